@@ -1,0 +1,49 @@
+"""Ratios against a rival in the same run: both are run by turns, one thread each, and the medians are compared."""
+
+import statistics
+import time
+
+import pytest
+from threadpoolctl import threadpool_limits
+
+import frictopt as fo
+
+
+@pytest.fixture(scope="session")
+def scene():
+    return fo.PunchOnHalfPlane()
+
+
+@pytest.fixture(scope="session")
+def system(scene):
+    return scene.condense()
+
+
+@pytest.fixture(scope="session")
+def cycle():
+    return fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+
+
+@pytest.fixture
+def compare(benchmark, record_property):
+    """Time `ours` and `rival` by turns; return the ratio of the medians, and show it with the benchmark."""
+
+    def run(ours, rival, rounds=9):
+        times = {ours: [], rival: []}
+        with threadpool_limits(1):
+            for function in (ours, rival) * 2:
+                function()
+            for _ in range(rounds):
+                for function, spent in times.items():
+                    start = time.perf_counter()
+                    function()
+                    spent.append(time.perf_counter() - start)
+            benchmark.pedantic(ours, rounds=3)
+        medians = [statistics.median(spent) for spent in times.values()]
+        ratio = medians[0] / medians[1]
+        benchmark.extra_info.update(ours=medians[0], rival=medians[1], ratio=ratio)
+        record_property("ratio", ratio)
+        print(f"\n    ours {1e3 * medians[0]:.1f} ms, rival {1e3 * medians[1]:.1f} ms, ratio {ratio:.2f}")
+        return ratio
+
+    return run

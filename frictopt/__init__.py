@@ -1,0 +1,36 @@
+"""frictopt decides whether a frictional contact will stop slipping.
+
+A finite-element model of two bodies is condensed to its interface (`PunchOnHalfPlane`, `ContactModel` -> `ContactSystem`); for a load cycle
+(`LoadCycle`) and a coefficient of friction, linear programs give the shakedown limit and safe residual slips.
+"""
+
+from .contact import ContactSystem, LoadCycle, Onset, OnsetEvent, Verdict, onset, referee
+from .errors import FrictoptError, ModelError, SolverError
+from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction
+from .models import SafeSlip, ShakedownLimit, ShakedownModel, safe_slip, shakedown_limit
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Body",
+    "ContactModel",
+    "ContactSystem",
+    "FrictoptError",
+    "LoadCycle",
+    "Material",
+    "ModelError",
+    "Onset",
+    "OnsetEvent",
+    "PunchOnHalfPlane",
+    "SafeSlip",
+    "ShakedownLimit",
+    "ShakedownModel",
+    "SolverError",
+    "Support",
+    "Traction",
+    "Verdict",
+    "onset",
+    "referee",
+    "safe_slip",
+    "shakedown_limit",
+]

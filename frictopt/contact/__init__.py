@@ -1,0 +1,8 @@
+"""The discrete contact: system, load cycle, Coulomb's law with its referee, onset from the bonded state."""
+
+from .coulomb import Verdict, friction_coefficients, referee
+from .cycle import LoadCycle
+from .onset import Onset, OnsetEvent, onset
+from .system import ContactSystem
+
+__all__ = ["ContactSystem", "LoadCycle", "Onset", "OnsetEvent", "Verdict", "friction_coefficients", "onset", "referee"]

@@ -1,0 +1,127 @@
+"""Coulomb's law: friction coefficients and the referee that judges every claimed state (Flicek et al. 2015, section 2)."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import ModelError
+from .checks import Array, finite_array
+from .system import ContactSystem
+
+__all__ = ["Verdict", "friction_coefficients", "referee"]
+
+
+def friction_coefficients(friction: Any, nodes: int) -> Array:
+    """Check a friction coefficient, one for all nodes or one per node, and return it as (N,).
+
+    Raises
+    ------
+    ModelError
+        Not a real finite number or array, negative, or of a length other than 1 and N.
+    """
+    if np.shape(friction) not in ((), (nodes,)):
+        raise ModelError(f"friction: shape {np.shape(friction)}; give one number or one for each of the {nodes} nodes")
+    array = finite_array("friction", friction, np.shape(friction))
+    if array.min() < 0:
+        raise ModelError(f"friction: {array.min():g}; a coefficient of friction is not negative")
+    return np.broadcast_to(array, (nodes,))
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Largest violation of each line of the contact law, dimensionless; 0 is a perfect state.
+
+    Attributes
+    ----------
+    equilibrium
+        `|r - r^w - S u|`, in units of the mean normal force.
+    contact
+        Tension `-p`, overlap `-w`, and contact force across an open gap (the smaller of p and w), forces in units of the mean normal
+        force and lengths in units of the slip scale.
+    bound
+        `|q| - f p`, in units of the mean normal force.
+    direction
+        Friction that does not oppose the slip since the previous state: the smaller of the slip and of the distance of q from the bound that
+        opposes it.
+    """
+
+    equilibrium: float
+    contact: float
+    bound: float
+    direction: float
+
+    @property
+    def residual(self) -> float:
+        """The worst of the four; NaN anywhere counts as infinitely wrong."""
+        worst = max(self.equilibrium, self.contact, self.bound, self.direction, key=lambda value: np.inf if np.isnan(value) else value)
+        return float(np.inf if np.isnan(worst) else worst)
+
+
+def referee(
+    system: ContactSystem,
+    bonded: tuple[Any, Any],
+    friction: Any,
+    *,
+    v: Any,
+    w: Any,
+    q: Any,
+    p: Any,
+    previous_slip: Any = None,
+    force_scale: float | None = None,
+) -> Verdict:
+    """Judge a claimed state, or T of them at once, by every line of the contact law.
+
+    Parameters
+    ----------
+    system
+        The contact.
+    bonded
+        `(q^w, p^w)`, bonded reactions of the load at which the state is claimed, (N,) or (T, N), force per depth.
+    friction
+        Coefficient of friction, one or one per node.
+    v, w, q, p
+        The claimed slip, gap and reactions, (N,) or (T, N); gap is the total one, initial gap included.
+    previous_slip
+        Slip at the state before, (N,) or (T, N); None when no slip has taken place.
+    force_scale
+        Force by which violations are divided; by default the mean of |p^w|.
+
+    Returns
+    -------
+    Verdict
+        Dimensionless violations. Slips are scaled by `force_scale / system.stiffness_scale`.
+
+    Raises
+    ------
+    ModelError
+        Bad friction or arrays that do not match the system.
+    """
+    f = friction_coefficients(friction, system.nodes)
+    names = ("bonded q", "bonded p", "v", "w", "q", "p", "previous_slip")
+    values = (*bonded, v, w, q, p, v if previous_slip is None else previous_slip)
+    qw, pw, v, w, q, p, v_before = (_states(name, value, system.nodes) for name, value in zip(names, values, strict=True))
+    force = force_scale if force_scale is not None else float(np.abs(pw).mean())
+    force = force or float(max(np.abs(qw).max(), np.abs(q).max())) or 1.0
+    length = force / system.stiffness_scale
+    opening = w - system.gap
+    errors = q - qw - v @ system.A - opening @ system.B, p - pw - v @ system.B.T - opening @ system.C
+    moved = (v - v_before) / length
+    off_bound = np.where(moved > 0, f * p + q, f * p - q) / force
+    return Verdict(
+        equilibrium=_worst(np.abs(np.array(np.broadcast_arrays(*errors))) / force),
+        contact=max(_worst(-p / force), _worst(-w / length), _worst(np.minimum(p / force, w / length))),
+        bound=_worst((np.abs(q) - f * p) / force),
+        direction=_worst(np.minimum(np.abs(moved), np.abs(off_bound))),
+    )
+
+
+def _states(name: str, value: Any, nodes: int) -> Array:
+    array = np.asarray(value, dtype=np.float64)
+    if array.ndim not in (1, 2) or array.shape[-1] != nodes:
+        raise ModelError(f"{name}: shape {array.shape}; give ({nodes},) or (states, {nodes})")
+    return array
+
+
+def _worst(violations: Array) -> float:
+    return float(np.max(violations, initial=0.0)) if not np.isnan(violations).any() else float("nan")

@@ -1,0 +1,64 @@
+"""Load cycles: a static load and the corners that a cyclic one visits."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from ..errors import ModelError
+from .checks import Array, finite_number
+from .system import ContactSystem
+
+__all__ = ["LoadCycle"]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCycle:
+    """A mean load and the corners of a closed cycle around it; between corners the load is linear in time.
+
+    At load factor `lam` corner k carries the loads `mean + lam * corners[k]`.
+
+    Parameters
+    ----------
+    mean
+        Static load, load case name -> amplitude (in the unit of the load case).
+    corners
+        The K corners in the order in which they are visited, each load case name -> amplitude at load factor 1.
+
+    Raises
+    ------
+    ModelError
+        No corner, a name that is not a text, an amplitude that is not finite; and, when used, a load case that the system lacks.
+    """
+
+    mean: Mapping[str, float]
+    corners: Sequence[Mapping[str, float]]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mean", checked_loads("mean", self.mean))
+        if isinstance(self.corners, Mapping | str) or not isinstance(self.corners, Sequence):
+            raise ModelError(f"corners: a {type(self.corners).__name__}; give a list of load corners, each load case name -> amplitude")
+        if not self.corners:
+            raise ModelError("corners: empty; a load cycle visits at least one corner")
+        object.__setattr__(self, "corners", tuple(checked_loads(f"corners[{k}]", corner) for k, corner in enumerate(self.corners)))
+
+    def mean_reaction(self, system: ContactSystem) -> tuple[Array, Array]:
+        """(N,) reactions `q0, p0` of the closed, unslipped contact under the mean load."""
+        return system.closed_reaction(self.mean)
+
+    def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
+        """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean."""
+        pairs = [system.reaction(corner) for corner in self.corners]
+        return np.array([q for q, _ in pairs]), np.array([p for _, p in pairs])
+
+
+def checked_loads(name: str, loads: Any) -> Mapping[str, float]:
+    """Check a sum of load cases, name -> finite amplitude, and return it read-only."""
+    if not isinstance(loads, Mapping):
+        raise ModelError(f"{name}: a {type(loads).__name__}; give a mapping, load case name -> amplitude")
+    for case in loads:
+        if not isinstance(case, str):
+            raise ModelError(f"{name}: load case name {case!r}; give a text")
+    return MappingProxyType({case: finite_number(f"{name}[{case!r}]", amplitude) for case, amplitude in loads.items()})

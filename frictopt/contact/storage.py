@@ -1,0 +1,68 @@
+"""Files of a contact system: npz archives without pickle, and Matrix Market folders written by other codes."""
+
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from scipy.io import mmread
+
+from ..errors import ModelError
+from .checks import Array
+
+__all__ = ["MATRICES", "read", "write_npz"]
+
+MATRICES = ("A", "B", "C", "x", "gap")
+_FORMAT = "frictopt contact system 1"
+_Content = tuple[dict[str, Array], dict[str, tuple[Array, Array]]]
+
+
+def write_npz(path: Path, arrays: Mapping[str, Array], bonded: Mapping[str, tuple[Array, Array]]) -> None:
+    """Write the arrays and the bonded reactions (each an (N, 2) array of columns q, p) to `path`, exactly under that name."""
+    cases = {f"bonded.{name}": np.column_stack(pair) for name, pair in bonded.items()}
+    with path.open("wb") as file:
+        np.savez(file, allow_pickle=False, format=np.array(_FORMAT), **arrays, **cases)
+
+
+def read(path: Path) -> _Content:
+    """Read an npz archive or a folder of Matrix Market files: the arrays by name, and the bonded reactions by load case."""
+    if path.is_dir():
+        found = {file.stem: _read_matrix_market(file) for file in sorted(path.glob("*.mtx"))}
+    elif path.is_file():
+        found = _read_npz(path)
+    else:
+        raise ModelError(f"path: {str(path)!r} does not exist; give an npz archive of ContactSystem.save or a folder of Matrix Market files")
+    missing = [name for name in MATRICES if name not in found and name != "gap"]
+    if missing:
+        raise ModelError(f"path: {str(path)!r} has no {', '.join(missing)}; it needs A, B, C and x, and one bonded.NAME for each load case")
+    arrays = {name: found[name] for name in MATRICES if name in found}
+    for name in ("x", "gap"):
+        if name in arrays and arrays[name].ndim == 2 and 1 in arrays[name].shape:
+            arrays[name] = arrays[name].ravel()
+    bonded = {}
+    for name, columns in found.items():
+        if name.startswith("bonded."):
+            if columns.ndim != 2 or columns.shape[1] != 2:
+                raise ModelError(f"path: {name} of {str(path)!r} has shape {columns.shape}; give (N, 2), the columns q and p")
+            bonded[name.removeprefix("bonded.")] = (columns[:, 0], columns[:, 1])
+    return arrays, bonded
+
+
+def _read_npz(path: Path) -> dict[str, Array]:
+    foreign = f"path: {str(path)!r} is not a contact system; give an archive written by ContactSystem.save"
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            found = {name: archive[name] for name in archive.files}
+    except (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
+        raise ModelError(f"{foreign} ({error})") from error
+    if str(found.pop("format", "")) != _FORMAT:
+        raise ModelError(foreign)
+    return found
+
+
+def _read_matrix_market(path: Path) -> Array:
+    try:
+        matrix = mmread(path)
+    except (OSError, ValueError, OverflowError) as error:
+        raise ModelError(f"path: {str(path)!r} is not a Matrix Market file ({error})") from error
+    return np.asarray(matrix if isinstance(matrix, np.ndarray) else matrix.toarray())

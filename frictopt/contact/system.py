@@ -1,0 +1,186 @@
+"""The discrete contact problem: the interface's stiffness, its bonded reactions and its gap."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Self
+
+import numpy as np
+
+from ..errors import ModelError
+from . import storage
+from .checks import Array, finite_array, frozen
+
+__all__ = ["ContactSystem"]
+
+_SYMMETRY = 1e-10  # asymmetry and negative curvature up to this share of the largest entry count as rounding of a condensation
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSystem:
+    """N node pairs of two elastic bodies, condensed to their interface (Flicek et al. 2015, section 2).
+
+    The reactions `r = [q, p]` of body 2 on body 1 (per unit depth) follow from the relative motion `u = [v, w - gap]` of body 1 with
+    respect to body 2::
+
+        q = q^w + A v + B^T (w - gap)         tangential, along +x
+        p = p^w + B v + C (w - gap)           normal, compression positive
+
+    with `v` along +x, `w` opening positive, and the bonded reactions `q^w, p^w` (interface glued) linear in the loads.
+
+    Parameters
+    ----------
+    A, B, C
+        (N, N) blocks of the stiffness `S = [[A, B^T], [B, C]]`, force per length and depth; S symmetric and positive semi-definite.
+    x
+        (N,) coordinates of the nodes along the interface, strictly increasing, length.
+    bonded
+        Load case name -> `(q, p)`, the (N,) bonded reactions under the unit load, force per depth.
+    gap
+        (N,) initial gap `g0 >= 0`, length; None, or empty, for a complete contact (no gap).
+
+    Raises
+    ------
+    ModelError
+        Wrong shape or type, entries not finite, S not symmetric or not positive semi-definite up to rounding, negative gap, x not
+        increasing, no load case. Rounding asymmetry is removed: A and C are stored symmetrised.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    x: Array
+    bonded: Mapping[str, tuple[Array, Array]]
+    gap: Array = field(default_factory=lambda: frozen([]))
+
+    def __post_init__(self) -> None:
+        x = finite_array("x", self.x, (None,))
+        n = len(x)
+        if n == 0:
+            raise ModelError("x: no nodes; a contact needs at least one node pair")
+        if np.any(np.diff(x) <= 0):
+            first = int(np.argmax(np.diff(x) <= 0))
+            raise ModelError(f"x: x[{first + 1}] = {x[first + 1]:g} does not exceed x[{first}] = {x[first]:g}; order the nodes along the interface")
+        A, B, C = (finite_array(name, getattr(self, name), (n, n)) for name in "ABC")
+        A, C = _symmetrised("A", A), _symmetrised("C", C)
+        _check_semi_definite(A, B, C)
+        gap = frozen(np.zeros(n)) if self.gap is None or np.size(self.gap) == 0 else finite_array("gap", self.gap, (n,))
+        if gap.min() < 0:
+            raise ModelError(f"gap: {gap.min():g} at node {int(gap.argmin())}; the bodies cannot overlap before loading, give gap >= 0")
+        for name, value in {"x": x, "A": A, "B": B, "C": C, "gap": gap, "bonded": _checked_bonded(self.bonded, n)}.items():
+            object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        return f"ContactSystem(nodes={self.nodes}, x={self.x[0]:g} .. {self.x[-1]:g}, loads={sorted(self.bonded)}, gap={bool(self.gap.any())})"
+
+    @property
+    def nodes(self) -> int:
+        """Number of node pairs, N."""
+        return len(self.x)
+
+    @property
+    def S(self) -> Array:
+        """(2N, 2N) stiffness of the relative motion `[v, w]`."""
+        return np.block([[self.A, self.B.T], [self.B, self.C]])
+
+    @property
+    def stiffness_scale(self) -> float:
+        """Mean of the diagonal of S (1 if S is zero): the scale that turns mean forces into the scale of slips."""
+        return float((np.trace(self.A) + np.trace(self.C)) / (2 * self.nodes)) or 1.0
+
+    def reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
+        """Bonded reactions `(q^w, p^w)` under a sum of load cases, name -> amplitude.
+
+        Raises
+        ------
+        ModelError
+            A load case that the system does not have.
+        """
+        q, p = np.zeros(self.nodes), np.zeros(self.nodes)
+        for name, amplitude in loads.items():
+            if name not in self.bonded:
+                raise ModelError(f"load case {name!r}: unknown; this system has {sorted(self.bonded)}")
+            q = q + amplitude * self.bonded[name][0]
+            p = p + amplitude * self.bonded[name][1]
+        return q, p
+
+    def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
+        """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0): the bonded ones, less the push of the initial gap."""
+        q, p = self.reaction(loads)
+        if not self.gap.any():
+            return q, p
+        return q - self.B.T @ self.gap, p - self.C @ self.gap
+
+    def with_bonded(self, **cases: tuple[Any, Any]) -> Self:
+        """Copy with load cases added or replaced, name -> `(q, p)`."""
+        return replace(self, bonded={**self.bonded, **cases})
+
+    def with_gap(self, gap: Any) -> Self:
+        """Copy with another initial gap, (N,) or None."""
+        return replace(self, gap=gap)
+
+    def save(self, path: str | Path) -> None:
+        """Write the system to `path` as an npz archive of plain arrays (no pickle)."""
+        arrays: dict[str, Array] = {name: getattr(self, name) for name in storage.MATRICES}
+        storage.write_npz(Path(path), arrays, self.bonded)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a system from an npz archive written by `save`, or from a folder of Matrix Market files.
+
+        The folder holds `A.mtx`, `B.mtx`, `C.mtx` (N x N, dense or sparse), `x.mtx` and, if there is one, `gap.mtx` (N x 1), and one
+        `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME.
+
+        Raises
+        ------
+        ModelError
+            The file is missing, is not ours, or its content is not a contact system.
+        """
+        arrays, bonded = storage.read(Path(path))
+        return cls(bonded=bonded, **arrays)
+
+
+def _symmetrised(name: str, matrix: Array) -> Array:
+    scale = np.abs(matrix).max()
+    asymmetry = np.abs(matrix - matrix.T)
+    if asymmetry.max() > _SYMMETRY * scale:
+        i, j = np.unravel_index(int(asymmetry.argmax()), matrix.shape)
+        raise ModelError(
+            f"{name}: not symmetric, {name}[{i}, {j}] = {matrix[i, j]:g} but {name}[{j}, {i}] = {matrix[j, i]:g}; "
+            "give the stiffness of the relative motion, in the same order for rows and columns"
+        )
+    return frozen((matrix + matrix.T) / 2)
+
+
+def _check_semi_definite(A: Array, B: Array, C: Array) -> None:
+    S = np.block([[A, B.T], [B, C]])
+    scale = np.abs(S).max()
+    if scale == 0:
+        return
+    slack = _SYMMETRY * len(S)
+    try:  # a Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the eigenvalues
+        np.linalg.cholesky(S / scale + slack * np.eye(len(S)))
+    except np.linalg.LinAlgError:
+        lowest = np.linalg.eigvalsh(S / scale)[0]
+        raise ModelError(
+            f"A, B, C: S = [[A, B^T], [B, C]] has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); "
+            "an elastic interface stores energy, so S must be positive semi-definite: check signs and the order of the nodes"
+        ) from None
+
+
+def _checked_bonded(bonded: Any, n: int) -> Mapping[str, tuple[Array, Array]]:
+    if not isinstance(bonded, Mapping):
+        raise ModelError(f"bonded: a {type(bonded).__name__}; give a mapping, load case name -> (q, p)")
+    if not bonded:
+        raise ModelError("bonded: no load case; give at least one, name -> (q, p)")
+    checked = {}
+    for name, pair in bonded.items():
+        if not isinstance(name, str) or not name:
+            raise ModelError(f"bonded: load case name {name!r}; give a non-empty text")
+        try:
+            q, p = pair
+        except (TypeError, ValueError) as error:
+            raise ModelError(f"bonded[{name!r}]: not a pair; give (q, p), two arrays of length {n}") from error
+        checked[name] = (finite_array(f"bonded[{name!r}] q", q, (n,)), finite_array(f"bonded[{name!r}] p", p, (n,)))
+    return MappingProxyType(checked)

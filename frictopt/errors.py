@@ -1,0 +1,19 @@
+"""Errors of frictopt: one base, and one child for each thing that a caller can do about it.
+
+Every message names the argument or quantity, its value, and what to change. Errors of the libraries underneath (scikit-fem, scipy, cvxpy and
+its solvers) never leak: they are either handled or turned into one of these.
+"""
+
+__all__ = ["FrictoptError", "ModelError", "SolverError"]
+
+
+class FrictoptError(Exception):
+    """Base of every error that frictopt raises on purpose."""
+
+
+class ModelError(FrictoptError, ValueError):
+    """The input is not a contact problem: repeating the call cannot help, changing the named argument can."""
+
+
+class SolverError(FrictoptError, RuntimeError):
+    """No solver gave an answer that passes the checks: the input may be fine; the message says what was tried and what may help."""

@@ -1,0 +1,8 @@
+"""Finite-element models of a contact, condensed to its interface."""
+
+from .bodies import Body, Support, Traction
+from .elasticity import Material
+from .model import ContactModel
+from .punch import PunchOnHalfPlane
+
+__all__ = ["Body", "ContactModel", "Material", "PunchOnHalfPlane", "Support", "Traction"]

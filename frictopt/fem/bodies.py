@@ -1,0 +1,106 @@
+"""What a contact model is made of: bodies, supports and tractions."""
+
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..contact.checks import Array, finite_number
+from ..errors import ModelError
+from .elasticity import ELEMENTS, Material, boundary_weights
+from .ordering import Integers
+
+__all__ = ["Body", "BodyName", "Support", "Traction"]
+
+BodyName: TypeAlias = Literal["punch", "block"]
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """One elastic body: a scikit-fem mesh (`MeshTri` or `MeshQuad`) with named boundaries, and its material.
+
+    Raises
+    ------
+    ModelError
+        A mesh of other elements than linear triangles or quadrilaterals, or one that does not hang together through common edges.
+    """
+
+    mesh: Any
+    material: Material = Material()
+
+    def __post_init__(self) -> None:
+        if type(self.mesh) not in ELEMENTS:
+            raise ModelError(f"mesh: a {type(self.mesh).__name__}; give a MeshTri or a MeshQuad of straight-sided elements")
+        if not isinstance(self.material, Material):
+            raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
+        inner = self.mesh.f2t[:, self.mesh.f2t[1] >= 0]
+        elements = self.mesh.t.shape[1]
+        parts, _ = connected_components(coo_matrix((np.ones(inner.shape[1]), inner), shape=(elements, elements)), directed=False)
+        if parts != 1:
+            raise ModelError(f"mesh: {parts} parts that share no edge; give one connected body (merge nodes that coincide)")
+        if len(np.unique(self.mesh.t)) != self.mesh.p.shape[1]:
+            raise ModelError(f"mesh: {self.mesh.p.shape[1] - len(np.unique(self.mesh.t))} nodes belong to no element; remove them")
+
+    def boundary_nodes(self, name: str, argument: str) -> Integers:
+        """Nodes on the boundary of that name; `argument` is what an error message calls it."""
+        boundaries = self.mesh.boundaries or {}
+        if name not in boundaries:
+            raise ModelError(f"{argument}: boundary {name!r} is unknown; this mesh names {sorted(boundaries)}")
+        facets = np.asarray(boundaries[name])
+        if not len(facets) or np.any(self.mesh.f2t[1, facets] >= 0):
+            raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name facets of the outline")
+        return np.unique(self.mesh.facets[:, facets])
+
+    def force(self, boundary: str, x: float, y: float) -> Array:
+        """(2, nodes) nodal forces of a uniform traction (x, y) on a boundary, force per depth."""
+        return np.outer([x, y], boundary_weights(self.mesh, boundary))
+
+
+@dataclass(frozen=True)
+class Support:
+    """Nodes of one body that are held.
+
+    Parameters
+    ----------
+    body
+        "punch" or "block".
+    where
+        Name of a boundary, or the coordinates (x, y) of one node.
+    directions
+        "x", "y" or "xy": the displacements that are zero.
+    """
+
+    body: BodyName
+    where: str | tuple[float, float]
+    directions: Literal["x", "y", "xy"] = "xy"
+
+    def __post_init__(self) -> None:
+        _check_body(self.body)
+        if self.directions not in ("x", "y", "xy"):
+            raise ModelError(f"directions: {self.directions!r}; give 'x', 'y' or 'xy'")
+        if not isinstance(self.where, str):
+            if not isinstance(self.where, tuple | list) or len(self.where) != 2:
+                raise ModelError(f"where: {self.where!r}; give the name of a boundary or one point (x, y)")
+            object.__setattr__(self, "where", tuple(finite_number("where", value) for value in self.where))
+
+
+@dataclass(frozen=True)
+class Traction:
+    """Uniform traction (x, y), force per area, on a named boundary of one body ("punch" or "block")."""
+
+    body: BodyName
+    boundary: str
+    x: float = 0.0
+    y: float = 0.0
+
+    def __post_init__(self) -> None:
+        _check_body(self.body)
+        for name in ("x", "y"):
+            object.__setattr__(self, name, finite_number(f"traction {name}", getattr(self, name)))
+
+
+def _check_body(name: str) -> None:
+    if name not in ("punch", "block"):
+        raise ModelError(f"body: {name!r}; give 'punch' or 'block'")

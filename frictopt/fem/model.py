@@ -1,0 +1,165 @@
+"""A contact of two meshed bodies: what a user describes, and its checks."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from scipy.linalg import null_space
+
+from ..contact import ContactSystem
+from ..contact.checks import Array
+from ..errors import ModelError
+from .bodies import Body, BodyName, Support, Traction
+from .glue import GluedBodies
+from .ordering import Integers
+
+__all__ = ["ContactModel"]
+
+_SAME_POINT = 1e-9  # distance below which two nodes coincide, as a share of the size of the interface or the body
+
+
+@dataclass(frozen=True, eq=False)
+class ContactModel:
+    """Two elastic bodies that meet along a straight interface parallel to x, the punch above the block; plane strain.
+
+    Parameters
+    ----------
+    punch, block
+        The bodies 1 and 2. Both meshes name the interface, and their nodes on it coincide.
+    supports
+        What is held. The glued bodies must be held against all rigid motions; the punch alone need not be.
+    loads
+        Load case name -> the tractions that make it up.
+    interface
+        Name of the interface's boundary in both meshes.
+
+    Raises
+    ------
+    ModelError
+        Bodies without the interface or with nodes that do not match, an unknown boundary, a support on the punch's interface,
+        rigid motions that no support prevents.
+    """
+
+    punch: Body
+    block: Body
+    supports: Sequence[Support]
+    loads: Mapping[str, Sequence[Traction]]
+    interface: str = "contact"
+
+    def __post_init__(self) -> None:
+        for name in ("punch", "block"):
+            if not isinstance(getattr(self, name), Body):
+                raise ModelError(f"{name}: a {type(getattr(self, name)).__name__}; give a Body(mesh, material)")
+        if not isinstance(self.loads, Mapping) or not self.loads:
+            raise ModelError(f"loads: {self.loads!r}; give at least one load case, name -> list of Traction")
+        for argument, kind, parts in [
+            ("supports", Support, self.supports),
+            *((f"loads[{name!r}]", Traction, parts) for name, parts in self.loads.items()),
+        ]:
+            if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kind) for part in parts):
+                raise ModelError(f"{argument}: {parts!r}; give a list of {kind.__name__}")
+        object.__setattr__(self, "supports", tuple(self.supports))
+        object.__setattr__(self, "loads", MappingProxyType({name: tuple(parts) for name, parts in self.loads.items()}))
+        for name, parts in self.loads.items():
+            for part in parts:
+                self.body(part.body).boundary_nodes(part.boundary, f"loads[{name!r}]")
+        self._check_interface()
+        self._check_supports()
+
+    def body(self, name: BodyName) -> Body:
+        """The body of that name."""
+        return self.punch if name == "punch" else self.block
+
+    def interface_nodes(self, name: BodyName) -> Integers:
+        """Nodes of that body on the interface, in the order of x."""
+        body = self.body(name)
+        nodes = body.boundary_nodes(self.interface, f"interface of the {name}")
+        return nodes[np.argsort(body.mesh.p[0, nodes])]
+
+    def support_nodes(self, support: Support) -> Integers:
+        """Nodes that a support holds."""
+        mesh = self.body(support.body).mesh
+        if isinstance(support.where, str):
+            return self.body(support.body).boundary_nodes(support.where, f"support of the {support.body}")
+        distance = np.hypot(*(mesh.p - np.array(support.where)[:, None]))
+        if distance.min() > _SAME_POINT * np.ptp(mesh.p):
+            nearest = tuple(float(value) for value in mesh.p[:, distance.argmin()])
+            raise ModelError(f"support of the {support.body}: no node at {support.where}; the nearest is at {nearest}")
+        return np.array([distance.argmin()])
+
+    def condense(self) -> ContactSystem:
+        """Condense the glued bodies to the relative motion of the interface.
+
+        Raises
+        ------
+        ModelError
+            The stiffness cannot be factorised (extreme materials).
+        """
+        contact = self.interface_nodes("block")
+        bodies = GluedBodies(self.punch, self.block, self.interface_nodes("punch"), contact)
+        held = np.concatenate([bodies.unknowns(support.body, self.support_nodes(support), support.directions) for support in self.supports])
+        S, R = bodies.condense(np.column_stack([self._forces(bodies, case) for case in self.loads]), held)
+        n = len(contact)
+        S = self._without_rigid_noise(S)
+        return ContactSystem(
+            A=S[:n, :n],
+            B=S[n:, :n],
+            C=S[n:, n:],
+            x=self.block.mesh.p[0, contact],
+            bonded={case: (R[:n, j], R[n:, j]) for j, case in enumerate(self.loads)},
+        )
+
+    def _without_rigid_noise(self, S: Array) -> Array:
+        """S with exactly no stiffness against the rigid motions that the punch's own supports allow; elimination leaves some rounding there."""
+        x = self.block.mesh.p[0, self.interface_nodes("block")]
+        one, zero, turn = np.ones_like(x), np.zeros_like(x), (x - x.mean()) / np.ptp(x)
+        motions = np.array([np.r_[one, zero], np.r_[zero, one], np.r_[zero, turn]]).T
+        rigid, _ = np.linalg.qr(motions @ self._free_motions([support for support in self.supports if support.body == "punch"]))
+        S = S - rigid @ (rigid.T @ S)
+        return np.asarray(S - (S @ rigid) @ rigid.T)
+
+    def _forces(self, bodies: GluedBodies, case: str) -> Array:
+        forces = np.zeros(bodies.size)
+        for part in self.loads[case]:
+            forces += bodies.scattered(part.body, self.body(part.body).force(part.boundary, part.x, part.y))
+        return forces
+
+    def _check_interface(self) -> None:
+        punch, block = (self.body(name).mesh.p[:, self.interface_nodes(name)] for name in ("punch", "block"))
+        if punch.shape != block.shape:
+            raise ModelError(f"interface: {punch.shape[1]} nodes on the punch, {block.shape[1]} on the block; mesh both with the same nodes")
+        length = np.ptp(block[0])
+        distance = np.hypot(*(punch - block))
+        if distance.max() > _SAME_POINT * length:
+            i = int(distance.argmax())
+            raise ModelError(
+                f"interface: node {i} is at {tuple(map(float, punch[:, i]))} on the punch, at {tuple(map(float, block[:, i]))} on the block; "
+                "mesh both with the same nodes"
+            )
+        if np.ptp(block[1]) > _SAME_POINT * length:
+            raise ModelError(f"interface: y varies by {np.ptp(block[1]):g} along it; turn the meshes so that it is straight and parallel to x")
+        if self.punch.mesh.p[1].mean() < self.block.mesh.p[1].mean():
+            raise ModelError("punch: it lies below the block; swap the two, the punch is the upper body")
+
+    def _check_supports(self) -> None:
+        contact = self.interface_nodes("punch")
+        for support in self.supports:
+            if support.body == "punch" and np.isin(self.support_nodes(support), contact).any():
+                raise ModelError(f"supports: {support} holds nodes of the punch on the interface; hold it elsewhere, or hold the block there")
+        held = 3 - self._free_motions(self.supports).shape[1]
+        if held < 3:
+            raise ModelError(f"supports: they prevent {held} of the 3 rigid motions of the glued bodies; hold two displacements and the rotation")
+
+    def _free_motions(self, supports: Sequence[Support]) -> Array:
+        """(3, k) rigid motions that some supports allow: displacements x, y of the middle of the interface, and turn times its length."""
+        contact = self.block.mesh.p[:, self.interface_nodes("block")]
+        middle, length = contact.mean(axis=1), np.ptp(contact[0])
+        rows = [np.zeros((1, 3))]
+        for support in supports:
+            points = self.body(support.body).mesh.p[:, self.support_nodes(support)]
+            arm = (points - middle[:, None]) / length
+            one, zero = np.ones_like(arm[0]), np.zeros_like(arm[0])
+            motions = {"x": [one, zero, -arm[1]], "y": [zero, one, arm[0]]}
+            rows += [np.array(motions[direction]).T for direction in support.directions]
+        return np.asarray(null_space(np.concatenate(rows), rcond=_SAME_POINT))

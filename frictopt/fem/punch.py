@@ -1,0 +1,151 @@
+"""The paper's scene: a square elastic punch pressed on a half-plane (Flicek et al. 2015, Fig. 1)."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from skfem import MeshQuad
+
+from ..contact import ContactSystem
+from ..contact.checks import Array, finite_number, frozen, whole_number
+from ..errors import ModelError
+from .bodies import Body, Support, Traction
+from .elasticity import Material
+from .model import ContactModel
+
+__all__ = ["PunchOnHalfPlane"]
+
+
+@dataclass(frozen=True)
+class PunchOnHalfPlane:
+    """A rectangular punch on a block that stands for a half-plane, meshed in quadrilaterals; the default has the paper's size.
+
+    The contact is `-half_width <= x <= half_width`, y = 0. Load cases, each of unit traction: "P", pressure on the top of the punch;
+    "sigma", tension on the two sides of the block; "Q", shear along +x on the top of the punch. A load factor on "sigma" with a mean of
+    one "P" is therefore `sigma / (P / 2a)` in the words of a total normal force P.
+
+    Parameters
+    ----------
+    elements
+        Number of elements along the contact, even, at least 2 (N = elements + 1 node pairs).
+    half_width, punch_height
+        Half-width `a` of the contact and height of the punch, length.
+    block_half_width, block_depth
+        Size of the block, length.
+    grading
+        Size of the middle element over that of the corner element, >= 1, sizes in geometric progression; or "sine": nodes at
+        `x = a sin(pi t / 2)`, t uniform in [-1, 1].
+    growth
+        Ratio of neighbouring element sizes away from the contact, > 1; the first one has the size of the corner element.
+    punch_material, block_material
+        The two materials.
+    support
+        Bottom of the block: "rollers" (free to slide, one node held) or "clamped".
+
+    Raises
+    ------
+    ModelError
+        Sizes not positive, odd or tiny numbers of elements, a block narrower than the punch.
+    """
+
+    elements: int = 124
+    half_width: float = 1.0
+    punch_height: float = 2.0
+    block_half_width: float = 12.0
+    block_depth: float = 12.0
+    grading: float | Literal["sine"] = 20.0
+    growth: float = 1.09
+    punch_material: Material = Material()
+    block_material: Material = Material()
+    support: Literal["rollers", "clamped"] = "rollers"
+
+    def __post_init__(self) -> None:
+        if whole_number("elements", self.elements, least=2) % 2:
+            raise ModelError(f"elements: {self.elements}; give an even number, so that a node lies in the middle")
+        for name in ("half_width", "punch_height", "block_half_width", "block_depth"):
+            finite_number(name, getattr(self, name), above=0.0)
+        if not self.block_half_width > self.half_width:
+            raise ModelError(f"block_half_width: {self.block_half_width:g}; the block must be wider than the punch ({self.half_width:g})")
+        if self.grading != "sine":
+            finite_number("grading", self.grading, least=1.0)
+        finite_number("growth", self.growth, above=1.0)
+        if self.support not in ("rollers", "clamped"):
+            raise ModelError(f"support: {self.support!r}; give 'rollers' or 'clamped'")
+        for name in ("punch_material", "block_material"):
+            if not isinstance(getattr(self, name), Material):
+                raise ModelError(f"{name}: {getattr(self, name)!r}; give a Material")
+
+    @property
+    def contact_nodes(self) -> Array:
+        """(N,) x of the nodes along the contact, exactly mirror-symmetric."""
+        half = self.elements // 2
+        if self.grading == "sine":
+            right = self.half_width * np.sin(np.pi / 2 * np.arange(1, half + 1) / half)
+        else:
+            sizes = float(self.grading) ** -np.linspace(0.0, 1.0, half)
+            right = self.half_width * np.cumsum(sizes) / sizes.sum()
+        right[-1] = self.half_width
+        return np.concatenate([-right[::-1], [0.0], right])
+
+    @property
+    def corner_size(self) -> float:
+        """Size of the contact element at the corner, length."""
+        return float(self.contact_nodes[-1] - self.contact_nodes[-2])
+
+    def model(self) -> ContactModel:
+        """The two meshes with supports and load cases."""
+        contact, a, bottom = self.contact_nodes, self.half_width, -self.block_depth
+        side = a + _away(self.block_half_width - a, self.corner_size, self.growth)[1:]
+        depth = _away(self.block_depth, self.corner_size, self.growth)
+        punch = MeshQuad.init_tensor(contact, _away(self.punch_height, self.corner_size, self.growth))
+        block = MeshQuad.init_tensor(np.r_[-side[::-1], contact, side], -depth[::-1])
+        punch = punch.with_boundaries({"contact": lambda x: x[1] == 0, "top": lambda x: x[1] == self.punch_height})
+        block = block.with_boundaries(
+            {
+                "contact": lambda x: (x[1] == 0) & (np.abs(x[0]) < a),
+                "bottom": lambda x: x[1] == bottom,
+                "left": lambda x: x[0] == -self.block_half_width,
+                "right": lambda x: x[0] == self.block_half_width,
+            }
+        )
+        rollers = [Support("block", "bottom", "y"), Support("block", (0.0, bottom), "x")]
+        return ContactModel(
+            punch=Body(punch, self.punch_material),
+            block=Body(block, self.block_material),
+            supports=rollers if self.support == "rollers" else [Support("block", "bottom", "xy")],
+            loads={
+                "P": [Traction("punch", "top", y=-1.0)],
+                "sigma": [Traction("block", "left", x=-1.0), Traction("block", "right", x=1.0)],
+                "Q": [Traction("punch", "top", x=1.0)],
+            },
+        )
+
+    def condense(self) -> ContactSystem:
+        """Mesh, assemble and condense to the contact's interface.
+
+        The scene is its own mirror image, so the mean of the condensed system and its image is returned: that removes the asymmetry of
+        rounding, which would otherwise limit the accuracy of what is computed with half the unknowns.
+        """
+        system = self.model().condense()
+        parity = {"P": -1, "sigma": -1, "Q": 1}  # of the shear reactions; that of the pressures is the opposite
+        return replace(
+            system,
+            A=_even(system.A),
+            B=_even(system.B, -1),
+            C=_even(system.C),
+            bonded={name: (_even(q, parity[name]), _even(p, -parity[name])) for name, (q, p) in system.bonded.items()},
+        )
+
+
+def _even(values: Array, sign: int = 1) -> Array:
+    """Even (or, with sign -1, odd) part under reversal of the nodes."""
+    return frozen((values + sign * np.flip(values)) / 2)
+
+
+def _away(length: float, first: float, growth: float) -> Array:
+    """Coordinates from 0 to exactly `length`, steps growing by `growth` from about `first`."""
+    steps = max(1, int(np.ceil(np.log1p(length / first * (growth - 1)) / np.log(growth))))
+    nodes = np.concatenate([[0.0], np.cumsum(growth ** np.arange(steps, dtype=float))])
+    nodes *= length / nodes[-1]
+    nodes[-1] = length
+    return nodes

@@ -1,0 +1,131 @@
+"""The linear programs over safe residual slips, as cvxpy problems (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
+
+A residual slip v is safe at a load factor when it keeps every node closed and stuck at every corner k of the load cycle::
+
+    |q_k| <= f p_k,    q_k = q0 + lam q1_k + A v,    p_k = p0 + lam p1_k + B v
+
+Written out, with the friction bound g = f p, these are the rows of `safe_rows`. Variables and parameters are dimensionless, see `Interface` and
+`LoadRows`; friction and loads are parameters, the matrices are not, so one compiled problem serves any friction and load.
+"""
+
+from dataclasses import dataclass
+
+import cvxpy as cp
+import numpy as np
+
+from .interface import Interface
+from .rows import LoadRows
+
+__all__ = ["SafeProblem", "existence_problem", "margin_problem", "shakedown_problem"]
+
+
+@dataclass(frozen=True, eq=False)
+class SafeProblem:
+    """A cvxpy problem over safe slips together with the data of its rows; row r speaks for node `node[r]` of the interface."""
+
+    problem: cp.Problem
+    interface: Interface
+    node: np.ndarray
+
+    def set(self, rows: LoadRows, load_factor: float | None = None) -> None:
+        """Set the parameters in place; a load factor moves the cyclic part to the side of the data (margin problem)."""
+        values = {name: getattr(rows, name) for name in ("friction", "q_mean", "g_mean", "forward", "backward")}
+        if load_factor is not None:
+            values["forward"] = rows.forward * (load_factor / rows.load_unit)
+            values["backward"] = rows.backward * (load_factor / rows.load_unit)
+        for name, value in values.items():
+            self.problem.param_dict[name].value = value
+
+    def value(self, name: str) -> np.ndarray:
+        """Value of a named variable."""
+        return np.asarray(self.problem.var_dict[name].value)
+
+    @property
+    def duals(self) -> tuple[np.ndarray, np.ndarray]:
+        """Multipliers of the rows against forward and against backward slip, >= 0."""
+        forward, backward = self.problem.constraints[:2]
+        return np.maximum(forward.dual_value, 0.0), np.maximum(backward.dual_value, 0.0)
+
+    def refine(self) -> None:
+        """Move the solution that stands in the problem onto its vertex: the rows whose multiplier exceeds their slack become equations.
+
+        The smallest corrections of variables and multipliers that solve these equations, to rounding, replace what a solver leaves at its own
+        tolerance. Whether that is better is for the residual to say.
+        """
+        names = [name for name in ("traction", "load_factor", "margin") if name in self.problem.var_dict]
+        matrix, right = self._rows(names)
+        z = np.concatenate([np.atleast_1d(self.value(name)) for name in names])
+        y = np.concatenate([np.atleast_1d(constraint.dual_value) for constraint in self.problem.constraints])
+        objective = np.r_[np.zeros(len(z) - 1), 1.0]  # the last variable is the one that is maximised
+        active = y > matrix @ z - right
+        equations = matrix[active]
+        z = z + np.linalg.lstsq(equations, right[active] - equations @ z)[0]
+        y = np.where(active, y, 0.0)
+        y[active] -= np.linalg.lstsq(equations.T, objective + equations.T @ y[active])[0]
+        sizes = [self.problem.var_dict[name].size for name in names]
+        for name, part in zip(names, np.split(z, np.cumsum(sizes)[:-1]), strict=True):
+            self.problem.var_dict[name].save_value(part.reshape(self.problem.var_dict[name].shape))
+        sizes = [constraint.size for constraint in self.problem.constraints]
+        for constraint, part in zip(self.problem.constraints, np.split(y, np.cumsum(sizes)[:-1]), strict=True):
+            constraint.dual_variables[0].save_value(part.reshape(constraint.shape))
+
+    def _rows(self, names: list[str]) -> tuple[np.ndarray, np.ndarray]:
+        """The constraints as `matrix @ z >= right`, z the named variables."""
+        data = {name: parameter.value for name, parameter in self.problem.param_dict.items()}
+        shear, normal = self.interface.shear[self.node], data["friction"][:, None] * self.interface.normal[self.node]
+        cyclic = np.r_[data["forward"], data["backward"]]
+        columns, right = [np.vstack([normal + shear, normal - shear])], -np.r_[data["g_mean"] + data["q_mean"], data["g_mean"] - data["q_mean"]]
+        if "load_factor" in names:
+            columns.append(-cyclic[:, None])
+        else:
+            right = right + cyclic
+        if "margin" not in names:
+            return np.hstack(columns), right
+        columns.append(-np.tile(data["clearance"], 2)[:, None])
+        matrix = np.hstack(columns)
+        return np.vstack([matrix, -np.eye(matrix.shape[1])[-1]]), np.r_[right, -1.0]
+
+
+def shakedown_problem(interface: Interface, node: np.ndarray) -> SafeProblem:
+    """Largest load factor at which some residual slip is safe."""
+    load_factor = cp.Variable(nonneg=True, name="load_factor")
+    problem = cp.Problem(cp.Maximize(load_factor), safe_rows(interface, node, load_factor, 0.0))
+    return SafeProblem(problem, interface, node)
+
+
+def margin_problem(interface: Interface, node: np.ndarray) -> SafeProblem:
+    """Residual slip that stays furthest inside the friction bounds at a given load factor.
+
+    The margin is counted in mean friction bounds and capped at 1.
+    """
+    margin = cp.Variable(name="margin")
+    clearance = cp.Parameter(len(node), nonneg=True, name="clearance")
+    rows = safe_rows(interface, node, 1.0, cp.multiply(clearance, margin))
+    problem = cp.Problem(cp.Maximize(margin), [*rows, (margin <= 1).set_label("cap")])
+    return SafeProblem(problem, interface, node)
+
+
+def existence_problem(interface: Interface, node: np.ndarray) -> SafeProblem:
+    """The same margin, at whatever load factor is best: negative where no load factor has a safe slip."""
+    load_factor = cp.Variable(nonneg=True, name="load_factor")
+    margin = cp.Variable(name="margin")
+    clearance = cp.Parameter(len(node), nonneg=True, name="clearance")
+    rows = safe_rows(interface, node, load_factor, cp.multiply(clearance, margin))
+    problem = cp.Problem(cp.Maximize(margin), [*rows, (margin <= 1).set_label("cap")])
+    return SafeProblem(problem, interface, node)
+
+
+def safe_rows(interface: Interface, node: np.ndarray, load_factor: cp.Expression | float, reserve: cp.Expression | float) -> list[cp.Constraint]:
+    """No forward and no backward slip at any node and corner, with a reserve; row r speaks for node `node[r]`."""
+    rows = len(node)
+    traction = cp.Variable(interface.shear.shape[1], name="traction")
+    friction = cp.Parameter(rows, nonneg=True, name="friction")
+    q_mean, g_mean = cp.Parameter(rows, name="q_mean"), cp.Parameter(rows, name="g_mean")
+    forward, backward = cp.Parameter(rows, name="forward"), cp.Parameter(rows, name="backward")
+
+    q = q_mean + interface.shear[node] @ traction
+    g = g_mean + cp.multiply(friction, interface.normal[node] @ traction)
+    return [
+        (q + g >= forward * load_factor + reserve).set_label("no_forward_slip"),
+        (g - q >= backward * load_factor + reserve).set_label("no_backward_slip"),
+    ]

@@ -1,0 +1,121 @@
+"""Existence of a safe residual slip at a given load factor."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import IO, Any
+
+import cvxpy as cp
+import numpy as np
+import pandas as pd
+
+from ..contact import ContactSystem, LoadCycle
+from ..contact.checks import Array, finite_number, frozen
+from .explain import explain
+from .mechanism import Mechanism
+from .outcome import solve_margin
+from .solve import TOLERANCE, Attempt
+from .task import Corners, Task, cycle_loads, every_corner
+
+__all__ = ["SafeSlip", "safe_slip"]
+
+
+@dataclass(frozen=True, eq=False)
+class SafeSlip:
+    """A residual slip that keeps the contact stuck, or the proof that there is none.
+
+    Attributes
+    ----------
+    exists
+        Whether a safe slip exists at the load factor.
+    slip
+        (N,) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe).
+    margin
+        Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds of the mean load, at most 1; negative: none is safe.
+    margin_bound
+        Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
+    residual
+        Largest of: the shortfall of the slip's reserve, recomputed, and the distance of `margin_bound`. At most 1e-9.
+    solver, attempts
+        Who answered, and all solver runs.
+    left_out
+        What the scene did not need.
+    problem
+        The solved cvxpy problem.
+    """
+
+    exists: bool
+    slip: Array
+    margin: float
+    margin_bound: float
+    residual: float
+    solver: str
+    attempts: tuple[Attempt, ...]
+    left_out: tuple[str, ...]
+    problem: cp.Problem = field(repr=False)
+    _task: Task = field(repr=False)
+    _motion: Mechanism = field(repr=False)
+    _units: dict[str, float] = field(repr=False)
+
+    @cached_property
+    def certificate(self) -> pd.DataFrame | None:
+        """Why no slip is safe (Farkas's lemma); None if one is.
+
+        A table like `ShakedownLimit.mechanism`: slips whose friction cannot take up the work of the loads, while no residual slip does work
+        on them.
+        """
+        return None if self.exists else self._motion.table(self._task.system.x)
+
+    def explain(self, file: IO[str] | None = None) -> None:
+        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
+        explain("safe residual slip", self.problem, self._units, self.left_out, self._motion.table(self._task.system.x), file)
+
+
+def safe_slip(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Any,
+    load_factor: float,
+    *,
+    simplify: bool = True,
+    corners: Corners | None = None,
+    solver: str | None = None,
+) -> SafeSlip:
+    """Find the residual slip with the largest reserve at every node and corner of the cycle.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    load_factor
+        Load factor, >= 0.
+    simplify, corners, solver
+        See `ShakedownModel`.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+    SolverError
+        No solver gave an answer that passes the checks.
+    """
+    loads = cycle_loads(system, cycle)
+    load_factor = finite_number("load_factor", load_factor, least=0.0)
+    task = Task(system, cycle, loads, friction, simplify, every_corner(corners, simplify))
+    interface = task.interface()
+    state, answer, model = solve_margin(task, interface, loads, load_factor, solver)
+    return SafeSlip(
+        exists=bool(state.margin >= -TOLERANCE),
+        slip=frozen(state.slip),
+        margin=state.margin,
+        margin_bound=state.bound,
+        residual=state.residual,
+        solver=answer.solver,
+        attempts=answer.attempts,
+        left_out=task.left_out(task.rows(interface)),
+        problem=model.problem,
+        _task=task,
+        _motion=state.motion,
+        _units={"margin": task.mean_bound, "traction": float(np.mean(interface.unit))},
+    )

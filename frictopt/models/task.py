@@ -1,0 +1,121 @@
+"""A limit problem as posed: system, load cycle and friction, checked, with what the scene does not need found out."""
+
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
+from ..contact.checks import Array
+from ..contact.mirror import is_mirror_symmetric
+from ..errors import ModelError
+from .interface import Interface, scaled_interface
+from .mechanism import Mechanism
+from .rows import LoadRows, Loads, load_rows
+
+__all__ = ["Corners", "Task", "cycle_loads", "every_corner"]
+
+Corners: TypeAlias = Literal["ruling", "all"]
+
+
+def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
+    """Reactions of a load cycle on a system.
+
+    Raises
+    ------
+    ModelError
+        Wrong types, or load cases that the system does not have.
+    """
+    if not isinstance(system, ContactSystem):
+        raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem (a scene's condense() makes one)")
+    if not isinstance(cycle, LoadCycle):
+        raise ModelError(f"cycle: a {type(cycle).__name__}; give a LoadCycle(mean=..., corners=[...])")
+    return Loads(*cycle.mean_reaction(system), *cycle.corner_reactions(system))
+
+
+def every_corner(corners: Corners | None, simplify: bool) -> bool:
+    """Whether each corner of the cycle keeps its rows: as asked for, or as follows from `simplify`."""
+    if corners not in (None, "ruling", "all"):
+        raise ModelError(f"corners: {corners!r}; give 'ruling' (one row per node and sense) or 'all' (one for every corner)")
+    return corners == "all" or (corners is None and not simplify)
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """One friction coefficient on one system and load cycle.
+
+    Parameters
+    ----------
+    system, cycle, loads
+        The contact, its load cycle and the cycle's reactions.
+    friction
+        (N,) coefficients of friction.
+    simplify
+        Whether to use mirror symmetry.
+    every_corner
+        Whether to keep rows for corners that rule no node.
+    """
+
+    system: ContactSystem
+    cycle: LoadCycle
+    loads: Loads
+    friction: Array
+    simplify: bool
+    every_corner: bool
+    mirror: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "friction", friction_coefficients(self.friction, self.system.nodes))
+        reactions = (self.loads.q0, self.loads.p0), (self.loads.q1, self.loads.p1)
+        worth = self.simplify and self.system.nodes > 1
+        object.__setattr__(self, "mirror", worth and is_mirror_symmetric(self.system, reactions, self.friction))
+
+    def interface(self) -> Interface:
+        """Unknowns and units for this task."""
+        return scaled_interface(self.system, self.loads.q0, self.loads.p0, self.mirror)
+
+    def rows(self, interface: Interface, loads: Loads | None = None) -> LoadRows:
+        """Right-hand sides for this task, or for other loads on it."""
+        return load_rows(interface, loads or self.loads, self.friction, self.every_corner)
+
+    def reactions(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """(K, N) reactions `q, p` of the closed contact at the corners, under a residual slip."""
+        return (
+            self.loads.q0 + load_factor * self.loads.q1 + self.system.A @ slip,
+            self.loads.p0 + load_factor * self.loads.p1 + self.system.B @ slip,
+        )
+
+    def violation(self, load_factor: float, slip: Array) -> float:
+        """What the referee says of the claim that the slip is safe at the load factor: its worst violation over the corners."""
+        q, p = self.reactions(load_factor, slip)
+        bonded = q - self.system.A @ slip + self.system.B.T @ self.system.gap, p - self.system.B @ slip + self.system.C @ self.system.gap
+        closed = np.zeros(self.system.nodes)
+        return referee(self.system, bonded, self.friction, v=slip, w=closed, q=q, p=p, force_scale=self.force).residual
+
+    @property
+    def force(self) -> float:
+        """Mean normal force of the mean load (or a force of the same size where there is none), force per depth."""
+        loads = self.loads
+        return float(np.abs(loads.p0).mean() or max(np.abs(loads.q0).mean(), np.abs(loads.q1).mean(), np.abs(loads.p1).mean()) or 1.0)
+
+    @property
+    def mean_bound(self) -> float:
+        """Mean friction bound `f p` under the mean load: the unit of margins (the mean normal force where there is no friction)."""
+        bound = float((self.friction * self.loads.p0).mean())
+        return bound if bound > 0 else self.force
+
+    def defect(self, mechanism: Mechanism, slip: Array) -> float:
+        """By how much the work bound of a mechanism may be off because its stress is not exactly zero, for slips of the size of `slip`."""
+        size = np.maximum(np.abs(slip), self.force / self.system.stiffness_scale)
+        return float(np.abs(mechanism.stress(self.system, self.friction)) @ size)
+
+    def left_out(self, rows: LoadRows | None) -> tuple[str, ...]:
+        """What the scene did not need, in words."""
+        nodes, corners = self.system.nodes, self.loads.corners
+        texts = []
+        if self.mirror:
+            texts.append(f"mirror symmetry: v is odd, {nodes // 2} of {nodes} slips are unknowns, {nodes - nodes // 2} of {nodes} nodes have rows")
+        if rows is not None and not self.every_corner:
+            ruling = len(np.union1d(rows.forward_corner, rows.backward_corner))
+            texts.append(f"corners: one ruling corner for each node and sense, 1 of {corners} rows; {corners - ruling} of {corners} rule no node")
+        return tuple(texts)

@@ -1,0 +1,100 @@
+"""Contacts in which one node does not feel another: onset of slip of the bonded contact, limits of uncoupled and proportionally coupled systems."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import ModelError
+from ._checks import friction, per_node
+from ._numerics import least_ratio
+
+__all__ = ["bonded_onset", "uncoupled_limit"]
+
+
+def bonded_onset(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: ArrayLike) -> float:
+    """Load factor at which the bonded contact first slips at one of the two corners of the cycle.
+
+    Each node holds as long as `|q| <= f p` at both corners; without slip the reactions are `q = q0 + lam s q1`, `p = p0 + lam s p1`,
+    `s = -1, +1`, whatever the stiffness, so that::
+
+        onset = min over nodes of  min((f p0 + q0) / |q1 + f p1|, (f p0 - q0) / |q1 - f p1|)
+
+    Parameters
+    ----------
+    q0, p0
+        Bonded reactions of the mean load, tangential (along +x) and normal (compression positive), (N,) or one number, force per depth.
+    q1, p1
+        Bonded reactions of the corner `s = +1` at load factor one, (N,) or one number, force per depth.
+    f
+        Coefficient of friction, (N,) or one number, dimensionless, positive.
+
+    Returns
+    -------
+    float
+        Dimensionless; inf if the load never brings a node to slip, nan if the mean load alone already does.
+
+    Raises
+    ------
+    ModelError
+        Values that are not real and finite, lengths that do not match, friction not positive.
+
+    References
+    ----------
+    R. C. Flicek, D. A. Hills, J. R. Barber and D. Dini (2015), determination of the shakedown limit for large, discrete frictional systems.
+    """
+    q0, p0, q1, p1, f = per_node(q0=q0, p0=p0, q1=q1, p1=p1, f=f)
+    friction(f)
+    return least_ratio(
+        strength=np.array([f * p0 + q0, f * p0 - q0]),
+        demand=np.array([np.abs(q1 + f * p1), np.abs(q1 - f * p1)]),
+        terms=np.abs(q0) + f * np.abs(p0),
+    )
+
+
+def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: ArrayLike, *, d: ArrayLike = 0.0) -> float:
+    """Limit lambda_1 = lambda_2 of an uncoupled contact, `B = 0`, or of a proportionally coupled one, `B = D A` with `D = diag(d)`.
+
+    With `B = D A` slip enters the law of node i only through its own `t_i = (A v)_i`, as `q += t` and `p += d t`, and `A v = t` has a solution
+    for every `t` when A is positive definite. The nodes are then as many single nodes of stiffness 1 and coupling `d`, and the weakest rules::
+
+        lambda = min over nodes of  f (p0 - d q0) / max(|q1 - f^2 d p1|, f |p1 - d q1|)
+
+    which for `d = 0` is `f p0 / max(|q1|, f |p1|)`, whatever A and q0. The second entry of the maximum rules where the node lifts off rather
+    than slips. In full contact `lambda_1 = lambda_2`: a node slips forward only with `t_i` at its lower bound and backward only at its upper one,
+    safe slips lie between the two, so slip never increases the distance from a safe slip in the norm of A.
+
+    Parameters
+    ----------
+    q0, p0
+        Bonded reactions of the mean load, tangential (along +x) and normal (compression positive), (N,) or one number, force per depth.
+    q1, p1
+        Bonded reactions of the corner `s = +1` at load factor one, (N,) or one number, force per depth.
+    f
+        Coefficient of friction, (N,) or one number, dimensionless, positive.
+    d
+        Diagonal of D, (N,) or one number, dimensionless, `f |d| < 1`.
+
+    Returns
+    -------
+    float
+        Dimensionless; inf if the load does not touch the nodes, nan if no slip is safe even without the cyclic load.
+
+    Raises
+    ------
+    ModelError
+        Values that are not real and finite, lengths that do not match, friction not positive, or friction of `1 / |d|` or more.
+
+    References
+    ----------
+    A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
+    Solids and Structures 44, 8355-8365: which contacts shake down from every start.
+    """
+    q0, p0, q1, p1, f, d = per_node(q0=q0, p0=p0, q1=q1, p1=p1, f=f, d=d)
+    friction(f)
+    if (f * np.abs(d) >= 1).any():
+        node = int(np.argmax(f * np.abs(d)))
+        raise ModelError(f"f: {f[node]:g} at node {node} is not below the critical friction 1/|d| = {1 / abs(d[node]):g}; give less of either")
+    return least_ratio(
+        strength=f * (p0 - d * q0),
+        demand=np.maximum(np.abs(q1 - f**2 * d * p1), f * np.abs(p1 - d * q1)),
+        terms=f * (np.abs(p0) + np.abs(d * q0)),
+    )

@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import csr_matrix
+from scipy.sparse.linalg import splu
+from skfem import MeshQuad, MeshTri
+
+import frictopt as fo
+from frictopt.fem.condense import schur_complement
+from frictopt.fem.elasticity import Material, body_stiffness, boundary_weights
+from frictopt.fem.ordering import nested_dissection
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), eliminated=st.integers(1, 20), kept=st.integers(1, 6))
+def test_schur_complement_against_dense_algebra(seed, eliminated, kept):
+    rng = np.random.default_rng(seed)
+    n = eliminated + kept
+    K = rng.normal(size=(n, n))
+    K = K @ K.T + np.eye(n)
+    F = rng.normal(size=(n, 2))
+    order = np.r_[rng.permutation(eliminated), eliminated + np.arange(kept)]
+    S, R = schur_complement(csr_matrix(K), F, order, kept)
+    i, r = slice(eliminated), slice(eliminated, n)
+    assert np.allclose(S, K[r, r] - K[r, i] @ np.linalg.solve(K[i, i], K[i, r]), rtol=1e-9, atol=1e-9)
+    assert np.allclose(R, -(F[r] - K[r, i] @ np.linalg.solve(K[i, i], F[i])), rtol=1e-9, atol=1e-9)
+
+
+def test_unknowns_that_are_not_listed_are_held():
+    K = np.array([[2.0, -1, 0, 0], [-1, 2, -1, 0], [0, -1, 2, -1], [0, 0, -1, 2]])
+    S, _ = schur_complement(csr_matrix(K), np.zeros((4, 1)), np.array([1, 2, 3]), 1)
+    assert S[0, 0] == pytest.approx(4 / 3, rel=1e-14)
+
+
+def test_a_singular_interior_is_refused():
+    with pytest.raises(fo.ModelError, match="interior part is singular"):
+        schur_complement(csr_matrix(np.diag([0.0, 1.0])), np.zeros((2, 1)), np.array([0, 1]), 1)
+
+
+@pytest.mark.parametrize(
+    "mesh", [MeshQuad.init_tensor(np.linspace(0, 1, 41) ** 2, np.linspace(0, 1, 31)), MeshTri().refined(5), MeshTri.init_circle(4)]
+)
+def test_nested_dissection_orders_all_nodes_with_little_fill(mesh):
+    K = body_stiffness(mesh, Material())
+    nodes = mesh.p.shape[1]
+    K = K[:nodes, :nodes] + K.diagonal().mean() * csr_matrix(np.eye(nodes))
+    order = nested_dissection(K, mesh.p)
+    assert np.array_equal(np.sort(order), np.arange(nodes))
+
+    def fill(permutation):
+        options = {"permc_spec": "NATURAL", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+        return splu(K[permutation][:, permutation].tocsc(), **options).L.nnz
+
+    assert fill(order) < 0.8 * fill(np.lexsort(mesh.p))
+
+
+def test_coincident_nodes_do_not_stop_the_ordering():
+    assert len(nested_dissection(csr_matrix(np.ones((60, 60))), np.zeros((2, 60)))) == 60
+
+
+@pytest.mark.parametrize("mesh", [MeshQuad.init_tensor([0.0, 0.3, 1.0], [0.0, 0.5, 0.7]), MeshTri().refined(1)])
+def test_stiffness_of_uniform_strains(mesh):
+    """Linear displacements make uniform stress; energy is half stress times strain times area, rigid motions have none."""
+    material = Material(E=2.0, nu=0.2)
+    lam, mu = 2.0 * 0.2 / (1.2 * 0.6), 2.0 / 2.4
+    x, y = mesh.p
+    area = np.ptp(x) * np.ptp(y)
+    K = body_stiffness(mesh, material)
+    cases = {
+        "translation": (np.r_[0 * x + 1, 0 * x], 0.0),
+        "turn": (np.r_[-y, x], 0.0),
+        "stretch": (np.r_[x, 0 * y], (lam + 2 * mu) / 2 * area),
+        "shear": (np.r_[y, 0 * x], mu / 2 * area),
+        "both": (np.r_[x, y], 2 * (lam + mu) * area),
+    }
+    for u, energy in cases.values():
+        assert u @ K @ u / 2 == pytest.approx(energy, abs=1e-13)
+
+
+def test_boundary_weights_add_up_to_the_length():
+    mesh = MeshQuad.init_tensor([0.0, 0.1, 0.4, 1.0], [0.0, 2.0]).with_boundaries({"top": lambda x: x[1] == 2.0})
+    weights = boundary_weights(mesh, "top")
+    top = mesh.p[1] == 2.0
+    order = np.argsort(mesh.p[0, top])
+    assert np.allclose(weights[top][order], [0.05, 0.2, 0.45, 0.3]) and not weights[~top].any()
+
+
+@pytest.mark.parametrize(
+    ("E", "nu", "message"), [(0.0, 0.3, "E: 0.0"), (-1.0, 0.3, "E: -1"), (1.0, 0.5, "nu: 0.5"), (1.0, -1.0, "nu: -1"), (np.nan, 0.3, "E: nan")]
+)
+def test_impossible_materials_are_refused(E, nu, message):
+    with pytest.raises(fo.ModelError, match=message):
+        fo.Material(E=E, nu=nu)

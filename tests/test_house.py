@@ -1,0 +1,106 @@
+"""The layers of the package, the size of its files, and what stands on its doors."""
+
+import ast
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import frictopt
+from frictopt import errors
+
+PACKAGE = Path(frictopt.__file__).parent
+BELOW = {
+    "errors": set(),
+    "contact": {"errors"},
+    "reference": {"errors"},
+    "fem": {"errors", "contact", "reference"},
+    "models": {"errors", "contact", "reference"},
+}
+ALLOWED = {  # libraries beyond the standard one, by layer
+    "errors": set(),
+    "contact": {"numpy", "scipy.io"},
+    "reference": {"numpy"},
+    "fem": {"numpy", "scipy", "skfem"},
+    "models": {"numpy", "scipy", "cvxpy", "pandas"},
+}
+FILES = sorted(PACKAGE.rglob("*.py"))
+IDS = [str(path.relative_to(PACKAGE)) for path in FILES]
+
+
+def room(path):
+    return path.relative_to(PACKAGE).with_suffix("").parts[0]
+
+
+def imported(path):
+    """Absolute dotted names that a file imports."""
+    base = ("frictopt", *path.relative_to(PACKAGE).parent.parts)
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            start = ".".join(base[: len(base) - node.level + 1]) if node.level else ""
+            module = ".".join(part for part in (start, node.module) if part)
+            yield from ([module] if node.module else [f"{module}.{alias.name}" for alias in node.names])
+
+
+@pytest.mark.parametrize("path", [path for path in FILES if path.parent != PACKAGE], ids=[i for i in IDS if "/" in i])
+def test_imports_point_one_way(path):
+    here = room(path)
+    for name in imported(path):
+        first, *rest = name.split(".")
+        if first == "frictopt":
+            assert rest[0] == here or rest[0] in BELOW[here], f"{here} imports {name}"
+        elif first not in sys.stdlib_module_names:
+            assert any(name == allowed or name.startswith(allowed + ".") for allowed in ALLOWED[here]), f"{here} imports {name}"
+
+
+def test_files_of_a_layer_do_not_import_each_other_in_a_circle():
+    edges = {}
+    for path in FILES:
+        name = ".".join(("frictopt", *path.relative_to(PACKAGE).with_suffix("").parts)).removesuffix(".__init__")
+        edges[name] = {other for other in imported(path) if other != name}
+    done = set()
+
+    def visit(name, trail):
+        assert name not in trail, " -> ".join([*trail, name])
+        if name not in done:
+            for other in edges.get(name, ()):
+                visit(other, [*trail, name])
+            done.add(name)
+
+    for name in edges:
+        visit(name, [])
+
+
+@pytest.mark.parametrize("path", FILES, ids=IDS)
+def test_files_are_small(path):
+    assert path.read_text(encoding="utf-8").count("\n") <= 300
+
+
+def test_every_public_name_is_listed_and_described():
+    assert sorted(frictopt.__all__) == frictopt.__all__
+    for name in frictopt.__all__:
+        thing = getattr(frictopt, name)
+        assert inspect.getdoc(thing), name
+        for member, value in vars(thing).items() if inspect.isclass(thing) else ():
+            if not member.startswith("_") and (inspect.isfunction(value) or isinstance(value, property)):
+                assert inspect.getdoc(value), f"{name}.{member}"
+
+
+def test_all_errors_have_one_base():
+    for name in errors.__all__:
+        assert issubclass(getattr(errors, name), frictopt.FrictoptError)
+
+
+def test_a_hand_written_system_needs_no_finite_elements_and_importing_draws_nothing():
+    code = (
+        "import sys, numpy as np, frictopt.contact as c, frictopt.models as m\n"
+        "one = np.eye(2)\n"
+        "s = c.ContactSystem(one, 0.1 * one, one, [0, 1], {'P': ([0, 0], [1, 1]), 'Q': ([1, 0], [0, 0])})\n"
+        "m.shakedown_limit(s, c.LoadCycle({'P': 1.0}, [{'Q': 1.0}, {'Q': -1.0}]), 0.5)\n"
+        "assert not {'matplotlib', 'distributed', 'tqdm'} & set(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

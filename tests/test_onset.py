@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from systems import random_system, system
+
+MEAN, DIRECTION = {"mean": 1.0}, {"cyclic": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("data", "friction", "expected"),
+    [
+        ((2.0, 0.5, 0.1, 1.0, 1.0, 0.2), 0.4, 0.326086956522),
+        ((np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1)), 0.6, 0.576923076923),
+        ((np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1)), 0.4, 0.909090909091),
+        (
+            ([[2, -1, 0], [-1, 2, -1], [0, -1, 2]], np.zeros((3, 3)), (0.05, 0, -0.1), (1, 0.8, 1.2), (0.5, 0.3, -0.2), (0.1, -0.2, 0.9)),
+            0.4,
+            0.760869565217,
+        ),
+    ],
+)
+def test_onset_over_a_cycle_of_both_senses(data, friction, expected):
+    contact = system(*data)
+    both = [fo.onset(contact, MEAN, {"cyclic": sign}, friction).slip.load_factor for sign in (1.0, -1.0)]
+    assert min(both) == pytest.approx(expected, rel=1e-11)
+
+
+@settings(max_examples=40, deadline=None)
+@given(nodes=st.integers(1, 5), seed=st.integers(0, 10**6), friction=st.floats(0.05, 3.0))
+def test_onset_is_the_first_violation(nodes, seed, friction):
+    contact = random_system(np.random.default_rng(seed), nodes)
+    found = fo.onset(contact, MEAN, DIRECTION, friction)
+
+    def slips(lam):
+        q, p = contact.reaction({"mean": 1.0, "cyclic": lam})
+        return (np.abs(q) - friction * p).max() > 0
+
+    def opens(lam):
+        return contact.reaction({"mean": 1.0, "cyclic": lam})[1].min() < 0
+
+    for event, violated in ((found.slip, slips), (found.separation, opens)):
+        if event.load_factor == np.inf:
+            assert not violated(1e9) and event.node is None and event.sense == 0
+        else:
+            assert not any(violated(t * event.load_factor) for t in np.linspace(0, 1 - 1e-9, 20)) or not found.mean_admissible
+            assert violated(event.load_factor * (1 + 1e-9) + 1e-12)
+    if found.slip.node is not None and found.mean_admissible:
+        q, p = contact.reaction({"mean": 1.0, "cyclic": found.slip.load_factor})
+        assert q[found.slip.node] == pytest.approx(-found.slip.sense * friction * p[found.slip.node], abs=1e-9)
+
+
+def test_an_inadmissible_mean_load_is_said():
+    contact = system(np.eye(3), np.zeros((3, 3)), (0.9, 0.0, 0.0), (1.0, 1.0, -0.1), 0.1, 0.0)
+    found = fo.onset(contact, MEAN, DIRECTION, 0.5)
+    assert found.mean_slips == (0, 2) and found.mean_opens == (2,) and not found.mean_admissible
+    assert (found.slip.load_factor, found.slip.node, found.slip.sense) == (0.0, 0, -1)
+    assert found.separation.load_factor == 0.0
+
+
+def test_mirror_images_name_the_first_node_whatever_the_rounding(punch):
+    contact = punch(16)
+    assert fo.onset(contact, {"P": 1.0}, {"sigma": 1.0}, 1.0).slip.node == 0
+
+
+def test_under_pressure_alone_the_edges_slip_below_their_traction_ratio(punch):
+    contact = punch(16)
+    q, p = contact.bonded["P"]
+    ratio = abs(q[0]) / p[0]
+    assert 0.59 < ratio < 0.68
+    assert fo.onset(contact, {"P": 1.0}, {"sigma": 1.0}, ratio * 0.999).mean_slips == (0, 16)
+    assert fo.onset(contact, {"P": 1.0}, {"sigma": 1.0}, ratio * 1.001).mean_admissible
+
+
+def test_unknown_loads_and_bad_friction_are_refused(punch):
+    with pytest.raises(fo.ModelError, match="load case 'tau': unknown"):
+        fo.onset(punch(16), {"P": 1.0}, {"tau": 1.0}, 0.5)
+    with pytest.raises(fo.ModelError, match="friction: -1"):
+        fo.onset(punch(16), {"P": 1.0}, {"sigma": 1.0}, -1)
+    with pytest.raises(fo.ModelError, match="mean"):
+        fo.onset(punch(16), {"P": np.nan}, {"sigma": 1.0}, 0.5)

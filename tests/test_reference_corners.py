@@ -1,0 +1,169 @@
+"""Corner modes against finite differences of their Airy function and against complex potentials, which share no formula with them."""
+
+import numpy as np
+import pytest
+
+from frictopt.errors import ModelError
+from frictopt.reference import bonded_corner, sliding_corner_exponent
+
+HALF_ANGLE, INTERFACE = 3 * np.pi / 4, np.pi / 4
+MODES = pytest.mark.parametrize("mode", bonded_corner(), ids=("symmetric", "antisymmetric"))
+
+
+def potentials(exponent, theta, kolosov=1.8):
+    """Columns: (s_tt, s_rt, u_r, u_t) at r = 1 of Kolosov-Muskhelishvili potentials `a z^l`, `b z^l` for a = 1, i and b = 1, i; 2 mu = 1."""
+    z = np.exp(1j * theta)
+    columns = []
+    for a, b in [(1, 0), (1j, 0), (0, 1), (0, 1j)]:
+        first, first_d, first_dd = (a * c * z ** (exponent - k) for k, c in enumerate((1, exponent, exponent * (exponent - 1))))
+        second, second_d = b * z**exponent, b * exponent * z ** (exponent - 1)
+        traction = first_d + np.conj(first_d) + z**2 * (np.conj(z) * first_dd + second_d)
+        displacement = (kolosov * first - z * np.conj(first_d) - np.conj(second)) / z
+        columns.append([traction.real, traction.imag, displacement.real, displacement.imag])
+    return np.array(columns).T
+
+
+def least_singular_value(matrix):
+    """Least singular value after scaling rows and columns, so that it is small only where the determinant vanishes."""
+    matrix = matrix / np.linalg.norm(matrix, axis=1)[:, None]
+    return np.linalg.svd(matrix / np.linalg.norm(matrix, axis=0), compute_uv=False)[-1]
+
+
+def bonded_matrix(exponent):
+    """Four traction conditions of one wedge whose faces are free."""
+    return np.vstack([potentials(exponent, side * HALF_ANGLE)[:2] for side in (1, -1)])
+
+
+def sliding_matrix(exponent, ratio, kolosov=1.8):
+    """Eight conditions of punch (quarter-plane above) and block (half-plane below), interface theta = 0, `s_rt = ratio * s_tt`."""
+    interface, punch, block = (potentials(exponent, theta, kolosov) for theta in (0, np.pi / 2, -np.pi))
+    none = np.zeros((2, 4))
+    free = np.vstack([np.hstack([punch[:2], none]), np.hstack([none, block[:2]])])
+    continuous = np.hstack([interface[[0, 1, 3]], -interface[[0, 1, 3]]])
+    friction = np.hstack([interface[1] - ratio * interface[0], np.zeros(4)])
+    return np.vstack([free, continuous, friction])
+
+
+def cartesian(function, x, y):
+    return function(np.hypot(x, y), np.arctan2(y, x))
+
+
+def biharmonic(function, x, y, h):
+    """Thirteen-point stencil."""
+    steps = {(0, 0): 20, (1, 0): -8, (0, 1): -8, (1, 1): 2, (1, -1): 2, (2, 0): 1, (0, 2): 1}
+    both_ways = {(sign * i, sign * j): weight for (i, j), weight in steps.items() for sign in (1, -1)}
+    return sum(weight * cartesian(function, x + i * h, y + j * h) for (i, j), weight in both_ways.items()) / h**4
+
+
+def test_bonded_corner_instances():
+    even, odd = bonded_corner()
+    assert (even.exponent, odd.exponent) == pytest.approx((0.544483736782, 0.908529189847), rel=1e-9)
+    assert (abs(even.traction_ratio), abs(odd.traction_ratio)) == pytest.approx((0.543075578737, 0.218923236249), rel=1e-9)
+    assert (even.symmetric, odd.symmetric) == (True, False)
+
+
+@MODES
+def test_bonded_modes_are_biharmonic(mode):
+    for x, y in [(1.0, 0.3), (-0.4, 0.9), (0.2, -1.1)]:
+        coarse, fine = (biharmonic(mode.airy, x, y, h) for h in (0.04, 0.02))
+        assert abs(coarse) < 0.1 and abs(fine) < 0.02  # second order in the step
+        assert abs(4 * fine - coarse) / 3 < 1e-4 * abs(cartesian(mode.airy, x, y))
+
+
+@MODES
+def test_bonded_stresses_are_derivatives_of_the_airy_function(mode):
+    h = 1e-3
+    for x, y in [(1.0, 0.3), (-0.4, 0.9), (0.2, -1.1)]:
+        phi = {(i, j): cartesian(mode.airy, x + i * h, y + j * h) for i in (-1, 0, 1) for j in (-1, 0, 1)}
+        s_yy = (phi[1, 0] - 2 * phi[0, 0] + phi[-1, 0]) / h**2
+        s_xx = (phi[0, 1] - 2 * phi[0, 0] + phi[0, -1]) / h**2
+        s_xy = -(phi[1, 1] - phi[1, -1] - phi[-1, 1] + phi[-1, -1]) / (4 * h**2)
+        theta = np.arctan2(y, x)
+        turn = np.array([[np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]])
+        polar = turn @ np.array([[s_xx, s_xy], [s_xy, s_yy]]) @ turn.T
+        assert cartesian(mode.stress, x, y) == pytest.approx((polar[0, 0], polar[1, 1], polar[0, 1]), abs=1e-5)
+
+
+@MODES
+def test_bonded_faces_are_free_and_the_mode_is_not_zero(mode):
+    for side in (1, -1):
+        _, s_tt, s_rt = mode.stress([0.1, 1.0, 7.0], side * HALF_ANGLE)
+        assert np.abs([s_tt, s_rt]).max() < 1e-12
+        slope = (mode.airy(1.0, side * HALF_ANGLE + 1e-5) - mode.airy(1.0, side * HALF_ANGLE - 1e-5)) / 2e-5
+        assert abs(slope) < 1e-9
+    assert abs(mode.stress(1.0, INTERFACE)[1]) > 0.1
+
+
+@MODES
+def test_bonded_modes_are_even_or_odd_and_scale_with_distance(mode):
+    theta = np.linspace(-2, 2, 9)
+    assert mode.airy(1.3, -theta) == pytest.approx((1 if mode.symmetric else -1) * mode.airy(1.3, theta), abs=1e-14)
+    near, far = (np.array(mode.stress(r, theta)) for r in (0.01, 1.0))
+    assert near == pytest.approx(far * 0.01 ** (mode.exponent - 1), rel=1e-12)
+
+
+def test_bonded_exponents_and_ratios_agree_with_complex_potentials():
+    exponents = np.linspace(0.02, 0.98, 2001)
+    values = np.array([least_singular_value(bonded_matrix(trial)) for trial in exponents])
+    dips = exponents[1:-1][(values[1:-1] < values[:-2]) & (values[1:-1] < values[2:]) & (values[1:-1] < 1e-2)]
+    assert dips == pytest.approx([mode.exponent for mode in bonded_corner()], abs=5e-4)
+    for mode in bonded_corner():
+        matrix = bonded_matrix(mode.exponent)
+        assert least_singular_value(matrix) < 1e-12
+        s_tt, s_rt = (potentials(mode.exponent, INTERFACE) @ np.linalg.svd(matrix)[2][-1])[:2]
+        assert mode.traction_ratio == pytest.approx(s_rt / s_tt, rel=1e-9)
+
+
+def test_pressing_makes_the_block_hold_the_punch_back_from_spreading():
+    assert bonded_corner()[0].traction_ratio > 0
+
+
+@pytest.mark.parametrize(("f", "exponent"), [(0, 0.7740131116), (0.3, 0.6379871879), (0.5, 0.5603889193), (0.7, 0.4882464857)])
+def test_sliding_corner_instances(f, exponent):
+    assert sliding_corner_exponent(f) == pytest.approx(exponent, abs=6e-11)
+
+
+@pytest.mark.parametrize(
+    ("f", "slip"), [(0, "outward"), (0.2, "outward"), (0.7, "outward"), (1.9, "outward"), (0, "inward"), (0.1, "inward"), (0.3, "inward")]
+)
+def test_sliding_exponent_is_the_leading_root_of_the_eight_conditions(f, slip):
+    ratio = f if slip == "outward" else -f
+    exponent = sliding_corner_exponent(f, slip=slip)
+    for kolosov in (1.0, 1.8, 3.0):  # Poisson's ratio of one half, 0.3 in plane strain, zero
+        assert least_singular_value(sliding_matrix(exponent, ratio, kolosov)) < 1e-12
+    smaller = np.linspace(0.01, exponent - 0.005, 300)
+    assert min(least_singular_value(sliding_matrix(trial, ratio)) for trial in smaller) > 1e-5
+
+
+def test_sliding_exponent_falls_with_outward_and_rises_with_inward_friction():
+    frictions = np.linspace(0, 0.31, 20)
+    assert np.diff([sliding_corner_exponent(f) for f in frictions]).max() < 0
+    assert np.diff([sliding_corner_exponent(f, slip="inward") for f in frictions]).min() > 0
+
+
+def test_friction_beyond_which_no_mode_is_singular():
+    assert 0 < sliding_corner_exponent(3 * np.pi / 4 - 1 / np.pi - 1e-6) < 1e-5
+    assert 1 - 1e-5 < sliding_corner_exponent(1 / np.pi - 1e-6, slip="inward") < 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"f": -0.1}, "f: -0.1; give a number of at least 0"),
+        ({"f": np.inf}, "f: inf is not finite"),
+        ({"f": 2.1}, "f: 2.1 .*outward slip; give friction below 2.03788"),
+        ({"f": 0.4, "slip": "inward"}, "f: 0.4 .*inward slip; give friction below 0.31831"),
+        ({"f": 0.4, "slip": "sideways"}, "slip: 'sideways'; give 'outward' or 'inward'"),
+    ],
+)
+def test_sliding_corner_refuses(arguments, complaint):
+    with pytest.raises(ModelError, match=complaint):
+        sliding_corner_exponent(**arguments)
+
+
+@MODES
+def test_bonded_modes_refuse(mode):
+    with pytest.raises(ModelError, match="r: 0; give distances above 0"):
+        mode.stress([1.0, 0.0], 0.0)
+    with pytest.raises(ModelError, match="theta: nan is not finite"):
+        mode.airy(1.0, np.nan)

@@ -1,0 +1,292 @@
+"""Closed-form limits against published instances and against linear programs written from Coulomb's law, every corner in full."""
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from frictopt.errors import ModelError
+from frictopt.reference import bonded_onset, single_node_limit, two_node_limits, uncoupled_limit
+
+CORNERS = (-1.0, 1.0)
+EXACT = {"rel": 1e-9, "abs": 1e-12}
+ONE_NODE = {"A": 2.0, "B": 0.5, "q0": 0.1, "p0": 1.0, "q1": 1.0, "p1": 0.2, "f": 0.4}
+FIRST_PAIR = {"A": [[1, -0.4], [-0.4, 1]], "B": [[-0.1, -0.7], [0.7, 0.1]], "q0": 0, "p0": 1, "q1": [0.8, 0.8], "p1": [0.4, 0.1], "f": 0.6}
+SECOND_PAIR = {"A": [[1, -0.6], [-0.6, 1]], "B": [[-0.5, -0.4], [0.4, 0.5]], "q0": 0, "p0": 1, "q1": [0.4, -0.4], "p1": [0.1, -0.1], "f": 0.4}
+THREE_NODES = {"q0": (0.05, 0, -0.1), "p0": (1, 0.8, 1.2), "q1": (0.5, 0.3, -0.2), "p1": (0.1, -0.2, 0.9), "f": 0.4}
+CHAIN = np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]])
+
+
+def law(A, B, q0, p0, q1, p1, f):
+    """Rows of `G (lam, v) >= h`: friction that opposes forward and backward slip, node by node, at each corner; keyed by (sense, corner)."""
+    A, B = np.atleast_2d(A).astype(float), np.atleast_2d(B).astype(float)
+    q0, p0, q1, p1, f = (np.broadcast_to(np.asarray(x, dtype=float), len(A)) for x in (q0, p0, q1, p1, f))
+    rows = {}
+    for corner in CORNERS:
+        for sense in (1, -1):  # sense * q + f p >= 0
+            rows[sense, corner] = np.column_stack([corner * (sense * q1 + f * p1), sense * A + f[:, None] * B]), -(sense * q0 + f * p0)
+    return rows
+
+
+def solve(objective, rows, equal=()):
+    """Least `objective * lam` with all rows, those at positions `equal` without slack; rows are brought to unit length first."""
+    G, h = (np.concatenate(part) for part in zip(*rows.values(), strict=True))
+    size = np.abs(G).max(axis=1)
+    G, h = G / size[:, None], h / size
+    cost = np.r_[objective, np.zeros(G.shape[1] - 1)]
+    bounds = [(0, None)] + [(None, None)] * (G.shape[1] - 1)
+    tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+    equalities = {"A_eq": G[list(equal)], "b_eq": h[list(equal)]} if len(equal) else {}
+    answer = linprog(cost, A_ub=-G, b_ub=-h, bounds=bounds, method="highs-ds", options=tight, **equalities)
+    assert answer.status in (0, 2, 3)
+    return {0: answer.fun * objective if answer.status == 0 else None, 2: np.nan, 3: np.inf}[answer.status]
+
+
+def lp_shakedown(system):
+    return solve(-1.0, law(**system))
+
+
+def lp_guaranteed(system):
+    """Least load at which some node is on its forward bound at one corner and on its backward bound at the other, at a safe slip.
+
+    Each bound is tight at the corner that brings the node nearest to it; a node for which that is one and the same corner only lifts off there.
+    """
+    rows = law(**system)
+    order, nodes = list(rows), len(np.atleast_2d(system["A"]))
+    candidates = [lp_shakedown(system)]
+    for node in range(nodes):
+        ahead, back = (min(CORNERS, key=lambda corner: rows[sense, corner][0][node, 0]) for sense in (1, -1))
+        if ahead != back:
+            touching = [order.index((1, ahead)) * nodes + node, order.index((-1, back)) * nodes + node]
+            candidates.append(solve(1.0, rows, touching))
+    return np.nan if np.isnan(candidates[0]) else np.nanmin(candidates)
+
+
+def random_load(rng, nodes):
+    shape = None if nodes == 1 else nodes
+    return {
+        "q0": rng.normal(scale=0.3, size=shape),
+        "p0": rng.uniform(0.2, 2, shape),
+        "q1": rng.normal(size=shape),
+        "p1": rng.normal(size=shape),
+        "f": rng.uniform(0.1, 1, shape),
+    }
+
+
+def stiff(rng, nodes):
+    root = rng.normal(size=(nodes, nodes))
+    return root @ root.T + 0.2 * np.eye(nodes)
+
+
+def random_pairs(rng, count):
+    """Coupled pairs of nodes below the critical friction, found by rejection."""
+    pairs = []
+    while len(pairs) < count:
+        system = {"A": stiff(rng, 2), "B": rng.normal(size=(2, 2)), **random_load(rng, 2)}
+        mixed = [system["A"] + np.diag([s, t]) * system["f"] @ system["B"] for s in (1, -1) for t in (1, -1)]
+        if all(np.linalg.det(m) > 0 and np.diag(m).min() > 0 for m in mixed):
+            pairs.append(system)
+    return pairs
+
+
+def test_single_node_instances():
+    assert single_node_limit(**ONE_NODE) == pytest.approx(0.393145161290, rel=1e-9)
+    assert single_node_limit(A=1, B=0, q0=0, p0=1, q1=1, p1=0, f=0.5) == pytest.approx(0.5, rel=1e-9)
+
+
+def test_two_node_instances():
+    first, second = two_node_limits(**FIRST_PAIR), two_node_limits(**SECOND_PAIR)
+    assert (first.lambda_1, first.lambda_2) == pytest.approx((0.391864153760, 0.726057393108), rel=1e-9)
+    assert (second.lambda_1, second.lambda_2) == pytest.approx((0.532623169108, 0.953695570335), rel=1e-9)
+
+
+def test_uncoupled_instance():
+    assert uncoupled_limit(**THREE_NODES) == pytest.approx(0.8, rel=1e-9)
+    assert lp_shakedown({"A": CHAIN, "B": 0 * CHAIN, **THREE_NODES}) == pytest.approx(0.8, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("system", "onset"), [(ONE_NODE, 0.326086956522), (FIRST_PAIR, 0.576923076923), (SECOND_PAIR, 0.909090909091), (THREE_NODES, 0.760869565217)]
+)
+def test_onset_instances(system, onset):
+    assert bonded_onset(**{name: value for name, value in system.items() if name not in "AB"}) == pytest.approx(onset, rel=1e-9)
+
+
+def test_onset_is_where_some_node_reaches_its_bound_and_none_is_beyond():
+    rng = np.random.default_rng(11)
+    for _ in range(200):
+        load = random_load(rng, 4)
+        onset = bonded_onset(**load)
+        mean_slips = (np.abs(load["q0"]) > load["f"] * load["p0"]).any()
+        assert np.isnan(onset) == mean_slips
+        if not mean_slips:
+            slack = [load["f"] * (load["p0"] + s * onset * load["p1"]) - np.abs(load["q0"] + s * onset * load["q1"]) for s in CORNERS]
+            assert np.min(slack) == pytest.approx(0, abs=1e-12)
+
+
+def test_single_node_equals_the_linear_program():
+    rng = np.random.default_rng(1)
+    regimes = set()
+    for _ in range(300):
+        system = {"A": rng.uniform(0.2, 3), **random_load(rng, 1)}
+        system["B"] = 0.98 * rng.uniform(-1, 1) * system["A"] / system["f"]
+        limit = single_node_limit(**system)
+        assert limit == pytest.approx(lp_shakedown(system), **EXACT, nan_ok=True)
+        regimes.add((bool(np.isnan(limit)), bool(abs(system["q1"]) > system["f"] * abs(system["p1"]))))
+    assert len(regimes) == 4
+
+
+def test_two_nodes_equal_the_linear_programs():
+    regimes = set()
+    for system in random_pairs(np.random.default_rng(2), 400):
+        limits = two_node_limits(**system)
+        assert limits.lambda_2 == pytest.approx(lp_shakedown(system), **EXACT, nan_ok=True)
+        assert limits.lambda_1 == pytest.approx(lp_guaranteed(system), **EXACT, nan_ok=True)
+        share = limits.lambda_1 / limits.lambda_2
+        regimes.add("nothing safe" if np.isnan(share) else "zero" if share == 0 else "apart" if share < 0.999 else "equal")
+    assert regimes == {"nothing safe", "zero", "apart", "equal"}
+
+
+@pytest.mark.parametrize("nodes", [1, 3, 6])
+@pytest.mark.parametrize("coupled", [False, True])
+def test_proportional_coupling_equals_the_linear_program(nodes, coupled):
+    rng = np.random.default_rng(30 + nodes)
+    for _ in range(60):
+        load, A = random_load(rng, nodes), stiff(rng, nodes)
+        d = coupled * 0.95 * rng.uniform(-1, 1, nodes) / load["f"]
+        limit = uncoupled_limit(**load, d=d)
+        system = {"A": A, "B": d[:, None] * A, **load}
+        assert limit == pytest.approx(lp_shakedown(system), **EXACT, nan_ok=True)
+        assert limit == pytest.approx(lp_guaranteed(system), **EXACT, nan_ok=True)
+
+
+def test_proportionally_coupled_pair_does_not_depend_on_the_start():
+    rng = np.random.default_rng(4)
+    for _ in range(50):
+        load, A, d = random_load(rng, 2), stiff(rng, 2), rng.uniform(-0.9, 0.9, 2)
+        limits = two_node_limits(A=A, B=d[:, None] * A, **load)
+        assert (limits.lambda_1, limits.lambda_2) == pytest.approx((uncoupled_limit(**load, d=d),) * 2, **EXACT, nan_ok=True)
+
+
+def test_no_nodes_at_all_are_refused():
+    with pytest.raises(ModelError, match=r"p0: shape \(0,\)"):
+        uncoupled_limit(q0=0, p0=[], q1=1, p1=0, f=0.5)
+
+
+def test_limits_are_infinite_without_cyclic_load():
+    assert uncoupled_limit(0, 1, 0, 0, 0.5) == single_node_limit(1, 0.3, 0.1, 1, 0, 0, 0.5) == bonded_onset(0, 1, 0, 0, 0.5) == np.inf
+    still = two_node_limits(**{**FIRST_PAIR, "q1": 0, "p1": 0})
+    assert still.lambda_1 == still.lambda_2 == np.inf
+
+
+def test_a_mean_load_on_the_bound_leaves_a_limit_of_zero_not_none():
+    assert bonded_onset(q0=0.3, p0=1, q1=1, p1=0, f=0.3) == bonded_onset(q0=0.1 + 0.2, p0=1, q1=1, p1=0, f=0.3) == 0
+    assert single_node_limit(A=1, B=1, q0=0.1 + 0.2, p0=0.3, q1=1, p1=0, f=0.5) == 0
+
+
+def changed(system, **change):
+    full = {name: np.asarray(value, dtype=float) for name, value in system.items()}
+    return full | {name: np.asarray(value(full) if callable(value) else value, dtype=float) for name, value in change.items()}
+
+
+SLIP = np.array([0.7, -1.9])
+REVERSED = [1, 0]
+# Name: (what is replaced by which function of the system, factor by which both limits change).
+INVARIANCES = {
+    "stiffness": ({"A": lambda s: 7 * s["A"], "B": lambda s: 7 * s["B"]}, 1),
+    "mean load": ({"q0": lambda s: 3 * s["q0"], "p0": lambda s: 3 * s["p0"]}, 3),
+    "cyclic load": ({"q1": lambda s: 3 * s["q1"], "p1": lambda s: 3 * s["p1"]}, 1 / 3),
+    "order of corners": ({"q1": lambda s: -s["q1"], "p1": lambda s: -s["p1"]}, 1),
+    "mirror": ({"B": lambda s: -s["B"], "q0": lambda s: -s["q0"], "q1": lambda s: -s["q1"]}, 1),
+    "slip already there": ({"q0": lambda s: s["q0"] + s["A"] @ SLIP, "p0": lambda s: s["p0"] + s["B"] @ SLIP}, 1),
+    "numbering": (
+        {name: lambda s, name=name: s[name][np.ix_(REVERSED, REVERSED)] for name in "AB"}
+        | {name: lambda s, name=name: np.broadcast_to(s[name], 2)[REVERSED] for name in ("q0", "p0", "q1", "p1", "f")},
+        1,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", INVARIANCES)
+def test_two_node_limits_are_invariant(name):
+    change, factor = INVARIANCES[name]
+    for system in [FIRST_PAIR, SECOND_PAIR, *random_pairs(np.random.default_rng(5), 40)]:
+        before, after = two_node_limits(**system), two_node_limits(**changed(system, **change))
+        assert (after.lambda_1, after.lambda_2) == pytest.approx((factor * before.lambda_1, factor * before.lambda_2), **EXACT, nan_ok=True)
+
+
+@pytest.mark.parametrize("name", sorted(set(INVARIANCES) - {"numbering", "slip already there"}))
+def test_single_node_limit_is_invariant(name):
+    change, factor = INVARIANCES[name]
+    system = {key: float(value) for key, value in changed(ONE_NODE, **change).items()}
+    assert single_node_limit(**system) == pytest.approx(factor * single_node_limit(**ONE_NODE), rel=1e-12)
+
+
+def test_slip_already_there_does_not_change_single_and_proportional_limits():
+    moved = ONE_NODE | {"q0": 0.1 + 2.0 * 0.35, "p0": 1 + 0.5 * 0.35}
+    assert single_node_limit(**moved) == pytest.approx(single_node_limit(**ONE_NODE), rel=1e-12)
+    d, slip = np.array([0.4, -1.1, 0.8]), np.array([0.1, -0.3, 0.2])
+    moved = THREE_NODES | {"q0": THREE_NODES["q0"] + CHAIN @ slip, "p0": THREE_NODES["p0"] + d * (CHAIN @ slip)}
+    assert uncoupled_limit(**moved, d=d) == pytest.approx(uncoupled_limit(**THREE_NODES, d=d), rel=1e-12)
+
+
+def test_shakedown_limit_does_not_fall_with_friction():
+    for system, critical in [(FIRST_PAIR, 0.75), (SECOND_PAIR, 0.44)]:
+        limits = [two_node_limits(**{**system, "f": f}).lambda_2 for f in np.linspace(0.05, critical, 15)]
+        assert np.diff(limits).min() > 0
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"f": 4.0}, "f: 4 .*critical friction A/|B| = 4.*less friction"),
+        ({"f": 0.0}, "f: 0; give a number above 0"),
+        ({"A": -1.0}, "A: -1; give a number above 0"),
+        ({"q1": np.nan}, "q1: nan is not finite"),
+        ({"p0": 1j}, "p0: 1j is not real"),
+        ({"B": [0.1, 0.2]}, r"B: shape \(2,\); give one number"),
+    ],
+)
+def test_single_node_refuses(change, complaint):
+    with pytest.raises(ModelError, match=complaint):
+        single_node_limit(**{**ONE_NODE, **change})
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"f": 2.0}, "f: .*critical friction.*less friction"),
+        ({"f": [0.6, 1.5]}, "f: .*critical friction.*less friction"),
+        ({"A": [[1, -0.5], [-0.5, 1]], "B": [[2, -3], [0, 0]]}, "f: .*critical friction.*less friction"),  # a diagonal entry alone
+        ({"f": [0.6, 0.0]}, "f: 0; give a positive"),
+        ({"A": [[1, 2], [2, 1]]}, "A: .*not positive definite; hold"),
+        ({"A": [[1, -1], [-1, 1]]}, "A: .*not positive definite; hold"),
+        ({"A": [[1, 0.1], [0.2, 1]]}, "A: .*not symmetric; give"),
+        ({"B": np.eye(3)}, r"B: shape \(3, 3\); give shape \(2, 2\)"),
+        ({"B": [[1], [1, 2]]}, "B: .*different lengths; give"),
+        ({"q0": [1, 2, 3]}, r"q0: shape \(3,\); give one number, or one for each of the 2 nodes"),
+        ({"p1": [0.1, np.inf]}, "p1: .*not finite; give"),
+        ({"p0": "1"}, "p0: '1' is not real; give"),
+    ],
+)
+def test_two_nodes_refuse(change, complaint):
+    with pytest.raises(ModelError, match=complaint):
+        two_node_limits(**{**FIRST_PAIR, **change})
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"d": [0.0, 2.5, 0.0]}, "f: 0.4 at node 1 .*critical friction"),
+        ({"q1": [1.0, 2.0]}, r"q1: shape \(2,\); give one number, or one for each of the 3 nodes"),
+        ({"p0": []}, r"p0: shape \(0,\)"),
+        ({"p0": np.ones((3, 1))}, r"p0: shape \(3, 1\)"),
+        ({"f": -0.1}, "f: -0.1; give a positive"),
+        ({"q0": None}, "q0: None is not real"),
+    ],
+)
+def test_uncoupled_refuses(change, complaint):
+    with pytest.raises(ModelError, match=complaint):
+        uncoupled_limit(**{**THREE_NODES, **change})
+    if "d" not in change:
+        with pytest.raises(ModelError, match=complaint):
+            bonded_onset(**{**THREE_NODES, **change})

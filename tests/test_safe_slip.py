@@ -1,0 +1,78 @@
+import io
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from systems import CYCLE, linprog_limit, random_system
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 6), f=st.floats(0.05, 1.0), factor=st.floats(0.0, 3.0), simplify=st.booleans())
+def test_a_safe_slip_exists_exactly_below_the_limit(seed, nodes, f, factor, simplify):
+    contact = random_system(np.random.default_rng(seed), nodes)
+    status, limit = linprog_limit(contact, CYCLE, f)
+    safe = fo.safe_slip(contact, CYCLE, f, factor, simplify=simplify)
+    assert safe.residual < 1e-9
+    if status == 0 and abs(factor - limit) > 1e-6:
+        assert safe.exists == (factor < limit)
+    if status != 0:
+        assert safe.exists == (status == 3)
+    q0, p0 = contact.bonded["mean"]
+    unit = f * p0.mean()
+    reserve = []
+    for q1, p1 in zip(*CYCLE.corner_reactions(contact), strict=True):
+        reserve.append(f * (p0 + factor * p1 + contact.B @ safe.slip) - np.abs(q0 + factor * q1 + contact.A @ safe.slip))
+    assert np.min(reserve) / unit >= safe.margin - 1e-9
+    assert safe.margin <= 1.0 + 1e-12 and safe.margin_bound >= safe.margin - 1e-9
+
+
+def test_the_certificate_is_a_proof(punch, paper_cycle):
+    """Its slips do no work on any residual slip, and friction cannot take up the work of the loads."""
+    contact = punch(16)
+    limit = fo.shakedown_limit(contact, paper_cycle, 0.7).load_factor
+    assert fo.safe_slip(contact, paper_cycle, 0.7, 0.999 * limit).certificate is None
+    factor = 1.01 * limit
+    safe = fo.safe_slip(contact, paper_cycle, 0.7, factor)
+    assert not safe.exists and safe.margin < 0
+    table = safe.certificate
+    net, total = np.zeros(17), np.zeros(17)
+    np.add.at(net, table.node, table.direction * table.share)
+    np.add.at(total, table.node, table.share)
+    assert np.abs(contact.A @ net + 0.7 * contact.B.T @ total).max() < 1e-8 * np.abs(contact.A).max()
+    (q0, p0), (q1, p1) = contact.bonded["P"], contact.bonded["sigma"]
+    amplitude = factor * np.array([-1.0, 1.0])[table.corner]
+    q, p = q0[table.node] + amplitude * q1[table.node], p0[table.node] + amplitude * p1[table.node]
+    assert (table.share * (table.direction * q + 0.7 * p)).sum() < -1e-6
+
+
+def test_simplified_and_full_models_have_the_same_margin(punch, paper_cycle):
+    for friction, factor in ((0.3, 0.2), (0.7, 1.5), (1.5, 0.0), (0.7, 5.0)):
+        margins = [fo.safe_slip(punch(16), paper_cycle, friction, factor, **way).margin for way in ({}, {"simplify": False}, {"solver": "CLARABEL"})]
+        assert margins == pytest.approx([margins[0]] * 3, rel=1e-8, abs=1e-9)
+
+
+def test_the_limit_is_where_the_margin_vanishes(punch, paper_cycle):
+    limit = fo.shakedown_limit(punch(40), paper_cycle, 0.7)
+    at = fo.safe_slip(punch(40), paper_cycle, 0.7, limit.load_factor)
+    assert at.margin == pytest.approx(0.0, abs=1e-9)
+
+
+def test_without_friction_a_contact_without_shear_is_just_safe():
+    contact = random_system(np.random.default_rng(0), 3).with_bonded(mean=(np.zeros(3), np.ones(3)), cyclic=(np.zeros(3), np.ones(3)))
+    safe = fo.safe_slip(contact, CYCLE, 0.0, 0.5)
+    assert safe.exists and safe.margin == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("factor", [-0.1, np.nan, np.inf, 1j, "1", None])
+def test_bad_load_factors_are_refused(punch, paper_cycle, factor):
+    with pytest.raises(fo.ModelError, match="load_factor"):
+        fo.safe_slip(punch(16), paper_cycle, 0.7, factor)
+
+
+def test_explain(punch, paper_cycle):
+    text = io.StringIO()
+    fo.safe_slip(punch(16), paper_cycle, 0.7, 3.0).explain(text)
+    assert all(part in text.getvalue() for part in ("safe residual slip", "margin", "clearance", "cap", "rows bind"))

@@ -1,0 +1,179 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from frictopt.reference import single_node_limit, two_node_limits, uncoupled_limit
+from systems import CYCLE, linprog_limit, random_system, system
+
+EXACT = 1e-9
+
+
+def limit_of(contact, friction, cycle=CYCLE, **options):
+    return fo.shakedown_limit(contact, cycle, friction, **options).load_factor
+
+
+@pytest.mark.parametrize("simplify", [True, False])
+@pytest.mark.parametrize(
+    ("data", "friction", "expected"),
+    [
+        ((2.0, 0.5, 0.1, 1.0, 1.0, 0.2), 0.4, 0.393145161290),
+        ((1.0, 0.0, 0.0, 1.0, 1.0, 0.0), 0.5, 0.5),
+        ((np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1)), 0.6, 0.726057393108),
+        ((np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1)), 0.4, 0.953695570335),
+        (
+            ([[2, -1, 0], [-1, 2, -1], [0, -1, 2]], np.zeros((3, 3)), (0.05, 0, -0.1), (1, 0.8, 1.2), (0.5, 0.3, -0.2), (0.1, -0.2, 0.9)),
+            0.4,
+            0.8,
+        ),
+    ],
+)
+def test_published_instances(data, friction, expected, simplify):
+    assert limit_of(system(*data), friction, simplify=simplify) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6), f=st.floats(0.02, 0.95))
+def test_one_and_two_nodes_against_closed_forms(seed, f):
+    rng = np.random.default_rng(seed)
+    one = random_system(rng, 1, coupling=0.8)
+    (A,), (B,) = one.A[0], one.B[0]
+    f = f * min(1.0, abs(A / B)) if B else f
+    (q0, p0), (q1, p1) = ((pair[0][0], pair[1][0]) for pair in (one.bonded["mean"], one.bonded["cyclic"]))
+    if f * (A * p0 - B * q0) > 0:
+        assert limit_of(one, f) == pytest.approx(single_node_limit(A, B, q0, p0, q1, p1, f), rel=1e-9)
+    two = random_system(rng, 2)
+    f = 0.3 * f
+    loads = *two.bonded["mean"], *two.bonded["cyclic"]
+    expected = two_node_limits(two.A, two.B, *loads, f).lambda_2
+    found = limit_of(two, f)
+    assert found == pytest.approx(expected, rel=1e-9, nan_ok=True)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(1, 7),
+    corners=st.integers(1, 6),
+    f=st.floats(0.05, 2.0),
+    simplify=st.booleans(),
+    nodewise=st.booleans(),
+)
+def test_any_cycle_against_a_linear_program_of_all_corners(seed, nodes, corners, f, simplify, nodewise):
+    rng = np.random.default_rng(seed)
+    contact = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=rng.choice([0.0, 0.5, 1.0]))
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(corners, 2))])
+    friction = f * rng.uniform(0.5, 1.5, nodes) if nodewise else f
+    status, expected = linprog_limit(contact, cycle, friction)
+    limit = fo.shakedown_limit(contact, cycle, friction, simplify=simplify)
+    if status == 0:
+        assert limit.load_factor == pytest.approx(expected, rel=1e-8, abs=1e-9)
+        assert limit.dual_bound == pytest.approx(limit.load_factor, rel=EXACT, abs=1e-9)
+        q, p = limit.reactions
+        assert (np.abs(q) - friction * p).max() < 1e-8
+    else:
+        assert np.isinf(limit.load_factor) if status == 3 else np.isnan(limit.load_factor)
+    assert limit.residual < EXACT
+
+
+def test_a_limit_that_does_not_exist_is_an_answer():
+    nothing = system(np.eye(2), np.zeros((2, 2)), 0.0, 1.0, 0.0, 0.0)
+    never = fo.shakedown_limit(nothing, CYCLE, 0.5)
+    assert never.load_factor == np.inf and np.isnan(never.slip).all()
+    coupled = random_system(np.random.default_rng(0), 2)
+    pressing = fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}])
+    assert fo.shakedown_limit(coupled, pressing, 3.0).load_factor == np.inf
+    pulled = system(np.eye(2), np.zeros((2, 2)), 0.0, (1.0, -1.0), 1.0, 0.0)
+    for simplify in (True, False):
+        none = fo.shakedown_limit(pulled, CYCLE, 0.5, simplify=simplify)
+        assert np.isnan(none.load_factor) and none.mechanism.empty
+
+
+def test_without_friction_only_loads_without_shear_are_safe():
+    contact = random_system(np.random.default_rng(1), 3)
+    assert limit_of(contact, 0.0) == pytest.approx(0.0, abs=1e-9)
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_uncoupled_contacts_have_a_closed_form(seed):
+    rng = np.random.default_rng(seed)
+    contact = random_system(rng, 4, coupling=0.0)
+    q0, p0, q1, p1 = *contact.bonded["mean"], *contact.bonded["cyclic"]
+    expected = uncoupled_limit(q0, p0, q1, p1, 0.4)
+    closed, program = (fo.shakedown_limit(contact, CYCLE, 0.4, simplify=simplify) for simplify in (True, False))
+    assert closed.load_factor == pytest.approx(expected, rel=1e-12) and closed.problem is None and "uncoupled" in closed.left_out[0]
+    assert program.load_factor == pytest.approx(expected, rel=EXACT) and program.left_out == ()
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10**6), sideways=st.floats(0.0, 2.0))
+def test_an_uncoupled_punch_without_supports_may_slip_as_a_whole(seed, sideways):
+    rng = np.random.default_rng(seed)
+    slide = rng.normal(size=(4, 4))
+    slide = slide - slide.mean(axis=0)
+    base = random_system(rng, 4)
+    q1 = sideways + 0.3 * rng.normal(size=4)
+    contact = fo.ContactSystem(slide.T @ slide, 0 * base.B, base.C, base.x, {"mean": (0 * q1, base.bonded["mean"][1]), "cyclic": (q1, 0 * q1)})
+    contact = fo.ContactSystem(
+        contact.A - contact.A.mean(axis=0) - contact.A.mean(axis=1)[:, None] + contact.A.mean(), contact.B, contact.C, contact.x, dict(contact.bonded)
+    )
+    closed = fo.shakedown_limit(contact, CYCLE, 0.4)
+    assert closed.solver == "closed form"
+    assert closed.load_factor == pytest.approx(linprog_limit(contact, CYCLE, 0.4)[1], rel=1e-9)
+
+
+def test_gross_slip_bounds_the_limit_of_a_punch_held_by_its_loads(punch):
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    for friction in (0.3, 0.7, 1.5):
+        assert 0 < limit_of(punch(16), friction, cycle) <= friction * (1 + 1e-9)
+
+
+COARSE = {
+    16: (0.1534, 0.2513, 0.3660, 0.4999, 0.6558, 1.0479),
+    32: (0.1285, 0.2204, 0.3355, 0.4784, 0.6548, 1.1365),
+    64: (0.1081, 0.1950, 0.3115, 0.4656, 0.6671, 1.2131),
+}
+
+
+@pytest.mark.parametrize("elements", COARSE)
+def test_the_papers_scene_on_coarse_meshes(punch, paper_cycle, elements):
+    """sigma a / P of an independent trial on the same scene; P is the total force, twice the mean pressure at a = 1."""
+    found = fo.ShakedownModel(punch(elements), paper_cycle).sweep([0.2, 0.3, 0.4, 0.5, 0.6, 0.8]).load_factor / 2
+    assert np.allclose(found, COARSE[elements], rtol=1e-3)
+
+
+def test_below_the_ratio_of_the_bonded_corner_the_limit_falls_with_its_element_and_above_it_rises(punch, paper_cycle):
+    sweeps = [fo.ShakedownModel(punch(n), paper_cycle).sweep([0.3, 0.45, 0.65, 0.8]).load_factor for n in (16, 32, 64)]
+    falls = np.diff(sweeps, axis=0)
+    assert (falls[:, :2] < 0).all() and (falls[1, 2:] > 0).all()
+
+
+def scaled_scene(elements=16, size=1.0, E=1.0, nu=0.3):
+    material = fo.Material(E, nu)
+    return fo.PunchOnHalfPlane(elements, size, 2 * size, 12 * size, 12 * size, "sine", 1.15, material, material).condense()
+
+
+def test_neither_stiffness_nor_size_of_the_scene_matters(paper_cycle):
+    """Similar materials under tractions alone."""
+    base = limit_of(scaled_scene(), 0.7, paper_cycle)
+    assert limit_of(scaled_scene(E=2.1e11), 0.7, paper_cycle) == pytest.approx(base, rel=EXACT)
+    for size in (1e-6, 10.0, 1e6):
+        assert limit_of(scaled_scene(size=size), 0.7, paper_cycle) == pytest.approx(base, rel=1e-7)
+
+
+def test_poissons_ratio_matters_only_through_the_mesh(paper_cycle):
+    """Stresses of similar bodies under tractions do not depend on nu (Michell 1899), so what remains is discretisation error.
+
+    It vanishes away from the corner; at the corner elements, which rule the limit, it stays at a few percent on any mesh, the singularity having
+    no length of its own.
+    """
+    middle = []
+    for elements in (16, 32, 64):
+        soft, stiff = (scaled_scene(elements, nu=nu) for nu in (0.1, 0.3))
+        for friction in (0.3, 0.5, 0.7):
+            assert 0.01 < limit_of(soft, friction, paper_cycle) / limit_of(stiff, friction, paper_cycle) - 1 < 0.04
+        pressures = [system.bonded["P"][1][elements // 2] for system in (soft, stiff)]
+        middle.append(abs(pressures[0] / pressures[1] - 1))
+    assert middle[2] < middle[1] / 1.5 < middle[0] / 1.5**2

@@ -1,0 +1,265 @@
+import io
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from frictopt.models import LP_SOLVERS
+from frictopt.models import solve as policy
+from frictopt.models.safe import SafeProblem
+from systems import CYCLE, random_system
+
+
+def changed(contact, S=1.0, mean=1.0, cyclic=1.0, shift=None):
+    shift = np.zeros(contact.nodes) if shift is None else shift
+    (q0, p0), (q1, p1) = contact.bonded["mean"], contact.bonded["cyclic"]
+    loads = {"mean": (mean * (q0 + contact.A @ shift), mean * (p0 + contact.B @ shift)), "cyclic": (cyclic * q1, cyclic * p1)}
+    return fo.ContactSystem(S * contact.A, S * contact.B, S * contact.C, contact.x, loads)
+
+
+@pytest.mark.parametrize("elements", [16, 40, 124, 256])
+def test_all_solvers_and_models_agree(punch, paper_cycle, elements):
+    contact = punch(elements, 20.0)
+    ways = [{}, {"solver": "CLARABEL"}, {"simplify": False}, {"simplify": False, "corners": "ruling"}, {"corners": "all"}]
+    ways += [{"solver": "CLARABEL", "simplify": False, "corners": "ruling"}] * (elements < 200)
+    models = [fo.ShakedownModel(contact, paper_cycle, **way) for way in ways]
+    for friction in (0.05, 0.3, 0.7, 3.0):
+        limits = [model.solve(friction) for model in models]
+        assert all(limit.residual < 1e-9 for limit in limits)
+        factors = [limit.load_factor for limit in limits]
+        assert factors == pytest.approx([factors[0]] * len(ways), rel=1e-8)
+
+
+def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(punch, paper_cycle, monkeypatch):
+    run = policy._run
+
+    def sloppy(problem, name):
+        outcome = run(problem, name)
+        rng = np.random.default_rng(0)
+        for variable in problem.variables():
+            variable.save_value(variable.value + 1e-5 * rng.normal(size=variable.shape))
+        return outcome
+
+    monkeypatch.setattr(policy, "_run", sloppy)
+    limit = fo.shakedown_limit(punch(40), paper_cycle, 0.7)
+    assert [attempt.outcome for attempt in limit.attempts] == ["optimal", "refined on the vertex"]
+    assert limit.attempts[0].residual > 1e-7 and limit.residual < 1e-10
+
+
+@pytest.mark.parametrize("solver", LP_SOLVERS)
+def test_each_solver_alone_is_named(punch, paper_cycle, solver):
+    limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7, solver=solver)
+    assert limit.solver == solver and [attempt.solver for attempt in limit.attempts] == [solver]
+
+
+@pytest.mark.parametrize("elements", [16, 40])
+def test_units_do_not_matter(punch, paper_cycle, elements):
+    contact = punch(elements)
+    base = fo.shakedown_limit(contact, paper_cycle, 0.7).load_factor
+
+    def limit(S=1.0, load=1.0, length=1.0):
+        loads = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
+        system = fo.ContactSystem(S * contact.A, S * contact.B, S * contact.C, length * contact.x, loads)
+        return fo.shakedown_limit(system, paper_cycle, 0.7).load_factor
+
+    for scale in (1e-15, 1e-6, 1e6, 1e15):
+        assert limit(S=scale) == pytest.approx(base, rel=1e-7)
+    for scale in (1e-12, 1e-4, 1e12):
+        assert limit(load=scale) == pytest.approx(base, rel=1e-7)
+    for scale in (1e-6, 1e6):
+        assert limit(length=scale) == pytest.approx(base, rel=1e-7)
+    assert limit(1e15, 1e-12, 1e-6) == pytest.approx(base, rel=1e-7)
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(2, 6), f=st.floats(0.05, 0.8), c=st.sampled_from([1e-8, 0.3, 1e5]))
+def test_invariances(seed, nodes, f, c):
+    rng = np.random.default_rng(seed)
+    contact = random_system(rng, nodes)
+    base = fo.shakedown_limit(contact, CYCLE, f)
+    if not base.load_factor > 1e-3:
+        return
+
+    def limit(system, cycle=CYCLE):
+        return fo.shakedown_limit(system, cycle, f)
+
+    stiff = limit(changed(contact, S=c))
+    assert stiff.load_factor == pytest.approx(base.load_factor, rel=1e-8)
+    assert np.allclose(stiff.slip * c, base.slip, atol=1e-6) or nodes > 2  # the slip is unique only where all rows are in the mechanism
+    assert limit(changed(contact, mean=c)).load_factor == pytest.approx(c * base.load_factor, rel=1e-8)
+    assert limit(changed(contact, cyclic=c)).load_factor == pytest.approx(base.load_factor / c, rel=1e-8)
+    assert limit(contact, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])).load_factor == pytest.approx(base.load_factor, rel=1e-8)
+    assert limit(changed(contact, shift=rng.normal(size=nodes))).load_factor == pytest.approx(base.load_factor, rel=1e-8)
+    new = rng.permutation(nodes)
+    square = np.ix_(new, new)
+    loads = {name: (q[new], p[new]) for name, (q, p) in contact.bonded.items()}
+    renumbered = fo.ContactSystem(contact.A[square], contact.B[square], contact.C[square], contact.x, loads)
+    assert limit(renumbered).load_factor == pytest.approx(base.load_factor, rel=1e-8)
+    image = fo.ContactSystem(contact.A, -contact.B, contact.C, contact.x, {name: (-q, p) for name, (q, p) in contact.bonded.items()})
+    assert limit(image).load_factor == pytest.approx(base.load_factor, rel=1e-8)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6), f=st.floats(0.05, 0.5), more=st.floats(0.0, 0.3))
+def test_the_limit_does_not_fall_with_friction(seed, f, more):
+    contact = random_system(np.random.default_rng(seed), 4)
+    low, high = (fo.shakedown_limit(contact, CYCLE, friction).load_factor for friction in (f, f + more))
+    assert np.isnan(low) or high >= low * (1 - 1e-9)
+
+
+def test_mirror_symmetry_is_used_only_where_scene_loads_and_friction_have_it(punch, paper_cycle):
+    contact = punch(16)
+    even = np.linspace(-1, 1, 17) ** 2 + 0.5
+    uneven = even + 0.1 * (np.arange(17) == 3)
+    shear = fo.LoadCycle({"P": 1.0}, [{"Q": 0.2}, {"sigma": 1.0}])
+    assert "mirror" in fo.shakedown_limit(contact, paper_cycle, even).left_out[0]
+    for cycle, friction in ((paper_cycle, uneven), (shear, 0.7)):
+        limit = fo.shakedown_limit(contact, cycle, friction)
+        assert not any("mirror" in text for text in limit.left_out)
+        assert limit.load_factor == pytest.approx(fo.shakedown_limit(contact, cycle, friction, simplify=False).load_factor, rel=1e-8)
+    model = fo.ShakedownModel(contact, paper_cycle)
+    both = [model.solve(friction).load_factor for friction in (even, uneven, even)]
+    assert both[0] == both[2] != both[1]
+
+
+@pytest.mark.parametrize("corners", [3, 64])
+def test_corners_that_rule_no_node_change_nothing_and_are_counted(punch, corners):
+    angles = 2 * np.pi * np.arange(corners) / corners
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": float(np.cos(a)), "Q": 0.3 * float(np.sin(a))} for a in angles])
+    ruling, full = (fo.shakedown_limit(punch(16), cycle, 0.7, corners=kept) for kept in ("ruling", "all"))
+    assert ruling.load_factor == pytest.approx(full.load_factor, rel=1e-8)
+    assert ruling.problem.constraints[0].size == 17 and full.problem.constraints[0].size == 17 * corners
+    assert f"1 of {corners} rows" in ruling.left_out[-1] and full.left_out == ()
+
+
+def test_rates_are_the_slopes_of_the_limit(punch, paper_cycle):
+    contact, step = punch(16), 1e-5
+    model = fo.ShakedownModel(contact, paper_cycle)
+    limit = model.solve(0.7)
+
+    def slope(high, low):
+        return (high - low) / (2 * step)
+
+    assert limit.friction_rate.sum() == pytest.approx(slope(model.solve(0.7 + step).load_factor, model.solve(0.7 - step).load_factor), rel=1e-6)
+    one = 0.7 + step * (np.arange(17) == 2)
+    other = 0.7 - step * (np.arange(17) == 2)
+    assert limit.friction_rate[2] == pytest.approx(slope(model.solve(one).load_factor, model.solve(other).load_factor), rel=1e-5, abs=1e-8)
+    for _, row in limit.load_rates.iterrows():
+        found = []
+        for change in (step, -step):
+            mean, corners = dict(paper_cycle.mean), [dict(corner) for corner in paper_cycle.corners]
+            part = mean if row.part == "mean" else corners[int(row.part.split()[1])]
+            part[row.load] += change
+            found.append(fo.shakedown_limit(contact, fo.LoadCycle(mean, corners), 0.7).load_factor)
+        assert row.rate == pytest.approx(slope(*found), rel=1e-5)
+
+
+def test_the_mechanism_is_a_proof(punch, paper_cycle):
+    """Slips of the table: shares add up to one, do no work on any residual slip, and bound the load from above."""
+    contact = punch(16)
+    limit = fo.shakedown_limit(contact, paper_cycle, 0.7)
+    table = limit.mechanism
+    assert list(table.columns) == ["node", "x", "corner", "direction", "share"]
+    assert table.share.sum() == pytest.approx(1.0, abs=1e-6) and (np.diff(table.share) <= 0).all()
+    assert np.array_equal(table.x, contact.x[table.node])
+    net, total = np.zeros(17), np.zeros(17)
+    np.add.at(net, table.node, table.direction * table.share)
+    np.add.at(total, table.node, table.share)
+    assert np.abs(contact.A @ net + 0.7 * contact.B.T @ total).max() < 1e-8 * np.abs(contact.A).max()
+    (q0, p0), (q1, p1) = contact.bonded["P"], contact.bonded["sigma"]
+    sign = np.array([-1.0, 1.0])[table.corner]
+    resistance = (table.share * (table.direction * q0[table.node] + 0.7 * p0[table.node])).sum()
+    drive = -(table.share * sign * (table.direction * q1[table.node] + 0.7 * p1[table.node])).sum()
+    assert resistance / drive == pytest.approx(limit.load_factor, rel=1e-7)
+
+
+def test_results_cannot_be_changed(punch, paper_cycle):
+    limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
+    with pytest.raises(AttributeError):
+        limit.load_factor = 3.0
+    with pytest.raises(ValueError, match="read-only"):
+        limit.slip[0] = 1.0
+
+
+def test_a_failing_solver_is_recorded_and_the_next_one_answers(punch, paper_cycle, monkeypatch):
+    run = policy._run
+    monkeypatch.setattr(policy, "_run", lambda problem, name: (policy.Status.FAILED, "stopped") if name == "HIGHS" else run(problem, name))
+    limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
+    assert limit.solver == "CLARABEL" and [a.outcome for a in limit.attempts] == ["stopped", "optimal"]
+    with pytest.raises(fo.SolverError, match=r"no answer within the tolerance 1e-09 \(HIGHS: stopped"):
+        fo.shakedown_limit(punch(16), paper_cycle, 0.7, solver="HIGHS")
+
+
+def test_a_wrong_answer_is_not_believed(punch, paper_cycle, monkeypatch):
+    run = policy._run
+
+    def slightly_wrong(problem, name):
+        outcome = run(problem, name)
+        if name == "HIGHS":
+            problem.var_dict["load_factor"].value = problem.var_dict["load_factor"].value * (1 + 1e-7)
+        return outcome
+
+    monkeypatch.setattr(policy, "_run", slightly_wrong)
+    monkeypatch.setattr(SafeProblem, "refine", lambda model: None)
+    limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
+    assert limit.solver == "CLARABEL" and limit.attempts[0].residual > 1e-8
+
+
+def test_a_false_claim_of_no_optimum_is_not_believed(punch, paper_cycle, monkeypatch):
+    run = policy._run
+
+    def denies(problem, name):
+        status, text = run(problem, name)
+        return (policy.Status.NO_OPTIMUM, "infeasible") if "margin" not in problem.var_dict else (status, text)
+
+    monkeypatch.setattr(policy, "_run", denies)
+    with pytest.raises(fo.SolverError, match="finds no optimum, yet safe slips exist"):
+        fo.shakedown_limit(punch(16), paper_cycle, 0.7)
+
+
+def test_the_problem_is_named_dpp_and_solved(punch, paper_cycle):
+    problem = fo.shakedown_limit(punch(16), paper_cycle, 0.7).problem
+    assert problem.status == cp.OPTIMAL and problem.is_dpp()
+    assert set(problem.var_dict) == {"load_factor", "traction"}
+    assert set(problem.param_dict) == {"friction", "q_mean", "g_mean", "forward", "backward"}
+    assert [constraint.label for constraint in problem.constraints] == ["no_forward_slip", "no_backward_slip"]
+
+
+def test_explain_prints_names_sizes_units_and_binding_rows(punch, paper_cycle):
+    text = io.StringIO()
+    fo.shakedown_limit(punch(16), paper_cycle, 0.7).explain(text)
+    printed = text.getvalue()
+    for part in ("load_factor", "traction", "no_backward_slip", "(DPP) yes", "unit", "rows bind", "mirror symmetry", "friction", "mechanism"):
+        assert part in printed
+    text = io.StringIO()
+    fo.shakedown_limit(random_system(np.random.default_rng(0), 3, coupling=0.0), CYCLE, 0.4).explain(text)
+    assert "closed form" in text.getvalue()
+
+
+def test_a_sweep_is_one_compiled_problem(punch, paper_cycle):
+    model = fo.ShakedownModel(punch(16), paper_cycle)
+    table = model.sweep([0.3, 0.7, np.full(17, 0.7)])
+    assert table.load_factor[1] == table.load_factor[2] == fo.shakedown_limit(punch(16), paper_cycle, 0.7).load_factor
+    assert model.solve(0.3).problem is model.solve(0.5).problem
+    assert list(table.columns) == ["friction", "load_factor", "dual_bound", "residual", "friction_rate", "node", "direction", "solver"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"friction": -0.1}, "friction: -0.1"),
+        ({"friction": np.nan}, "friction: value nan"),
+        ({"friction": [0.1, 0.2]}, r"friction: shape \(2,\)"),
+        ({"solver": "ECOS"}, "solver: 'ECOS'; give one of"),
+        ({"corners": "some"}, "corners: 'some'"),
+        ({"system": np.eye(2)}, "system: a ndarray; give a ContactSystem"),
+        ({"cycle": {"P": 1.0}}, "cycle: a dict; give a LoadCycle"),
+        ({"cycle": fo.LoadCycle({"P": 1.0}, [{"tau": 1.0}])}, "load case 'tau': unknown"),
+    ],
+)
+def test_bad_input_is_refused(punch, paper_cycle, arguments, message):
+    with pytest.raises(fo.ModelError, match=message):
+        fo.shakedown_limit(**{"system": punch(16), "cycle": paper_cycle, "friction": 0.7, **arguments})

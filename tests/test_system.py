@@ -1,0 +1,144 @@
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.io import mmwrite
+from scipy.sparse import csr_matrix
+
+import frictopt as fo
+from systems import random_system
+
+ONE = np.eye(2)
+GOOD = {"A": ONE, "B": 0 * ONE, "C": ONE, "x": [0.0, 1.0], "bonded": {"P": ([0.0, 0.0], [1.0, 1.0])}}
+BAD = {
+    "A: value nan at index (0, 0)": {"A": np.diag([np.nan, 1.0])},
+    "C: value inf": {"C": np.diag([1.0, np.inf])},
+    "B: complex numbers": {"B": 1j * ONE},
+    "A: shape (2, 3), expected (2, 2)": {"A": np.ones((2, 3))},
+    "A: rows of different lengths": {"A": [[1.0], [1.0, 2.0]]},
+    "A: dtype": {"A": [["a", "b"], ["c", "d"]]},
+    "A: not symmetric, A[0, 1] = 0.5": {"A": ONE + [[0, 0.5], [0, 0]]},
+    "C: not symmetric": {"C": ONE + [[0, 0.5], [0, 0]]},
+    "negative eigenvalue -1": {"A": -ONE},
+    "A, B, C: S": {"B": 2 * ONE},
+    "x: x[1] = 0 does not exceed x[0] = 1": {"x": [1.0, 0.0]},
+    "x: no nodes": {"x": []},
+    "x: shape": {"x": [[0.0, 1.0]]},
+    "gap: -0.1 at node 1": {"gap": [0.0, -0.1]},
+    "gap: shape (3,)": {"gap": [0.0, 0.0, 0.0]},
+    "bonded: no load case": {"bonded": {}},
+    "bonded: a list": {"bonded": [1]},
+    "bonded['P']: not a pair": {"bonded": {"P": 3.0}},
+    "bonded['P'] p: shape (1,)": {"bonded": {"P": ([0.0, 0.0], [1.0])}},
+    "bonded['P'] q: value nan": {"bonded": {"P": ([np.nan, 0.0], [1.0, 1.0])}},
+    "load case name 3": {"bonded": {3: ([0.0, 0.0], [1.0, 1.0])}},
+}
+
+
+@pytest.mark.parametrize("message", BAD)
+def test_bad_input_is_refused_by_name_and_value(message):
+    with pytest.raises(fo.ModelError, match=re.escape(message)):
+        fo.ContactSystem(**{**GOOD, **BAD[message]})
+
+
+def test_rounding_asymmetry_is_removed_and_arrays_are_read_only():
+    system = fo.ContactSystem(**{**GOOD, "A": [[2.0, 1.0 + 1e-13], [1.0, 2.0]]})
+    assert np.array_equal(system.A, system.A.T)
+    with pytest.raises(ValueError, match="read-only"):
+        system.A[0, 0] = 1.0
+    with pytest.raises(TypeError):
+        system.bonded["Q"] = 1
+    with pytest.raises(AttributeError):
+        system.A = ONE
+
+
+def test_the_caller_keeps_his_arrays():
+    A = np.eye(2)
+    system = fo.ContactSystem(**{**GOOD, "A": A})
+    A[0, 0] = 7.0
+    assert system.A[0, 0] == 1.0
+
+
+def test_a_free_punch_is_accepted_in_any_units():
+    A = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    for scale in (1e-15, 1.0, 1e15):
+        assert fo.ContactSystem(**{**GOOD, "A": scale * A, "C": scale * ONE}).nodes == 2
+
+
+@settings(max_examples=30, deadline=None)
+@given(nodes=st.integers(1, 6), seed=st.integers(0, 10**6), scale=st.sampled_from([1e-12, 1.0, 1e12]), with_gap=st.booleans())
+def test_saved_systems_come_back_bit_by_bit(tmp_path_factory, nodes, seed, scale, with_gap):
+    rng = np.random.default_rng(seed)
+    system = random_system(rng, nodes)
+    system = fo.ContactSystem(
+        scale * system.A, scale * system.B, scale * system.C, system.x, dict(system.bonded), rng.random(nodes) if with_gap else None
+    )
+    path = tmp_path_factory.mktemp("npz") / "a system"
+    system.save(path)
+    again = fo.ContactSystem.load(path)
+    for name in ("A", "B", "C", "x", "gap"):
+        assert np.array_equal(getattr(system, name), getattr(again, name))
+    assert {k: [list(a) for a in v] for k, v in system.bonded.items()} == {k: [list(a) for a in v] for k, v in again.bonded.items()}
+
+
+def test_matrix_market_folder_dense_sparse_and_symmetric(tmp_path):
+    system = random_system(np.random.default_rng(1), 3)
+    mmwrite(tmp_path / "A.mtx", system.A, symmetry="symmetric")
+    mmwrite(tmp_path / "B.mtx", csr_matrix(system.B))
+    mmwrite(tmp_path / "C.mtx", system.C)
+    mmwrite(tmp_path / "x.mtx", system.x[:, None])
+    mmwrite(tmp_path / "gap.mtx", np.full((3, 1), 0.5))
+    for name, pair in system.bonded.items():
+        mmwrite(tmp_path / f"bonded.{name}.mtx", np.column_stack(pair))
+    again = fo.ContactSystem.load(tmp_path)
+    assert np.allclose(again.S, system.S, rtol=1e-14, atol=0)
+    assert np.allclose(again.gap, 0.5) and set(again.bonded) == {"mean", "cyclic"}
+
+
+def test_foreign_files_are_refused(tmp_path):
+    text, foreign, pickled, folder = tmp_path / "a.npz", tmp_path / "b.npz", tmp_path / "c.npz", tmp_path / "folder"
+    text.write_text("not an archive")
+    np.savez(foreign, A=np.eye(2))
+    np.savez(pickled, A=np.array([{}], dtype=object))
+    folder.mkdir()
+    for path, message in {
+        text: "not a contact system",
+        foreign: "not a contact system",
+        pickled: "not a contact system",
+        folder: "has no A, B, C, x",
+        tmp_path / "none": "does not exist",
+    }.items():
+        with pytest.raises(fo.ModelError, match=message):
+            fo.ContactSystem.load(path)
+    (folder / "A.mtx").write_text("rubbish")
+    with pytest.raises(fo.ModelError, match="not a Matrix Market file"):
+        fo.ContactSystem.load(folder)
+
+
+def test_a_truncated_archive_is_refused(tmp_path):
+    path = tmp_path / "a.npz"
+    fo.ContactSystem(**GOOD).save(path)
+    whole = path.read_bytes()
+    for length in (0, 10, len(whole) // 2, len(whole) - 30):
+        path.write_bytes(whole[:length])
+        with pytest.raises(fo.ModelError, match="not a contact system"):
+            fo.ContactSystem.load(path)
+
+
+def test_reactions_are_linear_in_the_loads_and_unknown_cases_are_refused():
+    system = random_system(np.random.default_rng(2), 4)
+    (qa, pa), (qb, pb) = system.bonded["mean"], system.bonded["cyclic"]
+    q, p = system.reaction({"mean": 2.0, "cyclic": -3.0})
+    assert np.allclose(q, 2 * qa - 3 * qb) and np.allclose(p, 2 * pa - 3 * pb)
+    with pytest.raises(fo.ModelError, match=r"load case 'sigma': unknown; this system has \['cyclic', 'mean'\]"):
+        system.reaction({"sigma": 1.0})
+
+
+def test_closing_the_gap_pushes_back():
+    system = random_system(np.random.default_rng(3), 4)
+    gap = np.array([0.0, 0.1, 0.2, 0.0])
+    q, p = system.with_gap(gap).closed_reaction({"mean": 1.0})
+    r = np.r_[system.bonded["mean"]] + system.S @ np.r_[np.zeros(4), -gap]
+    assert np.allclose(np.r_[q, p], r)
