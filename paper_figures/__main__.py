@@ -1,0 +1,76 @@
+"""Draw the figures: `python -m paper_figures [name ...] [--quick] [--list]`.
+
+Data that is missing, or was made with other parameters or by another version of frictopt, is computed first.
+"""
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from studies.tables import Table, data_folder
+
+from . import onset, scene, shakedown_limit, style, traction_ratio
+
+__all__ = ["FIGURES", "main", "make"]
+
+
+class Script(Protocol):
+    """What a script of this folder offers."""
+
+    __doc__: str | None
+    TABLES: Mapping[str, Table[Any]]
+
+    def draw(self, tables: Mapping[str, pd.DataFrame]) -> Figure:
+        """Draw the figure from its tables."""
+
+
+FIGURES: dict[str, Script] = {"scene": scene, "onset": onset, "shakedown_limit": shakedown_limit, "traction_ratio": traction_ratio}
+
+
+def make(name: str, *, quick: bool = False, data: Path | None = None, output: Path | None = None) -> list[Path]:
+    """Draw one figure, computing the tables that it lacks, and return the paths of its files.
+
+    Parameters
+    ----------
+    name
+        One of `FIGURES`.
+    quick
+        Use the quick data.
+    data, output
+        Folders of the tables and of the figures; by default those of the repository.
+    """
+    script = FIGURES[name]
+    folder = data or data_folder(quick)
+    tables = {key: table.load(table.parameters(quick), folder) for key, table in script.TABLES.items()}
+    with style.styled():
+        return style.save(script.draw(tables), name, output or style.output_folder(quick))
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Draw the named figures, all without names, and print their paths."""
+    parser = argparse.ArgumentParser(prog="python -m paper_figures", description="Draw the figures of the paper's scene.")
+    parser.add_argument("names", nargs="*", metavar="name", help=f"figures to draw, all by default: {', '.join(FIGURES)}")
+    parser.add_argument("--quick", action="store_true", help="from quick data on coarse meshes")
+    parser.add_argument("--list", action="store_true", help="list the figures and draw none")
+    parser.add_argument("--data", type=Path, metavar="FOLDER", help="folder of the tables")
+    parser.add_argument("--output", type=Path, metavar="FOLDER", help="folder of the figures")
+    options = parser.parse_args(argv)
+    unknown = [name for name in options.names if name not in FIGURES]
+    if unknown:
+        print(f"unknown figure {', '.join(map(repr, unknown))}; known are {', '.join(FIGURES)}", file=sys.stderr)
+        return 2
+    for name in options.names or FIGURES:
+        if options.list:
+            print(f"{name:16} {(FIGURES[name].__doc__ or '').splitlines()[0]}")
+        else:
+            print(*make(name, quick=options.quick, data=options.data, output=options.output), sep="\n", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

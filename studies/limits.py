@@ -1,0 +1,220 @@
+"""Limits of the paper's scene without any transient: onset, shakedown limit and safe slip against friction and corner size.
+
+Run with `python -m studies.limits [--quick]`. All limits are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
+"""
+
+import argparse
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+import frictopt as fo
+
+from .tables import Table, data_folder
+
+__all__ = ["CORNER", "FRICTION", "FULL", "QUICK", "REACTIONS", "Parameters", "main"]
+
+MEAN = {"P": 1.0}
+CYCLE = fo.LoadCycle(mean=MEAN, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+
+
+def _steps(*runs: tuple[float, float, float]) -> tuple[float, ...]:
+    """Runs of (first, last, step), joined; rounded, so that 0.7 is 0.7."""
+    return tuple(round(float(value), 6) for first, last, step in runs for value in np.arange(first, last + step / 2, step))
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    elements: tuple[int, ...] = (16, 32, 64, 124)  # meshes of the friction table: elements on the contact, grading "sine"
+    frictions: tuple[float, ...] = _steps((0.1, 0.65, 0.025), (0.655, 0.75, 0.005), (0.775, 1.5, 0.025), (1.6, 3.0, 0.1))
+    margin_share: float = 0.9  # the margin of the safe slip is that at this share of the shakedown limit
+    corner_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.543, 0.6, 0.7, 0.8)
+    corner_elements: tuple[int, ...] = (8, 12, 16, 24, 32, 48, 64, 96, 124, 192, 256)  # grading "sine"
+    graded_elements: int = 64  # number of elements of the meshes that vary the grading alone
+    gradings: tuple[float, ...] = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
+    reaction_elements: int = 124  # with the default grading
+    reaction_frictions: tuple[float, ...] = (0.3, 0.7)
+
+
+FULL = Parameters()
+QUICK = Parameters(
+    elements=(8, 16, 32),
+    frictions=_steps((0.1, 1.5, 0.1)),
+    corner_frictions=(0.2, 0.4, 0.543, 0.65, 0.7),
+    corner_elements=(8, 16, 32),
+    graded_elements=16,
+    gradings=(2, 20, 200),
+    reaction_elements=16,
+    reaction_frictions=(0.3, 0.7),
+)
+
+
+def limits_by_friction(parameters: Parameters) -> pd.DataFrame:
+    """One row per mesh and friction coefficient."""
+    parts = []
+    for elements in _progress(parameters.elements, "limits by friction"):
+        scene = fo.PunchOnHalfPlane(elements=elements, grading="sine")
+        system = scene.condense()
+        part = _limits(system, parameters.frictions)
+        onsets = pd.DataFrame([_onsets(system, friction) for friction in parameters.frictions])
+        q0, p0 = CYCLE.mean_reaction(system)
+        margins = pd.DataFrame([_margin(system, row.friction, parameters.margin_share * row.load_factor) for row in part.itertuples()])
+        parts.append(pd.concat([_mesh_columns(scene, len(part)), part, onsets, margins], axis=1).assign(mean_demand=float(np.max(np.abs(q0) / p0))))
+    return pd.concat(parts)
+
+
+def limits_by_corner(parameters: Parameters) -> pd.DataFrame:
+    """One row per mesh and friction coefficient."""
+    scenes = [fo.PunchOnHalfPlane(elements=elements, grading="sine") for elements in parameters.corner_elements]
+    scenes += [fo.PunchOnHalfPlane(elements=parameters.graded_elements, grading=float(grading)) for grading in parameters.gradings]
+    parts = []
+    for scene in _progress(scenes, "limits by corner size"):
+        part = _limits(scene.condense(), parameters.corner_frictions)
+        parts.append(pd.concat([_mesh_columns(scene, len(part)), part], axis=1))
+    return pd.concat(parts)
+
+
+def reactions_at_limit(parameters: Parameters) -> pd.DataFrame:
+    """One row per friction coefficient, load corner and node."""
+    scene = fo.PunchOnHalfPlane(elements=parameters.reaction_elements)
+    system = scene.condense()
+    model = fo.ShakedownModel(system, CYCLE)
+    parts = []
+    for friction in _progress(parameters.reaction_frictions, "reactions at the limit"):
+        limit = model.solve(friction)
+        for corner in range(len(CYCLE.corners)):
+            part = _corner_reactions(scene, system, limit, friction, corner)
+            parts.append(pd.concat([_mesh_columns(scene, len(part)), part], axis=1))
+    return pd.concat(parts)
+
+
+def _progress(values: Sequence[Any], what: str) -> Iterator[Any]:
+    """The values, with a progress bar on a terminal and silently elsewhere."""
+    yield from tqdm(values, desc=what, disable=None)
+
+
+def _mesh_columns(scene: fo.PunchOnHalfPlane, rows: int) -> pd.DataFrame:
+    values = {"elements": scene.elements, "grading": str(scene.grading), "corner_size": scene.corner_size / scene.half_width}
+    return pd.DataFrame([values] * rows)
+
+
+def _limits(system: fo.ContactSystem, frictions: Iterable[float]) -> pd.DataFrame:
+    """Shakedown limits, without the columns that the residual already sums up."""
+    return fo.ShakedownModel(system, CYCLE).sweep(frictions).drop(columns="dual_bound")
+
+
+def _onsets(system: fo.ContactSystem, friction: float) -> dict[str, Any]:
+    """First slip and separation of the bonded contact as the bulk is pulled (plus) and as it is pressed (minus)."""
+    row: dict[str, Any] = {}
+    for name, sense in (("plus", 1.0), ("minus", -1.0)):
+        onset = fo.onset(system, MEAN, {"sigma": sense}, friction)
+        row[f"slip_{name}"], row[f"slip_{name}_x"] = onset.slip.load_factor, _place(system, onset.slip.node)
+        row[f"separation_{name}"] = onset.separation.load_factor
+        row["mean_slips"], row["mean_opens"] = len(onset.mean_slips), len(onset.mean_opens)
+    return row
+
+
+def _place(system: fo.ContactSystem, node: int | None) -> float:
+    return float("nan") if node is None else float(system.x[node] / system.x[-1])
+
+
+def _margin(system: fo.ContactSystem, friction: float, load_factor: float) -> dict[str, Any]:
+    safe = fo.safe_slip(system, CYCLE, friction, load_factor)
+    return {"margin": safe.margin, "margin_residual": safe.residual, "margin_solver": safe.solver}
+
+
+def _corner_reactions(scene: fo.PunchOnHalfPlane, system: fo.ContactSystem, limit: fo.ShakedownLimit, friction: float, corner: int) -> pd.DataFrame:
+    q, p = (values[corner] for values in limit.reactions)
+    force = MEAN["P"] * scene.half_width
+    compliance = 1 / scene.punch_material.plane_modulus + 1 / scene.block_material.plane_modulus
+    mechanism = limit.mechanism
+    share = mechanism[mechanism["corner"] == corner].groupby("node")["share"].sum().reindex(range(system.nodes), fill_value=0.0)
+    loaded = p > 1e-9 * np.mean(p)  # where the pressure vanishes so does q, and their ratio says nothing
+    return pd.DataFrame(
+        {
+            "friction": friction,
+            "load_factor": limit.load_factor,
+            "sigma": CYCLE.corners[corner]["sigma"],
+            "x": system.x / scene.half_width,
+            "q": q / force,
+            "p": p / force,
+            "ratio": np.divide(q, friction * p, out=np.full_like(q, np.nan), where=loaded),
+            "slip": limit.slip / (force * compliance),
+            "share": share.to_numpy(),
+            "residual": limit.residual,
+            "solver": limit.solver,
+        }
+    )
+
+
+_MESH = {"elements": "elements on the contact", "grading": "grading of the contact", "corner_size": "element at the corner of the contact / a"}
+_LIMIT = {
+    "friction": "coefficient of friction",
+    "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
+    "residual": "worst violation by the safe slip, or distance of the dual bound, relative",
+    "friction_rate": "d lambda_2 / d friction",
+    "node": "node with the largest share of the mechanism",
+    "direction": "its slip, +1 along x",
+    "solver": "who found the limit",
+}
+_ONSET = {
+    "slip_plus": "load factor at the first slip, bulk pulled; 0 where the mean load alone slips",
+    "slip_plus_x": "where, x / a; of nodes that slip at once the leftmost",
+    "separation_plus": "load factor at the first separation, bulk pulled",
+    "mean_slips": "number of nodes that slip under the mean load alone",
+    "mean_opens": "number of nodes that open under the mean load alone",
+    "slip_minus": "load factor at the first slip, bulk pressed; 0 where the mean load alone slips",
+    "slip_minus_x": "where, x / a; of nodes that slip at once the leftmost",
+    "separation_minus": "load factor at the first separation, bulk pressed",
+}
+_MARGIN = {
+    "margin": "largest reserve f p - |q| of a safe slip at the stated share of lambda_2, over the mean of f p under the mean load",
+    "margin_residual": "residual of the margin",
+    "margin_solver": "who found the margin",
+    "mean_demand": "largest |q| / p of the bonded contact under the mean load: the friction that holds it",
+}
+_REACTION = {
+    "friction": _LIMIT["friction"],
+    "load_factor": _LIMIT["load_factor"],
+    "sigma": "load corner: sigma over the load factor",
+    "x": "position / a",
+    "q": "nodal shear force on the punch / (P / 2)",
+    "p": "nodal normal force / (P / 2)",
+    "ratio": "q / (f p); NaN where p vanishes",
+    "slip": "safe residual slip v E* / (a P / 2a)",
+    "share": "share of the node, at this load corner, in the slip of the limiting mechanism",
+    "residual": _LIMIT["residual"],
+    "solver": _LIMIT["solver"],
+}
+
+FRICTION = Table(
+    "limits_friction", "limits of one mesh at one friction", _MESH | _LIMIT | _ONSET | _MARGIN, full=FULL, quick=QUICK, compute=limits_by_friction
+)
+CORNER = Table("limits_corner", "shakedown limit of one mesh at one friction", _MESH | _LIMIT, full=FULL, quick=QUICK, compute=limits_by_corner)
+REACTIONS = Table(
+    "limits_reactions", "one node at one load corner, at the shakedown limit", _MESH | _REACTION, full=FULL, quick=QUICK, compute=reactions_at_limit
+)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Compute all tables of this study and write them."""
+    parser = argparse.ArgumentParser(prog="python -m studies.limits", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="few coarse meshes, in seconds")
+    parser.add_argument("--data", type=Path, metavar="FOLDER", help="where to write; by default studies/data, or studies/data/quick")
+    options = parser.parse_args(argv)
+    folder = options.data or data_folder(options.quick)
+    for table in (FRICTION, CORNER, REACTIONS):
+        made = table.make(table.parameters(options.quick), folder)
+        print(f"{table.path(folder)}: {len(made)} rows, worst residual {made['residual'].max():.1e}, {made.attrs['seconds']:.1f} s")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

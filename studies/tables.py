@@ -1,0 +1,118 @@
+"""Tables of the studies: where they are kept, and what they say about their own origin."""
+
+import json
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+import pandas as pd
+
+import frictopt as fo
+
+__all__ = ["DATA", "Table", "data_folder"]
+
+DATA = Path(__file__).parent / "data"
+_LIBRARIES = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "scikit-fem", "pandas")
+
+P = TypeVar("P")  # parameters of a study: a frozen dataclass of plain values
+
+
+def data_folder(quick: bool) -> Path:
+    """Where the tables are kept unless told otherwise; those of a quick run have their own folder."""
+    return DATA / "quick" if quick else DATA
+
+
+@dataclass(frozen=True)
+class Table(Generic[P]):
+    """One table of a study: how it is computed, what its columns mean, and the file that keeps it.
+
+    The file is parquet and carries in `attrs`: table, about, columns, parameters, versions, seconds. Nothing in it but the seconds
+    depends on the machine.
+
+    Parameters
+    ----------
+    name
+        Name of the file, without ending.
+    about
+        What a row is.
+    columns
+        Column -> meaning and unit, in the order of the table.
+    full, quick
+        Parameters of the two sizes.
+    compute
+        Parameters -> table.
+    """
+
+    name: str
+    about: str
+    columns: Mapping[str, str]
+    full: P
+    quick: P
+    compute: Callable[[P], pd.DataFrame]
+
+    def parameters(self, quick: bool) -> P:
+        """Parameters of the quick or the full size."""
+        return self.quick if quick else self.full
+
+    def path(self, folder: Path) -> Path:
+        """File that keeps the table."""
+        return folder / f"{self.name}.parquet"
+
+    def make(self, parameters: P, folder: Path) -> pd.DataFrame:
+        """Compute the table and write it.
+
+        Raises
+        ------
+        ValueError
+            The computed columns are not the described ones.
+        """
+        start = time.perf_counter()
+        table = self.compute(parameters).reset_index(drop=True)
+        if list(table.columns) != list(self.columns):
+            raise ValueError(f"table {self.name}: computed columns {list(table.columns)} are not the described ones {list(self.columns)}")
+        table.attrs = self._origin(parameters) | {"seconds": round(time.perf_counter() - start, 3)}
+        _write(table, self.path(folder))
+        return table
+
+    def stored(self, parameters: P, folder: Path) -> pd.DataFrame | None:
+        """The table in the file, or None if it is missing, unreadable, or made with other parameters or by another frictopt."""
+        try:
+            table = pd.read_parquet(self.path(folder))
+        except (OSError, ValueError):  # no file, or not a parquet file
+            return None
+        return table if _same_origin(table.attrs, self._origin(parameters)) else None
+
+    def load(self, parameters: P, folder: Path) -> pd.DataFrame:
+        """The stored table if there is one for these parameters, else a new one."""
+        table = self.stored(parameters, folder)
+        return self.make(parameters, folder) if table is None else table
+
+    def _origin(self, parameters: P) -> dict[str, Any]:
+        versions = {"frictopt": fo.__version__} | {name: version(name) for name in _LIBRARIES}
+        origin = {"table": self.name, "about": self.about, "columns": dict(self.columns), "parameters": _plain(parameters), "versions": versions}
+        return dict(json.loads(json.dumps(origin)))  # as the file gives it back: tuples are lists
+
+
+def _plain(parameters: Any) -> dict[str, Any]:
+    return asdict(parameters)
+
+
+def _same_origin(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> bool:
+    """Whether a table need not be made again; new versions of the libraries alone do not ask for it."""
+    same = all(found.get(key) == wanted[key] for key in ("table", "columns", "parameters"))
+    return same and found.get("versions", {}).get("frictopt") == wanted["versions"]["frictopt"]
+
+
+def _write(table: pd.DataFrame, path: Path) -> None:
+    """Write to a temporary neighbour and rename it, so that no reader ever sees half a table."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        table.to_parquet(temporary, index=False)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)

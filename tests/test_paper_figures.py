@@ -1,0 +1,151 @@
+"""The figures at quick size: which files they make, when they compute data, and what a reader needs to see."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.image import imread
+from matplotlib.text import Text
+
+from paper_figures import style
+from paper_figures.__main__ import FIGURES, main, make
+from studies import limits
+
+NAMES = ["scene", "onset", "shakedown_limit", "traction_ratio"]
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    """Folder with the quick tables of all figures."""
+    folder = tmp_path_factory.mktemp("data")
+    for script in FIGURES.values():
+        for table in script.TABLES.values():
+            table.load(limits.QUICK, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def figures(data):
+    """The drawn figures, name -> figure."""
+    with style.styled():
+        drawn = {}
+        for name, script in FIGURES.items():
+            drawn[name] = script.draw({key: table.stored(limits.QUICK, data) for key, table in script.TABLES.items()})
+            drawn[name].draw_without_rendering()
+        return drawn
+
+
+def options(data, output):
+    return ["--quick", "--data", str(data), "--output", str(output)]
+
+
+def test_all_figures_are_drawn_by_default(data, tmp_path, capsys):
+    assert main(options(data, tmp_path)) == 0
+    expected = [str(tmp_path / f"{name}.{kind}") for name in NAMES for kind in ("pdf", "png")]
+    assert capsys.readouterr().out.split() == expected
+    assert sorted(map(str, tmp_path.iterdir())) == sorted(expected)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_files_show_something(data, tmp_path, name):
+    pdf, png = make(name, quick=True, data=data, output=tmp_path)
+    assert pdf.read_bytes().startswith(b"%PDF") and pdf.stat().st_size > 8_000
+    assert b"CreationDate" not in pdf.read_bytes() and b"/Type3" not in pdf.read_bytes()
+    assert png.stat().st_size > 10_000
+    image = imread(png)[..., :3]
+    width = image.shape[1] / 300 * 25.4
+    assert min(abs(width - 84), abs(width - 174)) < 0.2
+    dark = (image.min(axis=-1) < 0.6).mean(axis=0)
+    assert np.mean(dark > 0) > 0.7, "most columns of pixels carry ink"
+    assert 0.01 < dark.mean() < 0.5
+
+
+def test_same_data_gives_the_same_bytes(data, tmp_path):
+    first, second = (make("onset", quick=True, data=data, output=tmp_path / folder) for folder in "ab")
+    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
+
+
+def test_second_call_does_not_compute_again(data, tmp_path):
+    before = {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()}
+    assert len(before) == 3
+    assert main(["shakedown_limit", "traction_ratio", *options(data, tmp_path)]) == 0
+    assert {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()} == before
+
+
+def test_missing_data_is_computed(tmp_path):
+    make("traction_ratio", quick=True, data=tmp_path / "data", output=tmp_path)
+    assert [path.name for path in (tmp_path / "data").iterdir()] == ["limits_reactions.parquet"]
+
+
+def test_data_of_other_parameters_is_replaced(tmp_path):
+    other = replace(limits.QUICK, reaction_frictions=(0.4,))
+    path = limits.REACTIONS.path(tmp_path)
+    limits.REACTIONS.make(other, tmp_path)
+    assert pd.read_parquet(path)["friction"].unique().tolist() == [0.4]
+    make("traction_ratio", quick=True, data=tmp_path, output=tmp_path)
+    assert pd.read_parquet(path)["friction"].unique().tolist() == list(limits.QUICK.reaction_frictions)
+
+
+def test_unknown_name_is_refused_before_anything_is_drawn(data, tmp_path, capsys):
+    assert main(["scene", "figure9", *options(data, tmp_path)]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "'figure9'" in said.err and all(name in said.err for name in NAMES)
+    assert not list(tmp_path.iterdir())
+
+
+def test_list_draws_nothing(tmp_path, capsys):
+    assert main(["--list", *options(tmp_path, tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == NAMES
+    assert all(len(line.split()) > 5 for line in lines)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_letters_are_large_enough(figures, name):
+    texts = [text for text in figures[name].findobj(Text) if text.get_text().strip()]
+    assert len(texts) > 10
+    assert min(text.get_fontsize() for text in texts) >= 7
+
+
+@pytest.mark.parametrize("name", NAMES[1:])
+def test_axes_are_named(figures, name):
+    """Panels above another share its horizontal axis; enlargements at the right share the vertical one of their neighbour."""
+    for axes in figures[name].axes:
+        lowest = axes.get_subplotspec().is_last_row()
+        assert bool(axes.get_xlabel()) == lowest
+    assert all(axes.get_ylabel() for axes in figures[name].axes if axes.get_subplotspec().is_first_col())
+
+
+@pytest.mark.parametrize("name", NAMES[1:])
+def test_legends_cover_no_data(figures, name):
+    legends = 0
+    for axes in figures[name].axes:
+        legend = axes.get_legend()
+        if legend is None:
+            continue
+        legends += 1
+        box = legend.get_window_extent()
+        for line in axes.get_lines():
+            points = line.get_transform().transform(line.get_xydata())
+            assert not any(box.contains(x, y) for x, y in points)
+    assert legends or figures[name].legends
+
+
+def test_scene_shows_both_bodies_to_scale(figures):
+    whole, corner = figures["scene"].axes
+    for axes in (whole, corner):
+        assert axes.get_aspect() == 1
+    (left, right), (bottom, top) = whole.get_xlim(), whole.get_ylim()
+    assert left < -12 and right > 12 and bottom < -12 and top > 2
+    assert corner.get_xlim()[0] < 1 < corner.get_xlim()[1]
+
+
+def test_shaded_range_ends_where_the_mean_load_sticks(figures, data):
+    table = limits.FRICTION.stored(limits.QUICK, data)
+    finest = table[table["elements"] == table["elements"].max()]
+    (span,) = figures["onset"].axes[0].patches
+    end = span.get_x() + span.get_width()
+    assert finest.loc[finest["mean_slips"] > 0, "friction"].max() < end <= finest.loc[finest["mean_slips"] == 0, "friction"].min()

@@ -1,0 +1,225 @@
+"""The study of limits at quick size: facts of the scene that do not depend on the stored numbers, and the origin of its tables."""
+
+import os
+from dataclasses import asdict, dataclass, replace
+from importlib.metadata import version
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import frictopt as fo
+from studies import limits
+from studies.tables import Table, data_folder
+
+TABLES = {"friction": limits.FRICTION, "corner": limits.CORNER, "reactions": limits.REACTIONS}
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data")
+    assert limits.main(["--quick", "--data", str(folder)]) == 0
+    assert sorted(path.name for path in folder.iterdir()) == sorted(f"{table.name}.parquet" for table in TABLES.values())
+    return {name: pd.read_parquet(table.path(folder)) for name, table in TABLES.items()}
+
+
+def sine_system(elements):
+    return fo.PunchOnHalfPlane(elements=elements, grading="sine").condense()
+
+
+@pytest.mark.parametrize("name", ["friction", "corner"])
+def test_limit_does_not_fall_with_friction(tables, name):
+    for _, rows in tables[name].groupby(["elements", "grading"]):
+        assert len(rows) >= 5 and np.all(np.diff(rows["friction"]) > 0)
+        assert np.all(np.diff(rows["load_factor"]) > 0)
+
+
+def test_every_row_was_checked(tables):
+    for name, table in tables.items():
+        assert table["residual"].between(0, 1e-9, inclusive="left").all(), name
+        assert table["solver"].str.len().gt(0).all(), name
+    assert tables["friction"]["margin_residual"].lt(1e-9).all()
+
+
+def test_friction_rate_is_the_slope_of_the_limit(tables):
+    """Where the rate is the same to 30 % at both ends of a step, the mean slope lies between the two or close by."""
+    for _, rows in tables["friction"].groupby("elements"):
+        slope = np.diff(rows["load_factor"]) / np.diff(rows["friction"])
+        rates = np.array([rows["friction_rate"].to_numpy()[:-1], rows["friction_rate"].to_numpy()[1:]])
+        smooth = rates.max(axis=0) < 1.3 * rates.min(axis=0)
+        assert smooth.sum() > 5
+        assert np.all(slope[smooth] > 0.95 * rates.min(axis=0)[smooth]) and np.all(slope[smooth] < 1.05 * rates.max(axis=0)[smooth])
+
+
+@pytest.mark.parametrize(("friction", "sign"), [(0.2, 1), (0.4, 1), (0.65, -1), (0.7, -1)])
+def test_refined_corner_lowers_the_limit_below_the_bonded_ratio_and_raises_it_above(tables, friction, sign):
+    rows = tables["corner"][tables["corner"]["friction"] == friction]
+    for _, part in rows.groupby(rows["grading"] == "sine"):
+        ordered = part.sort_values("corner_size")
+        assert len(ordered) >= 3
+        assert np.all(sign * np.diff(ordered["load_factor"]) > 0)
+
+
+def test_limit_at_the_bonded_ratio_hardly_depends_on_the_corner(tables):
+    spread = tables["corner"].groupby("friction")["load_factor"].agg(lambda values: values.max() / values.min())
+    assert spread[0.543] < 1.06 < 1.4 < spread[0.2]
+
+
+def first_violation(system, friction, sense, factors):
+    """First load factor of a fine scan at which a bonded node breaks the cone, and at which one pulls."""
+    (q0, p0), (q1, p1) = system.bonded["P"], system.bonded["sigma"]
+    q, p = (mean + sense * factors[:, None] * rate for mean, rate in ((q0, q1), (p0, p1)))
+    slips, opens = (np.abs(q) > friction * p).any(axis=1), (p < 0).any(axis=1)
+    return tuple(factors[np.argmax(flags)] if flags.any() else np.inf for flags in (slips, opens))
+
+
+def test_onset_is_where_the_bonded_reactions_leave_the_cone(tables):
+    factors = np.linspace(0, 25, 25001)
+    step = factors[1]
+    for elements, rows in tables["friction"].groupby("elements"):
+        system = sine_system(elements)
+        for row in rows.itertuples():
+            for name, sense in (("plus", 1), ("minus", -1)):
+                slip, separation = first_violation(system, row.friction, sense, factors)
+                assert slip - step <= getattr(row, f"slip_{name}") <= slip
+                assert separation - step <= getattr(row, f"separation_{name}") <= separation
+
+
+def test_mean_load_slips_below_its_demand_for_friction_only(tables):
+    table = tables["friction"]
+    assert ((table["mean_slips"] > 0) == (table["friction"] < table["mean_demand"])).all()
+    assert table["mean_slips"].gt(0).any() and table["mean_slips"].eq(0).any()
+    assert ((table["slip_plus"] == 0) == (table["mean_slips"] > 0)).all()
+    assert table["mean_opens"].eq(0).all()
+
+
+def test_margin_lies_above_the_chord(tables):
+    """The best margin is concave in the load factor and not negative at the limit."""
+    table = tables["friction"]
+    rows = table[table["elements"] == limits.QUICK.elements[0]]
+    system = sine_system(limits.QUICK.elements[0])
+    for row in rows.itertuples():
+        unloaded = fo.safe_slip(system, limits.CYCLE, row.friction, 0.0).margin
+        chord = (1 - limits.QUICK.margin_share) * unloaded
+        assert chord - 1e-9 <= row.margin < unloaded
+
+
+def test_reactions_obey_the_friction_bound(tables):
+    table = tables["reactions"]
+    assert (table["q"].abs() <= table["friction"] * table["p"] * (1 + 1e-9)).all()
+    assert np.allclose(table["ratio"], table["q"] / (table["friction"] * table["p"]), rtol=1e-12)
+
+
+def test_limiting_nodes_sit_on_their_bound(tables):
+    for _, rows in tables["reactions"].groupby("friction"):
+        assert rows["share"].sum() == pytest.approx(1, abs=1e-6)
+        assert rows.loc[rows["share"] > 1e-6, "ratio"].abs().to_numpy() == pytest.approx(1, abs=1e-7)
+        assert rows["ratio"].abs().min() < 0.9  # not all do
+
+
+def test_reactions_are_those_of_the_slip_and_the_loads(tables):
+    scene = fo.PunchOnHalfPlane(elements=limits.QUICK.reaction_elements)
+    system = scene.condense()
+    (q0, p0), (q1, p1) = system.bonded["P"], system.bonded["sigma"]
+    for (_, sigma), rows in tables["reactions"].groupby(["friction", "sigma"]):
+        amplitude = sigma * rows["load_factor"].iloc[0]
+        v = rows["slip"].to_numpy() * 2 * (1 - 0.3**2)  # 1/E* of two bodies with E = 1
+        assert np.allclose(rows["q"], q0 + amplitude * q1 + system.A @ v, rtol=0, atol=1e-12)
+        assert np.allclose(rows["p"], p0 + amplitude * p1 + system.B @ v, rtol=0, atol=1e-12)
+        assert rows["p"].sum() == pytest.approx(2, rel=1e-9)  # the punch carries P, all forces are over P / 2
+
+
+def test_tables_say_where_they_come_from(tables):
+    for name, table in tables.items():
+        origin = table.attrs
+        assert origin["table"] == TABLES[name].name
+        assert set(origin["versions"]) >= {"frictopt", "numpy", "scipy", "cvxpy", "highspy", "clarabel", "scikit-fem"}
+        assert origin["versions"]["frictopt"] == fo.__version__ and origin["versions"]["cvxpy"] == version("cvxpy")
+        assert set(origin["parameters"]) == set(asdict(limits.QUICK))
+        assert tuple(origin["parameters"]["frictions"]) == limits.QUICK.frictions
+        assert list(origin["columns"]) == list(table.columns)
+        assert 0 < origin["seconds"] < 600
+
+
+def test_full_study_covers_what_the_quick_one_does():
+    assert set(limits.FULL.frictions) >= set(limits.QUICK.frictions) and max(limits.FULL.frictions) == 3
+    assert data_folder(True) == data_folder(False) / "quick"
+
+
+@dataclass(frozen=True)
+class Count:
+    """Parameters of a table that costs nothing."""
+
+    rows: int = 3
+
+
+@pytest.fixture
+def counted():
+    """A table, and the list of the parameters that it was computed with."""
+    calls = []
+
+    def compute(parameters):
+        calls.append(parameters)
+        return pd.DataFrame({"square": [row**2 for row in range(parameters.rows)]})
+
+    return Table("squares", "a square", {"square": "number"}, full=Count(), quick=Count(2), compute=compute), calls
+
+
+def test_stored_table_is_used_again(counted, tmp_path):
+    table, calls = counted
+    made = table.load(Count(), tmp_path)
+    again = table.load(Count(), tmp_path)
+    assert len(calls) == 1
+    pd.testing.assert_frame_equal(made, again)
+    assert made.attrs == again.attrs
+
+
+def test_other_parameters_or_version_ask_for_a_new_table(counted, tmp_path, monkeypatch):
+    table, calls = counted
+    table.load(Count(), tmp_path)
+    assert len(table.load(Count(5), tmp_path)) == 5
+    monkeypatch.setattr(fo, "__version__", "0.0.0")
+    assert table.load(Count(5), tmp_path).attrs["versions"]["frictopt"] == "0.0.0"
+    assert calls == [Count(), Count(5), Count(5)]
+
+
+def test_other_columns_or_a_spoilt_file_ask_for_a_new_table(counted, tmp_path):
+    table, calls = counted
+    table.load(Count(), tmp_path)
+    assert replace(table, columns={"square": "another meaning"}).stored(Count(), tmp_path) is None
+    table.path(tmp_path).write_bytes(b"half a table")
+    assert table.stored(Count(), tmp_path) is None
+    assert len(table.load(Count(), tmp_path)) == 3 and len(calls) == 2
+
+
+def test_failed_write_leaves_the_old_table(counted, tmp_path):
+    table, _ = counted
+    table.make(Count(), tmp_path)
+    before = table.path(tmp_path).read_bytes()
+    unwritable = replace(table, compute=lambda _: pd.DataFrame({"square": [1, "one"]}))
+    with pytest.raises((ValueError, TypeError)):
+        unwritable.make(Count(), tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["squares.parquet"]
+    assert table.path(tmp_path).read_bytes() == before
+
+
+def test_interrupted_write_leaves_the_old_table(counted, tmp_path, monkeypatch):
+    table, _ = counted
+    table.make(Count(), tmp_path)
+
+    def fail(source, target):
+        assert len(pd.read_parquet(source)) == 5, "the new table is complete before it takes the old one's place"
+        raise OSError("disk full")
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(OSError, match="disk full"):
+        table.make(Count(5), tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["squares.parquet"]
+    assert len(pd.read_parquet(table.path(tmp_path))) == 3
+
+
+def test_columns_must_be_described(counted, tmp_path):
+    table, _ = counted
+    with pytest.raises(ValueError, match=r"squares: computed columns \['square'\]"):
+        replace(table, columns={"square": "number", "cube": "number"}).make(Count(), tmp_path)
+    assert not list(tmp_path.iterdir())
