@@ -1,10 +1,9 @@
 """The shakedown limit at the paper's size against a bare HiGHS call on the same reduced matrices."""
 
-import time
-
 import highspy
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 import frictopt as fo
 from frictopt.models.solve import _OPTIONS
@@ -53,7 +52,8 @@ def test_compiled_limit_against_bare_highs(compare, system, cycle, options, simp
 
 
 def test_first_time(benchmark, system, cycle):
-    benchmark.pedantic(lambda: fo.shakedown_limit(system, cycle, 0.7), rounds=9)
+    with threadpool_limits(1):
+        benchmark.pedantic(lambda: fo.shakedown_limit(system, cycle, 0.7), rounds=9)
     assert benchmark.stats.stats.median < 0.1
 
 
@@ -71,6 +71,4 @@ def test_sweep_of_50_against_single_solves(compare, system, cycle):
 
 def test_sweep_against_solving_from_scratch(compare, system, cycle):
     frictions = np.linspace(0.2, 1.5, 10)
-    start = time.perf_counter()
     assert compare(lambda: fo.ShakedownModel(system, cycle).sweep(frictions), lambda: [fo.shakedown_limit(system, cycle, f) for f in frictions]) < 1.0
-    assert time.perf_counter() > start

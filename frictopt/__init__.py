@@ -4,6 +4,7 @@ A finite-element model of two bodies is condensed to its interface (`PunchOnHalf
 (`LoadCycle`) and a coefficient of friction, linear programs give the shakedown limit and safe residual slips.
 """
 
+from . import reference
 from .contact import ContactSystem, LoadCycle, Onset, OnsetEvent, Verdict, onset, referee
 from .errors import FrictoptError, ModelError, SolverError
 from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction
@@ -31,6 +32,7 @@ __all__ = [
     "Verdict",
     "onset",
     "referee",
+    "reference",
     "safe_slip",
     "shakedown_limit",
 ]

@@ -1,13 +1,15 @@
 """Tables of the studies: where they are kept, and what they say about their own origin."""
 
+import hashlib
 import json
 import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import pandas as pd
 
@@ -18,7 +20,10 @@ __all__ = ["DATA", "Table", "data_folder"]
 DATA = Path(__file__).parent / "data"
 _LIBRARIES = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "scikit-fem", "pandas")
 
-P = TypeVar("P")  # parameters of a study: a frozen dataclass of plain values
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+P = TypeVar("P", bound="DataclassInstance")  # parameters of a study: a frozen dataclass of plain values
 
 
 def data_folder(quick: bool) -> Path:
@@ -79,7 +84,7 @@ class Table(Generic[P]):
         return table
 
     def stored(self, parameters: P, folder: Path) -> pd.DataFrame | None:
-        """The table in the file, or None if it is missing, unreadable, or made with other parameters or by another frictopt."""
+        """The table in the file, or None if it is missing, unreadable, or made with other parameters or by other sources."""
         try:
             table = pd.read_parquet(self.path(folder))
         except (OSError, ValueError):  # no file, or not a parquet file
@@ -92,13 +97,19 @@ class Table(Generic[P]):
         return self.make(parameters, folder) if table is None else table
 
     def _origin(self, parameters: P) -> dict[str, Any]:
-        versions = {"frictopt": fo.__version__} | {name: version(name) for name in _LIBRARIES}
-        origin = {"table": self.name, "about": self.about, "columns": dict(self.columns), "parameters": _plain(parameters), "versions": versions}
+        versions = {"frictopt": f"{fo.__version__}+{_source_digest()}"} | {name: version(name) for name in _LIBRARIES}
+        origin = {"table": self.name, "about": self.about, "columns": dict(self.columns), "parameters": asdict(parameters), "versions": versions}
         return dict(json.loads(json.dumps(origin)))  # as the file gives it back: tuples are lists
 
 
-def _plain(parameters: Any) -> dict[str, Any]:
-    return asdict(parameters)
+@cache
+def _source_digest() -> str:
+    """Digest of the sources of frictopt and of the studies: a table outlives neither."""
+    digest = hashlib.sha256()
+    for folder in (Path(fo.__file__).parent, Path(__file__).parent):
+        for path in sorted(folder.rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
 
 
 def _same_origin(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> bool:

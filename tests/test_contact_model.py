@@ -88,7 +88,7 @@ BAD_MODELS = {
     "interface: 3 nodes on the punch, 4 on the block": dict(SUPPORTS, punch=FEWER, block=BLOCK),
     "interface of the punch: boundary 'joint' is unknown": dict(SUPPORTS, punch=PUNCH, block=BLOCK, interface="joint"),
     "interface: node 0": dict(SUPPORTS, punch=bodies(gap=0.5)[0], block=BLOCK),
-    "punch: it lies below the block": dict(
+    "punch: it lies below the interface": dict(
         SUPPORTS, punch=BLOCK, block=PUNCH, supports=[fo.Support("block", "top")], loads={"t": [fo.Traction("block", "top")]}
     ),
     "punch: a MeshQuad1; give a Body": dict(SUPPORTS, punch=PUNCH.mesh, block=BLOCK),
@@ -132,6 +132,53 @@ def test_bad_parts_are_refused():
     }.items():
         with pytest.raises(fo.ModelError, match=message):
             make()
+
+
+def test_bad_elements_are_refused():
+    square = MeshQuad.init_tensor([0.0, 1.0, 2.0], [0.0, 1.0])
+    for place, message in (((3.0, 5.0), "not convex"), ((1.0, 0.0), "no area"), ((np.nan, 0.0), "not finite"), ((np.inf, 0.0), "not finite")):
+        points = square.p.copy()
+        points[:, 0] = place
+        with pytest.raises(fo.ModelError, match=message):
+            fo.Body(MeshQuad(points, square.t, sort_t=False))
+
+
+def test_a_punch_in_a_socket_is_accepted_and_one_turned_over_is_not():
+    """Which body is above is a matter of the elements at the interface, not of where most nodes are."""
+    punch, block = bodies()
+    walls = MeshQuad.init_tensor([-3.0, -2.0, *X, 2.0, 3.0], [-1.0, 0.0, 5.0, 5.1, 5.2, 5.3])
+    centre = walls.p[:, walls.t].mean(axis=1)
+    walls = walls.remove_elements(np.flatnonzero((np.abs(centre[0]) < 2) & (centre[1] > 0)))
+    walls = walls.with_boundaries({"contact": lambda x: (x[1] == 0.0) & (np.abs(x[0]) < 1), "bottom": lambda x: x[1] == -1.0})
+    load = {"p": [fo.Traction("punch", "top", y=-1.0)]}
+    system = fo.ContactModel(punch, fo.Body(walls), supports=[fo.Support("block", "bottom")], loads=load).condense()
+    assert system.reaction({"p": 1.0})[1].sum() == pytest.approx(2.0, rel=1e-12)
+    over = fo.Body(MeshQuad(punch.mesh.p * [[1.0], [-1.0]], punch.mesh.t).with_boundaries(punch.mesh.boundaries))
+    with pytest.raises(fo.ModelError, match="punch: it lies below the interface"):
+        fo.ContactModel(over, block, **SUPPORTS)
+
+
+@pytest.mark.parametrize("contrast", [1e-6, 1e-3, 1e3, 1e6])
+def test_bodies_of_very_different_stiffness(contrast):
+    """Compliances of the two bodies add: with the block held everywhere but near the interface, against dense algebra in series."""
+    from frictopt.fem.elasticity import body_stiffness
+
+    punch, block = bodies()[0], fo.Body(bodies()[1].mesh, fo.Material(E=contrast))
+    held = [fo.Support("block", "bottom"), fo.Support("punch", "top")]
+    S = fo.ContactModel(punch, block, supports=held, loads={"tau": [fo.Traction("block", "left", x=1.0)]}).condense().S
+
+    def own(body, y_held):
+        K = body_stiffness(body.mesh, body.material).toarray()
+        nodes = body.mesh.p.shape[1]
+        contact = np.flatnonzero(body.mesh.p[1] == 0.0)
+        contact = contact[np.argsort(body.mesh.p[0, contact])]
+        fixed = np.flatnonzero(body.mesh.p[1] == y_held)
+        r = np.r_[contact, nodes + contact]
+        i = np.setdiff1d(np.arange(2 * nodes), np.r_[r, fixed, nodes + fixed])
+        return K[np.ix_(r, r)] - K[np.ix_(r, i)] @ np.linalg.solve(K[np.ix_(i, i)], K[np.ix_(i, r)])
+
+    upper, lower = own(punch, 1.0), own(block, -1.0)
+    assert np.allclose(S, np.linalg.inv(np.linalg.inv(upper) + np.linalg.inv(lower)), rtol=0, atol=1e-9 * np.abs(S).max())
 
 
 def test_an_interior_boundary_is_refused():

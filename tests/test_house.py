@@ -95,7 +95,7 @@ def test_all_errors_have_one_base():
         assert issubclass(getattr(errors, name), frictopt.FrictoptError)
 
 
-def test_a_hand_written_system_needs_no_finite_elements_and_importing_draws_nothing():
+def test_a_hand_written_system_needs_no_figures_and_no_cluster():
     code = (
         "import sys, numpy as np, frictopt.contact as c, frictopt.models as m\n"
         "one = np.eye(2)\n"

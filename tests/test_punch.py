@@ -23,6 +23,10 @@ from frictopt.reference import bonded_corner
         ({"grading": "cosine"}, "grading: 'cosine'"),
         ({"growth": 1.0}, "growth: 1.0"),
         ({"support": "glue"}, "support: 'glue'"),
+        ({"growth": 1e300}, "growth: 1e+300"),
+        ({"grading": 1e17}, "grading: 1e+17"),
+        ({"grading": [1.0]}, "grading: [1.0]"),
+        ({"elements": 10**13}, "elements: 10000000000000"),
         ({"punch_material": 1.0}, "punch_material: 1.0; give a Material"),
     ],
 )
@@ -94,6 +98,20 @@ def test_bonded_corner_has_the_exponents_and_ratios_of_the_three_quarter_plane()
     assert fits[0][0] / fits[1][0] == pytest.approx(0.543075578737, abs=0.02)
     symmetric = (q - modes[1].traction_ratio * p)[near]
     assert np.polyfit(np.log(r[near]), np.log(np.abs(symmetric)), 1)[0] == pytest.approx(0.544483736782 - 1, abs=0.03)
+
+
+def test_accuracy_that_is_lost_is_said():
+    stiff = fo.PunchOnHalfPlane(elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(1e14))
+    with pytest.raises(fo.ModelError, match="equilibrium of the punch"):
+        stiff.condense()
+    for contrast in (1e-6, 1e6):
+        scene = fo.PunchOnHalfPlane(elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(contrast))
+        assert scene.condense().bonded["Q"][0].sum() == pytest.approx(-2.0, rel=1e-12)
+
+
+def test_sizes_need_not_add_up_in_floating_point():
+    model = fo.PunchOnHalfPlane(elements=4, half_width=0.2, punch_height=0.4, block_half_width=0.9, block_depth=0.9).model()
+    assert model.block.mesh.p[0].max() == 0.9 and len(model.block.mesh.boundaries["left"]) > 0
 
 
 @pytest.mark.parametrize("support", ["rollers", "clamped"])

@@ -61,7 +61,7 @@ def test_the_limit_is_where_the_margin_vanishes(punch, paper_cycle):
 
 
 def test_without_friction_a_contact_without_shear_is_just_safe():
-    contact = random_system(np.random.default_rng(0), 3).with_bonded(mean=(np.zeros(3), np.ones(3)), cyclic=(np.zeros(3), np.ones(3)))
+    contact = random_system(np.random.default_rng(0), 3).with_bonded({name: (np.zeros(3), np.ones(3)) for name in ("mean", "cyclic")})
     safe = fo.safe_slip(contact, CYCLE, 0.0, 0.5)
     assert safe.exists and safe.margin == pytest.approx(0.0, abs=1e-9)
 

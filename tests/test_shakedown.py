@@ -1,3 +1,5 @@
+import io
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -87,7 +89,61 @@ def test_a_limit_that_does_not_exist_is_an_answer():
     pulled = system(np.eye(2), np.zeros((2, 2)), 0.0, (1.0, -1.0), 1.0, 0.0)
     for simplify in (True, False):
         none = fo.shakedown_limit(pulled, CYCLE, 0.5, simplify=simplify)
-        assert np.isnan(none.load_factor) and none.mechanism.empty
+        assert np.isnan(none.load_factor) and set(none.mechanism.node) == {1} and none.residual < EXACT
+    for limit in (never, none):
+        assert np.isnan(limit.friction_rate).all() and np.isnan(limit.reactions).all()
+        limit.explain(io.StringIO())
+
+
+def test_pressure_must_stay_where_there_is_no_friction():
+    """|q| <= f p keeps a node closed only if f > 0."""
+    one = np.eye(1)
+    pulled = fo.ContactSystem(one, 0 * one, one, [0], {"mean": ([0.0], [-1.0]), "cyclic": ([0.0], [0.0])})
+    assert np.isnan(fo.shakedown_limit(pulled, CYCLE, 0.0).load_factor) and not fo.safe_slip(pulled, CYCLE, 0.0, 1.0).exists
+    loads = {"mean": ([0.0, 0.0], [1.0, 1.0]), "cyclic": ([0.1, 0.0], [0.0, -1.0])}
+    half = fo.ContactSystem(np.eye(2), 0.1 * np.eye(2), np.eye(2), [0, 1], loads)
+    limit = fo.shakedown_limit(half, CYCLE, [0.5, 0.0])
+    assert limit.load_factor == pytest.approx(1.0, rel=1e-9) and 0 in set(limit.mechanism.direction)
+    assert fo.safe_slip(half, CYCLE, [0.5, 0.0], 0.99).exists and not fo.safe_slip(half, CYCLE, [0.5, 0.0], 1.01).exists
+
+
+@pytest.mark.parametrize(
+    ("contact", "friction"),
+    [
+        (system(1.0, 0.0, 0.0, 1.0, 1.0, 0.0), 0.0),
+        (system(np.eye(2), np.zeros((2, 2)), 0.0, (1.0, 0.0), (1.0, 1.0), 0.0), 0.5),
+        (system(np.eye(2), np.zeros((2, 2)), 0.0, 0.0, (1.0, 1.0), 0.0), 0.5),
+    ],
+)
+def test_a_limit_of_zero(contact, friction):
+    for simplify in (True, False):
+        limit = fo.shakedown_limit(contact, CYCLE, friction, simplify=simplify)
+        assert limit.load_factor == pytest.approx(0.0, abs=1e-10) and limit.load_factor >= 0
+
+
+@pytest.mark.parametrize("B", [1e-6, 1e-8, 1e-9, 1e-10, 1e-12])
+def test_weak_coupling_is_neither_lost_nor_a_failure(B):
+    rng = np.random.default_rng(7)
+    for _ in range(5):
+        contact = random_system(rng, 8, coupling=B)
+        limit = fo.shakedown_limit(contact, CYCLE, 0.5)
+        assert limit.load_factor == pytest.approx(limit_of(contact, 0.5, simplify=False), rel=1e-8)
+
+
+def test_stiffness_that_is_rounding_counts_as_none():
+    tiny = fo.ContactSystem([[1e-17]], [[0.0]], [[1.0]], [0], {"mean": ([0.2], [1.0]), "cyclic": ([1.0], [0.0])})
+    assert limit_of(tiny, 0.5) == pytest.approx(0.3, rel=1e-9)
+
+
+def test_initial_gaps_are_pressed_shut():
+    """With w = 0 the gap acts like a change (-B' g, -C g) of the mean reactions."""
+    rng = np.random.default_rng(5)
+    contact, gap = random_system(rng, 4), 0.05 * rng.random(4)
+    q0, p0 = contact.bonded["mean"]
+    shifted = contact.with_bonded({"mean": (q0 - contact.B.T @ gap, p0 - contact.C @ gap)})
+    assert limit_of(contact.with_gap(gap), 0.5) == pytest.approx(limit_of(shifted, 0.5), rel=1e-9)
+    found = fo.safe_slip(contact.with_gap(gap), CYCLE, 0.5, 0.01), fo.safe_slip(shifted, CYCLE, 0.5, 0.01)
+    assert found[0].margin == pytest.approx(found[1].margin, rel=1e-9)
 
 
 def test_without_friction_only_loads_without_shear_are_safe():

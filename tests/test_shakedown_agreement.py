@@ -1,4 +1,6 @@
+import copy
 import io
+import pickle
 
 import cvxpy as cp
 import numpy as np
@@ -88,7 +90,6 @@ def test_invariances(seed, nodes, f, c):
 
     stiff = limit(changed(contact, S=c))
     assert stiff.load_factor == pytest.approx(base.load_factor, rel=1e-8)
-    assert np.allclose(stiff.slip * c, base.slip, atol=1e-6) or nodes > 2  # the slip is unique only where all rows are in the mechanism
     assert limit(changed(contact, mean=c)).load_factor == pytest.approx(c * base.load_factor, rel=1e-8)
     assert limit(changed(contact, cyclic=c)).load_factor == pytest.approx(base.load_factor / c, rel=1e-8)
     assert limit(contact, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])).load_factor == pytest.approx(base.load_factor, rel=1e-8)
@@ -176,6 +177,27 @@ def test_the_mechanism_is_a_proof(punch, paper_cycle):
     assert resistance / drive == pytest.approx(limit.load_factor, rel=1e-7)
 
 
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
+def test_systems_cycles_and_results_can_be_copied_and_sent(punch, paper_cycle, copied):
+    contact, cycle = copied(punch(16)), copied(paper_cycle)
+    limit, safe = copied(fo.shakedown_limit(contact, cycle, 0.7)), copied(fo.safe_slip(contact, cycle, 0.7, 1.0))
+    assert limit.load_factor == fo.shakedown_limit(punch(16), paper_cycle, 0.7).load_factor
+    assert limit.problem is None and safe.problem is None and len(limit.mechanism) and safe.exists
+    limit.explain(io.StringIO())
+
+
+def test_explain_does_not_mix_two_solves(punch, paper_cycle):
+    model = fo.ShakedownModel(punch(16), paper_cycle)
+    first = model.solve(0.3)
+    text = io.StringIO()
+    first.explain(text)
+    assert "rows bind" in text.getvalue() and f"{first.load_factor:.12g}" in text.getvalue()
+    model.solve(0.7)
+    text = io.StringIO()
+    first.explain(text)
+    assert "rows bind" not in text.getvalue() and "solved for something else since" in text.getvalue()
+
+
 def test_results_cannot_be_changed(punch, paper_cycle):
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
     with pytest.raises(AttributeError):
@@ -216,7 +238,7 @@ def test_a_false_claim_of_no_optimum_is_not_believed(punch, paper_cycle, monkeyp
         return (policy.Status.NO_OPTIMUM, "infeasible") if "margin" not in problem.var_dict else (status, text)
 
     monkeypatch.setattr(policy, "_run", denies)
-    with pytest.raises(fo.SolverError, match="finds no optimum, yet safe slips exist"):
+    with pytest.raises(fo.SolverError, match="HIGHS: infeasible, residual inf; CLARABEL"):
         fo.shakedown_limit(punch(16), paper_cycle, 0.7)
 
 

@@ -18,7 +18,7 @@ BAD = {
     "B: complex numbers": {"B": 1j * ONE},
     "A: shape (2, 3), expected (2, 2)": {"A": np.ones((2, 3))},
     "A: rows of different lengths": {"A": [[1.0], [1.0, 2.0]]},
-    "A: dtype": {"A": [["a", "b"], ["c", "d"]]},
+    "A: list of dtype <U1 is not numeric": {"A": [["a", "b"], ["c", "d"]]},
     "A: not symmetric, A[0, 1] = 0.5": {"A": ONE + [[0, 0.5], [0, 0]]},
     "C: not symmetric": {"C": ONE + [[0, 0.5], [0, 0]]},
     "negative eigenvalue -1": {"A": -ONE},
@@ -33,6 +33,10 @@ BAD = {
     "bonded['P']: not a pair": {"bonded": {"P": 3.0}},
     "bonded['P'] p: shape (1,)": {"bonded": {"P": ([0.0, 0.0], [1.0])}},
     "bonded['P'] q: value nan": {"bonded": {"P": ([np.nan, 0.0], [1.0, 1.0])}},
+    "A: a masked array": {"A": np.ma.masked_array(ONE, mask=ONE > 2)},
+    "A: a sparse csr_matrix; give a dense array": {"A": csr_matrix(ONE)},
+    "A: value 1e+200 at index (0, 0)": {"A": 1e200 * ONE},
+    "load case name 'a\\x00b'": {"bonded": {"a\0b": ([0.0, 0.0], [1.0, 1.0])}},
     "load case name 3": {"bonded": {3: ([0.0, 0.0], [1.0, 1.0])}},
 }
 
@@ -97,6 +101,22 @@ def test_matrix_market_folder_dense_sparse_and_symmetric(tmp_path):
     assert np.allclose(again.gap, 0.5) and set(again.bonded) == {"mean", "cyclic"}
 
 
+def test_files_that_cannot_be_written_or_named_are_refused(tmp_path):
+    system = random_system(np.random.default_rng(1), 2)
+    for path in (tmp_path / "no folder" / "a.npz", tmp_path, "a\0b", None, 3):
+        with pytest.raises(fo.ModelError, match="path"):
+            system.save(path)
+        with pytest.raises(fo.ModelError, match="path"):
+            fo.ContactSystem.load(path)
+
+
+def test_matrix_market_files_that_mean_nothing_are_refused(tmp_path):
+    for name in ("A", "B", "C", "x", "bonded.P", "bonded_Q"):
+        mmwrite(tmp_path / f"{name}.mtx", np.eye(2))
+    with pytest.raises(fo.ModelError, match=r"holds bonded_Q, which mean nothing here; load cases are called bonded\.NAME"):
+        fo.ContactSystem.load(tmp_path)
+
+
 def test_foreign_files_are_refused(tmp_path):
     text, foreign, pickled, folder = tmp_path / "a.npz", tmp_path / "b.npz", tmp_path / "c.npz", tmp_path / "folder"
     text.write_text("not an archive")
@@ -132,6 +152,9 @@ def test_reactions_are_linear_in_the_loads_and_unknown_cases_are_refused():
     (qa, pa), (qb, pb) = system.bonded["mean"], system.bonded["cyclic"]
     q, p = system.reaction({"mean": 2.0, "cyclic": -3.0})
     assert np.allclose(q, 2 * qa - 3 * qb) and np.allclose(p, 2 * pa - 3 * pb)
+    for loads in (None, {"mean": np.nan}, {"mean": 1j}, {"mean": 10**400}):
+        with pytest.raises(fo.ModelError, match="loads"):
+            system.reaction(loads)
     with pytest.raises(fo.ModelError, match=r"load case 'sigma': unknown; this system has \['cyclic', 'mean'\]"):
         system.reaction({"sigma": 1.0})
 

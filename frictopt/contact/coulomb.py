@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, finite_array
-from .system import ContactSystem
+from .checks import Array, finite_array, finite_number, real_array
+from .system import ContactSystem, checked_system
 
 __all__ = ["Verdict", "friction_coefficients", "referee"]
 
@@ -20,9 +20,10 @@ def friction_coefficients(friction: Any, nodes: int) -> Array:
     ModelError
         Not a real finite number or array, negative, or of a length other than 1 and N.
     """
-    if np.shape(friction) not in ((), (nodes,)):
-        raise ModelError(f"friction: shape {np.shape(friction)}; give one number or one for each of the {nodes} nodes")
-    array = finite_array("friction", friction, np.shape(friction))
+    shape = real_array("friction", friction).shape
+    if shape not in ((), (nodes,)):
+        raise ModelError(f"friction: shape {shape}; give one number or one for each of the {nodes} nodes")
+    array = finite_array("friction", friction, shape)
     if array.min() < 0:
         raise ModelError(f"friction: {array.min():g}; a coefficient of friction is not negative")
     return np.broadcast_to(array, (nodes,))
@@ -97,12 +98,24 @@ def referee(
     ModelError
         Bad friction or arrays that do not match the system.
     """
-    f = friction_coefficients(friction, system.nodes)
+    f = friction_coefficients(friction, checked_system(system).nodes)
+    if not isinstance(bonded, tuple | list) or len(bonded) != 2:
+        raise ModelError(f"bonded: a {type(bonded).__name__}; give the pair (q^w, p^w)")
     names = ("bonded q", "bonded p", "v", "w", "q", "p", "previous_slip")
     values = (*bonded, v, w, q, p, v if previous_slip is None else previous_slip)
     qw, pw, v, w, q, p, v_before = (_states(name, value, system.nodes) for name, value in zip(names, values, strict=True))
-    force = force_scale if force_scale is not None else float(np.abs(pw).mean())
-    force = force or float(max(np.abs(qw).max(), np.abs(q).max())) or 1.0
+    rows = {array.shape[0] for array in (qw, pw, v, w, q, p, v_before) if array.ndim == 2}
+    if len(rows) > 1:
+        raise ModelError(f"states: arrays of {sorted(rows)} states; give all for the same number of states, or one for all")
+    if force_scale is not None:
+        force = finite_number("force_scale", force_scale, above=0.0)
+    else:
+        force = float(np.abs(pw).mean()) or float(max(np.abs(qw).max(), np.abs(q).max())) or 1.0
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite ends as an infinite residual
+        return _verdict(system, f, force, qw, pw, v, w, q, p, v_before)
+
+
+def _verdict(system: ContactSystem, f: Array, force: float, qw: Array, pw: Array, v: Array, w: Array, q: Array, p: Array, v_before: Array) -> Verdict:
     length = force / system.stiffness_scale
     opening = w - system.gap
     errors = q - qw - v @ system.A - opening @ system.B, p - pw - v @ system.B.T - opening @ system.C
@@ -117,8 +130,8 @@ def referee(
 
 
 def _states(name: str, value: Any, nodes: int) -> Array:
-    array = np.asarray(value, dtype=np.float64)
-    if array.ndim not in (1, 2) or array.shape[-1] != nodes:
+    array = real_array(name, value)
+    if array.ndim not in (1, 2) or array.shape[-1] != nodes or not array.size:
         raise ModelError(f"{name}: shape {array.shape}; give ({nodes},) or (states, {nodes})")
     return array
 

@@ -2,14 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, finite_number
-from .system import ContactSystem
+from .checks import Array, checked_loads
+from .system import ContactSystem, checked_system
 
 __all__ = ["LoadCycle"]
 
@@ -44,21 +43,14 @@ class LoadCycle:
             raise ModelError("corners: empty; a load cycle visits at least one corner")
         object.__setattr__(self, "corners", tuple(checked_loads(f"corners[{k}]", corner) for k, corner in enumerate(self.corners)))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (dict(self.mean), [dict(corner) for corner in self.corners])
+
     def mean_reaction(self, system: ContactSystem) -> tuple[Array, Array]:
         """(N,) reactions `q0, p0` of the closed, unslipped contact under the mean load."""
-        return system.closed_reaction(self.mean)
+        return checked_system(system).closed_reaction(self.mean)
 
     def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean."""
-        pairs = [system.reaction(corner) for corner in self.corners]
+        pairs = [checked_system(system).reaction(corner) for corner in self.corners]
         return np.array([q for q, _ in pairs]), np.array([p for _, p in pairs])
-
-
-def checked_loads(name: str, loads: Any) -> Mapping[str, float]:
-    """Check a sum of load cases, name -> finite amplitude, and return it read-only."""
-    if not isinstance(loads, Mapping):
-        raise ModelError(f"{name}: a {type(loads).__name__}; give a mapping, load case name -> amplitude")
-    for case in loads:
-        if not isinstance(case, str):
-            raise ModelError(f"{name}: load case name {case!r}; give a text")
-    return MappingProxyType({case: finite_number(f"{name}[{case!r}]", amplitude) for case, amplitude in loads.items()})

@@ -9,6 +9,7 @@ from .system import ContactSystem
 
 __all__ = ["is_mirror_symmetric", "is_uncoupled"]
 
+_NO_COUPLING = 1e-13
 _ROUNDING = 1e-10  # differences below this share of the largest entry are rounding of a condensation
 
 
@@ -26,8 +27,9 @@ def is_mirror_symmetric(system: ContactSystem, reactions: Iterable[tuple[Array, 
     friction
         (N,) coefficients of friction.
     """
-    stiffness = (system.A, 1), (system.B, -1), (system.C, 1)
-    if not all(_same(matrix, sign * matrix[::-1, ::-1], float(np.abs(system.C).max())) for matrix, sign in stiffness):
+    A, B, C = system.A, system.B, system.C
+    stiffness = (A, A, 1), (B, A, -1), (C, C, 1)
+    if not all(_same(matrix, sign * matrix[::-1, ::-1], float(np.abs(scale).max())) for matrix, scale, sign in stiffness):
         return False
     if not (_same(friction, friction[::-1], float(friction.max())) and _same(system.gap, system.gap[::-1], float(system.gap.max()))):
         return False
@@ -38,9 +40,10 @@ def is_mirror_symmetric(system: ContactSystem, reactions: Iterable[tuple[Array, 
     return True
 
 
-def is_uncoupled(system: ContactSystem) -> bool:
-    """Whether tangential motion leaves the normal reactions alone: B is zero up to rounding."""
-    return bool(np.abs(system.B).max() <= _ROUNDING * max(np.abs(system.A).max(), np.abs(system.C).max()))
+def is_uncoupled(system: ContactSystem, friction: Array) -> bool:
+    """Whether tangential motion leaves the friction bounds alone: f B is zero up to rounding, against A."""
+    coupling = float(np.abs(friction[:, None] * system.B).max())
+    return coupling <= _NO_COUPLING * float(np.abs(system.A).max())
 
 
 def _same(one: Array, other: Array, scale: float) -> bool:

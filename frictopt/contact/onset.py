@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from .checks import Array
+from .checks import Array, checked_loads
 from .coulomb import friction_coefficients
-from .cycle import checked_loads
-from .system import ContactSystem
+from .system import ContactSystem, checked_system
 
 __all__ = ["Onset", "OnsetEvent", "onset"]
 
@@ -79,7 +78,7 @@ def onset(system: ContactSystem, mean: Mapping[str, float], direction: Mapping[s
     ModelError
         Unknown load case, amplitudes not finite, bad friction.
     """
-    f = friction_coefficients(friction, system.nodes)
+    f = friction_coefficients(friction, checked_system(system).nodes)
     q0, p0 = system.closed_reaction(checked_loads("mean", mean))
     q1, p1 = system.reaction(checked_loads("direction", direction))
     floor = _ROUNDING * float(np.abs(p0).mean())

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from scipy.io import mmread
 
 from ..errors import ModelError
 from .checks import Array
@@ -17,21 +16,32 @@ _FORMAT = "frictopt contact system 1"
 _Content = tuple[dict[str, Array], dict[str, tuple[Array, Array]]]
 
 
-def write_npz(path: Path, arrays: Mapping[str, Array], bonded: Mapping[str, tuple[Array, Array]]) -> None:
+def write_npz(path: str | Path, arrays: Mapping[str, Array], bonded: Mapping[str, tuple[Array, Array]]) -> None:
     """Write the arrays and the bonded reactions (each an (N, 2) array of columns q, p) to `path`, exactly under that name."""
     cases = {f"bonded.{name}": np.column_stack(pair) for name, pair in bonded.items()}
-    with path.open("wb") as file:
-        np.savez(file, allow_pickle=False, format=np.array(_FORMAT), **arrays, **cases)
+    try:
+        with Path(path).open("wb") as file:
+            np.savez(file, allow_pickle=False, format=np.array(_FORMAT), **arrays, **cases)
+    except (OSError, TypeError, ValueError) as error:
+        raise ModelError(f"path: {path!r} cannot be written ({error}); give the name of a file in a folder that exists") from error
 
 
-def read(path: Path) -> _Content:
+def read(source: str | Path) -> _Content:
     """Read an npz archive or a folder of Matrix Market files: the arrays by name, and the bonded reactions by load case."""
+    try:
+        path = Path(source)
+        exists = path.exists()
+    except (OSError, TypeError, ValueError) as error:
+        raise ModelError(f"path: {source!r} is not the name of a file or folder ({error})") from error
+    if not exists:
+        raise ModelError(f"path: {str(path)!r} does not exist; give an npz archive of ContactSystem.save or a folder of Matrix Market files")
     if path.is_dir():
         found = {file.stem: _read_matrix_market(file) for file in sorted(path.glob("*.mtx"))}
-    elif path.is_file():
-        found = _read_npz(path)
     else:
-        raise ModelError(f"path: {str(path)!r} does not exist; give an npz archive of ContactSystem.save or a folder of Matrix Market files")
+        found = _read_npz(path)
+    unknown = [name for name in found if name not in MATRICES and not name.startswith("bonded.")]
+    if unknown:
+        raise ModelError(f"path: {str(path)!r} holds {', '.join(unknown)}, which mean nothing here; load cases are called bonded.NAME")
     missing = [name for name in MATRICES if name not in found and name != "gap"]
     if missing:
         raise ModelError(f"path: {str(path)!r} has no {', '.join(missing)}; it needs A, B, C and x, and one bonded.NAME for each load case")
@@ -53,16 +63,18 @@ def _read_npz(path: Path) -> dict[str, Array]:
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             found = {name: archive[name] for name in archive.files}
-    except (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
-        raise ModelError(f"{foreign} ({error})") from error
+    except (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError, NotImplementedError, RuntimeError, zipfile.BadZipFile) as error:
+        raise ModelError(foreign) from error
     if str(found.pop("format", "")) != _FORMAT:
         raise ModelError(foreign)
     return found
 
 
 def _read_matrix_market(path: Path) -> Array:
+    from scipy.io import mmread  # the one format that needs more than numpy
+
     try:
         matrix = mmread(path)
-    except (OSError, ValueError, OverflowError) as error:
+    except (OSError, ValueError, OverflowError, MemoryError) as error:
         raise ModelError(f"path: {str(path)!r} is not a Matrix Market file ({error})") from error
     return np.asarray(matrix if isinstance(matrix, np.ndarray) else matrix.toarray())

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..errors import ModelError
 from . import storage
-from .checks import Array, finite_array, frozen
+from .checks import Array, check_name, checked_loads, finite_array, frozen
 
-__all__ = ["ContactSystem"]
+__all__ = ["ContactSystem", "checked_system"]
 
 _SYMMETRY = 1e-10  # asymmetry and negative curvature up to this share of the largest entry count as rounding of a condensation
 
@@ -71,6 +71,9 @@ class ContactSystem:
         for name, value in {"x": x, "A": A, "B": B, "C": C, "gap": gap, "bonded": _checked_bonded(self.bonded, n)}.items():
             object.__setattr__(self, name, value)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.A, self.B, self.C, self.x, dict(self.bonded), self.gap)
+
     def __repr__(self) -> str:
         return f"ContactSystem(nodes={self.nodes}, x={self.x[0]:g} .. {self.x[-1]:g}, loads={sorted(self.bonded)}, gap={bool(self.gap.any())})"
 
@@ -95,10 +98,10 @@ class ContactSystem:
         Raises
         ------
         ModelError
-            A load case that the system does not have.
+            A load case that the system does not have, an amplitude that is not finite.
         """
         q, p = np.zeros(self.nodes), np.zeros(self.nodes)
-        for name, amplitude in loads.items():
+        for name, amplitude in checked_loads("loads", loads).items():
             if name not in self.bonded:
                 raise ModelError(f"load case {name!r}: unknown; this system has {sorted(self.bonded)}")
             q = q + amplitude * self.bonded[name][0]
@@ -112,7 +115,7 @@ class ContactSystem:
             return q, p
         return q - self.B.T @ self.gap, p - self.C @ self.gap
 
-    def with_bonded(self, **cases: tuple[Any, Any]) -> Self:
+    def with_bonded(self, cases: Mapping[str, tuple[Any, Any]]) -> Self:
         """Copy with load cases added or replaced, name -> `(q, p)`."""
         return replace(self, bonded={**self.bonded, **cases})
 
@@ -121,9 +124,15 @@ class ContactSystem:
         return replace(self, gap=gap)
 
     def save(self, path: str | Path) -> None:
-        """Write the system to `path` as an npz archive of plain arrays (no pickle)."""
+        """Write the system to `path` as an npz archive of plain arrays (no pickle).
+
+        Raises
+        ------
+        ModelError
+            The file cannot be written.
+        """
         arrays: dict[str, Array] = {name: getattr(self, name) for name in storage.MATRICES}
-        storage.write_npz(Path(path), arrays, self.bonded)
+        storage.write_npz(path, arrays, self.bonded)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -137,8 +146,15 @@ class ContactSystem:
         ModelError
             The file is missing, is not ours, or its content is not a contact system.
         """
-        arrays, bonded = storage.read(Path(path))
+        arrays, bonded = storage.read(path)
         return cls(bonded=bonded, **arrays)
+
+
+def checked_system(system: Any) -> ContactSystem:
+    """Check that `system` is a contact system."""
+    if not isinstance(system, ContactSystem):
+        raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem (a scene's condense() makes one)")
+    return system
 
 
 def _symmetrised(name: str, matrix: Array) -> Array:
@@ -150,7 +166,7 @@ def _symmetrised(name: str, matrix: Array) -> Array:
             f"{name}: not symmetric, {name}[{i}, {j}] = {matrix[i, j]:g} but {name}[{j}, {i}] = {matrix[j, i]:g}; "
             "give the stiffness of the relative motion, in the same order for rows and columns"
         )
-    return frozen((matrix + matrix.T) / 2)
+    return frozen(matrix / 2 + matrix.T / 2)
 
 
 def _check_semi_definite(A: Array, B: Array, C: Array) -> None:
@@ -176,8 +192,7 @@ def _checked_bonded(bonded: Any, n: int) -> Mapping[str, tuple[Array, Array]]:
         raise ModelError("bonded: no load case; give at least one, name -> (q, p)")
     checked = {}
     for name, pair in bonded.items():
-        if not isinstance(name, str) or not name:
-            raise ModelError(f"bonded: load case name {name!r}; give a non-empty text")
+        check_name("bonded", name)
         try:
             q, p = pair
         except (TypeError, ValueError) as error:

@@ -24,7 +24,8 @@ class Body:
     Raises
     ------
     ModelError
-        A mesh of other elements than linear triangles or quadrilaterals, or one that does not hang together through common edges.
+        Elements turned inside out or without area, elements other than linear triangles or quadrilaterals, or a mesh that does not hang together
+        through common edges.
     """
 
     mesh: Any
@@ -35,6 +36,7 @@ class Body:
             raise ModelError(f"mesh: a {type(self.mesh).__name__}; give a MeshTri or a MeshQuad of straight-sided elements")
         if not isinstance(self.material, Material):
             raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
+        _check_elements(self.mesh)
         inner = self.mesh.f2t[:, self.mesh.f2t[1] >= 0]
         elements = self.mesh.t.shape[1]
         parts, _ = connected_components(coo_matrix((np.ones(inner.shape[1]), inner), shape=(elements, elements)), directed=False)
@@ -99,6 +101,20 @@ class Traction:
         _check_body(self.body)
         for name in ("x", "y"):
             object.__setattr__(self, name, finite_number(f"traction {name}", getattr(self, name)))
+
+
+def _check_elements(mesh: Any) -> None:
+    """Check that all elements are convex and not turned inside out."""
+    if not np.isfinite(mesh.p).all():
+        raise ModelError(f"mesh: node {int(np.argwhere(~np.isfinite(mesh.p))[0][1])} has coordinates that are not finite")
+    corners = mesh.p[:, mesh.t]
+    ahead, behind = np.roll(corners, -1, axis=1) - corners, corners - np.roll(corners, 1, axis=1)
+    turns = behind[0] * ahead[1] - behind[1] * ahead[0]
+    bad = ~((turns > 0).all(axis=0) | (turns < 0).all(axis=0))
+    if bad.any():
+        raise ModelError(
+            f"mesh: {int(bad.sum())} elements are not convex or have no area, the first is element {int(np.argmax(bad))}; repair the mesh"
+        )
 
 
 def _check_body(name: str) -> None:

@@ -41,7 +41,7 @@ def schur_complement(K: csr_matrix, F: Array, order: np.ndarray, kept: int) -> t
         The eliminated part is singular.
     """
     n = len(order)
-    shift = K.diagonal().max()
+    shift = K.diagonal()[order[n - kept :]].max()
     ordered = csc_matrix(K[order][:, order] + diags(np.r_[np.zeros(n - kept), np.full(kept, shift)]))
     try:
         factors = splu(ordered, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})

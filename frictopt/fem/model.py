@@ -16,6 +16,7 @@ from .ordering import Integers
 
 __all__ = ["ContactModel"]
 
+_ACCURACY = 1e-7  # error of equilibrium, over the forces, above which a condensation is refused
 _SAME_POINT = 1e-9  # distance below which two nodes coincide, as a share of the size of the interface or the body
 
 
@@ -94,14 +95,14 @@ class ContactModel:
         Raises
         ------
         ModelError
-            The stiffness cannot be factorised (extreme materials).
+            The stiffness cannot be factorised, or not accurately enough (extreme materials, sizes or elements).
         """
         contact = self.interface_nodes("block")
         bodies = GluedBodies(self.punch, self.block, self.interface_nodes("punch"), contact)
         held = np.concatenate([bodies.unknowns(support.body, self.support_nodes(support), support.directions) for support in self.supports])
         S, R = bodies.condense(np.column_stack([self._forces(bodies, case) for case in self.loads]), held)
         n = len(contact)
-        S = self._without_rigid_noise(S)
+        S, R = self._balanced(S, R)
         return ContactSystem(
             A=S[:n, :n],
             B=S[n:, :n],
@@ -110,14 +111,37 @@ class ContactModel:
             bonded={case: (R[:n, j], R[n:, j]) for j, case in enumerate(self.loads)},
         )
 
-    def _without_rigid_noise(self, S: Array) -> Array:
-        """S with exactly no stiffness against the rigid motions that the punch's own supports allow; elimination leaves some rounding there."""
-        x = self.block.mesh.p[0, self.interface_nodes("block")]
-        one, zero, turn = np.ones_like(x), np.zeros_like(x), (x - x.mean()) / np.ptp(x)
-        motions = np.array([np.r_[one, zero], np.r_[zero, one], np.r_[zero, turn]]).T
-        rigid, _ = np.linalg.qr(motions @ self._free_motions([support for support in self.supports if support.body == "punch"]))
+    def _balanced(self, S: Array, R: Array) -> tuple[Array, Array]:
+        """S and R without the rounding that elimination leaves against rigid motions that the punch's own supports allow.
+
+        S has no stiffness against them, and on them the reactions of each load case do as much work as the load on the punch, with the
+        opposite sign. How far they are from it tells how accurate the elimination was.
+
+        Raises
+        ------
+        ModelError
+            Accuracy is lost.
+        """
+        contact, mesh = self.block.mesh.p[:, self.interface_nodes("block")], self.punch.mesh
+        free = self._free_motions([support for support in self.supports if support.body == "punch"])
+        rigid, to_unit = np.linalg.qr(_rigid_motions(contact, contact) @ free)
+        motions = _rigid_motions(mesh.p, contact) @ free @ np.linalg.inv(to_unit)
+        loads = np.zeros((2 * mesh.p.shape[1], len(self.loads)))
+        for column, parts in zip(loads.T, self.loads.values(), strict=True):
+            for part in parts:
+                if part.body == "punch":
+                    column += self.punch.force(part.boundary, part.x, part.y).ravel()
+        excess = rigid.T @ R + motions.T @ loads
+        scale = np.abs(R).sum(axis=0) + np.abs(loads).sum(axis=0)
+        errors = [*(np.abs(excess) / np.where(scale > 0, scale, 1.0)).ravel(), *(np.abs(S @ rigid) / np.abs(S).max()).ravel()]
+        error = float(max(errors, default=0.0))
+        if error > _ACCURACY:
+            raise ModelError(
+                f"model: elimination leaves equilibrium of the punch with an error of {error:.1e}; materials, sizes or elements differ too much: "
+                "bring the stiffness of the two bodies, the lengths, or the element sizes closer together"
+            )
         S = S - rigid @ (rigid.T @ S)
-        return np.asarray(S - (S @ rigid) @ rigid.T)
+        return np.asarray(S - (S @ rigid) @ rigid.T), np.asarray(R - rigid @ excess)
 
     def _forces(self, bodies: GluedBodies, case: str) -> Array:
         forces = np.zeros(bodies.size)
@@ -139,8 +163,11 @@ class ContactModel:
             )
         if np.ptp(block[1]) > _SAME_POINT * length:
             raise ModelError(f"interface: y varies by {np.ptp(block[1]):g} along it; turn the meshes so that it is straight and parallel to x")
-        if self.punch.mesh.p[1].mean() < self.block.mesh.p[1].mean():
-            raise ModelError("punch: it lies below the block; swap the two, the punch is the upper body")
+        for name, body, side, other in (("punch", self.punch, 1.0, "below"), ("block", self.block, -1.0, "above")):
+            mesh = body.mesh
+            centres = mesh.p[1, mesh.t[:, mesh.f2t[0, mesh.boundaries[self.interface]]]].mean(axis=0)
+            if np.any(side * (centres - block[1].mean()) <= 0):
+                raise ModelError(f"{name}: it lies {other} the interface; the punch is the upper body, the block the lower one")
 
     def _check_supports(self) -> None:
         contact = self.interface_nodes("punch")
@@ -154,12 +181,18 @@ class ContactModel:
     def _free_motions(self, supports: Sequence[Support]) -> Array:
         """(3, k) rigid motions that some supports allow: displacements x, y of the middle of the interface, and turn times its length."""
         contact = self.block.mesh.p[:, self.interface_nodes("block")]
-        middle, length = contact.mean(axis=1), np.ptp(contact[0])
         rows = [np.zeros((1, 3))]
         for support in supports:
             points = self.body(support.body).mesh.p[:, self.support_nodes(support)]
-            arm = (points - middle[:, None]) / length
-            one, zero = np.ones_like(arm[0]), np.zeros_like(arm[0])
-            motions = {"x": [one, zero, -arm[1]], "y": [zero, one, arm[0]]}
-            rows += [np.array(motions[direction]).T for direction in support.directions]
-        return np.asarray(null_space(np.concatenate(rows), rcond=_SAME_POINT))
+            x, y = np.split(_rigid_motions(points, contact), 2)
+            rows += [{"x": x, "y": y}[direction] for direction in support.directions]
+        rigid = np.concatenate(rows)
+        scale = np.maximum(np.abs(rigid).max(axis=0), 1.0)  # supports far away turn over long arms
+        return np.asarray(null_space(rigid / scale, rcond=_SAME_POINT) / scale[:, None])
+
+
+def _rigid_motions(points: Array, contact: Array) -> Array:
+    """(2n, 3) displacements x, then y, of n points in the rigid motions of `_free_motions`, with respect to the nodes of the interface."""
+    arm = (points - contact.mean(axis=1)[:, None]) / np.ptp(contact[0])
+    one, zero = np.ones_like(arm[0]), np.zeros_like(arm[0])
+    return np.concatenate([np.array([one, zero, -arm[1]]).T, np.array([zero, one, arm[0]]).T])

@@ -15,6 +15,8 @@ from .model import ContactModel
 
 __all__ = ["PunchOnHalfPlane"]
 
+_MOST = 100_000  # elements along the contact: more interface than any memory holds, since S is dense
+
 
 @dataclass(frozen=True)
 class PunchOnHalfPlane:
@@ -60,16 +62,16 @@ class PunchOnHalfPlane:
     support: Literal["rollers", "clamped"] = "rollers"
 
     def __post_init__(self) -> None:
-        if whole_number("elements", self.elements, least=2) % 2:
+        if whole_number("elements", self.elements, least=2, most=_MOST) % 2:
             raise ModelError(f"elements: {self.elements}; give an even number, so that a node lies in the middle")
         for name in ("half_width", "punch_height", "block_half_width", "block_depth"):
             finite_number(name, getattr(self, name), above=0.0)
         if not self.block_half_width > self.half_width:
             raise ModelError(f"block_half_width: {self.block_half_width:g}; the block must be wider than the punch ({self.half_width:g})")
-        if self.grading != "sine":
-            finite_number("grading", self.grading, least=1.0)
-        finite_number("growth", self.growth, above=1.0)
-        if self.support not in ("rollers", "clamped"):
+        if not (isinstance(self.grading, str) and self.grading == "sine"):
+            finite_number("grading", self.grading, least=1.0, below=1e15)
+        finite_number("growth", self.growth, above=1.0, below=100.0)
+        if not isinstance(self.support, str) or self.support not in ("rollers", "clamped"):
             raise ModelError(f"support: {self.support!r}; give 'rollers' or 'clamped'")
         for name in ("punch_material", "block_material"):
             if not isinstance(getattr(self, name), Material):
@@ -96,6 +98,7 @@ class PunchOnHalfPlane:
         """The two meshes with supports and load cases."""
         contact, a, bottom = self.contact_nodes, self.half_width, -self.block_depth
         side = a + _away(self.block_half_width - a, self.corner_size, self.growth)[1:]
+        side[-1] = self.block_half_width
         depth = _away(self.block_depth, self.corner_size, self.growth)
         punch = MeshQuad.init_tensor(contact, _away(self.punch_height, self.corner_size, self.growth))
         block = MeshQuad.init_tensor(np.r_[-side[::-1], contact, side], -depth[::-1])

@@ -2,20 +2,30 @@
 
 import sys
 from collections.abc import Mapping, Sequence
-from typing import IO
+from typing import IO, TypeAlias
 
 import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-__all__ = ["explain"]
+from ..contact.checks import Array
+
+__all__ = ["Units", "explain"]
+
+Units: TypeAlias = Mapping[str, float | Array]
 
 _BINDING = 1e-7  # dimensionless slack below which a row counts as binding
 _SHOWN = 8  # rows of the mechanism that are printed
 
 
 def explain(
-    title: str, problem: cp.Problem | None, units: Mapping[str, float], left_out: Sequence[str], mechanism: pd.DataFrame, file: IO[str] | None
+    title: str,
+    problem: cp.Problem | None,
+    value: float,
+    units: Units,
+    left_out: Sequence[str],
+    mechanism: pd.DataFrame,
+    file: IO[str] | None,
 ) -> None:
     """Print title, variables, parameters, objective, constraints with the rows that bind, units, what was left out, and the mechanism.
 
@@ -24,9 +34,11 @@ def explain(
     title
         What the model computes.
     problem
-        A cvxpy problem whose variables, parameters and constraints have names; None for a closed form.
+        A cvxpy problem whose variables, parameters and constraints have names; None for a closed form, or in a copy.
+    value
+        The answer.
     units
-        Name of a variable -> its unit in the caller's units.
+        Name of a variable -> its unit in the caller's units, one or one per entry.
     left_out
         What the scene did not need.
     mechanism
@@ -35,7 +47,8 @@ def explain(
         Where to print; standard output by default.
     """
     lines = [title, "=" * len(title)]
-    lines += ["no optimisation problem: closed form"] if problem is None else _problem_lines(problem, units)
+    lines.append(f"answer      {value:.12g}")
+    lines += ["problem     none: closed form, or left behind by a copy"] if problem is None else _problem_lines(problem, value, units)
     lines += ["left out"] + [f"    {text}" for text in left_out or ("nothing",)]
     if len(mechanism):
         table = mechanism.head(_SHOWN).to_string(index=False, float_format="{:.4g}".format)
@@ -43,27 +56,30 @@ def explain(
     print("\n".join(lines), file=file or sys.stdout)
 
 
-def _problem_lines(problem: cp.Problem, units: Mapping[str, float]) -> list[str]:
-    lines = [f"problem     {problem.status or 'not solved'}, convex (DCP) {_yes(problem.is_dcp())}, compiled once for all parameters (DPP) "]
-    lines[0] += _yes(problem.is_dpp())
-    if problem.status == cp.OPTIMAL:
-        lines.append(f"objective   {type(problem.objective).NAME} {problem.objective.expr} = {problem.value:.10g} (dimensionless)")
+def _problem_lines(problem: cp.Problem, value: float, units: Units) -> list[str]:
+    objective = problem.objective.expr
+    unit = units.get(objective.name(), 1.0) if problem.objective.expr.name() == "load_factor" else 1.0
+    solved = objective.value is not None and bool(np.isclose(objective.value * unit, value, rtol=1e-12, atol=0.0))
+    lines = [f"problem     convex (DCP) {_yes(problem.is_dcp())}, compiled once for all parameters (DPP) {_yes(problem.is_dpp())}"]
+    lines.append(f"objective   {type(problem.objective).NAME} {objective.name()}")
+    if not solved:
+        lines.append("values      none here: the problem has no optimum, or has been solved for something else since")
     lines.append("variables")
     for variable in problem.variables():
-        unit = f", unit {units[variable.name()]:.6g}" if variable.name() in units else ""
-        lines.append(f"    {variable.name():<18} {_size(variable.shape)}{', >= 0' if variable.is_nonneg() else ''}{unit}")
+        scale = f", unit {_range(units[variable.name()])}" if variable.name() in units else ""
+        lines.append(f"    {variable.name():<18} {_size(variable.shape)}{', >= 0' if variable.is_nonneg() else ''}{scale}")
     lines.append("parameters")
-    lines += [f"    {parameter.name():<18} {_size(parameter.shape)}, {_range(parameter)}" for parameter in problem.parameters()]
+    lines += [
+        f"    {parameter.name():<18} {_size(parameter.shape)}{f', {_range(parameter.value)}' if solved else ''}" for parameter in problem.parameters()
+    ]
     lines.append("constraints")
     for constraint in problem.constraints:
         curvature = constraint.args[0].curvature.lower()
-        lines.append(f"    {constraint.label:<18} {_size(constraint.shape)}, {curvature}{_binding(constraint)}")
+        lines.append(f"    {constraint.label:<18} {_size(constraint.shape)}, {curvature}{_binding(constraint) if solved else ''}")
     return lines
 
 
 def _binding(constraint: cp.Constraint) -> str:
-    if constraint.args[0].value is None:
-        return ""
     slack = np.atleast_1d(constraint.args[1].value - constraint.args[0].value)
     return f", {int((slack < _BINDING).sum())} of {slack.size} rows bind"
 
@@ -72,8 +88,11 @@ def _size(shape: tuple[int, ...]) -> str:
     return " x ".join(str(n) for n in shape) or "scalar"
 
 
-def _range(parameter: cp.Parameter) -> str:
-    return "no value" if parameter.value is None else f"from {np.min(parameter.value):.4g} to {np.max(parameter.value):.4g}"
+def _range(values: float | Array | None) -> str:
+    if values is None:
+        return "no value"
+    least, most = float(np.min(values)), float(np.max(values))
+    return f"{least:.4g}" if least == most else f"{least:.4g} .. {most:.4g}"
 
 
 def _yes(flag: bool) -> str:

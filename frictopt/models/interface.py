@@ -1,4 +1,4 @@
-"""The contact in the unknowns and units in which its linear programs are well scaled."""
+"""The contact and its loads in the unknowns and units in which its linear programs are well scaled."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -9,10 +9,27 @@ from scipy.linalg import qr
 from ..contact import ContactSystem
 from ..contact.checks import Array, frozen
 
-__all__ = ["Interface", "scaled_interface"]
+__all__ = ["NULL", "Interface", "Loads", "scaled_interface"]
 
-_NULL = 1e-12  # eigenvalues of A below this share of the largest are rigid sliding, which needs no force
-_SMALL_NODE = 1e-6  # rows are divided by the node's mean pressure, or by this share of the average one where it is less
+NULL = 1e-10
+"""Eigenvalues of A below this share of the largest entry of S are rigid sliding, which needs no force."""
+
+_SMALL_NODE = 1e-6  # rows are divided by the node's mean pressure; by its other reactions where it has less than this share of the average
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """Closed reactions of a load cycle: mean (N,) `q0, p0` and corners at load factor 1 (K, N) `q1, p1`, force per depth."""
+
+    q0: Array
+    p0: Array
+    q1: Array
+    p1: Array
+
+    @property
+    def corners(self) -> int:
+        """Number of corners, K."""
+        return len(self.q1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +49,12 @@ class Interface:
         (n, m) dimensionless.
     slip
         (N, m) slip of all nodes for unit tractions, length.
+    loaded
+        (m,) node that each traction acts on.
     mirror
         Whether v is taken odd and the right half left out.
     force
-        Mean normal force of the mean load over the nodes, force per depth.
+        Force scale of the loads, force per depth.
     """
 
     nodes: np.ndarray[Any, np.dtype[np.intp]]
@@ -43,23 +62,25 @@ class Interface:
     shear: Array
     normal: Array
     slip: Array
+    loaded: np.ndarray[Any, np.dtype[np.intp]]
     mirror: bool
     force: float
 
 
-def scaled_interface(system: ContactSystem, q0: Array, p0: Array, mirror: bool) -> Interface:
-    """Choose unknowns and units for a contact whose mean load gives the closed reactions `q0, p0`."""
+def scaled_interface(system: ContactSystem, loads: Loads, force: float, mirror: bool) -> Interface:
+    """Choose unknowns and units for a contact under loads of the size of `force`."""
     n, half = system.nodes, system.nodes // 2
-    force = float(np.abs(p0).mean() or np.abs(q0).mean() or 1.0)
-    unit = np.maximum(np.abs(p0), _SMALL_NODE * force)
+    pressure, others = np.abs(loads.p0), np.abs([loads.q0, *loads.q1, *loads.p1]).max(axis=0)
+    unit = np.where(pressure > _SMALL_NODE * force, pressure, np.maximum(others, _SMALL_NODE * force))
     nodes = np.arange(n - half if mirror else n)
     free = np.eye(n)[:, : half if mirror else n]  # slips of all nodes for the independent ones
     if mirror:
         free = free - free[::-1]
     A_free = free.T @ system.A @ free
     values, vectors = np.linalg.eigh(A_free)
-    rigid = values <= _NULL * values[-1:]
-    tractions = unit[: len(A_free), None] * _balanced(vectors[:, rigid])
+    rigid = values <= NULL * max(np.abs(system.A).max(), np.abs(system.C).max())
+    loaded, basis = _balanced(vectors[:, rigid])
+    tractions = unit[: len(A_free), None] * basis
     compliance = (vectors[:, ~rigid] / values[~rigid]) @ vectors[:, ~rigid].T
     slip = free @ compliance @ tractions * (1 + mirror)
     return Interface(
@@ -68,19 +89,23 @@ def scaled_interface(system: ContactSystem, q0: Array, p0: Array, mirror: bool) 
         shear=frozen(system.A[nodes] @ slip / unit[nodes, None]),
         normal=frozen(system.B[nodes] @ slip / unit[nodes, None]),
         slip=frozen(slip),
+        loaded=loaded,
         mirror=mirror,
         force=force,
     )
 
 
-def _balanced(rigid: Array) -> Array:
-    """Basis of the nodal forces that do no work on the rigid slips (columns): unit forces, balanced by forces at as many nodes as there are slips."""
+def _balanced(rigid: Array) -> tuple[np.ndarray[Any, np.dtype[np.intp]], Array]:
+    """Basis of the nodal forces that do no work on the rigid slips (columns), and the nodes that its columns load.
+
+    Unit forces at the loaded nodes are balanced by forces at as many other nodes as there are rigid slips.
+    """
     count, k = rigid.shape
     if not k:
-        return np.eye(count)
+        return np.arange(count), np.eye(count)
     _, _, pivots = qr(rigid.T, pivoting=True)
     balancing, loaded = pivots[:k], np.sort(pivots[k:])
     basis = np.zeros((count, count - k))
     basis[loaded, np.arange(count - k)] = 1.0
     basis[balancing] = -np.linalg.solve(rigid[balancing].T, rigid[loaded].T)
-    return basis
+    return loaded, basis

@@ -8,8 +8,8 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
-from .interface import Interface
-from .rows import LoadRows, Loads
+from .interface import Interface, Loads
+from .rows import LoadRows
 
 __all__ = ["Mechanism", "expand_duals"]
 
@@ -18,19 +18,20 @@ _SHARE = 1e-9  # rows with a smaller share of the mechanism are left out of its 
 
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """A closed cycle of slips `forward[k, i], backward[k, i] >= 0` of node i at corner k; the multipliers of the safe-slip rows are one.
+    """A closed cycle of slips and openings of node i at corner k, all >= 0; the multipliers of the safe-slip rows are one.
 
-    Its net slip stresses nothing, `A d + B^T (f s) = 0` with d the sum of forward minus backward and s the sum of both, so no residual slip
-    helps against it (the kinematic dual of the safe-slip theorem, Bjorkman & Klarbring 1987).
+    Its net motion stresses nothing, `A d + B^T (f s + o) = 0` with d the sum of forward minus backward slips, s the sum of both and o the sum of
+    openings, so no residual slip helps against it (the kinematic dual of the safe-slip theorem, Bjorkman & Klarbring 1987).
 
     Attributes
     ----------
-    forward, backward
-        (K, N) slip of each node at each corner, in any one unit.
+    forward, backward, opening
+        (K, N) slip along +x, slip against it, and opening without slip (of nodes with little or no friction), in any one unit.
     """
 
     forward: Array
     backward: Array
+    opening: Array
 
     @property
     def net(self) -> Array:
@@ -42,30 +43,36 @@ class Mechanism:
         """(N,) forward plus backward slip over the cycle."""
         return np.asarray(self.forward.sum(axis=0) + self.backward.sum(axis=0))
 
+    def lift(self, friction: Array) -> Array:
+        """(K, N) factors of the normal reactions in the mechanism's work: slip times friction, and opening."""
+        return np.asarray(friction * (self.forward + self.backward) + self.opening)
+
     def work(self, loads: Loads, friction: Array) -> tuple[float, float]:
         """Resistance of the mean load and drive of the cyclic load at load factor 1, both as work on the mechanism.
 
         A safe slip at load factor lam needs `lam * drive <= resistance`.
         """
-        resistance = self.net @ loads.q0 + self.total @ (friction * loads.p0)
-        drive = -np.sum((self.forward - self.backward) * loads.q1) - np.sum((self.forward + self.backward) * friction * loads.p1)
+        lift = self.lift(friction)
+        resistance = self.net @ loads.q0 + lift.sum(axis=0) @ loads.p0
+        drive = -np.sum((self.forward - self.backward) * loads.q1) - np.sum(lift * loads.p1)
         return float(resistance), float(drive)
 
     def stress(self, system: ContactSystem, friction: Array) -> Array:
-        """(N,) `A d + B^T (f s)`, which is zero for a true mechanism."""
-        return np.asarray(system.A @ self.net + system.B.T @ (friction * self.total))
+        """(N,) `A d + B^T (f s + o)`, which is zero for a true mechanism."""
+        return np.asarray(system.A @ self.net + system.B.T @ self.lift(friction).sum(axis=0))
 
     def scaled(self, factor: float) -> "Mechanism":
-        """The same mechanism with all slips multiplied."""
-        return Mechanism(self.forward * factor, self.backward * factor)
+        """The same mechanism with all motions multiplied."""
+        return Mechanism(self.forward * factor, self.backward * factor, self.opening * factor)
 
     def table(self, x: Array) -> pd.DataFrame:
-        """One row for each slip: node, x, corner, direction (+1 along +x, -1 against), share of the total slip; largest first."""
+        """One row for each motion: node, x, corner, direction (+1 slip along +x, -1 against it, 0 opening), share of all; largest first."""
         parts = []
-        whole = float(self.total.sum()) or 1.0
-        for direction, slips in ((1, self.forward), (-1, self.backward)):
-            corner, node = np.nonzero(slips > _SHARE * whole)
-            parts.append(pd.DataFrame({"node": node, "x": x[node], "corner": corner, "direction": direction, "share": slips[corner, node] / whole}))
+        whole = float(self.total.sum() + self.opening.sum()) or 1.0
+        for direction, motions in ((1, self.forward), (-1, self.backward), (0, self.opening)):
+            corner, node = np.nonzero(motions > _SHARE * whole)
+            share = motions[corner, node] / whole
+            parts.append(pd.DataFrame({"node": node, "x": x[node], "corner": corner, "direction": direction, "share": share}))
         table = pd.concat(parts, ignore_index=True)
         return table.sort_values(["share", "node", "corner"], ascending=[False, True, True], ignore_index=True)
 
@@ -79,31 +86,26 @@ class Mechanism:
 
     def load_rates(self, system: ContactSystem, cycle: LoadCycle, friction: Array, load_factor: float) -> pd.DataFrame:
         """Rate of the limit with every amplitude of the load cycle (for a mechanism of unit drive): columns load, part, amplitude, rate."""
+        slide, lift = self.forward - self.backward, self.lift(friction)
 
-        def work(case: str, net: Array, total: Array) -> float:
+        def row(case: str, part: str, amplitude: float, factor: float, slide: Array, lift: Array) -> dict[str, Any]:
             q, p = system.bonded[case]
-            return float(net @ q + total @ (friction * p))
+            return {"load": case, "part": part, "amplitude": amplitude, "rate": factor * float(slide @ q + lift @ p)}
 
-        rows: list[dict[str, Any]] = [
-            {"load": case, "part": "mean", "amplitude": amplitude, "rate": work(case, self.net, self.total)} for case, amplitude in cycle.mean.items()
-        ]
+        rows = [row(case, "mean", amplitude, 1.0, slide.sum(axis=0), lift.sum(axis=0)) for case, amplitude in cycle.mean.items()]
         for k, corner in enumerate(cycle.corners):
-            net, total = self.forward[k] - self.backward[k], self.forward[k] + self.backward[k]
-            rows += [
-                {"load": case, "part": f"corner {k}", "amplitude": amplitude, "rate": load_factor * work(case, net, total)}
-                for case, amplitude in corner.items()
-            ]
+            rows += [row(case, f"corner {k}", amplitude, load_factor, slide[k], lift[k]) for case, amplitude in corner.items()]
         return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
 
 
-def expand_duals(interface: Interface, rows: LoadRows, duals: tuple[Array, Array], nodes: int, corners: int) -> Mechanism:
+def expand_duals(interface: Interface, rows: LoadRows, duals: tuple[Array, Array, Array], nodes: int, corners: int) -> Mechanism:
     """The mechanism of all nodes and corners that the multipliers of the kept rows stand for."""
-    slips = []
-    for dual, corner in zip(duals, (rows.forward_corner, rows.backward_corner), strict=True):
-        slip = np.zeros((corners, nodes))
-        np.add.at(slip, (corner, interface.nodes[rows.node]), dual / interface.unit[rows.node])
-        slips.append(slip)
-    forward, backward = slips
+    motions = []
+    for dual, corner in zip(duals, rows.corners, strict=True):
+        motion = np.zeros((corners, nodes))
+        np.add.at(motion, (corner, interface.nodes[rows.node]), dual / interface.unit[rows.node])
+        motions.append(motion)
+    forward, backward, opening = motions
     if interface.mirror:
-        forward, backward = (forward + backward[:, ::-1]) / 2, (backward + forward[:, ::-1]) / 2
-    return Mechanism(forward, backward)
+        forward, backward, opening = (forward + backward[:, ::-1]) / 2, (backward + forward[:, ::-1]) / 2, (opening + opening[:, ::-1]) / 2
+    return Mechanism(forward, backward, opening)

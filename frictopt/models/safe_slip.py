@@ -1,16 +1,16 @@
 """Existence of a safe residual slip at a given load factor."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import IO, Any
 
 import cvxpy as cp
-import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen
-from .explain import explain
+from ..errors import SolverError
+from .explain import Units, explain
 from .mechanism import Mechanism
 from .outcome import solve_margin
 from .solve import TOLERANCE, Attempt
@@ -31,6 +31,7 @@ class SafeSlip:
         (N,) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe).
     margin
         Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds of the mean load, at most 1; negative: none is safe.
+        With friction below 0.01 somewhere the reserve of p counts as well.
     margin_bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
     residual
@@ -40,21 +41,21 @@ class SafeSlip:
     left_out
         What the scene did not need.
     problem
-        The solved cvxpy problem.
+        The solved cvxpy problem; None in a copy.
     """
 
     exists: bool
-    slip: Array
+    slip: Array = field(repr=False)
     margin: float
     margin_bound: float
     residual: float
     solver: str
-    attempts: tuple[Attempt, ...]
+    attempts: tuple[Attempt, ...] = field(repr=False)
     left_out: tuple[str, ...]
-    problem: cp.Problem = field(repr=False)
+    problem: cp.Problem | None = field(repr=False)
     _task: Task = field(repr=False)
     _motion: Mechanism = field(repr=False)
-    _units: dict[str, float] = field(repr=False)
+    _units: Units = field(repr=False)
 
     @cached_property
     def certificate(self) -> pd.DataFrame | None:
@@ -67,7 +68,10 @@ class SafeSlip:
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain("safe residual slip", self.problem, self._units, self.left_out, self._motion.table(self._task.system.x), file)
+        explain("safe residual slip", self.problem, self.margin, self._units, self.left_out, self._motion.table(self._task.system.x), file)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "problem": None}  # a solved cvxpy problem cannot be copied or sent elsewhere
 
 
 def safe_slip(
@@ -103,8 +107,17 @@ def safe_slip(
     loads = cycle_loads(system, cycle)
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     task = Task(system, cycle, loads, friction, simplify, every_corner(corners, simplify))
+    try:
+        return _solved(task, load_factor, solver)
+    except SolverError:  # a scene that is symmetric only up to its own tolerance may not meet that of the proof
+        if not task.mirror:
+            raise
+        return _solved(replace(task, simplify=False), load_factor, solver)
+
+
+def _solved(task: Task, load_factor: float, solver: str | None) -> SafeSlip:
     interface = task.interface()
-    state, answer, model = solve_margin(task, interface, loads, load_factor, solver)
+    state, answer, model = solve_margin(task, interface, task.loads, load_factor, solver)
     return SafeSlip(
         exists=bool(state.margin >= -TOLERANCE),
         slip=frozen(state.slip),
@@ -117,5 +130,5 @@ def safe_slip(
         problem=model.problem,
         _task=task,
         _motion=state.motion,
-        _units={"margin": task.mean_bound, "traction": float(np.mean(interface.unit))},
+        _units={"margin": task.mean_bound, "traction": interface.unit[interface.loaded]},
     )

@@ -1,6 +1,6 @@
 """The shakedown limit lambda_2: the load factor above which no residual slip is safe."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import IO, Any
 
@@ -9,13 +9,15 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, frozen
-from ..errors import SolverError
-from .explain import explain
+from ..contact.checks import Array, flag, frozen
+from ..errors import ModelError, SolverError
+from .explain import Units, explain
+from .interface import Interface
 from .mechanism import Mechanism, expand_duals
-from .outcome import NoLimit, classify
+from .outcome import MarginState, NoLimit, classify
+from .rows import load_factor_unit
 from .safe import SafeProblem, shakedown_problem
-from .solve import TOLERANCE, Attempt, solve
+from .solve import TOLERANCE, Attempt, solve, solver_order
 from .task import Corners, Task, cycle_loads, every_corner
 from .uncoupled import uncoupled_limit
 
@@ -35,7 +37,8 @@ class ShakedownLimit:
     dual_bound
         Upper bound of the limit from the mechanism alone; equals `load_factor` up to `residual`.
     residual
-        Largest of: what the referee says of `slip` at every corner, and the relative distance of `dual_bound`. At most 1e-9.
+        Largest of: what the referee says of `slip` at every corner, and the relative distance of `dual_bound`; without a finite limit, that of the
+        proof. At most 1e-9.
     solver
         Who answered: a solver's name, or "closed form".
     attempts
@@ -47,16 +50,16 @@ class ShakedownLimit:
     """
 
     load_factor: float
-    slip: Array
+    slip: Array = field(repr=False)
     dual_bound: float
     residual: float
     solver: str
-    attempts: tuple[Attempt, ...]
+    attempts: tuple[Attempt, ...] = field(repr=False)
     left_out: tuple[str, ...]
     problem: cp.Problem | None = field(repr=False)
     _task: Task = field(repr=False)
     _motion: Mechanism = field(repr=False)
-    _units: dict[str, float] = field(repr=False)
+    _units: Units = field(repr=False)
 
     @cached_property
     def mechanism(self) -> pd.DataFrame:
@@ -65,27 +68,42 @@ class ShakedownLimit:
 
     @cached_property
     def friction_rate(self) -> Array:
-        """(N,) rate of the limit with the friction coefficient of each node (their sum: with one coefficient for all), one-sided at a kink."""
+        """(N,) rate of the limit with the friction coefficient of each node (their sum: with one coefficient for all).
+
+        Where the mechanism is not unique the limit has a kink, and this is one of its supergradients. NaN without a finite limit.
+        """
+        if not np.isfinite(self.load_factor):
+            return self.slip
         pressure = self._task.loads.p0 + self._task.system.B @ self.slip
         return frozen(self._motion.friction_rate(self._task.loads, pressure, self.load_factor))
 
     @cached_property
     def load_rates(self) -> pd.DataFrame:
-        """Rate of the limit with each amplitude of the load cycle: columns load, part ("mean" or "corner k"), amplitude, rate."""
+        """Rate of the limit with each amplitude of the load cycle: columns load, part ("mean" or "corner k"), amplitude, rate.
+
+        NaN without a finite limit.
+        """
         return self._motion.load_rates(self._task.system, self._task.cycle, self._task.friction, self.load_factor)
 
     @property
     def reactions(self) -> tuple[Array, Array]:
-        """(K, N) reactions `q, p` at the corners under the safe slip, at the limit, force per depth."""
+        """(K, N) reactions `q, p` at the corners under the safe slip, at the limit, force per depth; NaN without a finite limit."""
+        if not np.isfinite(self.load_factor):
+            return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
         return self._task.reactions(self.load_factor, self.slip)
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain("shakedown limit", self.problem, self._units, self.left_out, self.mechanism, file)
+        explain("shakedown limit", self.problem, self.load_factor, self._units, self.left_out, self.mechanism, file)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "problem": None}  # a solved cvxpy problem cannot be copied or sent elsewhere
 
 
 class ShakedownModel:
     """The shakedown limit of one system under one load cycle, compiled once and solved for any friction.
+
+    Not for use by several threads at once: give each its own.
 
     Parameters
     ----------
@@ -97,7 +115,8 @@ class ShakedownModel:
     corners
         "ruling": one row for each node and sense; "all": the same for every corner. By default "ruling", and "all" without `simplify`.
     solver
-        One of "HIGHS", "CLARABEL", "HIGHS_IPM"; by default each in this order until an answer passes.
+        One of "HIGHS", "CLARABEL", "HIGHS_IPM"; by default each in this order until an answer passes. Asking for a solver, or for corners, asks for
+        the linear program even where there is a closed form.
 
     Raises
     ------
@@ -109,8 +128,9 @@ class ShakedownModel:
         self, system: ContactSystem, cycle: LoadCycle, *, simplify: bool = True, corners: Corners | None = None, solver: str | None = None
     ) -> None:
         self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
-        self._simplify, self._every_corner, self._solver = simplify, every_corner(corners, simplify), solver
-        self._compiled: dict[bool, tuple[Any, SafeProblem]] = {}  # by mirror symmetry, which friction can spoil
+        self._simplify, self._every_corner, self._solver = flag("simplify", simplify), every_corner(corners, simplify), solver
+        self._closed_form = simplify and corners is None and len(solver_order(solver)) > 1  # a choice of either asks for the program
+        self._compiled: dict[tuple[bool, bool], tuple[Interface, SafeProblem]] = {}  # by what friction can change, see `Task`
 
     def solve(self, friction: Any) -> ShakedownLimit:
         """The limit for a coefficient of friction, one or one per node.
@@ -123,42 +143,60 @@ class ShakedownModel:
             No solver gave an answer that passes the checks.
         """
         task = Task(self._system, self._cycle, self._loads, friction, self._simplify, self._every_corner)
-        closed = uncoupled_limit(self._system, self._loads, task.friction) if self._simplify else None
+        closed = _closed_form(task) if self._closed_form else None
         if closed is not None:
-            return _closed_form(task, *closed)
-        return self._linear_program(task)
+            return closed
+        try:
+            return self._linear_program(task)
+        except SolverError:  # a scene that is symmetric only up to its own tolerance may not meet that of the proof
+            if not task.mirror:
+                raise
+            return self._linear_program(replace(task, simplify=False))
 
     def sweep(self, frictions: Any) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each.
 
         Columns: friction (mean over the nodes), load_factor, dual_bound, residual, friction_rate, node and direction of the largest share
         of the mechanism (-1 and 0 without one), solver.
+
+        Raises
+        ------
+        ModelError
+            Not a sequence, or bad friction in it.
+        SolverError
+            No solver gave an answer that passes the checks.
         """
+        if isinstance(frictions, str) or not np.iterable(frictions):
+            raise ModelError(f"frictions: {frictions!r}; give a list of coefficients of friction")
         return pd.DataFrame([_row(friction, self.solve(friction)) for friction in frictions])
 
     def _linear_program(self, task: Task) -> ShakedownLimit:
-        if task.mirror not in self._compiled:
+        kind = task.mirror, task.opening
+        if kind not in self._compiled:
             interface = task.interface()
-            self._compiled[task.mirror] = interface, shakedown_problem(interface, task.rows(interface).node)
-        interface, model = self._compiled[task.mirror]
+            self._compiled[kind] = interface, shakedown_problem(interface, task.rows(interface).node, task.opening)
+        interface, model = self._compiled[kind]
         rows = task.rows(interface)
         model.set(rows)
 
         def claimed() -> _Claim:
             motion = expand_duals(interface, rows, model.duals, task.system.nodes, task.loads.corners)
-            load_factor = float(model.value("load_factor")) * rows.load_unit
-            return _judged(task, load_factor, interface.slip @ model.value("traction"), motion, rows.load_unit)
+            load_factor = max(float(model.value("load_factor")), 0.0) * rows.load_unit
+            return _judged(task, interface, load_factor, interface.slip @ model.value("traction"), motion)
 
-        answer = solve(model, claimed, self._solver)
-        claim = answer.claim or _no_limit(task, classify(task, interface, self._solver))
-        units = {"load_factor": rows.load_unit, "traction": interface.force}
-        return claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, units)
+        def reason() -> _Claim | None:
+            proof = classify(task, interface, self._solver)
+            return None if proof is None else _no_limit(task, *proof)
+
+        answer = solve(model, claimed, self._solver, reason)
+        units = {"load_factor": rows.load_unit, "traction": interface.unit[interface.loaded]}
+        return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, units)
 
 
 def shakedown_limit(
     system: ContactSystem, cycle: LoadCycle, friction: Any, *, simplify: bool = True, corners: Corners | None = None, solver: str | None = None
 ) -> ShakedownLimit:
-    """Largest load factor at which some residual slip is safe; above it no contact stops slipping (Flicek et al. 2015, section 4).
+    """Largest load factor at which some residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
 
     Safe means: every node closed and stuck at every corner of the cycle. For a sweep over friction compile a `ShakedownModel` once.
 
@@ -198,34 +236,38 @@ class _Claim:
     residual: float
 
     def result(
-        self, solver: str, attempts: tuple[Attempt, ...], left_out: tuple[str, ...], problem: cp.Problem | None, units: dict[str, float]
+        self, solver: str, attempts: tuple[Attempt, ...], left_out: tuple[str, ...], problem: cp.Problem | None, units: Units
     ) -> ShakedownLimit:
         slip, bound, residual = frozen(self.slip), float(self.bound), self.residual
         return ShakedownLimit(self.load_factor, slip, bound, residual, solver, attempts, left_out, problem, self.task, self.motion, units)
 
 
-def _judged(task: Task, load_factor: float, slip: Array, motion: Mechanism, load_unit: float) -> _Claim:
+def _judged(task: Task, interface: Interface, load_factor: float, slip: Array, motion: Mechanism) -> _Claim:
     """Judge a limit from below by the referee and from above by the mechanism, which is scaled to unit drive."""
     resistance, drive = motion.work(task.loads, task.friction)
     if not drive > 0:
         return _Claim(task, load_factor, slip, motion, np.inf, np.inf)
     motion = motion.scaled(1 / drive)
-    bound = resistance / drive + task.defect(motion, slip)
-    gap = abs(bound - load_factor) / max(load_factor, 1e-3 * load_unit)
+    bound = resistance / drive + task.defect(interface, motion, slip)
+    gap = abs(bound - load_factor) / max(load_factor, 1e-3 * load_factor_unit(task.loads, task.friction, task.force))
     return _Claim(task, load_factor, slip, motion, bound, float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf)))
 
 
-def _no_limit(task: Task, why: NoLimit) -> _Claim:
-    """The claim, proven already, that there is no finite limit."""
+def _no_limit(task: Task, why: NoLimit, proof: MarginState) -> _Claim:
+    """The claim that there is no finite limit, with the residual of its proof; the mechanism proves that nothing is safe."""
     value = np.inf if why is NoLimit.UNBOUNDED else np.nan
-    shape = task.loads.corners, task.system.nodes
-    return _Claim(task, value, np.full(shape[1], np.nan), Mechanism(np.zeros(shape), np.zeros(shape)), value, 0.0)
+    motion = proof.motion if why is NoLimit.NO_SAFE_SLIP else proof.motion.scaled(0.0)
+    return _Claim(task, value, np.full(task.system.nodes, np.nan), motion, value, proof.residual)
 
 
-def _closed_form(task: Task, load_factor: float, slip: Array, motion: Mechanism) -> ShakedownLimit:
-    claim = _no_limit(task, NoLimit.UNBOUNDED) if load_factor == np.inf else _judged(task, load_factor, slip, motion, load_factor)
+def _closed_form(task: Task) -> ShakedownLimit | None:
+    """The limit of an uncoupled contact; None where it has no closed form that passes the checks."""
+    closed = uncoupled_limit(task.system, task.loads, task.friction)
+    if closed is None:
+        return None
+    claim = _judged(task, task.interface(), *closed)
     if claim.residual > TOLERANCE:
-        raise SolverError(f"uncoupled limit: its closed form has residual {claim.residual:.1e}; solve with simplify=False")
+        return None
     return claim.result("closed form", (), ("linear program: the contact is uncoupled (B = 0), the limit has a closed form",), None, {})
 
 

@@ -12,13 +12,13 @@ import cvxpy as cp
 from ..errors import ModelError, SolverError
 from .safe import SafeProblem
 
-__all__ = ["LP_SOLVERS", "TOLERANCE", "Answer", "Attempt", "Claim", "Status", "solve"]
+__all__ = ["LP_SOLVERS", "TOLERANCE", "Answer", "Attempt", "Claim", "Status", "solve", "solver_order"]
 
 TOLERANCE = 1e-9
 """Largest residual with which an answer of a linear program leaves the package."""
 
 # Primal simplex without presolve: v = 0 is often feasible and the rows are dense, which makes it 2 to 4 times faster here than the default.
-_HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "threads": 1, "time_limit": 600.0}
+_HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 600.0, "small_matrix_value": 1e-12}
 _OPTIONS: MappingProxyType[str, dict[str, Any]] = MappingProxyType(
     {
         "HIGHS": {"highs_options": {"solver": "simplex", "simplex_strategy": 4, "presolve": "off", **_HIGHS}},
@@ -69,14 +69,14 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Answer(Generic[C]):
-    """The claim that passed (None where a solver says that there is no optimum), the solver that made it, and all attempts in order."""
+    """The claim that passed, the solver that made it, and all attempts in order."""
 
-    claim: C | None
+    claim: C
     solver: str
     attempts: tuple[Attempt, ...]
 
 
-def solve(model: SafeProblem, judged: Callable[[], C], solver: str | None = None) -> Answer[C]:
+def solve(model: SafeProblem, judged: Callable[[], C], solver: str | None = None, no_optimum: Callable[[], C | None] | None = None) -> Answer[C]:
     """Solve with the first solver whose answer passes, refined if need be; fall back to the next one otherwise.
 
     Parameters
@@ -87,11 +87,14 @@ def solve(model: SafeProblem, judged: Callable[[], C], solver: str | None = None
         Turns what now stands in the problem's variables into a claim with its residual, recomputed independently of the solver.
     solver
         Use this one alone.
+    no_optimum
+        Proves why there is no optimum, where a solver says so, and makes a claim of it; None where it finds no proof. Without it there always is an
+        optimum.
 
     Returns
     -------
     Answer
-        With a claim of residual at most `TOLERANCE`, or with None where a solver says that there is no optimum (to be proven by the caller).
+        With a claim of residual at most `TOLERANCE`.
 
     Raises
     ------
@@ -101,12 +104,13 @@ def solve(model: SafeProblem, judged: Callable[[], C], solver: str | None = None
         No solver gave an answer that passes.
     """
     attempts: list[Attempt] = []
-    for name in _order(solver):
+    for name in solver_order(solver):
         status, text = _run(model.problem, name)
         if status is not Status.OPTIMAL:
-            attempts.append(Attempt(name, text, float("inf")))
-            if status is Status.NO_OPTIMUM:
-                return Answer(None, name, tuple(attempts))
+            reason = no_optimum() if status is Status.NO_OPTIMUM and no_optimum else None
+            attempts.append(Attempt(name, text, reason.residual if reason else float("inf")))
+            if reason:
+                return Answer(reason, name, tuple(attempts))
             continue
         claim = judged()
         attempts.append(Attempt(name, text, claim.residual))
@@ -123,10 +127,17 @@ def solve(model: SafeProblem, judged: Callable[[], C], solver: str | None = None
     )
 
 
-def _order(solver: str | None) -> Sequence[str]:
+def solver_order(solver: str | None) -> Sequence[str]:
+    """The solvers to try: all, or the one that is asked for.
+
+    Raises
+    ------
+    ModelError
+        Unknown solver.
+    """
     if solver is None:
         return LP_SOLVERS
-    if solver not in LP_SOLVERS:
+    if not isinstance(solver, str) or solver not in LP_SOLVERS:
         raise ModelError(f"solver: {solver!r}; give one of {LP_SOLVERS}, or None to try them in this order")
     return (solver,)
 

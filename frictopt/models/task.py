@@ -6,14 +6,17 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
-from ..contact.checks import Array
+from ..contact.checks import Array, flag
 from ..contact.mirror import is_mirror_symmetric
+from ..contact.system import checked_system
 from ..errors import ModelError
-from .interface import Interface, scaled_interface
+from .interface import Interface, Loads, scaled_interface
 from .mechanism import Mechanism
-from .rows import LoadRows, Loads, load_rows
+from .rows import LoadRows, load_rows
 
 __all__ = ["Corners", "Task", "cycle_loads", "every_corner"]
+
+_LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
 
 Corners: TypeAlias = Literal["ruling", "all"]
 
@@ -26,8 +29,7 @@ def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
     ModelError
         Wrong types, or load cases that the system does not have.
     """
-    if not isinstance(system, ContactSystem):
-        raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem (a scene's condense() makes one)")
+    checked_system(system)
     if not isinstance(cycle, LoadCycle):
         raise ModelError(f"cycle: a {type(cycle).__name__}; give a LoadCycle(mean=..., corners=[...])")
     return Loads(*cycle.mean_reaction(system), *cycle.corner_reactions(system))
@@ -35,9 +37,9 @@ def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
 
 def every_corner(corners: Corners | None, simplify: bool) -> bool:
     """Whether each corner of the cycle keeps its rows: as asked for, or as follows from `simplify`."""
-    if corners not in (None, "ruling", "all"):
+    if not (corners is None or (isinstance(corners, str) and corners in ("ruling", "all"))):
         raise ModelError(f"corners: {corners!r}; give 'ruling' (one row per node and sense) or 'all' (one for every corner)")
-    return corners == "all" or (corners is None and not simplify)
+    return corners == "all" or (corners is None and not flag("simplify", simplify))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +67,7 @@ class Task:
     mirror: bool = field(init=False)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "simplify", flag("simplify", self.simplify))
         object.__setattr__(self, "friction", friction_coefficients(self.friction, self.system.nodes))
         reactions = (self.loads.q0, self.loads.p0), (self.loads.q1, self.loads.p1)
         worth = self.simplify and self.system.nodes > 1
@@ -72,7 +75,7 @@ class Task:
 
     def interface(self) -> Interface:
         """Unknowns and units for this task."""
-        return scaled_interface(self.system, self.loads.q0, self.loads.p0, self.mirror)
+        return scaled_interface(self.system, self.loads, self.force, self.mirror)
 
     def rows(self, interface: Interface, loads: Loads | None = None) -> LoadRows:
         """Right-hand sides for this task, or for other loads on it."""
@@ -88,9 +91,15 @@ class Task:
     def violation(self, load_factor: float, slip: Array) -> float:
         """What the referee says of the claim that the slip is safe at the load factor: its worst violation over the corners."""
         q, p = self.reactions(load_factor, slip)
-        bonded = q - self.system.A @ slip + self.system.B.T @ self.system.gap, p - self.system.B @ slip + self.system.C @ self.system.gap
+        mean_q, mean_p = self.system.reaction(self.cycle.mean)
+        bonded = mean_q + load_factor * self.loads.q1, mean_p + load_factor * self.loads.p1
         closed = np.zeros(self.system.nodes)
         return referee(self.system, bonded, self.friction, v=slip, w=closed, q=q, p=p, force_scale=self.force).residual
+
+    @property
+    def opening(self) -> bool:
+        """Whether there is so little friction somewhere that keeping nodes closed needs rows of its own."""
+        return bool(self.friction.min() < _LITTLE_FRICTION)
 
     @property
     def force(self) -> float:
@@ -104,10 +113,15 @@ class Task:
         bound = float((self.friction * self.loads.p0).mean())
         return bound if bound > 0 else self.force
 
-    def defect(self, mechanism: Mechanism, slip: Array) -> float:
-        """By how much the work bound of a mechanism may be off because its stress is not exactly zero, for slips of the size of `slip`."""
-        size = np.maximum(np.abs(slip), self.force / self.system.stiffness_scale)
-        return float(np.abs(mechanism.stress(self.system, self.friction)) @ size)
+    def defect(self, interface: Interface, mechanism: Mechanism, slip: Array) -> float:
+        """By how much the work bound of a mechanism may be off because its stress is not exactly zero.
+
+        Counted for all slips whose tractions are, node by node, at most those of `slip`, or at most `1 + f` times the node's own pressure where
+        that is more.
+        """
+        nodes = interface.nodes[interface.loaded]
+        tractions = np.maximum(np.abs(self.system.A[nodes] @ slip) / interface.unit[interface.loaded], 1.0 + self.friction[nodes])
+        return float(np.abs(mechanism.stress(self.system, self.friction) @ interface.slip) @ tractions)
 
     def left_out(self, rows: LoadRows | None) -> tuple[str, ...]:
         """What the scene did not need, in words."""
@@ -115,7 +129,7 @@ class Task:
         texts = []
         if self.mirror:
             texts.append(f"mirror symmetry: v is odd, {nodes // 2} of {nodes} slips are unknowns, {nodes - nodes // 2} of {nodes} nodes have rows")
-        if rows is not None and not self.every_corner:
-            ruling = len(np.union1d(rows.forward_corner, rows.backward_corner))
+        if rows is not None and not self.every_corner and corners > 1:
+            ruling = len(np.union1d(*rows.corners[:2]))
             texts.append(f"corners: one ruling corner for each node and sense, 1 of {corners} rows; {corners - ruling} of {corners} rule no node")
         return tuple(texts)

@@ -5,12 +5,10 @@ import numpy as np
 from ..contact import ContactSystem
 from ..contact.checks import Array
 from ..contact.mirror import is_uncoupled
+from .interface import NULL, Loads
 from .mechanism import Mechanism
-from .rows import Loads
 
 __all__ = ["uncoupled_limit"]
-
-_NULL = 1e-12  # as for the scaled interface: sliding whose stiffness is below this share of the largest is rigid
 
 
 def uncoupled_limit(system: ContactSystem, loads: Loads, friction: Array) -> tuple[float, Array, Mechanism] | None:
@@ -20,11 +18,11 @@ def uncoupled_limit(system: ContactSystem, loads: Loads, friction: Array) -> tup
     rigidly (a punch without supports, A 1 = 0) needs `sum s = 0` besides. Holds for mean loads that press every node.
     (Klarbring, Ciavarella & Barber 2007: here the limit also guarantees shakedown.)
     """
-    if not is_uncoupled(system) or loads.p0.min() < 0:
+    if not is_uncoupled(system, friction) or loads.p0.min() < 0 or friction.min() == 0:
         return None
     nodes = system.nodes
     values, vectors = np.linalg.eigh(system.A)
-    rigid = values <= _NULL * values[-1]
+    rigid = values <= NULL * max(np.abs(system.A).max(), np.abs(system.C).max())
     floating = bool(rigid.any())
     if floating and (rigid.sum() > 1 or np.ptp(vectors[:, 0]) > 1e-6 / np.sqrt(nodes)):
         return None
@@ -43,7 +41,7 @@ def uncoupled_limit(system: ContactSystem, loads: Loads, friction: Array) -> tup
         limits = np.where(drive > 0, resistance / drive, np.inf)
     load_factor = float(limits.min())
     if not np.isfinite(load_factor):
-        return np.inf, np.full(nodes, np.nan), Mechanism(np.zeros_like(forward), np.zeros_like(backward))
+        return None
 
     least, most = load_factor * rise - bound - loads.q0, bound - loads.q0 - load_factor * fall
     room = most - least
@@ -55,7 +53,7 @@ def uncoupled_limit(system: ContactSystem, loads: Loads, friction: Array) -> tup
 
 def _mechanism(which: int, rules: tuple[np.ndarray, np.ndarray], shape: tuple[int, int]) -> Mechanism:
     """One node slipping forth and back, or (past the last node) all nodes slipping one way at their ruling corners."""
-    slips = np.zeros((2, *shape))
+    slips = np.zeros((3, *shape))
     nodes = np.arange(shape[1])
     if which < shape[1]:
         for direction in (0, 1):
@@ -63,4 +61,4 @@ def _mechanism(which: int, rules: tuple[np.ndarray, np.ndarray], shape: tuple[in
     else:
         direction = which - shape[1]
         slips[direction, rules[direction], nodes] = 1.0
-    return Mechanism(slips[0], slips[1])
+    return Mechanism(*slips)
