@@ -1,14 +1,11 @@
 """Closed-form limits against friction marched in small increments, from many starts at once."""
 
-from itertools import product
-
 import numpy as np
 import pytest
 
 from frictopt.reference import two_node_limits, uncoupled_limit
+from marching import last_cycle
 
-INCREMENTS = 6  # from corner to corner; where slip dies out does not depend on it
-CYCLES = 80
 FIRST_PAIR = ([[1, -0.4], [-0.4, 1]], [[-0.1, -0.7], [0.7, 0.1]], 0, 1, [0.8, 0.8], [0.4, 0.1], 0.6)
 SECOND_PAIR = ([[1, -0.6], [-0.6, 1]], [[-0.5, -0.4], [0.4, 0.5]], 0, 1, [0.4, -0.4], [0.1, -0.1], 0.4)
 ONE_APEX_NEVER_SAFE = ([[1, -0.1], [-0.1, 1]], [[0.6, 0.7], [-0.4, 0.2]], 0, 1, [0.1, 0.4], [0, 0.3], 0.4)
@@ -16,33 +13,7 @@ APEX_SAFE_FROM_THE_OUTSET = ([[1, -0.6], [-0.6, 1]], [[-0.2, -0.4], [-0.2, 0.6]]
 
 
 def slip_of_last_cycle(system, load_factor, starts):
-    """Total |dv| of each start in the last of CYCLES cycles, by full-contact increments whose status is found by trying all nine."""
-    A, B = (np.array(x, dtype=float) for x in system[:2])
-    q0, p0, q1, p1, f = (np.broadcast_to(np.asarray(x, dtype=float), 2) for x in system[2:])
-    half = np.linspace(-1, 1, INCREMENTS + 1)
-    v, total = np.array(starts, dtype=float), np.zeros(len(starts))
-    for cycle in range(CYCLES):
-        for s in np.r_[half[1:], half[-2::-1]]:
-            new = increment(A, B, f, q0 + s * load_factor * q1, p0 + s * load_factor * p1, v)
-            total += (cycle == CYCLES - 1) * np.abs(new - v).sum(axis=1)
-            v = new
-    return total
-
-
-def increment(A, B, f, q, p, v):
-    """Slips after a load (q, p) has come on: node by node stick (0), forward (q + f p = 0, dv > 0) or backward (f p - q = 0, dv < 0)."""
-    result = np.full_like(v, np.nan)
-    for status in product((0, 1, -1), repeat=2):
-        sense = np.array(status)
-        moving = sense != 0
-        rows = np.where(moving[:, None], A + (sense * f)[:, None] * B, np.eye(2))
-        trial = np.where(moving, -(q + sense * f * p), v) @ np.linalg.inv(rows).T
-        trial = np.where(moving, trial, v)  # sticking nodes keep their slip to the last bit
-        forces, bound = q + trial @ A.T, f * (p + trial @ B.T)
-        legal = np.where(moving, sense * (trial - v) >= 0, np.abs(forces) <= bound + 1e-12).all(axis=1)
-        result = np.where((legal & np.isnan(result[:, 0]))[:, None], trial, result)
-    assert not np.isnan(result).any()
-    return result
+    return last_cycle(system, load_factor, starts).travel
 
 
 @pytest.fixture

@@ -1,25 +1,43 @@
 """Closed-form solutions of frictional contact: pure functions with citation and units, the yardstick of the numerical parts of the package.
 
-Limits of a load that swings between two corners: bonded reactions `r0 + lam * s * r1` with `s = -1, +1`, tangential parts `q0, q1` along +x,
-normal parts `p0, p1` positive in compression. A limit is finite, inf (no load factor is too large) or nan (nothing is safe, not even `lam = 0`).
+Limits and dissipation of a load that swings between two corners: bonded reactions `r0 + lam * s * r1` with `s = -1, +1`, tangential parts
+`q0, q1` along +x, normal parts `p0, p1` positive in compression. A limit is finite, inf (no load factor is too large) or nan (nothing is safe, not
+even `lam = 0`). A dissipation is the work of friction in one cycle of the steady state.
 """
 
+from ._arrays import ContactArrays
 from .bonded_corner import CornerMode, bonded_corner
 from .bounds import gross_slip_bound, patch_limit
-from .single_node import single_node_limit
+from .cattaneo_mindlin import LineContact, contact_modulus
+from .half_plane import half_plane_contact, half_plane_influence
+from .single_node import single_node_dissipation, single_node_limit
+from .sliders import foundation_rod, masing_dissipation, rod_dissipation, rod_end_displacement
 from .sliding_corner import sliding_corner_exponent
 from .two_nodes import TwoNodeLimits, two_node_limits
 from .uncoupled import bonded_onset, uncoupled_limit
+from .wedging import critical_friction, tilted_bar
 
 __all__ = [
+    "ContactArrays",
     "CornerMode",
+    "LineContact",
     "TwoNodeLimits",
     "bonded_corner",
     "bonded_onset",
+    "contact_modulus",
+    "critical_friction",
+    "foundation_rod",
     "gross_slip_bound",
+    "half_plane_contact",
+    "half_plane_influence",
+    "masing_dissipation",
     "patch_limit",
+    "rod_dissipation",
+    "rod_end_displacement",
+    "single_node_dissipation",
     "single_node_limit",
     "sliding_corner_exponent",
+    "tilted_bar",
     "two_node_limits",
     "uncoupled_limit",
 ]

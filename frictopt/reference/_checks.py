@@ -47,3 +47,12 @@ def friction(f: Array) -> None:
     """Check coefficients of friction; zero is refused because a frictionless node resists no shear and thus has no limit."""
     if f.min() <= 0:
         raise ModelError(f"f: {f.min():g}; give a positive coefficient of friction")
+
+
+def count(name: str, value: int, *, least: int) -> int:
+    """Check that `value` is a whole number of at least `least`."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise ModelError(f"{name}: {value!r}; give a whole number")
+    if value < least:
+        raise ModelError(f"{name}: {value}; give at least {least}")
+    return int(value)

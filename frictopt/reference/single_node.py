@@ -2,9 +2,10 @@
 
 from ..errors import ModelError
 from ._checks import number
+from ._numerics import ROUNDING
 from .uncoupled import uncoupled_limit
 
-__all__ = ["single_node_limit"]
+__all__ = ["single_node_dissipation", "single_node_limit"]
 
 
 def single_node_limit(A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float) -> float:
@@ -44,9 +45,78 @@ def single_node_limit(A: float, B: float, q0: float, p0: float, q1: float, p1: f
     A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
     Solids and Structures 44, 8355-8365: the conditions; the expression is where the two bounds meet.
     """
+    A, B, q0, p0, q1, p1, f = _checked(A, B, q0, p0, q1, p1, f)
+    return uncoupled_limit(q0, p0, q1, p1, f, d=B / A)
+
+
+def single_node_dissipation(A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float, load_factor: float) -> float:
+    """Work of friction in one cycle of the steady state of one node, the same from every start.
+
+    Up to the limit of `single_node_limit` it is zero. Above it the node slips forward up to the corner that pulls it forward, where it rests at
+    `v_I` on `q = -f p`, and backward up to the other one, where it rests at `v_II` on `q = f p`. With `D = A p0 - B q0`, `e = A p1 - B q1`
+    and `t` the sign of q1, the travel and the pressures at the two ends are::
+
+        v_I - v_II = 2 (lam |A q1 - f^2 B p1| - f D) / (A^2 - f^2 B^2)
+        p_I = (D - lam t e) / (A + f B)        p_II = (D + lam t e) / (A - f B)
+
+    While the node slips its pressure is linear in v, so that the work of a passage is `f (v_I - v_II)` times the pressure half-way, and the two
+    passages add up to::
+
+        W = f (v_I - v_II) q1 (p_I / (q1 - f p1) + p_II / (q1 + f p1))
+
+    Without coupling and cyclic pressure, `B = p1 = 0`, this is `4 f p0 (lam |q1| - f p0) / A`. In a larger uncoupled contact a node whose
+    neighbours stick dissipates as much, with its own diagonal entry of the stiffness for A.
+
+    Parameters
+    ----------
+    A, B
+        Tangential force and normal force per slip (v along +x), force per depth and length, `A > 0`.
+    q0, p0
+        Bonded reactions of the mean load, tangential (along +x) and normal (compression positive), force per depth.
+    q1, p1
+        Bonded reactions of the corner `s = +1` at load factor one, force per depth.
+    f
+        Coefficient of friction, dimensionless, `0 < f < A / |B|`.
+    load_factor
+        Factor `lam` of the cyclic load, dimensionless, at least 0 and at most `D / |e|`, from where on the node lifts off at one of the corners.
+        For `|q1| <= f |p1|` that is the limit itself: such a node never dissipates in full contact.
+
+    Returns
+    -------
+    float
+        Work per cycle, force per depth times length, at least 0.
+
+    Raises
+    ------
+    ModelError
+        A value that is not real and finite, stiffness or friction not positive, friction at or above the critical one, a negative load factor, a
+        node that the mean load or the load factor lifts off.
+
+    References
+    ----------
+    A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
+    Solids and Structures 44, 8355-8365: the two bounds; the work follows from them by the integration above.
+    """
+    A, B, q0, p0, q1, p1, f = _checked(A, B, q0, p0, q1, p1, f)
+    lam = number("load_factor", load_factor, least=0.0)
+    D, e = A * p0 - B * q0, A * p1 - B * q1
+    terms = A * abs(p0) + abs(B * q0)
+    if D < -ROUNDING * terms:
+        raise ModelError(f"p0: {p0:g}; the mean load lifts the node off, give more pressure")
+    travel = 2 * (lam * abs(A * q1 - f**2 * B * p1) - f * D) / (A**2 - (f * B) ** 2)
+    if lam * abs(e) - D > ROUNDING * (terms + lam * (abs(A * p1) + abs(B * q1))):
+        raise ModelError(f"load_factor: {lam:g}; the node lifts off at one corner, give at most {max(D, 0.0) / abs(e):g}")
+    if abs(q1) <= f * abs(p1) or travel <= 0:
+        return 0.0
+    swing = lam * e if q1 > 0 else -lam * e
+    ends = (D - swing) / (A + f * B), (D + swing) / (A - f * B)
+    return f * travel * q1 * (ends[0] / (q1 - f * p1) + ends[1] / (q1 + f * p1))
+
+
+def _checked(A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float) -> tuple[float, ...]:
     A, B = number("A", A, above=0.0), number("B", B)
     q0, p0, q1, p1 = (number(name, value) for name, value in zip(("q0", "p0", "q1", "p1"), (q0, p0, q1, p1), strict=True))
     f = number("f", f, above=0.0)
     if f * abs(B) >= A:
         raise ModelError(f"f: {f:g} is not below the critical friction A/|B| = {A / abs(B):g}; give less friction or weaker coupling")
-    return uncoupled_limit(q0, p0, q1, p1, f, d=B / A)
+    return A, B, q0, p0, q1, p1, f

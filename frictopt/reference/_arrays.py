@@ -1,0 +1,30 @@
+"""What the closed-form scenes hand out: the plain arrays of a contact system."""
+
+from typing import TypedDict
+
+from ._checks import Array
+
+__all__ = ["ContactArrays"]
+
+
+class ContactArrays(TypedDict):
+    """Arguments of `frictopt.ContactSystem`, to be passed as `ContactSystem(**arrays)`.
+
+    Attributes
+    ----------
+    A, B, C
+        (N, N) stiffness of the tangential motion, normal force per slip, and stiffness of the opening, force per depth and length.
+    x
+        (N,) coordinates of the nodes, length.
+    bonded
+        Load case -> (N,) tangential (along +x) and normal (compression positive) reactions of the glued contact under the unit load, force per depth.
+    gap
+        (N,) initial gap, length.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    x: Array
+    bonded: dict[str, tuple[Array, Array]]
+    gap: Array

@@ -1,0 +1,179 @@
+"""Springs and rods that slide under constant pressure: friction in parallel (Masing, Iwan) and in series (a rod on a foundation)."""
+
+from math import floor
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import ModelError
+from ._arrays import ContactArrays
+from ._checks import count, number, per_node
+
+__all__ = ["foundation_rod", "masing_dissipation", "rod_dissipation", "rod_end_displacement"]
+
+
+def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
+    """Work of friction in one cycle of sliders in parallel whose common base moves between `-X` and `+X`.
+
+    Each slider hangs on its own spring. It sticks until the spring force reaches the friction bound and then slips the rest of the way, to and
+    fro over `2 (X - bound / k)`. As a contact system: `A = diag(k)`, `B = 0`, constant pressures `p0 = bound / f`, and `q1 = -k X` as the bonded
+    reaction at the corner where the base is at `+X`.
+
+    Parameters
+    ----------
+    k
+        Spring stiffness, (N,) or one number, force per depth and length, positive.
+    bound
+        Friction bound `f p` of each slider, (N,) or one number, force per depth, not negative.
+    X
+        Amplitude of the base, length, not negative.
+
+    Returns
+    -------
+    float
+        Work per cycle, `sum 4 bound max(0, X - bound / k)`, force per depth times length.
+
+    Raises
+    ------
+    ModelError
+        Values that are not real and finite, lengths that do not match, stiffness not positive, negative bound or amplitude.
+
+    References
+    ----------
+    G. Masing (1926), Eigenspannungen und Verfestigung beim Messing, Proceedings of the 2nd International Congress of Applied Mechanics, Zürich.
+    W. D. Iwan (1966), A distributed-element model for hysteresis and its steady-state dynamic response, Journal of Applied Mechanics 33, 893-900.
+    """
+    k, bound = per_node(k=k, bound=bound)
+    if k.min() <= 0:
+        raise ModelError(f"k: {k.min():g}; give positive stiffnesses")
+    if bound.min() < 0:
+        raise ModelError(f"bound: {bound.min():g}; give friction bounds of at least 0")
+    X = number("X", X, least=0.0)
+    return float(np.sum(4 * bound * np.maximum(0.0, X - bound / k)))
+
+
+def rod_end_displacement(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
+    """Largest displacement of the pulled end of a rod on a Coulomb foundation, first loading and every cycle alike.
+
+    The end force F0 is taken up by friction over the slip length `F0 / tau`, beyond which the rod is at rest. In a discrete rod the node
+    nearest to the end comes first and `n = F0 / (tau h)` nodes take up the force, the last of them without slip if n is whole. The
+    normal force in the rod then falls by `tau h` a node, and adding up its strains gives, for whole n (any n is accepted)::
+
+        F0^2 / (2 EA tau) (1 - 1/n)
+
+    Parameters
+    ----------
+    F0
+        Amplitude of the end force, force (per depth), not negative.
+    EA
+        Axial stiffness of the rod, force (per depth), positive.
+    tau
+        Friction bound per length, f times the pressure, positive.
+    h
+        Distance of the nodes, length; 0 is the continuous rod, `n = inf`. The rod is longer than the slip length.
+
+    Returns
+    -------
+    float
+        Displacement along the force, length.
+
+    Raises
+    ------
+    ModelError
+        Values that are not real and finite, negative force or distance, stiffness or friction not positive.
+
+    References
+    ----------
+    C.-H. Menq, J. Bielak and J. H. Griffin (1986), The influence of microslip on vibratory response, Journal of Sound and Vibration 107, 279-293:
+    the continuous rod, on a foundation that yields before it slips; the discrete one is the sum above.
+    """
+    F0, EA, tau, h = _rod(F0, EA, tau, h)
+    if h == 0:
+        return F0**2 / (2 * EA * tau)
+    m = floor(F0 / (tau * h))  # nodes that slip; one too many or too few at a whole n adds nothing
+    return h / EA * (m * F0 - tau * h * m * (m + 1) / 2)
+
+
+def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
+    """Work of friction in one cycle of a rod on a Coulomb foundation whose end is pulled by `-F0 .. +F0`.
+
+    Each node travels twice its largest displacement to and fro (see `rod_end_displacement`) against `tau h`. For `n = F0 / (tau h)` nodes that take
+    up the force, n whole (any n is accepted)::
+
+        W = 2 F0^3 / (3 EA tau) (1 - 1/n^2)
+
+    Parameters
+    ----------
+    F0
+        Amplitude of the end force, force (per depth), not negative.
+    EA
+        Axial stiffness of the rod, force (per depth), positive.
+    tau
+        Friction bound per length, f times the pressure, positive.
+    h
+        Distance of the nodes, length; 0 is the continuous rod, `n = inf`. The rod is longer than the slip length `F0 / tau`.
+
+    Returns
+    -------
+    float
+        Work per cycle, force (per depth) times length.
+
+    Raises
+    ------
+    ModelError
+        Values that are not real and finite, negative force or distance, stiffness or friction not positive.
+
+    References
+    ----------
+    C.-H. Menq, J. Bielak and J. H. Griffin (1986), The influence of microslip on vibratory response, Journal of Sound and Vibration 107, 279-293:
+    the continuous rod, on a foundation that yields before it slips; the discrete one is a sum.
+    """
+    F0, EA, tau, h = _rod(F0, EA, tau, h)
+    if h == 0:
+        return 2 * F0**3 / (3 * EA * tau)
+    m = floor(F0 / (tau * h))
+    displacements = h / EA * (F0 * m * (m + 1) / 2 - tau * h * m * (m + 1) * (2 * m + 1) / 6)  # added up over the nodes
+    return 4 * tau * h * displacements
+
+
+def foundation_rod(nodes: int, EA: float, h: float) -> ContactArrays:
+    """Rod of equal elements on a foundation, as a contact system with the load cases "pressure" and "force".
+
+    Every node answers for a length h of the rod, the loaded one at the left end too. Slip does not change the pressure (`B = 0`), and nothing
+    but friction holds the rod, so that A lets it slide as a whole. The normal stiffness is of no account as long as the rod is pressed down.
+
+    Parameters
+    ----------
+    nodes
+        Number of nodes N; more than `F0 / (tau h)`, or the whole rod slides.
+    EA
+        Axial stiffness of the rod, force per depth, positive.
+    h
+        Distance of the nodes, length, positive.
+
+    Returns
+    -------
+    ContactArrays
+        Arguments of a contact system. Load cases: "pressure", force per length and depth between rod and foundation, of which friction makes
+        `tau = f * pressure`; "force", along +x on the first node, which the glued foundation answers with -1.
+
+    Raises
+    ------
+    ModelError
+        Fewer than one node, values that are not real and finite or not positive.
+    """
+    N, EA, h = count("nodes", nodes, least=1), number("EA", EA, above=0.0), number("h", h, above=0.0)
+    incidence = np.diff(np.eye(N), axis=0)
+    none = np.zeros(N)
+    return ContactArrays(
+        A=EA / h * incidence.T @ incidence,
+        B=np.zeros((N, N)),
+        C=EA / h * np.eye(N),
+        x=h * np.arange(0.5, N),
+        bonded={"pressure": (none, np.full(N, h)), "force": (-np.eye(N)[0], none)},
+        gap=none,
+    )
+
+
+def _rod(F0: float, EA: float, tau: float, h: float) -> tuple[float, float, float, float]:
+    return number("F0", F0, least=0.0), number("EA", EA, above=0.0), number("tau", tau, above=0.0), number("h", h, least=0.0)

@@ -1,0 +1,163 @@
+"""Dissipation of single nodes: instances, marches in small increments, energy, invariances."""
+
+import numpy as np
+import pytest
+
+from frictopt.errors import ModelError
+from frictopt.reference import single_node_dissipation, single_node_limit, uncoupled_limit
+from marching import last_cycle
+
+FIRST = {"A": 2.0, "B": 0.5, "q0": 0.1, "p0": 1.0, "q1": 1.0, "p1": 0.2, "f": 0.4}
+SECOND = {"A": 1.0, "B": 0.0, "q0": 0.0, "p0": 1.0, "q1": 1.0, "p1": 0.0, "f": 0.5}
+ORDER = ("A", "B", "q0", "p0", "q1", "p1", "f")
+
+
+def as_tuple(node):
+    return tuple(node[name] for name in ORDER)
+
+
+def lift_off(node):
+    """Load factor at which the pressure falls to zero at a corner."""
+    return (node["A"] * node["p0"] - node["B"] * node["q0"]) / abs(node["A"] * node["p1"] - node["B"] * node["q1"])
+
+
+def random_nodes(rng, count):
+    """Nodes that slip to and fro before they lift off."""
+    nodes = []
+    while len(nodes) < count:
+        A, p0, f = rng.uniform(0.3, 3), rng.uniform(0.3, 2), rng.uniform(0.1, 0.9)
+        node = {"A": A, "B": 0.9 * rng.uniform(-1, 1) * A / f, "q0": rng.normal(scale=0.3), "p0": p0, "q1": rng.normal(), "p1": rng.normal(), "f": f}
+        if abs(node["q1"]) > f * abs(node["p1"]) and lift_off(node) > 1.1 * single_node_limit(**node) > 0:
+            nodes.append(node)
+    return nodes
+
+
+def between(node, share):
+    """Load factor between the limit and lift-off, at a share of the way of at most three limits."""
+    limit = single_node_limit(**node)
+    return limit + share * (min(3 * limit, lift_off(node)) - limit)
+
+
+def test_single_node_instances():
+    limit = single_node_limit(**FIRST)
+    works = [single_node_dissipation(**FIRST, load_factor=factor * limit) for factor in (1.2, 1.5)]
+    assert works == pytest.approx([0.061945108310, 0.154843877083], rel=1e-9)
+    assert [single_node_dissipation(**SECOND, load_factor=lam) for lam in (0.6, 0.75)] == pytest.approx([0.2, 0.5], rel=1e-12)
+
+
+def test_single_node_dissipation_is_what_marches_converge_to_from_every_start():
+    starts = [[-3.0], [-0.2], [0.0], [0.4], [5.0]]
+    errors = []
+    for node in random_nodes(np.random.default_rng(1), 16):
+        lam = between(node, 0.6)
+        exact = single_node_dissipation(**node, load_factor=lam)
+        coarse, fine = (last_cycle(as_tuple(node), lam, starts, increments, cycles=2).work for increments in (40, 320))
+        assert np.ptp(fine) < 1e-9 * exact
+        assert fine[0] == pytest.approx(exact, rel=1e-3)
+        errors.append(np.abs([coarse[0] / exact - 1, fine[0] / exact - 1]))
+    order = np.mean(np.diff(-np.log(errors), axis=1)) / np.log(8)  # the mean, since slip sets in at a random place of its increment
+    assert order == pytest.approx(2, abs=0.4)
+
+
+def test_single_node_dissipation_is_the_work_of_the_load_on_the_slip():
+    for node in random_nodes(np.random.default_rng(2), 100):
+        A, B, q0, p0, q1, p1, f = as_tuple(node)
+        for share in (0.1, 0.9):
+            lam = between(node, share)
+            ahead = (lam * abs(q1 + f * p1) - q0 - f * p0) / (A + f * B)
+            behind = (f * p0 - q0 - lam * abs(q1 - f * p1)) / (A - f * B)
+            middle = (ahead + behind) / 2
+            forward = -((A + f * B) * middle + q0 + f * p0) / (lam * (q1 + f * p1))  # the swing s half-way through either passage
+            backward = (f * p0 - q0 - (A - f * B) * middle) / (lam * (q1 - f * p1))
+            supplied = lam * q1 * (backward - forward) * (ahead - behind)
+            assert single_node_dissipation(**node, load_factor=lam) == pytest.approx(supplied, rel=1e-9)
+
+
+def test_a_node_dissipates_nothing_up_to_its_limit_and_starts_from_zero():
+    for node in random_nodes(np.random.default_rng(3), 30):
+        limit = single_node_limit(**node)
+        assert single_node_dissipation(**node, load_factor=0) == single_node_dissipation(**node, load_factor=0.999999 * limit) == 0
+        little, more = (single_node_dissipation(**node, load_factor=between(node, share)) for share in (1e-6, 2e-6))
+        assert little > 0
+        assert more == pytest.approx(2 * little, rel=1e-4)
+
+
+def test_a_safe_start_never_slips_below_the_limit_and_every_start_slips_above():
+    A, B, q0, p0, q1, p1, f = as_tuple(FIRST)
+    limit = single_node_limit(**FIRST)
+    safe = -(q0 + f * p0 - limit * abs(q1 + f * p1)) / (A + f * B)  # where the bounds meet at the limit
+    below = last_cycle(as_tuple(FIRST), 0.999 * limit, [[safe]], cycles=3)
+    assert below.work == 0 and below.slip[0, 0] == safe
+    assert last_cycle(as_tuple(FIRST), 1.001 * limit, [[safe], [-2.0], [0.0], [2.0]], cycles=3).work.min() > 1e-6
+
+
+def test_lift_off_ends_the_closed_form_where_a_march_in_full_contact_runs_out_of_pressure():
+    for node in random_nodes(np.random.default_rng(4), 20):
+        lift = lift_off(node)
+        below, above = (last_cycle(as_tuple(node), factor * lift, [[0.0]], 30, cycles=2).least_pressure[0] for factor in (0.999, 1.001))
+        assert above < 0 < below
+        assert single_node_dissipation(**node, load_factor=0.999 * lift) > 0
+        with pytest.raises(ModelError, match=r"load_factor: .*lifts off at one corner, give at most"):
+            single_node_dissipation(**node, load_factor=1.001 * lift)
+
+
+def test_a_node_whose_shear_is_small_lifts_off_at_its_limit():
+    node = FIRST | {"q1": 0.1, "p1": 1.0}
+    limit = single_node_limit(**node)
+    assert limit == pytest.approx(lift_off(node), rel=1e-12)
+    assert single_node_dissipation(**node, load_factor=(1 - 1e-9) * limit) == 0
+    with pytest.raises(ModelError, match=f"load_factor: .*give at most {limit:g}"):
+        single_node_dissipation(**node, load_factor=1.01 * limit)
+
+
+def test_a_node_between_slip_and_lift_off_never_dissipates():
+    node = {"A": 1.0, "B": 0.0, "q0": 0.0, "p0": 1.0, "q1": 0.5, "p1": 1.0, "f": 0.5}  # |q1| = f |p1|
+    assert single_node_limit(**node) == lift_off(node) == 1
+    assert single_node_dissipation(**node, load_factor=1.0) == single_node_dissipation(**node, load_factor=1 + 1e-14) == 0
+
+
+# Name: (what is replaced by which function of the node, factor of the load factor, factor of the work).
+INVARIANCES = {
+    "stiffness": ({"A": lambda n: 7 * n["A"], "B": lambda n: 7 * n["B"]}, 1, 1 / 7),
+    "mean load": ({"q0": lambda n: 3 * n["q0"], "p0": lambda n: 3 * n["p0"]}, 3, 9),
+    "cyclic load": ({"q1": lambda n: 3 * n["q1"], "p1": lambda n: 3 * n["p1"]}, 1 / 3, 1),
+    "order of corners": ({"q1": lambda n: -n["q1"], "p1": lambda n: -n["p1"]}, 1, 1),
+    "mirror": ({"B": lambda n: -n["B"], "q0": lambda n: -n["q0"], "q1": lambda n: -n["q1"]}, 1, 1),
+    "slip already there": ({"q0": lambda n: n["q0"] + 0.35 * n["A"], "p0": lambda n: n["p0"] + 0.35 * n["B"]}, 1, 1),
+}
+
+
+@pytest.mark.parametrize("name", INVARIANCES)
+def test_single_node_dissipation_is_invariant(name):
+    change, of_load, of_work = INVARIANCES[name]
+    for node in [FIRST, *random_nodes(np.random.default_rng(5), 20)]:
+        lam = between(node, 0.7)
+        before = single_node_dissipation(**node, load_factor=lam)
+        changed = node | {key: value(node) for key, value in change.items()}
+        assert single_node_dissipation(**changed, load_factor=of_load * lam) == pytest.approx(of_work * before, rel=1e-9)
+
+
+def test_one_slipping_node_among_uncoupled_neighbours():
+    A = np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]])
+    load = ([0.05, 0, -0.1], [1, 0.8, 1.2], [0.5, 0.3, -0.2], [0.1, -0.2, 0.9], 0.4)
+    lam = 1.02 * uncoupled_limit(*load)
+    work = single_node_dissipation(A=2, B=0, q0=0.05, p0=1, q1=0.5, p1=0.1, f=0.4, load_factor=lam)
+    assert work == pytest.approx(0.006399175523, rel=1e-9)
+    starts = np.random.default_rng(6).uniform(-3, 3, size=(6, 3))
+    assert last_cycle((A, 0 * A, *load), lam, starts, 150, cycles=12).work == pytest.approx(work, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"f": 4.0}, r"f: 4 .*critical friction A/\|B\| = 4.*less friction"),
+        ({"A": 0.0}, "A: 0; give a number above 0"),
+        ({"load_factor": -0.1}, "load_factor: -0.1; give a number of at least 0"),
+        ({"load_factor": np.nan}, "load_factor: nan is not finite"),
+        ({"p0": -1.0}, "p0: -1; the mean load lifts the node off, give more pressure"),
+        ({"q1": [1, 2]}, r"q1: shape \(2,\); give one number"),
+    ],
+)
+def test_single_node_dissipation_refuses(change, complaint):
+    with pytest.raises(ModelError, match=complaint):
+        single_node_dissipation(**(FIRST | {"load_factor": 0.5} | change))

@@ -1,0 +1,110 @@
+"""The closed forms of Hertz, Cattaneo and Mindlin against their own integrals; `test_reference_half_plane` has them against a discrete contact."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from frictopt.errors import ModelError
+from frictopt.reference import LineContact, contact_modulus
+
+CONTACT = LineContact(P=1.3, R=2.0, E_star=2.6 * 4 / np.pi, f=0.3)  # half-width 1
+SHARES = (0.4375, 0.75, 0.9375)  # of gross sliding
+
+
+def test_contact_modulus():
+    assert contact_modulus(2.0, 0.3, 2.0, 0.3) == pytest.approx(1 / 0.91, rel=1e-12)
+    assert contact_modulus(2.0, 0.5, 1e12, 0.0) == pytest.approx(2 / 0.75, rel=1e-9)
+    assert contact_modulus(1.0, 0.1, 3.0, 0.4) == contact_modulus(3.0, 0.4, 1.0, 0.1)
+
+
+def test_line_contact_instances():
+    contact = LineContact(P=2.0, R=0.5, E_star=3.0, f=0.4)
+    unit = (0.4 * 2.0) ** 2 / (np.pi * 3.0)
+    assert contact.dissipation(0.5 * 0.8) == pytest.approx(0.1137056389 * unit, rel=1e-9)
+    assert contact.dissipation(-0.9 * 0.8) == pytest.approx(1.0589659628 * unit, rel=1e-9)
+    assert contact.half_width**2 == pytest.approx(4 / (3 * np.pi), rel=1e-12)
+    assert contact.stick_half_width(0.6) == pytest.approx(contact.half_width / 2, rel=1e-12)
+
+
+def integral(function, *kinks):
+    pieces = sorted({-CONTACT.half_width, *kinks, *(-kink for kink in kinks), CONTACT.half_width})
+    return sum(quad(function, left, right, epsabs=1e-11, epsrel=1e-11)[0] for left, right in pairwise(pieces))
+
+
+def test_tractions_carry_the_load_and_respect_friction():
+    gross, x = CONTACT.f * CONTACT.P, np.linspace(-1.2, 1.2, 999)
+    assert integral(CONTACT.pressure) == pytest.approx(CONTACT.P, rel=1e-8)
+    for share in SHARES:
+        Q0 = share * gross
+        assert integral(lambda s, Q0=Q0: CONTACT.shear(s, -Q0), CONTACT.stick_half_width(Q0)) == pytest.approx(-Q0, rel=1e-8)
+        for rising, Q in [(True, 0.3 * Q0), (False, 0.3 * Q0), (True, -Q0), (False, -0.8 * Q0)]:
+            reversed_by = (Q + Q0 if rising else Q0 - Q) / 2
+            kinks = CONTACT.stick_half_width(Q0), CONTACT.stick_half_width(reversed_by)
+            total = integral(lambda s, Q0=Q0, Q=Q, rising=rising: CONTACT.shear_in_cycle(s, Q0, Q, rising=rising), *kinks)
+            assert total == pytest.approx(Q, rel=1e-8)
+            q = CONTACT.shear_in_cycle(x, Q0, Q, rising=rising)
+            assert (np.abs(q) <= CONTACT.f * CONTACT.pressure(x) * (1 + 1e-12)).all()
+            slipping = (np.abs(x) > kinks[1]) & (np.abs(x) < CONTACT.half_width)
+            assert q[slipping] == pytest.approx((1 if rising else -1) * CONTACT.f * CONTACT.pressure(x)[slipping], rel=1e-9)
+
+
+def test_a_cycle_starts_and_ends_at_the_first_loading():
+    x, Q0 = np.linspace(-1, 1, 41), 0.7 * CONTACT.f * CONTACT.P
+    ends = (CONTACT.shear_in_cycle(x, Q0, sign * Q0, rising=rising) for sign in (1, -1) for rising in (True, False))
+    for q, sign in zip(ends, (1, 1, -1, -1), strict=True):
+        assert q == pytest.approx(CONTACT.shear(x, sign * Q0), abs=1e-12)
+
+
+def test_dissipation_is_friction_times_slip_integrated():
+    for share in (1e-3, 0.0999, 0.1001, 0.5, 0.99):
+        Q0 = share * CONTACT.f * CONTACT.P
+        c = CONTACT.stick_half_width(Q0)
+        density = integral(lambda s, Q0=Q0: CONTACT.f * CONTACT.pressure(s) * abs(CONTACT.slip(s, Q0)) / CONTACT.dissipation(Q0), c)
+        assert 4 * density == pytest.approx(1, rel=1e-6)  # there and back, over twice the slip of the first loading
+    assert CONTACT.dissipation(0) == 0
+    small = 1e-6  # where the terms of the closed form cancel to the first ones of its series
+    series = 4 * (CONTACT.f * CONTACT.P) ** 2 / (np.pi * CONTACT.E_star) * (small**3 / 6 + small**4 / 12)
+    assert CONTACT.dissipation(small * CONTACT.f * CONTACT.P) / series == pytest.approx(1, rel=1e-10)
+
+
+def test_line_contact_scales():
+    small, x = LineContact(P=1.3, R=2.0, E_star=2.6 * 4 / np.pi, f=0.3), np.linspace(-1, 1, 11)
+    stiff = LineContact(P=5 * 1.3, R=2.0, E_star=5 * 2.6 * 4 / np.pi, f=0.3)
+    large = LineContact(P=10 * 1.3, R=20.0, E_star=2.6 * 4 / np.pi, f=0.3)
+    for other, force, length in [(stiff, 5, 1), (large, 10, 10)]:
+        assert other.half_width == pytest.approx(length * small.half_width, rel=1e-12)
+        assert other.shear(length * x, force * 0.2) == pytest.approx(force / length * small.shear(x, 0.2), abs=1e-12)
+        assert other.slip(length * x * 0.999, force * 0.2) == pytest.approx(length * small.slip(x * 0.999, 0.2), abs=1e-12)
+        assert other.dissipation(force * 0.2) == pytest.approx(force * length * small.dissipation(0.2), rel=1e-12)
+
+
+def test_tractions_are_zero_and_slip_is_unknown_outside_the_contact():
+    outside = [-1.01, 3.0]
+    assert (CONTACT.pressure(outside) == 0).all() and (CONTACT.shear(outside, 0.1) == 0).all()
+    assert np.isnan(CONTACT.slip(outside, 0.1)).all()
+
+
+GOOD = {"P": 1.0, "R": 1.0, "E_star": 1.0, "f": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("call", "complaint"),
+    [
+        (lambda: LineContact(**GOOD | {"P": 0}), "P: 0; give a number above 0"),
+        (lambda: LineContact(**GOOD | {"R": -1}), "R: -1; give a number above 0"),
+        (lambda: LineContact(**GOOD | {"E_star": np.nan}), "E_star: nan is not finite"),
+        (lambda: LineContact(**GOOD | {"f": [0.1, 0.2]}), r"f: shape \(2,\); give one number"),
+        (lambda: LineContact(**GOOD).dissipation(0.5), "Q0: 0.5; the cylinder slides, give a shear force below f P = 0.5"),
+        (lambda: LineContact(**GOOD).stick_half_width(-0.6), "Q: -0.6; the cylinder slides"),
+        (lambda: LineContact(**GOOD).shear([0.0, np.inf], 0.1), "x: .*not finite; give finite numbers"),
+        (lambda: LineContact(**GOOD).shear_in_cycle(0.0, 0.1, 0.2, rising=True), "Q: 0.2 is not reached; give a force between -Q0 and Q0"),
+        (lambda: contact_modulus(0, 0.3, 1, 0.3), "E1: 0; give a number above 0"),
+        (lambda: contact_modulus(1, 0.3, 1, 0.6), "nu2: 0.6; give Poisson's ratio of at most 0.5"),
+        (lambda: contact_modulus(1, -1, 1, 0.3), "nu1: -1; give a number above -1"),
+    ],
+)
+def test_bad_input_is_refused(call, complaint):
+    with pytest.raises(ModelError, match=complaint):
+        call()
