@@ -6,9 +6,10 @@ A finite-element model of two bodies is condensed to its interface (`PunchOnHalf
 
 from . import reference
 from .contact import ContactSystem, LoadCycle, Onset, OnsetEvent, Verdict, onset, referee
-from .errors import FrictoptError, ModelError, SolverError
+from .errors import FrictoptError, ModelError, NoContinuation, SolverError
 from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction
 from .models import SafeSlip, ShakedownLimit, ShakedownModel, safe_slip, shakedown_limit
+from .path import Outcome, SteadyState, steady_state
 
 __version__ = "0.1.0"
 
@@ -20,13 +21,16 @@ __all__ = [
     "LoadCycle",
     "Material",
     "ModelError",
+    "NoContinuation",
     "Onset",
     "OnsetEvent",
+    "Outcome",
     "PunchOnHalfPlane",
     "SafeSlip",
     "ShakedownLimit",
     "ShakedownModel",
     "SolverError",
+    "SteadyState",
     "Support",
     "Traction",
     "Verdict",
@@ -35,4 +39,5 @@ __all__ = [
     "reference",
     "safe_slip",
     "shakedown_limit",
+    "steady_state",
 ]

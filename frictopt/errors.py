@@ -4,7 +4,7 @@ Every message names the argument or quantity, its value, and what to change. Err
 its solvers) never leak: they are either handled or turned into one of these.
 """
 
-__all__ = ["FrictoptError", "ModelError", "SolverError"]
+__all__ = ["FrictoptError", "ModelError", "NoContinuation", "SolverError"]
 
 
 class FrictoptError(Exception):
@@ -17,3 +17,7 @@ class ModelError(FrictoptError, ValueError):
 
 class SolverError(FrictoptError, RuntimeError):
     """No solver gave an answer that passes the checks: the input may be fine; the message says what was tried and what may help."""
+
+
+class NoContinuation(FrictoptError, RuntimeError):
+    """The quasi-static path ends: at this load no rates obey the law, or more than one set of rates does; the message names load and nodes."""

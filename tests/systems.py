@@ -14,6 +14,7 @@ def system(A, B, q0, p0, q1, p1, C=None, gap=None):
     n = len(A)
     if C is None:
         C = np.eye(n) * (1.0 + np.abs(B @ np.linalg.pinv(A) @ B.T).sum())
+    C = np.atleast_2d(C)
     pairs = {"mean": (q0, p0), "cyclic": (q1, p1)}
     return fo.ContactSystem(A, B, C, np.arange(n), {k: (np.broadcast_to(q, n), np.broadcast_to(p, n)) for k, (q, p) in pairs.items()}, gap)
 

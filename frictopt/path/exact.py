@@ -1,0 +1,192 @@
+"""A transient followed exactly, corner by corner."""
+
+from typing import Any
+
+import numpy as np
+
+from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
+from ..contact.checks import Array, finite_array, finite_number
+from ..errors import ModelError, NoContinuation
+from .active import OPEN, new_active_set
+from .rate import find_rates, rate_problem
+from .segment import DONE, FULL, STALLED, Record, follow
+from .settle import TWOFOLD, UNSETTLED, State, impose, refresh, turn
+
+__all__ = ["ExactPath"]
+
+_LAWFUL = 1e-10  # residual of a state from which a path may be taken up
+_NO_DRIVE = 1e-15  # change of the bonded reactions, over the force scale, that moves nothing
+_ROWS = 256  # events that the record holds before they are moved to the history
+
+
+class ExactPath:
+    """The transient of one contact under one load cycle, from an initial slip on.
+
+    Between two load corners the loads are linear, so slip, gap and reactions are piecewise linear in them: the path is followed from event to
+    event, with no time step and no error but rounding. It starts at the artificial load that carries the initial slip with q = 0 and, at every node,
+    p equal to the mean of |p^w| under the mean load, goes in a straight line to the mean load, and then visits the corners again and again.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    load_factor
+        Load factor of the cycle, >= 0.
+    initial_slip
+        (N,) slip left from assembly, length; None for none.
+    keep
+        Whether to keep the states at all events.
+
+    Attributes
+    ----------
+    state
+        Where the path is, see `State`.
+    visited
+        Number of corners visited, -1 before the mean load is reached.
+    history
+        With `keep`: pieces of times (T,), `u`, `r` (T, 2N), statuses and work (T, N) after each event; the time counts the corners visited.
+    fallbacks, unproven
+        Number of events at which the iteration on the signs did not find the rates, and at which their uniqueness is not proven.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+    """
+
+    def __init__(
+        self, system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, initial_slip: Any = None, *, keep: bool = False
+    ) -> None:
+        if not isinstance(system, ContactSystem):
+            raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem")
+        if not isinstance(cycle, LoadCycle):
+            raise ModelError(f"cycle: a {type(cycle).__name__}; give a LoadCycle")
+        nodes = system.nodes
+        slip = np.zeros(nodes) if initial_slip is None else finite_array("initial_slip", initial_slip, (nodes,))
+        load_factor = finite_number("load_factor", load_factor, least=0.0)
+        self.system = system
+        self.friction = np.array(friction_coefficients(friction, nodes))
+        mean = np.concatenate(system.reaction(cycle.mean))
+        self.mean = mean
+        self.corners = [mean + load_factor * np.concatenate(pair) for pair in zip(*cycle.corner_reactions(system), strict=True)]
+        self.force = float(np.abs(mean[nodes:]).mean() or max(np.abs(corner).max() for corner in self.corners) or 1.0)
+        self.state = State(
+            u=np.concatenate([slip, -system.gap]),
+            r=np.concatenate([np.zeros(nodes), np.full(nodes, self.force)]),
+            gap=np.array(system.gap),
+            status=np.zeros(nodes, dtype=np.int8),
+            work=np.zeros(nodes),
+            trace=np.zeros(2, dtype=np.int64),
+        )
+        self.fallbacks = self.unproven = 0
+        self.visited = -1
+        self.history: list[tuple[Array, ...]] = []
+        self._S = np.ascontiguousarray(system.S)
+        self._active = new_active_set(nodes)
+        self.bonded: Array = self.state.r - self._S @ self.state.u
+        self._record = _record(_ROWS if keep else 0, nodes)
+
+    @property
+    def nodes(self) -> int:
+        """Number of node pairs, N."""
+        return self.system.nodes
+
+    def start(self) -> None:
+        """Follow the path from the artificial load to the mean load."""
+        self.go(self.mean, "the way from the initial slip to the mean load")
+
+    def run_cycle(self) -> None:
+        """Follow the path once through all corners of the cycle."""
+        for number, corner in enumerate(self.corners):
+            self.go(corner, f"the way to corner {number}")
+
+    def stress(self, u: Array) -> Array:
+        """(2N,) reactions `S u` that slip and gap `u = [v, w - g0]` add to the bonded ones."""
+        return np.asarray(self._S @ u)
+
+    def moved(self, u: Array) -> "ExactPath | None":
+        """A copy that stands at the same load with another slip and gap, (2N,); None if the law does not allow it there."""
+        n, copy = self.nodes, object.__new__(ExactPath)
+        copy.__dict__.update(self.__dict__)
+        r = self.bonded + self.stress(u)
+        opened = self.state.status == OPEN
+        r[np.r_[opened, opened]] = 0.0
+        copy.state = self.state._replace(u=u.copy(), r=r, status=self.state.status.copy(), work=self.state.work.copy(), trace=self.state.trace.copy())
+        copy.state.u[n:][~opened] = -self.state.gap[~opened]
+        copy._active = new_active_set(n)
+        verdict = referee(
+            self.system,
+            (self.bonded[:n], self.bonded[n:]),
+            self.friction,
+            v=u[:n],
+            w=copy.state.u[n:] + self.state.gap,
+            q=r[:n],
+            p=r[n:],
+            force_scale=self.force,
+        )
+        return copy if verdict.residual <= _LAWFUL else None
+
+    def go(self, bonded: Array, where: str) -> None:
+        """Follow the path in a straight line to other bonded reactions (2N,).
+
+        Raises
+        ------
+        NoContinuation
+            No rates obey the law at some load on the way, or more than one set of rates does.
+        """
+        drive = bonded - self.bonded
+        turn(self._S, self.friction, self.state, self._active)
+        code, time, settled = UNSETTLED, 0.0, not np.abs(drive).max() > _NO_DRIVE * self.force
+        while code != DONE:
+            code, time = follow(self._S, self.friction, drive, self.state, self._active, self.force, time, settled, self._record)
+            if code == STALLED:
+                raise NoContinuation(
+                    f"{where}: at {time:.9g} of it the path changes its status without end; loads or gaps may differ too much in size"
+                )
+            settled = True
+            if code == FULL:
+                self._keep()
+            elif code != DONE:
+                self._decide(drive, code == TWOFOLD, time, where)
+        self.bonded = bonded
+        refresh(self._S, self.friction, bonded, self.state, self._active)
+        self._keep()
+        self.visited += 1
+
+    def _keep(self) -> None:
+        """Move what the record holds to the history."""
+        used = int(self._record.used[0])
+        if used:
+            self.history.append((self.visited + self._record.time[:used], *(values[:used].copy() for values in self._record[1:5])))
+            self._record.used[0] = 0
+
+    def _decide(self, drive: Array, twofold: bool, time: float, where: str) -> None:
+        """Settle the statuses by the rate problem."""
+        problem = rate_problem(self._S, self.friction, drive, self.state, self.force)
+        solutions = find_rates(problem, self.state.status)
+        nodes = sorted(set(problem.node.tolist()))
+        here = f"{where}: at {time:.9g} of it"
+        hint = "often friction is above the critical value there (a node wedges itself where f exceeds A/|B|): lower it"
+        if not solutions.found:
+            proof = "no rates obey the law" if solutions.complete else "no rates that obey the law were found"
+            raise NoContinuation(f"{here} {proof}; nodes {nodes} are at their bounds and would jump; {hint}")
+        if len(solutions.found) > 1:
+            both = " or ".join(str([int(status[node]) for node in nodes]) for status, _ in solutions.found)
+            raise NoContinuation(f"{here} two sets of rates obey the law: nodes {nodes} may take the statuses {both}; {hint}")
+        if not impose(self._S, self.friction, self.state, self._active, solutions.found[0][0]):
+            raise NoContinuation(f"{here} the contact slides or opens freely, its rates are not unique; hold the punch, or load it less")
+        self.fallbacks += not twofold
+        self.unproven += not solutions.complete
+
+
+def _record(rows: int, nodes: int) -> Record:
+    return Record(
+        time=np.zeros(rows),
+        u=np.zeros((rows, 2 * nodes)),
+        r=np.zeros((rows, 2 * nodes)),
+        status=np.zeros((rows, nodes), dtype=np.int8),
+        work=np.zeros((rows, nodes)),
+        used=np.zeros(1, dtype=np.int64),
+    )

@@ -1,0 +1,212 @@
+"""The rate problem at one load: which nodes at a bound slip, stick or open, where the iteration on the signs does not say.
+
+Nodes strictly inside their bound stick, nodes with a gap stay open; those at a bound have non-negative rates z of slip and gap, and non-negative
+rates `M z + c` of slack and pressure, of which one is zero in each pair. This small complementarity problem is solved by Lemke's method;
+where that fails, or where more than one solution is to be feared, by a search over all statuses with linear programs as bounds.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.optimize import linprog
+
+from ..contact.checks import Array
+from .active import OPEN, STICK
+from .settle import State, at_bound
+
+__all__ = ["RateProblem", "Solutions", "find_rates", "rate_problem"]
+
+_ZERO = 1e-9  # complementarity, relative to the size of z and M z + c
+_TRIED = 8  # pairs up to which all statuses are tried
+_STARTS = 3  # covering vectors tried by Lemke's method
+_PROGRAMS = 400  # linear programs after which the search for solutions gives up
+
+
+@dataclass(frozen=True, eq=False)
+class RateProblem:
+    """`z >= 0, M z + c >= 0, z (M z + c) = 0` over the nodes at a bound.
+
+    Attributes
+    ----------
+    M, c
+        (n, n), (n,).
+    node, kind
+        (n,) node of each pair, and what z > 0 means: +1, -1 slip rate of that sense, 2 rate of opening.
+    u_rate
+        (2N, n + 1) rates of `[v, w]` for unit z, and in the last column without any z.
+    """
+
+    M: Array
+    c: Array
+    node: np.ndarray
+    kind: np.ndarray
+    u_rate: Array
+
+    def statuses(self, z: Array, before: np.ndarray) -> np.ndarray:
+        """(N,) statuses that a solution stands for; nodes that are not at a bound keep theirs."""
+        status = before.copy()
+        status[self.node] = STICK
+        moving = z > _ZERO * max(float(np.abs(z).max(initial=0.0)), np.finfo(float).tiny)
+        for kind in (1, -1, OPEN):  # an open node may have a slip rate as well
+            status[self.node[moving & (self.kind == kind)]] = kind
+        return status
+
+
+@dataclass(frozen=True, eq=False)
+class Solutions:
+    """Solutions found, each as statuses and rates of `[v, w]`, and whether the search was complete."""
+
+    found: list[tuple[np.ndarray, Array]]
+    complete: bool
+
+
+def rate_problem(S: Array, f: Array, drive: Array, state: State, force: float) -> RateProblem:
+    """Set up the rate problem for the nodes of a state that are at a bound, under a rate of the bonded reactions."""
+    nodes = len(f)
+    columns, rows, node, kind, free = [], [], [], [], []
+
+    def unit(index: int, value: float = 1.0) -> Array:
+        vector = np.zeros(2 * nodes)
+        vector[index] = value
+        return vector
+
+    for i in range(nodes):
+        forward, backward, vertex = at_bound(f, state, i, force)
+        if state.status[i] == OPEN and not vertex:
+            free += [unit(i), unit(nodes + i)]
+        elif f[i] == 0.0 and not vertex:
+            free.append(unit(i))
+        else:
+            for sense, touching in ((1, forward), (-1, backward)):
+                if touching:
+                    columns.append(unit(i, sense))
+                    rows.append(unit(i, sense) + f[i] * unit(nodes + i))
+                    node.append(i)
+                    kind.append(sense)
+            if vertex:
+                columns.append(unit(nodes + i))
+                rows.append(unit(nodes + i))
+                node.append(i)
+                kind.append(OPEN)
+    E, R, Z = (np.array(vectors).reshape(-1, 2 * nodes) for vectors in (columns, rows, free))
+    response = np.linalg.lstsq(Z @ S @ Z.T, Z @ np.column_stack([S @ E.T, drive]))[0] if len(Z) else np.zeros((0, len(E) + 1))
+    u_rate = np.column_stack([E.T, np.zeros(2 * nodes)]) - Z.T @ response
+    slack = R @ (S @ u_rate + np.outer(drive, np.eye(len(E) + 1)[-1]))
+    return RateProblem(slack[:, :-1], slack[:, -1], np.array(node, dtype=np.intp), np.array(kind, dtype=np.int8), u_rate)
+
+
+def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
+    """Solutions of a rate problem: at most two that differ, and whether there can be more."""
+    M, c = problem.M, problem.c
+    scale = float(np.abs(c).max(initial=0.0)) or 1.0
+    stiffness = float(np.abs(np.diag(M)).max(initial=0.0)) or 1.0
+    M, c = M / stiffness, c / scale
+    rng = np.random.default_rng(0)
+    if len(c) <= _TRIED:
+        candidates, complete = _all_statuses(M, c), True
+    else:
+        covers = [np.ones(len(c)), *rng.uniform(0.2, 1.0, size=(_STARTS - 1, len(c)))]
+        candidates = [z for z in (_lemke(M, c, cover) for cover in covers) if z is not None and _solves(M, c, z)]
+        complete = bool(candidates) and _is_positive_definite(M)  # then there is only one
+        if not complete:
+            searched, complete = _search(M, c, _PROGRAMS if not candidates else _PROGRAMS // 8)
+            candidates += searched
+    found: list[tuple[np.ndarray, Array]] = []
+    for z in candidates:
+        rates = problem.u_rate @ np.r_[z * scale / stiffness, 1.0]
+        size = max(float(np.abs(rates).max()), scale / stiffness)
+        if _solves(M, c, z) and all(np.abs(rates - other).max() > 1e-6 * size for _, other in found):
+            found.append((problem.statuses(z, before), rates))
+    return Solutions(found[:2], complete)
+
+
+def _solves(M: Array, c: Array, z: Array) -> bool:
+    slack = M @ z + c
+    size = 1.0 + float(np.abs(z).max(initial=0.0))
+    return bool(min(z.min(initial=0.0), slack.min(initial=0.0)) > -_ZERO * size and np.abs(z * slack).max(initial=0.0) <= _ZERO * size)
+
+
+def _all_statuses(M: Array, c: Array) -> list[Array]:
+    """Every complementary solution, by trying which z are positive."""
+    found = []
+    for moving in product((False, True), repeat=len(c)):
+        chosen = np.flatnonzero(moving)
+        z = np.zeros(len(c))
+        if len(chosen):
+            block = M[np.ix_(chosen, chosen)]
+            z[chosen] = np.linalg.lstsq(block, -c[chosen])[0]
+        if _solves(M, c, z):
+            found.append(z)
+    return found
+
+
+def _is_positive_definite(M: Array) -> bool:
+    try:
+        np.linalg.cholesky(M + M.T)
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
+def _search(M: Array, c: Array, programs: int) -> tuple[list[Array], bool]:
+    """Search the tree of which z and which slacks are zero, cut off where no rates satisfy the inequalities.
+
+    Returns at most two solutions, and whether there can be no more than these (or than two).
+    """
+    n = len(c)
+    found: list[Array] = []
+    open_branches = [np.zeros(n, dtype=np.int8)]  # by pair: 0 free, 1 z = 0, 2 slack = 0
+    for _ in range(programs):
+        if not open_branches:
+            return found, True
+        fixed = open_branches.pop()
+        tight = fixed == 2
+        most = np.where(fixed == 1, 0.0, np.inf)
+        answer = linprog(np.ones(n), -M[~tight], c[~tight], M[tight], -c[tight], bounds=np.column_stack([np.zeros(n), most]))
+        if answer.status == 2:
+            continue
+        if answer.status != 0:
+            return found, False
+        z = answer.x
+        if _solves(M, c, z) and all(np.abs(z - other).max() > 1e-6 * (1.0 + np.abs(z).max()) for other in found):
+            found.append(z)
+            if len(found) == 2:
+                return found, True
+        if not (fixed == 0).any():
+            continue
+        violated = np.where(fixed == 0, np.minimum(z, M @ z + c), -1.0)
+        for zero in (1, 2):
+            branch = fixed.copy()
+            branch[int(np.argmax(violated))] = zero
+            open_branches.append(branch)
+    return found, False
+
+
+def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
+    """Complementary pivoting (Lemke 1965) with a lexicographic ratio test; None where it ends in a ray."""
+    n = len(c)
+    if c.min(initial=0.0) >= 0:
+        return np.zeros(n)
+    tableau = np.column_stack([np.eye(n), -M, -cover, c])  # columns: slacks, z, artificial, right-hand side
+    basis = np.arange(n)
+    row = int(np.argmin(c / cover))
+    entering = 2 * n
+    for _ in range(50 * (n + 1)):
+        tableau[row] /= tableau[row, entering]
+        others = np.arange(n) != row
+        tableau[others] -= np.outer(tableau[others, entering], tableau[row])
+        leaving, basis[row] = basis[row], entering
+        if leaving == 2 * n:
+            z = np.zeros(2 * n + 1)
+            z[basis] = tableau[:, -1]
+            return z[n : 2 * n]
+        entering = leaving + n if leaving < n else leaving - n
+        positive = np.flatnonzero(tableau[:, entering] > 1e-11)
+        if not len(positive):
+            return None
+        ratios = np.column_stack([tableau[positive, -1], tableau[positive, :n]]) / tableau[positive, entering][:, None]
+        best = positive[ratios[:, 0] <= ratios[:, 0].min() + 1e-12]
+        artificial = [i for i in best if basis[i] == 2 * n]
+        row = int(artificial[0]) if artificial else int(positive[np.lexsort(ratios.T[::-1])[0]])
+    return None

@@ -1,0 +1,146 @@
+"""The exact path between two load corners, from event to event (compiled)."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from .active import OPEN, STICK, solve_rates
+from .settle import AT_BOUND, SETTLED, settle, slacks
+
+__all__ = ["DONE", "FULL", "STALLED", "Record", "follow"]
+
+DONE, STALLED, FULL = SETTLED, 3, 4
+"""How `follow` ends, besides `UNSETTLED` and `TWOFOLD`: at the end of the segment; after too many events; with the record full."""
+
+
+class Record(NamedTuple):
+    """States at the events: times (T,), `u` and `r` (T, 2N), status and work (T, N), and the number in use (1,)."""
+
+    time: np.ndarray
+    u: np.ndarray
+    r: np.ndarray
+    status: np.ndarray
+    work: np.ndarray
+    used: np.ndarray
+
+
+@njit(cache=True)
+def _next_event(f, state, u_rate, r_rate, force):
+    """Time to the next event and its node; infinity and -1 if there is none."""
+    nodes = len(f)
+    first, which = np.inf, -1
+    for node in range(nodes):
+        status = state.status[node]
+        time = np.inf
+        if status == OPEN:
+            if u_rate[nodes + node] < 0.0:
+                time = max(state.u[nodes + node] + state.gap[node], 0.0) / -u_rate[nodes + node]
+        elif status != STICK:
+            if r_rate[nodes + node] < 0.0 and state.r[nodes + node] > AT_BOUND * 1e-3 * force:
+                time = state.r[nodes + node] / -r_rate[nodes + node]
+        else:
+            forward, backward = slacks(f, state.r, node, nodes)
+            small = AT_BOUND * (f[node] * state.r[nodes + node] + 1e-3 * force)
+            bound_rate = f[node] * r_rate[nodes + node]
+            if forward > small and bound_rate + r_rate[node] < 0.0:
+                time = forward / -(bound_rate + r_rate[node])
+            if backward > small and bound_rate - r_rate[node] < 0.0:
+                time = min(time, backward / -(bound_rate - r_rate[node]))
+        if time < first:
+            first, which = time, node
+    return first, which
+
+
+@njit(cache=True)
+def _advance(f, state, u_rate, r_rate, step):
+    """Move along constant rates, add up the work of friction, and put slipping and open nodes exactly on their bound."""
+    nodes = len(f)
+    for node in range(nodes):
+        status = state.status[node]
+        before = state.r[nodes + node]
+        state.u[node] += step * u_rate[node]
+        state.u[nodes + node] += step * u_rate[nodes + node]
+        state.r[node] += step * r_rate[node]
+        state.r[nodes + node] += step * r_rate[nodes + node]
+        if status == OPEN:
+            state.r[node] = state.r[nodes + node] = 0.0
+        elif status != STICK:
+            state.work[node] += f[node] * 0.5 * (before + state.r[nodes + node]) * abs(step * u_rate[node])
+            state.r[node] = -status * f[node] * state.r[nodes + node]
+
+
+@njit(cache=True)
+def _write(record, state, time):
+    row = record.used[0]
+    record.time[row] = time
+    record.u[row] = state.u
+    record.r[row] = state.r
+    record.status[row] = state.status
+    record.work[row] = state.work
+    record.used[0] = row + 1
+
+
+@njit(cache=True)
+def _snap(f, state, node):
+    """Put the node of an event exactly where it happens: at its bound, without pressure, or closed."""
+    nodes = len(f)
+    status = state.status[node]
+    if status == OPEN:
+        state.u[nodes + node] = -state.gap[node]
+    elif status != STICK:
+        state.r[node] = state.r[nodes + node] = 0.0
+    else:
+        forward, backward = slacks(f, state.r, node, nodes)
+        state.r[node] = -f[node] * state.r[nodes + node] if forward < backward else f[node] * state.r[nodes + node]
+
+
+@njit(cache=True)
+def follow(S, f, drive, state, active, force, start, settled, record):
+    """Follow the path while the bonded reactions change by `drive`, from the share `start` of that change on.
+
+    Parameters
+    ----------
+    S, f
+        (2N, 2N) stiffness, (N,) coefficients of friction.
+    drive
+        (2N,) change of the bonded reactions over the whole segment.
+    state, active
+        Where the path is; changed in place.
+    force
+        Scale of the nodal forces.
+    start, settled
+        Where to start, between 0 and 1, and whether the statuses there agree with the rates already.
+    record
+        Where to write the states at the events; of length 0 for none.
+
+    Returns
+    -------
+    code, time
+        How it ended, and where.
+    """
+    u_rate, r_rate = np.empty_like(drive), np.empty_like(drive)
+    time = start
+    for _ in range(1000 + 200 * len(f)):
+        if settled:
+            solve_rates(S, active, drive, u_rate, r_rate)
+        else:
+            code = settle(S, f, drive, state, active, force, u_rate, r_rate)
+            if code != SETTLED:
+                return code, time
+        if len(record.time) > 0:
+            if record.used[0] == len(record.time):
+                return FULL, time
+            _write(record, state, time)
+        settled = False
+        for node in range(len(f)):
+            state.trace[1] = 31 * state.trace[1] + state.status[node] + 2
+        step, node = _next_event(f, state, u_rate, r_rate, force)
+        if step >= 1.0 - time:
+            _advance(f, state, u_rate, r_rate, 1.0 - time)
+            return DONE, 1.0
+        _advance(f, state, u_rate, r_rate, step)
+        _snap(f, state, node)
+        time += step
+        state.trace[0] += 1
+    return STALLED, time

@@ -1,0 +1,226 @@
+"""The steady state of a transient: does it stop slipping, and if not, how much does it dissipate in a cycle for ever."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from ..contact import ContactSystem, LoadCycle, referee
+from ..contact.checks import Array, frozen, whole_number
+from ..errors import NoContinuation
+from .exact import ExactPath
+
+__all__ = ["Outcome", "SteadyState", "steady_state"]
+
+_PERIODIC = 1e-10  # change of slip over a cycle, over the slip scale, that counts as none
+_REPEATS = 1e-13  # the same where the events are not: simultaneous ones may come in any order
+_SAFE = 1e-10  # excess over the friction bound, over the force scale, that counts as none
+_WINDOW = 12  # cycles that an extrapolation looks back on
+_LEAST = 3  # cycles with the same events before the first extrapolation
+
+
+class Outcome(Enum):
+    """What becomes of a contact in the long run."""
+
+    SHAKEDOWN = "the contact stops slipping: its residual slip keeps every later cycle without dissipation"
+    CYCLIC_SLIP = "the contact slips to and fro for ever, the same in every cycle"
+    RATCHETING = "the contact slips for ever and its slip drifts by the same amount in every cycle"
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyState:
+    """The steady state that a transient reaches, proven by a cycle that starts from it and comes back.
+
+    Attributes
+    ----------
+    outcome
+        What becomes of the contact.
+    dissipation
+        Work of friction per cycle in the steady state, >= 0, force times length per depth; exactly 0 after shakedown.
+    dissipation_per_node
+        (N,) its share at each node.
+    slip
+        (N,) slip at the last corner of the cycle, length (for ratcheting: after the last cycle that was followed).
+    first_cycle
+        Work of friction in the first cycle.
+    cycles
+        Cycles followed, those of the proofs included.
+    events
+        Changes of status followed.
+    residual
+        Largest of: what the referee says of the steady state at the last corner, and the change of slip over the proving cycle, over the slip scale.
+    extrapolated
+        Whether the steady state is the fixed point of the cycle's affine map rather than reached cycle by cycle.
+    unproven
+        Number of events whose rates are not proven to be the only ones.
+    left_out
+        What the transient did not need.
+    """
+
+    outcome: Outcome
+    dissipation: float
+    dissipation_per_node: Array
+    slip: Array
+    first_cycle: float
+    cycles: int
+    events: int
+    residual: float
+    extrapolated: bool
+    unproven: int
+    left_out: tuple[str, ...]
+
+
+def steady_state(
+    system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, *, initial_slip: Any = None, most_cycles: int = 2000
+) -> SteadyState:
+    """Follow a transient exactly until its steady state is proven.
+
+    Once the events of a cycle repeat, slip at the end of a cycle is an affine function of slip at its beginning: its fixed point is extrapolated
+    from the cycles so far (reduced-rank extrapolation, Sidi 2017) and accepted only where a cycle from it goes through the same events and comes
+    back to it. Shakedown is reported only of a slip that is safe at every corner, or after a cycle without any slip.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    load_factor
+        Load factor, >= 0.
+    initial_slip
+        (N,) slip left from assembly, length; None for none.
+    most_cycles
+        Give up after this many.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+    NoContinuation
+        The path ends before, or no steady state is proven within `most_cycles`.
+    """
+    whole_number("most_cycles", most_cycles, least=1)
+    path = ExactPath(system, cycle, friction, load_factor, initial_slip)
+    path.start()
+    run = _Run(path)
+    while run.cycles < most_cycles:
+        run.cycle()
+        found = run.steady()
+        if found is not None:
+            return found
+    raise NoContinuation(
+        f"steady state: none proven within most_cycles = {most_cycles} cycles (the slip changes by {run.change:.1e} slip scales a cycle); allow more"
+    )
+
+
+class _Run:
+    """The cycles of one transient so far."""
+
+    def __init__(self, path: ExactPath) -> None:
+        self.path = path
+        self.length = path.force / path.system.stiffness_scale
+        self.slips: list[Array] = [path.state.u.copy()]
+        self.hashes: list[int] = [0]
+        self.cycles = 0
+        self.first = np.nan
+        self.work: Array = np.zeros(path.nodes)
+
+    def cycle(self) -> None:
+        """Follow one cycle."""
+        self.work, events = self._one(self.path)
+        self.first = float(self.work.sum()) if self.cycles == 1 else self.first
+        self.slips = [*self.slips[-_WINDOW:], self.path.state.u.copy()]
+        self.hashes = [*self.hashes[-_WINDOW:], events]
+
+    def _one(self, path: ExactPath) -> tuple[Array, int]:
+        before = path.state.work.copy()
+        path.state.trace[1] = 0
+        path.run_cycle()
+        self.cycles += 1
+        return path.state.work - before, int(path.state.trace[1])
+
+    @property
+    def change(self) -> float:
+        """Change of slip and gap over the last cycle, in slip scales."""
+        return self._distance(self.slips[-1], self.slips[-2])
+
+    def _distance(self, one: Array, other: Array) -> float:
+        return float(np.abs(one - other).max() / self.length)
+
+    def steady(self) -> SteadyState | None:
+        """The steady state, if it is proven by now."""
+        path = self.path
+        if not self.work.any() or self._safe(path.state.u):
+            return self._result(path, Outcome.SHAKEDOWN, 0 * self.work, 0.0, False)
+        same = next((k for k, other in enumerate(reversed(self.hashes)) if other != self.hashes[-1]), len(self.hashes))
+        if self.change <= (_PERIODIC if same >= 2 else _REPEATS):
+            return self._result(path, Outcome.CYCLIC_SLIP, self.work, self.change, False)
+        if same >= 3:
+            drift, before = self.slips[-1] - self.slips[-2], self.slips[-2] - self.slips[-3]
+            if self._distance(drift, before) <= _PERIODIC * min(1.0, float(np.abs(drift).max() / self.length)):
+                return self._result(path, Outcome.RATCHETING, self.work, self._distance(drift, before), False)
+        if same >= _LEAST + 1 and (same - _LEAST) % 2:
+            return self._extrapolated(same)
+        return None
+
+    def _extrapolated(self, same: int) -> SteadyState | None:
+        fixed = _fixed_point(np.array(self.slips[-min(same, _WINDOW + 1) :]))
+        proof = self.path.moved(fixed)
+        if proof is None:
+            return None
+        if self._safe(fixed):
+            return self._result(proof, Outcome.SHAKEDOWN, 0 * self.work, 0.0, True)
+        try:
+            work, events = self._one(proof)
+        except NoContinuation:
+            return None
+        back = self._distance(proof.state.u, fixed)
+        if back > _PERIODIC or events != self.hashes[-1]:
+            return None
+        return self._result(proof, Outcome.CYCLIC_SLIP, work, back, True)
+
+    def _safe(self, u: Array) -> bool:
+        """Whether the slip keeps every node closed and within its bound at every corner."""
+        path, n = self.path, self.path.nodes
+        if np.any(u[n:] + path.state.gap > 0):
+            return False
+        r = np.array(path.corners) + path.stress(u)
+        return bool((path.friction * r[:, n:] - np.abs(r[:, :n])).min() >= -_SAFE * path.force)
+
+    def _result(self, path: ExactPath, outcome: Outcome, work: Array, change: float, extrapolated: bool) -> SteadyState:
+        state, n = path.state, path.nodes
+        corner = path.corners[-1]
+        verdict = referee(
+            path.system,
+            (corner[:n], corner[n:]),
+            path.friction,
+            v=state.u[:n],
+            w=state.u[n:] + state.gap,
+            q=state.r[:n],
+            p=state.r[n:],
+            force_scale=path.force,
+        )
+        return SteadyState(
+            outcome=outcome,
+            dissipation=float(work.sum()),
+            dissipation_per_node=frozen(work),
+            slip=frozen(state.u[:n]),
+            first_cycle=self.first,
+            cycles=self.cycles,
+            events=int(path.state.trace[0]),
+            residual=max(verdict.residual, change),
+            extrapolated=extrapolated,
+            unproven=path.unproven,
+            left_out=(),
+        )
+
+
+def _fixed_point(iterates: Array) -> Array:
+    """Fixed point of an affine map from some of its iterates (rows), by reduced-rank extrapolation."""
+    steps = np.diff(iterates, axis=0)
+    scale = np.linalg.norm(steps, axis=1, keepdims=True)
+    differences = np.diff(steps, axis=0)
+    weights = np.linalg.lstsq(differences.T, -steps[0] / 1.0, rcond=1e-12)[0] if scale.min() > 0 else np.zeros(len(differences))
+    fixed: Array = iterates[0] + weights @ steps[:-1]
+    return fixed

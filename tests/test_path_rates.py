@@ -1,0 +1,134 @@
+"""The inner algebra of the exact path: inverse of the active set, rate problem, complementary pivoting."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictopt.path import active as act
+from frictopt.path.rate import _lemke, find_rates, rate_problem
+from frictopt.path.settle import State
+from systems import random_system
+
+
+def stiffness_of(S, active):
+    """Stiffness of the active set as it is defined: equation by equation, unknown by unknown."""
+    nodes = len(S) // 2
+    n = active.size[0]
+    unknown, weight = active.unknown[:n], active.weight[:n]
+    rows = [S[i] + (factor * S[nodes + i] if factor else 0.0) for i, factor in zip(unknown, weight, strict=True)]
+    return np.array(rows).reshape(n, 2 * nodes)[:, unknown]
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 8))
+def test_the_inverse_follows_any_sequence_of_changes(seed, nodes):
+    rng = np.random.default_rng(seed)
+    S = np.ascontiguousarray(random_system(rng, nodes).S)
+    f = rng.uniform(0.0, 0.6, nodes)
+    active, status = act.new_active_set(nodes), np.zeros(nodes, dtype=int)
+    for _ in range(40):
+        node = int(rng.integers(nodes))
+        if status[node]:
+            act.deactivate(active, node)
+            status[node] = 0
+        else:
+            status[node] = rng.choice([1, -1, 2])
+            assert act.activate(S, f, active, node, status[node]) != 0.0
+    n = active.size[0]
+    assert n == (status != 0).sum() + (status == 2).sum()
+    assert np.allclose(active.inverse[:n, :n] @ stiffness_of(S, active), np.eye(n), atol=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 6))
+def test_rates_obey_the_equation_of_each_status(seed, nodes):
+    rng = np.random.default_rng(seed)
+    S = np.ascontiguousarray(random_system(rng, nodes).S)
+    f, drive = rng.uniform(0.0, 0.6, nodes), rng.normal(size=2 * nodes)
+    active, status = act.new_active_set(nodes), rng.choice([0, 1, -1, 2], size=nodes)
+    for node in np.flatnonzero(status):
+        act.activate(S, f, active, node, status[node])
+    u, r = np.empty(2 * nodes), np.empty(2 * nodes)
+    act.solve_rates(S, active, drive, u, r)
+    v, w, q, p = u[:nodes], u[nodes:], r[:nodes], r[nodes:]
+    assert np.allclose(r, drive + S @ u)
+    assert not v[status == 0].any() and not w[status != 2].any()
+    slips = np.abs(status) == 1
+    assert np.allclose((q + status * f * p)[slips], 0.0, atol=1e-10)
+    assert np.allclose(np.r_[q, p][np.r_[status == 2, status == 2]], 0.0, atol=1e-10)
+
+
+def test_a_pivot_is_the_ratio_of_determinants():
+    rng = np.random.default_rng(3)
+    S = np.ascontiguousarray(random_system(rng, 4).S)
+    f = np.full(4, 0.5)
+    active = act.new_active_set(4)
+    act.activate(S, f, active, 0, 1)
+    act.activate(S, f, active, 2, -1)
+    before = np.linalg.det(stiffness_of(S, active))
+    share = act.pivot_share(S, f, active, 3, 1)
+    assert act.activate(S, f, active, 3, 1) == pytest.approx(share, rel=1e-12)
+    assert share * S[3, 3] == pytest.approx(np.linalg.det(stiffness_of(S, active)) / before, rel=1e-10)
+
+
+def test_rigid_sliding_cannot_be_activated():
+    S = np.zeros((4, 4))
+    S[:2, :2] = [[1.0, -1.0], [-1.0, 1.0]]
+    S[2:, 2:] = np.eye(2)
+    active = act.new_active_set(2)
+    assert act.activate(S, np.full(2, 0.3), active, 0, 1) > 0
+    assert act.activate(S, np.full(2, 0.3), active, 1, 1) == 0.0
+    assert active.size[0] == 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 7), skew=st.floats(0.0, 3.0))
+def test_complementary_pivoting_against_all_bases(seed, n, skew):
+    """Positive definite plus skew: exactly one solution."""
+    rng = np.random.default_rng(seed)
+    G, K = rng.normal(size=(n, n)), rng.normal(size=(n, n))
+    M, c = G @ G.T + 0.1 * np.eye(n) + skew * (K - K.T), rng.normal(size=n)
+    expected = []
+    for moving in product((False, True), repeat=n):
+        chosen, z = np.flatnonzero(moving), np.zeros(n)
+        z[chosen] = np.linalg.solve(M[np.ix_(chosen, chosen)], -c[chosen])
+        if z.min() >= -1e-12 and (M @ z + c).min() >= -1e-12:
+            expected.append(z)
+    assert len(expected) == 1
+    for cover in (np.ones(n), rng.uniform(0.1, 1.0, n)):
+        assert np.allclose(_lemke(M, c, cover), expected[0], rtol=1e-8, atol=1e-9 * np.abs(expected[0]).max())
+
+
+def one_node(q, p, w=0.0, A=1.0, B=0.5, C=1.0, drive=(0.0, 0.0), friction=3.0, status=0):
+    S = np.array([[A, B], [B, C]])
+    state = State(np.array([0.0, w]), np.array([q, p]), np.zeros(1), np.array([status], dtype=np.int8), np.zeros(1), np.zeros(2, dtype=np.int64))
+    return find_rates(rate_problem(S, np.array([friction]), np.array(drive), state, 1.0), state.status)
+
+
+def test_wedging():
+    """A = 1, B = 1/2, C = 1: beyond f = A/B = 2 backward slip softens, so a load has no rates or two (Klarbring 1990)."""
+    no = one_node(q=1.5, p=0.5, drive=(1.0, 0.0))
+    assert not no.found and no.complete
+    two = one_node(q=1.5, p=0.5, drive=(-1.0, 0.0))
+    assert [int(status[0]) for status, _ in two.found] == [0, -1] and two.complete
+    below = one_node(q=0.75, p=0.5, drive=(1.0, 0.0), friction=1.5)
+    assert [int(status[0]) for status, _ in below.found] == [-1]
+    assert below.found[0][1][0] == pytest.approx(-1.0 / (1.0 - 1.5 * 0.5))
+
+
+@pytest.mark.parametrize(
+    ("drive", "status"),
+    [((0.0, 1.0), 0), ((0.0, -1.0), 2), ((1.0, 1.0), -1), ((-1.0, 1.0), 1), ((0.3, 1.0), 0), ((5.0, -0.1), 2)],
+)
+def test_a_node_without_pressure_and_gap(drive, status):
+    found = one_node(q=0.0, p=0.0, B=0.0, friction=0.5, drive=drive).found
+    assert [int(s[0]) for s, _ in found] == [status]
+
+
+def test_an_open_node_stays_free():
+    found = one_node(q=0.0, p=0.0, w=0.3, friction=0.5, drive=(0.4, -0.2), status=2).found
+    (status, rates) = found[0]
+    assert status[0] == 2 and np.allclose(rates, -np.linalg.solve([[1.0, 0.5], [0.5, 1.0]], [0.4, -0.2]))

@@ -1,0 +1,111 @@
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.path import ExactPath, Outcome, steady_state
+from systems import CYCLE, system
+
+PAIR = (np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1))
+FIRST = (np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1))
+THREE = ([[2, -1, 0], [-1, 2, -1], [0, -1, 2]], np.zeros((3, 3)), (0.05, 0, -0.1), (1, 0.8, 1.2), (0.5, 0.3, -0.2), (0.1, -0.2, 0.9))
+
+
+def limit_of(contact, friction):
+    return fo.shakedown_limit(contact, CYCLE, friction).load_factor
+
+
+@pytest.mark.parametrize(
+    ("data", "friction", "factor", "expected"),
+    [
+        ((2.0, 0.5, 0.1, 1.0, 1.0, 0.2), 0.4, 1.2, 0.061945108310),
+        ((2.0, 0.5, 0.1, 1.0, 1.0, 0.2), 0.4, 1.5, 0.154843877083),
+        ((1.0, 0.0, 0.0, 1.0, 1.0, 0.0), 0.5, 1.2, 0.2),
+        ((1.0, 0.0, 0.0, 1.0, 1.0, 0.0), 0.5, 1.5, 0.5),
+        ((*THREE, np.eye(3)), 0.4, 1.02, 0.006399175523),
+    ],
+)
+def test_published_dissipation(data, friction, factor, expected):
+    contact = system(*data)
+    for start in (None, 0.3 * np.ones(contact.nodes), np.linspace(-2, 1, contact.nodes)):
+        steady = steady_state(contact, CYCLE, friction, factor * limit_of(contact, friction), initial_slip=start)
+        assert steady.outcome is Outcome.CYCLIC_SLIP
+        assert steady.dissipation == pytest.approx(expected, rel=1e-9, abs=5e-13)
+        assert steady.dissipation_per_node.sum() == pytest.approx(steady.dissipation, rel=1e-14)
+
+
+def test_the_steady_dissipation_of_a_coupled_pair_depends_on_the_start():
+    contact = system(*PAIR, C=3 * np.eye(2))
+    factor = 1.2 * limit_of(contact, 0.4)
+    rng = np.random.default_rng(0)
+    found = [steady_state(contact, CYCLE, 0.4, factor, initial_slip=start).dissipation for start in rng.uniform(-4, 4, size=(300, 2))]
+    assert min(found) == pytest.approx(0.1394, abs=2e-4) and max(found) == pytest.approx(0.2034, abs=2e-4)
+
+
+def test_below_the_guaranteed_limit_all_starts_shake_down_and_above_the_shakedown_limit_none():
+    contact = system(*FIRST)
+    rng = np.random.default_rng(1)
+    starts = rng.uniform(-6, 6, size=(60, 2))
+    for factor, outcome in ((0.995 * 0.391864153760, Outcome.SHAKEDOWN), (1.005 * 0.726057393108, Outcome.CYCLIC_SLIP)):
+        for start in starts:
+            steady = steady_state(contact, CYCLE, 0.6, factor, initial_slip=start)
+            assert steady.outcome is outcome and (steady.dissipation > 0) == (outcome is Outcome.CYCLIC_SLIP)
+
+
+def test_rod_on_a_coulomb_foundation():
+    for n, work, displacement in ((2, 4.0, 1.0), (4, 40.0, 6.0)):
+        nodes = n + 6  # unit springs between nodes, the far end held
+        A = 2 * np.eye(nodes) - np.eye(nodes, k=1) - np.eye(nodes, k=-1)
+        A[0, 0] = 1.0
+        end = np.eye(nodes)[0]
+        contact = system(A, np.zeros((nodes, nodes)), 0.0, 1.0, -end, 0.0)
+        steady = steady_state(contact, CYCLE, 1.0, float(n))
+        assert steady.dissipation == pytest.approx(work, rel=1e-9)
+        assert abs(steady.slip[0]) == pytest.approx(displacement, rel=1e-9)
+
+
+def test_sliders_in_parallel():
+    k, bound = np.array([1.0, 2.0, 4.0]), np.array([0.5, 0.6, 0.4])
+    contact = system(np.diag(k), np.zeros((3, 3)), 0.0, bound, -k, 0.0)
+    assert steady_state(contact, CYCLE, 1.0, 0.5).dissipation == pytest.approx(1.12, rel=1e-9)
+
+
+def test_below_onset_nothing_moves(punch, paper_cycle):
+    contact, friction = punch(16), 0.9
+    onset = min(fo.onset(contact, {"P": 1.0}, {"sigma": sign}, friction).slip.load_factor for sign in (1.0, -1.0))
+    steady = steady_state(contact, paper_cycle, friction, 0.999 * onset)
+    assert steady.outcome is Outcome.SHAKEDOWN and steady.dissipation == 0.0 and not steady.slip.any() and steady.events == 0
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.7])
+def test_from_the_safe_slip_nothing_dissipates_below_the_limit_and_everything_above(punch, paper_cycle, friction):
+    contact = punch(40)
+    limit = fo.shakedown_limit(contact, paper_cycle, friction).load_factor
+    safe = fo.safe_slip(contact, paper_cycle, friction, 0.999 * limit).slip
+    steady = steady_state(contact, paper_cycle, friction, 0.999 * limit, initial_slip=safe)
+    assert steady.outcome is Outcome.SHAKEDOWN and steady.dissipation == 0.0 and steady.first_cycle == 0.0
+    assert np.array_equal(steady.slip, safe)
+    rng = np.random.default_rng(0)
+    for start in (None, safe, *rng.normal(size=(5, 41))):
+        assert steady_state(contact, paper_cycle, friction, 1.001 * limit, initial_slip=start).dissipation > 1e-9
+
+
+def test_a_driven_punch_ratchets():
+    """One node, uncoupled, without stiffness: pushed past its bound with high pressure one way and low pressure the other."""
+    contact = fo.ContactSystem(
+        [[1.0, -1.0], [-1.0, 1.0]],
+        np.zeros((2, 2)),
+        np.eye(2),
+        [0, 1],
+        {"mean": ([0, 0], [1, 1]), "rock": ([0, 0], [0.6, -0.6]), "pull": ([0.3, 0.3], [0, 0])},
+    )
+    cycle = fo.LoadCycle({"mean": 1.0, "pull": 1.0}, [{"rock": 1.0}, {"rock": -1.0}])
+    steady = steady_state(contact, cycle, 0.5, 1.0)
+    assert steady.outcome is Outcome.RATCHETING and steady.dissipation > 0
+    path = ExactPath(contact, cycle, 0.5, 1.0)
+    path.start()
+    drift = []
+    for _ in range(6):
+        before = path.state.u.copy()
+        path.run_cycle()
+        drift.append(path.state.u - before)
+    assert np.allclose(drift[-1], drift[-2], rtol=1e-9) and np.abs(drift[-1]).max() > 0.1
