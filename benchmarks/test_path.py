@@ -1,0 +1,88 @@
+"""Transients on the paper's scene: the exact path against Lemke's method on increments (quantecon), and steady states from random starts."""
+
+import time
+
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_limits
+
+import frictopt as fo
+from frictopt.path import ExactPath
+
+FRICTION = 0.7
+
+
+@pytest.fixture(scope="module", params=[40, 124])
+def contact(request):
+    return fo.PunchOnHalfPlane(elements=request.param).condense()
+
+
+def exact(contact, cycle, load_factor):
+    """Work of friction in the second cycle, by the exact path."""
+    path = ExactPath(contact, cycle, FRICTION, load_factor)
+    path.start()
+    path.run_cycle()
+    before = path.state.work.sum()
+    path.run_cycle()
+    return path.state.work.sum() - before
+
+
+class Lemke:
+    """The stiffness form of the increment, `z = (w, s+, s-)`, solved by quantecon's Lemke method one increment after the other."""
+
+    def __init__(self, contact, cycle, load_factor):
+        self.solve = pytest.importorskip("quantecon.optimize").lcp_lemke
+        path = ExactPath(contact, cycle, FRICTION, load_factor)
+        self.S, self.n, self.force = contact.S, contact.nodes, path.force
+        self.stiffness = contact.stiffness_scale
+        self.corners = [path.bonded, path.mean, *path.corners * 2]
+        A, B, C, f = contact.A, contact.B, contact.C, FRICTION
+        plus, minus = A + f * B, A - f * B
+        self.M = np.block([[C, B, -B], [f * C + B.T, plus, -plus], [f * C - B.T, -minus, minus]]) / self.stiffness
+
+    def work(self, steps):
+        """Work of friction in the second cycle, `steps` increments a cycle, friction at the mean of the pressures of each increment."""
+        n, force, length = self.n, self.force, self.force / self.stiffness
+        v, p, total = np.zeros(n), np.full(n, force), 0.0
+        per_corner = [max(1, steps // 10)] + [steps // 2] * (len(self.corners) - 2)
+        for number, (before, after) in enumerate(zip(self.corners, self.corners[1:], strict=False)):
+            for t in np.arange(1, per_corner[number] + 1) / per_corner[number]:
+                r = before + t * (after - before) + self.S[:, :n] @ v
+                c = np.concatenate([r[n:], FRICTION * r[n:] + r[:n], FRICTION * r[n:] - r[:n]]) / force
+                z = self.solve(self.M, c, max_iter=10**5).z
+                assert (self.M @ z + c).min() > -1e-9 and z.min() > -1e-9
+                slip = (z[n : 2 * n] - z[2 * n :]) * length
+                new = r[n:] + self.S[n:, :n] @ slip + self.S[n:, n:] @ z[:n] * length
+                total += float(FRICTION * np.abs(slip) @ (p + new) / 2) * (number >= len(self.corners) - 3)
+                v, p = v + slip, new
+        return total
+
+
+def test_two_cycles_above_the_limit_against_lemke(compare, contact, cycle):
+    load_factor = 1.4 * fo.shakedown_limit(contact, cycle, FRICTION).load_factor
+    rival, work = Lemke(contact, cycle, load_factor), exact(contact, cycle, load_factor)
+    for steps in (40, 160, 640):
+        start = time.perf_counter()
+        error = abs(rival.work(steps) / work - 1)
+        spent = 1e3 * (time.perf_counter() - start)
+        print(f"\n    N = {contact.nodes}, Lemke, {steps} increments a cycle: error of W {error:.1e}, {spent:.1f} ms", end="")
+    assert compare(lambda: exact(contact, cycle, load_factor), lambda: rival.work(80)) < (0.5 if contact.nodes > 100 else 1.0)
+
+
+def test_steady_states_from_random_starts(benchmark, contact, cycle):
+    """Whole transients to their proven steady states: 5 load factors, Chebyshev modes 1 .. 6 of several amplitudes."""
+    limit = fo.shakedown_limit(contact, cycle, FRICTION).load_factor
+    modes = np.polynomial.chebyshev.chebvander(contact.x, 6)[:, 1:]
+    rng = np.random.default_rng(0)
+    ratios, amplitudes = np.repeat([0.5, 0.9, 1.05, 1.5, 3.0], 20), rng.choice([0.01, 0.1, 0.3, 1.0, 3.0], size=100)
+    runs = [(ratio * limit, amplitude * modes @ rng.normal(size=6)) for ratio, amplitude in zip(ratios, amplitudes, strict=True)]
+
+    def follow():
+        return [fo.steady_state(contact, cycle, FRICTION, factor, initial_slip=start) for factor, start in runs]
+
+    with threadpool_limits(1):
+        follow()
+        benchmark.pedantic(follow, rounds=3)
+    mean = benchmark.stats.stats.median / len(runs)
+    print(f"\n    N = {contact.nodes}: {1e3 * mean:.2f} ms a transient on average, {np.mean([s.cycles for s in follow()]):.1f} cycles")
+    assert mean < (0.06 if contact.nodes > 100 else 0.005)
