@@ -10,6 +10,7 @@ from .errors import FrictoptError, ModelError, NoContinuation, SolverError
 from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction
 from .models import SafeSlip, ShakedownLimit, ShakedownModel, safe_slip, shakedown_limit
 from .path import Outcome, SteadyState, steady_state
+from .study import Trajectory, march
 
 __version__ = "0.1.0"
 
@@ -33,7 +34,9 @@ __all__ = [
     "SteadyState",
     "Support",
     "Traction",
+    "Trajectory",
     "Verdict",
+    "march",
     "onset",
     "referee",
     "reference",

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from studies.tables import Table, data_folder
 
-from . import onset, scene, shakedown_limit, style, traction_ratio
+from . import cycle, hysteresis, increments, onset, scene, shakedown_limit, style, traction_ratio
 
 __all__ = ["FIGURES", "main", "make"]
 
@@ -29,7 +29,15 @@ class Script(Protocol):
         """Draw the figure from its tables."""
 
 
-FIGURES: dict[str, Script] = {"scene": scene, "onset": onset, "shakedown_limit": shakedown_limit, "traction_ratio": traction_ratio}
+FIGURES: dict[str, Script] = {
+    "scene": scene,
+    "onset": onset,
+    "shakedown_limit": shakedown_limit,
+    "traction_ratio": traction_ratio,
+    "cycle": cycle,
+    "hysteresis": hysteresis,
+    "increments": increments,
+}
 
 
 def make(name: str, *, quick: bool = False, data: Path | None = None, output: Path | None = None) -> list[Path]:

@@ -12,7 +12,7 @@ from paper_figures import style
 from paper_figures.__main__ import FIGURES, main, make
 from studies import limits
 
-NAMES = ["scene", "onset", "shakedown_limit", "traction_ratio"]
+NAMES = ["scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"]
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def data(tmp_path_factory):
     folder = tmp_path_factory.mktemp("data")
     for script in FIGURES.values():
         for table in script.TABLES.values():
-            table.load(limits.QUICK, folder)
+            table.load(table.quick, folder)
     return folder
 
 
@@ -31,7 +31,7 @@ def figures(data):
     with style.styled():
         drawn = {}
         for name, script in FIGURES.items():
-            drawn[name] = script.draw({key: table.stored(limits.QUICK, data) for key, table in script.TABLES.items()})
+            drawn[name] = script.draw({key: table.stored(table.quick, data) for key, table in script.TABLES.items()})
             drawn[name].draw_without_rendering()
         return drawn
 
@@ -68,8 +68,8 @@ def test_same_data_gives_the_same_bytes(data, tmp_path):
 
 def test_second_call_does_not_compute_again(data, tmp_path):
     before = {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()}
-    assert len(before) == 3
-    assert main(["shakedown_limit", "traction_ratio", *options(data, tmp_path)]) == 0
+    assert len(before) == 6
+    assert main(["shakedown_limit", "traction_ratio", "hysteresis", *options(data, tmp_path)]) == 0
     assert {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()} == before
 
 

@@ -147,7 +147,7 @@ def test_energy_is_accounted_for(punch, paper_cycle):
     for _ in range(30):
         path.run_cycle()
     time, u, _, _, work = states(path)
-    last = np.flatnonzero(time >= 58.0)[0] - 1 + np.arange((time >= 58.0).sum() + 1)
+    last = np.flatnonzero(time >= 58.0)
     load = bonded_at(path, time[last])
     put_in = -np.einsum("ti,ti->", (load[1:] + load[:-1]) / 2, np.diff(u[last], axis=0))
     spent = work[last[-1]].sum() - work[last[0]].sum()

@@ -1,7 +1,27 @@
 """Every cvxpy problem of the package, and the one place that solves them."""
 
+from .complementarity import ComplementarityProblem, complementarity_problem
+from .exact_increment import ExactIncrement
+from .frozen_bound import FrozenBoundIncrement
+from .increment import Increment
 from .safe_slip import SafeSlip, safe_slip
 from .shakedown import ShakedownLimit, ShakedownModel, shakedown_limit
-from .solve import LP_SOLVERS, TOLERANCE, Attempt
+from .solve import LP_SOLVERS, MILP_SOLVERS, QP_SOLVERS, TOLERANCE, Attempt
 
-__all__ = ["LP_SOLVERS", "TOLERANCE", "Attempt", "SafeSlip", "ShakedownLimit", "ShakedownModel", "safe_slip", "shakedown_limit"]
+__all__ = [
+    "LP_SOLVERS",
+    "MILP_SOLVERS",
+    "QP_SOLVERS",
+    "TOLERANCE",
+    "Attempt",
+    "ComplementarityProblem",
+    "ExactIncrement",
+    "FrozenBoundIncrement",
+    "Increment",
+    "SafeSlip",
+    "ShakedownLimit",
+    "ShakedownModel",
+    "complementarity_problem",
+    "safe_slip",
+    "shakedown_limit",
+]

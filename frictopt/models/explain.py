@@ -21,7 +21,7 @@ _SHOWN = 8  # rows of the mechanism that are printed
 def explain(
     title: str,
     problem: cp.Problem | None,
-    value: float,
+    value: float | None,
     units: Units,
     left_out: Sequence[str],
     mechanism: pd.DataFrame,
@@ -36,7 +36,7 @@ def explain(
     problem
         A cvxpy problem whose variables, parameters and constraints have names; None for a closed form, or in a copy.
     value
-        The answer.
+        The answer, with which what stands in the problem must agree to be printed; None where there is no such number.
     units
         Name of a variable -> its unit in the caller's units, one or one per entry.
     left_out
@@ -47,7 +47,7 @@ def explain(
         Where to print; standard output by default.
     """
     lines = [title, "=" * len(title)]
-    lines.append(f"answer      {value:.12g}")
+    lines += [] if value is None else [f"answer      {value:.12g}"]
     lines += ["problem     none: closed form, or left behind by a copy"] if problem is None else _problem_lines(problem, value, units)
     lines += ["left out"] + [f"    {text}" for text in left_out or ("nothing",)]
     if len(mechanism):
@@ -56,18 +56,21 @@ def explain(
     print("\n".join(lines), file=file or sys.stdout)
 
 
-def _problem_lines(problem: cp.Problem, value: float, units: Units) -> list[str]:
+def _problem_lines(problem: cp.Problem, value: float | None, units: Units) -> list[str]:
     objective = problem.objective.expr
-    unit = units.get(objective.name(), 1.0) if problem.objective.expr.name() == "load_factor" else 1.0
-    solved = objective.value is not None and bool(np.isclose(objective.value * unit, value, rtol=1e-12, atol=0.0))
-    lines = [f"problem     convex (DCP) {_yes(problem.is_dcp())}, compiled once for all parameters (DPP) {_yes(problem.is_dpp())}"]
-    lines.append(f"objective   {type(problem.objective).NAME} {objective.name()}")
+    unit = units.get("load_factor", 1.0) if isinstance(objective, cp.Variable) and objective.name() == "load_factor" else 1.0
+    solved = objective.value is not None and (value is None or bool(np.isclose(objective.value * unit, value, rtol=1e-12, atol=0.0)))
+    compiled = f"convex (DCP) {_yes(problem.is_dcp())}, compiled once for all parameters (DPP) {_yes(problem.is_dpp())}"
+    lines = [f"problem     {problem.status or 'not solved'}, {compiled}"]
+    lines[0] += ", mixed-integer" if problem.is_mixed_integer() else ""
+    name = objective.name() if isinstance(objective, cp.Variable) else f"an expression of {', '.join(v.name() for v in objective.variables())}"
+    lines.append(f"objective   {type(problem.objective).NAME} {name}")
     if not solved:
         lines.append("values      none here: the problem has no optimum, or has been solved for something else since")
     lines.append("variables")
     for variable in problem.variables():
         scale = f", unit {_range(units[variable.name()])}" if variable.name() in units else ""
-        lines.append(f"    {variable.name():<18} {_size(variable.shape)}{', >= 0' if variable.is_nonneg() else ''}{scale}")
+        lines.append(f"    {variable.name():<18} {_size(variable.shape)}{_domain(variable)}{scale}")
     lines.append("parameters")
     lines += [
         f"    {parameter.name():<18} {_size(parameter.shape)}{f', {_range(parameter.value)}' if solved else ''}" for parameter in problem.parameters()
@@ -79,8 +82,15 @@ def _problem_lines(problem: cp.Problem, value: float, units: Units) -> list[str]
     return lines
 
 
+def _domain(variable: cp.Variable) -> str:
+    return ", boolean" if variable.attributes["boolean"] else ", >= 0" if variable.is_nonneg() else ""
+
+
 def _binding(constraint: cp.Constraint) -> str:
-    slack = np.atleast_1d(constraint.args[1].value - constraint.args[0].value)
+    low, high = (side.value for side in constraint.args)
+    if low is None or high is None:
+        return ""
+    slack = np.atleast_1d(high - low)
     return f", {int((slack < _BINDING).sum())} of {slack.size} rows bind"
 
 

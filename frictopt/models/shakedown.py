@@ -188,7 +188,7 @@ class ShakedownModel:
             proof = classify(task, interface, self._solver)
             return None if proof is None else _no_limit(task, *proof)
 
-        answer = solve(model, claimed, self._solver, reason)
+        answer = solve(model, claimed, self._solver, no_optimum=reason)
         units = {"load_factor": rows.load_unit, "traction": interface.unit[interface.loaded]}
         return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, units)
 

@@ -10,24 +10,64 @@ from typing import Any, Generic, Protocol, TypeVar
 import cvxpy as cp
 
 from ..errors import ModelError, SolverError
-from .safe import SafeProblem
 
-__all__ = ["LP_SOLVERS", "TOLERANCE", "Answer", "Attempt", "Claim", "Status", "solve", "solver_order"]
+__all__ = [
+    "LP_SOLVERS",
+    "MILP_SOLVERS",
+    "QP_SOLVERS",
+    "TOLERANCE",
+    "Answer",
+    "Attempt",
+    "Claim",
+    "Kind",
+    "Model",
+    "NoOptimum",
+    "Status",
+    "solve",
+    "solver_order",
+]
 
 TOLERANCE = 1e-9
-"""Largest residual with which an answer of a linear program leaves the package."""
+"""Largest residual with which an answer leaves the package."""
 
 # Primal simplex without presolve: v = 0 is often feasible and the rows are dense, which makes it 2 to 4 times faster here than the default.
 _HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 600.0, "small_matrix_value": 1e-12}
+# Of a mixed-integer program only the status is taken, so that tolerances matter little. HiGHS 1.15 calls feasible ones infeasible when they are much
+# tighter than these, and crashes on infeasible ones without presolve: hence two tolerances, and presolve always.
+_HIGHS_MIP = {"mip_feasibility_tolerance": 1e-8, "primal_feasibility_tolerance": 1e-8, "mip_rel_gap": 0.0, "mip_abs_gap": 0.5, "time_limit": 600.0}
+_LOOSE = {"mip_feasibility_tolerance": 1e-6, "primal_feasibility_tolerance": 1e-7}
 _OPTIONS: MappingProxyType[str, dict[str, Any]] = MappingProxyType(
     {
         "HIGHS": {"highs_options": {"solver": "simplex", "simplex_strategy": 4, "presolve": "off", **_HIGHS}},
         "HIGHS_IPM": {"highs_options": {"solver": "ipm", **_HIGHS}},
         "CLARABEL": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 200, "max_threads": 1, "time_limit": 600.0},
+        # OSQP: steps adapted by count, not by the clock, so that runs repeat; polishing asked for, or cvxpy drops it in later solves.
+        "OSQP": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20000, "polishing": True, "adaptive_rho": 1, "adaptive_rho_interval": 50},
+        "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
+        "HIGHS_MIP_LOOSE": {"highs_options": {**_HIGHS_MIP, **_LOOSE}},
     }
 )
 LP_SOLVERS = ("HIGHS", "CLARABEL", "HIGHS_IPM")
 """Solvers of the linear programs, in the order in which they are tried."""
+QP_SOLVERS = ("OSQP", "CLARABEL")
+"""Solvers of the convex quadratic programs, in the order in which they are tried."""
+MILP_SOLVERS = ("HIGHS_MIP", "HIGHS_MIP_LOOSE")
+"""Solvers of the mixed-integer programs (whose objectives count, so that a gap of 0.5 is none), in the order in which they are tried."""
+
+
+class Kind(Enum):
+    """Kinds of problems, each with its own solvers."""
+
+    LP = "linear program"
+    QP = "quadratic program"
+    MILP = "mixed-integer program"
+
+
+_SOLVERS = {Kind.LP: LP_SOLVERS, Kind.QP: QP_SOLVERS, Kind.MILP: MILP_SOLVERS}
+
+
+class NoOptimum(SolverError):
+    """All solvers that were asked report that there is no optimum."""
 
 
 class Status(Enum):
@@ -45,6 +85,17 @@ _STATUS = {
     cp.UNBOUNDED: Status.NO_OPTIMUM,
     cp.settings.INFEASIBLE_OR_UNBOUNDED: Status.NO_OPTIMUM,
 }  # every other status is a failure
+
+
+class Model(Protocol):
+    """A problem with its parameters set."""
+
+    @property
+    def problem(self) -> cp.Problem:
+        """The cvxpy problem."""
+
+    def refine(self) -> None:
+        """Replace the solution that stands in the problem by the exact one of the same active constraints."""
 
 
 class Claim(Protocol):
@@ -76,69 +127,86 @@ class Answer(Generic[C]):
     attempts: tuple[Attempt, ...]
 
 
-def solve(model: SafeProblem, judged: Callable[[], C], solver: str | None = None, no_optimum: Callable[[], C | None] | None = None) -> Answer[C]:
+def solve(
+    model: Model,
+    judged: Callable[[], C],
+    solver: str | None = None,
+    *,
+    kind: Kind = Kind.LP,
+    tolerance: float = TOLERANCE,
+    no_optimum: Callable[[], C | None] | None = None,
+) -> Answer[C]:
     """Solve with the first solver whose answer passes, refined if need be; fall back to the next one otherwise.
 
     Parameters
     ----------
     model
-        A linear program with its parameters set.
+        A problem with its parameters set.
     judged
         Turns what now stands in the problem's variables into a claim with its residual, recomputed independently of the solver.
     solver
         Use this one alone.
+    kind
+        What the problem is, which says whom to ask.
+    tolerance
+        Largest residual of a claim that passes.
     no_optimum
-        Proves why there is no optimum, where a solver says so, and makes a claim of it; None where it finds no proof. Without it there always is an
-        optimum.
+        Proves why there is no optimum, where a solver says so, and makes a claim of it; None where it finds no proof.
 
     Returns
     -------
     Answer
-        With a claim of residual at most `TOLERANCE`.
+        With a claim of residual at most `tolerance`.
 
     Raises
     ------
     ModelError
         Unknown solver.
+    NoOptimum
+        All solvers agree that there is none.
     SolverError
         No solver gave an answer that passes.
     """
     attempts: list[Attempt] = []
-    for name in solver_order(solver):
+    agreed = True
+    for name in solver_order(solver, kind):
         status, text = _run(model.problem, name)
         if status is not Status.OPTIMAL:
             reason = no_optimum() if status is Status.NO_OPTIMUM and no_optimum else None
             attempts.append(Attempt(name, text, reason.residual if reason else float("inf")))
             if reason:
                 return Answer(reason, name, tuple(attempts))
+            agreed = agreed and status is Status.NO_OPTIMUM
             continue
+        agreed = False
         claim = judged()
         attempts.append(Attempt(name, text, claim.residual))
-        if not claim.residual <= TOLERANCE:
+        if not claim.residual <= tolerance:
             model.refine()
             claim = judged()
             attempts.append(Attempt(name, "refined on the vertex", claim.residual))
-        if claim.residual <= TOLERANCE:
+        if claim.residual <= tolerance:
             return Answer(claim, name, tuple(attempts))
     tried = "; ".join(f"{a.solver}: {a.outcome}, residual {a.residual:.1e}" for a in attempts)
-    raise SolverError(
-        f"linear program: no answer within the tolerance {TOLERANCE:g} ({tried}); check for reactions of very different sizes, "
+    raise (NoOptimum if agreed else SolverError)(
+        f"{kind.value}: no answer within the tolerance {tolerance:g} ({tried}); check for reactions of very different sizes, "
         "for nodes without pressure under the mean load, and for friction close to the critical value"
     )
 
 
-def solver_order(solver: str | None) -> Sequence[str]:
-    """The solvers to try: all, or the one that is asked for.
+def solver_order(solver: str | None, kind: Kind = Kind.LP) -> Sequence[str]:
+    """The solvers to try for a kind of problem: all of them, or the one that is asked for.
 
     Raises
     ------
     ModelError
         Unknown solver.
     """
+    solvers = _SOLVERS[kind]
     if solver is None:
-        return LP_SOLVERS
-    if not isinstance(solver, str) or solver not in LP_SOLVERS:
-        raise ModelError(f"solver: {solver!r}; give one of {LP_SOLVERS}, or None to try them in this order")
+        return solvers
+    if not isinstance(solver, str) or solver not in solvers:
+        raise ModelError(f"solver: {solver!r}; give one of {solvers}, or None to try them in this order")
     return (solver,)
 
 
@@ -146,7 +214,7 @@ def _run(problem: cp.Problem, name: str) -> tuple[Status, str]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # cvxpy warns of inaccurate answers; here the residual decides, and the status is recorded
         try:
-            problem.solve(solver=name.removesuffix("_IPM"), warm_start=False, enforce_dpp=True, **_OPTIONS[name])
+            problem.solve(solver=name.split("_")[0], warm_start=False, enforce_dpp=True, **_OPTIONS[name])
         except (cp.SolverError, ValueError, ArithmeticError) as error:
             return Status.FAILED, str(error).split("\n")[0]
     return _STATUS.get(problem.status, Status.FAILED), str(problem.status)

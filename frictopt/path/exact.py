@@ -46,7 +46,8 @@ class ExactPath:
     visited
         Number of corners visited, -1 before the mean load is reached.
     history
-        With `keep`: pieces of times (T,), `u`, `r` (T, 2N), statuses and work (T, N) after each event; the time counts the corners visited.
+        With `keep`: pieces of times (T,), `u`, `r` (T, 2N), statuses and work (T, N) after each event and at each corner; the time counts the
+        corners visited.
     fallbacks, unproven
         Number of events at which the iteration on the signs did not find the rates, and at which their uniqueness is not proven.
 
@@ -154,6 +155,9 @@ class ExactPath:
         refresh(self._S, self.friction, bonded, self.state, self._active)
         self._keep()
         self.visited += 1
+        if len(self._record.time):
+            state = self.state
+            self.history.append((np.array([float(self.visited)]), *(values[None].copy() for values in (state.u, state.r, state.status, state.work))))
 
     def _keep(self) -> None:
         """Move what the record holds to the history."""

@@ -1,7 +1,8 @@
 """The steady state of a transient: does it stop slipping, and if not, how much does it dissipate in a cycle for ever."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ __all__ = ["Outcome", "SteadyState", "steady_state"]
 _PERIODIC = 1e-10  # change of slip over a cycle, over the slip scale, that counts as none
 _REPEATS = 1e-13  # the same where the events are not: simultaneous ones may come in any order
 _SAFE = 1e-10  # excess over the friction bound, over the force scale, that counts as none
+_TOUCHING = 1e-8  # distance from the friction bound, over the force scale, that an extrapolation may leave
 _WINDOW = 12  # cycles that an extrapolation looks back on
 _LEAST = 3  # cycles with the same events before the first extrapolation
 
@@ -54,21 +56,18 @@ class SteadyState:
         Whether the steady state is the fixed point of the cycle's affine map rather than reached cycle by cycle.
     unproven
         Number of events whose rates are not proven to be the only ones.
-    left_out
-        What the transient did not need.
     """
 
     outcome: Outcome
     dissipation: float
-    dissipation_per_node: Array
-    slip: Array
+    dissipation_per_node: Array = field(repr=False)
+    slip: Array = field(repr=False)
     first_cycle: float
     cycles: int
     events: int
     residual: float
     extrapolated: bool
     unproven: int
-    left_out: tuple[str, ...]
 
 
 def steady_state(
@@ -166,11 +165,11 @@ class _Run:
 
     def _extrapolated(self, same: int) -> SteadyState | None:
         fixed = _fixed_point(np.array(self.slips[-min(same, _WINDOW + 1) :]))
-        proof = self.path.moved(fixed)
+        proof = self.path.moved(fixed) if self._approached(fixed) else None
         if proof is None:
             return None
         if self._safe(fixed):
-            return self._result(proof, Outcome.SHAKEDOWN, 0 * self.work, 0.0, True)
+            return self._result(proof, Outcome.SHAKEDOWN, 0 * self.work, 0.0, True) if self._just_safe(fixed) else None
         try:
             work, events = self._one(proof)
         except NoContinuation:
@@ -187,6 +186,18 @@ class _Run:
             return False
         r = np.array(path.corners) + path.stress(u)
         return bool((path.friction * r[:, n:] - np.abs(r[:, :n])).min() >= -_SAFE * path.force)
+
+    def _approached(self, fixed: Array) -> bool:
+        """Whether every one of the last cycles came closer to a state."""
+        distances = [self._distance(slip, fixed) for slip in self.slips[-_LEAST - 1 :]]
+        return all(later < earlier for earlier, later in pairwise(distances))
+
+    def _just_safe(self, fixed: Array) -> bool:
+        """Whether the nodes that still slip come to rest exactly at their bounds, as the limit of cycles that never stop slipping must."""
+        path, n = self.path, self.path.nodes
+        r = np.array(path.corners) + path.stress(fixed)
+        slack = (path.friction * r[:, n:] - np.abs(r[:, :n])).min(axis=0)
+        return bool(slack[self.work > 0].max() <= _TOUCHING * path.force)
 
     def _result(self, path: ExactPath, outcome: Outcome, work: Array, change: float, extrapolated: bool) -> SteadyState:
         state, n = path.state, path.nodes
@@ -212,7 +223,6 @@ class _Run:
             residual=max(verdict.residual, change),
             extrapolated=extrapolated,
             unproven=path.unproven,
-            left_out=(),
         )
 
 
@@ -221,6 +231,6 @@ def _fixed_point(iterates: Array) -> Array:
     steps = np.diff(iterates, axis=0)
     scale = np.linalg.norm(steps, axis=1, keepdims=True)
     differences = np.diff(steps, axis=0)
-    weights = np.linalg.lstsq(differences.T, -steps[0] / 1.0, rcond=1e-12)[0] if scale.min() > 0 else np.zeros(len(differences))
+    weights = np.linalg.lstsq(differences.T, -steps[0], rcond=1e-12)[0] if scale.min() > 0 else np.zeros(len(differences))
     fixed: Array = iterates[0] + weights @ steps[:-1]
     return fixed

@@ -1,0 +1,194 @@
+"""One friction increment: the problem as posed, in dimensionless units, and the result that every engine returns."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import IO, Any
+
+import cvxpy as cp
+import numpy as np
+import pandas as pd
+
+from ..contact import ContactSystem, friction_coefficients, referee
+from ..contact.checks import Array, finite_array, frozen
+from ..errors import ModelError
+from .explain import explain
+from .solve import Attempt
+from .status import State, classified
+
+__all__ = ["Increment", "Law", "PosedIncrement"]
+
+_TINY = 1e-9  # a mean normal force below this share of the largest reaction is rounding and no scale
+_STUCK = 1e-12  # the law may be violated by this much, in units of the force scale, for a trial state to stand
+
+
+@dataclass(frozen=True, eq=False)
+class Increment:
+    """The state after one increment of load, judged by the referee.
+
+    Attributes
+    ----------
+    slip
+        (N,) slip v along +x, length. Nodes that stick keep their slip bit for bit.
+    gap
+        (N,) total gap w (initial gap included), length, >= 0.
+    q, p
+        (N,) reactions, tangential (along +x) and normal (compression positive), force per depth.
+    status
+        (N,) what the reactions say, within 1e-9 of the mean normal force: 2 open (no pressure), +1 and -1 on the friction bound that opposes slip
+        along +x (q = -f p) and along -x (q = +f p), 0 inside both bounds.
+    residual
+        What the referee says of the state, with the slip before the increment as the previous one. At most 1e-9.
+    sweeps
+        Convex programs with frozen friction bound that were solved, 0 where none was.
+    solver
+        Who answered: a solver's name, or "closed form".
+    attempts
+        All solver runs, in order.
+    left_out
+        What the scene did not need.
+    problem
+        The solved cvxpy problem; None for a closed form. A later solve by the same engine overwrites its values.
+    """
+
+    slip: Array
+    gap: Array
+    q: Array
+    p: Array
+    status: np.ndarray[Any, np.dtype[np.int8]]
+    residual: float
+    sweeps: int
+    solver: str
+    attempts: tuple[Attempt, ...]
+    left_out: tuple[str, ...]
+    problem: cp.Problem | None = field(repr=False)
+    _title: str = field(repr=False)
+    _units: dict[str, float] = field(repr=False)
+
+    def explain(self, file: IO[str] | None = None) -> None:
+        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
+        explain(self._title, self.problem, None, self._units, self.left_out, pd.DataFrame(), file)
+
+
+class Law:
+    """Stiffness and friction of a contact, the stiffness in units of its scale.
+
+    Parameters
+    ----------
+    system
+        The contact.
+    friction
+        Coefficient of friction, one or one per node.
+
+    Raises
+    ------
+    ModelError
+        Not a ContactSystem, or bad friction.
+    """
+
+    def __init__(self, system: ContactSystem, friction: Any) -> None:
+        if not isinstance(system, ContactSystem):
+            raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem (a scene's condense() makes one)")
+        self.system = system
+        self.friction = friction_coefficients(friction, system.nodes)
+        self.S = frozen(system.S / system.stiffness_scale)
+
+    @property
+    def nodes(self) -> int:
+        """Number of node pairs, N."""
+        return self.system.nodes
+
+    def pose(self, slip: Any, bonded: Any) -> "PosedIncrement":
+        """The increment from a slip to a load, given by its bonded reactions.
+
+        Raises
+        ------
+        ModelError
+            Arrays that are not finite, not real or not of length N.
+        """
+        try:
+            q, p = bonded
+        except (TypeError, ValueError) as error:
+            raise ModelError(f"bonded: not a pair; give (q, p), two arrays of length {self.nodes}") from error
+        slip = finite_array("slip", slip, (self.nodes,))
+        return PosedIncrement(self, slip, finite_array("bonded q", q, (self.nodes,)), finite_array("bonded p", p, (self.nodes,)))
+
+
+@dataclass(frozen=True, eq=False)
+class PosedIncrement:
+    """One increment in units of the mean normal force and of the slip that this force makes.
+
+    The unknowns are `u = [dv, w]`, slip since `slip` and total gap; the reactions `[q, p] = trial + S u`.
+
+    Attributes
+    ----------
+    law
+        Stiffness and friction.
+    slip
+        (N,) slip before the increment, length.
+    bonded_q, bonded_p
+        (N,) bonded reactions of the load after it, force per depth.
+    """
+
+    law: Law
+    slip: Array
+    bonded_q: Array
+    bonded_p: Array
+
+    @cached_property
+    def reactions(self) -> Array:
+        """(2N,) reactions with no further slip and all gaps pressed shut, force per depth."""
+        system = self.law.system
+        return np.asarray(np.r_[self.bonded_q, self.bonded_p] + system.S @ np.r_[self.slip, -system.gap])
+
+    @cached_property
+    def force(self) -> float:
+        """Unit of force per depth: mean of |p^w|, as the referee's, or of the trial reactions where that is nothing."""
+        force = float(np.abs(self.bonded_p).mean())
+        return force if force > _TINY * np.abs(self.reactions).max() else float(np.abs(self.reactions).mean()) or 1.0
+
+    @property
+    def length(self) -> float:
+        """Unit of slip."""
+        return self.force / self.law.system.stiffness_scale
+
+    @cached_property
+    def trial(self) -> Array:
+        """(2N,) dimensionless trial reactions."""
+        return frozen(self.reactions / self.force)
+
+    @property
+    def stuck(self) -> bool:
+        """Whether the trial state obeys the law: nothing slips, nothing opens."""
+        q, p = np.split(self.trial, 2)
+        return bool(p.min() >= -_STUCK and (np.abs(q) <= self.law.friction * p + _STUCK).all())
+
+    def residual(self, state: State) -> float:
+        """What the referee says of a state."""
+        return self._judged(*self._dimensional(state))
+
+    def result(
+        self, title: str, state: State, sweeps: int, solver: str, attempts: tuple[Attempt, ...], left_out: tuple[str, ...], problem: cp.Problem | None
+    ) -> Increment:
+        """The state in the caller's units, with what the referee says of it."""
+        values = self._dimensional(state)
+        slip, gap, q, p = (frozen(value) for value in values)
+        status = classified(self.law.friction, state)
+        status.flags.writeable = False
+        units = dict.fromkeys(("slip_increment", "gap", "forward_slip", "backward_slip"), self.length)
+        return Increment(slip, gap, q, p, status, self._judged(*values), sweeps, solver, attempts, left_out, problem, title, units)
+
+    def _dimensional(self, state: State) -> tuple[Array, Array, Array, Array]:
+        dv, w = np.split(state.u, 2)
+        q, p = np.split(self.force * state.r, 2)
+        return np.where(dv != 0, self.slip + self.length * dv, self.slip), self.length * np.maximum(w, 0.0), q, p
+
+    def _judged(self, slip: Array, gap: Array, q: Array, p: Array) -> float:
+        system, bonded = self.law.system, (self.bonded_q, self.bonded_p)
+        verdict = referee(system, bonded, self.law.friction, v=slip, w=gap, q=q, p=p, previous_slip=self.slip, force_scale=self.force)
+        return verdict.residual
+
+    def closed_form(self, title: str) -> Increment:
+        """The increment in which nothing moves."""
+        why = "optimisation problem: the trial state obeys the law, nothing slips and nothing opens"
+        still = State(np.zeros(self.law.nodes, dtype=np.int8), np.zeros(2 * self.law.nodes), self.trial)
+        return self.result(title, still, 0, "closed form", (), (why,), None)

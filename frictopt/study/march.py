@@ -1,0 +1,126 @@
+"""Transients: the states of a contact over a number of load cycles, by the exact path or in increments."""
+
+from typing import Any, Literal
+
+import numpy as np
+
+from ..contact import ContactSystem, LoadCycle
+from ..contact.checks import Array, whole_number
+from ..errors import ModelError, SolverError
+from ..models import ExactIncrement, FrozenBoundIncrement
+from ..path import ExactPath
+from .trajectory import Trajectory
+
+__all__ = ["march"]
+
+TOLERANCE = 1e-9
+"""Largest residual with which a trajectory leaves the package."""
+
+_ENGINES = {"qp": FrozenBoundIncrement, "milp": ExactIncrement}
+
+
+def march(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Any,
+    load_factor: float,
+    *,
+    initial_slip: Any = None,
+    cycles: int = 5,
+    engine: Literal["path", "qp", "milp"] = "path",
+    steps: int | None = None,
+) -> Trajectory:
+    """Follow a transient from an initial slip through a number of load cycles.
+
+    It begins at the artificial load that carries the initial slip with q = 0 and, at every node, p equal to the mean of |p^w| under the mean load;
+    goes in a straight line to the mean load, and then visits the corners in their order, again and again.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    load_factor
+        Load factor, >= 0.
+    initial_slip
+        (N,) slip left from assembly, length; None for none.
+    cycles
+        Number of cycles.
+    engine
+        "path": exactly, from event to event; "qp": in increments, by quadratic programs with a frozen friction bound; "milp": in increments, by
+        complementarity conditions with booleans.
+    steps
+        Increments from corner to corner, for the engines that need it.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+    NoContinuation
+        The exact path ends.
+    SolverError
+        An increment has no answer that passes the checks.
+    """
+    whole_number("cycles", cycles, least=0)
+    path = ExactPath(system, cycle, friction, load_factor, initial_slip, keep=True)
+    if engine == "path":
+        if steps is not None:
+            raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose engine='qp' or 'milp'")
+        trajectory = _followed(path, cycle, cycles)
+    elif engine in _ENGINES:
+        if steps is None:
+            raise ModelError(f"steps: None; engine={engine!r} needs the number of increments from corner to corner")
+        trajectory = _stepped(path, cycle, cycles, engine, whole_number("steps", steps, least=1))
+    else:
+        raise ModelError(f"engine: {engine!r}; give 'path', 'qp' or 'milp'")
+    if not trajectory.residual <= TOLERANCE:
+        raise SolverError(f"march: the states have residual {trajectory.residual:.1e}, {trajectory.verdict}; loads may differ too much in size")
+    return trajectory
+
+
+def _followed(path: ExactPath, cycle: LoadCycle, cycles: int) -> Trajectory:
+    loads = [path.bonded, path.mean]
+    path.start()
+    for _ in range(cycles):
+        path.run_cycle()
+        loads += path.corners
+    time, u, r, status, work = (np.concatenate(parts) for parts in zip(*path.history, strict=True))
+    bonded = np.array([np.interp(time, np.arange(-1, len(loads) - 1), values) for values in np.array(loads).T]).T
+    return _trajectory(path, cycle, time, bonded, u, r, status, work, "path")
+
+
+def _stepped(path: ExactPath, cycle: LoadCycle, cycles: int, engine: str, steps: int) -> Trajectory:
+    n = path.nodes
+    corners = [path.bonded, path.mean] + path.corners * cycles
+    time = np.linspace(-1, len(corners) - 2, (len(corners) - 1) * steps + 1)
+    bonded = np.array([np.interp(time, np.arange(-1, len(corners) - 1), values) for values in np.array(corners).T]).T
+    increment = _ENGINES[engine](path.system, path.friction)
+    states = [(path.state.u.copy(), path.state.r.copy(), path.state.status.copy(), np.zeros(n))]
+    for load in bonded[1:]:
+        u, r, _, work = states[-1]
+        new = increment.solve(u[:n], (load[:n], load[n:]))
+        slid = path.friction * (r[n:] + new.p) / 2 * np.abs(new.slip - u[:n]) * (new.status != 2)
+        states.append((np.concatenate([new.slip, new.gap - path.system.gap]), np.concatenate([new.q, new.p]), new.status, work + slid))
+    u, r, status, work = (np.array(parts) for parts in zip(*states, strict=True))
+    return _trajectory(path, cycle, time, bonded, u, r, status, work, engine)
+
+
+def _trajectory(
+    path: ExactPath, cycle: LoadCycle, time: Array, bonded: Array, u: Array, r: Array, status: Any, work: Array, engine: str
+) -> Trajectory:
+    n = path.nodes
+    columns = {
+        "time": time,
+        "bonded_q": bonded[:, :n],
+        "bonded_p": bonded[:, n:],
+        "slip": u[:, :n],
+        "gap": u[:, n:] + path.system.gap,
+        "q": r[:, :n],
+        "p": r[:, n:],
+        "status": status,
+        "work": work,
+    }
+    for array in columns.values():
+        array.flags.writeable = False
+    return Trajectory(system=path.system, friction=path.friction, corners=len(cycle.corners), engine=engine, **columns)

@@ -1,0 +1,108 @@
+"""The states that a transient goes through."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..contact import ContactSystem, Verdict, referee
+from ..contact.checks import Array
+
+__all__ = ["Trajectory"]
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """T states of a transient: one after each event of the exact path, or one after each increment.
+
+    Attributes
+    ----------
+    system
+        The contact.
+    friction
+        (N,) coefficients of friction.
+    corners
+        Number of corners of the load cycle, K.
+    time
+        (T,) load corners visited: -1 at the artificial load that carries the initial slip, 0 at the mean load, k at the k-th corner visited,
+        linear in between.
+    bonded_q, bonded_p
+        (T, N) bonded reactions: the load, force per depth.
+    slip, gap
+        (T, N) slip v along +x and gap w, length.
+    q, p
+        (T, N) reactions along +x and in compression, force per depth.
+    status
+        (T, N) 0 stick, +1 and -1 slip along +x and against it, 2 open: until the next event, or over the increment that ends here.
+    work
+        (T, N) work of friction so far, >= 0, force times length per depth.
+    engine
+        Who followed it: "path", "qp" or "milp".
+    """
+
+    system: ContactSystem = field(repr=False)
+    friction: Array = field(repr=False)
+    corners: int
+    time: Array = field(repr=False)
+    bonded_q: Array = field(repr=False)
+    bonded_p: Array = field(repr=False)
+    slip: Array = field(repr=False)
+    gap: Array = field(repr=False)
+    q: Array = field(repr=False)
+    p: Array = field(repr=False)
+    status: np.ndarray[Any, np.dtype[np.int8]] = field(repr=False)
+    work: Array = field(repr=False)
+    engine: str
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """What the referee says of all states, each against the one before; forces in units of the largest mean pressure of the loads."""
+        return referee(
+            self.system,
+            (self.bonded_q, self.bonded_p),
+            self.friction,
+            v=self.slip,
+            w=self.gap,
+            q=self.q,
+            p=self.p,
+            previous_slip=np.vstack([self.slip[:1], self.slip[:-1]]),
+            force_scale=float(np.abs(self.bonded_p[self.time >= 0]).mean(axis=1).max()) or None,
+        )
+
+    @property
+    def residual(self) -> float:
+        """Worst violation of the contact law over all states."""
+        return self.verdict.residual
+
+    @cached_property
+    def energy(self) -> Array:
+        """(T,) elastic energy `u S u / 2` of the relative motion `u = [v, w - g0]`, force times length per depth."""
+        u = np.hstack([self.slip, self.gap - self.system.gap])
+        return np.asarray(((u @ self.system.S) * u).sum(axis=1) / 2)
+
+    @cached_property
+    def energy_error(self) -> Array:
+        """(T,) energy that is unaccounted for: work of friction, plus elastic energy gained, plus work against the bonded reactions.
+
+        Loads taken linear and forces at their mean between states, which for the exact path they are: there it is rounding.
+        """
+        u, load = np.hstack([self.slip, self.gap]), np.hstack([self.bonded_q, self.bonded_p])
+        against = ((load[1:] + load[:-1]) / 2 * np.diff(u, axis=0)).sum(axis=1)
+        spent = self.work.sum(axis=1) - self.work[0].sum()
+        return np.asarray(spent + self.energy - self.energy[0] + np.concatenate([[0.0], np.cumsum(against)]))
+
+    @cached_property
+    def cycle_work(self) -> Array:
+        """(cycles, N) work of friction in each whole cycle."""
+        ends = np.searchsorted(self.time, np.arange(0, self.time[-1] + 0.5, self.corners) + 1e-9) - 1
+        return np.diff(self.work[ends], axis=0)
+
+    def tidy(self) -> pd.DataFrame:
+        """One row for each state and node: state, time, node, x, slip, gap, q, p, status, work."""
+        states, nodes = self.slip.shape
+        columns = {name: getattr(self, name).ravel() for name in ("slip", "gap", "q", "p", "status", "work")}
+        state = np.repeat(np.arange(states), nodes)
+        node = np.tile(np.arange(nodes), states)
+        return pd.DataFrame({"state": state, "time": self.time[state], "node": node, "x": self.system.x[node], **columns})

@@ -1,0 +1,255 @@
+"""Transients of the paper's scene above the shakedown limit: what increments cost and miss against the exact path, and its steady cycle.
+
+Run with `python -m studies.increments [--quick]`. Both engines that march in increments refine every increment to rounding, so the number of
+increments is all there is to choose: no tolerance of a solver shows in the table of errors. Its column of seconds depends on the machine.
+"""
+
+import argparse
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+import frictopt as fo
+
+from .tables import Table, data_folder
+
+__all__ = ["CORNER", "CYCLE", "ERROR", "FULL", "LOADS", "QUICK", "Parameters", "main"]
+
+MEAN = {"P": 1.0}
+LOADS = fo.LoadCycle(mean=MEAN, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+_SLOW = 2.0  # seconds; longer runs are not repeated
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    friction: float = 0.7
+    overload: float = 1.4  # load factor over the shakedown limit
+    elements: tuple[int, ...] = (16, 40, 124)  # of the table of errors; all meshes have the default grading
+    qp_steps: tuple[int, ...] = (2, 5, 10, 20, 40, 80)  # increments from corner to corner
+    milp_steps: tuple[int, ...] = (2, 5, 10, 20)
+    milp_elements: tuple[int, ...] = (16, 40)  # not on 124 elements: 10 steps take over 10 seconds there
+    repetitions: int = 3  # of a timing, except the slow ones
+    cycle_elements: int = 124  # of the two tables of the steady cycle
+    cycles: int = 20  # the last one of so many is the steady one
+    instants: tuple[float, ...] = (0.0, 0.5, 0.75, 0.9, 1.0, 1.5, 1.75, 1.9, 2.0)  # of the cycle, in load corners visited; most slip comes late
+    first_cycles: int = 3  # cycles of the history before the steady one
+    inner_x: float = -0.9  # the inner node is the one nearest to it, over a
+
+
+FULL = Parameters()
+QUICK = Parameters(elements=(8, 16), qp_steps=(5, 10, 20, 40), milp_steps=(5,), milp_elements=(8, 16), repetitions=1, cycle_elements=16)
+
+
+@dataclass(frozen=True)
+class _Case:
+    """One mesh under the loads of the study, and the units of its results."""
+
+    scene: fo.PunchOnHalfPlane
+    system: fo.ContactSystem
+    friction: float
+    load_factor: float
+
+    @property
+    def force(self) -> float:
+        """P / 2 of the mean load."""
+        return MEAN["P"] * self.scene.half_width
+
+    @property
+    def slip(self) -> float:
+        """Slip that a P / 2a makes: a (P / 2a) / E*."""
+        return self.force * (1 / self.scene.punch_material.plane_modulus + 1 / self.scene.block_material.plane_modulus)
+
+    @property
+    def work(self) -> float:
+        """Work P^2 / E*."""
+        return 4 * self.force * self.slip
+
+    def march(self, cycles: int, engine: Any = "path", steps: int | None = None) -> fo.Trajectory:
+        """The transient from no initial slip."""
+        return fo.march(self.system, LOADS, self.friction, self.load_factor, cycles=cycles, engine=engine, steps=steps)
+
+    def sigma(self, times: Any) -> Any:
+        """Bulk stress over P / 2a at these times >= 0, in load corners visited."""
+        senses = [0.0] + [corner["sigma"] for corner in LOADS.corners] * (int(np.max(times)) // len(LOADS.corners) + 1)
+        return self.load_factor * np.interp(times, np.arange(len(senses)), senses)
+
+
+def _case(parameters: Parameters, elements: int) -> _Case:
+    scene = fo.PunchOnHalfPlane(elements=elements)
+    system = scene.condense()
+    limit = fo.shakedown_limit(system, LOADS, parameters.friction)
+    return _Case(scene, system, parameters.friction, parameters.overload * limit.load_factor)
+
+
+def error_by_increments(parameters: Parameters) -> pd.DataFrame:
+    """One row per mesh, engine and number of increments; the exact path first.
+
+    All runs take two cycles. The complementarity engine is left out on the finest mesh, where it takes 8 seconds at 5 steps and 15 at 10.
+    """
+    cases = {elements: _case(parameters, elements) for elements in parameters.elements}
+    runs: list[tuple[int, str, int]] = []
+    for elements in parameters.elements:
+        runs.append((elements, "path", 0))
+        runs += [(elements, "qp", steps) for steps in parameters.qp_steps]
+        runs += [(elements, "milp", steps) for steps in parameters.milp_steps if elements in parameters.milp_elements]
+    with threadpool_limits(1):
+        exact = {elements: case.march(2) for elements, case in cases.items()}  # before any timing: compiles the path
+        rows = [_error(parameters, cases[run[0]], exact[run[0]], *run) for run in tqdm(runs, desc="error by increments", disable=None)]
+    return pd.DataFrame(rows)
+
+
+def _error(parameters: Parameters, case: _Case, exact: fo.Trajectory, elements: int, engine: str, steps: int) -> dict[str, Any]:
+    run, seconds = _timed(partial(case.march, 2, engine, steps or None), parameters.repetitions)
+    work, exact_work = (float(trajectory.cycle_work[1].sum()) for trajectory in (run, exact))
+    error = np.max(np.abs(run.energy_error)) / work if engine == "path" else abs(work / exact_work - 1)
+    return {
+        "elements": elements,
+        "engine": engine,
+        "steps": steps,
+        "work": work / case.work,
+        "error": float(error),
+        "slip_error": float(np.max(np.abs(run.slip[-1] - exact.slip[-1])) / np.max(np.abs(exact.slip[-1]))),
+        "residual": run.residual,
+        "seconds": seconds,
+    }
+
+
+def _timed(run: Callable[[], fo.Trajectory], repetitions: int) -> tuple[fo.Trajectory, float]:
+    """What the run gives, and the median of its times."""
+    seconds: list[float] = []
+    while len(seconds) < repetitions and not any(value > _SLOW for value in seconds):
+        start = time.perf_counter()
+        trajectory = run()
+        seconds.append(time.perf_counter() - start)
+    return trajectory, float(np.median(seconds))
+
+
+def steady_cycle(parameters: Parameters) -> pd.DataFrame:
+    """One row per instant and node. Between events the exact path is linear in time, and so is the interpolation."""
+    case = _case(parameters, parameters.cycle_elements)
+    path = case.march(parameters.cycles)
+    start = (parameters.cycles - 1) * len(LOADS.corners)
+    parts = []
+    for instant in parameters.instants:
+        at = start + instant
+        q, p, slip = (_between(path.time, values, at) for values in (path.q, path.p, path.slip))
+        state = np.searchsorted(path.time, at - 1e-9) - 1  # its status lasts until the event at or after the instant
+        part = _states(case, path, at, q, p, slip, path.status[state])
+        part.insert(0, "instant", instant)
+        part["ratio"] = np.divide(q, case.friction * p, out=np.full_like(q, np.nan), where=p > 1e-9 * np.mean(p))
+        parts.append(part.assign(x=case.system.x / case.scene.half_width))
+    return pd.concat(parts)[list(_CYCLE)]
+
+
+def _between(times: Any, values: Any, at: float) -> Any:
+    """Values at a time between two states, linear."""
+    after = int(np.clip(np.searchsorted(times, at), 1, len(times) - 1))
+    step = times[after] - times[after - 1]
+    share = (at - times[after - 1]) / step if step > 0 else 1.0
+    return (1 - share) * values[after - 1] + share * values[after]
+
+
+def corner_history(parameters: Parameters) -> pd.DataFrame:
+    """One row per node and state of the exact path, from the mean load on: the first cycles, then the steady one."""
+    case = _case(parameters, parameters.cycle_elements)
+    path = case.march(parameters.cycles)
+    corners = len(LOADS.corners)
+    first = (path.time >= 0) & (path.time <= parameters.first_cycles * corners)
+    steady = path.time >= (parameters.cycles - 1) * corners
+    parts = []
+    for node in (0, int(np.argmin(np.abs(case.system.x / case.scene.half_width - parameters.inner_x)))):
+        for name, rows in (("first", first), ("steady", steady)):
+            part = _states(case, path, path.time[rows], *(values[rows, node] for values in (path.q, path.p, path.slip, path.status)))
+            part["work"] = path.work[rows, node] / case.work
+            parts.append(part.assign(cycles=name, node=node, x=case.system.x[node] / case.scene.half_width))
+    return pd.concat(parts)[list(_HISTORY)]
+
+
+def _states(case: _Case, path: fo.Trajectory, times: Any, q: Any, p: Any, slip: Any, status: Any) -> pd.DataFrame:
+    """Columns that the two tables of the steady cycle share."""
+    columns = {
+        "elements": case.scene.elements,
+        "friction": case.friction,
+        "load_factor": case.load_factor,
+        "time": times,
+        "sigma": case.sigma(times),
+        "q": q / case.force,
+        "p": p / case.force,
+        "slip": slip / case.slip,
+        "status": status,
+        "residual": path.residual,
+    }
+    return pd.DataFrame(columns)
+
+
+_ERROR = {
+    "elements": "elements on the contact, default grading; without 'milp' on the finest mesh: over 10 s at 10 steps",
+    "engine": "'path': exact, from event to event; 'qp': frozen bounds; 'milp': complementarity with booleans; increments exact to rounding",
+    "steps": "increments from corner to corner; 0 for the exact path",
+    "work": "work of friction in the second cycle / (P^2 / E*), P the total force per depth",
+    "error": "|work / that of the exact path - 1|; for the path itself its largest energy residual / work",
+    "slip_error": "largest |v - v of the exact path| at the last corner / largest |v of the exact path|",
+    "residual": "worst violation of the contact law over all states",
+    "seconds": "time of two cycles without condensation, one thread: median of the repetitions, one run where it takes over 2 s",
+}
+_SHARED = {
+    "elements": "elements on the contact, default grading",
+    "friction": "coefficient of friction",
+    "load_factor": "amplitude of sigma / (P / 2a)",
+    "time": "load corners visited; 0 at the mean load",
+    "sigma": "bulk stress / (P / 2a)",
+}
+_STATE = {
+    "q": "nodal shear force on the punch / (P / 2)",
+    "p": "nodal normal force / (P / 2)",
+    "slip": "slip v E* / (a P / 2a), from no initial slip",
+}
+_NODE = {"x": "position / a"}
+_RESIDUAL = {"residual": "worst violation of the contact law over all states of the path"}
+_CYCLE = (
+    _SHARED
+    | {"instant": "load corners visited since the beginning of the cycle"}
+    | _NODE
+    | _STATE
+    | {"ratio": "q / (f p); NaN where p vanishes", "status": "0 stick, +1 and -1 slip along +x and against it, 2 open: just before the instant"}
+    | _RESIDUAL
+)
+_HISTORY = (
+    _SHARED
+    | {"cycles": "'first' or 'steady'", "node": "number of the node, from the left"}
+    | _NODE
+    | _STATE
+    | {"status": "0 stick, +1 and -1 slip along +x and against it, 2 open: until the next event", "work": "work of friction so far / (P^2 / E*)"}
+    | _RESIDUAL
+)
+
+ERROR = Table("increments_error", "two cycles on one mesh by one engine", _ERROR, full=FULL, quick=QUICK, compute=error_by_increments)
+CYCLE = Table("increments_cycle", "one node at one instant of the steady cycle", _CYCLE, full=FULL, quick=QUICK, compute=steady_cycle)
+CORNER = Table("increments_corner", "one node after one event of the exact path", _HISTORY, full=FULL, quick=QUICK, compute=corner_history)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Compute all tables of this study and write them."""
+    parser = argparse.ArgumentParser(prog="python -m studies.increments", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="coarse meshes and few increments, in seconds")
+    parser.add_argument("--data", type=Path, metavar="FOLDER", help="where to write; by default studies/data, or studies/data/quick")
+    options = parser.parse_args(argv)
+    folder = options.data or data_folder(options.quick)
+    for table in (ERROR, CYCLE, CORNER):
+        made = table.make(table.parameters(options.quick), folder)
+        print(f"{table.path(folder)}: {len(made)} rows, worst residual {made['residual'].max():.1e}, {made.attrs['seconds']:.1f} s")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

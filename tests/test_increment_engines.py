@@ -1,0 +1,217 @@
+"""Increments with a closed form, their invariances, and what the engines refuse."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from enumeration import admissible_states, distance, random_increment
+from frictopt.errors import NoContinuation
+from frictopt.models import ExactIncrement, FrozenBoundIncrement
+from frictopt.models import solve as policy
+from systems import random_system
+
+ENGINES = pytest.mark.parametrize("engine", [ExactIncrement, FrozenBoundIncrement])
+
+
+def one_node(A=2.0, B=0.5, C=1.0, gap=None):
+    return fo.ContactSystem([[A]], [[B]], [[C]], [0.0], {"load": ([0.0], [1.0])}, gap)
+
+
+@ENGINES
+@pytest.mark.parametrize("sense", [1, -1])
+def test_one_node_slips_until_friction_balances(engine, sense):
+    """q^w + A v = -sense f (p^w + B v)."""
+    found = engine(one_node(), 0.4).solve([0.0], ([-sense * 1.0], [1.0]))
+    v = sense * (1.0 - 0.4) / (2.0 + sense * 0.4 * 0.5)
+    assert found.slip == pytest.approx([v], rel=1e-12)
+    assert found.p == pytest.approx([1 + 0.5 * v]) and found.q == pytest.approx(-sense * 0.4 * found.p, rel=1e-14)
+    assert found.status.tolist() == [sense] and found.gap.tolist() == [0.0]
+
+
+@ENGINES
+def test_one_node_opens_and_closes(engine):
+    """Open: S [v, w - g0] = -r^w."""
+    contact = one_node(gap=[0.3])
+    found = engine(contact, 0.4).solve([0.2], ([0.5], [-0.2]))
+    v, w = np.linalg.solve(contact.S, [-0.5, 0.2]) + [0, 0.3]
+    assert found.status.tolist() == [2] and found.slip == pytest.approx([v]) and found.gap == pytest.approx([w])
+    assert found.q.tolist() == [0.0] and found.p.tolist() == [0.0]
+    closed = engine(contact, 0.4).solve(found.slip, ([0.5], [3.0]))
+    assert closed.gap.tolist() == [0.0] and closed.p[0] > 0
+
+
+def test_a_wedged_node_stays_and_its_other_state_is_found():
+    """A = 1, B = 0.5, friction 3 above the critical 2: slip 1 stays without load, and so could none (validation: wedging)."""
+    contact = one_node(1.0, 0.5, 1.0)
+    for engine in (ExactIncrement, FrozenBoundIncrement):
+        found = engine(contact, 3.0).solve([1.0], ([0.0], [0.0]))
+        assert found.slip.tolist() == [1.0] and found.q == pytest.approx([1.0]) and found.p == pytest.approx([0.5])
+        assert found.residual < 1e-9 and found.status.tolist() == [0]
+    exact = ExactIncrement(contact, 3.0)
+    other = exact.another(found, [1.0], ([0.0], [0.0]))
+    assert other.slip == pytest.approx([0.0], abs=1e-9) and other.p == pytest.approx([0.0], abs=1e-9)
+    assert ExactIncrement(contact, 1.9).another(found, [1.0], ([1.0], [2.0])) is None
+
+
+def test_on_the_wedging_bound_a_load_has_several_states():
+    """On q = +f p slipping backward has the stiffness A - f B = -0.5: one load step, three states, each found or told of."""
+    contact, slip, load = one_node(1.0, 0.5, 1.0), [0.0], ([1.0], [0.4])
+    states = admissible_states(contact, 3.0, np.array(slip), load)
+    assert len(states) == 3
+    exact = ExactIncrement(contact, 3.0, simplify=False)
+    found = exact.solve(slip, load)
+    assert distance(states, found) < 1e-9 and distance(states, exact.another(found, slip, load)) < 1e-9
+
+
+@ENGINES
+@pytest.mark.parametrize("simplify", [True, False])
+def test_below_onset_nothing_moves(engine, simplify):
+    rng = np.random.default_rng(0)
+    for nodes in (1, 2, 5):
+        contact = random_system(rng, nodes)
+        slip = 0.01 * rng.normal(size=nodes)
+        q, p = -contact.A @ slip + 0.1 * rng.normal(size=nodes), 1.0 - contact.B @ slip
+        found = engine(contact, 0.9, simplify=simplify).solve(slip, (q, p))
+        assert found.slip.tobytes() == slip.tobytes() and not found.gap.any() and not found.status.any()
+        assert found.solver == "closed form" if simplify else found.solver in ("HIGHS_MIP", "OSQP", "CLARABEL")
+        assert ("nothing slips and nothing opens" in str(found.left_out)) == simplify
+
+
+@ENGINES
+def test_leaving_out_changes_nothing(engine, punch):
+    contact = punch(16)
+    for sigma, shear in ((1.0, 0.0), (3.0, 0.0), (-3.0, 0.05), (2.0, 0.3)):
+        load = contact.reaction({"P": 1.0, "sigma": sigma, "Q": shear})
+        lean, full = (engine(contact, 0.7, simplify=simplify).solve(np.zeros(17), load) for simplify in (True, False))
+        for name in ("slip", "gap", "q", "p"):
+            size = np.abs(getattr(full, name)).max()
+            assert getattr(lean, name) == pytest.approx(getattr(full, name), abs=1e-9 * (size + contact.nodes * (name == "slip")))
+        assert (lean.status == full.status).all()
+
+
+@pytest.mark.parametrize("elements", [16, 40])
+def test_both_engines_agree_on_the_paper_s_scene(punch, elements):
+    contact = punch(elements)
+    exact, frozen = ExactIncrement(contact, 0.7), FrozenBoundIncrement(contact, 0.7)
+    slip = np.zeros(contact.nodes)
+    for sigma, shear in ((2.5, 0.0), (-2.5, 0.0), (4.0, 0.0), (-4.0, 0.1), (0.0, 0.35)):
+        load = contact.reaction({"P": 1.0, "sigma": sigma, "Q": shear})
+        one, other = exact.solve(slip, load), frozen.solve(slip, load)
+        assert one.residual < 1e-12 and other.residual < 1e-12
+        assert one.slip == pytest.approx(other.slip, abs=1e-10 * np.abs(one.slip).max())
+        assert one.p == pytest.approx(other.p, abs=1e-10) and one.gap == pytest.approx(other.gap, abs=1e-9)
+        assert (one.status == other.status).all() and (one.status == 2).any() == (abs(shear) > 0.2)
+        verdict = fo.referee(contact, load, 0.7, v=one.slip, w=one.gap, q=one.q, p=one.p, previous_slip=slip)
+        assert verdict.residual == pytest.approx(one.residual, abs=1e-15)
+        slip = one.slip
+
+
+@ENGINES
+@settings(max_examples=12, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6), stiffness=st.sampled_from([1e-15, 1e-4, 1e15]), force=st.sampled_from([1e-12, 1e3, 1e12]))
+def test_units_do_not_matter(engine, seed, stiffness, force):
+    contact, friction, slip, (q, p) = random_increment(np.random.default_rng(seed), 3, 0.6)
+    length = force / stiffness
+    scaled = fo.ContactSystem(
+        stiffness * contact.A, stiffness * contact.B, stiffness * contact.C, contact.x, {"load": (force * q, force * p)}, length * contact.gap
+    )
+    base = engine(contact, friction, simplify=False).solve(slip, (q, p))
+    other = engine(scaled, friction, simplify=False).solve(length * slip, (force * q, force * p))
+    assert other.slip / length == pytest.approx(base.slip, abs=1e-9) and other.gap / length == pytest.approx(base.gap, abs=1e-9)
+    assert other.q / force == pytest.approx(base.q, abs=1e-9) and other.p / force == pytest.approx(base.p, abs=1e-9)
+    assert (other.status == base.status).all()
+
+
+@ENGINES
+@settings(max_examples=12, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6))
+def test_mirror_image_numbering_and_residual_slip_do_not_matter(engine, seed):
+    rng = np.random.default_rng(seed)
+    contact, friction, slip, (q, p) = random_increment(rng, 3, 0.6)
+    base = engine(contact, friction).solve(slip, (q, p))
+    image = fo.ContactSystem(contact.A, -contact.B, contact.C, contact.x, {"load": (-q, p)}, contact.gap)
+    found = engine(image, friction).solve(-slip, (-q, p))
+    assert found.slip == pytest.approx(-base.slip, abs=1e-9) and found.p == pytest.approx(base.p, abs=1e-9)
+    new = rng.permutation(3)
+    square = np.ix_(new, new)
+    renumbered = fo.ContactSystem(contact.A[square], contact.B[square], contact.C[square], contact.x, {"load": (q[new], p[new])}, contact.gap[new])
+    found = engine(renumbered, friction[new]).solve(slip[new], (q[new], p[new]))
+    assert found.slip == pytest.approx(base.slip[new], abs=1e-9) and found.gap == pytest.approx(base.gap[new], abs=1e-9)
+    shift = rng.normal(size=3)
+    found = engine(contact, friction).solve(slip + shift, (q - contact.A @ shift, p - contact.B @ shift))
+    assert found.slip - shift == pytest.approx(base.slip, abs=1e-9) and found.q == pytest.approx(base.q, abs=1e-9)
+
+
+@ENGINES
+def test_without_friction_only_pressure_is_left(engine):
+    contact, _, slip, load = random_increment(np.random.default_rng(1), 3, 0.6)
+    found = engine(contact, 0.0).solve(slip, load)
+    assert not found.q.any() and distance(admissible_states(contact, 0.0, slip, load), found) < 1e-9
+
+
+def test_a_body_that_slides_away_has_no_state(punch):
+    contact = punch(16)
+    for loads in ({"P": 1.0, "Q": 0.5}, {"P": -1.0}):  # friction 0.4 holds 0.4 of the pressure
+        load = contact.reaction(loads)
+        with pytest.raises(NoContinuation, match="no state obeys the law"):
+            ExactIncrement(contact, 0.4).solve(np.zeros(17), load)
+        with pytest.raises(fo.SolverError, match=r"no state of rest|did not converge|no answer"):
+            FrozenBoundIncrement(contact, 0.4).solve(np.zeros(17), load)
+
+
+BAD = {
+    "slip: shape": ([0.0], ([0.0, 0.0], [1.0, 1.0])),
+    "slip: value nan": ([0.0, np.nan], ([0.0, 0.0], [1.0, 1.0])),
+    "slip: complex": ([0.0, 1j], ([0.0, 0.0], [1.0, 1.0])),
+    "bonded q: shape": ([0.0, 0.0], ([0.0, 0.0, 0.0], [1.0, 1.0])),
+    "bonded p: value inf": ([0.0, 0.0], ([0.0, 0.0], [1.0, np.inf])),
+    "bonded: not a pair": ([0.0, 0.0], [1.0]),
+    "bonded: not a pair; give": ([0.0, 0.0], None),
+}
+
+
+@ENGINES
+@pytest.mark.parametrize("message", BAD)
+def test_bad_increments_are_refused(engine, message):
+    with pytest.raises(fo.ModelError, match=message):
+        engine(random_system(np.random.default_rng(0), 2), 0.5).solve(*BAD[message])
+
+
+@ENGINES
+def test_bad_engines_are_refused(engine):
+    contact = random_system(np.random.default_rng(0), 2)
+    with pytest.raises(fo.ModelError, match="system: a dict; give a ContactSystem"):
+        engine({}, 0.5)
+    for friction, message in ((-0.1, "not negative"), ([0.1, 0.2, 0.3], "shape"), (np.nan, "friction: value nan"), ("x", "friction")):
+        with pytest.raises(fo.ModelError, match=message):
+            engine(contact, friction)
+    with pytest.raises(fo.ModelError, match="solver: 'GUROBI'; give one of"):
+        engine(contact, 0.5, simplify=False, solver="GUROBI").solve([0, 0], ([1.0, 1.0], [1.0, 1.0]))
+
+
+@pytest.mark.parametrize("option", [{"sweeps": 0}, {"sweeps": 1.5}, {"relaxation": 0.0}, {"relaxation": 1.5}, {"relaxation": np.nan}])
+def test_bad_options_are_refused(option):
+    with pytest.raises(fo.ModelError, match=next(iter(option))):
+        FrozenBoundIncrement(one_node(), 0.4, **option)
+
+
+def test_the_other_state_of_a_foreign_increment_is_refused():
+    found = ExactIncrement(one_node(), 0.4).solve([0.0], ([1.0], [1.0]))
+    contact = random_system(np.random.default_rng(0), 2)
+    with pytest.raises(fo.ModelError, match="increment: a state of 1 nodes"):
+        ExactIncrement(contact, 0.4).another(found, [0, 0], ([1.0, 1.0], [1.0, 1.0]))
+
+
+def test_results_are_read_only():
+    found = ExactIncrement(one_node(), 0.4).solve([0.0], ([1.0], [1.0]))
+    for name in ("slip", "gap", "q", "p", "status"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(found, name)[0] = 1
+    with pytest.raises(AttributeError):
+        found.slip = 0
+
+
+def test_policy_lists_its_solvers():
+    assert policy.QP_SOLVERS == ("OSQP", "CLARABEL") and set(policy.MILP_SOLVERS) <= set(policy._OPTIONS)

@@ -1,0 +1,134 @@
+"""Increments of one to three nodes against the enumeration of all statuses."""
+
+import numpy as np
+import pytest
+
+from enumeration import admissible_states, distance, random_increment
+from frictopt.errors import NoContinuation, SolverError
+from frictopt.models import ExactIncrement, FrozenBoundIncrement
+from frictopt.models.increment_bounds import EnergyBounds
+from frictopt.models.status import State
+
+SLIDING = {n: np.r_[np.ones(n), np.zeros(n)][:, None] for n in (2, 3)}
+LIFTING = {n: np.r_[np.zeros(n), np.ones(n)][:, None] for n in (2, 3)}
+FREE = {n: np.hstack([SLIDING[n], LIFTING[n], np.r_[np.zeros(n), np.arange(n)][:, None]]) for n in (2, 3)}
+
+
+def cases(seed, count, most_friction, rigid=None, loads=1):
+    rng = np.random.default_rng(seed)
+    for case in range(count):
+        nodes = 1 + case % 3 if rigid is None else 2 + case % 2
+        contact, friction, _, _ = random_increment(rng, nodes, most_friction, rigid=None if rigid is None else rigid[nodes])
+        for _ in range(loads):
+            _, _, slip, load = random_increment(rng, nodes, most_friction)
+            yield contact, friction, slip, load
+
+
+def test_exactly_one_state_is_found_by_both_engines_below_the_critical_friction():
+    """Validation by enumeration on 360 increments: coupled, with gaps, separation and closing."""
+    opened = slipped = failed = 0
+    engines = {}
+    for contact, friction, slip, load in cases(0, 90, 0.6, loads=4):
+        states = admissible_states(contact, friction, slip, load)
+        assert len(states) == 1
+        if id(contact) not in engines:
+            engines = {id(contact): (ExactIncrement(contact, friction, simplify=False), FrozenBoundIncrement(contact, friction, simplify=False))}
+        exact, frozen = engines[id(contact)]
+        found = exact.solve(slip, load)
+        assert distance(states, found) < 1e-9 and found.residual < 1e-9
+        assert found.solver == "HIGHS_MIP"
+        opened, slipped = opened + (found.gap > 0).any(), slipped + (np.abs(found.status) == 1).any()
+        try:
+            by_sweeps = frozen.solve(slip, load)
+        except SolverError as error:
+            assert "did not converge" in str(error)
+            failed += 1
+        else:
+            assert distance(states, by_sweeps) < 1e-9 and by_sweeps.residual < 1e-9
+            assert (by_sweeps.status == found.status).all()
+    assert opened > 50 and slipped > 100
+    assert failed <= 3
+
+
+def test_status_follows_the_state():
+    for contact, friction, slip, load in cases(1, 40, 0.6):
+        found = ExactIncrement(contact, friction).solve(slip, load)
+        moved = np.sign(np.round(found.slip - slip, 12))
+        assert ((found.status == 2) == (found.p < 1e-9)).all()
+        closed = found.status != 2
+        assert (moved[closed & (friction > 0)] == found.status[closed & (friction > 0)]).all()
+        assert found.status.dtype == np.int8
+
+
+def test_the_program_decides_and_not_the_guess(monkeypatch):
+    """With the worst of guesses for a start, the same states."""
+    guess = ExactIncrement._guess
+
+    def wrong(engine, posed):
+        state = guess(engine, posed)
+        return State(np.where(state.status == 2, 0, 2).astype(np.int8), np.full_like(state.u, np.nan), np.full_like(state.r, np.nan))
+
+    monkeypatch.setattr(ExactIncrement, "_guess", wrong)
+    for contact, friction, slip, load in cases(2, 40, 0.6):
+        found = ExactIncrement(contact, friction, simplify=False).solve(slip, load)
+        assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
+
+
+def test_several_states_are_told_from_one():
+    several = one = 0
+    for contact, friction, slip, load in cases(3, 60, 8.0):
+        states = admissible_states(contact, friction, slip, load)
+        engine = ExactIncrement(contact, friction, simplify=False)
+        found = engine.solve(slip, load)
+        assert distance(states, found) < 1e-9
+        other = engine.another(found, slip, load)
+        assert (other is not None) == (len(states) > 1)
+        if other is not None:
+            assert distance(states, other) < 1e-9
+            assert np.abs(other.p - found.p).max() + np.abs(other.q - found.q).max() > 1e-6
+        several, one = several + (len(states) > 1), one + (len(states) == 1)
+    assert several >= 3 and one >= 30
+
+
+@pytest.mark.parametrize("rigid", [LIFTING, FREE], ids=["lifting", "free"])
+def test_bodies_that_only_their_load_holds(rigid):
+    """Where there is a state it is found, or the engine says that it has no bounds; where there is none, it never finds one."""
+    found = none = refused = 0
+    for contact, friction, slip, load in cases(4, 80, 1.0, rigid):
+        states = admissible_states(contact, friction, slip, load)
+        try:
+            state = ExactIncrement(contact, friction).solve(slip, load)
+        except NoContinuation:
+            assert len(states) == 0
+            none += 1
+        except SolverError as error:
+            assert "no bound on the motion can be derived" in str(error)
+            refused += 1
+        else:
+            assert distance(states, state) < 1e-9
+            found += 1
+    assert found > 15 and none > 3 and refused < 10
+
+
+@pytest.mark.parametrize("rigid", [None, LIFTING, FREE], ids=["held", "lifting", "free"])
+@pytest.mark.parametrize("most_friction", [0.6, 8.0])
+def test_bounds_hold_for_every_state_whatever_the_friction(rigid, most_friction):
+    checked, tightest = 0, np.inf
+    for contact, friction, slip, load in cases(5, 60, most_friction, rigid):
+        engine = ExactIncrement(contact, friction)
+        posed = engine._law.pose(slip, load)
+        try:
+            bounds = EnergyBounds(engine._law)._derived(posed)
+        except SolverError:
+            continue
+        for state in admissible_states(contact, friction, slip, load):
+            dv, w = (state[0] - slip) / posed.length, state[1] / posed.length
+            q, p = state[2:] / posed.force
+            pairs = (bounds.slip_low, dv), (dv, bounds.slip_high), (w, bounds.gap_high), (bounds.pressure_low, p), (p, bounds.pressure_high)
+            pairs += (friction * p + q, bounds.forward_high), (friction * p - q, bounds.backward_high)
+            for low, high in pairs:
+                assert (low <= high + 1e-9).all()
+                tightest = min(tightest, float(np.min((high - low) / (1e-6 + np.abs(high)))))
+            checked += 1
+    assert checked > 10
+    assert tightest < 0.1  # bounds so near that an error in them shows

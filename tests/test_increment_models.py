@@ -1,0 +1,289 @@
+"""The increments' cvxpy problems: names, DPP, fall-back, convergence, printing; the complementarity form."""
+
+import io
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+import frictopt as fo
+from enumeration import admissible_states, distance, random_increment
+from frictopt.models import ExactIncrement, FrozenBoundIncrement, complementarity_problem, frozen_bound
+from frictopt.models import solve as policy
+from frictopt.models.status import solve_status
+from systems import random_system, system
+
+
+def names(problem):
+    return {variable.name() for variable in problem.variables()}, {parameter.name() for parameter in problem.parameters()}
+
+
+def hard_case():
+    """An increment that needs more than one sweep."""
+    for seed in range(1000):
+        case = random_increment(np.random.default_rng(seed), 3, 0.8)
+        if FrozenBoundIncrement(case[0], case[1]).solve(case[2], case[3]).sweeps > 2:
+            return case
+    raise AssertionError("no such case")
+
+
+def test_problems_are_dpp_and_named():
+    contact = random_system(np.random.default_rng(0), 3)
+    frozen, exact = FrozenBoundIncrement(contact, 0.5).problem, ExactIncrement(contact, 0.5).problem
+    for problem in (frozen, exact):
+        assert problem.is_dpp()
+        assert all(constraint.label for constraint in problem.constraints)
+        assert problem.param_dict["trial_reaction"].shape == (6,)
+    assert names(frozen) == ({"slip_increment", "gap"}, {"trial_reaction", "friction_bound"})
+    bounds = {"slip_low", "slip_high", "gap_high", "pressure_high", "forward_high", "backward_high"}
+    assert names(exact) == ({"slip_increment", "gap", "forward", "backward", "opened"}, {"trial_reaction", "preference", *bounds})
+    assert not frozen.is_mixed_integer() and exact.is_mixed_integer()
+
+
+def test_problems_are_compiled_once(monkeypatch):
+    contact = random_system(np.random.default_rng(0), 3)
+    frozen, exact = (engine(contact, 0.5, simplify=False) for engine in (FrozenBoundIncrement, ExactIncrement))
+    first = [engine.solve(np.zeros(3), ([1.0, 1.0, 0.0], [1.0, 1.0, 1.0])).problem for engine in (frozen, exact)]
+    caches = [problem._cache.param_prog for problem in first]
+    again = [engine.solve(np.ones(3), ([0.0, 1.0, 1.0], [2.0, 1.0, 1.0])).problem for engine in (frozen, exact)]
+    assert all(one is other for one, other in zip(first, again, strict=True))
+    assert all(problem._cache.param_prog is cache and cache is not None for problem, cache in zip(again, caches, strict=True))
+
+
+def test_the_solution_stands_in_the_problem():
+    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
+    length = np.abs(load[1]).mean() / contact.stiffness_scale
+    found = ExactIncrement(contact, friction, simplify=False).solve(slip, load)
+    assert slip + length * found.problem.var_dict["slip_increment"].value == pytest.approx(found.slip, abs=1e-5)
+    assert (found.problem.var_dict["opened"].value > 0.5).tolist() == (found.status == 2).tolist()
+    sweep = FrozenBoundIncrement(contact, friction, simplify=False).solve(slip, load).problem
+    trial, S = sweep.param_dict["trial_reaction"].value, contact.S / contact.stiffness_scale
+    q, p = np.split(trial + S @ np.r_[sweep.var_dict["slip_increment"].value, sweep.var_dict["gap"].value], 2)
+    assert (np.abs(q) <= sweep.param_dict["friction_bound"].value + 1e-6).all() and p.min() > -1e-6
+
+
+def test_the_next_solver_answers_where_one_fails(monkeypatch):
+    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
+    run = policy._run
+    monkeypatch.setattr(policy, "_run", lambda problem, name: (policy.Status.FAILED, "stopped") if name == "OSQP" else run(problem, name))
+    found = FrozenBoundIncrement(contact, friction, simplify=False).solve(slip, load)
+    assert found.solver == "CLARABEL" and [attempt.solver for attempt in found.attempts[:2]] == ["OSQP", "CLARABEL"]
+    assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
+
+
+def test_an_inaccurate_sweep_is_refined(monkeypatch):
+    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
+    run = policy._run
+
+    def sloppy(problem, name):
+        outcome = run(problem, name)
+        for variable in problem.variables():
+            variable.save_value(variable.value + 1e-4)
+        return outcome
+
+    monkeypatch.setattr(policy, "_run", sloppy)
+    found = FrozenBoundIncrement(contact, friction, simplify=False).solve(slip, load)
+    assert "refined on the vertex" in [attempt.outcome for attempt in found.attempts]
+    assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
+
+
+def test_sweeps_converge_to_the_state_and_too_few_say_so():
+    contact, friction, slip, load = hard_case()
+    states = admissible_states(contact, friction, slip, load)
+    for relaxation in (1.0, 0.5):
+        found = FrozenBoundIncrement(contact, friction, relaxation=relaxation).solve(slip, load)
+        assert found.sweeps > 1 and found.residual < 1e-9 and distance(states, found) < 1e-9
+    with pytest.raises(fo.SolverError, match=r"did not converge in 1 sweeps.*bound still changes by .*most at node \d.*try"):
+        FrozenBoundIncrement(contact, friction, sweeps=1).solve(slip, load)
+
+
+def test_the_exact_state_is_not_needed_for_the_sweeps_to_converge(monkeypatch):
+    """The fixed point of the frozen bound is the law itself."""
+    contact, friction, slip, load = random_increment(np.random.default_rng(4), 3, 0.5)
+    state = admissible_states(contact, friction, slip, load)[0]
+    engine = FrozenBoundIncrement(contact, friction, simplify=False)
+    posed = engine._law.pose(slip, load)
+    bound = np.zeros(3)
+    for _ in range(60):
+        frozen = engine._sweep(engine._model(True), posed, bound, [])
+        bound = friction * np.maximum(frozen.r[3:], 0.0)
+    assert frozen.r * posed.force == pytest.approx(np.r_[state[2], state[3]], abs=1e-5)
+
+
+def test_sweeps_end_exactly_the_second_time_too(punch):
+    """Polishing is asked for in every solve: cvxpy drops it in later ones."""
+    contact = punch(40)
+    engine = FrozenBoundIncrement(contact, 0.7, simplify=False)
+    for sigma in (2.0, 2.5, 3.0, 3.5):
+        found = engine.solve(np.zeros(41), contact.reaction({"P": 1.0, "sigma": sigma}))
+        assert found.solver == "OSQP" and found.attempts[0].residual < 1e-11
+
+
+def test_nodes_that_open_as_others_slip_get_their_gaps(monkeypatch):
+    """Trial pressures all positive, so that the first sweep knows no gaps; with no correction of its status the next one must."""
+    monkeypatch.setattr(frozen_bound, "_CORRECTIONS", 0)
+    opened = 0
+    for seed in range(400):
+        contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.8)
+        engine = FrozenBoundIncrement(contact, friction)
+        if engine._law.pose(slip, load).trial[3:].min() > 0:
+            found = engine.solve(slip, load)
+            opened += bool((found.status == 2).any())
+            assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
+    assert opened > 3
+
+
+@pytest.mark.parametrize("engine", [ExactIncrement, FrozenBoundIncrement])
+def test_slip_along_its_friction_is_no_state(engine):
+    """q = -f p with backward slip breaks only the line of the law that needs the slip before."""
+    contact = fo.ContactSystem([[2.0]], [[0.0]], [[1.0]], [0.0], {"load": ([1.0], [1.0])})
+    posed = engine(contact, 0.4)._law.pose([5.0], ([1.0 - 10.0], [1.0]))
+    right, wrong = (solve_status(posed.law.S, posed.law.friction, np.zeros(1), posed.trial, np.array([sense], dtype=np.int8)) for sense in (-1, 1))
+    assert right.u[0] < 0 and posed.residual(right) < 1e-12
+    assert wrong.u[0] < 0 and posed.residual(wrong) > 0.3
+
+
+def test_booleans_are_not_believed_before_the_referee(monkeypatch):
+    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
+    run = policy._run
+
+    def wrong(problem, name):
+        outcome = run(problem, name)
+        if "opened" in problem.var_dict:
+            for boolean in ("forward", "backward", "opened"):
+                problem.var_dict[boolean].save_value(np.full(3, float(boolean == "opened")))
+        return outcome
+
+    monkeypatch.setattr(policy, "_run", wrong)
+    found = ExactIncrement(contact, friction, simplify=False).solve(slip, load)
+    assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
+    assert found.solver == "status iteration" or found.attempts[0].residual > 1e-3
+
+
+def test_a_claim_that_there_is_no_state_is_checked(monkeypatch):
+    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
+    run, asked = policy._run, []
+
+    def denies(problem, name):
+        asked.append(name)
+        return (policy.Status.NO_OPTIMUM, "infeasible") if name.startswith("HIGHS") else run(problem, name)
+
+    monkeypatch.setattr(policy, "_run", denies)
+    found = ExactIncrement(contact, friction, simplify=False).solve(slip, load)
+    assert [name for name in asked if name.startswith("HIGHS")] == list(policy.MILP_SOLVERS)
+    assert found.solver == "status iteration" and distance(admissible_states(contact, friction, slip, load), found) < 1e-9
+
+
+def test_a_solver_that_stops_is_no_proof(monkeypatch):
+    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
+    run = policy._run
+    monkeypatch.setattr(policy, "_run", lambda problem, name: (policy.Status.FAILED, "stopped") if "MIP" in name else run(problem, name))
+    engine = ExactIncrement(contact, friction, simplify=False)
+    found = engine.solve(slip, load)
+    assert found.solver == "status iteration" and "no answer" in found.left_out[0]
+    with pytest.raises(fo.SolverError, match=r"mixed-integer program: no answer.*stopped"):
+        engine.another(found, slip, load)
+
+
+@pytest.mark.parametrize("coupling", [0.0, 0.4])
+def test_complementarity_is_refused_where_it_is_not_convex(coupling):
+    contact = random_system(np.random.default_rng(0), 3, coupling=coupling)
+    posed = complementarity_problem(contact, 0.5, np.zeros(3), ([1.0, 0.0, -1.0], [1.0, 1.0, 1.0]))
+    symmetric = (posed.matrix + posed.matrix.T) / 2
+    assert posed.least_eigenvalue == pytest.approx(np.linalg.eigvalsh(symmetric)[0]) and posed.least_eigenvalue < -1e-3
+    assert not posed.convex and not posed.problem.is_dcp()
+    with pytest.raises(fo.SolverError, match=r"complementarity program: not convex, .*eigenvalue -0\.\d+.*ExactIncrement"):
+        posed.solve()
+
+
+def test_complementarity_matrix_is_the_law():
+    """At the enumerated state z >= 0, M z + c >= 0 and z' (M z + c) = 0."""
+    for seed in range(20):
+        contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
+        posed = complementarity_problem(contact, friction, slip, load)
+        v, w, _, _ = admissible_states(contact, friction, slip, load)[0]
+        dv = (v - slip) / posed._posed.length
+        z = np.r_[np.maximum(dv, 0), np.maximum(-dv, 0), w / posed._posed.length]
+        slack = posed.matrix @ z + posed.constant
+        assert slack.min() > -1e-9 and np.abs(z * slack).max() < 1e-9
+        A, B, C = (matrix / contact.stiffness_scale for matrix in (contact.A, contact.B, contact.C))
+        f = friction[:, None]
+        rows = [[A + f * B, -(A + f * B), B.T + f * C], [-(A - f * B), A - f * B, -B.T + f * C], [B, -B, C]]
+        assert posed.matrix == pytest.approx(np.block(rows))
+        for variable, part in zip(("forward_slip", "backward_slip", "gap"), np.split(z, 3), strict=True):
+            posed.problem.var_dict[variable].save_value(part)
+        assert posed.problem.objective.value == pytest.approx(0.0, abs=1e-9)
+        assert all(constraint.value(1e-9) for constraint in posed.problem.constraints)
+
+
+@pytest.mark.parametrize("solver", [None, "OSQP", "CLARABEL"])
+def test_complementarity_agrees_where_it_is_convex(solver):
+    for seed in range(8):
+        contact, _, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
+        smooth = complementarity_problem(contact, 0.0, slip, load)
+        assert smooth.convex and smooth.problem.is_dcp()
+        assert distance(admissible_states(contact, 0.0, slip, load), smooth.solve(solver)) < 1e-9
+    rng = np.random.default_rng(0)
+    A = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
+    uncoupled = system(A, np.zeros((3, 3)), 0, 1, 0, 0, C=np.eye(3))
+    for _ in range(8):
+        slip, load = rng.normal(size=3), (rng.normal(size=3), rng.uniform(0.2, 1.5, 3))
+        closed = complementarity_problem(uncoupled, 0.4, slip, load, separation=False)
+        found = closed.solve(solver)
+        assert distance(admissible_states(uncoupled, 0.4, slip, load), found) < 1e-9
+        assert distance([np.array([found.slip, found.gap, found.q, found.p])], ExactIncrement(uncoupled, 0.4).solve(slip, load)) < 1e-9
+
+
+def test_complementarity_never_returns_a_state_under_tension():
+    uncoupled = system(np.eye(2), np.zeros((2, 2)), 0, 1, 0, 0, C=np.eye(2))
+    closed = complementarity_problem(uncoupled, 0.4, np.zeros(2), ([0.1, 0.1], [1.0, -0.5]), separation=False)
+    with pytest.raises((fo.NoContinuation, fo.SolverError), match=r"every gap closed|no answer within the tolerance"):
+        closed.solve()
+
+
+def test_complementarity_input_is_checked():
+    contact = random_system(np.random.default_rng(0), 2)
+    with pytest.raises(fo.ModelError, match="slip: shape"):
+        complementarity_problem(contact, 0.5, [0.0], ([0.0, 0.0], [1.0, 1.0]))
+    with pytest.raises(fo.ModelError, match="not negative"):
+        complementarity_problem(contact, -0.5, [0.0, 0.0], ([0.0, 0.0], [1.0, 1.0]))
+
+
+def explained(thing):
+    text = io.StringIO()
+    thing.explain(text)
+    return text.getvalue()
+
+
+def test_explain():
+    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
+    frozen, exact = FrozenBoundIncrement(contact, friction, simplify=False), ExactIncrement(contact, friction, simplify=False)
+    assert all(part in explained(frozen) for part in ("frozen bound", "not solved", "friction_bound", "values      none", "no_overlap", "(DPP) yes"))
+    assert all(part in explained(exact) for part in ("mixed-integer", "boolean", "slip_low", "no_force_across_a_gap"))
+    assert all(part in explained(frozen.solve(slip, load)) for part in ("optimal", "slip_increment", ", unit ", "rows bind"))
+    assert all(part in explained(exact.solve(slip, load)) for part in ("optimal", "opened", "one_status", "rows bind"))
+    posed = complementarity_problem(contact, friction, slip, load)
+    assert all(part in explained(posed) for part in ("complementarity", "(DCP) no", "forward_bound", "no_tension"))
+    still = ExactIncrement(contact, 5.0).solve(np.zeros(3), (np.zeros(3), np.ones(3) * 10))
+    assert all(part in explained(still) for part in ("closed form", "nothing slips and nothing opens")) and still.problem is None
+
+
+def test_solvers_print_nothing(capfd):
+    rng = np.random.default_rng(0)
+    for friction in (0.0, 0.4):
+        contact, _, slip, (q, p) = random_increment(rng, 3, 0.6)
+        for load in ((q, p), (q, p - 20.0)):
+            for engine in (FrozenBoundIncrement, ExactIncrement):
+                engine(contact, friction, simplify=False).solve(slip, load)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_cvxpy_is_asked_with_every_option_accepted():
+    """A misspelt option would be an error of the solver, and a silent fall-back."""
+    x = cp.Variable(2, name="x")
+    smooth = cp.Problem(cp.Minimize(cp.sum_squares(x - 1)), [x >= 0])
+    for name in policy.QP_SOLVERS:
+        assert policy._run(smooth, name) == (policy.Status.OPTIMAL, "optimal")
+    whole = cp.Variable(2, boolean=True)
+    for name in policy.MILP_SOLVERS:
+        assert policy._run(cp.Problem(cp.Maximize(cp.sum(whole)), [cp.sum(whole) <= 1.5]), name) == (policy.Status.OPTIMAL, "optimal")

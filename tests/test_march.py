@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.path import steady_state
+from systems import CYCLE, random_system, system
+
+
+def test_the_exact_path_as_a_trajectory(punch, paper_cycle):
+    contact = punch(16)
+    start = 0.3 * np.sin(3 * contact.x)
+    path = fo.march(contact, paper_cycle, 0.7, 2.2, initial_slip=start, cycles=6)
+    assert path.slip.shape[1] == 17 and path.time[0] == -1.0 and path.time[-1] == 12.0 and (np.diff(path.time) >= 0).all()
+    assert np.array_equal(path.slip[0], start) and not path.q[0].any()
+    assert path.residual < 1e-9 and np.abs(path.energy_error).max() < 1e-10
+    assert path.cycle_work.shape == (6, 17) and (path.cycle_work >= 0).all()
+    steady = steady_state(contact, paper_cycle, 0.7, 2.2, initial_slip=start)
+    assert path.cycle_work[-1].sum() == pytest.approx(steady.dissipation, rel=1e-6)
+    q, p = contact.reaction({"P": 1.0, "sigma": 2.2})
+    assert np.allclose(path.bonded_q[-1], q) and np.allclose(path.bonded_p[-1], p)
+
+
+def test_tidy_has_one_row_for_each_state_and_node(punch, paper_cycle):
+    path = fo.march(punch(16), paper_cycle, 0.7, 2.2, cycles=1)
+    table = path.tidy()
+    assert list(table.columns) == ["state", "time", "node", "x", "slip", "gap", "q", "p", "status", "work"]
+    assert len(table) == path.slip.size
+    last = table[table.state == table.state.max()]
+    assert np.array_equal(last.slip, path.slip[-1]) and np.array_equal(last.x, punch(16).x)
+
+
+def test_one_node_through_a_cycle_by_hand():
+    """A = 1, B = 0, f p = 1/2: slips at |q^w| = 1/2 on the way up, sticks, slips back after q has changed by 1."""
+    contact = system(1.0, 0.0, 0.0, 1.0, 1.0, 0.0)
+    path = fo.march(contact, CYCLE, 0.5, 1.0, cycles=2)
+    at = [np.flatnonzero(path.time == k)[-1] for k in range(5)]
+    assert np.allclose(path.slip[at, 0], [0.0, 0.5, -0.5, 0.5, -0.5])
+    assert np.allclose(path.q[at, 0], [0.0, -0.5, 0.5, -0.5, 0.5])
+    assert np.allclose(path.cycle_work.sum(axis=1), [0.25 + 0.5, 1.0])
+    slipping = path.time[np.flatnonzero(path.status[:, 0] == -1)]
+    assert slipping.min() == pytest.approx(1.5)  # backward slip starts half-way from corner 1 to corner 2
+
+
+def test_separation_shows_in_the_gap():
+    contact = system(1.0, 0.5, 0.0, 1.0, 1.0, 2.0, C=2.0)
+    path = fo.march(contact, CYCLE, 0.4, 1.0, cycles=2)
+    opened = path.gap[:, 0] > 0
+    assert opened.any() and not path.p[opened].any() and not path.q[opened].any()
+    assert np.abs(path.energy_error).max() < 1e-12
+
+
+def test_states_cannot_be_changed(punch, paper_cycle):
+    path = fo.march(punch(16), paper_cycle, 0.7, 1.0, cycles=1)
+    with pytest.raises(ValueError, match="read-only"):
+        path.slip[0, 0] = 1.0
+    with pytest.raises(AttributeError):
+        path.engine = "qp"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"engine": "euler"}, "engine: 'euler'; give 'path', 'qp' or 'milp'"),
+        ({"engine": "path", "steps": 10}, "steps: 10; the exact path has none"),
+        ({"engine": "qp"}, "steps: None; engine='qp' needs"),
+        ({"engine": "milp", "steps": 0}, "steps: 0"),
+        ({"cycles": -1}, "cycles: -1"),
+        ({"cycles": 1.5}, "cycles: 1.5"),
+        ({"initial_slip": np.zeros(2)}, "initial_slip"),
+    ],
+)
+def test_bad_input_is_refused(change, message):
+    contact = random_system(np.random.default_rng(0), 3)
+    with pytest.raises(fo.ModelError, match=message):
+        fo.march(**{"system": contact, "cycle": CYCLE, "friction": 0.3, "load_factor": 1.0, **change})

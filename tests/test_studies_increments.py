@@ -1,0 +1,127 @@
+"""The study of increments at quick size: facts of the contact law and of quadrature that hold on any mesh."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import frictopt as fo
+from studies import increments
+
+TABLES = {"error": increments.ERROR, "cycle": increments.CYCLE, "corner": increments.CORNER}
+COMPLIANCE = 2 * (1 - 0.3**2)  # 1/E* of two bodies with E = 1, nu = 0.3
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data")
+    assert increments.main(["--quick", "--data", str(folder)]) == 0
+    assert sorted(path.name for path in folder.iterdir()) == sorted(f"{table.name}.parquet" for table in TABLES.values())
+    return {name: pd.read_parquet(table.path(folder)) for name, table in TABLES.items()}
+
+
+@pytest.fixture(scope="module")
+def contact():
+    return fo.PunchOnHalfPlane(elements=increments.QUICK.cycle_elements).condense()
+
+
+def test_every_row_obeys_the_contact_law(tables):
+    for name, table in tables.items():
+        assert table["residual"].between(0, 1e-9, inclusive="left").all(), name
+    for name in ("cycle", "corner"):
+        table = tables[name]
+        assert (table["q"].abs() <= table["friction"] * table["p"] * (1 + 1e-9)).all(), name
+
+
+def test_engines_agree_at_equal_increments(tables):
+    table = tables["error"]
+    works = table[table["engine"] != "path"].pivot(index=["elements", "steps"], columns="engine", values="work").dropna()
+    assert len(works) == 2
+    assert np.allclose(works["qp"], works["milp"], rtol=1e-8, atol=0)
+
+
+def test_error_falls_with_the_square_of_the_increment(tables):
+    """Events fall anywhere within an increment, so the order is that of a fit, not of each doubling."""
+    table = tables["error"]
+    for elements, rows in table[table["engine"] == "qp"].groupby("elements"):
+        assert len(rows) == 4 and rows["steps"].max() == 8 * rows["steps"].min()
+        order = -np.polyfit(np.log(rows["steps"]), np.log(rows["error"]), 1)[0]
+        assert 1 < order < 3, elements
+        exact = table.loc[(table["elements"] == elements) & (table["engine"] == "path"), "work"].item()
+        assert np.allclose(np.abs(rows["work"] / exact - 1), rows["error"], rtol=1e-6)
+
+
+def test_slip_at_the_corners_needs_no_small_increments(tables):
+    assert tables["error"]["slip_error"].max() < 1e-8
+
+
+def test_exact_path_keeps_its_energy_and_is_the_fastest(tables):
+    for _, rows in tables["error"].groupby("elements"):
+        path = rows[rows["engine"] == "path"]
+        assert len(path) == 1 and path["error"].item() < 1e-10 and path["steps"].item() == 0
+        assert path["seconds"].item() < rows.loc[rows["engine"] != "path", "seconds"].min()
+
+
+def test_load_is_above_the_limit_and_the_work_that_of_the_steady_state(tables, contact):
+    factor = tables["cycle"]["load_factor"].iloc[0]
+    assert factor == pytest.approx(1.4 * fo.shakedown_limit(contact, increments.LOADS, 0.7).load_factor, rel=1e-9)
+    steady = fo.steady_state(contact, increments.LOADS, 0.7, factor)
+    error = tables["error"]
+    work = error.loc[(error["elements"] == 16) & (error["engine"] == "path"), "work"].item()
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP
+    assert work * 4 * COMPLIANCE == pytest.approx(steady.dissipation, rel=1e-8)  # P = 2
+
+
+def test_steady_cycle_closes(tables):
+    table = tables["cycle"]
+    first, last = (table[table["instant"] == instant] for instant in (0, 2))
+    for name in ("slip", "q", "p", "ratio"):
+        assert np.allclose(first[name], last[name], rtol=0, atol=1e-8), name
+    assert np.array_equal(first["status"], last["status"])
+    assert table.groupby("x")["slip"].agg(np.ptp).max() > 0.01
+
+
+def test_instants_have_the_reactions_of_their_loads_and_slips(tables, contact):
+    (q0, p0), (q1, p1) = contact.bonded["P"], contact.bonded["sigma"]
+    levels = {0: 1, 0.5: 0, 0.75: -0.5, 0.9: -0.8, 1: -1, 1.5: 0, 1.75: 0.5, 1.9: 0.8, 2: 1}
+    assert set(tables["cycle"]["instant"]) == set(levels)
+    for instant, rows in tables["cycle"].groupby("instant"):
+        sigma = levels[instant] * rows["load_factor"].iloc[0]
+        v = rows["slip"].to_numpy() * COMPLIANCE
+        assert np.allclose(rows["sigma"], sigma, rtol=0, atol=1e-12)
+        assert np.allclose(rows["q"], q0 + sigma * q1 + contact.A @ v, rtol=0, atol=1e-10)
+        assert np.allclose(rows["p"], p0 + sigma * p1 + contact.B @ v, rtol=0, atol=1e-10)
+        assert rows["p"].sum() == pytest.approx(2, rel=1e-9)
+
+
+def test_slipping_nodes_sit_on_their_bound(tables):
+    table = tables["cycle"]
+    slipping = table[table["status"] != 0]
+    assert {-1, 1} == set(slipping["status"])
+    assert np.allclose(slipping["ratio"], -slipping["status"], rtol=0, atol=1e-8)
+    assert table.loc[table["status"] == 0, "ratio"].abs().min() < 0.9
+
+
+def test_loop_encloses_the_work_of_its_node(tables):
+    """Shear and slip are linear between events, so the trapezoids are exact; q over P/2 and v over (P/2)/E* make four times P^2/E*."""
+    table = tables["corner"]
+    assert table["node"].nunique() == 2
+    for _, rows in table.groupby("node"):
+        steady = rows[rows["cycles"] == "steady"]
+        q, slip, work = (steady[name].to_numpy() for name in ("q", "slip", "work"))
+        assert slip[0] == pytest.approx(slip[-1], abs=1e-8) and steady["time"].iloc[-1] - steady["time"].iloc[0] == 2
+        area = -np.sum((q[1:] + q[:-1]) / 2 * np.diff(slip))
+        assert area == pytest.approx(4 * (work[-1] - work[0]), rel=1e-8) and area > 0
+
+
+def test_history_begins_unslipped_at_the_mean_load(tables):
+    for _, rows in tables["corner"][tables["corner"]["cycles"] == "first"].groupby("node"):
+        assert rows["time"].iloc[0] == 0 and rows["time"].iloc[-1] == 6
+        assert rows["slip"].iloc[0] == 0 and rows["sigma"].iloc[0] == 0
+        assert np.all(np.diff(rows["time"]) >= 0) and np.all(np.diff(rows["work"]) >= 0)
+
+
+def test_tables_describe_their_columns(tables):
+    for name, table in tables.items():
+        assert list(table.attrs["columns"]) == list(table.columns), name
+        assert 0 < table.attrs["seconds"] < 600
+    assert set(increments.FULL.instants) == set(increments.QUICK.instants)
