@@ -133,7 +133,8 @@ class FrozenBoundIncrement:
         except NoOptimum as error:
             raise SolverError(
                 f"friction increment: no state of rest with the friction bound frozen at {bound.sum():.3g} times the mean normal force in sum "
-                f"({error}); the body is not held: check its supports and whether the load exceeds friction"
+                f"({error}); check the supports of the body and whether the load exceeds friction; where slip would raise the pressure enough "
+                "to hold it, an ExactIncrement may find the state"
             ) from error
         attempts += answer.attempts
         return answer.claim.state
