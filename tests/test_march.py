@@ -60,6 +60,7 @@ def test_states_cannot_be_changed(punch, paper_cycle):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        ({"engine": ["qp"]}, r"engine: \['qp'\]"),
         ({"engine": "euler"}, "engine: 'euler'; give 'path', 'qp' or 'milp'"),
         ({"engine": "path", "steps": 10}, "steps: 10; the exact path has none"),
         ({"engine": "qp"}, "steps: None; engine='qp' needs"),

@@ -64,6 +64,9 @@ class Increment:
     _title: str = field(repr=False)
     _units: dict[str, float] = field(repr=False)
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "problem": None}  # a solved cvxpy problem cannot be copied or sent elsewhere
+
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
         explain(self._title, self.problem, None, self._units, self.left_out, pd.DataFrame(), file)

@@ -1,7 +1,11 @@
 """The one place that runs solvers: options, order of fall-back, and a record of every attempt."""
 
+import ctypes
+import os
+import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
@@ -210,8 +214,25 @@ def solver_order(solver: str | None, kind: Kind = Kind.LP) -> Sequence[str]:
     return (solver,)
 
 
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Send what the process prints below Python to nowhere: OSQP reports that it has nothing to polish even when it is not verbose."""
+    library = ctypes.CDLL(None) if os.name == "posix" else ctypes.cdll.msvcrt
+    sys.stdout.flush()
+    library.fflush(None)
+    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        library.fflush(None)
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
+
+
 def _run(problem: cp.Problem, name: str) -> tuple[Status, str]:
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), _quiet() if name == "OSQP" else nullcontext():
         warnings.simplefilter("ignore")  # cvxpy warns of inaccurate answers; here the residual decides, and the status is recorded
         try:
             problem.solve(solver=name.split("_")[0], warm_start=False, enforce_dpp=True, **_OPTIONS[name])

@@ -174,7 +174,7 @@ def pivot_share(S, f, active, node, status):
     """Pivot that a sticking node would bring if it slipped, in units of its own stiffness; not positive: slip and stick may both be possible."""
     n = active.size[0]
     left, right = np.empty(n), np.empty(n)
-    return _border(S, active, node, status * f[node], left, right) / S[node, node]
+    return _border(S, active, node, status * f[node], left, right) / S[node, node] if S[node, node] > 0.0 else 0.0
 
 
 @njit(cache=True)

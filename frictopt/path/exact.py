@@ -110,7 +110,7 @@ class ExactPath:
     def moved(self, u: Array) -> "ExactPath | None":
         """A copy that stands at the same load with another slip and gap, (2N,); None if the law does not allow it there."""
         n, copy = self.nodes, object.__new__(ExactPath)
-        copy.__dict__.update(self.__dict__)
+        copy.__dict__.update(self.__dict__, history=[], _record=_record(0, n))
         r = self.bonded + self.stress(u)
         opened = self.state.status == OPEN
         r[np.r_[opened, opened]] = 0.0
@@ -169,10 +169,14 @@ class ExactPath:
     def _decide(self, drive: Array, twofold: bool, time: float, where: str) -> None:
         """Settle the statuses by the rate problem."""
         problem = rate_problem(self._S, self.friction, drive, self.state, self.force)
+        if problem.floating:
+            raise NoContinuation(f"{where}: at {time:.9g} of it the contact slides or opens freely; hold the punch, or load it less")
         solutions = find_rates(problem, self.state.status)
         nodes = sorted(set(problem.node.tolist()))
         here = f"{where}: at {time:.9g} of it"
         hint = "often friction is above the critical value there (a node wedges itself where f exceeds A/|B|): lower it"
+        if problem.sliding:
+            hint = "the body may slide or open as a whole (hold it, or load it less), or friction is above the critical value there"
         if not solutions.found:
             proof = "no rates obey the law" if solutions.complete else "no rates that obey the law were found"
             raise NoContinuation(f"{here} {proof}; nodes {nodes} are at their bounds and would jump; {hint}")

@@ -18,6 +18,7 @@ from .settle import State, at_bound
 __all__ = ["RateProblem", "Solutions", "find_rates", "rate_problem"]
 
 _ZERO = 1e-9  # complementarity, relative to the size of z and M z + c
+_RANK = 1e-10  # singular values below this share of the largest entry are motions that nothing resists
 _TRIED = 8  # pairs up to which all statuses are tried
 _STARTS = 3  # covering vectors tried by Lemke's method
 _PROGRAMS = 400  # linear programs after which the search for solutions gives up
@@ -35,6 +36,10 @@ class RateProblem:
         (n,) node of each pair, and what z > 0 means: +1, -1 slip rate of that sense, 2 rate of opening.
     u_rate
         (2N, n + 1) rates of `[v, w]` for unit z, and in the last column without any z.
+    free
+        Nodes without friction, which slip whenever they are pressed.
+    floating, sliding
+        Whether a motion that nothing resists is left by the open and the frictionless nodes, and if all nodes at a bound moved as well.
     """
 
     M: Array
@@ -42,11 +47,15 @@ class RateProblem:
     node: np.ndarray
     kind: np.ndarray
     u_rate: Array
+    free: list[int]
+    floating: bool
+    sliding: bool
 
     def statuses(self, z: Array, before: np.ndarray) -> np.ndarray:
         """(N,) statuses that a solution stands for; nodes that are not at a bound keep theirs."""
         status = before.copy()
         status[self.node] = STICK
+        status[self.free] = 1
         moving = z > _ZERO * max(float(np.abs(z).max(initial=0.0)), np.finfo(float).tiny)
         for kind in (1, -1, OPEN):  # an open node may have a slip rate as well
             status[self.node[moving & (self.kind == kind)]] = kind
@@ -65,6 +74,7 @@ def rate_problem(S: Array, f: Array, drive: Array, state: State, force: float) -
     """Set up the rate problem for the nodes of a state that are at a bound, under a rate of the bonded reactions."""
     nodes = len(f)
     columns, rows, node, kind, free = [], [], [], [], []
+    frictionless: list[int] = []
 
     def unit(index: int, value: float = 1.0) -> Array:
         vector = np.zeros(2 * nodes)
@@ -77,6 +87,7 @@ def rate_problem(S: Array, f: Array, drive: Array, state: State, force: float) -
             free += [unit(i), unit(nodes + i)]
         elif f[i] == 0.0 and not vertex:
             free.append(unit(i))
+            frictionless.append(i)
         else:
             for sense, touching in ((1, forward), (-1, backward)):
                 if touching:
@@ -90,10 +101,14 @@ def rate_problem(S: Array, f: Array, drive: Array, state: State, force: float) -
                 node.append(i)
                 kind.append(OPEN)
     E, R, Z = (np.array(vectors).reshape(-1, 2 * nodes) for vectors in (columns, rows, free))
-    response = np.linalg.lstsq(Z @ S @ Z.T, Z @ np.column_stack([S @ E.T, drive]))[0] if len(Z) else np.zeros((0, len(E) + 1))
+    block = Z @ S @ Z.T
+    loose = np.vstack([Z, np.unique(np.abs(E), axis=0)])
+    floating, sliding = (np.linalg.matrix_rank(part @ S @ part.T, tol=_RANK * float(np.abs(S).max())) < len(part) for part in (Z, loose))
+    response = np.linalg.lstsq(block, Z @ np.column_stack([S @ E.T, drive]))[0] if len(Z) else np.zeros((0, len(E) + 1))
     u_rate = np.column_stack([E.T, np.zeros(2 * nodes)]) - Z.T @ response
     slack = R @ (S @ u_rate + np.outer(drive, np.eye(len(E) + 1)[-1]))
-    return RateProblem(slack[:, :-1], slack[:, -1], np.array(node, dtype=np.intp), np.array(kind, dtype=np.int8), u_rate)
+    at = np.array(node, dtype=np.intp), np.array(kind, dtype=np.int8)
+    return RateProblem(slack[:, :-1], slack[:, -1], *at, u_rate, frictionless, bool(floating), bool(sliding))
 
 
 def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:

@@ -43,8 +43,10 @@ def _next_event(f, state, u_rate, r_rate, force):
             forward, backward = slacks(f, state.r, node, nodes)
             small = AT_BOUND * (f[node] * state.r[nodes + node] + 1e-3 * force)
             bound_rate = f[node] * r_rate[nodes + node]
+            if state.r[nodes + node] > AT_BOUND * 1e-3 * force and r_rate[nodes + node] < 0.0:  # without friction no bound is met before
+                time = state.r[nodes + node] / -r_rate[nodes + node]
             if forward > small and bound_rate + r_rate[node] < 0.0:
-                time = forward / -(bound_rate + r_rate[node])
+                time = min(time, forward / -(bound_rate + r_rate[node]))
             if backward > small and bound_rate - r_rate[node] < 0.0:
                 time = min(time, backward / -(bound_rate - r_rate[node]))
         if time < first:
@@ -82,13 +84,13 @@ def _write(record, state, time):
 
 
 @njit(cache=True)
-def _snap(f, state, node):
+def _snap(f, state, node, force):
     """Put the node of an event exactly where it happens: at its bound, without pressure, or closed."""
     nodes = len(f)
     status = state.status[node]
     if status == OPEN:
         state.u[nodes + node] = -state.gap[node]
-    elif status != STICK:
+    elif status != STICK or state.r[nodes + node] <= AT_BOUND * 1e-3 * force:
         state.r[node] = state.r[nodes + node] = 0.0
     else:
         forward, backward = slacks(f, state.r, node, nodes)
@@ -140,7 +142,7 @@ def follow(S, f, drive, state, active, force, start, settled, record):
             _advance(f, state, u_rate, r_rate, 1.0 - time)
             return DONE, 1.0
         _advance(f, state, u_rate, r_rate, step)
-        _snap(f, state, node)
+        _snap(f, state, node, force)
         time += step
         state.trace[0] += 1
     return STALLED, time

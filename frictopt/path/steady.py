@@ -9,10 +9,13 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, referee
 from ..contact.checks import Array, frozen, whole_number
-from ..errors import NoContinuation
+from ..errors import NoContinuation, SolverError
 from .exact import ExactPath
 
 __all__ = ["Outcome", "SteadyState", "steady_state"]
+
+TOLERANCE = 1e-9
+"""Largest residual with which a steady state leaves the package."""
 
 _PERIODIC = 1e-10  # change of slip over a cycle, over the slip scale, that counts as none
 _REPEATS = 1e-13  # the same where the events are not: simultaneous ones may come in any order
@@ -47,15 +50,16 @@ class SteadyState:
     first_cycle
         Work of friction in the first cycle.
     cycles
-        Cycles followed, those of the proofs included.
+        Cycles followed, those of proofs and of extrapolations that failed included.
     events
         Changes of status followed.
     residual
-        Largest of: what the referee says of the steady state at the last corner, and the change of slip over the proving cycle, over the slip scale.
+        Largest of: what the referee says of the corners of the proving cycle, and the change of slip over that cycle. Forces in units of the largest
+        nodal force of the load cycle, slips in units of that over the stiffness scale. At most 1e-9.
     extrapolated
         Whether the steady state is the fixed point of the cycle's affine map rather than reached cycle by cycle.
     unproven
-        Number of events whose rates are not proven to be the only ones.
+        Number of events on the way whose rates are not proven to be the only ones; 0: the whole transient is proven.
     """
 
     outcome: Outcome
@@ -77,7 +81,7 @@ def steady_state(
 
     Once the events of a cycle repeat, slip at the end of a cycle is an affine function of slip at its beginning: its fixed point is extrapolated
     from the cycles so far (reduced-rank extrapolation, Sidi 2017) and accepted only where a cycle from it goes through the same events and comes
-    back to it. Shakedown is reported only of a slip that is safe at every corner, or after a cycle without any slip.
+    back to it. Shakedown is reported only of a slip that is safe at every corner, or of a state that comes back without any work of friction.
 
     Parameters
     ----------
@@ -98,6 +102,8 @@ def steady_state(
         Bad input.
     NoContinuation
         The path ends before, or no steady state is proven within `most_cycles`.
+    SolverError
+        The states do not obey the contact law to the tolerance.
     """
     whole_number("most_cycles", most_cycles, least=1)
     path = ExactPath(system, cycle, friction, load_factor, initial_slip)
@@ -118,26 +124,39 @@ class _Run:
 
     def __init__(self, path: ExactPath) -> None:
         self.path = path
-        self.length = path.force / path.system.stiffness_scale
+        self.force = max(path.force, *(float(np.abs(corner).max()) for corner in path.corners))
+        self.length = self.force / path.system.stiffness_scale
         self.slips: list[Array] = [path.state.u.copy()]
         self.hashes: list[int] = [0]
         self.cycles = 0
         self.first = np.nan
         self.work: Array = np.zeros(path.nodes)
+        self.work_before: Array = self.work
+        self.violation = 0.0
 
     def cycle(self) -> None:
         """Follow one cycle."""
-        self.work, events = self._one(self.path)
+        self.work_before = self.work
+        self.work, events, self.violation = self._one(self.path)
         self.first = float(self.work.sum()) if self.cycles == 1 else self.first
         self.slips = [*self.slips[-_WINDOW:], self.path.state.u.copy()]
         self.hashes = [*self.hashes[-_WINDOW:], events]
 
-    def _one(self, path: ExactPath) -> tuple[Array, int]:
-        before = path.state.work.copy()
-        path.state.trace[1] = 0
-        path.run_cycle()
+    def _one(self, path: ExactPath) -> tuple[Array, int, float]:
+        """Follow one cycle: its work of friction by node, the hash of its events, and what the referee says of its corners."""
+        n, state = path.nodes, path.state
+        state.work[:] = 0.0  # of this cycle alone: next to the work of a far start it would drown in rounding
+        state.trace[1] = 0
+        violation = 0.0
+        for number, corner in enumerate(path.corners):
+            path.go(corner, f"the way to corner {number}")
+            gap = state.u[n:] + state.gap
+            verdict = referee(
+                path.system, (corner[:n], corner[n:]), path.friction, v=state.u[:n], w=gap, q=state.r[:n], p=state.r[n:], force_scale=self.force
+            )
+            violation = max(violation, verdict.residual)
         self.cycles += 1
-        return path.state.work - before, int(path.state.trace[1])
+        return state.work.copy(), int(state.trace[1]), violation
 
     @property
     def change(self) -> float:
@@ -150,18 +169,26 @@ class _Run:
     def steady(self) -> SteadyState | None:
         """The steady state, if it is proven by now."""
         path = self.path
-        if not self.work.any() or self._safe(path.state.u):
-            return self._result(path, Outcome.SHAKEDOWN, 0 * self.work, 0.0, False)
+        if self._safe(path.state.u) or (not self.work.any() and self.change <= _PERIODIC):
+            return self._result(path, Outcome.SHAKEDOWN, 0 * self.work, self.violation, False)
         same = next((k for k, other in enumerate(reversed(self.hashes)) if other != self.hashes[-1]), len(self.hashes))
-        if self.change <= (_PERIODIC if same >= 2 else _REPEATS):
-            return self._result(path, Outcome.CYCLIC_SLIP, self.work, self.change, False)
-        if same >= 3:
-            drift, before = self.slips[-1] - self.slips[-2], self.slips[-2] - self.slips[-3]
-            if self._distance(drift, before) <= _PERIODIC * min(1.0, float(np.abs(drift).max() / self.length)):
-                return self._result(path, Outcome.RATCHETING, self.work, self._distance(drift, before), False)
+        repeats = self.cycles > 1 and bool(np.abs(self.work - self.work_before).max() <= _PERIODIC * self.work.sum())
+        if self.change <= (_PERIODIC if same >= 2 or repeats else _REPEATS):
+            return self._result(path, Outcome.CYCLIC_SLIP, self.work, max(self.change, self.violation), False)
+        if same >= 3 and repeats and self._ratchets():
+            return self._result(path, Outcome.RATCHETING, self.work, self.violation, False)
         if same >= _LEAST + 1 and (same - _LEAST) % 2:
             return self._extrapolated(same)
         return None
+
+    def _ratchets(self) -> bool:
+        """Whether slip drifts by the same amount in every cycle, a motion that stresses nothing and leaves all gaps as they are."""
+        path, n = self.path, self.path.nodes
+        drift, before = self.slips[-1] - self.slips[-2], self.slips[-2] - self.slips[-3]
+        size, rounding = float(np.abs(drift).max()), np.finfo(float).eps * float(np.abs(self.slips[-1]).max())
+        resisted = float(np.abs(path.stress(drift)).max()) > _PERIODIC * self.force
+        steady = self._distance(drift, before) * self.length <= _PERIODIC * size
+        return bool(steady and size > rounding / _PERIODIC and not (resisted or drift[n:].any()))
 
     def _extrapolated(self, same: int) -> SteadyState | None:
         fixed = _fixed_point(np.array(self.slips[-min(same, _WINDOW + 1) :]))
@@ -169,15 +196,15 @@ class _Run:
         if proof is None:
             return None
         if self._safe(fixed):
-            return self._result(proof, Outcome.SHAKEDOWN, 0 * self.work, 0.0, True) if self._just_safe(fixed) else None
+            return self._result(proof, Outcome.SHAKEDOWN, 0 * self.work, self.violation, True) if self._just_safe(fixed) else None
         try:
-            work, events = self._one(proof)
+            work, events, violation = self._one(proof)
         except NoContinuation:
             return None
         back = self._distance(proof.state.u, fixed)
         if back > _PERIODIC or events != self.hashes[-1]:
             return None
-        return self._result(proof, Outcome.CYCLIC_SLIP, work, back, True)
+        return self._result(proof, Outcome.CYCLIC_SLIP, work, max(back, violation), True)
 
     def _safe(self, u: Array) -> bool:
         """Whether the slip keeps every node closed and within its bound at every corner."""
@@ -199,28 +226,21 @@ class _Run:
         slack = (path.friction * r[:, n:] - np.abs(r[:, :n])).min(axis=0)
         return bool(slack[self.work > 0].max() <= _TOUCHING * path.force)
 
-    def _result(self, path: ExactPath, outcome: Outcome, work: Array, change: float, extrapolated: bool) -> SteadyState:
-        state, n = path.state, path.nodes
-        corner = path.corners[-1]
-        verdict = referee(
-            path.system,
-            (corner[:n], corner[n:]),
-            path.friction,
-            v=state.u[:n],
-            w=state.u[n:] + state.gap,
-            q=state.r[:n],
-            p=state.r[n:],
-            force_scale=path.force,
-        )
+    def _result(self, path: ExactPath, outcome: Outcome, work: Array, residual: float, extrapolated: bool) -> SteadyState:
+        if not residual <= TOLERANCE:
+            raise SolverError(
+                f"steady state: its states violate the contact law, or do not come back, by {residual:.1e} (tolerance {TOLERANCE:g}); "
+                "stiffnesses, loads or the initial slip differ too much in size"
+            )
         return SteadyState(
             outcome=outcome,
             dissipation=float(work.sum()),
             dissipation_per_node=frozen(work),
-            slip=frozen(state.u[:n]),
+            slip=frozen(path.state.u[: path.nodes]),
             first_cycle=self.first,
             cycles=self.cycles,
             events=int(path.state.trace[0]),
-            residual=max(verdict.residual, change),
+            residual=residual,
             extrapolated=extrapolated,
             unproven=path.unproven,
         )

@@ -68,14 +68,14 @@ def march(
         if steps is not None:
             raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose engine='qp' or 'milp'")
         trajectory = _followed(path, cycle, cycles)
-    elif engine in _ENGINES:
+    elif isinstance(engine, str) and engine in _ENGINES:
         if steps is None:
             raise ModelError(f"steps: None; engine={engine!r} needs the number of increments from corner to corner")
         trajectory = _stepped(path, cycle, cycles, engine, whole_number("steps", steps, least=1))
     else:
         raise ModelError(f"engine: {engine!r}; give 'path', 'qp' or 'milp'")
     if not trajectory.residual <= TOLERANCE:
-        raise SolverError(f"march: the states have residual {trajectory.residual:.1e}, {trajectory.verdict}; loads may differ too much in size")
+        raise SolverError(f"march: the states violate the contact law ({trajectory.verdict}); loads or stiffnesses differ too much in size")
     return trajectory
 
 
