@@ -132,31 +132,35 @@ class _Run:
         self.first = np.nan
         self.work: Array = np.zeros(path.nodes)
         self.work_before: Array = self.work
-        self.violation = 0.0
+        self.corners: list[tuple[Array, Array]] = []
 
     def cycle(self) -> None:
         """Follow one cycle."""
         self.work_before = self.work
-        self.work, events, self.violation = self._one(self.path)
+        self.work, events, self.corners = self._one(self.path)
         self.first = float(self.work.sum()) if self.cycles == 1 else self.first
         self.slips = [*self.slips[-_WINDOW:], self.path.state.u.copy()]
         self.hashes = [*self.hashes[-_WINDOW:], events]
 
-    def _one(self, path: ExactPath) -> tuple[Array, int, float]:
-        """Follow one cycle: its work of friction by node, the hash of its events, and what the referee says of its corners."""
-        n, state = path.nodes, path.state
+    def _one(self, path: ExactPath) -> tuple[Array, int, list[tuple[Array, Array]]]:
+        """Follow one cycle: its work of friction by node, the hash of its events, and `u, r` at its corners."""
+        state = path.state
         state.work[:] = 0.0  # of this cycle alone: next to the work of a far start it would drown in rounding
         state.trace[1] = 0
-        violation = 0.0
+        corners = []
         for number, corner in enumerate(path.corners):
             path.go(corner, f"the way to corner {number}")
-            gap = state.u[n:] + state.gap
-            verdict = referee(
-                path.system, (corner[:n], corner[n:]), path.friction, v=state.u[:n], w=gap, q=state.r[:n], p=state.r[n:], force_scale=self.force
-            )
-            violation = max(violation, verdict.residual)
+            corners.append((state.u.copy(), state.r.copy()))
         self.cycles += 1
-        return state.work.copy(), int(state.trace[1]), violation
+        return state.work.copy(), int(state.trace[1]), corners
+
+    def _violation(self, corners: list[tuple[Array, Array]]) -> float:
+        """What the referee says of the states at the corners of a cycle."""
+        path, n = self.path, self.path.nodes
+        u, r, load = (np.array(rows) for rows in (*zip(*corners, strict=True), path.corners))
+        gap = u[:, n:] + path.state.gap
+        bonded, reactions = (load[:, :n], load[:, n:]), {"q": r[:, :n], "p": r[:, n:]}
+        return referee(path.system, bonded, path.friction, v=u[:, :n], w=gap, **reactions, force_scale=self.force).residual
 
     @property
     def change(self) -> float:
@@ -170,13 +174,13 @@ class _Run:
         """The steady state, if it is proven by now."""
         path = self.path
         if self._safe(path.state.u) or (not self.work.any() and self.change <= _PERIODIC):
-            return self._result(path, Outcome.SHAKEDOWN, 0 * self.work, self.violation, False)
+            return self._result(path, Outcome.SHAKEDOWN, 0 * self.work, self._violation(self.corners), False)
         same = next((k for k, other in enumerate(reversed(self.hashes)) if other != self.hashes[-1]), len(self.hashes))
         repeats = self.cycles > 1 and bool(np.abs(self.work - self.work_before).max() <= _PERIODIC * self.work.sum())
         if self.change <= (_PERIODIC if same >= 2 or repeats else _REPEATS):
-            return self._result(path, Outcome.CYCLIC_SLIP, self.work, max(self.change, self.violation), False)
+            return self._result(path, Outcome.CYCLIC_SLIP, self.work, max(self.change, self._violation(self.corners)), False)
         if same >= 3 and repeats and self._ratchets():
-            return self._result(path, Outcome.RATCHETING, self.work, self.violation, False)
+            return self._result(path, Outcome.RATCHETING, self.work, self._violation(self.corners), False)
         if same >= _LEAST + 1 and (same - _LEAST) % 2:
             return self._extrapolated(same)
         return None
@@ -196,15 +200,15 @@ class _Run:
         if proof is None:
             return None
         if self._safe(fixed):
-            return self._result(proof, Outcome.SHAKEDOWN, 0 * self.work, self.violation, True) if self._just_safe(fixed) else None
+            return self._result(proof, Outcome.SHAKEDOWN, 0 * self.work, self._violation(self.corners), True) if self._just_safe(fixed) else None
         try:
-            work, events, violation = self._one(proof)
+            work, events, corners = self._one(proof)
         except NoContinuation:
             return None
         back = self._distance(proof.state.u, fixed)
         if back > _PERIODIC or events != self.hashes[-1]:
             return None
-        return self._result(proof, Outcome.CYCLIC_SLIP, work, max(back, violation), True)
+        return self._result(proof, Outcome.CYCLIC_SLIP, work, max(back, self._violation(corners)), True)
 
     def _safe(self, u: Array) -> bool:
         """Whether the slip keeps every node closed and within its bound at every corner."""
