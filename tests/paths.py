@@ -1,0 +1,35 @@
+"""The states along an exact path, and what the referee says of them."""
+
+import numpy as np
+
+import frictopt as fo
+
+
+def states(path):
+    """Times, u, r, statuses and work at the events of a path."""
+    return [np.concatenate(parts) for parts in zip(*path.history, strict=True)]
+
+
+def bonded_at(path, times):
+    """(T, 2N) bonded reactions at times that count the corners visited, from the path's first cycle on."""
+    corners = np.array([path.mean, *path.corners * int(np.ceil(times.max() / len(path.corners)) + 1)])
+    return np.array([np.interp(times, np.arange(len(corners)), values) for values in corners.T]).T
+
+
+def judged(path):
+    """The referee's residual over all states since the mean load."""
+    n = path.nodes
+    time, u, r, _, _ = states(path)
+    loaded = time >= 0
+    u, r, load = u[loaded], r[loaded], bonded_at(path, time[loaded])
+    return fo.referee(
+        path.system,
+        (load[:, :n], load[:, n:]),
+        path.friction,
+        v=u[:, :n],
+        w=u[:, n:] + path.system.gap,
+        q=r[:, :n],
+        p=r[:, n:],
+        previous_slip=np.vstack([u[:1, :n], u[:-1, :n]]),
+        force_scale=path.force,
+    ).residual

@@ -1,0 +1,75 @@
+"""Starts, loads and contacts that are hard on a steady state: each was found where it went wrong."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from frictopt.path import ExactPath, Outcome, steady_state
+from paths import judged, states
+from systems import CYCLE, random_system, system
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), corners=st.integers(1, 4), size=st.sampled_from([0.5, 2.0, 20.0]))
+def test_steady_states_are_where_a_hundred_cycles_go(seed, nodes, corners, size):
+    """Work, slip and outcome against brute force, with frictionless nodes, gaps, separation, and integer loads that meet bounds exactly."""
+    rng = np.random.default_rng(seed)
+    contact = random_system(rng, nodes, loads=("mean", "a", "b")).with_gap(0.3 * rng.random(nodes) * (rng.random(nodes) < 0.3))
+    friction = rng.uniform(0.1, 0.5, nodes) * (rng.random(nodes) < 0.7)
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.integers(-2, 3, size=(corners, 2)) / 2])
+    start = rng.normal(size=nodes)
+    steady = steady_state(contact, cycle, friction, size, initial_slip=start)
+    path = ExactPath(contact, cycle, friction, size, start)
+    path.start()
+    for _ in range(100):
+        path.run_cycle()
+    path.state.work[:] = 0.0
+    path.run_cycle()
+    scale = path.force**2 / contact.stiffness_scale * max(1.0, size) ** 2
+    assert path.state.work.sum() == pytest.approx(steady.dissipation, rel=1e-8, abs=1e-9 * scale)
+    assert steady.residual < 1e-9 and (steady.outcome is Outcome.SHAKEDOWN) == (steady.dissipation == 0.0)
+    assert np.allclose(path.state.u[:nodes], steady.slip, atol=1e-7 * max(1.0, np.abs(steady.slip).max()))
+
+
+def test_a_node_without_friction_lifts_off():
+    contact = system(1.0, 0.0, 0.0, 1.0, 0.0, 2.0, C=1.0)
+    for friction in (0.0, 1e-15, 1e-12):
+        path = ExactPath(contact, CYCLE, friction, 1.0, keep=True)
+        path.start()
+        path.run_cycle()
+        time, u, _, status, _ = states(path)
+        assert judged(path) < 1e-12 and 2 in status
+        assert u[np.flatnonzero(time == 1.0)[0], 1] == pytest.approx(1.0)
+        assert steady_state(contact, CYCLE, friction, 1.0).outcome is Outcome.SHAKEDOWN
+
+
+def test_a_first_cycle_without_work_is_no_shakedown():
+    """A node lifts off, moves freely and lands elsewhere: it dissipates from the second cycle on."""
+    loads = {"N": ([0.0], [1.0]), "T": ([1.0], [0.0])}
+    contact = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    cycle = fo.LoadCycle({"N": 1.0}, [{"N": -2.0}, {"N": -2.0, "T": 0.3}, {"T": 0.3}, {}])
+    steady = steady_state(contact, cycle, 0.5, 1.0)
+    work = fo.march(contact, cycle, 0.5, 1.0, cycles=6).cycle_work.sum(axis=1)
+    assert work[0] == 0.0 and work[-1] == pytest.approx(0.045)
+    assert steady.outcome is Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(0.045)
+
+
+def test_dissipation_does_not_drown_in_that_of_a_far_start():
+    loads = {"P": ([0, 0], [1, 1]), "L": ([1, 0.2], [0.1, 0])}
+    contact = fo.ContactSystem([[2, -1], [-1, 2]], [[0.1, 0.3], [-0.3, 0.1]], 2 * np.eye(2), [0, 1], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"L": 1.0}, {"L": -1.0}])
+    near, far = (steady_state(contact, cycle, 0.4, 1.0, initial_slip=[v, -v / 3]).dissipation for v in (1e3, 1e7))
+    assert near == pytest.approx(0.64067927, rel=1e-7) and far == pytest.approx(near, rel=1e-8)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3, 0.5])
+def test_bodies_that_nothing_holds_slide_away(friction):
+    for A in ([[0.0]], [[1.0, -1.0], [-1.0, 1.0]]):
+        n = len(A)
+        loads = {"P": (np.zeros(n), np.ones(n)), "L": (np.full(n, 0.5), np.zeros(n))}
+        contact = fo.ContactSystem(A, np.zeros((n, n)), np.eye(n), np.arange(n), loads)
+        cycle = fo.LoadCycle({"P": 1.0}, [{"L": 1.2}, {"L": -1.2}])
+        with pytest.raises(fo.NoContinuation, match=r"as a whole|slides or opens freely"):
+            steady_state(contact, cycle, friction, 1.0)
