@@ -73,3 +73,17 @@ def test_bodies_that_nothing_holds_slide_away(friction):
         cycle = fo.LoadCycle({"P": 1.0}, [{"L": 1.2}, {"L": -1.2}])
         with pytest.raises(fo.NoContinuation, match=r"as a whole|slides or opens freely"):
             steady_state(contact, cycle, friction, 1.0)
+
+
+def test_nodes_that_lift_off_and_land_without_slip_have_shaken_down(punch, paper_cycle):
+    """Work of friction at the level of rounding is none; it does not make a cyclic slip of a contact whose nodes open and close."""
+    contact = punch(40, 20.0)
+    factor = 0.5 * fo.shakedown_limit(contact, paper_cycle, 1.5).load_factor
+    modes = np.polynomial.chebyshev.chebvander(contact.x, 6)[:, 1:]
+    rng = np.random.default_rng(40)
+    outcomes = set()
+    for _ in range(40):
+        steady = steady_state(contact, paper_cycle, 1.5, factor, initial_slip=rng.choice([0.01, 0.1, 0.3, 1.0, 3.0]) * modes @ rng.normal(size=6))
+        assert steady.dissipation == 0.0 or steady.dissipation > 1e-9
+        outcomes.add(steady.outcome)
+    assert Outcome.SHAKEDOWN in outcomes

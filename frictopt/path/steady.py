@@ -81,7 +81,8 @@ def steady_state(
 
     Once the events of a cycle repeat, slip at the end of a cycle is an affine function of slip at its beginning: its fixed point is extrapolated
     from the cycles so far (reduced-rank extrapolation, Sidi 2017) and accepted only where a cycle from it goes through the same events and comes
-    back to it. Shakedown is reported only of a slip that is safe at every corner, or of a state that comes back without any work of friction.
+    back to it. Shakedown is reported only of a slip that is safe at every corner, or, where nodes lift off, of a state that comes back without work
+    of friction (at most 1e-9 in units of force times slip scale).
 
     Parameters
     ----------
@@ -177,8 +178,8 @@ class _Run:
             return self._result(path, Outcome.SHAKEDOWN, 0 * self.work, self._violation(self.corners), False)
         same = next((k for k, other in enumerate(reversed(self.hashes)) if other != self.hashes[-1]), len(self.hashes))
         repeats = self.cycles > 1 and bool(np.abs(self.work - self.work_before).max() <= _PERIODIC * self.work.sum())
-        if self.change <= (_PERIODIC if same >= 2 or repeats else _REPEATS):
-            return self._result(path, Outcome.CYCLIC_SLIP, self.work, max(self.change, self._violation(self.corners)), False)
+        if self.change <= (_PERIODIC if same >= 2 or repeats else _REPEATS) and self._conclusive(self.work):
+            return self._periodic(path, self.work, self.change, self.corners, False)
         if same >= 3 and repeats and self._ratchets():
             return self._result(path, Outcome.RATCHETING, self.work, self._violation(self.corners), False)
         if same >= _LEAST + 1 and (same - _LEAST) % 2:
@@ -206,9 +207,9 @@ class _Run:
         except NoContinuation:
             return None
         back = self._distance(proof.state.u, fixed)
-        if back > _PERIODIC or events != self.hashes[-1]:
+        if back > _PERIODIC or events != self.hashes[-1] or not self._conclusive(work):
             return None
-        return self._result(proof, Outcome.CYCLIC_SLIP, work, max(back, self._violation(corners)), True)
+        return self._periodic(proof, work, back, corners, True)
 
     def _safe(self, u: Array) -> bool:
         """Whether the slip keeps every node closed and within its bound at every corner."""
@@ -217,6 +218,25 @@ class _Run:
             return False
         r = np.array(path.corners) + path.stress(u)
         return bool((path.friction * r[:, n:] - np.abs(r[:, :n])).min() >= -_SAFE * path.force)
+
+    def _slips(self, work: Array) -> bool:
+        """Whether a cycle's work of friction is more than its tolerance."""
+        return bool(work.sum() > TOLERANCE * self.force * self.length)
+
+    def _conclusive(self, work: Array) -> bool:
+        """Whether a cycle that comes back says what becomes of the contact: it slips, or some node lifts off.
+
+        Of a contact that stays closed a small work says nothing, since it may be on its way to nothing: there the slip must be safe.
+        """
+        n = self.path.nodes
+        return self._slips(work) or any((u[n:] + self.path.state.gap > 0).any() for u, _ in self.corners)
+
+    def _periodic(self, path: ExactPath, work: Array, change: float, corners: list[tuple[Array, Array]], extrapolated: bool) -> SteadyState:
+        """The steady state of a cycle that comes back; where nodes lift off and land, without more work than its tolerance, it is shakedown."""
+        residual = max(change, self._violation(corners))
+        if self._slips(work):
+            return self._result(path, Outcome.CYCLIC_SLIP, work, residual, extrapolated)
+        return self._result(path, Outcome.SHAKEDOWN, 0 * work, residual, extrapolated)
 
     def _approached(self, fixed: Array) -> bool:
         """Whether every one of the last cycles came closer to a state."""
