@@ -1,6 +1,10 @@
 import pytest
+from hypothesis import settings
 
 import frictopt as fo
+
+settings.register_profile("repeatable", derandomize=True)
+settings.load_profile("repeatable")
 
 
 @pytest.fixture(scope="session")

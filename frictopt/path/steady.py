@@ -81,8 +81,8 @@ def steady_state(
 
     Once the events of a cycle repeat, slip at the end of a cycle is an affine function of slip at its beginning: its fixed point is extrapolated
     from the cycles so far (reduced-rank extrapolation, Sidi 2017) and accepted only where a cycle from it goes through the same events and comes
-    back to it. Shakedown is reported only of a slip that is safe at every corner, or, where nodes lift off, of a state that comes back without work
-    of friction (at most 1e-9 in units of force times slip scale).
+    back to it. Shakedown is reported only of a slip that is safe at every corner, or, where nodes lift off or have no friction, of a state that
+    comes back without work of friction (at most 1e-9 in units of force times slip scale).
 
     Parameters
     ----------
@@ -224,12 +224,13 @@ class _Run:
         return bool(work.sum() > TOLERANCE * self.force * self.length)
 
     def _conclusive(self, work: Array) -> bool:
-        """Whether a cycle that comes back says what becomes of the contact: it slips, or some node lifts off.
+        """Whether a cycle that comes back says what becomes of the contact: it slips, or some node lifts off or moves without friction.
 
-        Of a contact that stays closed a small work says nothing, since it may be on its way to nothing: there the slip must be safe.
+        Of a contact whose nodes all stay closed and rub, a small work says nothing, since it may be on its way to nothing: there the slip must be
+        safe.
         """
         n = self.path.nodes
-        return self._slips(work) or any((u[n:] + self.path.state.gap > 0).any() for u, _ in self.corners)
+        return self._slips(work) or bool((self.path.friction == 0).any()) or any((u[n:] + self.path.state.gap > 0).any() for u, _ in self.corners)
 
     def _periodic(self, path: ExactPath, work: Array, change: float, corners: list[tuple[Array, Array]], extrapolated: bool) -> SteadyState:
         """The steady state of a cycle that comes back; where nodes lift off and land, without more work than its tolerance, it is shakedown."""
