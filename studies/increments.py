@@ -4,12 +4,10 @@ Run with `python -m studies.increments [--quick]`. Both engines that march in in
 increments is all there is to choose: no tolerance of a solver shows in the table of errors. Its column of seconds depends on the machine.
 """
 
-import argparse
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +17,7 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from .tables import Table, data_folder
+from .tables import Table, make_tables
 
 __all__ = ["CORNER", "CYCLE", "ERROR", "FULL", "LOADS", "QUICK", "Parameters", "main"]
 
@@ -240,15 +238,7 @@ CORNER = Table("increments_corner", "one node after one event of the exact path"
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Compute all tables of this study and write them."""
-    parser = argparse.ArgumentParser(prog="python -m studies.increments", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="coarse meshes and few increments, in seconds")
-    parser.add_argument("--data", type=Path, metavar="FOLDER", help="where to write; by default studies/data, or studies/data/quick")
-    options = parser.parse_args(argv)
-    folder = options.data or data_folder(options.quick)
-    for table in (ERROR, CYCLE, CORNER):
-        made = table.make(table.parameters(options.quick), folder)
-        print(f"{table.path(folder)}: {len(made)} rows, worst residual {made['residual'].max():.1e}, {made.attrs['seconds']:.1f} s")
-    return 0
+    return make_tables("studies.increments", __doc__, "coarse meshes and few increments, in seconds", (ERROR, CYCLE, CORNER), argv)
 
 
 if __name__ == "__main__":

@@ -3,10 +3,8 @@
 Run with `python -m studies.limits [--quick]`. All limits are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
 """
 
-import argparse
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,7 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from .tables import Table, data_folder
+from .tables import Table, make_tables
 
 __all__ = ["CORNER", "FRICTION", "FULL", "QUICK", "REACTIONS", "Parameters", "main"]
 
@@ -205,15 +203,7 @@ REACTIONS = Table(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Compute all tables of this study and write them."""
-    parser = argparse.ArgumentParser(prog="python -m studies.limits", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="few coarse meshes, in seconds")
-    parser.add_argument("--data", type=Path, metavar="FOLDER", help="where to write; by default studies/data, or studies/data/quick")
-    options = parser.parse_args(argv)
-    folder = options.data or data_folder(options.quick)
-    for table in (FRICTION, CORNER, REACTIONS):
-        made = table.make(table.parameters(options.quick), folder)
-        print(f"{table.path(folder)}: {len(made)} rows, worst residual {made['residual'].max():.1e}, {made.attrs['seconds']:.1f} s")
-    return 0
+    return make_tables("studies.limits", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, REACTIONS), argv)
 
 
 if __name__ == "__main__":

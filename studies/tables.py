@@ -1,10 +1,11 @@
 """Tables of the studies: where they are kept, and what they say about their own origin."""
 
+import argparse
 import hashlib
 import json
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from importlib.metadata import version
@@ -15,7 +16,7 @@ import pandas as pd
 
 import frictopt as fo
 
-__all__ = ["DATA", "Table", "data_folder"]
+__all__ = ["DATA", "Table", "data_folder", "make_tables"]
 
 DATA = Path(__file__).parent / "data"
 _LIBRARIES = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "scikit-fem", "pandas")
@@ -100,6 +101,33 @@ class Table(Generic[P]):
         versions = {"frictopt": f"{fo.__version__}+{_source_digest()}"} | {name: version(name) for name in _LIBRARIES}
         origin = {"table": self.name, "about": self.about, "columns": dict(self.columns), "parameters": asdict(parameters), "versions": versions}
         return dict(json.loads(json.dumps(origin)))  # as the file gives it back: tuples are lists
+
+
+def make_tables(study: str, about: str | None, quick: str, tables: Sequence[Table[Any]], argv: Sequence[str] | None) -> int:
+    """The command line of a study: compute all its tables and write them.
+
+    Parameters
+    ----------
+    study
+        Name of the module that is run.
+    about
+        What the study computes.
+    quick
+        What its quick size is.
+    tables
+        Its tables.
+    argv
+        Arguments of the command line, by default those of the process.
+    """
+    parser = argparse.ArgumentParser(prog=f"python -m {study}", description=about)
+    parser.add_argument("--quick", action="store_true", help=quick)
+    parser.add_argument("--data", type=Path, metavar="FOLDER", help="where to write; by default studies/data, or studies/data/quick")
+    options = parser.parse_args(argv)
+    folder = options.data or data_folder(options.quick)
+    for table in tables:
+        made = table.make(table.parameters(options.quick), folder)
+        print(f"{table.path(folder)}: {len(made)} rows, worst residual {made['residual'].max():.1e}, {made.attrs['seconds']:.1f} s")
+    return 0
 
 
 @cache

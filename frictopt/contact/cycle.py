@@ -10,7 +10,7 @@ from ..errors import ModelError
 from .checks import Array, checked_loads
 from .system import ContactSystem, checked_system
 
-__all__ = ["LoadCycle"]
+__all__ = ["LoadCycle", "checked_cycle"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,3 +54,10 @@ class LoadCycle:
         """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean."""
         pairs = [checked_system(system).reaction(corner) for corner in self.corners]
         return np.array([q for q, _ in pairs]), np.array([p for _, p in pairs])
+
+
+def checked_cycle(cycle: Any) -> LoadCycle:
+    """Check that `cycle` is a load cycle."""
+    if not isinstance(cycle, LoadCycle):
+        raise ModelError(f"cycle: a {type(cycle).__name__}; give a LoadCycle(mean=..., corners=[...])")
+    return cycle

@@ -10,6 +10,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, friction_coefficients, referee
 from ..contact.checks import Array, finite_array, frozen
+from ..contact.system import checked_system
 from ..errors import ModelError
 from .explain import explain
 from .solve import Attempt
@@ -89,9 +90,7 @@ class Law:
     """
 
     def __init__(self, system: ContactSystem, friction: Any) -> None:
-        if not isinstance(system, ContactSystem):
-            raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem (a scene's condense() makes one)")
-        self.system = system
+        self.system = checked_system(system)
         self.friction = friction_coefficients(friction, system.nodes)
         self.S = frozen(system.S / system.stiffness_scale)
 

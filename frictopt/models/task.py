@@ -7,8 +7,8 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
 from ..contact.checks import Array, flag
+from ..contact.cycle import checked_cycle
 from ..contact.mirror import is_mirror_symmetric
-from ..contact.system import checked_system
 from ..errors import ModelError
 from .interface import Interface, Loads, scaled_interface
 from .mechanism import Mechanism
@@ -29,9 +29,7 @@ def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
     ModelError
         Wrong types, or load cases that the system does not have.
     """
-    checked_system(system)
-    if not isinstance(cycle, LoadCycle):
-        raise ModelError(f"cycle: a {type(cycle).__name__}; give a LoadCycle(mean=..., corners=[...])")
+    checked_cycle(cycle)
     return Loads(*cycle.mean_reaction(system), *cycle.corner_reactions(system))
 
 

@@ -6,7 +6,9 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
 from ..contact.checks import Array, finite_array, finite_number
-from ..errors import ModelError, NoContinuation
+from ..contact.cycle import checked_cycle
+from ..contact.system import checked_system
+from ..errors import NoContinuation
 from .active import OPEN, new_active_set
 from .rate import find_rates, rate_problem
 from .segment import DONE, FULL, STALLED, Record, follow
@@ -60,11 +62,8 @@ class ExactPath:
     def __init__(
         self, system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, initial_slip: Any = None, *, keep: bool = False
     ) -> None:
-        if not isinstance(system, ContactSystem):
-            raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem")
-        if not isinstance(cycle, LoadCycle):
-            raise ModelError(f"cycle: a {type(cycle).__name__}; give a LoadCycle")
-        nodes = system.nodes
+        nodes = checked_system(system).nodes
+        checked_cycle(cycle)
         slip = np.zeros(nodes) if initial_slip is None else finite_array("initial_slip", initial_slip, (nodes,))
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         self.system = system
