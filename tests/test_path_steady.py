@@ -3,7 +3,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.path import ExactPath, Outcome, steady_state
-from systems import CYCLE, system
+from systems import CYCLE, random_system, system
 
 PAIR = (np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1))
 FIRST = (np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1))
@@ -109,3 +109,38 @@ def test_a_driven_punch_ratchets():
         path.run_cycle()
         drift.append(path.state.u - before)
     assert np.allclose(drift[-1], drift[-2], rtol=1e-9) and np.abs(drift[-1]).max() > 0.1
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_an_overload_is_one_cycle_at_another_load_factor_before_the_others(seed):
+    contact = random_system(np.random.default_rng(seed), 3)
+    start, factor = np.random.default_rng(seed).normal(size=3), 0.8 * limit_of(contact, 0.5)
+    path = ExactPath(contact, CYCLE, 0.5, 2.5 * factor, start)
+    path.start()
+    path.run_cycle()
+    corners = path.corners_at(factor)
+    work = []
+    for _ in range(60):
+        before = path.state.work.sum()
+        for corner in corners:
+            path.go(corner, "")
+        work.append(path.state.work.sum() - before)
+    steady = steady_state(contact, CYCLE, 0.5, factor, initial_slip=start, overload=2.5 * factor)
+    assert steady.first_cycle == pytest.approx(work[0], abs=1e-12)
+    assert steady.dissipation == pytest.approx(work[-1], abs=1e-9)
+    assert np.abs(steady.slip - path.state.u[:3]).max() < 1e-8
+
+
+def test_a_bad_overload_is_refused():
+    contact = system(*PAIR)
+    for bad in (-1.0, np.nan, "2"):
+        with pytest.raises(fo.ModelError, match="overload"):
+            steady_state(contact, CYCLE, 0.4, 0.5, overload=bad)
+
+
+def test_nodes_that_lift_off_in_the_steady_cycle_are_told():
+    """A node pressed by 1 at rest and pulled by 2 at the second corner opens there; its stuck neighbour does not."""
+    contact = system(np.eye(2), np.zeros((2, 2)), 0, (1, 1), 0, (2, 0), C=np.eye(2))
+    steady = steady_state(contact, CYCLE, 0.5, 1.0)
+    assert steady.open.tolist() == [True, False]
+    assert not steady_state(contact, CYCLE, 0.5, 0.4).open.any()

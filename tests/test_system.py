@@ -1,4 +1,6 @@
+import pickle
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -165,3 +167,21 @@ def test_closing_the_gap_pushes_back():
     q, p = system.with_gap(gap).closed_reaction({"mean": 1.0})
     r = np.r_[system.bonded["mean"]] + system.S @ np.r_[np.zeros(4), -gap]
     assert np.allclose(np.r_[q, p], r)
+
+
+def test_the_contact_modulus_is_kept_copied_saved_and_checked(tmp_path):
+    contact = random_system(np.random.default_rng(0), 2)
+    assert contact.E_star is None
+    known = replace(contact, E_star=3)
+    assert known.with_gap([0, 0.1]).E_star == 3.0
+    known.save(tmp_path / "known.npz")
+    assert fo.ContactSystem.load(tmp_path / "known.npz").E_star == 3.0
+    assert pickle.loads(pickle.dumps(known)).E_star == 3.0
+    with pytest.raises(fo.ModelError, match="E_star: 0"):
+        replace(contact, E_star=0)
+
+
+def test_a_condensed_scene_knows_its_contact_modulus():
+    bodies = fo.Material(E=210.0, nu=0.3), fo.Material(E=70.0, nu=0.33)
+    scene = fo.PunchOnHalfPlane(elements=4, punch_material=bodies[0], block_material=bodies[1])
+    assert scene.condense().E_star == pytest.approx(fo.reference.contact_modulus(210.0, 0.3, 70.0, 0.33), rel=1e-14)

@@ -9,11 +9,11 @@ import numpy as np
 from ..errors import ModelError
 from .checks import Array
 
-__all__ = ["MATRICES", "read", "write_npz"]
+__all__ = ["NAMES", "read", "write_npz"]
 
-MATRICES = ("A", "B", "C", "x", "gap")
+NAMES = ("A", "B", "C", "x", "gap", "E_star")
 _FORMAT = "frictopt contact system 1"
-_Content = tuple[dict[str, Array], dict[str, tuple[Array, Array]]]
+_Content = tuple[dict[str, Array], float | None, dict[str, tuple[Array, Array]]]
 
 
 def write_npz(path: str | Path, arrays: Mapping[str, Array], bonded: Mapping[str, tuple[Array, Array]]) -> None:
@@ -27,7 +27,7 @@ def write_npz(path: str | Path, arrays: Mapping[str, Array], bonded: Mapping[str
 
 
 def read(source: str | Path) -> _Content:
-    """Read an npz archive or a folder of Matrix Market files: the arrays by name, and the bonded reactions by load case."""
+    """Read an npz archive or a folder of Matrix Market files: arrays by name, contact modulus if known, and bonded reactions by load case."""
     try:
         path = Path(source)
         exists = path.exists()
@@ -39,13 +39,16 @@ def read(source: str | Path) -> _Content:
         found = {file.stem: _read_matrix_market(file) for file in sorted(path.glob("*.mtx"))}
     else:
         found = _read_npz(path)
-    unknown = [name for name in found if name not in MATRICES and not name.startswith("bonded.")]
+    unknown = [name for name in found if name not in NAMES and not name.startswith("bonded.")]
     if unknown:
         raise ModelError(f"path: {str(path)!r} holds {', '.join(unknown)}, which mean nothing here; load cases are called bonded.NAME")
-    missing = [name for name in MATRICES if name not in found and name != "gap"]
+    missing = [name for name in NAMES if name not in found and name not in ("gap", "E_star")]
     if missing:
         raise ModelError(f"path: {str(path)!r} has no {', '.join(missing)}; it needs A, B, C and x, and one bonded.NAME for each load case")
-    arrays = {name: found[name] for name in MATRICES if name in found}
+    modulus = found.pop("E_star", None)
+    if modulus is not None and modulus.size != 1:
+        raise ModelError(f"path: E_star of {str(path)!r} has shape {modulus.shape}; give one number")
+    arrays = {name: found[name] for name in NAMES if name in found}
     for name in ("x", "gap"):
         if name in arrays and arrays[name].ndim == 2 and 1 in arrays[name].shape:
             arrays[name] = arrays[name].ravel()
@@ -55,7 +58,7 @@ def read(source: str | Path) -> _Content:
             if columns.ndim != 2 or columns.shape[1] != 2:
                 raise ModelError(f"path: {name} of {str(path)!r} has shape {columns.shape}; give (N, 2), the columns q and p")
             bonded[name.removeprefix("bonded.")] = (columns[:, 0], columns[:, 1])
-    return arrays, bonded
+    return arrays, None if modulus is None else float(modulus.item()), bonded
 
 
 def _read_npz(path: Path) -> dict[str, Array]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import ModelError
 from . import storage
-from .checks import Array, check_name, checked_loads, finite_array, frozen
+from .checks import Array, check_name, checked_loads, finite_array, finite_number, frozen
 
 __all__ = ["ContactSystem", "checked_system"]
 
@@ -39,6 +39,9 @@ class ContactSystem:
         Load case name -> `(q, p)`, the (N,) bonded reactions under the unit load, force per depth.
     gap
         (N,) initial gap `g0 >= 0`, length; None, or empty, for a complete contact (no gap).
+    E_star
+        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area: only a unit, in which results are made dimensionless.
+        None: not known.
 
     Raises
     ------
@@ -53,6 +56,7 @@ class ContactSystem:
     x: Array
     bonded: Mapping[str, tuple[Array, Array]]
     gap: Array = field(default_factory=lambda: frozen([]))
+    E_star: float | None = None
 
     def __post_init__(self) -> None:
         x = finite_array("x", self.x, (None,))
@@ -68,11 +72,12 @@ class ContactSystem:
         gap = frozen(np.zeros(n)) if self.gap is None or np.size(self.gap) == 0 else finite_array("gap", self.gap, (n,))
         if gap.min() < 0:
             raise ModelError(f"gap: {gap.min():g} at node {int(gap.argmin())}; the bodies cannot overlap before loading, give gap >= 0")
-        for name, value in {"x": x, "A": A, "B": B, "C": C, "gap": gap, "bonded": _checked_bonded(self.bonded, n)}.items():
+        E_star = None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0)
+        for name, value in {"E_star": E_star, "x": x, "A": A, "B": B, "C": C, "gap": gap, "bonded": _checked_bonded(self.bonded, n)}.items():
             object.__setattr__(self, name, value)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.A, self.B, self.C, self.x, dict(self.bonded), self.gap)
+        return type(self), (self.A, self.B, self.C, self.x, dict(self.bonded), self.gap, self.E_star)
 
     def __repr__(self) -> str:
         return f"ContactSystem(nodes={self.nodes}, x={self.x[0]:g} .. {self.x[-1]:g}, loads={sorted(self.bonded)}, gap={bool(self.gap.any())})"
@@ -131,23 +136,24 @@ class ContactSystem:
         ModelError
             The file cannot be written.
         """
-        arrays: dict[str, Array] = {name: getattr(self, name) for name in storage.MATRICES}
+        values = {name: getattr(self, name) for name in storage.NAMES}
+        arrays: dict[str, Array] = {name: np.asarray(value) for name, value in values.items() if value is not None}
         storage.write_npz(path, arrays, self.bonded)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a system from an npz archive written by `save`, or from a folder of Matrix Market files.
 
-        The folder holds `A.mtx`, `B.mtx`, `C.mtx` (N x N, dense or sparse), `x.mtx` and, if there is one, `gap.mtx` (N x 1), and one
-        `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME.
+        The folder holds `A.mtx`, `B.mtx`, `C.mtx` (N x N, dense or sparse), `x.mtx` and, if there are any, `gap.mtx` (N x 1) and
+        `E_star.mtx` (1 x 1), and one `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME.
 
         Raises
         ------
         ModelError
             The file is missing, is not ours, or its content is not a contact system.
         """
-        arrays, bonded = storage.read(path)
-        return cls(bonded=bonded, **arrays)
+        arrays, E_star, bonded = storage.read(path)
+        return cls(bonded=bonded, E_star=E_star, **arrays)
 
 
 def checked_system(system: Any) -> ContactSystem:

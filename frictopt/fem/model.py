@@ -109,6 +109,7 @@ class ContactModel:
             C=S[n:, n:],
             x=self.block.mesh.p[0, contact],
             bonded={case: (R[:n, j], R[n:, j]) for j, case in enumerate(self.loads)},
+            E_star=1 / (1 / self.punch.material.plane_modulus + 1 / self.block.material.plane_modulus),
         )
 
     def _balanced(self, S: Array, R: Array) -> tuple[Array, Array]:

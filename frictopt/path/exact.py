@@ -68,10 +68,10 @@ class ExactPath:
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         self.system = system
         self.friction = np.array(friction_coefficients(friction, nodes))
-        mean = np.concatenate(system.reaction(cycle.mean))
-        self.mean = mean
-        self.corners = [mean + load_factor * np.concatenate(pair) for pair in zip(*cycle.corner_reactions(system), strict=True)]
-        self.force = float(np.abs(mean[nodes:]).mean() or max(np.abs(corner).max() for corner in self.corners) or 1.0)
+        self.mean = np.concatenate(system.reaction(cycle.mean))
+        self._cyclic = [np.concatenate(pair) for pair in zip(*cycle.corner_reactions(system), strict=True)]
+        self.corners = self.corners_at(load_factor)
+        self.force = float(np.abs(self.mean[nodes:]).mean() or max(np.abs(corner).max() for corner in self.corners) or 1.0)
         self.state = State(
             u=np.concatenate([slip, -system.gap]),
             r=np.concatenate([np.zeros(nodes), np.full(nodes, self.force)]),
@@ -92,6 +92,10 @@ class ExactPath:
     def nodes(self) -> int:
         """Number of node pairs, N."""
         return self.system.nodes
+
+    def corners_at(self, load_factor: float) -> list[Array]:
+        """Bonded reactions (2N,) at the corners of the cycle under a load factor."""
+        return [self.mean + load_factor * corner for corner in self._cyclic]
 
     def start(self) -> None:
         """Follow the path from the artificial load to the mean load."""

@@ -1,18 +1,17 @@
 """The steady state of a transient: does it stop slipping, and if not, how much does it dissipate in a cycle for ever."""
 
-from dataclasses import dataclass, field
-from enum import Enum
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, referee
-from ..contact.checks import Array, frozen, whole_number
+from ..contact.checks import Array, finite_number, frozen, whole_number
 from ..errors import NoContinuation, SolverError
 from .exact import ExactPath
+from .outcome import Outcome, SteadyState
 
-__all__ = ["Outcome", "SteadyState", "steady_state"]
+__all__ = ["steady_state"]
 
 TOLERANCE = 1e-9
 """Largest residual with which a steady state leaves the package."""
@@ -25,57 +24,15 @@ _WINDOW = 12  # cycles that an extrapolation looks back on
 _LEAST = 3  # cycles with the same events before the first extrapolation
 
 
-class Outcome(Enum):
-    """What becomes of a contact in the long run."""
-
-    SHAKEDOWN = "the contact stops slipping: its residual slip keeps every later cycle without dissipation"
-    CYCLIC_SLIP = "the contact slips to and fro for ever, the same in every cycle"
-    RATCHETING = "the contact slips for ever and its slip drifts by the same amount in every cycle"
-
-
-@dataclass(frozen=True, eq=False)
-class SteadyState:
-    """The steady state that a transient reaches, proven by a cycle that starts from it and comes back.
-
-    Attributes
-    ----------
-    outcome
-        What becomes of the contact.
-    dissipation
-        Work of friction per cycle in the steady state, >= 0, force times length per depth; exactly 0 after shakedown.
-    dissipation_per_node
-        (N,) its share at each node.
-    slip
-        (N,) slip at the last corner of the cycle, length (for ratcheting: after the last cycle that was followed).
-    first_cycle
-        Work of friction in the first cycle.
-    cycles
-        Cycles followed, those of proofs and of extrapolations that failed included.
-    events
-        Changes of status followed.
-    residual
-        Largest of: what the referee says of the corners of the proving cycle, and the change of slip over that cycle. Forces in units of the largest
-        nodal force of the load cycle, slips in units of that over the stiffness scale. At most 1e-9.
-    extrapolated
-        Whether the steady state is the fixed point of the cycle's affine map rather than reached cycle by cycle.
-    unproven
-        Number of events on the way whose rates are not proven to be the only ones; 0: the whole transient is proven.
-    """
-
-    outcome: Outcome
-    dissipation: float
-    dissipation_per_node: Array = field(repr=False)
-    slip: Array = field(repr=False)
-    first_cycle: float
-    cycles: int
-    events: int
-    residual: float
-    extrapolated: bool
-    unproven: int
-
-
 def steady_state(
-    system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, *, initial_slip: Any = None, most_cycles: int = 2000
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Any,
+    load_factor: float,
+    *,
+    initial_slip: Any = None,
+    overload: float | None = None,
+    most_cycles: int = 2000,
 ) -> SteadyState:
     """Follow a transient exactly until its steady state is proven.
 
@@ -94,6 +51,8 @@ def steady_state(
         Load factor, >= 0.
     initial_slip
         (N,) slip left from assembly, length; None for none.
+    overload
+        Load factor of one cycle before all others, >= 0; None for none.
     most_cycles
         Give up after this many.
 
@@ -109,6 +68,9 @@ def steady_state(
     whole_number("most_cycles", most_cycles, least=1)
     path = ExactPath(system, cycle, friction, load_factor, initial_slip)
     path.start()
+    if overload is not None:
+        for number, corner in enumerate(path.corners_at(finite_number("overload", overload, least=0.0))):
+            path.go(corner, f"the overload's way to corner {number}")
     run = _Run(path)
     while run.cycles < most_cycles:
         run.cycle()
@@ -174,14 +136,16 @@ class _Run:
     def steady(self) -> SteadyState | None:
         """The steady state, if it is proven by now."""
         path = self.path
-        if self._safe(path.state.u) or (not self.work.any() and self.change <= _PERIODIC):
-            return self._result(path, Outcome.SHAKEDOWN, 0 * self.work, self._violation(self.corners), False)
+        if self._safe(path.state.u):
+            return self._at_rest(path, False)
+        if not self.work.any() and self.change <= _PERIODIC:
+            return self._result(path, Outcome.SHAKEDOWN, self.work, self.corners, 0.0, False)
         same = next((k for k, other in enumerate(reversed(self.hashes)) if other != self.hashes[-1]), len(self.hashes))
         repeats = self.cycles > 1 and bool(np.abs(self.work - self.work_before).max() <= _PERIODIC * self.work.sum())
         if self.change <= (_PERIODIC if same >= 2 or repeats else _REPEATS) and self._conclusive(self.work):
             return self._periodic(path, self.work, self.change, self.corners, False)
         if same >= 3 and repeats and self._ratchets():
-            return self._result(path, Outcome.RATCHETING, self.work, self._violation(self.corners), False)
+            return self._result(path, Outcome.RATCHETING, self.work, self.corners, 0.0, False)
         if same >= _LEAST + 1 and (same - _LEAST) % 2:
             return self._extrapolated(same)
         return None
@@ -201,7 +165,7 @@ class _Run:
         if proof is None:
             return None
         if self._safe(fixed):
-            return self._result(proof, Outcome.SHAKEDOWN, 0 * self.work, self._violation(self.corners), True) if self._just_safe(fixed) else None
+            return self._at_rest(proof, True) if self._just_safe(fixed) else None
         try:
             work, events, corners = self._one(proof)
         except NoContinuation:
@@ -216,8 +180,8 @@ class _Run:
         path, n = self.path, self.path.nodes
         if np.any(u[n:] + path.state.gap > 0):
             return False
-        r = np.array(path.corners) + path.stress(u)
-        return bool((path.friction * r[:, n:] - np.abs(r[:, :n])).min() >= -_SAFE * path.force)
+        q, p = np.split(np.array(path.corners) + path.stress(u), 2, axis=1)
+        return bool(min((path.friction * p - np.abs(q)).min(), p.min()) >= -_SAFE * path.force)
 
     def _slips(self, work: Array) -> bool:
         """Whether a cycle's work of friction is more than its tolerance."""
@@ -229,15 +193,24 @@ class _Run:
         Of a contact whose nodes all stay closed and rub, a small work says nothing, since it may be on its way to nothing: there the slip must be
         safe.
         """
-        n = self.path.nodes
-        return self._slips(work) or bool((self.path.friction == 0).any()) or any((u[n:] + self.path.state.gap > 0).any() for u, _ in self.corners)
+        return self._slips(work) or bool((self.path.friction == 0).any()) or bool(self._open(self.corners).any())
+
+    def _open(self, corners: list[tuple[Array, Array]]) -> np.ndarray[Any, np.dtype[np.bool_]]:
+        """(N,) whether each node is open at some corner."""
+        opened: np.ndarray[Any, np.dtype[np.bool_]] = np.any([u[self.path.nodes :] + self.path.state.gap > 0 for u, _ in corners], axis=0)
+        return opened
 
     def _periodic(self, path: ExactPath, work: Array, change: float, corners: list[tuple[Array, Array]], extrapolated: bool) -> SteadyState:
         """The steady state of a cycle that comes back; where nodes lift off and land, without more work than its tolerance, it is shakedown."""
-        residual = max(change, self._violation(corners))
         if self._slips(work):
-            return self._result(path, Outcome.CYCLIC_SLIP, work, residual, extrapolated)
-        return self._result(path, Outcome.SHAKEDOWN, 0 * work, residual, extrapolated)
+            return self._result(path, Outcome.CYCLIC_SLIP, work, corners, change, extrapolated)
+        return self._result(path, Outcome.SHAKEDOWN, 0 * work, corners, change, extrapolated)
+
+    def _at_rest(self, path: ExactPath, extrapolated: bool) -> SteadyState:
+        """Shakedown to a safe slip, which stays the same through all corners."""
+        u = path.state.u
+        resting = [(u, corner + path.stress(u)) for corner in path.corners]
+        return self._result(path, Outcome.SHAKEDOWN, 0 * self.work, resting, self._violation(self.corners), extrapolated)
 
     def _approached(self, fixed: Array) -> bool:
         """Whether every one of the last cycles came closer to a state."""
@@ -251,7 +224,10 @@ class _Run:
         slack = (path.friction * r[:, n:] - np.abs(r[:, :n])).min(axis=0)
         return bool(slack[self.work > 0].max() <= _TOUCHING * path.force)
 
-    def _result(self, path: ExactPath, outcome: Outcome, work: Array, residual: float, extrapolated: bool) -> SteadyState:
+    def _result(
+        self, path: ExactPath, outcome: Outcome, work: Array, corners: list[tuple[Array, Array]], change: float, extrapolated: bool
+    ) -> SteadyState:
+        residual = max(change, self._violation(corners))
         if not residual <= TOLERANCE:
             raise SolverError(
                 f"steady state: its states violate the contact law, or do not come back, by {residual:.1e} (tolerance {TOLERANCE:g}); "
@@ -262,6 +238,7 @@ class _Run:
             dissipation=float(work.sum()),
             dissipation_per_node=frozen(work),
             slip=frozen(path.state.u[: path.nodes]),
+            open=self._open(corners),
             first_cycle=self.first,
             cycles=self.cycles,
             events=int(path.state.trace[0]),

@@ -1,0 +1,63 @@
+"""What becomes of a contact in the long run, and what is known of it."""
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from ..contact.checks import Array
+
+__all__ = ["Outcome", "SteadyState"]
+
+
+class Outcome(Enum):
+    """What becomes of a contact in the long run."""
+
+    SHAKEDOWN = "the contact stops slipping: its residual slip keeps every later cycle without dissipation"
+    CYCLIC_SLIP = "the contact slips to and fro for ever, the same in every cycle"
+    RATCHETING = "the contact slips for ever and its slip drifts by the same amount in every cycle"
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyState:
+    """The steady state that a transient reaches, proven by a cycle that starts from it and comes back.
+
+    Attributes
+    ----------
+    outcome
+        What becomes of the contact.
+    dissipation
+        Work of friction per cycle in the steady state, >= 0, force times length per depth; exactly 0 after shakedown.
+    dissipation_per_node
+        (N,) its share at each node.
+    slip
+        (N,) slip at the last corner of the cycle, length (for ratcheting: after the last cycle that was followed).
+    open
+        (N,) whether the node is open at some corner of the steady cycle.
+    first_cycle
+        Work of friction in the first cycle; the one of an overload does not count.
+    cycles
+        Cycles followed, those of proofs and of extrapolations that failed included.
+    events
+        Changes of status followed.
+    residual
+        Largest of: what the referee says of the corners of the proving cycle, and the change of slip over that cycle. Forces in units of the largest
+        nodal force of the load cycle, slips in units of that over the stiffness scale. At most 1e-9.
+    extrapolated
+        Whether the steady state is the fixed point of the cycle's affine map rather than reached cycle by cycle.
+    unproven
+        Number of events on the way whose rates are not proven to be the only ones; 0: the whole transient is proven.
+    """
+
+    outcome: Outcome
+    dissipation: float
+    dissipation_per_node: Array = field(repr=False)
+    slip: Array = field(repr=False)
+    open: np.ndarray[Any, np.dtype[np.bool_]] = field(repr=False)
+    first_cycle: float
+    cycles: int
+    events: int
+    residual: float
+    extrapolated: bool
+    unproven: int
