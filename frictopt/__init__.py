@@ -10,7 +10,7 @@ from .errors import FrictoptError, ModelError, NoContinuation, SolverError
 from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction
 from .models import SafeSlip, ShakedownLimit, ShakedownModel, safe_slip, shakedown_limit
 from .path import Outcome, SteadyState, steady_state
-from .study import Trajectory, march
+from .study import Trajectory, dissipation_study, march
 
 __version__ = "0.1.0"
 
@@ -36,6 +36,7 @@ __all__ = [
     "Traction",
     "Trajectory",
     "Verdict",
+    "dissipation_study",
     "march",
     "onset",
     "referee",

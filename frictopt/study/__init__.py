@@ -1,6 +1,22 @@
-"""Transients and campaigns of them, as tables."""
+"""Campaigns: transients as trajectories, and steady states of many transients as tables."""
 
+from .dissipation import Interrupted, dissipation_study
 from .march import march
+from .starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
+from .store import DamagedPart, StoreError
 from .trajectory import Trajectory
 
-__all__ = ["Trajectory", "march"]
+__all__ = [
+    "DamagedPart",
+    "Interrupted",
+    "Start",
+    "StoreError",
+    "Trajectory",
+    "dissipation_study",
+    "given_slips",
+    "march",
+    "no_slip",
+    "overloads",
+    "random_slips",
+    "safe_slips",
+]

@@ -1,0 +1,206 @@
+"""Campaigns: the steady states of many transients as one table."""
+
+import os
+import warnings
+from collections.abc import Container, Iterable, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import closing
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from itertools import chain, product
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..contact.checks import Array, finite_number, flag, whole_number
+from ..contact.cycle import checked_cycle
+from ..contact.system import checked_system
+from ..errors import ModelError, SolverError
+from ..models import ShakedownLimit, safe_slip, shakedown_limit
+from .execute import execute
+from .run import Contact, Run, failed, one_thread, run_key
+from .starts import Start, checked_starts
+from .store import Store, StoreError
+
+__all__ = ["Interrupted", "dissipation_study"]
+
+_WORTH_A_WORKER = 50  # runs; a process takes seconds to start
+
+_TYPES = {"seed": "Int64", "cycles": "Int64", "slipping": "Int64", "open": "Int64"}
+_COLUMNS = (
+    *("load_factor", "load_ratio", "start", "family", "seed", "amplitude", "outcome", "dissipation", "dissipation_scaled", "first_cycle"),
+    *("largest_share", "cycles", "slipping", "open", "residual", "engine", "seconds", "error"),
+)
+
+
+class Interrupted(UserWarning):
+    """A study was stopped by Ctrl-C; its table holds the runs that were finished."""
+
+
+def dissipation_study(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Any,
+    load_factors: Iterable[float],
+    initial_slips: Any = None,
+    *,
+    executor: Executor | None = None,
+    workers: int | None = None,
+    store: str | os.PathLike[str] | None = None,
+    progress: bool = True,
+) -> pd.DataFrame:
+    """Follow a transient to its steady state from every start at every load factor (Flicek et al. 2015, section 5).
+
+    A run that fails is a row with its error. Ctrl-C ends the study with the rows finished so far, and a warning. The table is the same, but for the
+    seconds, however the runs are spread.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    load_factors
+        Load factors, each >= 0.
+    initial_slips
+        Starts, as `no_slip`, `safe_slips`, `random_slips`, `overloads` and `given_slips` of `frictopt.study` make them (lists to be added up); or an
+        array (starts, N) of residual slips, length; None: none.
+    executor
+        Any executor of `concurrent.futures`' interface (such as a dask client's `get_executor()`); by default processes of our own.
+    workers
+        Number of these processes; 1: no other process than this one. By default one for each core, and not more than are worth their start.
+    store
+        Folder that keeps each run as it finishes, by content: a study started again runs only what is missing.
+    progress
+        Whether to show count, rate and time left; on a terminal only.
+
+    Returns
+    -------
+    DataFrame
+        One row for each run, ordered by load factor and start as given. Columns: load_factor; load_ratio, it over the shakedown limit (NaN where that
+        is not finite); start, family, seed, see `Start`; amplitude, root mean square of the initial slip; outcome, the name of an `Outcome`, or
+        "FAILED"; dissipation, work of friction per cycle in the steady state; dissipation_scaled, `W E* / P^2` with P the total normal force of the
+        mean load (NaN if the system does not know its `E_star`); first_cycle, work in the first cycle; largest_share, that of the node that
+        dissipates most; cycles followed; slipping and open, numbers of nodes; residual; engine; seconds; error, the text for a run that failed, else
+        empty. `attrs` holds "shakedown_limit" and "missing", the number of runs that an interrupt left out.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+    StoreError
+        A run cannot be written; `table` of the error holds what is finished.
+    """
+    f = np.array(friction_coefficients(friction, checked_system(system).nodes))
+    contact = Contact(system, checked_cycle(cycle), f)
+    factors = _checked_factors(load_factors)
+    starts = checked_starts(initial_slips, system.nodes)
+    if executor is not None and not hasattr(executor, "submit"):
+        raise ModelError(f"executor: a {type(executor).__name__}; give an executor of concurrent.futures, or of dask by client.get_executor()")
+    if executor is not None and workers is not None:
+        raise ModelError(f"workers: {workers!r} beside an executor, which has its own; leave one of them out")
+    count = None if workers is None else whole_number("workers", workers, least=1)
+    progress, kept = flag("progress", progress), None if store is None else Store(store)
+    rows: dict[str, dict[str, Any]] = {}
+    with one_thread():
+        campaign = _Campaign(contact, factors, starts, _limit(contact))
+        try:
+            if kept is not None:
+                rows.update((key, row) for key in campaign.keys if (row := kept.read(key)) is not None)
+            with _progress(len(set(campaign.keys)), len(rows), progress) as bar:
+                missing, hopeless = campaign.prepared(rows.keys())
+                some = min(_cores(), 1 + len(missing) // _WORTH_A_WORKER) if count is None else count
+                with closing(execute(contact, missing, executor, some)) as finished:
+                    for row, answered in chain(((row, False) for row in hopeless), finished):
+                        rows[row["key"]] = row
+                        if kept is not None and answered:
+                            kept.write(row)
+                        bar.update()
+        except StoreError as error:
+            error.table = campaign.table(rows)
+            raise
+        except KeyboardInterrupt:
+            left = len(set(campaign.keys) - rows.keys())
+            warnings.warn(f"dissipation_study: interrupted, {left} runs are not in the table", Interrupted, stacklevel=2)
+    return campaign.table(rows)
+
+
+@dataclass(frozen=True, eq=False)
+class _Campaign:
+    """Load factors times starts on one contact."""
+
+    contact: Contact
+    factors: Sequence[float]
+    starts: Sequence[Start]
+    limit: ShakedownLimit | None  # None: no solver proved it
+
+    @cached_property
+    def keys(self) -> list[str]:
+        """Keys of all runs, by load factor and start."""
+        contact = self.contact.key()
+        return [run_key(contact, factor, start) for factor, start in product(self.factors, self.starts)]
+
+    def prepared(self, done: Container[str]) -> tuple[list[Run], list[dict[str, Any]]]:
+        """The runs that are not done, each once, and the rows of those whose start cannot be found."""
+        missing = {key: pair for key, pair in zip(self.keys, product(self.factors, self.starts), strict=True) if key not in done}
+        runs, hopeless = [], []
+        safe = cache(self._safe_slip)
+        for key, (factor, start) in missing.items():
+            overload = None if start.overload is None else start.overload * factor
+            run = Run(key, start.name, factor, start.slip, overload)
+            try:
+                runs.append(run if start.safe_multiple is None else replace(run, slip=start.safe_multiple * safe(factor)))
+            except SolverError as error:
+                hopeless.append(failed(run, f"{type(error).__name__}: {error}"))
+        return runs, hopeless
+
+    def _safe_slip(self, load_factor: float) -> Array:
+        """The safe slip with the largest margin; above the shakedown limit the one at the limit."""
+        if self.limit is not None and np.isfinite(self.limit.load_factor) and load_factor >= self.limit.load_factor:
+            return self.limit.slip
+        return safe_slip(self.contact.system, self.contact.cycle, self.contact.friction, load_factor).slip
+
+    def table(self, rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
+        """The runs that have a row, in their order."""
+        system, limit = self.contact.system, np.nan if self.limit is None else self.limit.load_factor
+        force = abs(float(self.contact.cycle.mean_reaction(system)[1].sum()))
+        scale = system.E_star / force**2 if system.E_star is not None and force > 0 else np.nan
+        records = []
+        for key, (factor, start) in zip(self.keys, product(self.factors, self.starts), strict=True):
+            if key in rows:
+                own = {"load_ratio": factor / limit if limit > 0 and np.isfinite(limit) else np.nan, "start": start.name, "family": start.family}
+                scaled = {"seed": start.seed, "dissipation_scaled": rows[key]["dissipation"] * scale}
+                records.append({**rows[key], **own, **scaled})
+        table = pd.DataFrame(records, columns=list(_COLUMNS)).astype(_TYPES)
+        table.attrs = {"shakedown_limit": float(limit), "missing": len(self.keys) - len(records)}
+        return table
+
+
+def _limit(contact: Contact) -> ShakedownLimit | None:
+    try:
+        return shakedown_limit(contact.system, contact.cycle, contact.friction)
+    except SolverError:
+        return None
+
+
+def _checked_factors(load_factors: Any) -> list[float]:
+    if isinstance(load_factors, str) or not np.iterable(load_factors):
+        raise ModelError(f"load_factors: {load_factors!r}; give a list of load factors")
+    factors = [finite_number("load_factors", factor, least=0.0) for factor in load_factors]
+    if not factors:
+        raise ModelError("load_factors: empty; give at least one")
+    if len(set(factors)) < len(factors):
+        raise ModelError("load_factors: one of them is there twice; give each once")
+    return factors
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _progress(total: int, done: int, show: bool) -> Any:
+    from tqdm import tqdm  # only campaigns need it
+
+    return tqdm(total=total, initial=done, desc="transients", unit="run", disable=None if show else True)

@@ -1,0 +1,157 @@
+"""Where the transients of a campaign start: families of residual slips, and overloads."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..contact import ContactSystem
+from ..contact.checks import Array, finite_array, finite_number, frozen, whole_number
+from ..errors import ModelError
+
+__all__ = ["Start", "checked_starts", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips"]
+
+_MODES = 6  # Chebyshev polynomials that make up a smooth slip
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """One way to start a transient.
+
+    Attributes
+    ----------
+    family
+        What kind of start it is: "none", "safe", "smooth", "rough", "overload", "given", or a name of your own.
+    name
+        Its name in tables.
+    slip
+        (N,) residual slip from assembly, length; None for none, or where the linear program gives it.
+    safe_multiple
+        Multiple of the linear program's safe slip at the run's load factor (at the shakedown limit where that is lower); None for a slip of its own.
+    overload
+        Load factor of one cycle before all others, in units of the run's own; None for no overload.
+    seed
+        Seed of a random slip; None for one that is not random.
+
+    Raises
+    ------
+    ModelError
+        Names that are no texts, numbers that are not finite, a slip and a multiple of the safe slip at once.
+    """
+
+    family: str
+    name: str
+    slip: Array | None = field(default=None, repr=False)
+    safe_multiple: float | None = None
+    overload: float | None = None
+    seed: int | None = None
+
+    def __post_init__(self) -> None:
+        for label in ("family", "name"):
+            if not isinstance(getattr(self, label), str) or not getattr(self, label):
+                raise ModelError(f"{label} of a start: {getattr(self, label)!r}; give a text")
+        if self.slip is not None:
+            object.__setattr__(self, "slip", finite_array(f"slip of start {self.name!r}", self.slip, (None,)))
+        if self.safe_multiple is not None:
+            object.__setattr__(self, "safe_multiple", finite_number(f"safe_multiple of start {self.name!r}", self.safe_multiple))
+            if self.slip is not None:
+                raise ModelError(f"start {self.name!r}: it has a slip and a multiple of the safe slip; give one of them")
+        if self.overload is not None:
+            object.__setattr__(self, "overload", finite_number(f"overload of start {self.name!r}", self.overload, least=0.0))
+
+
+def no_slip() -> list[Start]:
+    """The start without residual slip."""
+    return [Start("none", "none")]
+
+
+def safe_slips(multiples: Iterable[float] = (1.0,)) -> list[Start]:
+    """Multiples of the safe slip with the largest margin at each load factor."""
+    return [Start("safe", f"safe x {number:g}", safe_multiple=number) for number in _numbers("multiples", multiples)]
+
+
+def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int, *, seed: int = 0) -> list[Start]:
+    """Random residual slips: for each amplitude `count` smooth ones and as many rough ones.
+
+    Smooth ones are sums of the Chebyshev polynomials 1 to 6 along the interface with normally distributed coefficients, rough ones are independent
+    from node to node; both without the mean, which only moves one body along the other.
+
+    Parameters
+    ----------
+    system
+        The contact, of two nodes or more.
+    amplitudes
+        Root mean square of the slips over the nodes, length.
+    count
+        Number of slips of each kind and amplitude.
+    seed
+        Seed of the first slip; each has one of its own.
+
+    Raises
+    ------
+    ModelError
+        A contact of one node, bad amplitudes, counts or seeds.
+    """
+    if system.nodes < 2:
+        raise ModelError("system: one node; a slip of one node is a number, give it by given_slips")
+    whole_number("count", count, least=1)
+    whole_number("seed", seed, least=0)
+    position = np.interp(system.x, [system.x[0], system.x[-1]], [-1.0, 1.0])
+    modes = np.polynomial.chebyshev.chebvander(position, _MODES)[:, 1:]
+    starts: list[Start] = []
+    for amplitude in _numbers("amplitudes", amplitudes, least=0.0):
+        for family in ("smooth", "rough"):
+            for own in range(seed + len(starts), seed + len(starts) + count):
+                rng = np.random.default_rng(own)
+                slip = modes @ rng.normal(size=_MODES) if family == "smooth" else rng.normal(size=system.nodes)
+                slip = slip - slip.mean()
+                starts.append(Start(family, f"{family} {amplitude:g} #{own}", frozen(slip * amplitude / root_mean_square(slip)), seed=own))
+    return starts
+
+
+def overloads(factors: Iterable[float]) -> list[Start]:
+    """No residual slip, but one cycle at a higher load first; its load factor in units of the run's own."""
+    return [Start("overload", f"overload x {factor:g}", overload=factor) for factor in _numbers("factors", factors, least=0.0)]
+
+
+def given_slips(slips: Any, *, family: str = "given") -> list[Start]:
+    """Residual slips of your own, (starts, N), length."""
+    return [Start(family, f"{family} {number}", slip) for number, slip in enumerate(finite_array("slips", slips, (None, None)))]
+
+
+def checked_starts(initial_slips: Any, nodes: int) -> Sequence[Start]:
+    """Starts for a contact of N nodes, from a list of them, from an array of slips (starts, N), or from None.
+
+    Raises
+    ------
+    ModelError
+        Neither of these, none at all, slips of another number of nodes, or two starts of one name.
+    """
+    starts = no_slip() if initial_slips is None else initial_slips
+    if hasattr(starts, "__len__") and len(starts) == 0:
+        raise ModelError("initial_slips: empty; give at least one start")
+    if not (isinstance(starts, Sequence) and any(isinstance(start, Start) for start in starts)):
+        starts = given_slips(finite_array("initial_slips", starts, (None, nodes)))
+    names = set()
+    for start in starts:
+        if not isinstance(start, Start):
+            raise ModelError(f"initial_slips: a {type(start).__name__} among starts; put slips of your own in by given_slips(...)")
+        if start.slip is not None and len(start.slip) != nodes:
+            raise ModelError(f"initial_slips: start {start.name!r} has {len(start.slip)} nodes, the contact {nodes}")
+        if start.name in names:
+            raise ModelError(f"initial_slips: two starts are called {start.name!r}; give them different names or seeds")
+        names.add(start.name)
+    return starts
+
+
+def root_mean_square(slip: Array) -> float:
+    """Root mean square over the nodes, the same for any size of the numbers."""
+    largest = float(np.abs(slip).max()) or 1.0
+    return largest * float(np.sqrt(np.mean((slip / largest) ** 2)))
+
+
+def _numbers(name: str, values: Any, least: float = -np.inf) -> list[float]:
+    if isinstance(values, str) or not np.iterable(values):
+        raise ModelError(f"{name}: {values!r}; give a list of numbers")
+    return [finite_number(name, value, least=least) for value in values]

@@ -1,0 +1,102 @@
+"""A campaign whose processes are killed without warning, at random moments."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import psutil
+import pytest
+
+import campaign
+
+ROOT = Path(__file__).parent.parent
+PATIENCE = 120  # seconds, until a process that hangs is an error
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    return campaign.study(workers=1)
+
+
+def begun(folder, target):
+    """A campaign in its own process, with at least `target` runs in its store."""
+    folder.mkdir()
+    command = [sys.executable, str(ROOT / "tests" / "campaign.py"), str(folder / "store"), str(folder / "table")]
+    driver = psutil.Popen(command, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE)
+    until(lambda: len(parts(folder)) >= target or driver.poll() is not None)
+    return driver
+
+
+def parts(folder):
+    return {path.name for path in (folder / "store").glob("*.parquet")}
+
+
+def until(done):
+    end = time.monotonic() + PATIENCE
+    while not done():
+        assert time.monotonic() < end
+        time.sleep(0.002)
+
+
+def workers(driver):
+    return [child for child in driver.children() if "spawn_main" in " ".join(child.cmdline())]
+
+
+def same(table, undisturbed):
+    pd.testing.assert_frame_equal(table.drop(columns="seconds"), undisturbed.drop(columns="seconds"), check_exact=True)
+
+
+def killed_driver(folder, target, undisturbed):
+    """Kill the driver: every part of its store stays and is right, its workers end, and the study started again completes the table."""
+    driver = begun(folder, target)
+    left, before = workers(driver), parts(folder)
+    driver.kill()
+    driver.communicate()
+    assert not psutil.wait_procs(left, timeout=PATIENCE)[1]
+    assert before and before <= parts(folder)
+    same(campaign.study(workers=1, store=folder / "store"), undisturbed)
+    return len(before)
+
+
+def killed_worker(folder, target, undisturbed, number=0):
+    """Kill a worker: the driver goes on with new ones and ends with the whole table."""
+    driver = begun(folder, target)
+    found = workers(driver)
+    if found:
+        found[number % len(found)].kill()
+    _, errors = driver.communicate(timeout=PATIENCE)
+    assert driver.returncode == 0, errors.decode()
+    same(pd.read_parquet(folder / "table"), undisturbed)
+    return len(found)
+
+
+def test_a_killed_driver_loses_no_finished_run(tmp_path, undisturbed):
+    assert 0 < killed_driver(tmp_path / "run", random.Random(0).randint(1, len(undisturbed) - 100), undisturbed) < len(undisturbed)
+
+
+def test_a_killed_worker_loses_no_run(tmp_path, undisturbed):
+    assert killed_worker(tmp_path / "run", random.Random(5).randint(1, len(undisturbed) - 300), undisturbed)
+
+
+def test_ctrl_c_on_the_whole_group_ends_with_a_usable_table(tmp_path, undisturbed):
+    driver = begun(tmp_path / "run", 200)
+    for process in (driver, *workers(driver)):
+        process.send_signal(signal.SIGINT)
+    _, errors = driver.communicate(timeout=PATIENCE)
+    assert driver.returncode == 0 and b"Interrupted: dissipation_study: interrupted" in errors and b"Traceback" not in errors
+    table = pd.read_parquet(tmp_path / "run" / "table")
+    assert 200 <= len(table) == len(undisturbed) - table.attrs["missing"] < len(undisturbed)
+    keys = ["load_factor", "start"]
+    same(table, undisturbed.set_index(keys).loc[pd.MultiIndex.from_frame(table[keys])].reset_index()[table.columns])
+
+
+def test_workers_that_die_at_once_end_in_rows_that_say_so(tmp_path, monkeypatch):
+    monkeypatch.setattr("frictopt.study.execute._set_up", campaign.end)
+    table = campaign.study(workers=2, store=tmp_path / "store")
+    assert (table.outcome == "FAILED").all() and table.error.str.contains("its worker died").all()
+    assert not parts(tmp_path)

@@ -1,0 +1,292 @@
+import errno
+import io
+import re
+import sys
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+
+import numpy as np
+import pandas as pd
+import pytest
+from distributed import Client, LocalCluster
+
+import frictopt as fo
+from frictopt.study import Start, dissipation, given_slips, no_slip, overloads, random_slips, run, safe_slips, store
+from systems import CYCLE, random_system, system
+
+ONE = (2.0, 0.5, 0.1, 1.0, 1.0, 0.2)  # one node, A, B, q0, p0, q1, p1
+
+
+@pytest.fixture(scope="module")
+def contact():
+    return replace(random_system(np.random.default_rng(3), 4), E_star=2.0)
+
+
+@pytest.fixture(scope="module")
+def starts(contact):
+    return no_slip() + safe_slips([1.0, -2.0]) + random_slips(contact, [0.3, 3.0], 3) + overloads([2.0]) + given_slips(np.eye(4))
+
+
+@pytest.fixture(scope="module")
+def factors(contact):
+    return fo.shakedown_limit(contact, CYCLE, 0.4).load_factor * np.array([0.5, 0.95, 1.2])
+
+
+@pytest.fixture(scope="module")
+def table(contact, factors, starts):
+    return fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, workers=1)
+
+
+def results(table):
+    return table.drop(columns="seconds")
+
+
+def test_one_node_has_the_closed_form_dissipation_from_every_start():
+    one = replace(system(*ONE), E_star=7.0)
+    table = fo.dissipation_study(one, CYCLE, 0.4, [1.2 * (limit := fo.shakedown_limit(one, CYCLE, 0.4).load_factor)], [[0.0], [1.0], [-3.0]])
+    assert table.dissipation.to_numpy() == pytest.approx(3 * [0.061945108310], rel=1e-9)
+    assert table.dissipation_scaled.to_numpy() == pytest.approx(3 * [0.061945108310 * 7.0], rel=1e-9)
+    assert table.load_ratio.to_numpy() == pytest.approx(3 * [1.2], rel=1e-9)
+    assert table.attrs == {"shakedown_limit": limit, "missing": 0}
+    assert (table.slipping == 1).all() and (table.largest_share == 1.0).all() and (table.open == 0).all()
+
+
+def test_rows_are_the_steady_states_of_each_load_factor_and_start(contact, factors, starts, table):
+    assert len(table) == len(factors) * len(starts)
+    assert table.load_factor.tolist() == [factor for factor in factors for _ in starts]
+    assert table.start.tolist() == 3 * [start.name for start in starts]
+    for number in (0, 4, 12, 20, 26, 35):
+        row, start = table.iloc[number], starts[number % len(starts)]
+        if start.slip is None:
+            continue
+        steady = fo.steady_state(contact, CYCLE, 0.4, row.load_factor, initial_slip=start.slip)
+        assert (row.outcome, row.dissipation, row.first_cycle) == (steady.outcome.name, steady.dissipation, steady.first_cycle)
+        assert row.amplitude == pytest.approx(np.sqrt(np.mean(start.slip**2)))
+    assert (table.residual <= 1e-9).all() and (table.error == "").all()
+
+
+def test_below_the_limit_the_safe_slip_stays_safe_and_above_it_every_start_dissipates(table):
+    below = table[(table.load_ratio < 1) & (table.start == "safe x 1")]
+    assert len(below) == 2 and (below.outcome == "SHAKEDOWN").all() and (below.first_cycle == 0).all()
+    above = table[table.load_ratio > 1]
+    assert (above.outcome == "CYCLIC_SLIP").all() and (above.dissipation > 0).all()
+
+
+def test_an_overload_counts_in_units_of_the_runs_own_load_factor(contact, factors, table):
+    row = table[(table.family == "overload")].iloc[2]
+    steady = fo.steady_state(contact, CYCLE, 0.4, factors[2], overload=2.0 * factors[2])
+    assert row.first_cycle == steady.first_cycle != table[table.family == "none"].iloc[2].first_cycle
+
+
+def test_processes_threads_and_foreign_executors_give_the_same_table(contact, factors, starts, table):
+    with ThreadPoolExecutor(3) as threads, ProcessPoolExecutor(2, get_context("spawn")) as processes:
+        for options in ({"workers": 2}, {"executor": threads}, {"executor": processes}, {}):
+            other = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, **options)
+            pd.testing.assert_frame_equal(results(other), results(table), check_exact=True)
+
+
+def test_a_dask_cluster_of_separate_processes_gives_the_same_table(contact, factors, starts, table):
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        other = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=client.get_executor())
+    pd.testing.assert_frame_equal(results(other), results(table), check_exact=True)
+
+
+def test_a_run_that_fails_is_a_row_with_its_error():
+    """A = 1, B = 1/2, f = 3 > A/|B| = 2 (Klarbring 1990): pushed on from its backward bound by 5, the node jumps; pushed by 1 it stays."""
+    wedge = fo.ContactSystem([[1.0]], [[0.5]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])})
+    table = fo.dissipation_study(wedge, fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}]), 3.0, [1.0, 5.0], workers=1)
+    assert table.outcome.tolist() == ["SHAKEDOWN", "FAILED"]
+    assert table.error[0] == ""
+    assert re.match(r"NoContinuation: the way to corner 0: at 0\.6 of it no rates obey the law; nodes \[0\]", table.error[1])
+    assert table.dissipation.isna().tolist() == [False, True] == table.cycles.isna().tolist()
+
+
+def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact, factors, monkeypatch):
+    def fail(*_args, **_options):
+        raise fo.SolverError("no solver answered")
+
+    monkeypatch.setattr(dissipation, "safe_slip", fail)
+    monkeypatch.setattr(dissipation, "shakedown_limit", fail)
+    table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], no_slip() + safe_slips(), workers=1)
+    assert table.error.tolist() == ["", "SolverError: no solver answered"]
+    assert table.load_ratio.isna().all()
+
+
+def test_a_study_started_again_runs_only_what_is_missing(contact, factors, starts, table, tmp_path, monkeypatch):
+    folder, followed = tmp_path / "runs", []
+    monkeypatch.setattr(run, "steady_state", lambda *args, **options: followed.append(args) or fo.steady_state(*args, **options))
+
+    def study(**changes):
+        followed.clear()
+        values = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts} | changes
+        return fo.dissipation_study(**values, workers=1, store=folder)
+
+    half = study(initial_slips=starts[::2])
+    assert len(followed) == len(half) == 30
+    pd.testing.assert_frame_equal(results(study()), results(table), check_exact=True)
+    assert len(followed) == len(table) - 30
+    pd.testing.assert_frame_equal(study(), study(), check_exact=True)
+    assert not followed
+    assert len(pd.read_parquet(folder)) == len(table)
+    for change in ({"friction": 0.41}, {"system": contact.with_gap(0.01 * np.ones(4))}, {"cycle": fo.LoadCycle(CYCLE.mean, CYCLE.corners[::-1])}):
+        study(initial_slips=no_slip(), **change)
+        assert len(followed) == len(factors)
+
+
+def test_equal_runs_are_followed_once(contact, factors, monkeypatch):
+    followed = []
+    monkeypatch.setattr(run, "steady_state", lambda *args, **options: followed.append(args) or fo.steady_state(*args, **options))
+    twins = [Start("a", "one", slip=np.ones(4)), Start("b", "other", slip=np.ones(4))]
+    table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], twins, workers=1)
+    assert len(followed) == 1 and table.start.tolist() == ["one", "other"] and table.dissipation.nunique() == 1
+
+
+@pytest.mark.parametrize("harm", ["cut", "empty", "bit", "other run", "other table"])
+def test_a_damaged_part_is_named_set_aside_and_run_again(contact, factors, tmp_path, harm):
+    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "workers": 1, "store": tmp_path}
+    good = fo.dissipation_study(**study)
+    parts = sorted(tmp_path.glob("*.parquet"))
+    content = parts[0].read_bytes()
+    if harm == "cut":
+        parts[0].write_bytes(content[: len(content) // 2])
+    elif harm == "empty":
+        parts[0].write_bytes(b"")
+    elif harm == "bit":
+        where = content.index(b"none")  # the name of the start
+        parts[0].write_bytes(content[:where] + b"NONE" + content[where + 4 :])
+    elif harm == "other run":
+        parts[0].write_bytes(parts[1].read_bytes())
+    else:
+        pd.DataFrame({"key": [parts[0].stem]}).to_parquet(parts[0])
+    with pytest.warns(fo.study.DamagedPart, match=parts[0].name):
+        again = fo.dissipation_study(**study)
+    pd.testing.assert_frame_equal(results(again), results(good), check_exact=True)
+    assert [path.name for path in tmp_path.glob("_*")] == [f"_damaged-{parts[0].name}"]
+    fo.dissipation_study(**study)  # without a warning
+
+
+def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(contact, factors, starts, table, tmp_path, monkeypatch):
+    write, written = store.pq.write_table, []
+
+    def until_full(*args, **options):
+        if len(written) == 5:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        written.append(write(*args, **options))
+
+    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "store": tmp_path}
+    with monkeypatch.context() as patch:
+        patch.setattr(store.pq, "write_table", until_full)
+        with pytest.raises(fo.study.StoreError, match=r"No space left on device.*make room") as caught:
+            fo.dissipation_study(**study, workers=1)
+    assert len(list(tmp_path.glob("*"))) == 5
+    assert len(caught.value.table) == 6
+    pd.testing.assert_frame_equal(results(fo.dissipation_study(**study, workers=1)), results(table), check_exact=True)
+
+
+def test_an_interrupt_leaves_the_finished_rows(contact, factors, starts, table, tmp_path, monkeypatch):
+    followed = []
+
+    def until_interrupted(*args, **options):
+        if len(followed) == 7:
+            raise KeyboardInterrupt
+        followed.append(args)
+        return fo.steady_state(*args, **options)
+
+    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "store": tmp_path}
+    with monkeypatch.context() as patch:
+        patch.setattr(run, "steady_state", until_interrupted)
+        with pytest.warns(fo.study.Interrupted, match=f"{len(table) - 7} runs are not in the table"):
+            part = fo.dissipation_study(**study, workers=1)
+    pd.testing.assert_frame_equal(results(part), results(table.head(7)), check_exact=True)
+    assert part.attrs["missing"] == len(table) - 7
+    pd.testing.assert_frame_equal(results(fo.dissipation_study(**study, workers=1)), results(table), check_exact=True)
+
+
+def test_progress_is_silent_but_on_a_terminal(contact, factors, capsys, monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    fo.dissipation_study(contact, CYCLE, 0.4, factors, workers=1)
+    assert capsys.readouterr() == ("", "")
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stderr", screen)
+    fo.dissipation_study(contact, CYCLE, 0.4, factors, workers=1)
+    assert "3/3" in screen.getvalue() and "run/s" in screen.getvalue()
+    quiet = Terminal()
+    monkeypatch.setattr(sys, "stderr", quiet)
+    fo.dissipation_study(contact, CYCLE, 0.4, factors, workers=1, progress=False)
+    assert not quiet.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("argument", "change"),
+    [
+        ("load_factors: empty", {"load_factors": []}),
+        ("load_factors: -1", {"load_factors": [-1.0]}),
+        ("load_factors: 0.5", {"load_factors": 0.5}),
+        ("load_factors", {"load_factors": [0.5, 0.5]}),
+        ("initial_slips: empty", {"initial_slips": []}),
+        ("initial_slips: shape", {"initial_slips": np.zeros((2, 3))}),
+        ("start 'given 0' has 3 nodes", {"initial_slips": given_slips(np.zeros((1, 3)))}),
+        ("two starts are called 'none'", {"initial_slips": no_slip() + no_slip()}),
+        ("a float among starts", {"initial_slips": [*no_slip(), 1.0]}),
+        ("workers: 0", {"workers": 0}),
+        ("executor: a str", {"executor": "dask"}),
+        ("progress", {"progress": "yes"}),
+        ("friction", {"friction": -1.0}),
+        ("cycle", {"cycle": None}),
+        ("system", {"system": None}),
+    ],
+)
+def test_bad_input_is_refused_by_name(contact, argument, change):
+    values = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": [0.5]} | change
+    with pytest.raises(fo.ModelError, match=argument):
+        fo.dissipation_study(**values)
+
+
+def test_workers_and_an_executor_exclude_each_other(contact):
+    with ThreadPoolExecutor(1) as threads, pytest.raises(fo.ModelError, match="workers: 2 beside an executor"):
+        fo.dissipation_study(contact, CYCLE, 0.4, [0.5], executor=threads, workers=2)
+
+
+def test_a_store_that_is_a_file_is_refused(contact, tmp_path):
+    (tmp_path / "runs").write_text("text")
+    with pytest.raises(fo.study.StoreError, match="cannot be made into a folder"):
+        fo.dissipation_study(contact, CYCLE, 0.4, [0.5], store=tmp_path / "runs")
+
+
+def test_random_slips_have_their_amplitude_no_mean_and_a_seed_each(punch):
+    scene = punch(16)
+    starts = random_slips(scene, [0.1, 20.0], 4, seed=5)
+    assert [start.family for start in starts] == 2 * (4 * ["smooth"] + 4 * ["rough"])
+    assert [start.seed for start in starts] == list(range(5, 21))
+    for start, amplitude in zip(starts, 8 * [0.1] + 8 * [20.0], strict=True):
+        assert np.sqrt(np.mean(start.slip**2)) == pytest.approx(amplitude, rel=1e-12)
+        assert abs(start.slip.mean()) < 1e-12 * amplitude
+        left = np.polynomial.Chebyshev.fit(scene.x, start.slip, 6)(scene.x) - start.slip
+        assert (np.abs(left).max() < 1e-10 * amplitude) == (start.family == "smooth")
+    assert len({start.slip.tobytes() for start in starts}) == 16
+    again = random_slips(scene, [0.1, 20.0], 4, seed=5)
+    assert all((one.slip == other.slip).all() for one, other in zip(starts, again, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("message", "make"),
+    [
+        ("count", lambda scene: random_slips(scene, [1.0], 0)),
+        ("amplitudes", lambda scene: random_slips(scene, [-1.0], 1)),
+        ("amplitudes", lambda scene: random_slips(scene, 1.0, 1)),
+        ("seed", lambda scene: random_slips(scene, [1.0], 1, seed=-1)),
+        ("one node", lambda _: random_slips(system(*ONE), [1.0], 1)),
+        ("factors", lambda _: overloads([-1.0])),
+        ("multiples", lambda _: safe_slips([np.nan])),
+        ("slips", lambda _: given_slips([1.0, 2.0])),
+        ("family", lambda _: Start("", "name")),
+        ("give one of them", lambda _: Start("mine", "name", slip=[1.0], safe_multiple=1.0)),
+    ],
+)
+def test_bad_starts_are_refused(punch, message, make):
+    with pytest.raises(fo.ModelError, match=message):
+        make(punch(16))
