@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from studies.tables import Table, data_folder
 
-from . import cycle, hysteresis, increments, onset, scene, shakedown_limit, style, traction_ratio
+from . import amplitude, cycle, dissipation, hysteresis, increments, onset, scene, shakedown_limit, shakedown_share, style, traction_ratio, two_states
 
 __all__ = ["FIGURES", "main", "make"]
 
@@ -37,6 +37,10 @@ FIGURES: dict[str, Script] = {
     "cycle": cycle,
     "hysteresis": hysteresis,
     "increments": increments,
+    "dissipation": dissipation,
+    "shakedown_share": shakedown_share,
+    "amplitude": amplitude,
+    "two_states": two_states,
 }
 
 

@@ -5,7 +5,7 @@ increments is all there is to choose: no tolerance of a solver shows in the tabl
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -17,9 +17,9 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from .tables import Table, make_tables
+from .tables import Study, Table
 
-__all__ = ["CORNER", "CYCLE", "ERROR", "FULL", "LOADS", "QUICK", "Parameters", "main"]
+__all__ = ["CORNER", "CYCLE", "ERROR", "FULL", "LOADS", "QUICK", "STUDY", "Parameters"]
 
 MEAN = {"P": 1.0}
 LOADS = fo.LoadCycle(mean=MEAN, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
@@ -235,11 +235,8 @@ ERROR = Table("increments_error", "two cycles on one mesh by one engine", _ERROR
 CYCLE = Table("increments_cycle", "one node at one instant of the steady cycle", _CYCLE, full=FULL, quick=QUICK, compute=steady_cycle)
 CORNER = Table("increments_corner", "one node after one event of the exact path", _HISTORY, full=FULL, quick=QUICK, compute=corner_history)
 
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Compute all tables of this study and write them."""
-    return make_tables("studies.increments", __doc__, "coarse meshes and few increments, in seconds", (ERROR, CYCLE, CORNER), argv)
+STUDY = Study("studies.increments", __doc__, "coarse meshes and few increments, in seconds", (ERROR, CYCLE, CORNER))
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(STUDY.run())

@@ -13,9 +13,9 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from .tables import Table, make_tables
+from .tables import Study, Table
 
-__all__ = ["CORNER", "FRICTION", "FULL", "QUICK", "REACTIONS", "Parameters", "main"]
+__all__ = ["CORNER", "FRICTION", "FULL", "QUICK", "REACTIONS", "STUDY", "Parameters"]
 
 MEAN = {"P": 1.0}
 CYCLE = fo.LoadCycle(mean=MEAN, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
@@ -200,11 +200,8 @@ REACTIONS = Table(
     "limits_reactions", "one node at one load corner, at the shakedown limit", _MESH | _REACTION, full=FULL, quick=QUICK, compute=reactions_at_limit
 )
 
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Compute all tables of this study and write them."""
-    return make_tables("studies.limits", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, REACTIONS), argv)
+STUDY = Study("studies.limits", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, REACTIONS))
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(STUDY.run())

@@ -6,7 +6,7 @@ import json
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -16,7 +16,7 @@ import pandas as pd
 
 import frictopt as fo
 
-__all__ = ["DATA", "Table", "data_folder", "make_tables"]
+__all__ = ["DATA", "Study", "Table", "data_folder"]
 
 DATA = Path(__file__).parent / "data"
 _LIBRARIES = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "scikit-fem", "pandas")
@@ -50,7 +50,9 @@ class Table(Generic[P]):
     full, quick
         Parameters of the two sizes.
     compute
-        Parameters -> table.
+        Parameters -> table; its options, if any, are keywords.
+    options
+        Options of the computation that change nothing in the table but its times: name -> keywords of `ArgumentParser.add_argument`.
     """
 
     name: str
@@ -58,7 +60,8 @@ class Table(Generic[P]):
     columns: Mapping[str, str]
     full: P
     quick: P
-    compute: Callable[[P], pd.DataFrame]
+    compute: Callable[..., pd.DataFrame]
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def parameters(self, quick: bool) -> P:
         """Parameters of the quick or the full size."""
@@ -68,7 +71,7 @@ class Table(Generic[P]):
         """File that keeps the table."""
         return folder / f"{self.name}.parquet"
 
-    def make(self, parameters: P, folder: Path) -> pd.DataFrame:
+    def make(self, parameters: P, folder: Path, **options: Any) -> pd.DataFrame:
         """Compute the table and write it.
 
         Raises
@@ -77,7 +80,7 @@ class Table(Generic[P]):
             The computed columns are not the described ones.
         """
         start = time.perf_counter()
-        table = self.compute(parameters).reset_index(drop=True)
+        table = self.compute(parameters, **options).reset_index(drop=True)
         if list(table.columns) != list(self.columns):
             raise ValueError(f"table {self.name}: computed columns {list(table.columns)} are not the described ones {list(self.columns)}")
         table.attrs = self._origin(parameters) | {"seconds": round(time.perf_counter() - start, 3)}
@@ -103,12 +106,13 @@ class Table(Generic[P]):
         return dict(json.loads(json.dumps(origin)))  # as the file gives it back: tuples are lists
 
 
-def make_tables(study: str, about: str | None, quick: str, tables: Sequence[Table[Any]], argv: Sequence[str] | None) -> int:
-    """The command line of a study: compute all its tables and write them.
+@dataclass(frozen=True)
+class Study:
+    """One study: its tables, and the command line that computes them.
 
     Parameters
     ----------
-    study
+    module
         Name of the module that is run.
     about
         What the study computes.
@@ -116,18 +120,44 @@ def make_tables(study: str, about: str | None, quick: str, tables: Sequence[Tabl
         What its quick size is.
     tables
         Its tables.
-    argv
-        Arguments of the command line, by default those of the process.
+    summary
+        What is printed of the tables, by name, after they are made; by default nothing.
     """
-    parser = argparse.ArgumentParser(prog=f"python -m {study}", description=about)
-    parser.add_argument("--quick", action="store_true", help=quick)
-    parser.add_argument("--data", type=Path, metavar="FOLDER", help="where to write; by default studies/data, or studies/data/quick")
-    options = parser.parse_args(argv)
-    folder = options.data or data_folder(options.quick)
-    for table in tables:
-        made = table.make(table.parameters(options.quick), folder)
-        print(f"{table.path(folder)}: {len(made)} rows, worst residual {made['residual'].max():.1e}, {made.attrs['seconds']:.1f} s")
-    return 0
+
+    module: str
+    about: str | None
+    quick: str
+    tables: Sequence[Table[Any]]
+    summary: Callable[[Mapping[str, pd.DataFrame]], str] | None = None
+
+    def parser(self) -> argparse.ArgumentParser:
+        """The options of the command line."""
+        parser = argparse.ArgumentParser(prog=f"python -m {self.module}", description=self.about)
+        parser.add_argument("--quick", action="store_true", help=self.quick)
+        parser.add_argument("--data", type=Path, metavar="FOLDER", help="where to write; by default studies/data, or studies/data/quick")
+        for name, keywords in {name: keywords for table in self.tables for name, keywords in table.options.items()}.items():
+            parser.add_argument(f"--{name}", **keywords)
+        return parser
+
+    def run(self, argv: Sequence[str] | None = None) -> int:
+        """Compute all tables and write them, as the command line says (by default that of the process).
+
+        Returns
+        -------
+        int
+            The exit status, 0.
+        """
+        options = self.parser().parse_args(argv)
+        folder = options.data or data_folder(options.quick)
+        made = {}
+        for table in self.tables:
+            own = {name: getattr(options, name) for name in table.options}
+            made[table.name] = table.make(table.parameters(options.quick), folder, **own)
+            rows, seconds = made[table.name], made[table.name].attrs["seconds"]
+            print(f"{table.path(folder)}: {len(rows)} rows, worst residual {rows['residual'].max():.1e}, {seconds:.1f} s")
+        if self.summary is not None:
+            print(self.summary(made))
+        return 0
 
 
 @cache

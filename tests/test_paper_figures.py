@@ -10,9 +10,12 @@ from matplotlib.text import Text
 
 from paper_figures import style
 from paper_figures.__main__ import FIGURES, main, make
-from studies import limits
+from studies import dissipation, limits
 
-NAMES = ["scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"]
+NAMES = [
+    *("scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"),
+    *("dissipation", "shakedown_share", "amplitude", "two_states"),
+]
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +71,7 @@ def test_same_data_gives_the_same_bytes(data, tmp_path):
 
 def test_second_call_does_not_compute_again(data, tmp_path):
     before = {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()}
-    assert len(before) == 6
+    assert len(before) == 9
     assert main(["shakedown_limit", "traction_ratio", "hysteresis", *options(data, tmp_path)]) == 0
     assert {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()} == before
 
@@ -149,3 +152,13 @@ def test_shaded_range_ends_where_the_mean_load_sticks(figures, data):
     (span,) = figures["onset"].axes[0].patches
     end = span.get_x() + span.get_width()
     assert finest.loc[finest["mean_slips"] > 0, "friction"].max() < end <= finest.loc[finest["mean_slips"] == 0, "friction"].min()
+
+
+def test_every_run_of_the_study_is_a_mark(figures, data):
+    runs = dissipation.RUNS.stored(dissipation.QUICK, data)
+    marks = [line for axes in figures["dissipation"].axes for line in axes.get_lines() if line.get_marker() not in ("None", None)]
+    assert sum(len(line.get_xdata()) for line in marks) == len(runs) == 108
+    upper = [axes for axes in figures["dissipation"].axes if axes.get_yscale() == "log"]
+    drawn = np.concatenate([line.get_ydata() for axes in upper for line in axes.get_lines() if line in marks])
+    assert sorted(drawn) == sorted(runs.loc[runs["dissipation"] > 0, "dissipation_scaled"])
+    assert all((axes.get_ylim()[0] < drawn.min()) and (drawn.max() < axes.get_ylim()[1]) for axes in upper)

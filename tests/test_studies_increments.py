@@ -14,7 +14,7 @@ COMPLIANCE = 2 * (1 - 0.3**2)  # 1/E* of two bodies with E = 1, nu = 0.3
 @pytest.fixture(scope="module")
 def tables(tmp_path_factory):
     folder = tmp_path_factory.mktemp("data")
-    assert increments.main(["--quick", "--data", str(folder)]) == 0
+    assert increments.STUDY.run(["--quick", "--data", str(folder)]) == 0
     assert sorted(path.name for path in folder.iterdir()) == sorted(f"{table.name}.parquet" for table in TABLES.values())
     return {name: pd.read_parquet(table.path(folder)) for name, table in TABLES.items()}
 

@@ -18,7 +18,7 @@ TABLES = {"friction": limits.FRICTION, "corner": limits.CORNER, "reactions": lim
 @pytest.fixture(scope="module")
 def tables(tmp_path_factory):
     folder = tmp_path_factory.mktemp("data")
-    assert limits.main(["--quick", "--data", str(folder)]) == 0
+    assert limits.STUDY.run(["--quick", "--data", str(folder)]) == 0
     assert sorted(path.name for path in folder.iterdir()) == sorted(f"{table.name}.parquet" for table in TABLES.values())
     return {name: pd.read_parquet(table.path(folder)) for name, table in TABLES.items()}
 

@@ -26,7 +26,7 @@ from .store import Store, StoreError
 
 __all__ = ["Interrupted", "dissipation_study"]
 
-_WORTH_A_WORKER = 50  # runs; a process takes seconds to start
+_WORTH_A_WORKER = 300  # runs of 125 nodes, about 3 seconds; they take longer with the square of the nodes, and a process takes seconds to start
 
 _TYPES = {"seed": "Int64", "cycles": "Int64", "slipping": "Int64", "open": "Int64"}
 _COLUMNS = (
@@ -111,7 +111,8 @@ def dissipation_study(
                 rows.update((key, row) for key in campaign.keys if (row := kept.read(key)) is not None)
             with _progress(len(set(campaign.keys)), len(rows), progress) as bar:
                 missing, hopeless = campaign.prepared(rows.keys())
-                some = min(_cores(), 1 + len(missing) // _WORTH_A_WORKER) if count is None else count
+                worth = 1 + int(len(missing) * (system.nodes / 125) ** 2 / _WORTH_A_WORKER)
+                some = min(_cores(), worth) if count is None else count
                 with closing(execute(contact, missing, executor, some)) as finished:
                     for row, answered in chain(((row, False) for row in hopeless), finished):
                         rows[row["key"]] = row

@@ -1,0 +1,30 @@
+"""The studies: `python -m studies` lists them, `python -m studies NAME [options]` runs one."""
+
+import sys
+from collections.abc import Sequence
+
+from . import dissipation, increments, limits, stepped
+from .tables import Study
+
+__all__ = ["STUDIES", "main"]
+
+STUDIES: dict[str, Study] = {module.STUDY.module.rpartition(".")[2]: module.STUDY for module in (limits, increments, dissipation, stepped)}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """List the studies, or run the named one; returns the exit status."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments and arguments[0] in STUDIES:
+        return STUDIES[arguments[0]].run(arguments[1:])
+    if arguments and arguments[0] not in ("-h", "--help"):
+        print(f"unknown study {arguments[0]!r}; known are {', '.join(STUDIES)}", file=sys.stderr)
+        return 2
+    print("python -m studies NAME [options]\n")
+    for name, study in STUDIES.items():
+        print(f"{name:13}{(study.about or '').splitlines()[0]}")
+        print(f"{'':13}{' '.join(study.parser().format_usage().split()[4:])}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

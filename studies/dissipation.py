@@ -1,0 +1,228 @@
+"""Steady dissipation of the paper's scene: over a thousand transients from many residual slips, below and above the shakedown limit.
+
+Run with `python -m studies dissipation [--quick] [--workers 2] [--store FOLDER]`. Its columns of seconds depend on the machine.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import frictopt as fo
+from frictopt import study
+
+from .tables import Study, Table
+
+__all__ = ["CYCLE", "FAMILIES", "FULL", "QUICK", "RUNS", "SPREAD", "STATES", "STUDY", "Case", "Parameters", "runs_of", "starts_of"]
+
+CYCLE = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+_STEADY = 1e-6  # change of a cycle's work, relative, with which a marched cycle counts as the steady one
+_MOST_CYCLES = 200
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    elements: int = 124  # default grading: 50,910 unknowns, 250 on the interface
+    frictions: tuple[float, ...] = (0.5, 0.7)
+    ratios: tuple[float, ...] = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.01, 1.05, 1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2.0)  # over lambda_2
+    safe: tuple[float, ...] = (1.0, 0.5, -1.0, 2.0)  # multiples of the safe slip
+    amplitudes: tuple[float, ...] = (0.02, 0.06, 0.2, 0.6, 2.0)  # root mean square of random slips, in units of a (P / 2a) / E*
+    count: int = 10  # random slips of each kind and amplitude
+    overloads: tuple[float, ...] = (1.5, 2.0, 3.0)  # first cycle, over the run's own load factor
+    pair_friction: float = 0.7  # of the two steady states at one load
+    pair_ratio: float = 1.2
+
+
+FULL = Parameters()
+QUICK = Parameters(elements=16, ratios=(0.5, 0.9, 1.2), amplitudes=(0.06, 0.6), count=3, overloads=(2.0,))
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """The scene at one friction: system, shakedown limit, and the unit of slip."""
+
+    system: fo.ContactSystem
+    friction: float
+    limit: float
+
+    @property
+    def slip(self) -> float:
+        """Slip that the mean pressure P / 2a makes: a (P / 2a) / E*, with a = 1 and P / 2a = 1."""
+        return 1.0 / float(self.system.E_star or np.nan)
+
+
+def cases_of(parameters: Parameters) -> list[Case]:
+    """The scene at each friction."""
+    system = fo.PunchOnHalfPlane(elements=parameters.elements).condense()
+    return [Case(system, f, fo.shakedown_limit(system, CYCLE, f).load_factor) for f in parameters.frictions]
+
+
+def starts_of(parameters: Parameters, case: Case) -> list[study.Start]:
+    """All starts, the same at each load factor."""
+    amplitudes = [amplitude * case.slip for amplitude in parameters.amplitudes]
+    return (
+        study.no_slip()
+        + study.safe_slips(parameters.safe)
+        + study.random_slips(case.system, amplitudes, parameters.count)
+        + study.overloads(parameters.overloads)
+    )
+
+
+@cache
+def runs_of(parameters: Parameters, workers: int | None = None, store: Path | None = None) -> pd.DataFrame:
+    """One row for each friction, load factor and start."""
+    parts = []
+    for case in cases_of(parameters):
+        factors = case.limit * np.array(parameters.ratios)
+        part = fo.dissipation_study(case.system, CYCLE, case.friction, factors, starts_of(parameters, case), workers=workers, store=store)
+        if part.attrs["missing"]:
+            raise KeyboardInterrupt
+        part["amplitude"] /= case.slip
+        part["load_ratio"] = np.repeat(parameters.ratios, len(part) // len(factors))  # as asked for, without the rounding of a division
+        parts.append(part.assign(friction=case.friction))
+    return pd.concat(parts, ignore_index=True)[list(_RUN)]
+
+
+def spread_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
+    """One row for each friction and load factor."""
+    return _summary(runs_of(parameters, **options), ["friction", "load_ratio", "load_factor"])
+
+
+def families_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
+    """One row for each friction, load factor and family of starts."""
+    return _summary(runs_of(parameters, **options), ["friction", "load_ratio", "load_factor", "family"])
+
+
+def _summary(runs: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
+    work = "dissipation_scaled"
+    return (
+        runs.assign(shaken=runs["outcome"] == "SHAKEDOWN", lost=runs["outcome"] == "FAILED")
+        .groupby(keys, sort=False)
+        .agg(
+            runs=("outcome", "size"),
+            failed=("lost", "sum"),
+            shakedown=("shaken", "mean"),
+            least=(work, "min"),
+            median=(work, "median"),
+            most=(work, "max"),
+            residual=("residual", "max"),
+        )
+        .reset_index()
+    )
+
+
+def states_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
+    """One row for each event and node of the steady cycle, of the two runs at one load with the least and the most dissipation."""
+    runs = runs_of(parameters, **options)
+    runs = runs[(runs["friction"] == parameters.pair_friction) & (runs["load_ratio"] == parameters.pair_ratio) & (runs["family"] != "overload")]
+    case = next(case for case in cases_of(parameters) if case.friction == parameters.pair_friction)
+    ordered = runs.sort_values("dissipation", kind="stable")
+    parts = [_steady_cycle(parameters, case, row).assign(state=name) for name, row in (("least", ordered.iloc[0]), ("most", ordered.iloc[-1]))]
+    return pd.concat(parts)[list(_STATE)]
+
+
+def _steady_cycle(parameters: Parameters, case: Case, row: "pd.Series[Any]") -> pd.DataFrame:
+    """The steady cycle of one run, marched from its start for as long as it takes."""
+    start = next(start for start in starts_of(parameters, case) if start.name == row["start"])
+    cycles, slip = 10, slip_of(case, start, row["load_factor"])
+    while True:
+        path = fo.march(case.system, CYCLE, case.friction, row["load_factor"], initial_slip=slip, cycles=cycles)
+        change = abs(path.cycle_work[-1].sum() - row["dissipation"])
+        if change <= _STEADY * row["dissipation"]:
+            break
+        if cycles >= _MOST_CYCLES:
+            raise fo.SolverError(f"start {start.name!r}: the work of cycle {cycles} differs from the steady one by {change:g}; march longer")
+        cycles *= 2
+    corners = len(CYCLE.corners)
+    steady = path.time >= (cycles - 1) * corners
+    events, nodes = int(steady.sum()), case.system.nodes
+    time = path.time[steady] - (cycles - 1) * corners
+    sigma = row["load_factor"] * np.interp(time, np.arange(corners + 1), [CYCLE.corners[k - 1]["sigma"] for k in range(corners + 1)])
+    unit = {"slip": case.slip, "q": 1.0, "p": 1.0}  # P / 2 = a P / 2a = 1
+    columns = {name: getattr(path, name)[steady].ravel() / unit[name] for name in unit}
+    each = {"time": np.repeat(time, nodes), "sigma": np.repeat(sigma, nodes), "x": np.tile(case.system.x, events)}
+    same = {name: row[name] for name in ("friction", "load_ratio", "load_factor", "start", "family", "amplitude", "dissipation_scaled")}
+    return pd.DataFrame({**each, **columns, "status": path.status[steady].ravel(), "residual": path.residual}).assign(**same)
+
+
+def slip_of(case: Case, start: study.Start, load_factor: float) -> Any:
+    """The residual slip of a start at a load factor, (N,) or None, as the study takes it."""
+    if start.safe_multiple is None:
+        return start.slip
+    if load_factor >= case.limit:
+        return start.safe_multiple * fo.shakedown_limit(case.system, CYCLE, case.friction).slip
+    return start.safe_multiple * fo.safe_slip(case.system, CYCLE, case.friction, load_factor).slip
+
+
+_LOAD = {"friction": "coefficient of friction", "load_ratio": "load factor over lambda_2", "load_factor": "amplitude of sigma / (P / 2a)"}
+_RUN = _LOAD | {
+    "start": "name of the start",
+    "family": "'none', 'safe' (multiples of the linear program's slip), 'smooth' and 'rough' (random), 'overload' (a cycle at a higher load first)",
+    "seed": "seed of a random slip",
+    "amplitude": "root mean square of the initial slip v E* / (a P / 2a)",
+    "outcome": "SHAKEDOWN, CYCLIC_SLIP, RATCHETING or FAILED",
+    "dissipation": "work of friction per steady cycle, (P / 2a) a^2",
+    "dissipation_scaled": "the same over P^2 / E*, P the total force per depth",
+    "first_cycle": "work of friction in the first cycle, (P / 2a) a^2",
+    "largest_share": "share of the node that dissipates most",
+    "cycles": "cycles followed until the steady state was proven",
+    "slipping": "nodes that dissipate in the steady cycle",
+    "open": "nodes that are open at a corner of the steady cycle",
+    "residual": "worst violation of the contact law, or change over the steady cycle",
+    "engine": "who followed the transient",
+    "seconds": "time of the run, one thread",
+    "error": "why there is no result; empty if there is one",
+}
+_SUMMARY = {
+    "runs": "number of runs",
+    "failed": "how many of them have no result",
+    "shakedown": "share of runs that shake down",
+    "least": "least W E* / P^2 per steady cycle",
+    "median": "its median",
+    "most": "its largest value",
+    "residual": "worst residual",
+}
+_STATE = {
+    "state": "'least' or 'most': dissipation among all starts at this load",
+    **_LOAD,
+    **{name: _RUN[name] for name in ("start", "family", "amplitude", "dissipation_scaled")},
+    "time": "load corners visited since the beginning of the cycle",
+    "sigma": "bulk stress / (P / 2a)",
+    "x": "position / a",
+    "slip": "slip v E* / (a P / 2a)",
+    "q": "nodal shear force on the punch / (P / 2)",
+    "p": "nodal normal force / (P / 2)",
+    "status": "0 stick, +1 and -1 slip along +x and against it, 2 open: until the next event",
+    "residual": "worst violation of the contact law over the transient",
+}
+_OPTIONS = {
+    "workers": {"type": int, "metavar": "N", "help": "processes; by default one for each core"},
+    "store": {"type": Path, "metavar": "FOLDER", "help": "keeps each run as it finishes; started again, only what is missing is run"},
+}
+
+
+def _table(name: str, about: str, columns: dict[str, str], compute: Any) -> Table[Parameters]:
+    return Table(name, about, columns, full=FULL, quick=QUICK, compute=compute, options=_OPTIONS)
+
+
+RUNS = _table("dissipation_runs", "one transient to its steady state", _RUN, runs_of)
+SPREAD = _table("dissipation_spread", "all starts at one load", _LOAD | _SUMMARY, spread_of)
+FAMILIES = _table("dissipation_families", "the starts of one family at one load", _LOAD | {"family": _RUN["family"]} | _SUMMARY, families_of)
+STATES = _table("dissipation_states", "one node at one event of the steady cycle", _STATE, states_of)
+
+STUDY = Study(
+    "studies.dissipation",
+    __doc__,
+    "a coarse mesh and few starts, in seconds",
+    (RUNS, SPREAD, FAMILIES, STATES),
+    summary=lambda tables: tables[SPREAD.name].drop(columns=["load_factor", "failed"]).to_string(index=False, float_format="{:.4g}".format),
+)
+
+
+if __name__ == "__main__":
+    raise SystemExit(STUDY.run())

@@ -1,0 +1,108 @@
+"""The dissipation study at quick size: what shakedown theory says of any mesh, and the step engine as another opinion."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import frictopt as fo
+from studies import __main__ as studies
+from studies import dissipation, limits, stepped
+
+TABLES = {"runs": dissipation.RUNS, "spread": dissipation.SPREAD, "families": dissipation.FAMILIES, "states": dissipation.STATES}
+STARTS = 1 + 4 + 2 * 2 * 3 + 1
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data")
+    options = ["--quick", "--workers", "1", "--store", str(folder / "store"), "--data", str(folder / "tables")]
+    assert studies.main(["dissipation", *options]) == 0
+    assert len(list((folder / "store").glob("*.parquet"))) == 2 * 3 * STARTS
+    return {name: pd.read_parquet(table.path(folder / "tables")) for name, table in TABLES.items()}
+
+
+def test_there_is_a_row_for_each_friction_load_and_start(tables):
+    runs = tables["runs"]
+    assert len(runs) == 2 * 3 * STARTS and not runs.duplicated(["friction", "load_ratio", "start"]).any()
+    assert (runs["error"] == "").all() and (runs["residual"] <= 1e-9).all()
+
+
+def test_no_start_shakes_down_above_the_limit_and_the_safe_slip_always_does_below(tables):
+    runs = tables["runs"]
+    assert (runs.loc[runs["load_ratio"] > 1, "dissipation"] > 0).all()
+    safe = runs[(runs["load_ratio"] < 1) & (runs["start"] == "safe x 1")]
+    assert len(safe) == 4 and (safe["outcome"] == "SHAKEDOWN").all() and (safe[["dissipation", "first_cycle"]] == 0).all(axis=None)
+
+
+def test_units_are_those_of_the_paper(tables):
+    """P = 2, E* = E / (2 (1 - nu^2)) with E = 1, nu = 0.3."""
+    runs = tables["runs"]
+    assert np.allclose(runs["dissipation_scaled"], runs["dissipation"] / (4 * 2 * (1 - 0.3**2)), rtol=1e-12)
+    sizes = runs.loc[runs["family"].isin(["smooth", "rough"]), "amplitude"]
+    assert np.allclose(np.sort(sizes.round(9).unique()), [0.06, 0.6])
+
+
+def test_summaries_count_the_runs(tables):
+    runs = tables["runs"]
+    for name, keys in (("spread", ["friction", "load_ratio"]), ("families", ["friction", "load_ratio", "family"])):
+        for _, row in tables[name].iterrows():
+            rows = runs[(runs[keys] == row[keys]).all(axis=1)]
+            assert row["runs"] == len(rows) > 0 and row["failed"] == 0
+            assert row["shakedown"] == pytest.approx(np.mean(rows["dissipation"] == 0))
+            assert [row["least"], row["median"], row["most"]] == pytest.approx(np.quantile(rows["dissipation_scaled"], [0, 0.5, 1]), abs=1e-15)
+
+
+def test_the_loops_of_the_two_states_enclose_their_dissipation(tables):
+    """The work of friction is the area of the loops q over v of all nodes; it bounds the spread of all starts at that load."""
+    states, spread = tables["states"], tables["spread"]
+    load = spread[(spread["friction"] == 0.7) & (spread["load_ratio"] == 1.2)].iloc[0]
+    for name, rows in states.groupby("state"):
+        loops = [abs(np.trapezoid(node["q"], node["slip"])) for _, node in rows.groupby("x")]
+        assert sum(loops) / 4 == pytest.approx(rows["dissipation_scaled"].iloc[0], rel=1e-6)
+        assert rows["dissipation_scaled"].iloc[0] == pytest.approx(load[name], rel=1e-12)
+        assert rows["time"].min() == 0 and rows["time"].max() == 2 and (rows.groupby("time")["x"].nunique() == 17).all()
+        ends = rows[rows["time"].isin([0, 1, 2])].groupby("time")["sigma"].first()
+        assert ends.tolist() == pytest.approx([load["load_factor"], -load["load_factor"], load["load_factor"]])
+
+
+def test_increments_agree_within_an_error_that_falls_with_their_number(tmp_path):
+    assert studies.main(["stepped", "--quick", "--workers", "1", "--data", str(tmp_path)]) == 0
+    table = pd.read_parquet(stepped.RERUNS.path(tmp_path))
+    assert table["start"].nunique() > 5 and (table["residual"] <= 1e-9).all()
+    errors = table.pivot_table(index=["friction", "load_ratio", "start", "cycle"], columns="steps", values="error")
+    work = table.groupby(["friction", "load_ratio", "start", "cycle"])["work"].first()
+    assert (errors[work < 1e-15] < 1e-12).all(axis=None)
+    slid = errors[work > 1e-6].div(work[work > 1e-6], axis=0)
+    assert len(slid) > 10 and slid[20].max() < 0.01
+    assert slid[20].sum() < 0.6 * slid[10].sum() < 0.6 * 0.6 * slid[5].sum() * 1.4
+
+
+def test_studies_are_listed_with_their_options(capsys):
+    assert studies.main([]) == 0
+    lines = capsys.readouterr().out.splitlines()[2:]
+    assert [line.split()[0] for line in lines[::2]] == list(studies.STUDIES)
+    assert all("--quick" in line and "--data" in line for line in lines[1::2])
+    assert "--workers" in lines[1 + 2 * list(studies.STUDIES).index("dissipation")]
+
+
+def test_an_unknown_study_is_refused(capsys):
+    assert studies.main(["limit"]) == 2
+    assert "unknown study 'limit'" in capsys.readouterr().err
+
+
+def test_a_study_explains_its_options(capsys):
+    with pytest.raises(SystemExit) as end:
+        studies.main(["limits", "--help"])
+    assert end.value.code == 0 and limits.STUDY.quick in capsys.readouterr().out
+
+
+def test_an_interrupted_study_makes_no_table(monkeypatch):
+    def interrupted(*_args, **_options):
+        table = pd.DataFrame()
+        table.attrs["missing"] = 3
+        return table
+
+    monkeypatch.setattr(fo, "dissipation_study", interrupted)
+    monkeypatch.setattr(dissipation, "runs_of", dissipation.runs_of.__wrapped__)
+    with pytest.raises(KeyboardInterrupt):
+        dissipation.runs_of(dissipation.QUICK)
