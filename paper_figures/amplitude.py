@@ -1,4 +1,4 @@
-"""Steady dissipation against the size of the initial random slip, at loads below and above the shakedown limit."""
+"""Steady dissipation against the root mean square of the initial random slip, at loads below and above the shakedown limit."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -36,7 +36,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     for number, axes in enumerate(panels.flat):
         panel_label(axes, "abcdefghijklmnop"[number])
     for axes in panels[-1]:
-        axes.set_xlabel(r"initial slip, r.m.s. of $v\,E^* / (a\,P / 2a)$")
+        axes.set_xlabel(r"r.m.s. of $v\,E^* / (a\,P / 2a)$")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=len(handles), columnspacing=1.4)
     return figure

@@ -26,7 +26,7 @@ FAMILIES: Mapping[str, tuple[str, Mapping[str, Any]]] = {
 }
 """Family of starts -> its name in legends and its look."""
 
-_WIDTH = 0.008  # of the jitter that keeps the marks of one load apart, in load ratios
+_WIDTH = 0.0025  # by which the families of one load stand apart, in load ratios: none may seem to lie beyond the limit
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:

@@ -40,7 +40,9 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     slip.set_ylabel(r"slip $v\,E^* / (a\,P / 2a)$")
     width.set_ylabel(r"range of the slip, $10^3 v\,E^* / (a\,P / 2a)$")
     loop.set(xlabel=r"$10^3 (v - v_m)\,E^* / (a\,P / 2a)$", ylabel="nodal shear force $q / (P / 2)$")
-    loop.legend(loc="best", handlelength=2)
+    low, high = loop.get_ylim()
+    loop.set_ylim(low, high + 0.25 * (high - low))
+    loop.legend(loc="upper right", handlelength=2)
     for axes in (slip, width):
         axes.set(xlim=(-1.02, 1.02), xlabel="$x / a$")
     slip.axhline(0, color=GREY, lw=0.6)

@@ -15,7 +15,7 @@ import pytest
 import campaign
 
 ROOT = Path(__file__).parent.parent
-PATIENCE = 120  # seconds, until a process that hangs is an error
+PATIENCE = 600  # seconds, until a process that hangs is an error
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ import sys
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -12,7 +13,7 @@ import pytest
 from distributed import Client, LocalCluster
 
 import frictopt as fo
-from frictopt.study import Start, dissipation, given_slips, no_slip, overloads, random_slips, run, safe_slips, store
+from frictopt.study import Start, dissipation, given_slips, no_slip, overloads, random_slips, run, safe_slips
 from systems import CYCLE, random_system, system
 
 ONE = (2.0, 0.5, 0.1, 1.0, 1.0, 0.2)  # one node, A, B, q0, p0, q1, p1
@@ -167,16 +168,17 @@ def test_a_damaged_part_is_named_set_aside_and_run_again(contact, factors, tmp_p
 
 
 def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(contact, factors, starts, table, tmp_path, monkeypatch):
-    write, written = store.pq.write_table, []
+    write, written = Path.write_bytes, []
 
-    def until_full(*args, **options):
+    def until_full(path, content):
         if len(written) == 5:
+            write(path, content[:100])
             raise OSError(errno.ENOSPC, "No space left on device")
-        written.append(write(*args, **options))
+        written.append(write(path, content))
 
     study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "store": tmp_path}
     with monkeypatch.context() as patch:
-        patch.setattr(store.pq, "write_table", until_full)
+        patch.setattr(Path, "write_bytes", until_full)
         with pytest.raises(fo.study.StoreError, match=r"No space left on device.*make room") as caught:
             fo.dissipation_study(**study, workers=1)
     assert len(list(tmp_path.glob("*"))) == 5
