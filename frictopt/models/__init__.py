@@ -3,6 +3,7 @@
 from .complementarity import ComplementarityProblem, complementarity_problem
 from .exact_increment import ExactIncrement
 from .frozen_bound import FrozenBoundIncrement
+from .guaranteed import GuaranteedLimit, GuaranteedModel, guaranteed_limit
 from .increment import Increment
 from .safe_slip import SafeSlip, safe_slip
 from .shakedown import ShakedownLimit, ShakedownModel, shakedown_limit
@@ -17,11 +18,14 @@ __all__ = [
     "ComplementarityProblem",
     "ExactIncrement",
     "FrozenBoundIncrement",
+    "GuaranteedLimit",
+    "GuaranteedModel",
     "Increment",
     "SafeSlip",
     "ShakedownLimit",
     "ShakedownModel",
     "complementarity_problem",
+    "guaranteed_limit",
     "safe_slip",
     "shakedown_limit",
 ]

@@ -15,6 +15,7 @@ import numpy as np
 
 from .interface import Interface
 from .rows import LoadRows
+from .vertex import on_vertex
 
 __all__ = ["SafeProblem", "margin_problem", "shakedown_problem"]
 
@@ -56,21 +57,11 @@ class SafeProblem:
         return self.dual("no_forward_slip"), self.dual("no_backward_slip"), self.dual("no_opening")
 
     def refine(self) -> None:
-        """Move the solution that stands in the problem onto its vertex: the rows whose multiplier exceeds their slack become equations.
-
-        The smallest corrections of variables and multipliers that solve these equations, to rounding, replace what a solver leaves at its own
-        tolerance. Whether that is better is for the residual to say.
-        """
+        """Move the solution that stands in the problem onto its vertex, see `on_vertex`."""
         names = [name for name in ("traction", "load_factor", "margin") if name in self.problem.var_dict]
-        matrix, right = self._rows(names)
         z = np.concatenate([np.atleast_1d(self.value(name)) for name in names])
         y = np.concatenate([np.atleast_1d(constraint.dual_value) for constraint in self.problem.constraints])
-        objective = np.r_[np.zeros(len(z) - 1), 1.0]  # the last variable is the one that is maximised
-        active = y > matrix @ z - right
-        equations = matrix[active]
-        z = z + np.linalg.lstsq(equations, right[active] - equations @ z)[0]
-        y = np.where(active, y, 0.0)
-        y[active] -= np.linalg.lstsq(equations.T, objective + equations.T @ y[active])[0]
+        z, y = on_vertex(*self._rows(names), np.r_[np.zeros(len(z) - 1), 1.0], z, y)  # the last variable is the one that is maximised
         sizes = [self.problem.var_dict[name].size for name in names]
         for name, part in zip(names, np.split(z, np.cumsum(sizes)[:-1]), strict=True):
             self.problem.var_dict[name].save_value(part.reshape(self.problem.var_dict[name].shape))

@@ -1,0 +1,88 @@
+"""Load factors below which a node cannot sit on both its bounds, from one slip mechanism for each node.
+
+Let `s+ = q + f p` and `s- = f p - q` be the slacks of a node at its ruling corners, which for safe slips are >= 0. For any multipliers with
+`A d + B^T (f a) = 0`, d = y+ - y- and a = y+ + y-, the sum of `y+ s+ + y- s-` over the nodes does not depend on the slip: it is
+`resistance - lam drive`. Where node j is on both its bounds its own two terms vanish, so with `a >= abs(d)` at all other nodes::
+
+    0 <= resistance - lam drive        although a_j = -1
+
+In the mechanism node j gives way and all others follow, each in one sense only, `a = abs(d)`: a fixed point that a plain iteration finds for all
+nodes at once where friction is not too large. Elsewhere nothing is said of the node.
+"""
+
+import numpy as np
+
+from ..contact.checks import Array
+from .interface import Interface
+from .rows import LoadRows
+
+__all__ = ["apex_bounds"]
+
+_MOST = 300  # iterations
+_SETTLED = 1e-9  # change of a mechanism, over its size, from one iteration to the next that counts as none
+_SPARE, _LEAST = 1e-6, 1e-9  # shares of the node's and of the largest slip by which a exceeds abs(d), so that a mechanism is admissible before it settles
+_LARGE = 1e6  # a mechanism of this size is on its way to infinity
+_ROUNDING = 1e-10  # relative, of the bound
+
+
+def apex_bounds(interface: Interface, rows: LoadRows) -> Array:
+    """(n,) lower bounds of the load factor at which each node can sit on both its bounds; 0 where nothing is known, inf where it never can.
+
+    Parameters
+    ----------
+    interface
+        Unknowns and units of all nodes (no mirror image left out).
+    rows
+        One row for each node, of its ruling corners.
+    """
+    n = len(rows.node)
+    follow, rigid = _response(interface, rows)
+    total = -np.eye(n)  # columns: the mechanisms, each in units of the force of its nodes; rows: a
+    unit, hold = interface.unit[:, None], np.maximum(rows.g_mean, 0.0)
+    for _ in range(_MOST):
+        net = np.abs(_net(follow, rigid, hold, total))
+        size = unit * np.abs(total / unit).max(axis=0)
+        following = (1 + _SPARE) * net + _LEAST * size
+        np.fill_diagonal(following, -1.0)
+        np.fill_diagonal(net, -1.0)
+        done = (net <= total).all(axis=0) & (np.abs(following - total) <= _SETTLED * size).all(axis=0)
+        lost = ~(total.max(axis=0) < _LARGE)
+        if (done | lost).all():
+            break
+        total = np.where(done | lost, total, following)
+    net = _net(follow, rigid, hold, total)
+    held = total * rows.g_mean[:, None], net * rows.q_mean[:, None]
+    driven = total * (rows.forward + rows.backward)[:, None] / 2, net * (rows.forward - rows.backward)[:, None] / 2
+    resistance, drive = (sum(part.sum(axis=0) for part in parts) for parts in (held, driven))
+    terms = sum(np.abs(part).sum(axis=0) for part in held)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bound = np.where(drive < 0, resistance / drive, np.inf) * (1 - _ROUNDING) * rows.load_unit
+    return np.asarray(np.where(done & (resistance < -_ROUNDING * terms), bound, 0.0))
+
+
+def _response(interface: Interface, rows: LoadRows) -> tuple[Array, Array | None]:
+    """Matrix from a to the d that balances it, with no net slip of nodes that carry no traction, and the rigid slip (n,) that may be added to d."""
+    n, m = interface.shear.shape
+    others = np.setdiff1d(np.arange(n), interface.loaded)
+    right = np.hstack([interface.normal.T * rows.friction, interface.shear[others].T])
+    solved = -np.linalg.solve(interface.shear[interface.loaded].T, right)
+    follow = np.zeros((n, n))
+    follow[interface.loaded] = solved[:, :n]
+    if n - m != 1:
+        return follow, None
+    rigid = np.ones(n)
+    rigid[interface.loaded] = solved[:, n]
+    return follow, rigid if np.all(rigid != 0) else None
+
+
+def _net(follow: Array, rigid: Array | None, hold: Array, total: Array) -> Array:
+    """Net slips d of mechanisms with total slips a; where the body may slide as a whole, it does so until friction resists least."""
+    net = follow @ total
+    if rigid is None:
+        return np.asarray(net)
+    slides = net / rigid[:, None]
+    order = np.argsort(slides, axis=0)
+    half = np.cumsum((hold * np.abs(rigid))[order], axis=0)
+    middle = np.argmax(half >= half[-1] / 2, axis=0)
+    resting = order[middle, np.arange(order.shape[1])]
+    return np.asarray(net - rigid[:, None] * slides[resting, np.arange(len(resting))])
