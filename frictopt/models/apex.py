@@ -115,7 +115,10 @@ class ApexProblem:
             blocks += [({"traction": side * slip, "slide": side * rigid}, -most) for side in (-1.0, 1.0)]
         blocks += [({name: np.ones(1)}, np.zeros(1)) for name in ("load_factor", "excess") if name in variables]
         matrix = np.vstack(
-            [np.hstack([part.get(name, np.zeros((len(right), size))).reshape(len(right), size) for name, size in width.items()]) for part, right in blocks]
+            [
+                np.hstack([part.get(name, np.zeros((len(right), size))).reshape(len(right), size) for name, size in width.items()])
+                for part, right in blocks
+            ]
         )
         target = "excess" if "excess" in variables else "load_factor"
         objective = np.concatenate([np.full(size, -1.0 if name == target else 0.0) for name, size in width.items()])

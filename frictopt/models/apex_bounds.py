@@ -20,7 +20,10 @@ __all__ = ["apex_bounds"]
 
 _MOST = 300  # iterations
 _SETTLED = 1e-9  # change of a mechanism, over its size, from one iteration to the next that counts as none
-_SPARE, _LEAST = 1e-6, 1e-9  # shares of the node's and of the largest slip by which a exceeds abs(d), so that a mechanism is admissible before it settles
+_SPARE, _LEAST = (
+    1e-6,
+    1e-9,
+)  # shares of the node's and of the largest slip by which a exceeds abs(d), so that a mechanism is admissible before it settles
 _LARGE = 1e6  # a mechanism of this size is on its way to infinity
 _ROUNDING = 1e-10  # relative, of the bound
 

@@ -1,6 +1,7 @@
 """The guaranteed limit lambda_1: the load factor below which the contact stops slipping from every start."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import IO, Any
 
 import cvxpy as cp
@@ -10,12 +11,10 @@ import pandas as pd
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, flag, frozen
 from ..contact.mirror import is_uncoupled
-from ..errors import SolverError
 from .apex_bounds import apex_bounds
 from .apex_search import ApexClaim, ApexSearch, slip_bounds, two_corners
 from .cyclic_increments import CyclicBound, cyclic_bound
 from .explain import Units, explain
-from .mechanism import Mechanism
 from .rows import load_factor_unit
 from .shakedown import ShakedownLimit, ShakedownModel
 from .solve import Attempt, solver_order
@@ -24,6 +23,9 @@ from .task import Task, cycle_loads
 __all__ = ["GuaranteedLimit", "GuaranteedModel", "guaranteed_limit"]
 
 _EXACT = 1e-6  # relative distance of the two bounds that counts as none
+
+_SOLVED, _NEVER = "solved", "never on both bounds"
+_LEFT_OUT, _IMAGE, _ONE_CORNER, _NOT_NEEDED = "left out by its bound", "mirror image", "one corner rules both bounds", "not needed"
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +46,6 @@ class GuaranteedLimit:
         The node that starts to slip to and fro; None where lambda_2 rules.
     corners
         The two load corners at which it is on the bound of forward and of backward slip; None where lambda_2 rules.
-    nodes
-        One row for each node. Columns node, x, load_factor (the least at which it is on both bounds; inf: at none, or a lower bound where
-        it was left out) and how ("solved", "never", "left out by its bound", "mirror image", "one corner rules both bounds", "not needed").
     skipped
         Number of nodes left out because their lower bound is not below the least load factor found.
     residual
@@ -69,7 +68,6 @@ class GuaranteedLimit:
     slip: Array = field(repr=False)
     node: int | None
     corners: tuple[int, int] | None
-    nodes: pd.DataFrame = field(repr=False)
     skipped: int
     residual: float
     solver: str
@@ -79,7 +77,18 @@ class GuaranteedLimit:
     increments: CyclicBound | None = field(repr=False)
     problem: cp.Problem | None = field(repr=False)
     _task: Task = field(repr=False)
+    _least: Array = field(repr=False)
+    _how: tuple[str, ...] = field(repr=False)
     _units: Units = field(repr=False)
+
+    @cached_property
+    def nodes(self) -> pd.DataFrame:
+        """One row for each node: node, x, load_factor and how it was found.
+
+        load_factor is the least at which a safe slip holds the node on both its bounds, inf if none does; where the node was left out by its bound, a
+        lower bound of it.
+        """
+        return pd.DataFrame({"node": np.arange(len(self._how)), "x": self._task.system.x, "load_factor": self._least, "how": self._how})
 
     @property
     def exact(self) -> bool:
@@ -158,46 +167,41 @@ class GuaranteedModel:
         shakedown = self._shakedown.solve(friction)
         posed = Task(self._system, self._cycle, self._loads, friction, self._simplify, not self._simplify)
         task = replace(posed, simplify=False)  # a witness is not odd, so that mirror symmetry only saves nodes
-        found = self._nodes(task, posed.mirror, shakedown)
+        found = self._upper(task, posed.mirror, shakedown)
         if not lower or not np.isfinite(found.upper) or found.lower == found.upper:
             return found
         bound = cyclic_bound(task, found.upper, self._most, time_limit)
         return replace(found, lower=bound.load_factor, increments=bound)
 
-    def _nodes(self, task: Task, mirror: bool, shakedown: ShakedownLimit) -> GuaranteedLimit:
+    def _upper(self, task: Task, mirror: bool, shakedown: ShakedownLimit) -> GuaranteedLimit:
         """The upper bound, and the lower one that needs no program."""
         n, upper = task.system.nodes, shakedown.load_factor
         both = two_corners(task)
-        table = pd.DataFrame({"node": np.arange(n), "x": task.system.x, "load_factor": np.inf, "how": "one corner rules both bounds"})
+        least, how = np.full(n, np.inf), np.where(both, _LEFT_OUT, _ONE_CORNER).astype(object)
         if np.isnan(upper) or (self._simplify and is_uncoupled(task.system, task.friction)):
-            table.loc[both, ["load_factor", "how"]] = upper, "not needed"
-            return self._result(task, shakedown, None, table, (), mirror)
+            least[both], how[both] = upper, _NOT_NEEDED
+            return self._result(task, shakedown, None, least, how, ())
         interface = task.interface()
         ruling = replace(task, every_corner=False).rows(interface)
-        table.loc[both, "how"] = "left out by its bound"
-        if mirror:
-            half = np.arange(n) >= n - n // 2
-            table.loc[both & half, "how"] = "mirror image"
-            both = both & ~half
+        images = both & mirror & (np.arange(n) >= n - n // 2)
+        how[images] = _IMAGE
         bounds = apex_bounds(interface, ruling) if self._simplify else np.zeros(n)
         best: ApexClaim | None = None
         claims: list[ApexClaim] = []
-        for node in sorted(np.flatnonzero(both).tolist(), key=lambda i: bounds[i]):
+        for node in sorted(np.flatnonzero(both & ~images).tolist(), key=lambda i: float(bounds[i])):
             if self._simplify and bounds[node] >= upper:
-                table.loc[node, "load_factor"] = bounds[node]
+                least[node] = bounds[node]
                 continue
             claim = self._search.solve(task, interface, ruling, node)
             claims.append(claim)
-            table.loc[node, ["load_factor", "how"]] = claim.load_factor, "solved" if np.isfinite(claim.load_factor) else "never"
+            least[node], how[node] = claim.load_factor, _SOLVED if np.isfinite(claim.load_factor) else _NEVER
             if claim.load_factor < upper:
                 best, upper = claim, claim.load_factor
-        if mirror:
-            images = (table["how"] == "mirror image").to_numpy()
-            table.loc[images, "load_factor"] = table["load_factor"].to_numpy()[::-1][images]
-        return self._result(task, shakedown, best, table, tuple(claims), mirror)
+        least[images] = least[::-1][images]
+        return self._result(task, shakedown, best, least, how, tuple(claims))
 
     def _result(
-        self, task: Task, shakedown: ShakedownLimit, best: ApexClaim | None, table: pd.DataFrame, claims: tuple[ApexClaim, ...], mirror: bool
+        self, task: Task, shakedown: ShakedownLimit, best: ApexClaim | None, least: Array, how: np.ndarray, claims: tuple[ApexClaim, ...]
     ) -> GuaranteedLimit:
         upper = shakedown.load_factor if best is None else best.load_factor
         certain = np.isnan(upper) or upper == 0 or is_uncoupled(task.system, task.friction)
@@ -208,16 +212,17 @@ class GuaranteedModel:
             slip=shakedown.slip if best is None else frozen(best.slip),
             node=None if best is None else best.node,
             corners=None if best is None else best.corners,
-            nodes=table,
-            skipped=int((table["how"] == "left out by its bound").sum()),
+            skipped=int((how == _LEFT_OUT).sum()),
             residual=max([shakedown.residual, *(claim.residual for claim in claims)]),
             solver=shakedown.solver if best is None else best.solver,
             attempts=(*shakedown.attempts, *(attempt for claim in claims for attempt in claim.attempts)),
-            left_out=_left_out(table, task, mirror, len(claims)),
+            left_out=_left_out(how, len(claims)),
             shakedown=shakedown,
             increments=None,
             problem=last if best is None else best.problem,
             _task=task,
+            _least=frozen(least),
+            _how=tuple(how.tolist()),
             _units={} if best is None else best.units,
         )
 
@@ -273,15 +278,12 @@ def guaranteed_limit(
     return GuaranteedModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction, lower=lower, time_limit=time_limit)
 
 
-def _left_out(table: pd.DataFrame, task: Task, mirror: bool, solved: int) -> tuple[str, ...]:
-    n, how = len(table), table["how"].value_counts()
-    texts = []
-    if how.get("not needed", 0) and is_uncoupled(task.system, task.friction):
-        texts.append("all programs: the contact is uncoupled (B = 0), lambda_1 is lambda_2")
-    if how.get("left out by its bound", 0):
-        texts.append(f"nodes: {how['left out by its bound']} of {n} cannot be on both bounds below the limit, by a lower bound; {solved} solved")
-    if mirror and how.get("mirror image", 0):
-        texts.append(f"mirror symmetry: {how['mirror image']} of {n} nodes are images of others")
-    if how.get("one corner rules both bounds", 0):
-        texts.append(f"nodes: {how['one corner rules both bounds']} of {n} can only lift off where they are on both bounds, or have no friction")
-    return tuple(texts)
+def _left_out(how: np.ndarray, solved: int) -> tuple[str, ...]:
+    n, count = len(how), {reason: int((how == reason).sum()) for reason in (_LEFT_OUT, _IMAGE, _ONE_CORNER, _NOT_NEEDED)}
+    texts = {
+        _NOT_NEEDED: "all programs: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or nothing is safe",
+        _LEFT_OUT: f"nodes: {count[_LEFT_OUT]} of {n} cannot be on both bounds below the limit, by a lower bound; {solved} solved",
+        _IMAGE: f"mirror symmetry: {count[_IMAGE]} of {n} nodes are images of others",
+        _ONE_CORNER: f"nodes: {count[_ONE_CORNER]} of {n} can only lift off where they are on both bounds, or have no friction",
+    }
+    return tuple(text for reason, text in texts.items() if count[reason])

@@ -27,6 +27,7 @@ __all__ = [
     "Model",
     "NoOptimum",
     "Status",
+    "least_bound",
     "solve",
     "solver_order",
 ]
@@ -39,6 +40,7 @@ _HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1
 # Of a mixed-integer program only the status is taken, so that tolerances matter little. HiGHS 1.15 calls feasible ones infeasible when they are much
 # tighter than these, and crashes on infeasible ones without presolve: hence two tolerances, and presolve always.
 _HIGHS_MIP = {"mip_feasibility_tolerance": 1e-8, "primal_feasibility_tolerance": 1e-8, "mip_rel_gap": 0.0, "mip_abs_gap": 0.5, "time_limit": 600.0}
+_HIGHS_BOUND = {**_HIGHS_MIP, "mip_abs_gap": 1e-9, "threads": 1}
 _LOOSE = {"mip_feasibility_tolerance": 1e-6, "primal_feasibility_tolerance": 1e-7}
 _OPTIONS: MappingProxyType[str, dict[str, Any]] = MappingProxyType(
     {
@@ -212,6 +214,43 @@ def solver_order(solver: str | None, kind: Kind = Kind.LP) -> Sequence[str]:
     if not isinstance(solver, str) or solver not in solvers:
         raise ModelError(f"solver: {solver!r}; give one of {solvers}, or None to try them in this order")
     return (solver,)
+
+
+def least_bound(problem: cp.Problem, time_limit: float) -> tuple[float, float, str]:
+    """Minimise a mixed-integer program as far as the time allows.
+
+    Parameters
+    ----------
+    problem
+        A minimisation with its parameters set.
+    time_limit
+        Seconds.
+
+    Returns
+    -------
+    tuple
+        A lower bound of the objective (-inf where none is known; inf where both tolerances of the solver say that there is no solution), the
+        objective of the solution that stands in the problem (inf without one), and the solver's words.
+    """
+    words = []
+    for name in MILP_SOLVERS:
+        options = {**_OPTIONS[name]["highs_options"], **_HIGHS_BOUND, "time_limit": time_limit}
+        options |= _LOOSE if name == "HIGHS_MIP_LOOSE" else {}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            try:
+                problem.solve(solver="HIGHS", warm_start=False, enforce_dpp=True, highs_options=options)
+            except (cp.SolverError, ValueError, ArithmeticError) as error:
+                words.append(str(error).split("\n")[0])
+                continue
+        words.append(str(problem.status))
+        if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
+            return float(problem.solver_stats.extra_stats.mip_dual_bound), float(problem.value), "; ".join(words)
+        if problem.status == cp.settings.USER_LIMIT:
+            found = float("inf") if problem.var_dict["load_factor"].value is None else float(problem.value)
+            return float(problem.solver_stats.extra_stats.mip_dual_bound), found, "; ".join(words)
+    none = len(words) == len(MILP_SOLVERS) and set(words) == {cp.INFEASIBLE}
+    return (float("inf") if none else float("-inf")), float("inf"), "; ".join(words)
 
 
 @contextmanager
