@@ -8,9 +8,9 @@ from . import reference
 from .contact import ContactSystem, LoadCycle, Onset, OnsetEvent, Verdict, onset, referee
 from .errors import FrictoptError, ModelError, NoContinuation, SolverError
 from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction
-from .models import SafeSlip, ShakedownLimit, ShakedownModel, safe_slip, shakedown_limit
+from .models import GuaranteedLimit, GuaranteedModel, SafeSlip, ShakedownLimit, ShakedownModel, guaranteed_limit, safe_slip, shakedown_limit
 from .path import Outcome, SteadyState, steady_state
-from .study import Trajectory, dissipation_study, march
+from .study import GuaranteeCheck, Trajectory, dissipation_study, march, verify_guaranteed
 
 __version__ = "0.1.0"
 
@@ -19,6 +19,9 @@ __all__ = [
     "ContactModel",
     "ContactSystem",
     "FrictoptError",
+    "GuaranteeCheck",
+    "GuaranteedLimit",
+    "GuaranteedModel",
     "LoadCycle",
     "Material",
     "ModelError",
@@ -37,6 +40,7 @@ __all__ = [
     "Trajectory",
     "Verdict",
     "dissipation_study",
+    "guaranteed_limit",
     "march",
     "onset",
     "referee",
@@ -44,4 +48,5 @@ __all__ = [
     "safe_slip",
     "shakedown_limit",
     "steady_state",
+    "verify_guaranteed",
 ]

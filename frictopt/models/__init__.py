@@ -6,6 +6,7 @@ from .frozen_bound import FrozenBoundIncrement
 from .guaranteed import GuaranteedLimit, GuaranteedModel, guaranteed_limit
 from .increment import Increment
 from .safe_slip import SafeSlip, safe_slip
+from .safe_vertices import safe_vertices
 from .shakedown import ShakedownLimit, ShakedownModel, shakedown_limit
 from .solve import LP_SOLVERS, MILP_SOLVERS, QP_SOLVERS, TOLERANCE, Attempt
 
@@ -27,5 +28,6 @@ __all__ = [
     "complementarity_problem",
     "guaranteed_limit",
     "safe_slip",
+    "safe_vertices",
     "shakedown_limit",
 ]

@@ -1,6 +1,7 @@
 """Campaigns: transients as trajectories, and steady states of many transients as tables."""
 
 from .dissipation import Interrupted, dissipation_study
+from .guarantee import GuaranteeCheck, verify_guaranteed
 from .march import march
 from .starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from .store import DamagedPart, StoreError
@@ -8,6 +9,7 @@ from .trajectory import Trajectory
 
 __all__ = [
     "DamagedPart",
+    "GuaranteeCheck",
     "Interrupted",
     "Start",
     "StoreError",
@@ -19,4 +21,5 @@ __all__ = [
     "overloads",
     "random_slips",
     "safe_slips",
+    "verify_guaranteed",
 ]

@@ -1,0 +1,174 @@
+"""Putting the guaranteed limit to the test: transients from its witness just above it, and from many starts just below."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..contact import ContactSystem, LoadCycle
+from ..contact.checks import Array, finite_number, frozen, whole_number
+from ..errors import ModelError, NoContinuation
+from ..models import GuaranteedLimit, guaranteed_limit, safe_vertices
+from ..path import Outcome, steady_state
+
+__all__ = ["GuaranteeCheck", "verify_guaranteed"]
+
+_UNDECIDED = "NO_CONTINUATION"
+_SMALL_LOAD = 0.02  # share of lambda_2 that stands for "just above" a guaranteed limit of 0
+_VERTICES = 0.2  # share of the starts that are vertices of the safe slips, and again of those beyond vertices
+_BEYOND = 3.0  # largest factor by which starts lie beyond vertices
+_DECADES = -1.0, 2.0  # of the size of random slips, over the largest slip of the witness
+
+
+@dataclass(frozen=True, eq=False)
+class GuaranteeCheck:
+    """What transients say about a guaranteed limit.
+
+    Attributes
+    ----------
+    limit
+        The limit in question.
+    runs
+        One row for each transient. Columns load_factor, share (of `limit.upper`; inf where that is 0), start ("witness", "moved witness", "vertex",
+        "beyond vertex", "random"), moved (of a witness: largest change of slip over largest slip), outcome (name of an `Outcome`, or
+        "NO_CONTINUATION" where the path ends before), dissipation (work of friction per cycle for ever; NaN without an outcome), cycles.
+    starts
+        (rows of runs, N) the initial slips, length.
+    """
+
+    limit: GuaranteedLimit
+    runs: pd.DataFrame = field(repr=False)
+    starts: Array = field(repr=False)
+
+    @property
+    def dies_out(self) -> bool:
+        """Whether below the limit every transient that has an outcome stops slipping."""
+        return not self._persisting(below=True).any()
+
+    @property
+    def persists(self) -> bool:
+        """Whether above the limit a transient from the witness, or from one moved by less than the tolerance, slips for ever."""
+        return bool(self._persisting(below=False).any())
+
+    @property
+    def undecided(self) -> int:
+        """Number of transients whose path ends before they have an outcome."""
+        return int((self.runs["outcome"] == _UNDECIDED).sum())
+
+    @property
+    def counterexamples(self) -> Array:
+        """(M, N) starts that keep slipping below the limit, length."""
+        return frozen(self.starts[self._persisting(below=True)])
+
+    def _persisting(self, *, below: bool) -> np.ndarray:
+        runs = self.runs
+        slips = ~runs["outcome"].isin([Outcome.SHAKEDOWN.name, _UNDECIDED])
+        return np.asarray(slips & ((runs["share"] < 1) == below))
+
+
+def verify_guaranteed(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Any,
+    *,
+    limit: GuaranteedLimit | None = None,
+    starts: int = 1000,
+    moved: int = 5,
+    tolerance: float = 1e-3,
+    below: float = 0.98,
+    above: float = 1.02,
+    seed: int = 0,
+) -> GuaranteeCheck:
+    """Follow transients from the witness just above the guaranteed limit, and from many starts just below.
+
+    Starts below the limit are vertices of the safe slips (of the load itself and of the mean load alone), slips up to three times as far out, and
+    random slips from a tenth to a hundred times the size of the witness. Finding none that persists is evidence, not a proof.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    limit
+        Result of `guaranteed_limit` for the same input; computed if not given.
+    starts
+        Number of starts below the limit.
+    moved
+        Number of starts above the limit besides the witness itself.
+    tolerance
+        Largest change of the witness's slip in these, over its largest slip.
+    below, above
+        Load factors of the two tests over `limit.upper`. Where that is 0 there is nothing to test below, and above it 2 % of lambda_2 is taken.
+    seed
+        Seed of the random starts.
+
+    Raises
+    ------
+    ModelError
+        Bad input, or a limit that is not finite.
+    SolverError
+        The limit or a transient does not pass its checks.
+    """
+    starts, moved = whole_number("starts", starts, least=0), whole_number("moved", moved, least=0)
+    tolerance, below = finite_number("tolerance", tolerance, least=0.0), finite_number("below", below, above=0.0, below=1.0)
+    above, rng = finite_number("above", above, above=1.0), np.random.default_rng(whole_number("seed", seed, least=0))
+    limit = guaranteed_limit(system, cycle, friction) if limit is None else limit
+    if not isinstance(limit, GuaranteedLimit) or len(limit.slip) != system.nodes:
+        raise ModelError(f"limit: {limit!r}; give the result of guaranteed_limit for this system, or None")
+    if not np.isfinite(limit.upper):
+        raise ModelError(f"limit: guaranteed limit {limit.upper}; there is no load just below or above it to test at")
+    size = float(np.abs(limit.slip).max()) or float(np.abs(cycle.mean_reaction(system)[1]).mean()) / system.stiffness_scale
+    high = above * limit.upper if limit.upper > 0 else _SMALL_LOAD * limit.shakedown.load_factor
+    begins = [(high, "witness", limit.slip), *((high, "moved witness", slip) for slip in _moved(rng, limit.slip, moved, tolerance * size))]
+    if limit.upper > 0:
+        low = below * limit.upper
+        begins += [(low, kind, slip) for kind, slip in _starts(rng, system, cycle, friction, low, starts, size)]
+    rows = [_run(system, cycle, friction, limit, size, *begin) for begin in begins]
+    return GuaranteeCheck(limit, pd.DataFrame(rows), frozen([slip for _, _, slip in begins]))
+
+
+def _moved(rng: np.random.Generator, slip: Array, count: int, most: float) -> Iterator[Array]:
+    for _ in range(count):
+        yield slip + most * rng.uniform(-1.0, 1.0, len(slip))
+
+
+def _starts(
+    rng: np.random.Generator, system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, count: int, size: float
+) -> list[tuple[str, Array]]:
+    """Kind and slip of each start."""
+    wanted = int(_VERTICES * count)
+    rigid = int(np.linalg.matrix_rank(system.A, hermitian=True))
+    directions = rng.normal(size=(wanted, rigid))
+    vertices = [
+        slip
+        for factor, part in ((load_factor, directions[: wanted // 2]), (0.0, directions[wanted // 2 :]))
+        for slip in safe_vertices(system, cycle, friction, factor, part)
+    ]
+    found = [("vertex", slip) for slip in vertices]
+    found += [("beyond vertex", slip * rng.uniform(1.0, _BEYOND)) for slip in vertices]
+    while len(found) < count:
+        found.append(("random", size * 10 ** rng.uniform(*_DECADES) * rng.normal(size=system.nodes)))
+    return found
+
+
+def _run(
+    system: ContactSystem, cycle: LoadCycle, friction: Any, limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array
+) -> dict[str, Any]:
+    outcome, dissipation, cycles = _UNDECIDED, np.nan, 0
+    try:
+        steady = steady_state(system, cycle, friction, load_factor, initial_slip=slip)
+        outcome, dissipation, cycles = steady.outcome.name, steady.dissipation, steady.cycles
+    except NoContinuation:
+        pass
+    return {
+        "load_factor": load_factor,
+        "share": load_factor / limit.upper if limit.upper > 0 else np.inf,
+        "start": kind,
+        "moved": float(np.abs(slip - limit.slip).max() / size) if "witness" in kind else np.nan,
+        "outcome": outcome,
+        "dissipation": dissipation,
+        "cycles": cycles,
+    }
