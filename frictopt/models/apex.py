@@ -4,7 +4,8 @@ The slip is safe at every node, and the rows of one node are equations: with `k+
 
     min lam    s.t.   v safe at lam,   q = -f p of node i at corner k+,   q = +f p of node i at corner k-,   abs(v) <= slip bound
 
-Where there is no such slip, the reach problem proves it: the least excess of the node's rows over what equations would allow is positive.
+Where there is no such slip, the reach problem proves it: the least excess of the node's rows over what equations would allow, and of the slips over
+their bound, is positive.
 """
 
 from dataclasses import dataclass
@@ -112,7 +113,7 @@ class ApexProblem:
         blocks.append(({"traction": -data["apex_rows"], "load_factor": data["apex_cyclic"], "excess": np.ones(2)}, data["apex_mean"]))
         if self._bound is not None:
             slip, rigid, most = self._bound.rows
-            blocks += [({"traction": side * slip, "slide": side * rigid}, -most) for side in (-1.0, 1.0)]
+            blocks += [({"traction": side * slip, "slide": side * rigid, "excess": np.ones(len(most))}, -most) for side in (-1.0, 1.0)]
         blocks += [({name: np.ones(1)}, np.zeros(1)) for name in ("load_factor", "excess") if name in variables]
         matrix = np.vstack(
             [
@@ -138,12 +139,13 @@ def apex_problem(interface: Interface, node: np.ndarray, opening: bool, bound: S
     apex_rows = cp.Parameter((2, traction.size), name="apex_rows")
     apex_mean, apex_cyclic = cp.Parameter(2, name="apex_mean"), cp.Parameter(2, name="apex_cyclic")
     excess = cp.Variable(name="excess") if reach else 0.0
-    constraints.append((apex_rows @ traction + apex_mean <= apex_cyclic * load_factor + excess).set_label("on_both_bounds"))
+    rows: dict[str, cp.Constraint] = {"on_both_bounds": apex_rows @ traction + apex_mean <= apex_cyclic * load_factor + excess}
     if bound is not None:
         slip, rigid, most = bound.rows
         slid = slip @ traction + (rigid @ cp.Variable(rigid.shape[1], name="slide") if rigid.shape[1] else 0.0)
-        constraints += [(slid <= most).set_label("forward_slip_bound"), (slid >= -most).set_label("backward_slip_bound")]
-    constraints.append((load_factor >= 0).set_label("load_factor_not_negative"))
+        rows |= {"forward_slip_bound": slid <= most + excess, "backward_slip_bound": slid >= -most - excess}
+    rows["load_factor_not_negative"] = load_factor >= 0
     if reach:
-        constraints.append((excess >= 0).set_label("excess_not_negative"))
+        rows["excess_not_negative"] = excess >= 0
+    constraints += [row.set_label(name) for name, row in rows.items()]
     return ApexProblem(cp.Problem(cp.Minimize(excess if reach else load_factor), constraints), interface, node, bound)

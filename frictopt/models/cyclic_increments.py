@@ -93,7 +93,9 @@ def cyclic_problem(task: Task, bounds: PeriodicBounds, most: Array | None, highe
     def everywhere(row: Array) -> Array:
         return np.broadcast_to(row, (corners, n))
 
-    mean, cyclic = (np.hstack([np.atleast_2d(q), np.atleast_2d(p)]) / task.force for q, p in ((task.loads.q0, task.loads.p0), (task.loads.q1, task.loads.p1)))
+    mean, cyclic = (
+        np.hstack([np.atleast_2d(q), np.atleast_2d(p)]) / task.force for q, p in ((task.loads.q0, task.loads.p0), (task.loads.q1, task.loads.p1))
+    )
     r = np.repeat(mean, corners, axis=0) + unit * cyclic * load_factor + cp.hstack([slip, gap]) @ S
     q, p, moved = r[:, :n], r[:, n:], slip - slip[before]
     bound, reach = cp.multiply(everywhere(f), p), everywhere(bounds.slip_high - bounds.slip_low)

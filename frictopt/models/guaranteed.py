@@ -124,8 +124,8 @@ class GuaranteedModel:
     system, cycle
         The contact and its load cycle.
     slip_bound
-        Largest slip `abs(v)` that assembly can leave, one or one per node, length; None for no bound. Where the body is free to slide as a whole, such
-        a slide is no slip.
+        Largest slip `abs(v)` that assembly can leave, one or one per node, length; None for no bound. Where the body is free to slide as a whole,
+        such a slide is no slip.
     simplify
         Leave out what the scene does not need: nodes whose lower bound says that they cannot win, mirror images, corners that rule no node, all
         programs of an uncoupled contact. The answer is the same either way.
@@ -242,8 +242,8 @@ def guaranteed_limit(
 
     The upper bound comes with a witness: just above it, a contact that starts near the witness slips for ever. It is the least load factor at which
     a safe slip holds some node on both its bounds, forward slip at one corner and backward slip at another: the state in which a cyclic slip begins
-    with no amplitude (for two nodes, the published condition that three of four friction lines meet, Ahn, Bertocchi & Barber 2008). That nothing slips
-    for ever below it is proven for uncoupled contacts (Klarbring, Ciavarella & Barber 2007, where lambda_1 = lambda_2), and otherwise supported
+    with no amplitude (for two nodes, the published condition that three of four friction lines meet, Ahn, Bertocchi & Barber 2008). That nothing
+    slips for ever below it is proven for uncoupled contacts (Klarbring, Ciavarella & Barber 2007, where lambda_1 = lambda_2), and otherwise supported
     by experiment: no transient of many that were followed has done so. It stays an upper bound where nodes may lift off.
 
     Parameters

@@ -5,9 +5,9 @@ and the contact condition `p' w = 0` give::
 
     p' Z_wv q + p' Z_ww p = p' z,    z = (Z r^w)_w
 
-Friction writes `q = diag(sigma f) p` with each sigma in [-1, 1], so that `p' H p = p' z` with H the symmetric part of `Z_ww + Z_wv diag(sigma f)`. Where
-H is positive definite for all 2^N signs sigma, which holds for small enough friction, p lies in an ellipsoid; all quantities that bound it are convex
-in H and in z, so the signs and the ends of the load range decide. Then q, and with Z slips and gaps, have bounds too.
+Friction writes `q = diag(sigma f) p` with each sigma in [-1, 1], so that `p' H p = p' z` with H the symmetric part of `Z_ww + Z_wv diag(sigma f)`.
+Where H is positive definite for all 2^N signs sigma, which holds for small enough friction, p lies in an ellipsoid; all quantities that bound it are
+convex in H and in z, so the signs and the ends of the load range decide. Then q, and with Z slips and gaps, have bounds too.
 """
 
 from dataclasses import dataclass

@@ -49,7 +49,10 @@ class GuaranteeCheck:
 
     @property
     def persists(self) -> bool:
-        """Whether above the limit a transient from the witness, or from one moved by less than the tolerance, slips for ever."""
+        """Whether above the limit a transient from the witness, or from one moved by less than the tolerance, slips for ever.
+
+        Where lambda_2 rules (`limit.node` is None) there is no witness, and a contact that lifts off may stop slipping above it.
+        """
         return bool(self._persisting(below=False).any())
 
     @property

@@ -1,0 +1,301 @@
+"""The guaranteed limit: upper bound and witness, against closed forms, against linear programs over raw slips, and under changes of the scene."""
+
+import copy
+import io
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linprog
+
+import frictopt as fo
+from frictopt.models import LP_SOLVERS
+from frictopt.models import solve as policy
+from frictopt.reference import two_node_limits
+from systems import CYCLE, random_system, system
+
+ONE = (2.0, 0.5, 0.1, 1.0, 1.0, 0.2), 0.4, 0.393145161290
+FIRST = (np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1)), 0.6, 0.391864153760
+SECOND = (np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1)), 0.4, 0.532623169108
+THREE = ([[2, -1, 0], [-1, 2, -1], [0, -1, 2]], np.zeros((3, 3)), (0.05, 0, -0.1), (1, 0.8, 1.2), (0.5, 0.3, -0.2), (0.1, -0.2, 0.9)), 0.4, 0.8
+
+
+def random_cycle(rng, corners):
+    return fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(corners, 2))])
+
+
+def least_by_node(contact, cycle, friction, most=None):
+    """The least load factor of every node by scipy, from all K corners and the raw slips: inf where the node never is on both bounds."""
+    n = contact.nodes
+    f = np.broadcast_to(friction, n)
+    q0, p0 = cycle.mean_reaction(contact)
+    corners = list(zip(*cycle.corner_reactions(contact), strict=True))
+    forward, backward = -contact.A - f[:, None] * contact.B, contact.A - f[:, None] * contact.B
+    rows = np.vstack([np.vstack([np.column_stack([forward, -q1 - f * p1]), np.column_stack([backward, q1 - f * p1])]) for q1, p1 in corners])
+    right = np.tile(np.concatenate([q0 + f * p0, f * p0 - q0]), len(corners))
+    slips = [(None, None)] * n if most is None else [(-most, most)] * n
+    least = np.full(n, np.inf)
+    for i in range(n):
+        first, last = (int(np.argmax([sign * q1[i] - f[i] * p1[i] for q1, p1 in corners])) for sign in (-1, 1))
+        if first != last:
+            equal = [2 * n * first + i, 2 * n * last + n + i]
+            bounds = [*slips, (0, None)]
+            answer = linprog(np.eye(n + 1)[-1], rows, right, rows[equal], right[equal], bounds, options={"primal_feasibility_tolerance": 1e-10})
+            assert answer.status in (0, 2)
+            least[i] = answer.x[-1] if answer.status == 0 else np.inf
+    return least
+
+
+def check(limit, contact, cycle, friction):
+    """The witness is safe, its node on both bounds, and the upper bound not above lambda_2."""
+    assert limit.residual <= 1e-9 and limit.lower <= limit.upper <= limit.shakedown.load_factor
+    q, p = limit.reactions
+    force = np.abs(cycle.mean_reaction(contact)[1]).mean()
+    f = np.broadcast_to(friction, contact.nodes)
+    assert (np.abs(q) - f * p).max() <= 1e-8 * force
+    if limit.node is not None:
+        (first, last), i = limit.corners, limit.node
+        assert first != last
+        assert q[first, i] == pytest.approx(-f[i] * p[first, i], abs=1e-8 * force)
+        assert q[last, i] == pytest.approx(f[i] * p[last, i], abs=1e-8 * force)
+
+
+@pytest.mark.parametrize("simplify", [True, False])
+@pytest.mark.parametrize(("data", "friction", "expected"), [ONE, FIRST, SECOND, THREE])
+def test_published_instances(data, friction, expected, simplify):
+    contact = system(*data)
+    limit = fo.guaranteed_limit(contact, CYCLE, friction, simplify=simplify)
+    assert limit.upper == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    check(limit, contact, CYCLE, friction)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6), f=st.floats(0.02, 0.4), coupling=st.floats(0.0, 1.0))
+def test_two_nodes_against_the_lines_that_meet(seed, f, coupling):
+    contact = random_system(np.random.default_rng(seed), 2, coupling=coupling)
+    expected = two_node_limits(contact.A, contact.B, *contact.bonded["mean"], *contact.bonded["cyclic"], f)
+    for simplify in (True, False):
+        limit = fo.guaranteed_limit(contact, CYCLE, f, simplify=simplify)
+        assert limit.upper == pytest.approx(expected.lambda_1, rel=1e-9, abs=1e-12, nan_ok=True)
+        assert np.isnan(limit.upper) or limit.upper <= limit.shakedown.load_factor
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(2, 6), corners=st.integers(2, 5), f=st.floats(0.05, 1.5), most=st.sampled_from([None, 0.5, 3.0]))
+def test_any_cycle_against_linear_programs_of_all_corners(seed, nodes, corners, f, most):
+    rng = np.random.default_rng(seed)
+    contact, cycle = random_system(rng, nodes, loads=("mean", "a", "b")), random_cycle(rng, corners)
+    friction = f * rng.uniform(0.5, 1.5, nodes)
+    shakedown = fo.shakedown_limit(contact, cycle, friction)
+    if np.isnan(shakedown.load_factor):
+        limit = fo.guaranteed_limit(contact, cycle, friction, slip_bound=most)
+        assert np.isnan(limit.upper) and np.isnan(limit.lower) and limit.exact and np.isnan(limit.reactions).all()
+        return
+    least = least_by_node(contact, cycle, friction, most)
+    for simplify in (True, False):
+        limit = fo.guaranteed_limit(contact, cycle, friction, slip_bound=most, simplify=simplify)
+        assert limit.upper == pytest.approx(min(shakedown.load_factor, least.min()), rel=1e-8, abs=1e-9)
+        if np.isfinite(limit.upper):
+            check(limit, contact, cycle, friction)
+            assert most is None or limit.node is None or np.abs(limit.slip).max() <= most
+        solved = limit.nodes[limit.nodes.how == "solved"]
+        assert solved.load_factor.to_numpy() == pytest.approx(least[solved.node], rel=1e-7, abs=1e-8)
+        assert np.isinf(least[limit.nodes.node[limit.nodes.how == "never on both bounds"]]).all()
+        out = limit.nodes[limit.nodes.how == "left out by its bound"]
+        assert (out.load_factor <= least[out.node] * (1 + 1e-8)).all() and len(out) == limit.skipped
+    assert set(limit.nodes.how) <= {"solved", "never on both bounds", "one corner rules both bounds"}
+
+
+COARSE = {0.2: 0.1069, 0.3: 0.1457, 0.4: 0.1757, 0.5: 0.1969, 0.6: 0.2090, 0.8: 0.1943}
+
+
+@pytest.mark.parametrize("simplify", [True, False])
+def test_the_papers_scene_on_a_coarse_mesh(punch, paper_cycle, simplify):
+    """sigma a / P of an independent trial on the same scene; P is the total force, twice the mean pressure at a = 1."""
+    model = fo.GuaranteedModel(punch(16), paper_cycle, simplify=simplify)
+    limits = {friction: model.solve(friction) for friction in COARSE}
+    assert [limit.upper / 2 for limit in limits.values()] == pytest.approx(list(COARSE.values()), rel=1e-3)
+    for friction, limit in limits.items():
+        check(limit, punch(16), paper_cycle, friction)
+        assert limit.node in (0, 16)
+        if simplify:
+            assert limit.skipped == 7 and "7 of 17" in limit.left_out[0] and "8 of 17" in limit.left_out[1]
+        else:
+            assert limit.skipped == 0 and not any("mirror" in text for text in limit.left_out)
+
+
+@pytest.mark.parametrize("friction", [0.3, 1.0, 1.5])
+def test_bounds_of_the_nodes_hold_on_a_finer_mesh(punch, paper_cycle, friction):
+    limit, every = (fo.guaranteed_limit(punch(40), paper_cycle, friction, simplify=simplify) for simplify in (True, False))
+    assert limit.upper == pytest.approx(every.upper, rel=1e-8)
+    assert np.all(limit.nodes.load_factor <= every.nodes.load_factor * (1 + 1e-8) + 1e-12)
+    assert limit.skipped > 0 and len(limit.attempts) < len(every.attempts)
+
+
+@settings(max_examples=5, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(2, 6), f=st.floats(0.05, 0.6), c=st.sampled_from([1e-8, 0.3, 1e5]))
+def test_invariances(seed, nodes, f, c):
+    rng = np.random.default_rng(seed)
+    contact = random_system(rng, nodes)
+    base = fo.guaranteed_limit(contact, CYCLE, f).upper
+    if not base > 1e-3:
+        return
+    (q0, p0), (q1, p1) = contact.bonded["mean"], contact.bonded["cyclic"]
+    v, new = rng.normal(size=nodes), rng.permutation(nodes)
+    square = np.ix_(new, new)
+
+    def upper(S=1.0, mean=(q0, p0), cyclic=(q1, p1), cycle=CYCLE, A=contact.A, B=contact.B, C=contact.C):
+        changed = fo.ContactSystem(S * A, S * B, S * C, contact.x, {"mean": mean, "cyclic": cyclic})
+        return fo.guaranteed_limit(changed, cycle, f).upper
+
+    assert upper(S=c) == pytest.approx(base, rel=1e-8)
+    assert upper(mean=(c * q0, c * p0)) == pytest.approx(c * base, rel=1e-8)
+    assert upper(cyclic=(c * q1, c * p1)) == pytest.approx(base / c, rel=1e-8)
+    assert upper(S=c, mean=(1e3 * q0, 1e3 * p0), cyclic=(1e3 * q1, 1e3 * p1)) == pytest.approx(base, rel=1e-8)
+    assert upper(cycle=fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])) == pytest.approx(base, rel=1e-8)
+    assert upper(mean=(q0 + contact.A @ v, p0 + contact.B @ v)) == pytest.approx(base, rel=1e-8)
+    assert upper(mean=(-q0, p0), cyclic=(-q1, p1), B=-contact.B) == pytest.approx(base, rel=1e-8)
+    renumbered = {"A": contact.A[square], "B": contact.B[square], "C": contact.C[square]}
+    assert upper(mean=(q0[new], p0[new]), cyclic=(q1[new], p1[new]), **renumbered) == pytest.approx(base, rel=1e-8)
+
+
+def test_units_of_the_scene_do_not_matter(punch, paper_cycle):
+    contact = punch(40)
+    base = fo.guaranteed_limit(contact, paper_cycle, 0.5)
+    for S, load, length in ((1e15, 1.0, 1.0), (1.0, 1e-12, 1.0), (1e-6, 1e6, 1e6), (2.1e11, 1e6, 1e-3)):
+        loads = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
+        changed = fo.ContactSystem(S * contact.A, S * contact.B, S * contact.C, length * contact.x, loads)
+        limit = fo.guaranteed_limit(changed, paper_cycle, 0.5)
+        assert limit.upper == pytest.approx(base.upper, rel=1e-8) and limit.node == base.node
+
+
+def test_a_slip_bound_raises_the_limit_and_the_witness_keeps_within(punch, paper_cycle):
+    contact = punch(16)
+    free = fo.guaranteed_limit(contact, paper_cycle, 0.5)
+    slide = (free.slip.max() + free.slip.min()) / 2  # the punch may slide as a whole
+    size = np.abs(free.slip - slide).max()
+    uppers = []
+    for share in (100.0, 1.0, 0.6, 0.3, 0.0):
+        most = share * size * (1 + 1e-9)
+        limit = fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=most)
+        uppers.append(limit.upper)
+        check(limit, contact, paper_cycle, 0.5)
+        if limit.node is not None:
+            assert np.abs(limit.slip).max() <= most * (1 + 1e-9)
+    assert uppers[0] == pytest.approx(free.upper, rel=1e-8)
+    assert np.all(np.diff(uppers) >= -1e-9) and uppers[2] > 1.05 * free.upper and uppers[-1] <= free.shakedown.load_factor
+    only = np.where(np.arange(17) == 8, 0.0, 1e3)
+    assert fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=only).upper == pytest.approx(free.upper, rel=1e-6)
+
+
+def test_limits_that_do_not_exist_are_answers():
+    coupled = random_system(np.random.default_rng(0), 2)
+    pressing = fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}])
+    never = fo.guaranteed_limit(coupled, pressing, 3.0)
+    assert never.upper == np.inf and never.node is None and np.isnan(never.slip).all() and not never.exact
+    pulled = system(np.eye(2), np.full((2, 2), 0.1), 0.0, -1.0, 1.0, 0.0)
+    none = fo.guaranteed_limit(pulled, CYCLE, 0.2)
+    assert np.isnan(none.upper) and np.isnan(none.lower) and none.exact and none.residual < 1e-9
+    for limit in (never, none):
+        limit.explain(io.StringIO())
+        assert len(limit.nodes) == 2
+
+
+def test_a_slip_that_unloads_the_other_node_leaves_no_guarantee():
+    """Case 3 of the meeting lines with a limit of 0: the apex of node 0 is a corner of the safe slips from the outset."""
+    for seed in range(200):
+        contact = random_system(np.random.default_rng(seed), 2, coupling=1.0)
+        loads = *contact.bonded["mean"], *contact.bonded["cyclic"]
+        try:
+            expected = two_node_limits(contact.A, contact.B, *loads, 0.9)
+        except fo.ModelError:
+            continue
+        if expected.lambda_1 == 0 < expected.lambda_2:
+            limit = fo.guaranteed_limit(contact, CYCLE, 0.9)
+            assert limit.upper == pytest.approx(0.0, abs=1e-12) and limit.upper >= 0 and limit.exact and limit.lower == limit.upper
+            return
+    pytest.fail("no such system among the seeds")
+
+
+def test_uncoupled_contacts_need_no_program_and_are_exact(punch):
+    contact = system(*THREE[0])
+    closed, solved = (fo.guaranteed_limit(contact, CYCLE, 0.4, simplify=simplify) for simplify in (True, False))
+    assert closed.problem is None and closed.solver == "closed form" and "uncoupled" in closed.left_out[0]
+    for limit in (closed, solved):
+        assert limit.exact and limit.lower == limit.upper == pytest.approx(0.8, rel=1e-9)
+
+
+def test_nodes_without_friction_or_ruled_by_one_corner_are_no_candidates():
+    contact = system(np.eye(3), 0.1 * np.ones((3, 3)), 0.0, 1.0, (0.5, 0.0, 0.05), (0.0, 0.0, 0.5))
+    limit = fo.guaranteed_limit(contact, CYCLE, [0.5, 0.5, 0.5])
+    assert list(limit.nodes.how[1:]) == ["one corner rules both bounds"] * 2
+    assert fo.guaranteed_limit(contact, CYCLE, [0.0, 0.5, 0.5]).node is None
+
+
+@pytest.mark.parametrize("solver", LP_SOLVERS)
+def test_each_solver_alone_is_named(punch, paper_cycle, solver):
+    limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5, solver=solver)
+    assert limit.solver == solver and {attempt.solver for attempt in limit.attempts} == {solver}
+    assert limit.upper == pytest.approx(fo.guaranteed_limit(punch(16), paper_cycle, 0.5).upper, rel=1e-8)
+
+
+def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_cycle, monkeypatch):
+    run, right = policy._run, fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
+
+    def sloppy(problem, name):
+        outcome = run(problem, name)
+        rng = np.random.default_rng(0)
+        for variable in problem.variables():
+            variable.save_value(variable.value + 1e-6 * rng.normal(size=variable.shape))
+        return outcome
+
+    monkeypatch.setattr(policy, "_run", sloppy)
+    limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
+    assert limit.attempts[-1].outcome == "refined on the vertex" and limit.upper == pytest.approx(right.upper, rel=1e-8)
+
+    def denies(problem, name):
+        status, text = run(problem, name)
+        return (policy.Status.NO_OPTIMUM, "infeasible") if "apex_rows" in problem.param_dict and "excess" not in problem.var_dict else (status, text)
+
+    monkeypatch.setattr(policy, "_run", denies)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
+def test_results_can_be_copied_and_sent(copied):
+    limit = copied(fo.guaranteed_limit(system(*FIRST[0]), CYCLE, 0.6, lower=True))
+    assert limit.problem is None and limit.increments.problem is None and limit.exact
+    limit.explain(io.StringIO())
+
+
+def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):
+    model = fo.GuaranteedModel(punch(16), paper_cycle, slip_bound=10.0)
+    first, second = model.solve(0.3), model.solve(0.5)
+    assert first.problem is second.problem and first.problem.is_dpp()
+    labels = ["no_forward_slip", "no_backward_slip", "on_both_bounds", "forward_slip_bound", "backward_slip_bound", "load_factor_not_negative"]
+    assert [constraint.label for constraint in first.problem.constraints] == labels
+    text = io.StringIO()
+    second.explain(text)
+    assert "on_both_bounds" in text.getvalue() and "2 of 2 rows bind" in text.getvalue() and f"{second.upper:.12g}" in text.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"friction": -0.1}, "friction: -0.1"),
+        ({"slip_bound": -1.0}, "slip_bound: -1"),
+        ({"slip_bound": [1.0, 2.0]}, r"slip_bound: shape \(2,\)"),
+        ({"slip_bound": np.inf}, "slip_bound: value inf"),
+        ({"solver": "ECOS"}, "solver: 'ECOS'; give one of"),
+        ({"lower": 1}, "lower: 1; give True or False"),
+        ({"time_limit": 0.0}, "time_limit: 0.0"),
+        ({"simplify": "no"}, "simplify: 'no'"),
+        ({"system": np.eye(2)}, "system: a ndarray; give a ContactSystem"),
+    ],
+)
+def test_bad_input_is_refused(punch, paper_cycle, arguments, message):
+    with pytest.raises(fo.ModelError, match=message):
+        fo.guaranteed_limit(**{"system": punch(16), "cycle": paper_cycle, "friction": 0.7, **arguments})
