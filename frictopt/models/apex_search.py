@@ -18,6 +18,7 @@ from .task import Task
 __all__ = ["ApexClaim", "ApexSearch", "slip_bounds", "two_corners"]
 
 _TIE = 1e-12  # corners whose rows differ by less than this share rule together
+_ZERO = 1e-12  # dimensionless load factors up to this are rounding of 0
 _FLOOR = 1e-3  # load factors count relative to themselves from this share of the load unit on
 
 
@@ -91,7 +92,7 @@ class ApexSearch:
 
     def _claimed(self, task: Task, model: ApexProblem, ruling: LoadRows, node: int) -> ApexClaim:
         corners = _pair(task, node)
-        load_factor, slip = (max(model.load_factor, 0.0) + 0.0) * ruling.load_unit, model.slip
+        load_factor, slip = (model.load_factor if model.load_factor > _ZERO else 0.0) * ruling.load_unit, model.slip
         q, p = task.reactions(load_factor, slip)
         (forward, backward), f = corners, task.friction[node]
         off = max(abs(q[forward, node] + f * p[forward, node]), abs(q[backward, node] - f * p[backward, node])) / task.force

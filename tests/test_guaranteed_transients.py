@@ -1,0 +1,91 @@
+"""The guaranteed limit against exact transients: from the witness slip never stops just above it, from no start does it go on just below."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.models import safe_vertices
+from systems import CYCLE, random_system, system
+
+FIRST = (np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1))
+
+
+@pytest.mark.parametrize(("nodes", "seed"), [(2, 0), (3, 1), (4, 2)])
+def test_random_systems(nodes, seed):
+    rng = np.random.default_rng(seed)
+    contact = random_system(rng, nodes, loads=("mean", "a", "b"))
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(nodes, 2))])
+    check = fo.verify_guaranteed(contact, cycle, 0.4, starts=500)
+    assert check.dies_out and check.persists and check.undecided == 0 and len(check.counterexamples) == 0
+    runs = check.runs
+    assert len(runs) == len(check.starts) == 506 and (runs.share < 1).sum() == 500
+    assert set(runs.start) == {"witness", "moved witness", "vertex", "beyond vertex", "random"}
+    assert runs.dissipation[runs.share < 1].eq(0).all() and runs.dissipation[0] > 0 and runs.moved[0] == 0
+    assert runs.moved[runs.start == "moved witness"].between(0, 1e-3, inclusive="right").all()
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.7])
+def test_the_papers_scene(punch, paper_cycle, friction):
+    check = fo.verify_guaranteed(punch(16), paper_cycle, friction, starts=40, moved=2)
+    assert check.dies_out and check.persists and check.undecided == 0
+
+
+def test_a_limit_that_is_too_high_is_found_out():
+    """Between lambda_1 and lambda_2 the start decides: with lambda_2 in the place of lambda_1, some starts keep slipping below it."""
+    contact = system(*FIRST)
+    limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
+    fake = replace(limit, upper=limit.shakedown.load_factor, slip=limit.shakedown.slip)
+    check = fo.verify_guaranteed(contact, CYCLE, 0.6, limit=fake, starts=100)
+    assert not check.dies_out and 0 < len(check.counterexamples) < 100
+    again = fo.steady_state(contact, CYCLE, 0.6, check.runs.load_factor.iloc[-1], initial_slip=check.counterexamples[0])
+    assert again.outcome is fo.Outcome.CYCLIC_SLIP
+
+
+def test_a_witness_that_is_none_does_not_persist():
+    contact = system(*FIRST)
+    limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
+    fake = replace(limit, slip=fo.safe_slip(contact, CYCLE, 0.6, limit.shakedown.load_factor * 0.9).slip)
+    check = fo.verify_guaranteed(contact, CYCLE, 0.6, limit=fake, starts=0)
+    assert not check.persists and check.dies_out and len(check.runs) == 6
+
+
+def test_without_guarantee_only_the_side_above_is_tested(punch, paper_cycle):
+    contact = punch(32)
+    limit = fo.guaranteed_limit(contact, paper_cycle, 0.8)
+    assert limit.upper == 0 < limit.shakedown.load_factor
+    check = fo.verify_guaranteed(contact, paper_cycle, 0.8, limit=limit, starts=50, moved=1)
+    assert len(check.runs) == 2 and check.persists and np.isinf(check.runs.share).all()
+
+
+def test_vertices_are_safe_and_as_far_out_as_can_be():
+    contact = random_system(np.random.default_rng(4), 3)
+    load_factor = 0.5 * fo.shakedown_limit(contact, CYCLE, 0.5).load_factor
+    directions = np.random.default_rng(0).normal(size=(20, 3))
+    vertices = safe_vertices(contact, CYCLE, 0.5, load_factor, directions)
+    q0, p0, q1, p1 = *contact.bonded["mean"], *contact.bonded["cyclic"]
+    for slip in vertices:
+        slack = []
+        for sign in (-load_factor, load_factor):
+            q, p = q0 + sign * q1 + contact.A @ slip, p0 + sign * p1 + contact.B @ slip
+            slack += [0.5 * p - q, 0.5 * p + q]
+        assert np.min(slack) > -1e-8 and np.sum(np.abs(slack) < 1e-7) >= 3
+    assert len(vertices) == 20 and len(np.unique(vertices.round(6), axis=0)) > 4
+    assert safe_vertices(contact, CYCLE, 0.5, 100 * load_factor, directions).shape == (0, 3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"starts": -1}, "starts: -1"),
+        ({"below": 1.0}, "below: 1.0"),
+        ({"above": 1.0}, "above: 1.0"),
+        ({"tolerance": -1.0}, "tolerance: -1.0"),
+        ({"limit": 0.4}, "limit: 0.4; give the result of guaranteed_limit"),
+        ({"cycle": fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}])}, "limit: guaranteed limit inf"),
+    ],
+)
+def test_bad_input_is_refused(arguments, message):
+    with pytest.raises(fo.ModelError, match=message):
+        fo.verify_guaranteed(**{"system": system(*FIRST), "cycle": CYCLE, "friction": 0.6, **arguments})
