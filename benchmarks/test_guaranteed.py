@@ -6,10 +6,9 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
-from frictopt.models.solve import _OPTIONS
 from frictopt.models.task import Task, cycle_loads
 
-OPTIONS = {"default": {}, "ours": {**_OPTIONS["HIGHS"]["highs_options"], "simplex_strategy": 1}}  # dual simplex: the faster one without a start
+OPTIONS = {"default": {}, "no presolve": {"presolve": "off"}}
 
 
 def bare_loop(system, cycle, friction, options):

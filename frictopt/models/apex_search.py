@@ -64,8 +64,10 @@ class ApexSearch:
         self._most, self._solver = most, solver
         self._compiled: dict[tuple[bool, bool], ApexProblem] = {}
 
-    def solve(self, task: Task, interface: Interface, ruling: LoadRows, node: int) -> ApexClaim:
+    def solve(self, task: Task, interface: Interface, ruling: LoadRows, node: int, *, likely: bool) -> ApexClaim:
         """The claim of one node that passes its checks.
+
+        Whether the node is `likely` to be on both bounds anywhere decides only which of the two problems comes first.
 
         Raises
         ------
@@ -73,6 +75,9 @@ class ApexSearch:
             No solver gave an answer that passes.
         """
         rows = task.rows(interface)
+        denied = None if likely else self._never(task, interface, rows, ruling, node)
+        if denied is not None:
+            return denied
         model = self._model(task, interface, rows, reach=False)
         model.set(rows, ruling, node)
 
@@ -117,7 +122,7 @@ class ApexSearch:
             return ApexClaim(node, _pair(task, node), np.inf, slip, 0.0 if bound > TOLERANCE else abs(value - bound))
 
         answer = solve(model, claimed, self._solver)
-        return answer.claim if model.bounds[1] > TOLERANCE else None
+        return replace(answer.claim, solver=answer.solver, attempts=answer.attempts) if model.bounds[1] > TOLERANCE else None
 
 
 def two_corners(task: Task) -> np.ndarray:

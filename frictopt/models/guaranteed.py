@@ -192,7 +192,8 @@ class GuaranteedModel:
             if self._simplify and bounds[node] >= upper:
                 least[node] = bounds[node]
                 continue
-            claim = self._search.solve(task, interface, ruling, node)
+            likely = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
+            claim = self._search.solve(task, interface, ruling, node, likely=likely)
             claims.append(claim)
             least[node], how[node] = claim.load_factor, _SOLVED if np.isfinite(claim.load_factor) else _NEVER
             if claim.load_factor < upper:

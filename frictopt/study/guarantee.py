@@ -86,6 +86,7 @@ def verify_guaranteed(
 ) -> GuaranteeCheck:
     """Follow transients from the witness just above the guaranteed limit, and from many starts just below.
 
+    Each transient begins at the middle of the load corners (their mean, which the mean load need not be), where a slip that is safe sticks.
     Starts below the limit are vertices of the safe slips (of the load itself and of the mean load alone), slips up to three times as far out, and
     random slips from a tenth to a hundred times the size of the witness. Finding none that persists is evidence, not a proof.
 
@@ -162,7 +163,7 @@ def _run(
 ) -> dict[str, Any]:
     outcome, dissipation, cycles = _UNDECIDED, np.nan, 0
     try:
-        steady = steady_state(system, cycle, friction, load_factor, initial_slip=slip)
+        steady = steady_state(system, _from_its_middle(cycle, load_factor), friction, 1.0, initial_slip=slip)
         outcome, dissipation, cycles = steady.outcome.name, steady.dissipation, steady.cycles
     except NoContinuation:
         pass
@@ -175,3 +176,12 @@ def _run(
         "dissipation": dissipation,
         "cycles": cycles,
     }
+
+
+def _from_its_middle(cycle: LoadCycle, load_factor: float) -> LoadCycle:
+    """The same corners at that load factor, as a cycle with factor 1 about the mean of its corners."""
+    names = sorted({name for loads in (cycle.mean, *cycle.corners) for name in loads})
+    corners = [{name: load_factor * corner.get(name, 0.0) for name in names} for corner in cycle.corners]
+    middle = {name: float(np.mean([corner[name] for corner in corners])) for name in names}
+    mean = {name: cycle.mean.get(name, 0.0) + middle[name] for name in names}
+    return LoadCycle(mean, [{name: corner[name] - middle[name] for name in names} for corner in corners])
