@@ -3,12 +3,14 @@
 import sys
 from collections.abc import Sequence
 
-from . import dissipation, increments, limits, stepped
+from . import dissipation, guaranteed, increments, limits, stepped
 from .tables import Study
 
 __all__ = ["STUDIES", "main"]
 
-STUDIES: dict[str, Study] = {module.STUDY.module.rpartition(".")[2]: module.STUDY for module in (limits, increments, dissipation, stepped)}
+STUDIES: dict[str, Study] = {
+    module.STUDY.module.rpartition(".")[2]: module.STUDY for module in (limits, guaranteed, increments, dissipation, stepped)
+}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -1,0 +1,202 @@
+"""The guaranteed limit of the paper's scene beside the shakedown limit, and the plane of slips of two nodes by which it is taught.
+
+Run with `python -m studies.guaranteed [--quick]`. All limits of the scene are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
+Between the two limits the start decides whether the contact stops slipping. The guaranteed limit is the upper bound with a witness.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+import frictopt as fo
+
+from .tables import Study, Table
+
+__all__ = ["BOUND", "CORNER", "FRICTION", "FULL", "PAIR_FRICTION", "PLANE", "QUICK", "STUDY", "Parameters", "pair"]
+
+LOADS = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+PAIR_LOADS = fo.LoadCycle(mean={"mean": 1.0}, corners=[{"cyclic": -1.0}, {"cyclic": 1.0}])
+PAIR_FRICTION = 0.6
+_SENSES = {1: "forward", -1: "backward"}
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    elements: tuple[int, ...] = (16, 32, 64, 124)  # meshes of the friction table, grading "sine"
+    frictions: tuple[float, ...] = tuple(round(float(f), 6) for f in np.arange(0.1, 1.5001, 0.02))
+    corner_elements: tuple[int, ...] = (8, 12, 16, 24, 32, 48, 64, 96, 124)  # grading "sine"
+    corner_frictions: tuple[float, ...] = (0.2, 0.3, 0.5, 0.7)
+    bound_elements: int = 64  # grading "sine"
+    bound_frictions: tuple[float, ...] = (0.3, 0.5, 0.7)
+    bounds: tuple[float, ...] = tuple(round(float(b), 6) for b in np.geomspace(0.1, 10.0, 41))  # slip bounds in units of (P / 2a) a / E*
+    shares: tuple[float, ...] = (0.5, 1.0, 1.4)  # load factors of the plane over the guaranteed limit, before the shakedown limit itself
+    path_share: float = 1.4  # the one at which paths are followed
+    starts: tuple[tuple[float, float], ...] = ((0.25, 0.25), (0.42, 0.62))  # slips that the paths start from
+    path_cycles: int = 6
+
+
+FULL = Parameters()
+QUICK = Parameters(
+    elements=(8, 16),
+    frictions=tuple(round(float(f), 6) for f in np.arange(0.1, 1.5001, 0.1)),
+    corner_elements=(8, 16, 32),
+    corner_frictions=(0.3, 0.5),
+    bound_elements=16,
+    bound_frictions=(0.3, 0.5),
+    bounds=(0.1, 0.3, 0.5, 1.0, 3.0, 10.0),
+)
+
+
+def pair() -> fo.ContactSystem:
+    """The coupled pair of nodes of the plane of slips."""
+    A, B = np.array([[1.0, -0.4], [-0.4, 1.0]]), np.array([[-0.1, -0.7], [0.7, 0.1]])
+    loads = {"mean": (np.zeros(2), np.ones(2)), "cyclic": (np.array([0.8, 0.8]), np.array([0.4, 0.1]))}
+    return fo.ContactSystem(A, B, 3 * np.eye(2), np.arange(2.0), loads)
+
+
+def limits_by_friction(parameters: Parameters) -> pd.DataFrame:
+    """One row per mesh and friction coefficient."""
+    return _by_mesh(parameters.elements, parameters.frictions, "guaranteed limit by friction")
+
+
+def limits_by_corner(parameters: Parameters) -> pd.DataFrame:
+    """One row per mesh and friction coefficient."""
+    return _by_mesh(parameters.corner_elements, parameters.corner_frictions, "guaranteed limit by corner size")
+
+
+def _by_mesh(meshes: Sequence[int], frictions: Sequence[float], what: str) -> pd.DataFrame:
+    rows = []
+    for elements in tqdm(meshes, desc=what, disable=None):
+        scene = fo.PunchOnHalfPlane(elements=elements, grading="sine")
+        model = fo.GuaranteedModel(scene.condense(), LOADS)
+        rows += [_mesh(scene) | _limits(scene, model.solve(friction), friction) for friction in frictions]
+    return pd.DataFrame(rows)
+
+
+def limits_by_bound(parameters: Parameters) -> pd.DataFrame:
+    """One row per friction coefficient and slip bound."""
+    scene = fo.PunchOnHalfPlane(elements=parameters.bound_elements, grading="sine")
+    system, unit = scene.condense(), _slip_unit(scene)
+    rows = []
+    for bound in tqdm(parameters.bounds, desc="guaranteed limit by slip bound", disable=None):
+        model = fo.GuaranteedModel(system, LOADS, slip_bound=bound * unit)
+        limits = {friction: model.solve(friction) for friction in parameters.bound_frictions}
+        rows += [_mesh(scene) | {"slip_bound": bound} | _limits(scene, limit, friction) for friction, limit in limits.items()]
+    return pd.DataFrame(rows)
+
+
+def _mesh(scene: fo.PunchOnHalfPlane) -> dict[str, Any]:
+    return {"elements": scene.elements, "corner_size": scene.corner_size / scene.half_width}
+
+
+def _slip_unit(scene: fo.PunchOnHalfPlane) -> float:
+    return scene.half_width * LOADS.mean["P"] * (1 / scene.punch_material.plane_modulus + 1 / scene.block_material.plane_modulus)
+
+
+def _limits(scene: fo.PunchOnHalfPlane, limit: fo.GuaranteedLimit, friction: float) -> dict[str, Any]:
+    x = limit.nodes["x"].to_numpy() / scene.half_width
+    return {
+        "friction": friction,
+        "guaranteed": limit.upper,
+        "shakedown": limit.shakedown.load_factor,
+        "x": np.nan if limit.node is None else float(x[limit.node]),
+        "largest_slip": float(np.ptp(limit.slip)) / 2 / _slip_unit(scene),
+        "skipped": limit.skipped,
+        "residual": limit.residual,
+        "solver": limit.solver,
+    }
+
+
+def plane_of_slips(parameters: Parameters) -> pd.DataFrame:
+    """Lines, safe region and paths at several load factors, as polylines: one row per point, in order."""
+    system = pair()
+    limit = fo.guaranteed_limit(system, PAIR_LOADS, PAIR_FRICTION, lower=True)
+    factors = [("", share * limit.upper) for share in parameters.shares] + [("shakedown limit", limit.shakedown.load_factor)]
+    parts: list[dict[str, Any]] = []
+    for name, factor in factors:
+        share = factor / limit.upper
+        label = name or ("guaranteed limit" if share == 1 else "")
+        head = {"load_factor": factor, "share": share, "limit": label, "residual": limit.residual}
+        lines = list(_lines(system, factor))
+        for node, sense, normal, strength, rate in lines:
+            for what, height in (("mean line", strength), ("line", strength - factor * rate)):
+                point = normal * height / (normal @ normal)
+                along = np.array([-normal[1], normal[0]]) / np.linalg.norm(normal)
+                parts += [head | _point(what, node, _SENSES[sense], 0, point + reach * along) for reach in (-10.0, 10.0)]
+        parts += [head | _point("safe", -1, "", 0, vertex) for vertex in _region(lines, factor)]
+        parts += [head | _point("witness", limit.node, "", 0, limit.slip)] if label == "guaranteed limit" else []
+        if share == parameters.path_share:
+            for number, start in enumerate(parameters.starts):
+                path = fo.march(system, PAIR_LOADS, PAIR_FRICTION, factor, initial_slip=start, cycles=parameters.path_cycles)
+                parts += [head | {"residual": path.residual} | _point("path", -1, "", number, slip) for slip in path.slip]
+    return pd.DataFrame(parts)
+
+
+def _point(what: str, node: int | None, sense: str, number: int, slip: Any) -> dict[str, Any]:
+    return {"what": what, "node": node, "sense": sense, "path": number, "v1": float(slip[0]), "v2": float(slip[1])}
+
+
+def _lines(system: fo.ContactSystem, factor: float) -> Iterator[tuple[int, int, Any, float, float]]:
+    """Node, sense, and `normal . v <= strength - factor * rate` for each friction bound at its ruling corner."""
+    q0, p0 = PAIR_LOADS.mean_reaction(system)
+    q1, p1 = PAIR_LOADS.corner_reactions(system)
+    for node in range(system.nodes):
+        for sense in _SENSES:
+            rate = float(np.max(-sense * q1[:, node] - PAIR_FRICTION * p1[:, node]))
+            yield node, sense, -sense * system.A[node] - PAIR_FRICTION * system.B[node], float(sense * q0[node] + PAIR_FRICTION * p0[node]), rate
+
+
+def _region(lines: Sequence[tuple[int, int, Any, float, float]], factor: float) -> list[Any]:
+    """Vertices of the safe slips in order."""
+    normals = np.array([line[2] for line in lines])
+    heights = np.array([line[3] - factor * line[4] for line in lines])
+    found = [np.linalg.solve(normals[[a, b]], heights[[a, b]]) for a, b in combinations(range(len(lines)), 2)]
+    kept = np.array([slip for slip in found if (normals @ slip <= heights + 1e-9).all()])
+    centre = kept.mean(axis=0)
+    return list(kept[np.argsort(np.arctan2(*(kept - centre).T))])
+
+
+_MESH = {"elements": "elements on the contact, grading sine", "corner_size": "element at the corner of the contact / a"}
+_BOUND = {"slip_bound": "largest slip that assembly may leave, v E* / (a P / 2a)"}
+_LIMIT = {
+    "friction": "coefficient of friction",
+    "guaranteed": "guaranteed limit lambda_1 (upper bound with witness), sigma / (P / 2a)",
+    "shakedown": "shakedown limit lambda_2, sigma / (P / 2a)",
+    "x": "node that starts to slip to and fro, x / a; NaN where lambda_2 rules",
+    "largest_slip": "largest slip of the witness, less its slide as a whole, v E* / (a P / 2a)",
+    "skipped": "number of nodes left out by their bound",
+    "residual": "worst violation by the witness, or distance of the dual bound, relative",
+    "solver": "who answered",
+}
+_PLANE = {
+    "load_factor": "load factor",
+    "share": "load factor over the guaranteed limit",
+    "limit": "which limit it is, if any",
+    "residual": "worst violation of the contact law on a path; of the limit elsewhere",
+    "what": "line: bound of friction at its ruling corner; mean line: the same under the mean load; safe: vertex of the safe slips; witness; path",
+    "node": "node of a line or of the witness, else -1",
+    "sense": "slip that the line bounds",
+    "path": "number of the path",
+    "v1": "slip of node 0",
+    "v2": "slip of node 1",
+}
+
+FRICTION = Table("guaranteed_friction", "limits of one mesh at one friction", _MESH | _LIMIT, full=FULL, quick=QUICK, compute=limits_by_friction)
+CORNER = Table("guaranteed_corner", "limits of one mesh at one friction", _MESH | _LIMIT, full=FULL, quick=QUICK, compute=limits_by_corner)
+BOUND = Table(
+    "guaranteed_bound", "limits under one slip bound at one friction", _MESH | _BOUND | _LIMIT, full=FULL, quick=QUICK, compute=limits_by_bound
+)
+PLANE = Table("guaranteed_plane", "one point of a polyline in the plane of slips", _PLANE, full=FULL, quick=QUICK, compute=plane_of_slips)
+
+STUDY = Study("studies.guaranteed", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, BOUND, PLANE))
+
+
+if __name__ == "__main__":
+    raise SystemExit(STUDY.run())
