@@ -14,7 +14,22 @@ from matplotlib.figure import Figure
 
 from studies.tables import Table, data_folder
 
-from . import amplitude, cycle, dissipation, hysteresis, increments, onset, scene, shakedown_limit, shakedown_share, style, traction_ratio, two_states
+from . import (
+    amplitude,
+    cycle,
+    dissipation,
+    guaranteed_limit,
+    hysteresis,
+    increments,
+    onset,
+    scene,
+    shakedown_limit,
+    shakedown_share,
+    slip_plane,
+    style,
+    traction_ratio,
+    two_states,
+)
 
 __all__ = ["FIGURES", "main", "make"]
 
@@ -37,6 +52,8 @@ FIGURES: dict[str, Script] = {
     "cycle": cycle,
     "hysteresis": hysteresis,
     "increments": increments,
+    "guaranteed_limit": guaranteed_limit,
+    "slip_plane": slip_plane,
     "dissipation": dissipation,
     "shakedown_share": shakedown_share,
     "amplitude": amplitude,

@@ -38,7 +38,7 @@ class Parameters:
     bounds: tuple[float, ...] = tuple(round(float(b), 6) for b in np.geomspace(0.1, 10.0, 41))  # slip bounds in units of (P / 2a) a / E*
     shares: tuple[float, ...] = (0.5, 1.0, 1.4)  # load factors of the plane over the guaranteed limit, before the shakedown limit itself
     path_share: float = 1.4  # the one at which paths are followed
-    starts: tuple[tuple[float, float], ...] = ((0.25, 0.25), (0.42, 0.62))  # slips that the paths start from
+    starts: tuple[tuple[float, float], ...] = ((-0.5, 0.9), (0.1, 1.1))  # slips that the paths start from
     path_cycles: int = 6
 
 
@@ -135,7 +135,8 @@ def plane_of_slips(parameters: Parameters) -> pd.DataFrame:
         if share == parameters.path_share:
             for number, start in enumerate(parameters.starts):
                 path = fo.march(system, PAIR_LOADS, PAIR_FRICTION, factor, initial_slip=start, cycles=parameters.path_cycles)
-                parts += [head | {"residual": path.residual} | _point("path", -1, "", number, slip) for slip in path.slip]
+                fate = fo.steady_state(system, PAIR_LOADS, PAIR_FRICTION, factor, initial_slip=start).outcome.name
+                parts += [head | {"residual": path.residual} | _point("path", -1, fate, number, slip) for slip in path.slip]
     return pd.DataFrame(parts)
 
 
@@ -182,7 +183,7 @@ _PLANE = {
     "residual": "worst violation of the contact law on a path; of the limit elsewhere",
     "what": "line: bound of friction at its ruling corner; mean line: the same under the mean load; safe: vertex of the safe slips; witness; path",
     "node": "node of a line or of the witness, else -1",
-    "sense": "slip that the line bounds",
+    "sense": "slip that the line bounds; of a path what becomes of it",
     "path": "number of the path",
     "v1": "slip of node 0",
     "v2": "slip of node 1",

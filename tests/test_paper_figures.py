@@ -14,7 +14,7 @@ from studies import dissipation, limits
 
 NAMES = [
     *("scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"),
-    *("dissipation", "shakedown_share", "amplitude", "two_states"),
+    *("guaranteed_limit", "slip_plane", "dissipation", "shakedown_share", "amplitude", "two_states"),
 ]
 
 
@@ -71,7 +71,7 @@ def test_same_data_gives_the_same_bytes(data, tmp_path):
 
 def test_second_call_does_not_compute_again(data, tmp_path):
     before = {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()}
-    assert len(before) == 9
+    assert len(before) == 13
     assert main(["shakedown_limit", "traction_ratio", "hysteresis", *options(data, tmp_path)]) == 0
     assert {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()} == before
 

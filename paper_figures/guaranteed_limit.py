@@ -1,0 +1,85 @@
+"""Guaranteed and shakedown limit against friction, corner size and slip bound, with the region where the start decides."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from studies.guaranteed import BOUND, CORNER, FRICTION
+from studies.tables import Table
+
+from .style import BLACK, SERIES, WIDE, new_figure, panel_label, plain_log
+
+__all__ = ["TABLES", "draw"]
+
+TABLES: Mapping[str, Table[Any]] = {"friction": FRICTION, "corner": CORNER, "bound": BOUND}
+
+_SHADE = "#DCE6EE"
+_GUARANTEED, _SHAKEDOWN = "-", (0, (4, 1.5))
+
+
+def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
+    """Left: against friction on the finest mesh, and lambda_1 on coarser ones; middle: against the corner element; right: against the slip bound."""
+    figure = new_figure(WIDE, 78)
+    left, middle, right = figure.subplots(1, 3)
+    _against_friction(left, tables["friction"])
+    _against(middle, tables["corner"], "corner_size", "corner element / $a$", _end)
+    _against(right, tables["bound"], "slip_bound", r"slip bound $v_{\max}\,E^* / (a\,P/2a)$", _start)
+    for axes, letter in zip((left, middle, right), "abc", strict=True):
+        panel_label(axes, letter)
+    left.set_ylabel(r"load factor $\sigma / (P / 2a)$")
+    _legend(figure)
+    return figure
+
+
+def _against_friction(axes: Any, table: pd.DataFrame) -> None:
+    meshes = list(table.groupby("corner_size", sort=False))
+    for (size, rows), series in zip(meshes, SERIES, strict=False):
+        axes.plot(rows["friction"], rows["guaranteed"], color=series["color"], linestyle=_GUARANTEED, lw=0.9, label=f"{size:.2g}")
+    finest = meshes[-1][1]
+    color = SERIES[len(meshes) - 1]["color"]
+    axes.plot(finest["friction"], finest["shakedown"], color=color, linestyle=_SHAKEDOWN)
+    axes.fill_between(finest["friction"], finest["guaranteed"], finest["shakedown"], color=_SHADE, lw=0)
+    axes.text(0.52, 0.42, "the start\ndecides", transform=axes.transAxes, ha="center", va="center")
+    axes.set_xlim(table["friction"].min(), table["friction"].max())
+    axes.set_ylim(0, 1.02 * finest["shakedown"].max())
+    axes.set_xlabel("coefficient of friction $f$")
+    axes.legend(title="corner element / $a$", loc="upper left", handlelength=1.5)
+
+
+def _against(axes: Any, table: pd.DataFrame, column: str, label: str, place: Any) -> None:
+    for (friction, rows), series in zip(table.groupby("friction"), SERIES, strict=False):
+        rows = rows.sort_values(column)
+        axes.plot(rows[column], rows["guaranteed"], color=series["color"], linestyle=_GUARANTEED)
+        axes.plot(rows[column], rows["shakedown"], color=series["color"], linestyle=_SHAKEDOWN)
+        place(axes, rows, column, f"$f = {friction:g}$", series["color"])
+    plain_log(axes, "x")
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel(label)
+
+
+def _end(axes: Any, rows: pd.DataFrame, column: str, text: str, color: str) -> None:
+    """Name a pair of lines at the right end of the upper one."""
+    last = rows.iloc[-1]
+    axes.annotate(text, (last[column], last["shakedown"]), (0, 3), textcoords="offset points", ha="right", va="bottom", color=color)
+
+
+def _start(axes: Any, rows: pd.DataFrame, column: str, text: str, color: str) -> None:
+    _end(axes, rows, column, text, color)
+
+
+def _legend(figure: Figure) -> None:
+    handles = [
+        Line2D([], [], color=BLACK, linestyle=_SHAKEDOWN),
+        Line2D([], [], color=BLACK, linestyle=_GUARANTEED),
+        Patch(color=_SHADE),
+    ]
+    labels = [
+        r"shakedown limit $\lambda_2$",
+        r"guaranteed limit $\lambda_1$ (upper bound with witness)",
+        "slip stops from some starts, goes on from others",
+    ]
+    figure.legend(handles, labels, loc="outside upper center", ncols=3)

@@ -1,0 +1,95 @@
+"""The study of the guaranteed limit at quick size: facts of the theory that hold on any mesh."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import frictopt as fo
+from frictopt.reference import two_node_limits
+from studies import guaranteed
+
+TABLES = {"friction": guaranteed.FRICTION, "corner": guaranteed.CORNER, "bound": guaranteed.BOUND, "plane": guaranteed.PLANE}
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data")
+    assert guaranteed.STUDY.run(["--quick", "--data", str(folder)]) == 0
+    assert sorted(path.name for path in folder.iterdir()) == sorted(f"{table.name}.parquet" for table in TABLES.values())
+    return {name: pd.read_parquet(table.path(folder)) for name, table in TABLES.items()}
+
+
+def test_every_row_was_checked_and_describes_itself(tables):
+    for name, table in tables.items():
+        assert table["residual"].between(0, 1e-9, inclusive="left").all(), name
+        assert list(table.attrs["columns"]) == list(table.columns), name
+
+
+@pytest.mark.parametrize("name", ["friction", "corner", "bound"])
+def test_the_guaranteed_limit_is_not_above_the_shakedown_limit(tables, name):
+    table = tables[name]
+    assert (table["guaranteed"] <= table["shakedown"]).all() and (table["guaranteed"] < 0.9 * table["shakedown"]).any()
+    assert (table["x"].isna() == (table["guaranteed"] == table["shakedown"])).all()
+    assert table.loc[table["friction"] < 0.9, "x"].abs().dropna().eq(1).all(), "the corner node is the first"
+
+
+def test_a_smaller_corner_element_lowers_the_guarantee(tables):
+    for _, rows in tables["corner"].groupby("friction"):
+        assert len(rows) == 3 and np.all(np.diff(rows.sort_values("corner_size")["guaranteed"]) > 0)
+
+
+def test_a_tighter_slip_bound_raises_the_guarantee_up_to_the_shakedown_limit(tables):
+    for friction, rows in tables["bound"].groupby("friction"):
+        ordered = rows.sort_values("slip_bound")
+        assert np.all(np.diff(ordered["guaranteed"]) <= 1e-9)
+        system = fo.PunchOnHalfPlane(elements=16, grading="sine").condense()
+        assert ordered["guaranteed"].iloc[-1] == pytest.approx(fo.guaranteed_limit(system, guaranteed.LOADS, friction).upper, rel=1e-8)
+        assert ordered["guaranteed"].iloc[0] > ordered["guaranteed"].iloc[-1]
+        bound = ordered[ordered["x"].notna()]
+        assert (bound["largest_slip"] <= bound["slip_bound"] * (1 + 1e-8)).all()
+
+
+def slacks(contact, factor, slip):
+    """(corners, senses, nodes) slack of each friction bound."""
+    (q0, p0), (q1, p1) = contact.bonded["mean"], contact.bonded["cyclic"]
+    q, p = (mean + factor * np.array([[-1.0], [1.0]]) * rate for mean, rate in ((q0 + contact.A @ slip, q1), (p0 + contact.B @ slip, p1)))
+    return np.stack([0.6 * p + q, 0.6 * p - q], axis=1)
+
+
+def test_the_plane_shows_the_limits_of_the_pair(tables):
+    table, contact = tables["plane"], guaranteed.pair()
+    limits = two_node_limits(contact.A, contact.B, *contact.bonded["mean"], *contact.bonded["cyclic"], 0.6)
+    by_name = table.groupby("limit")["load_factor"].first()
+    assert by_name["guaranteed limit"] == pytest.approx(limits.lambda_1, rel=1e-9)
+    assert by_name["shakedown limit"] == pytest.approx(limits.lambda_2, rel=1e-9)
+    assert table["load_factor"].nunique() == 4
+
+
+def test_lines_are_where_a_bound_is_met_and_vertices_of_the_safe_slips_on_two_of_them(tables):
+    table, contact = tables["plane"], guaranteed.pair()
+    for (what, factor, node, sense), rows in table[table["what"].isin(["line", "mean line"])].groupby(["what", "load_factor", "node", "sense"]):
+        assert len(rows) == 2
+        for slip in rows[["v1", "v2"]].to_numpy():
+            here = slacks(contact, factor if what == "line" else 0.0, slip)[:, 0 if sense == "forward" else 1, node]
+            assert here.min() == pytest.approx(0, abs=1e-9)
+    for factor, rows in table[table["what"] == "safe"].groupby("load_factor"):
+        for slip in rows[["v1", "v2"]].to_numpy():
+            here = slacks(contact, factor, slip)
+            assert here.min() > -1e-8 and (here.min(axis=0) < 1e-8).sum() >= 2
+
+
+def test_at_the_guaranteed_limit_three_lines_meet_at_the_witness(tables):
+    table, contact = tables["plane"], guaranteed.pair()
+    witness = table[table["what"] == "witness"]
+    here = slacks(contact, witness["load_factor"].item(), witness[["v1", "v2"]].to_numpy()[0])
+    assert (np.abs(here.min(axis=0)) < 1e-9).sum() == 3
+
+
+def test_of_two_neighbouring_starts_one_comes_to_rest_within_the_safe_slips_and_one_never_does(tables):
+    table, contact = tables["plane"], guaranteed.pair()
+    paths = {fate: rows[["v1", "v2"]].to_numpy() for fate, rows in table[table["what"] == "path"].groupby("sense")}
+    assert set(paths) == {"SHAKEDOWN", "CYCLIC_SLIP"}
+    factor = table.loc[table["what"] == "path", "load_factor"].iloc[0]
+    assert slacks(contact, factor, paths["SHAKEDOWN"][-1]).min() > -1e-9
+    late = paths["CYCLIC_SLIP"][-6:]
+    assert np.ptp(late, axis=0).max() > 0.05 and all(slacks(contact, factor, slip).min() < -1e-3 for slip in late)
