@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator
 
 from studies.guaranteed import BOUND, CORNER, FRICTION
 from studies.tables import Table
@@ -23,11 +24,17 @@ _GUARANTEED, _SHAKEDOWN = "-", (0, (4, 1.5))
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     """Left: against friction on the finest mesh, and lambda_1 on coarser ones; middle: against the corner element; right: against the slip bound."""
-    figure = new_figure(WIDE, 78)
-    left, middle, right = figure.subplots(1, 3)
+    figure = new_figure(WIDE, 80)
+    left, middle, right = figure.subplots(1, 3, width_ratios=(1.4, 1, 1))
     _against_friction(left, tables["friction"])
-    _against(middle, tables["corner"], "corner_size", "corner element / $a$", _end)
-    _against(right, tables["bound"], "slip_bound", r"slip bound $v_{\max}\,E^* / (a\,P/2a)$", _start)
+    frictions = sorted(set(tables["corner"]["friction"]) | set(tables["bound"]["friction"]))
+    looks = {friction: series["color"] for friction, series in zip(frictions, SERIES, strict=False)}
+    _against(middle, tables["corner"], "corner_size", looks)
+    middle.set_xlabel("corner element / $a$")
+    middle.legend(title="$f$", loc="center left", bbox_to_anchor=(0, 0.7), handlelength=1.2, ncols=2, columnspacing=1.0)
+    _against(right, tables["bound"], "slip_bound", looks)
+    right.set_xlabel(r"slip bound $v_{\max}\,E^* / (a\,P/2a)$")
+    right.set_title(f"corner element {tables['bound']['corner_size'].iloc[0]:.2g} $a$", loc="right")
     for axes, letter in zip((left, middle, right), "abc", strict=True):
         panel_label(axes, letter)
     left.set_ylabel(r"load factor $\sigma / (P / 2a)$")
@@ -43,32 +50,22 @@ def _against_friction(axes: Any, table: pd.DataFrame) -> None:
     color = SERIES[len(meshes) - 1]["color"]
     axes.plot(finest["friction"], finest["shakedown"], color=color, linestyle=_SHAKEDOWN)
     axes.fill_between(finest["friction"], finest["guaranteed"], finest["shakedown"], color=_SHADE, lw=0)
-    axes.text(0.52, 0.42, "the start\ndecides", transform=axes.transAxes, ha="center", va="center")
+    axes.text(0.655, 0.85, "the start\ndecides", ha="center", va="center")
     axes.set_xlim(table["friction"].min(), table["friction"].max())
     axes.set_ylim(0, 1.02 * finest["shakedown"].max())
     axes.set_xlabel("coefficient of friction $f$")
     axes.legend(title="corner element / $a$", loc="upper left", handlelength=1.5)
 
 
-def _against(axes: Any, table: pd.DataFrame, column: str, label: str, place: Any) -> None:
-    for (friction, rows), series in zip(table.groupby("friction"), SERIES, strict=False):
-        rows = rows.sort_values(column)
-        axes.plot(rows[column], rows["guaranteed"], color=series["color"], linestyle=_GUARANTEED)
-        axes.plot(rows[column], rows["shakedown"], color=series["color"], linestyle=_SHAKEDOWN)
-        place(axes, rows, column, f"$f = {friction:g}$", series["color"])
+def _against(axes: Any, table: pd.DataFrame, column: str, looks: Mapping[float, str]) -> None:
+    for friction, rows in table.groupby("friction"):
+        ordered = rows.sort_values(column)
+        axes.plot(ordered[column], ordered["guaranteed"], color=looks[float(friction)], linestyle=_GUARANTEED, label=f"{friction:g}")
+        axes.plot(ordered[column], ordered["shakedown"], color=looks[float(friction)], linestyle=_SHAKEDOWN)
     plain_log(axes, "x")
+    axes.xaxis.set_major_locator(LogLocator())
+    axes.xaxis.set_minor_locator(LogLocator(subs="auto"))
     axes.set_ylim(bottom=0)
-    axes.set_xlabel(label)
-
-
-def _end(axes: Any, rows: pd.DataFrame, column: str, text: str, color: str) -> None:
-    """Name a pair of lines at the right end of the upper one."""
-    last = rows.iloc[-1]
-    axes.annotate(text, (last[column], last["shakedown"]), (0, 3), textcoords="offset points", ha="right", va="bottom", color=color)
-
-
-def _start(axes: Any, rows: pd.DataFrame, column: str, text: str, color: str) -> None:
-    _end(axes, rows, column, text, color)
 
 
 def _legend(figure: Figure) -> None:
