@@ -1,4 +1,4 @@
-"""Steady dissipation against the load: every start is a mark, below the shakedown limit it may be zero or not, above it never is."""
+"""Steady dissipation against the load: every start is a mark; between the guaranteed and the shakedown limit the start decides."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,14 +8,14 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from studies.dissipation import RUNS
+from studies.dissipation import LIMITS, RUNS
 from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label
 
 __all__ = ["FAMILIES", "TABLES", "draw"]
 
-TABLES: Mapping[str, Table[Any]] = {"runs": RUNS}
+TABLES: Mapping[str, Table[Any]] = {"runs": RUNS, "limits": LIMITS}
 
 FAMILIES: Mapping[str, tuple[str, Mapping[str, Any]]] = {
     "smooth": ("smooth random slip", SERIES[0]),
@@ -47,9 +47,17 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         panel_label(upper, letter)
         lower.set(ylim=(-1, 1), xlabel=r"load factor over the shakedown limit, $\lambda / \lambda_2$")
         lower.set_yticks([])
+        limits = tables["limits"].set_index("friction").loc[friction]
+        guaranteed = limits["guaranteed"] / limits["load_factor"]
         for axes in (upper, lower):
             axes.axvline(1, color=BLACK, lw=0.8)
-        upper.annotate(r"$\lambda_2$", (1, high), (3, -3), textcoords="offset points", va="top")
+            axes.axvline(guaranteed, color=BLACK, lw=0.8, linestyle="--")
+            axes.set_xlim(-0.04, 1.03 * runs["load_ratio"].max())
+        for limit, name in (
+            (1.0, r"$\lambda_2$"),
+            (guaranteed, rf"$\lambda_1 = {guaranteed:.2g}\,\lambda_2$" if guaranteed > 0 else r"$\lambda_1 = 0$"),
+        ):
+            upper.annotate(name, (limit, high), (3, -3), textcoords="offset points", va="top")
     panels[1, 0].set_ylabel("$W = 0$", rotation="horizontal", ha="right", va="center")
     panels[0, 0].set_ylabel(r"steady dissipation $W E^* / P^2$ per cycle")
     handles, labels = panels[0, 0].get_legend_handles_labels()

@@ -16,7 +16,7 @@ from frictopt import study
 
 from .tables import Study, Table
 
-__all__ = ["CYCLE", "FAMILIES", "FULL", "QUICK", "RUNS", "SPREAD", "STATES", "STUDY", "Case", "Parameters", "runs_of", "starts_of"]
+__all__ = ["CYCLE", "FAMILIES", "FULL", "LIMITS", "QUICK", "RUNS", "SPREAD", "STATES", "STUDY", "Case", "Parameters", "runs_of", "starts_of"]
 
 CYCLE = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 _STEADY = 1e-6  # change of a cycle's work, relative, with which a marched cycle counts as the steady one
@@ -29,7 +29,28 @@ class Parameters:
 
     elements: int = 124  # default grading: 50,910 unknowns, 250 on the interface
     frictions: tuple[float, ...] = (0.5, 0.7)
-    ratios: tuple[float, ...] = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.01, 1.05, 1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2.0)  # over lambda_2
+    ratios: tuple[float, ...] = (
+        0.1,
+        0.2,
+        0.3,
+        0.4,
+        0.5,
+        0.6,
+        0.7,
+        0.8,
+        0.9,
+        0.95,
+        0.99,
+        1.01,
+        1.05,
+        1.1,
+        1.2,
+        1.3,
+        1.4,
+        1.6,
+        1.8,
+        2.0,
+    )  # over lambda_2
     safe: tuple[float, ...] = (1.0, 0.5, -1.0, 2.0)  # multiples of the safe slip
     amplitudes: tuple[float, ...] = (0.02, 0.06, 0.2, 0.6, 2.0)  # root mean square of random slips, in units of a (P / 2a) / E*
     count: int = 10  # random slips of each kind and amplitude
@@ -114,6 +135,15 @@ def _summary(runs: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
         )
         .reset_index()
     )
+
+
+def limits_of(parameters: Parameters) -> pd.DataFrame:
+    """One row for each friction."""
+    rows = []
+    for case in cases_of(parameters):
+        found = fo.guaranteed_limit(case.system, CYCLE, case.friction)
+        rows.append({"friction": case.friction, "load_factor": case.limit, "guaranteed": found.upper, "residual": found.residual})
+    return pd.DataFrame(rows)
 
 
 def states_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
@@ -206,6 +236,14 @@ _OPTIONS = {
 }
 
 
+_LIMITS = {
+    "friction": _LOAD["friction"],
+    "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
+    "guaranteed": "upper bound of the guaranteed limit lambda_1, sigma / (P / 2a)",
+    "residual": "residual of both",
+}
+
+
 def _table(name: str, about: str, columns: dict[str, str], compute: Any) -> Table[Parameters]:
     return Table(name, about, columns, full=FULL, quick=QUICK, compute=compute, options=_OPTIONS)
 
@@ -213,13 +251,14 @@ def _table(name: str, about: str, columns: dict[str, str], compute: Any) -> Tabl
 RUNS = _table("dissipation_runs", "one transient to its steady state", _RUN, runs_of)
 SPREAD = _table("dissipation_spread", "all starts at one load", _LOAD | _SUMMARY, spread_of)
 FAMILIES = _table("dissipation_families", "the starts of one family at one load", _LOAD | {"family": _RUN["family"]} | _SUMMARY, families_of)
+LIMITS = Table("dissipation_limits", "both limits at one friction", _LIMITS, full=FULL, quick=QUICK, compute=limits_of)
 STATES = _table("dissipation_states", "one node at one event of the steady cycle", _STATE, states_of)
 
 STUDY = Study(
     "studies.dissipation",
     __doc__,
     "a coarse mesh and few starts, in seconds",
-    (RUNS, SPREAD, FAMILIES, STATES),
+    (RUNS, LIMITS, SPREAD, FAMILIES, STATES),
     summary=lambda tables: tables[SPREAD.name].drop(columns=["load_factor", "failed"]).to_string(index=False, float_format="{:.4g}".format),
 )
 

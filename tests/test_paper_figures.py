@@ -71,7 +71,7 @@ def test_same_data_gives_the_same_bytes(data, tmp_path):
 
 def test_second_call_does_not_compute_again(data, tmp_path):
     before = {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()}
-    assert len(before) == 13
+    assert len(before) == 14
     assert main(["shakedown_limit", "traction_ratio", "hysteresis", *options(data, tmp_path)]) == 0
     assert {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()} == before
 
