@@ -29,6 +29,27 @@ def random_system(rng, nodes, loads=("mean", "cyclic"), coupling=0.5):
     return fo.ContactSystem(A, B, C, np.arange(nodes), bonded)
 
 
+def odd(rng, nodes):
+    """A random slip that is mirror-symmetric."""
+    values = rng.normal(size=nodes)
+    return (values - values[::-1]) / 2
+
+
+def mirrored(rng, nodes, gap=False, coupling=1.0):
+    """A random mirror-symmetric system with the load cases "mean" (pressing), "one" and "other"."""
+    G = rng.normal(size=(2 * nodes, 2 * nodes))
+    S = G @ G.T / (2 * nodes) + 0.3 * np.eye(2 * nodes)
+    image = np.kron(np.diag([-1.0, 1.0]), np.eye(nodes)[::-1])
+    S = (S + image @ S @ image) / 2
+    S[nodes:, :nodes] *= coupling
+    even = [part + part[::-1] for part in rng.normal(size=(3, nodes))]
+    bonded = {name: (odd(rng, nodes), 0.15 * part) for name, part in zip(("mean", "one", "other"), even, strict=True)}
+    bonded["mean"] = (0.1 * bonded["mean"][0], 1.0 + bonded["mean"][1])
+    opening = 0.3 * np.maximum(even[1], 0.0) if gap else None
+    x = np.arange(nodes) - (nodes - 1) / 2
+    return fo.ContactSystem(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], x, bonded, opening)
+
+
 def linprog_limit(contact, cycle, friction):
     """lambda_2 from all K corners and the raw slips, by scipy: (status, value) with status 0 optimal, 2 infeasible, 3 unbounded."""
     n = contact.nodes

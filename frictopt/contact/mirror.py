@@ -1,13 +1,14 @@
 """Mirror symmetry about the middle of the interface, and absence of coupling: what lets a scene be solved with less."""
 
 from collections.abc import Iterable
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from .checks import Array
 from .system import ContactSystem
 
-__all__ = ["is_mirror_symmetric", "is_uncoupled"]
+__all__ = ["MirrorHalf", "is_mirror_symmetric", "is_uncoupled", "mirror_half"]
 
 _NO_COUPLING = 1e-13
 _ROUNDING = 1e-10  # differences below this share of the largest entry are rounding of a condensation
@@ -48,3 +49,118 @@ def is_uncoupled(system: ContactSystem, friction: Array) -> bool:
 
 def _same(one: Array, other: Array, scale: float) -> bool:
     return bool(np.abs(one - other).max() <= _ROUNDING * scale)
+
+
+class MirrorHalf:
+    """Half of a mirror-symmetric contact: a contact of its own, of the nodes left of the middle and, if there is one, the middle node.
+
+    The motions of the whole are `v = [v_h, -J v_h], w = [w_h, J w_h]`, with J the mirror image; energy and work of the half are half of those of the
+    whole. A middle node has half its force in the half, its v is 0 and its q with it: nothing couples it to the others, and it cannot slip.
+
+    Parameters
+    ----------
+    whole
+        The contact. Parts of its stiffness, gap and load cases that are not symmetric are dropped: `is_mirror_symmetric` says whether there are any.
+
+    Attributes
+    ----------
+    system
+        The half, with the load cases of the whole.
+    other
+        (2h, 2h) stiffness of the half against the motions that leave the symmetry, `v = [v_h, J v_h], w = [w_h, -J w_h]`: the whole has unique
+        rates where both halves do.
+    """
+
+    def __init__(self, whole: ContactSystem) -> None:
+        self._nodes, self._kept = whole.nodes, (whole.nodes + 1) // 2
+        bonded = {name: self._parted(self.forces(np.concatenate(pair))) for name, pair in whole.bonded.items()}
+        A, B, C = self._folded(whole, -1)
+        self.system = ContactSystem(A, B, C, whole.x[: self._kept], bonded, self.even(whole.gap))
+        A, B, C = self._folded(whole, 1)
+        self.other: Array = np.block([[A, B.T], [B, C]])
+
+    @property
+    def nodes(self) -> int:
+        """Number of node pairs of the half, h."""
+        return self._kept
+
+    @property
+    def _centred(self) -> bool:
+        return self._nodes % 2 == 1
+
+    def nodal(self, values: Array) -> Array:
+        """(..., h) part of values of the nodes, (..., N)."""
+        return values[..., : self._kept]
+
+    def odd(self, values: Array) -> Array:
+        """(h,) odd part of values of the nodes, (N,): of slips."""
+        return self.nodal((values - values[::-1]) / 2)
+
+    def even(self, values: Array) -> Array:
+        """(h,) even part of values of the nodes, (N,): of gaps."""
+        return self.nodal((values + values[::-1]) / 2)
+
+    def forces(self, r: Array) -> Array:
+        """(2h,) forces `[q, p]` of the half, from those of the whole, (2N,)."""
+        q, p = self._parted(r)
+        folded: Array = np.concatenate([self.odd(q), self.even(p)])
+        if self._centred:
+            folded[-1] /= 2
+        return folded
+
+    def whole_forces(self, r: Array) -> Array:
+        """(..., 2N) forces of the whole, from those of the half, (..., 2h)."""
+        whole = self.whole_motion(r)
+        if self._centred:
+            whole[..., self._nodes + self._kept - 1] *= 2
+        return whole
+
+    def whole_motion(self, u: Array) -> Array:
+        """(..., 2N) motion `[v, w]` of the whole, from that of the half, (..., 2h)."""
+        v, w = self._parted(u)
+        return np.concatenate([v, -self._image(v), w, self._image(w)], axis=-1)
+
+    def whole_even(self, values: np.ndarray) -> np.ndarray:
+        """(..., N) values that are the same at a node and at its image, from those of the half, (..., h)."""
+        return np.concatenate([values, self._image(values)], axis=-1)
+
+    def whole_status(self, status: np.ndarray) -> np.ndarray:
+        """(..., N) statuses of the whole from those of the half, (..., h): slip (+1, -1) turns around, stick (0) and open (2) do not."""
+        image = self._image(status)
+        return np.concatenate([status, np.where(np.abs(image) == 1, -image, image)], axis=-1)
+
+    def _image(self, values: np.ndarray) -> np.ndarray:
+        return values[..., : self._nodes // 2][..., ::-1]
+
+    @staticmethod
+    def _parted(values: Array) -> tuple[Array, Array]:
+        kept = values.shape[-1] // 2
+        return values[..., :kept], values[..., kept:]
+
+    def _folded(self, whole: ContactSystem, sign: int) -> tuple[Array, Array, Array]:
+        """Stiffness of the half for slips with `v = sign J v` and gaps with `w = -sign J w`."""
+        n = self._kept
+        A, B, C = (M[:n, :n] + side * M[:n, ::-1][:, :n] for M, side in ((whole.A, sign), (whole.B, sign), (whole.C, -sign)))
+        if self._centred:
+            slip, gap = (A, C) if sign < 0 else (C, A)  # pinned, and folded onto itself
+            gap[-1] /= 2
+            gap[:, -1] /= 2
+            slip[-1] = slip[:, -1] = 0.0
+            slip[-1, -1] = whole.stiffness_scale
+            if sign < 0:
+                B[-1] /= 2
+                B[:, -1] = 0.0
+            else:
+                B[:, -1] /= 2
+                B[-1] = 0.0
+        return A, B, C
+
+
+_HALVES: WeakKeyDictionary[ContactSystem, MirrorHalf | None] = WeakKeyDictionary()  # a campaign asks for the same half in every run
+
+
+def mirror_half(system: ContactSystem, friction: Array) -> MirrorHalf | None:
+    """Half of the contact if stiffness, gap and friction are mirror-symmetric and it has more than one node, else None."""
+    if system not in _HALVES:
+        _HALVES[system] = MirrorHalf(system) if system.nodes > 1 and is_mirror_symmetric(system, (), np.zeros(system.nodes)) else None
+    return _HALVES[system] if _same(friction, friction[::-1], float(friction.max())) else None

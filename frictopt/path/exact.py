@@ -5,19 +5,24 @@ from typing import Any
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
-from ..contact.checks import Array, finite_array, finite_number
+from ..contact.checks import Array, finite_array, finite_number, flag
 from ..contact.cycle import checked_cycle
+from ..contact.mirror import MirrorHalf, mirror_half
 from ..contact.system import checked_system
 from ..errors import NoContinuation
 from .active import OPEN, new_active_set
+from .halved import Halved
+from .proof import new_proof
 from .rate import find_rates, rate_problem
-from .segment import DONE, FULL, STALLED, Record, follow
+from .segment import DONE, FULL, STALLED, Record, follow, new_record
 from .settle import TWOFOLD, UNSETTLED, State, impose, refresh, turn
 
 __all__ = ["ExactPath"]
 
 _LAWFUL = 1e-10  # residual of a state from which a path may be taken up
 _NO_DRIVE = 1e-15  # change of the bonded reactions, over the force scale, that moves nothing
+_WORTH = 60  # nodes from which on half of them saves more time than the change to and fro takes
+_NOTHING, _NO_PROOF = np.zeros((0, 0)), new_proof(0)  # what the whole contact needs of a proof that it keeps a symmetry
 _ROWS = 256  # events that the record holds before they are moved to the history
 
 
@@ -40,6 +45,9 @@ class ExactPath:
         (N,) slip left from assembly, length; None for none.
     keep
         Whether to keep the states at all events.
+    simplify
+        Whether to follow only half of a contact that is mirror-symmetric with its loads and its initial slip, wherever the path is proven to keep the
+        symmetry. Two events that the symmetry makes simultaneous are then one. States are those of the whole contact in any case.
 
     Attributes
     ----------
@@ -52,6 +60,8 @@ class ExactPath:
         corners visited.
     fallbacks, unproven
         Number of events at which the iteration on the signs did not find the rates, and at which their uniqueness is not proven.
+    ways, half_ways
+        Number of straight ways followed, and of those on which half of the contact was enough.
 
     Raises
     ------
@@ -60,7 +70,15 @@ class ExactPath:
     """
 
     def __init__(
-        self, system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, initial_slip: Any = None, *, keep: bool = False
+        self,
+        system: ContactSystem,
+        cycle: LoadCycle,
+        friction: Any,
+        load_factor: float,
+        initial_slip: Any = None,
+        *,
+        keep: bool = False,
+        simplify: bool = True,
     ) -> None:
         nodes = checked_system(system).nodes
         checked_cycle(cycle)
@@ -80,13 +98,17 @@ class ExactPath:
             work=np.zeros(nodes),
             trace=np.zeros(2, dtype=np.int64),
         )
-        self.fallbacks = self.unproven = 0
+        self.fallbacks = self.unproven = self.ways = self.half_ways = 0
         self.visited = -1
         self.history: list[tuple[Array, ...]] = []
         self._S = np.ascontiguousarray(system.S)
         self._active = new_active_set(nodes)
         self.bonded: Array = self.state.r - self._S @ self.state.u
-        self._record = _record(_ROWS if keep else 0, nodes)
+        rows = _ROWS if keep else 0
+        self._record = new_record(rows, nodes)
+        worth = flag("simplify", simplify) and nodes >= _WORTH
+        half = mirror_half(system, self.friction) if worth else None
+        self._half = None if half is None else Halved(half, self.friction, self.force, rows)
 
     @property
     def nodes(self) -> int:
@@ -96,6 +118,14 @@ class ExactPath:
     def corners_at(self, load_factor: float) -> list[Array]:
         """Bonded reactions (2N,) at the corners of the cycle under a load factor."""
         return [self.mean + load_factor * corner for corner in self._cyclic]
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What the scene did not need, in words."""
+        if not self.half_ways:
+            return ()
+        nodes = f"{(self.nodes + 1) // 2} of {self.nodes} nodes were followed"
+        return (f"mirror symmetry: v is odd, {nodes}" + (f" on {self.half_ways} of {self.ways} ways" if self.half_ways < self.ways else ""),)
 
     def start(self) -> None:
         """Follow the path from the artificial load to the mean load."""
@@ -113,7 +143,7 @@ class ExactPath:
     def moved(self, u: Array) -> "ExactPath | None":
         """A copy that stands at the same load with another slip and gap, (2N,); None if the law does not allow it there."""
         n, copy = self.nodes, object.__new__(ExactPath)
-        copy.__dict__.update(self.__dict__, history=[], _record=_record(0, n))
+        copy.__dict__.update(self.__dict__, history=[], _record=new_record(0, n))
         r = self.bonded + self.stress(u)
         opened = self.state.status == OPEN
         r[np.r_[opened, opened]] = 0.0
@@ -141,33 +171,46 @@ class ExactPath:
             No rates obey the law at some load on the way, or more than one set of rates does.
         """
         drive = bonded - self.bonded
+        settled = not np.abs(drive).max() > _NO_DRIVE * self.force
+        done, time = False, 0.0
+        if self._half is not None and self._half.fits(self.state, drive):
+            done, time = self._half.go(self.state, drive, bonded, settled, self._keep)
+        if not done:
+            self._go_whole(drive, bonded, time, settled and time == 0, where)
+        self.ways, self.half_ways = self.ways + 1, self.half_ways + done
+        self.bonded = bonded
+        self.visited += 1
+        if len(self._record.time):
+            state = self.state
+            self.history.append((np.array([float(self.visited)]), *(values[None].copy() for values in (state.u, state.r, state.status, state.work))))
+
+    def _go_whole(self, drive: Array, bonded: Array, time: float, settled: bool, where: str) -> None:
+        """Follow the whole contact from the share `time` of the way on."""
         turn(self._S, self.friction, self.state, self._active)
-        code, time, settled = UNSETTLED, 0.0, not np.abs(drive).max() > _NO_DRIVE * self.force
+        code = UNSETTLED
         while code != DONE:
-            code, time = follow(self._S, self.friction, drive, self.state, self._active, self.force, time, settled, self._record)
+            code, time = follow(self._S, _NOTHING, self.friction, drive, self.state, self._active, _NO_PROOF, self.force, time, settled, self._record)
             if code == STALLED:
                 raise NoContinuation(
                     f"{where}: at {time:.9g} of it the path changes its status without end; loads or gaps may differ too much in size"
                 )
             settled = True
             if code == FULL:
-                self._keep()
+                self._keep(self._record)
             elif code != DONE:
                 self._decide(drive, code == TWOFOLD, time, where)
-        self.bonded = bonded
         refresh(self._S, self.friction, bonded, self.state, self._active)
-        self._keep()
-        self.visited += 1
-        if len(self._record.time):
-            state = self.state
-            self.history.append((np.array([float(self.visited)]), *(values[None].copy() for values in (state.u, state.r, state.status, state.work))))
+        self._keep(self._record)
 
-    def _keep(self) -> None:
-        """Move what the record holds to the history."""
-        used = int(self._record.used[0])
+    def _keep(self, record: Record, half: MirrorHalf | None = None) -> None:
+        """Move what a record holds to the history."""
+        used = int(record.used[0])
         if used:
-            self.history.append((self.visited + self._record.time[:used], *(values[:used].copy() for values in self._record[1:5])))
-            self._record.used[0] = 0
+            u, r, status, work = (values[:used].copy() for values in record[1:5])
+            if half is not None:
+                u, r, status, work = half.whole_motion(u), half.whole_forces(r), half.whole_status(status), half.whole_even(work)
+            self.history.append((self.visited + record.time[:used], u, r, status, work))
+            record.used[0] = 0
 
     def _decide(self, drive: Array, twofold: bool, time: float, where: str) -> None:
         """Settle the statuses by the rate problem."""
@@ -190,14 +233,3 @@ class ExactPath:
             raise NoContinuation(f"{here} the contact slides or opens freely, its rates are not unique; hold the punch, or load it less")
         self.fallbacks += not twofold
         self.unproven += not solutions.complete
-
-
-def _record(rows: int, nodes: int) -> Record:
-    return Record(
-        time=np.zeros(rows),
-        u=np.zeros((rows, 2 * nodes)),
-        r=np.zeros((rows, 2 * nodes)),
-        status=np.zeros((rows, nodes), dtype=np.int8),
-        work=np.zeros((rows, nodes)),
-        used=np.zeros(1, dtype=np.int64),
-    )

@@ -34,13 +34,13 @@ class SteadyState:
     slip
         (N,) slip at the last corner of the cycle, length (for ratcheting: after the last cycle that was followed).
     open
-        (N,) whether the node is open at some corner of the steady cycle.
+        (N,) whether the node is open at some corner of the steady cycle at which the load turns.
     first_cycle
         Work of friction in the first cycle; the one of an overload does not count.
     cycles
         Cycles followed, those of proofs and of extrapolations that failed included.
     events
-        Changes of status followed.
+        Changes of status followed; two that mirror symmetry makes simultaneous may count as one.
     residual
         Largest of: what the referee says of the corners of the proving cycle, and the change of slip over that cycle. Forces in units of the largest
         nodal force of the load cycle, slips in units of that over the stiffness scale. At most 1e-9.
@@ -48,6 +48,8 @@ class SteadyState:
         Whether the steady state is the fixed point of the cycle's affine map rather than reached cycle by cycle.
     unproven
         Number of events on the way whose rates are not proven to be the only ones; 0: the whole transient is proven.
+    left_out
+        What the scene did not need.
     """
 
     outcome: Outcome
@@ -61,3 +63,4 @@ class SteadyState:
     residual: float
     extrapolated: bool
     unproven: int
+    left_out: tuple[str, ...]

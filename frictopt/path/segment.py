@@ -6,12 +6,14 @@ import numpy as np
 from numba import njit
 
 from .active import OPEN, STICK, solve_rates
+from .proof import prove
 from .settle import AT_BOUND, SETTLED, settle, slacks
 
-__all__ = ["DONE", "FULL", "STALLED", "Record", "follow"]
+__all__ = ["DONE", "FULL", "STALLED", "UNPROVEN", "Record", "follow", "new_record"]
 
-DONE, STALLED, FULL = SETTLED, 3, 4
-"""How `follow` ends, besides `UNSETTLED` and `TWOFOLD`: at the end of the segment; after too many events; with the record full."""
+DONE, STALLED, FULL, UNPROVEN = SETTLED, 3, 4, 5
+"""How `follow` ends, besides `UNSETTLED` and `TWOFOLD`: at the end of the segment; after too many events; with the record full; where half of a
+mirror-symmetric contact is followed, with rates that are not proven to be the only ones."""
 
 
 class Record(NamedTuple):
@@ -23,6 +25,18 @@ class Record(NamedTuple):
     status: np.ndarray
     work: np.ndarray
     used: np.ndarray
+
+
+def new_record(rows: int, nodes: int) -> Record:
+    """An empty record of that many states."""
+    return Record(
+        time=np.zeros(rows),
+        u=np.zeros((rows, 2 * nodes)),
+        r=np.zeros((rows, 2 * nodes)),
+        status=np.zeros((rows, nodes), dtype=np.int8),
+        work=np.zeros((rows, nodes)),
+        used=np.zeros(1, dtype=np.int64),
+    )
 
 
 @njit(cache=True)
@@ -98,17 +112,21 @@ def _snap(f, state, node, force):
 
 
 @njit(cache=True)
-def follow(S, f, drive, state, active, force, start, settled, record):
+def follow(S, other, f, drive, state, active, proof, force, start, settled, record):
     """Follow the path while the bonded reactions change by `drive`, from the share `start` of that change on.
 
     Parameters
     ----------
     S, f
         (2N, 2N) stiffness, (N,) coefficients of friction.
+    other
+        (2N, 2N) stiffness of half a contact against the motions that leave its symmetry; (0, 0) where the whole is followed.
     drive
         (2N,) change of the bonded reactions over the whole segment.
     state, active
         Where the path is; changed in place.
+    proof
+        What is proven of the rates of a half; changed in place.
     force
         Scale of the nodal forces.
     start, settled
@@ -130,6 +148,8 @@ def follow(S, f, drive, state, active, force, start, settled, record):
             code = settle(S, f, drive, state, active, force, u_rate, r_rate)
             if code != SETTLED:
                 return code, time
+            if len(other) > 0 and not prove(S, other, f, state, force, proof):
+                return UNPROVEN, time
         if len(record.time) > 0:
             if record.used[0] == len(record.time):
                 return FULL, time

@@ -1,15 +1,17 @@
 """The steady state of a transient: does it stop slipping, and if not, how much does it dissipate in a cycle for ever."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, referee
-from ..contact.checks import Array, finite_number, frozen, whole_number
+from ..contact.checks import Array, finite_number, flag, frozen, whole_number
 from ..errors import NoContinuation, SolverError
 from .exact import ExactPath
 from .outcome import Outcome, SteadyState
+from .stops import left_out_corners, turning_corners
 
 __all__ = ["steady_state"]
 
@@ -33,6 +35,7 @@ def steady_state(
     initial_slip: Any = None,
     overload: float | None = None,
     most_cycles: int = 2000,
+    simplify: bool = True,
 ) -> SteadyState:
     """Follow a transient exactly until its steady state is proven.
 
@@ -55,6 +58,9 @@ def steady_state(
         Load factor of one cycle before all others, >= 0; None for none.
     most_cycles
         Give up after this many.
+    simplify
+        Leave out what the scene does not need: half of a contact that is mirror-symmetric, with its start, where the path is proven to keep the
+        symmetry; and corners on the straight way between their neighbours.
 
     Raises
     ------
@@ -66,12 +72,14 @@ def steady_state(
         The states do not obey the contact law to the tolerance.
     """
     whole_number("most_cycles", most_cycles, least=1)
-    path = ExactPath(system, cycle, friction, load_factor, initial_slip)
+    path = ExactPath(system, cycle, friction, load_factor, initial_slip, simplify=flag("simplify", simplify))
+    stops = turning_corners(cycle) if simplify else range(len(path.corners))
     path.start()
     if overload is not None:
-        for number, corner in enumerate(path.corners_at(finite_number("overload", overload, least=0.0))):
-            path.go(corner, f"the overload's way to corner {number}")
-    run = _Run(path)
+        corners = path.corners_at(finite_number("overload", overload, least=0.0))
+        for number in stops:
+            path.go(corners[number], f"the overload's way to corner {number}")
+    run = _Run(path, stops, turning_corners(cycle))
     while run.cycles < most_cycles:
         run.cycle()
         found = run.steady()
@@ -85,8 +93,8 @@ def steady_state(
 class _Run:
     """The cycles of one transient so far."""
 
-    def __init__(self, path: ExactPath) -> None:
-        self.path = path
+    def __init__(self, path: ExactPath, stops: Sequence[int], turns: Sequence[int]) -> None:
+        self.path, self.stops, self.turns = path, stops, turns
         self.force = max(path.force, *(float(np.abs(corner).max()) for corner in path.corners))
         self.length = self.force / path.system.stiffness_scale
         self.slips: list[Array] = [path.state.u.copy()]
@@ -111,8 +119,8 @@ class _Run:
         state.work[:] = 0.0  # of this cycle alone: next to the work of a far start it would drown in rounding
         state.trace[1] = 0
         corners = []
-        for number, corner in enumerate(path.corners):
-            path.go(corner, f"the way to corner {number}")
+        for number in self.stops:
+            path.go(path.corners[number], f"the way to corner {number}")
             corners.append((state.u.copy(), state.r.copy()))
         self.cycles += 1
         return state.work.copy(), int(state.trace[1]), corners
@@ -120,10 +128,14 @@ class _Run:
     def _violation(self, corners: list[tuple[Array, Array]]) -> float:
         """What the referee says of the states at the corners of a cycle."""
         path, n = self.path, self.path.nodes
-        u, r, load = (np.array(rows) for rows in (*zip(*corners, strict=True), path.corners))
+        u, r, load = (np.array(rows) for rows in (*zip(*corners, strict=True), self._loads(path)))
         gap = u[:, n:] + path.state.gap
         bonded, reactions = (load[:, :n], load[:, n:]), {"q": r[:, :n], "p": r[:, n:]}
         return referee(path.system, bonded, path.friction, v=u[:, :n], w=gap, **reactions, force_scale=self.force).residual
+
+    def _loads(self, path: ExactPath) -> list[Array]:
+        """Bonded reactions (2N,) at the corners that a cycle stops at."""
+        return [path.corners[number] for number in self.stops]
 
     @property
     def change(self) -> float:
@@ -196,8 +208,9 @@ class _Run:
         return self._slips(work) or bool((self.path.friction == 0).any()) or bool(self._open(self.corners).any())
 
     def _open(self, corners: list[tuple[Array, Array]]) -> np.ndarray[Any, np.dtype[np.bool_]]:
-        """(N,) whether each node is open at some corner."""
-        opened: np.ndarray[Any, np.dtype[np.bool_]] = np.any([u[self.path.nodes :] + self.path.state.gap > 0 for u, _ in corners], axis=0)
+        """(N,) whether each node is open at some corner at which the load turns."""
+        gaps = [u[self.path.nodes :] + self.path.state.gap for number, (u, _) in zip(self.stops, corners, strict=True) if number in self.turns]
+        opened: np.ndarray[Any, np.dtype[np.bool_]] = np.any(np.array(gaps) > 0, axis=0)
         return opened
 
     def _periodic(self, path: ExactPath, work: Array, change: float, corners: list[tuple[Array, Array]], extrapolated: bool) -> SteadyState:
@@ -209,7 +222,7 @@ class _Run:
     def _at_rest(self, path: ExactPath, extrapolated: bool) -> SteadyState:
         """Shakedown to a safe slip, which stays the same through all corners."""
         u = path.state.u
-        resting = [(u, corner + path.stress(u)) for corner in path.corners]
+        resting = [(u, corner + path.stress(u)) for corner in self._loads(path)]
         return self._result(path, Outcome.SHAKEDOWN, 0 * self.work, resting, self._violation(self.corners), extrapolated)
 
     def _approached(self, fixed: Array) -> bool:
@@ -245,6 +258,7 @@ class _Run:
             residual=residual,
             extrapolated=extrapolated,
             unproven=path.unproven,
+            left_out=path.left_out + left_out_corners(self.stops, len(path.corners)),
         )
 
 

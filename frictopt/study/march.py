@@ -1,5 +1,6 @@
 """Transients: the states of a contact over a number of load cycles, by the exact path or in increments."""
 
+from collections import Counter
 from typing import Any, Literal
 
 import numpy as np
@@ -29,6 +30,7 @@ def march(
     cycles: int = 5,
     engine: Literal["path", "qp", "milp"] = "path",
     steps: int | None = None,
+    simplify: bool = True,
 ) -> Trajectory:
     """Follow a transient from an initial slip through a number of load cycles.
 
@@ -52,6 +54,8 @@ def march(
         complementarity conditions with booleans.
     steps
         Increments from corner to corner, for the engines that need it.
+    simplify
+        Leave out what the scene does not need, see `ExactPath` and the increments.
 
     Raises
     ------
@@ -63,7 +67,7 @@ def march(
         An increment has no answer that passes the checks.
     """
     whole_number("cycles", cycles, least=0)
-    path = ExactPath(system, cycle, friction, load_factor, initial_slip, keep=True)
+    path = ExactPath(system, cycle, friction, load_factor, initial_slip, keep=True, simplify=simplify)
     if engine == "path":
         if steps is not None:
             raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose engine='qp' or 'milp'")
@@ -71,7 +75,7 @@ def march(
     elif isinstance(engine, str) and engine in _ENGINES:
         if steps is None:
             raise ModelError(f"steps: None; engine={engine!r} needs the number of increments from corner to corner")
-        trajectory = _stepped(path, cycle, cycles, engine, whole_number("steps", steps, least=1))
+        trajectory = _stepped(path, cycle, cycles, engine, whole_number("steps", steps, least=1), simplify)
     else:
         raise ModelError(f"engine: {engine!r}; give 'path', 'qp' or 'milp'")
     if not trajectory.residual <= TOLERANCE:
@@ -87,27 +91,38 @@ def _followed(path: ExactPath, cycle: LoadCycle, cycles: int) -> Trajectory:
         loads += path.corners
     time, u, r, status, work = (np.concatenate(parts) for parts in zip(*path.history, strict=True))
     bonded = np.array([np.interp(time, np.arange(-1, len(loads) - 1), values) for values in np.array(loads).T]).T
-    return _trajectory(path, cycle, time, bonded, u, r, status, work, "path")
+    return _trajectory(path, cycle, time, bonded, u, r, status, work, "path", path.left_out)
 
 
-def _stepped(path: ExactPath, cycle: LoadCycle, cycles: int, engine: str, steps: int) -> Trajectory:
+def _stepped(path: ExactPath, cycle: LoadCycle, cycles: int, engine: str, steps: int, simplify: bool) -> Trajectory:
     n = path.nodes
     corners = [path.bonded, path.mean] + path.corners * cycles
     time = np.linspace(-1, len(corners) - 2, (len(corners) - 1) * steps + 1)
     bonded = np.array([np.interp(time, np.arange(-1, len(corners) - 1), values) for values in np.array(corners).T]).T
-    increment = _ENGINES[engine](path.system, path.friction)
+    increment, left_out = _ENGINES[engine](path.system, path.friction, simplify=simplify), Counter[str]()
     states = [(path.state.u.copy(), path.state.r.copy(), path.state.status.copy(), np.zeros(n))]
     for load in bonded[1:]:
         u, r, _, work = states[-1]
         new = increment.solve(u[:n], (load[:n], load[n:]))
+        left_out.update(new.left_out)
         slid = path.friction * (r[n:] + new.p) / 2 * np.abs(new.slip - u[:n]) * (new.status != 2)
         states.append((np.concatenate([new.slip, new.gap - path.system.gap]), np.concatenate([new.q, new.p]), new.status, work + slid))
     u, r, status, work = (np.array(parts) for parts in zip(*states, strict=True))
-    return _trajectory(path, cycle, time, bonded, u, r, status, work, engine)
+    texts = tuple(f"in {count} of {len(time) - 1} increments, {text}" for text, count in left_out.items())
+    return _trajectory(path, cycle, time, bonded, u, r, status, work, engine, texts)
 
 
 def _trajectory(
-    path: ExactPath, cycle: LoadCycle, time: Array, bonded: Array, u: Array, r: Array, status: Any, work: Array, engine: str
+    path: ExactPath,
+    cycle: LoadCycle,
+    time: Array,
+    bonded: Array,
+    u: Array,
+    r: Array,
+    status: Any,
+    work: Array,
+    engine: str,
+    left_out: tuple[str, ...],
 ) -> Trajectory:
     n = path.nodes
     columns = {
@@ -123,4 +138,4 @@ def _trajectory(
     }
     for array in columns.values():
         array.flags.writeable = False
-    return Trajectory(system=path.system, friction=path.friction, corners=len(cycle.corners), engine=engine, **columns)
+    return Trajectory(system=path.system, friction=path.friction, corners=len(cycle.corners), engine=engine, left_out=left_out, **columns)

@@ -40,6 +40,8 @@ class Trajectory:
         (T, N) work of friction so far, >= 0, force times length per depth.
     engine
         Who followed it: "path", "qp" or "milp".
+    left_out
+        What the scene did not need.
     """
 
     system: ContactSystem = field(repr=False)
@@ -55,6 +57,7 @@ class Trajectory:
     status: np.ndarray[Any, np.dtype[np.int8]] = field(repr=False)
     work: Array = field(repr=False)
     engine: str
+    left_out: tuple[str, ...]
 
     @cached_property
     def verdict(self) -> Verdict:
