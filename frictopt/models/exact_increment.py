@@ -17,9 +17,10 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem
-from ..contact.checks import Array
+from ..contact.checks import Array, flag
 from ..errors import ModelError, NoContinuation, SolverError
 from .explain import explain
+from .halved import HalvedIncrement
 from .increment import Increment, Law, PosedIncrement
 from .increment_bounds import EnergyBounds
 from .solve import TOLERANCE, Attempt, Kind, NoOptimum, solve
@@ -49,7 +50,8 @@ class ExactIncrement:
     friction
         Coefficient of friction, one or one per node.
     simplify
-        Leave out the program where the trial state obeys the law.
+        Leave out what the increment does not need: the program where the trial state obeys the law; half of a contact that is mirror-symmetric with
+        its slip and its load; motions of nodes that stick, and gaps of nodes that are closed, in a state that obeys the law and is known before.
     solver
         One of "HIGHS_MIP", "HIGHS_MIP_LOOSE" (looser tolerances); by default both in this order until an answer passes, and both before a claim that
         there is no state is believed.
@@ -61,7 +63,8 @@ class ExactIncrement:
     """
 
     def __init__(self, system: ContactSystem, friction: Any, *, simplify: bool = True, solver: str | None = None) -> None:
-        self._law, self._simplify, self._solver = Law(system, friction), simplify, solver
+        self._law, self._simplify, self._solver = Law(system, friction), flag("simplify", simplify), solver
+        self._halved = HalvedIncrement(self._law, partial(ExactIncrement, solver=solver))
         self._bounds = EnergyBounds(self._law)
         self._problem = _exact_problem(self._law)
 
@@ -96,9 +99,12 @@ class ExactIncrement:
         posed = self._law.pose(slip, bonded)
         if self._simplify and posed.stuck:
             return posed.closed_form(_TITLE)
+        halved = self._halved.solve(_TITLE, posed) if self._simplify else None
+        if halved is not None:
+            return halved
         guess = self._guess(posed)
         try:
-            found = self._search(posed, guess, None)
+            found = self._search(posed, guess, None, held=self._simplify and posed.residual(guess) <= TOLERANCE)
         except SolverError:
             if posed.residual(guess) > TOLERANCE:
                 raise
@@ -135,9 +141,9 @@ class ExactIncrement:
         posed = self._law.pose(slip, bonded)
         return self._search(posed, self._guess(posed), np.r_[increment.slip - posed.slip, increment.gap] / posed.length)
 
-    def _search(self, posed: PosedIncrement, guess: State, known: Array | None) -> Increment | None:
-        """A state, other than the known one, or None."""
-        self._set(posed, classified(self._law.friction, guess))
+    def _search(self, posed: PosedIncrement, guess: State, known: Array | None, held: bool = False) -> Increment | None:
+        """A state, other than the known one, or None; with `held`, nodes that stick or stay closed in the guess (then a state) do so here."""
+        left_out = self._set(posed, classified(self._law.friction, guess), guess.status if held else None)
         problem, attempts, passed = self._problem, list[Attempt](), list[cp.Constraint]()
         for _ in range(_TRIES):
             model = StatusSearch(problem, posed, partial(_read_status, self._problem))
@@ -150,7 +156,7 @@ class ExactIncrement:
             attempts += answer.attempts
             state = answer.claim.state
             if known is None or np.abs(state.u - known).max() > _SAME * max(1.0, float(np.abs(known).max())):
-                return posed.result(_TITLE, state, 0, answer.solver, tuple(attempts), (), problem)
+                return posed.result(_TITLE, state, 0, answer.solver, tuple(attempts), left_out, problem)
             passed.append(_another_status(self._problem, len(passed)))
             problem = cp.Problem(self._problem.objective, [*self._problem.constraints, *passed])
         raise SolverError(
@@ -164,14 +170,21 @@ class ExactIncrement:
         closed = settle(law.S, law.friction, none, posed.trial, np.full(law.nodes, STICK, dtype=np.int8), _GUESSES, separation=False)
         return settle(law.S, law.friction, none, posed.trial, closed.status, _GUESSES)
 
-    def _set(self, posed: PosedIncrement, expected: Status) -> None:
-        """Set the parameters in place."""
+    def _set(self, posed: PosedIncrement, expected: Status, held: Status | None) -> tuple[str, ...]:
+        """Set the parameters in place, without the motions that a known state does not have; says what is left out."""
         bounds, values = self._bounds.of(posed), self._problem.param_dict
         values["slip_low"].value = bounds.slip_low
         for name in ("slip_high", "gap_high", "pressure_high", "forward_high", "backward_high"):
             values[name].value = np.maximum(getattr(bounds, name), 0.0)  # below 0 only where there is no state: left for the program to find
         values["trial_reaction"].value = posed.trial
         values["preference"].value = np.array([1.0 - 2.0 * (expected == status) for status in _STATUS.values()])
+        if held is None:
+            return ()
+        still = held == STICK
+        for name, off in (("slip_low", still), ("slip_high", still), ("gap_high", held != OPEN)):
+            values[name].value = np.where(off, 0.0, values[name].value)
+        count = f"{int(still.sum())} of {len(still)} nodes stick and {int((held != OPEN).sum())} stay closed in a known state"
+        return (f"motions: {count}, no bounds but 0 in the program",)
 
 
 def _read_status(problem: cp.Problem) -> Status:

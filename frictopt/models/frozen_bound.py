@@ -7,6 +7,7 @@ With the bound g of every node given, the increment minimises (Klarbring, Mikeli
 because its optimality conditions are the contact law with g in place of f p. The law itself is the fixed point `g = f p`.
 """
 
+from functools import partial
 from typing import IO, Any
 
 import cvxpy as cp
@@ -14,9 +15,10 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, finite_number, whole_number
+from ..contact.checks import Array, finite_number, flag, whole_number
 from ..errors import SolverError
 from .explain import explain
+from .halved import HalvedIncrement
 from .increment import Increment, Law, PosedIncrement
 from .solve import TOLERANCE, Attempt, Kind, NoOptimum, solve
 from .status import State, guessed, settle
@@ -45,7 +47,8 @@ class FrozenBoundIncrement:
     friction
         Coefficient of friction, one or one per node.
     simplify
-        Leave out what the increment does not need: the program where the trial state obeys the law, the gaps where nothing opens.
+        Leave out what the increment does not need: the program where the trial state obeys the law, the gaps where nothing opens, half
+        of a contact that is mirror-symmetric with its slip and its load.
     solver
         One of "OSQP", "CLARABEL"; by default each in this order until an answer passes.
     sweeps
@@ -62,9 +65,10 @@ class FrozenBoundIncrement:
     def __init__(
         self, system: ContactSystem, friction: Any, *, simplify: bool = True, solver: str | None = None, sweeps: int = 100, relaxation: float = 1.0
     ) -> None:
-        self._law, self._simplify, self._solver = Law(system, friction), simplify, solver
+        self._law, self._simplify, self._solver = Law(system, friction), flag("simplify", simplify), solver
         self._sweeps = whole_number("sweeps", sweeps, least=1)
         self._relaxation = finite_number("relaxation", relaxation, above=0.0, below=1.0 + 1e-12)
+        self._halved = HalvedIncrement(self._law, partial(FrozenBoundIncrement, solver=solver, sweeps=sweeps, relaxation=relaxation))
         self._models: dict[bool, _FrozenProblem] = {}
 
     @property
@@ -96,6 +100,9 @@ class FrozenBoundIncrement:
         posed = self._law.pose(slip, bonded)
         if self._simplify and posed.stuck:
             return posed.closed_form(_TITLE)
+        halved = self._halved.solve(_TITLE, posed) if self._simplify else None
+        if halved is not None:
+            return halved
         pressure = posed.trial[self._law.nodes :]
         return self._iterate(posed, self._law.friction * np.maximum(pressure, 0.0), separation=not self._simplify or bool(pressure.min() < 0))
 
