@@ -3,13 +3,13 @@
 import sys
 from collections.abc import Sequence
 
-from . import dissipation, guaranteed, increments, limits, stepped
+from . import dissipation, guaranteed, increments, left_out, limits, stepped
 from .tables import Study
 
 __all__ = ["STUDIES", "main"]
 
 STUDIES: dict[str, Study] = {
-    module.STUDY.module.rpartition(".")[2]: module.STUDY for module in (limits, guaranteed, increments, dissipation, stepped)
+    module.STUDY.module.rpartition(".")[2]: module.STUDY for module in (limits, guaranteed, increments, dissipation, stepped, left_out)
 }
 
 

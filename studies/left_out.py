@@ -1,0 +1,174 @@
+"""What leaving out what a scene does not need saves in time, computation by computation; the answers are the same.
+
+Run with `python -m studies.left_out [--quick]`. Times are those of one call as a user makes it, condensation not included: models are built and
+compiled in it. They are processor times, which other work on the machine disturbs least, and depend on the machine.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+import frictopt as fo
+
+from .tables import Study, Table
+
+__all__ = ["FULL", "QUICK", "SAVED", "STUDY", "Parameters"]
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    elements: tuple[int, ...] = (40, 124)  # of the paper's scene
+    fine: int = 124  # elements of the other scenes
+    most_milp: int = 41  # nodes up to which increments are solved as mixed-integer programs
+    friction: float = 0.7
+    overload: float = 1.3  # load factor over the limit, of increments and steady states
+    underload: float = 0.9  # the same of the safe slip
+    corners: int = 64  # of the scenes with many
+    steps: int = 4  # increments from corner to corner
+    repetitions: int = 7  # of each timing, both ways in turn
+
+
+FULL = Parameters()
+QUICK = Parameters(elements=(8,), fine=60, most_milp=9, corners=16, steps=2, repetitions=1)
+
+
+@dataclass(frozen=True)
+class _Scene:
+    """One contact under one load cycle."""
+
+    name: str
+    system: fo.ContactSystem
+    cycle: fo.LoadCycle
+    friction: Any
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """One number and one state that a computation ends in, with their units, and what was left out."""
+
+    value: float
+    state: Any
+    residual: float
+    left_out: tuple[str, ...]
+
+
+def _scenes(parameters: Parameters) -> list[_Scene]:
+    mean, f = {"P": 1.0}, parameters.friction
+    cycle = fo.LoadCycle(mean, [{"sigma": -1.0}, {"sigma": 1.0}])
+    systems = {elements: fo.PunchOnHalfPlane(elements=elements).condense() for elements in {*parameters.elements, parameters.fine}}
+    fine = systems[parameters.fine]
+    phase = 2 * np.pi * np.arange(parameters.corners) / parameters.corners
+    triangle = np.abs(4 * np.arange(parameters.corners) / parameters.corners - 2) - 1
+    ellipse = [{"sigma": float(np.cos(angle)), "Q": float(0.05 * np.sin(angle))} for angle in phase]
+    slippery = np.where(np.abs(fine.x) < 0.2 * fine.x[-1], 1e-3, f)
+    return [
+        *(_Scene("paper", systems[elements], cycle, f) for elements in parameters.elements),
+        _Scene("with shear", fine, replace(cycle, corners=[{"sigma": -1.0}, {"sigma": 1.0, "Q": 0.05}]), f),
+        _Scene("uncoupled", fo.ContactSystem(fine.A, 0 * fine.B, fine.C, fine.x, fine.bonded), cycle, f),
+        _Scene("sampled", fine, fo.LoadCycle(mean, [{"sigma": float(s)} for s in triangle]), f),
+        _Scene("ellipse", fine, fo.LoadCycle(mean, ellipse), f),
+        _Scene("slippery middle", fine, cycle, slippery),
+    ]
+
+
+def _limit(scene: _Scene, parameters: Parameters, limit: float, simplify: bool) -> _Answer:
+    found = fo.shakedown_limit(scene.system, scene.cycle, scene.friction, simplify=simplify)
+    return _Answer(found.load_factor, 0.0, found.residual, found.left_out)
+
+
+def _safe_slip(scene: _Scene, parameters: Parameters, limit: float, simplify: bool) -> _Answer:
+    found = fo.safe_slip(scene.system, scene.cycle, scene.friction, parameters.underload * limit, simplify=simplify)
+    return _Answer(found.margin, 0.0, found.residual, found.left_out)
+
+
+def _march(scene: _Scene, parameters: Parameters, limit: float, simplify: bool, *, engine: Any) -> _Answer:
+    options = {"cycles": 1, "engine": engine, "steps": None if engine == "path" else parameters.steps, "simplify": simplify}
+    found = fo.march(scene.system, scene.cycle, scene.friction, parameters.overload * limit, **options)
+    return _Answer(float(found.work[-1].sum()), found.slip[-1], found.residual, found.left_out)
+
+
+def _steady_state(scene: _Scene, parameters: Parameters, limit: float, simplify: bool) -> _Answer:
+    found = fo.steady_state(scene.system, scene.cycle, scene.friction, parameters.overload * limit, simplify=simplify)
+    return _Answer(found.dissipation, found.slip, found.residual, found.left_out)
+
+
+_COMPUTATIONS: Mapping[str, Callable[..., _Answer]] = {
+    "shakedown limit": _limit,
+    "safe slip": _safe_slip,
+    "increments, qp": partial(_march, engine="qp"),
+    "increments, milp": partial(_march, engine="milp"),
+    "first cycle": partial(_march, engine="path"),
+    "steady state": _steady_state,
+}
+
+
+def saved(parameters: Parameters) -> pd.DataFrame:
+    """One row per scene and computation; those of increments only on cycles of two corners."""
+    runs = [(scene, name) for scene in _scenes(parameters) for name in _COMPUTATIONS if _worth(scene, name, parameters)]
+    with threadpool_limits(1):
+        return pd.DataFrame([_row(scene, name, parameters) for scene, name in tqdm(runs, desc="left out", disable=None)])
+
+
+def _worth(scene: _Scene, name: str, parameters: Parameters) -> bool:
+    if not name.startswith("increments"):
+        return True
+    return len(scene.cycle.corners) == 2 and (name.endswith("qp") or scene.system.nodes <= parameters.most_milp)
+
+
+def _row(scene: _Scene, name: str, parameters: Parameters) -> dict[str, Any]:
+    limit = fo.shakedown_limit(scene.system, scene.cycle, scene.friction).load_factor
+    seconds: dict[bool, list[float]] = {True: [], False: []}
+    answers: dict[bool, _Answer] = {}
+    for repetition in range(parameters.repetitions + 1):  # the first one compiles the path, and does not count
+        for simplify in (True, False):
+            start = time.process_time()
+            answers[simplify] = _COMPUTATIONS[name](scene, parameters, limit, simplify)
+            if repetition > 0:
+                seconds[simplify].append(time.process_time() - start)
+    lean, full = answers[True], answers[False]
+    kept, left = (float(np.median(seconds[simplify])) for simplify in (False, True))
+    return {
+        "scene": scene.name,
+        "nodes": scene.system.nodes,
+        "corners": len(scene.cycle.corners),
+        "computation": name,
+        "seconds_all": kept,
+        "seconds": left,
+        "saved": kept / left,
+        "difference": abs(lean.value - full.value) / (abs(full.value) or 1.0),
+        "slip_difference": float(np.max(np.abs(lean.state - full.state)) / (np.max(np.abs(full.state)) or 1.0)),
+        "residual": max(lean.residual, full.residual),
+        "left_out": "; ".join(lean.left_out),
+    }
+
+
+_SAVED = {
+    "scene": "'paper': square punch, bulk stress to and fro; 'with shear': and a shear load with it, not symmetric; 'uncoupled': B = 0; 'sampled': "
+    "the paper's cycle, sampled at many corners; 'ellipse': bulk stress and shear out of phase; 'slippery middle': f = 0.001 on a fifth of it",
+    "nodes": "node pairs of the contact",
+    "corners": "corners of the load cycle",
+    "computation": "'increments, ...': one cycle in increments, by quadratic or mixed-integer programs; 'first cycle': the exact path of one cycle",
+    "seconds_all": "processor time of one call with everything kept, one thread, median of the repetitions",
+    "seconds": "the same with what is not needed left out",
+    "saved": "ratio of the two",
+    "difference": "relative difference of the load factor, of the margin, or of the work of friction",
+    "slip_difference": "largest difference of the last slip over its largest value; 0 where slips are not unique",
+    "residual": "worst residual of the two",
+    "left_out": "what was left out",
+}
+SAVED = Table("left_out", "one computation on one scene", _SAVED, full=FULL, quick=QUICK, compute=saved)
+
+STUDY = Study("studies.left_out", __doc__, "small contacts, each timed once, in seconds", (SAVED,))
+
+
+if __name__ == "__main__":
+    raise SystemExit(STUDY.run())

@@ -1,0 +1,39 @@
+"""The study of what is left out, at quick size: the answers are the same, and each scene leaves out what it should. Times are not tested."""
+
+import pandas as pd
+import pytest
+
+from studies import left_out
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data")
+    assert left_out.STUDY.run(["--quick", "--data", str(folder)]) == 0
+    return pd.read_parquet(left_out.SAVED.path(folder)).set_index(["scene", "computation"])
+
+
+def test_the_answers_are_the_same(table):
+    assert len(table) == 29 and table["difference"].max() < 1e-9 and table["slip_difference"].max() < 1e-9 and table["residual"].max() < 1e-9
+    assert (table["saved"] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("scene", "computation", "words"),
+    [
+        ("paper", "shakedown limit", ["mirror"]),
+        ("paper", "increments, qp", ["nothing slips", "mirror", "gaps"]),
+        ("paper", "increments, milp", ["mirror", "motions"]),
+        ("with shear", "shakedown limit", ["corners"]),
+        ("uncoupled", "shakedown limit", ["linear program"]),
+        ("sampled", "safe slip", ["mirror", "14 of 16 rule no node"]),
+        ("sampled", "first cycle", ["mirror"]),
+        ("sampled", "steady state", ["mirror", "13 of 16"]),
+        ("ellipse", "shakedown limit", ["corners"]),
+        ("slippery middle", "steady state", ["mirror"]),
+    ],
+)
+def test_each_scene_leaves_out_what_it_should(table, scene, computation, words):
+    text = table.loc[(scene, computation), "left_out"]
+    assert all(word in text for word in words)
+    assert ("mirror" in text) == ("mirror" in words)
