@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 import frictopt as fo
 from frictopt.contact.mirror import MirrorHalf, mirror_half
 from frictopt.path import ExactPath, exact
+from frictopt.path.proof import new_proof, prove
+from frictopt.path.settle import State
 from frictopt.path.stops import turning_corners
 from systems import mirrored, odd
 
@@ -139,6 +141,15 @@ def test_a_corner_on_the_straight_way_is_no_stop(punch, paper_cycle, small):
     assert lean.dissipation == pytest.approx(turning.dissipation, rel=1e-9)
 
 
+def test_the_statuses_are_those_of_the_whole(punch, paper_cycle, small):
+    lean, full = (fo.march(punch(16), paper_cycle, 0.7, 3.0, cycles=2, simplify=simplify) for simplify in (True, False))
+    slips = np.abs(lean.status) == 1
+    assert slips.any() and (lean.status[:, ::-1] == np.where(slips, -lean.status, lean.status)).all()
+    for time in np.linspace(0.05, 3.95, 40):
+        found = [one.status[np.searchsorted(one.time, time)] for one in (lean, full)]
+        assert (found[0] == found[1]).all()
+
+
 @pytest.mark.parametrize(
     ("amplitudes", "stops"),
     [
@@ -175,3 +186,38 @@ def test_trajectories_are_the_same(seed, nodes, f):
     for name in ("slip", "gap", "q", "p", "work"):
         at_corners = [getattr(found, name)[np.searchsorted(found.time, range(7), side="right") - 1] for found in (lean, full)]
         assert at_corners[0] == pytest.approx(at_corners[1], abs=1e-10)
+
+
+def test_a_proof_holds_exactly_where_both_quadratic_forms_are_definite():
+    """Against eigenvalues, over states that follow each other, so that the proof grows, keeps what it has and starts anew."""
+    rng, verdicts = np.random.default_rng(2), []
+    for _ in range(20):
+        contact = mirrored(rng, 10)
+        half, n = mirror_half(contact, np.ones(10)), 5
+        proof, friction, S = new_proof(n), rng.uniform(3.0, 12.0, size=n), np.ascontiguousarray(half.system.S)
+        status = np.zeros(n, dtype=np.int8)
+        for _ in range(15):
+            status[rng.integers(n)] = rng.choice([0, 0, 1, -1, 2])
+            u, r = np.zeros(2 * n), np.r_[np.zeros(n), np.ones(n)]
+            r[:n] = np.where(np.abs(status) == 1, -status * friction, 0.0)
+            u[n:], r[n:] = 1.0 * (status == 2), 1.0 * (status != 2)
+            state = State(u, r, np.zeros(n), status, np.zeros(n), np.zeros(2, dtype=np.int64))
+            moving = np.r_[status != 0, status == 2]
+            rows = np.eye(2 * n) + np.block(
+                [[np.zeros((n, n)), np.diag(np.where(np.abs(status) == 1, status * friction, 0.0))], [np.zeros((n, 2 * n))]]
+            )
+            forms = [(rows @ matrix)[np.ix_(moving, moving)] for matrix in (S, half.other)]
+            definite = not moving.any() or min(np.linalg.eigvalsh(form + form.T)[0] for form in forms) > 0
+            verdicts.append(definite)
+            assert prove(S, half.other, friction, state, 1.0, proof) == definite
+    assert 50 < sum(verdicts) < 250
+
+
+def test_nothing_is_proven_of_a_closed_node_without_pressure():
+    half = mirror_half(mirrored(np.random.default_rng(3), 4), np.ones(4))
+    for pressure, gap, proven in ((1.0, 0.0, True), (0.0, 0.0, False), (0.0, 1.0, True)):
+        status = np.array([2 if gap else 0, 0], dtype=np.int8)
+        state = State(
+            np.array([0.0, 0.0, gap, 0.0]), np.array([0.0, 0.0, pressure, 1.0]), np.zeros(2), status, np.zeros(2), np.zeros(2, dtype=np.int64)
+        )
+        assert prove(np.ascontiguousarray(half.system.S), half.other, np.full(2, 0.2), state, 1.0, new_proof(2)) == proven
