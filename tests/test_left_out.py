@@ -215,9 +215,9 @@ def test_a_proof_holds_exactly_where_both_quadratic_forms_are_definite():
 
 def test_nothing_is_proven_of_a_closed_node_without_pressure():
     half = mirror_half(mirrored(np.random.default_rng(3), 4), np.ones(4))
-    for pressure, gap, proven in ((1.0, 0.0, True), (0.0, 0.0, False), (0.0, 1.0, True)):
+    for friction, pressure, gap, proven in ((0.2, 1.0, 0.0, True), (0.2, 0.0, 0.0, False), (0.0, 0.0, 0.0, False), (0.2, 0.0, 1.0, True)):
         status = np.array([2 if gap else 0, 0], dtype=np.int8)
         state = State(
             np.array([0.0, 0.0, gap, 0.0]), np.array([0.0, 0.0, pressure, 1.0]), np.zeros(2), status, np.zeros(2), np.zeros(2, dtype=np.int64)
         )
-        assert prove(np.ascontiguousarray(half.system.S), half.other, np.full(2, 0.2), state, 1.0, new_proof(2)) == proven
+        assert prove(np.ascontiguousarray(half.system.S), half.other, np.full(2, friction), state, 1.0, new_proof(2)) == proven
