@@ -98,6 +98,19 @@ def test_nothing_is_halved_where_something_is_not_symmetric(small, punch, paper_
         assert path.half_ways == (cycle is pushed)  # the way to the mean load is symmetric
 
 
+def test_asymmetry_is_left_out_only_where_it_is_rounding(small, punch, paper_cycle):
+    contact, rng = punch(16), np.random.default_rng(0)
+    noise = rng.normal(size=contact.A.shape) / 10
+    noise, q = noise + noise.T, rng.normal(size=contact.nodes) / 10
+    for stiffness, load, halved in ((1e-15, 1e-14, True), (1e-11, 0.0, False), (0.0, 1e-10, False)):
+        A = contact.A + stiffness * np.abs(contact.A).max() * noise
+        bonded = {name: (one + load * q * np.abs(other).max(), other) for name, (one, other) in contact.bonded.items()}
+        system = fo.ContactSystem(A, contact.B, contact.C, contact.x, bonded)
+        lean, full = both(system, paper_cycle, 0.7, 2.5)
+        assert bool(lean.left_out) == halved
+        assert_same(lean, full, 1e-9)
+
+
 def test_a_path_that_could_leave_the_symmetry_is_followed_as_a_whole(small):
     """Two nodes that wedge each other: with `1 - f < 0` against motions of both to one side, the symmetric rates are not the only ones."""
     A, B = np.array([[1.0, 0.3], [0.3, 1.0]]), np.array([[0.0, 0.9], [-0.9, 0.0]])

@@ -8,13 +8,16 @@ import numpy as np
 from .checks import Array
 from .system import ContactSystem
 
-__all__ = ["MirrorHalf", "is_mirror_symmetric", "is_uncoupled", "mirror_half"]
+__all__ = ["EXACT", "MirrorHalf", "is_mirror_symmetric", "is_uncoupled", "mirror_half"]
+
+EXACT = 1e-13
+"""Asymmetry of stiffness, friction and slip, over their largest value, up to which a half stands for the whole: states add nothing to it."""
 
 _NO_COUPLING = 1e-13
 _ROUNDING = 1e-10  # differences below this share of the largest entry are rounding of a condensation
 
 
-def is_mirror_symmetric(system: ContactSystem, reactions: Iterable[tuple[Array, Array]], friction: Array) -> bool:
+def is_mirror_symmetric(system: ContactSystem, reactions: Iterable[tuple[Array, Array]], friction: Array, rounding: float = _ROUNDING) -> bool:
     """Whether stiffness, gap, friction and reactions map onto themselves when node i becomes node N - 1 - i.
 
     In a mirror image v and q change sign, w and p do not.
@@ -27,16 +30,16 @@ def is_mirror_symmetric(system: ContactSystem, reactions: Iterable[tuple[Array, 
         Pairs `(q, p)`, each (N,) or (K, N), of the loads in question.
     friction
         (N,) coefficients of friction.
+    rounding
+        Differences below this share of the largest entry count as none.
     """
-    A, B, C = system.A, system.B, system.C
-    stiffness = (A, A, 1), (B, A, -1), (C, C, 1)
-    if not all(_same(matrix, sign * matrix[::-1, ::-1], float(np.abs(scale).max())) for matrix, scale, sign in stiffness):
-        return False
-    if not (_same(friction, friction[::-1], float(friction.max())) and _same(system.gap, system.gap[::-1], float(system.gap.max()))):
+    A, B, C, gap = system.A, system.B, system.C, system.gap
+    parts = (A, A, 1), (B, A, -1), (C, C, 1), (friction, friction, 1), (gap, gap, 1)
+    if not all(_same(part, sign * np.flip(part), float(np.abs(scale).max()), rounding) for part, scale, sign in parts):
         return False
     for q, p in reactions:
         scale = float(max(np.abs(q).max(), np.abs(p).max()))
-        if not (_same(q, -q[..., ::-1], scale) and _same(p, p[..., ::-1], scale)):
+        if not (_same(q, -q[..., ::-1], scale, rounding) and _same(p, p[..., ::-1], scale, rounding)):
             return False
     return True
 
@@ -47,8 +50,8 @@ def is_uncoupled(system: ContactSystem, friction: Array) -> bool:
     return coupling <= _NO_COUPLING * float(np.abs(system.A).max())
 
 
-def _same(one: Array, other: Array, scale: float) -> bool:
-    return bool(np.abs(one - other).max() <= _ROUNDING * scale)
+def _same(one: Array, other: Array, scale: float, rounding: float) -> bool:
+    return bool(np.abs(one - other).max() <= rounding * scale)
 
 
 class MirrorHalf:
@@ -162,5 +165,5 @@ _HALVES: WeakKeyDictionary[ContactSystem, MirrorHalf | None] = WeakKeyDictionary
 def mirror_half(system: ContactSystem, friction: Array) -> MirrorHalf | None:
     """Half of the contact if stiffness, gap and friction are mirror-symmetric and it has more than one node, else None."""
     if system not in _HALVES:
-        _HALVES[system] = MirrorHalf(system) if system.nodes > 1 and is_mirror_symmetric(system, (), np.zeros(system.nodes)) else None
-    return _HALVES[system] if _same(friction, friction[::-1], float(friction.max())) else None
+        _HALVES[system] = MirrorHalf(system) if system.nodes > 1 and is_mirror_symmetric(system, (), np.zeros(system.nodes), EXACT) else None
+    return _HALVES[system] if _same(friction, friction[::-1], float(friction.max()), EXACT) else None

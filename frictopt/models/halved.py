@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
-from ..contact.mirror import MirrorHalf, is_mirror_symmetric, mirror_half
+from ..contact.mirror import EXACT, MirrorHalf, is_mirror_symmetric, mirror_half
 from ..errors import NoContinuation, SolverError
 from .increment import Increment, Law, PosedIncrement
 from .solve import TOLERANCE
@@ -16,7 +16,7 @@ from .status import State
 
 __all__ = ["HalvedIncrement"]
 
-_ODD = 1e-13  # even part of a slip, over its largest value, that is rounding
+_LOAD = 1e-12  # asymmetry of a load, over its largest value, that is rounding of a condensation
 
 
 class _Engine(Protocol):
@@ -54,9 +54,9 @@ class HalvedIncrement:
 
     def _is_symmetric(self, posed: PosedIncrement) -> bool:
         slip = posed.slip
-        if np.abs(slip + slip[::-1]).max() > _ODD * np.abs(slip).max():
+        if np.abs(slip + slip[::-1]).max() > EXACT * np.abs(slip).max():
             return False
-        return is_mirror_symmetric(self._law.system, [(posed.bonded_q, posed.bonded_p)], self._law.friction)
+        return is_mirror_symmetric(self._law.system, [(posed.bonded_q, posed.bonded_p)], self._law.friction, _LOAD)
 
     def _whole(self, title: str, posed: PosedIncrement, half: MirrorHalf, found: Increment, slip: Array) -> Increment | None:
         u = half.whole_motion(np.r_[found.slip - slip, found.gap]) / posed.length

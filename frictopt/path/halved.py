@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from ..contact.checks import Array
-from ..contact.mirror import MirrorHalf
+from ..contact.mirror import EXACT, MirrorHalf
 from .active import OPEN, new_active_set
 from .proof import clear_proof, new_proof
 from .segment import DONE, FULL, Record, follow, new_record
@@ -14,7 +14,7 @@ from .settle import State, refresh, turn
 
 __all__ = ["Halved"]
 
-_ROUNDING = 1e-13  # asymmetry of slip and load, over their largest value, that is rounding
+_LOAD = 1e-12  # asymmetry of a load, over its largest value, that is rounding of a condensation
 
 
 class Halved:
@@ -41,7 +41,7 @@ class Halved:
     def fits(self, state: State, drive: Array) -> bool:
         """Whether state and drive of the whole are mirror-symmetric."""
         opened = state.status == OPEN
-        return bool(_is_symmetric(drive) and _is_symmetric(state.u) and (opened == opened[::-1]).all())
+        return bool(_is_symmetric(drive, _LOAD) and _is_symmetric(state.u, EXACT) and (opened == opened[::-1]).all())
 
     def go(self, state: State, drive: Array, bonded: Array, settled: bool, keep: Callable[[Record, MirrorHalf], None]) -> tuple[bool, float]:
         """Follow the half while the bonded reactions of the whole change by `drive`; the state of the whole is changed in place.
@@ -70,9 +70,9 @@ class Halved:
 
 
 @njit(cache=True)
-def _is_symmetric(values):
+def _is_symmetric(values, rounding):
     nodes = len(values) // 2
-    least = _ROUNDING * np.abs(values).max()
+    least = rounding * np.abs(values).max()
     for i in range((nodes + 1) // 2):
         j = nodes - 1 - i
         if abs(values[i] + values[j]) > least or abs(values[nodes + i] - values[nodes + j]) > least:
