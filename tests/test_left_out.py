@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.contact.mirror import MirrorHalf, mirror_half
-from frictopt.path import ExactPath, exact
+from frictopt.path import ExactPath, exact, steady
 from frictopt.path.proof import new_proof, prove
 from frictopt.path.settle import State
 from frictopt.path.stops import turning_corners
@@ -161,6 +161,15 @@ def test_the_statuses_are_those_of_the_whole(punch, paper_cycle, small):
     for time in np.linspace(0.05, 3.95, 40):
         found = [one.status[np.searchsorted(one.time, time)] for one in (lean, full)]
         assert (found[0] == found[1]).all()
+
+
+def test_what_is_open_is_asked_where_the_load_turns(punch, paper_cycle):
+    path = ExactPath(punch(8), paper_cycle, 0.7, 1.0)
+    closed, opened = np.zeros(18), np.eye(18)[12]
+    for stops, corners in ((range(3), [closed, opened, closed]), ([0, 2], [closed, closed])):
+        run = steady._Run(path, stops, [0, 2])
+        assert not run._open([(u, u) for u in corners]).any()
+    assert run._open([(closed, closed), (opened, opened)]).tolist() == [node == 3 for node in range(9)]
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ def test_an_increment_that_is_not_symmetric_is_not_halved(engine):
     q, p = contact.reaction({"mean": 1.0, "one": 1.5})
     uneven = 0.3 * np.ones(5)
     uneven[0] = 0.31
-    tilted = p * (1 + 1e-6 * np.arange(5))
+    tilted = p * (1 + 1e-10 * np.arange(5))
     for friction, slip, load in ((uneven, np.zeros(5), (q, p)), (0.3, 0.1 * np.ones(5), (q, p)), (0.3, np.zeros(5), (q, tilted))):
         found, kept = (engine(contact, friction, simplify=simplify).solve(slip, load) for simplify in (True, False))
         assert same(found, kept) and not any("mirror" in text for text in found.left_out)
@@ -75,7 +75,9 @@ def test_nodes_that_stick_in_a_known_state_do_not_move_in_the_program():
         found, kept = (one.solve(slip, bonded) for one in (lean, full))
         assert same(found, kept) and kept.left_out == ()
         if found.problem is not None:
-            moves = found.problem.param_dict["slip_high"].value > 0
+            values = found.problem.param_dict
+            moves = values["slip_high"].value > 0
+            assert ((values["slip_low"].value < 0) == moves).all()
             assert (moves == (found.slip != slip)).all() and f"{5 - moves.sum()} of 5 nodes stick" in found.left_out[0]
             held += 0 < moves.sum() < 5
         assert lean.another(found, slip, bonded) is None  # in a program with all motions again
