@@ -43,7 +43,13 @@ def test_an_increment_that_is_not_symmetric_is_not_halved(engine):
     uneven = 0.3 * np.ones(5)
     uneven[0] = 0.31
     tilted = p * (1 + 1e-10 * np.arange(5))
-    for friction, slip, load in ((uneven, np.zeros(5), (q, p)), (0.3, 0.1 * np.ones(5), (q, p)), (0.3, np.zeros(5), (q, tilted))):
+    shifted = 0.05 * np.arange(-2, 3) + 1e-12
+    for friction, slip, load in (
+        (uneven, np.zeros(5), (q, p)),
+        (0.3, 0.1 * np.ones(5), (q, p)),
+        (0.3, shifted, (q, p)),
+        (0.3, np.zeros(5), (q, tilted)),
+    ):
         found, kept = (engine(contact, friction, simplify=simplify).solve(slip, load) for simplify in (True, False))
         assert same(found, kept) and not any("mirror" in text for text in found.left_out)
 
