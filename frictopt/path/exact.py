@@ -12,7 +12,7 @@ from ..contact.system import checked_system
 from ..errors import NoContinuation
 from .active import OPEN, new_active_set
 from .halved import Halved
-from .proof import new_proof
+from .proof import clear_proof, new_proof
 from .rate import find_rates, rate_problem
 from .segment import DONE, FULL, STALLED, Record, follow, new_record
 from .settle import TWOFOLD, UNSETTLED, State, impose, refresh, turn
@@ -22,7 +22,7 @@ __all__ = ["ExactPath"]
 _LAWFUL = 1e-10  # residual of a state from which a path may be taken up
 _NO_DRIVE = 1e-15  # change of the bonded reactions, over the force scale, that moves nothing
 _WORTH = 60  # nodes from which on half of them saves more time than the change to and fro takes
-_NOTHING, _NO_PROOF = np.zeros((0, 0)), new_proof(0)  # what the whole contact needs of a proof that it keeps a symmetry
+_NOTHING = np.zeros((0, 0))  # the motions of the whole contact that leave a symmetry which is not asked for
 _ROWS = 256  # events that the record holds before they are moved to the history
 
 
@@ -58,8 +58,8 @@ class ExactPath:
     history
         With `keep`: pieces of times (T,), `u`, `r` (T, 2N), statuses and work (T, N) after each event and at each corner; the time counts the
         corners visited.
-    fallbacks, unproven
-        Number of events at which the iteration on the signs did not find the rates, and at which their uniqueness is not proven.
+    fallbacks
+        Number of events at which the iteration on the signs did not find the rates.
     ways, half_ways
         Number of straight ways followed, and of those on which half of the contact was enough.
 
@@ -96,13 +96,13 @@ class ExactPath:
             gap=np.array(system.gap),
             status=np.zeros(nodes, dtype=np.int8),
             work=np.zeros(nodes),
-            trace=np.zeros(2, dtype=np.int64),
+            trace=np.zeros(3, dtype=np.int64),
         )
-        self.fallbacks = self.unproven = self.ways = self.half_ways = 0
+        self.fallbacks = self.ways = self.half_ways = 0
         self.visited = -1
         self.history: list[tuple[Array, ...]] = []
         self._S = np.ascontiguousarray(system.S)
-        self._active = new_active_set(nodes)
+        self._active, self._proof = new_active_set(nodes), new_proof(nodes, 1)
         self.bonded: Array = self.state.r - self._S @ self.state.u
         rows = _ROWS if keep else 0
         self._record = new_record(rows, nodes)
@@ -118,6 +118,11 @@ class ExactPath:
     def corners_at(self, load_factor: float) -> list[Array]:
         """Bonded reactions (2N,) at the corners of the cycle under a load factor."""
         return [self.mean + load_factor * corner for corner in self._cyclic]
+
+    @property
+    def unproven(self) -> int:
+        """Number of events whose rates are not proven to be the only ones."""
+        return int(self.state.trace[2])
 
     @property
     def left_out(self) -> tuple[str, ...]:
@@ -187,9 +192,11 @@ class ExactPath:
     def _go_whole(self, drive: Array, bonded: Array, time: float, settled: bool, where: str) -> None:
         """Follow the whole contact from the share `time` of the way on."""
         turn(self._S, self.friction, self.state, self._active)
+        clear_proof(self._proof)
         code = UNSETTLED
         while code != DONE:
-            code, time = follow(self._S, _NOTHING, self.friction, drive, self.state, self._active, _NO_PROOF, self.force, time, settled, self._record)
+            own = self.state, self._active, self._proof
+            code, time = follow(self._S, _NOTHING, self.friction, drive, *own, self.force, time, settled, self._record)
             if code == STALLED:
                 raise NoContinuation(
                     f"{where}: at {time:.9g} of it the path changes its status without end; loads or gaps may differ too much in size"
@@ -232,4 +239,4 @@ class ExactPath:
         if not impose(self._S, self.friction, self.state, self._active, solutions.found[0][0]):
             raise NoContinuation(f"{here} the contact slides or opens freely, its rates are not unique; hold the punch, or load it less")
         self.fallbacks += not twofold
-        self.unproven += not solutions.complete
+        self.state.trace[2] += not solutions.complete

@@ -36,7 +36,7 @@ class Halved:
         self.half, self._friction, self._force = half, half.nodal(friction).copy(), force
         self._gap = half.system.gap.copy()
         self._S = np.ascontiguousarray(half.system.S)
-        self._active, self._proof, self.record = new_active_set(half.nodes), new_proof(half.nodes), new_record(rows, half.nodes)
+        self._active, self._proof, self.record = new_active_set(half.nodes), new_proof(half.nodes, 2), new_record(rows, half.nodes)
 
     def fits(self, state: State, drive: Array) -> bool:
         """Whether state and drive of the whole are mirror-symmetric."""

@@ -1,10 +1,10 @@
-"""A proof that the rates of a mirror-symmetric contact are the only ones, and so mirror-symmetric as well (compiled).
+"""A proof that the rates of a path are the only ones, and of a mirror-symmetric contact so mirror-symmetric as well (compiled).
 
 Let two sets of rates obey the law, with differences dv, dw, dq, dp. A node that slips or sticks at one bound has `dv dq <= -sense f dv dp`, an open
 one dq = dp = 0, all others dv = dw = 0. So the sum of `dv (dq + sense f dp)` over the former is not positive, and there is no difference if the
-quadratic form of these rows of the stiffness is positive definite. It splits into a form of the motions that keep the symmetry and one of those that
-leave it. A form that is positive definite for some nodes is so for fewer: the factors (Cholesky) grow as nodes begin to slip, and serve on when they
-stop.
+quadratic form of these rows of the stiffness is positive definite. With a symmetry it splits into a form of the motions that keep it and one of
+those that leave it. A form that is positive definite for some nodes is so for fewer: the factors (Cholesky) grow as nodes begin to slip, and serve on
+when they stop.
 """
 
 from typing import NamedTuple
@@ -21,7 +21,7 @@ _DEFINITE = 1e-10  # pivots below this share of the stiffness of the unknown alo
 
 
 class Proof(NamedTuple):
-    """Factors of the quadratic forms of one half, for n unknowns.
+    """Factors of the quadratic forms of a contact, or of one half, for n unknowns.
 
     Attributes
     ----------
@@ -32,7 +32,8 @@ class Proof(NamedTuple):
     place
         (2N,) position of each index of `[v, w]` among the unknowns, -1 if it is none.
     factors
-        (2, 2N, 2N) Cholesky factors, of motions that keep the symmetry and of those that leave it; the leading (n, n) count.
+        (2, 2N, 2N) Cholesky factors, of motions that keep the symmetry and of those that leave it, or of the whole alone (1, 2N, 2N); the leading
+        (n, n) count.
     """
 
     size: np.ndarray
@@ -42,11 +43,11 @@ class Proof(NamedTuple):
     factors: np.ndarray
 
 
-def new_proof(nodes: int) -> Proof:
-    """An empty proof for a half of that many nodes."""
+def new_proof(nodes: int, forms: int) -> Proof:
+    """An empty proof for that many nodes: 1 form for a whole contact, 2 for a half."""
     whole = 2 * nodes
     index = np.zeros(whole, dtype=np.int64)
-    return Proof(np.zeros(1, dtype=np.int64), index, np.zeros(whole), index - 1, np.zeros((2, whole, whole)))
+    return Proof(np.zeros(1, dtype=np.int64), index, np.zeros(whole), index - 1, np.zeros((forms, whole, whole)))
 
 
 @njit(cache=True)
@@ -93,7 +94,9 @@ def _need(S, other, proof, unknown, weight):
     place = proof.place[unknown]
     if place >= 0:
         return proof.weight[place] == weight
-    if not (_border(S, proof, proof.factors[0], unknown, weight) and _border(other, proof, proof.factors[1], unknown, weight)):
+    if not _border(S, proof, proof.factors[0], unknown, weight):
+        return False
+    if len(other) > 0 and not _border(other, proof, proof.factors[1], unknown, weight):
         return False
     n = proof.size[0]
     proof.unknown[n], proof.weight[n], proof.place[unknown] = unknown, weight, n
@@ -123,12 +126,12 @@ def _need_all(S, other, f, state, force, proof):
 
 @njit(cache=True)
 def prove(S, other, f, state, force, proof):
-    """Whether the rates at a state of the half are proven to be the only ones of the whole contact.
+    """Whether the rates at a state, of the whole contact or of a half, are proven to be the only ones of the whole.
 
     Parameters
     ----------
     S, other
-        (2N, 2N) stiffness of the half, and its stiffness against the motions that leave the symmetry.
+        (2N, 2N) stiffness, and of a half its stiffness against the motions that leave the symmetry; (0, 0) for the whole.
     f, state, force
         (N,) friction, the state and the scale of the nodal forces.
     proof

@@ -126,7 +126,7 @@ def follow(S, other, f, drive, state, active, proof, force, start, settled, reco
     state, active
         Where the path is; changed in place.
     proof
-        What is proven of the rates of a half; changed in place.
+        What is proven of the rates; changed in place.
     force
         Scale of the nodal forces.
     start, settled
@@ -148,8 +148,10 @@ def follow(S, other, f, drive, state, active, proof, force, start, settled, reco
             code = settle(S, f, drive, state, active, force, u_rate, r_rate)
             if code != SETTLED:
                 return code, time
-            if len(other) > 0 and not prove(S, other, f, state, force, proof):
-                return UNPROVEN, time
+            if not prove(S, other, f, state, force, proof):
+                if len(other) > 0:
+                    return UNPROVEN, time
+                state.trace[2] += 1
         if len(record.time) > 0:
             if record.used[0] == len(record.time):
                 return FULL, time

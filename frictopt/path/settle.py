@@ -34,7 +34,7 @@ class State(NamedTuple):
     work
         (N,) work of friction so far.
     trace
-        (2,) number of events, hash of the statuses at the events.
+        (3,) number of events, hash of the statuses at the events, number of events whose rates are not proven to be the only ones.
     """
 
     u: np.ndarray

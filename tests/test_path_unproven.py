@@ -1,0 +1,48 @@
+"""Where the rates are not the only ones a path may go one way or another: then it says so."""
+
+import numpy as np
+
+import frictopt as fo
+from systems import odd
+
+
+def strongly_coupled(rng, nodes):
+    """A mirror-symmetric contact with stiffnesses of very different size, its load cycle, and an odd slip."""
+    apart = np.abs(np.subtract.outer(np.arange(nodes), np.arange(nodes)))
+    spread, G = np.kron(np.eye(2), np.exp(-apart)), rng.normal(size=(2 * nodes, 2 * nodes + 2))
+    S = spread @ (G @ G.T / (2 * nodes) + 0.05 * np.eye(2 * nodes)) @ spread
+    swap = np.kron(np.diag([-1.0, 1.0]), np.eye(nodes)[::-1])
+    S = (S + swap @ S @ swap) / 2
+    even = [part + part[::-1] for part in rng.normal(size=(3, nodes))]
+    bonded = {name: (odd(rng, nodes), 0.2 * part) for name, part in zip(("mean", "one", "other"), even, strict=True)}
+    bonded["mean"] = (0.2 * bonded["mean"][0], 1.0 + bonded["mean"][1])
+    contact = fo.ContactSystem(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], np.arange(nodes), bonded)
+    return contact, fo.LoadCycle({"mean": 1.0}, [dict(zip(("one", "other"), rng.normal(size=2), strict=True)) for _ in range(4)]), odd(rng, nodes)
+
+
+def leaves_the_symmetry(seed):
+    """Whether the transient ends in a steady state that is not symmetric although all that is given is, and the number of events without proof."""
+    rng = np.random.default_rng(seed)
+    contact, cycle, start = strongly_coupled(rng, int(rng.integers(2, 9)))
+    try:
+        steady = fo.steady_state(contact, cycle, 2.0, 2.0, initial_slip=3 * start, most_cycles=100, simplify=False)
+    except fo.NoContinuation:
+        return None
+    return np.abs(steady.slip + steady.slip[::-1]).max() > 1e-6 * np.abs(steady.slip).max(), steady.unproven
+
+
+def test_a_path_that_leaves_a_symmetry_says_that_its_rates_may_not_be_the_only_ones():
+    ends = [end for seed in (59, 144, 554, 2739, 3916, 4166, 4444, 7128, 7750) if (end := leaves_the_symmetry(seed)) is not None]
+    assert sum(left for left, _ in ends) > 4
+    assert all(unproven > 0 for left, unproven in ends if left)
+
+
+def test_ordinary_transients_are_proven(punch, paper_cycle):
+    """Without lift-off and below the critical friction every event has rates that are proven to be the only ones."""
+    contact = punch(40)
+    for friction in (0.3, 0.7):
+        limit = fo.shakedown_limit(contact, paper_cycle, friction).load_factor
+        for factor in (0.8, 1.2):
+            for start in (0.3, -2.0):
+                steady = fo.steady_state(contact, paper_cycle, friction, factor * limit, initial_slip=start * contact.x**3, simplify=False)
+                assert steady.unproven == 0 and steady.events > 10 and not steady.open.any()
