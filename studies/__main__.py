@@ -3,13 +3,13 @@
 import sys
 from collections.abc import Sequence
 
-from . import dissipation, guaranteed, increments, left_out, limits, stepped
+from . import dissipation, error_vs_time, guaranteed, increments, left_out, limits, stepped
 from .tables import Study
 
 __all__ = ["STUDIES", "main"]
 
 STUDIES: dict[str, Study] = {
-    module.STUDY.module.rpartition(".")[2]: module.STUDY for module in (limits, guaranteed, increments, dissipation, stepped, left_out)
+    module.STUDY.module.rpartition(".")[2]: module.STUDY for module in (limits, guaranteed, increments, dissipation, stepped, left_out, error_vs_time)
 }
 
 
@@ -23,8 +23,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
     print("python -m studies NAME [options]\n")
     for name, study in STUDIES.items():
-        print(f"{name:13}{(study.about or '').splitlines()[0]}")
-        print(f"{'':13}{' '.join(study.parser().format_usage().split()[4:])}")
+        print(f"{name:15}{(study.about or '').splitlines()[0]}")
+        print(f"{'':15}{' '.join(study.parser().format_usage().split()[4:])}")
     return 0
 
 

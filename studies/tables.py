@@ -36,8 +36,8 @@ def data_folder(quick: bool) -> Path:
 class Table(Generic[P]):
     """One table of a study: how it is computed, what its columns mean, and the file that keeps it.
 
-    The file is parquet and carries in `attrs`: table, about, columns, parameters, versions, seconds. Nothing in it but the seconds
-    depends on the machine.
+    The file is parquet and carries in `attrs`: table, about, columns, parameters, versions, seconds, and what `compute` notes in
+    `attrs`. Nothing in it but run times and such notes depends on the machine.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class Table(Generic[P]):
         table = self.compute(parameters, **options).reset_index(drop=True)
         if list(table.columns) != list(self.columns):
             raise ValueError(f"table {self.name}: computed columns {list(table.columns)} are not the described ones {list(self.columns)}")
-        table.attrs = self._origin(parameters) | {"seconds": round(time.perf_counter() - start, 3)}
+        table.attrs = table.attrs | self._origin(parameters) | {"seconds": round(time.perf_counter() - start, 3)}
         _write(table, self.path(folder))
         return table
 

@@ -1,0 +1,135 @@
+"""Bare calls of solvers of linear programs, on the matrices that the package compiles."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csc_matrix
+
+from .clock import mark
+from .ways import Way, installed
+
+__all__ = ["LinearProgram", "clarabel", "highs", "highs_cost", "highs_vertex", "osqp", "ways"]
+
+Array = np.ndarray[Any, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class LinearProgram:
+    """Minimise `cost x` subject to `matrix x <= right` and `x >= lower`."""
+
+    cost: Array
+    matrix: csc_matrix
+    right: Array
+    lower: Array
+
+    @classmethod
+    def of(cls, problem: Any) -> "LinearProgram":
+        """The matrices to which cvxpy compiles a solved problem."""
+        data, _, _ = problem.get_problem_data("HIGHS")
+        columns = data["A"].shape[1]
+        lower = data["lower_bounds"]
+        return cls(data["c"], data["A"].tocsc(), data["b"], np.full(columns, -np.inf) if lower is None else lower)
+
+    @cached_property
+    def with_bounds(self) -> tuple[csc_matrix, Array]:
+        """Matrix, with 32-bit indices, and right-hand side with the lower bounds as rows."""
+        bounded = np.flatnonzero(np.isfinite(self.lower))
+        matrix = np.vstack([self.matrix.toarray(), -np.eye(len(self.cost))[bounded]])
+        return csc_matrix(matrix), np.r_[self.right, -self.lower[bounded]]
+
+
+def highs(program: LinearProgram, options: dict[str, Any]) -> Any:
+    """HiGHS with the optimum that it found.
+
+    Raises
+    ------
+    ArithmeticError
+        No optimum.
+    """
+    highspy = installed("highspy")
+    with mark("compile"):
+        model = highspy.HighsModel()
+        lp = model.lp_
+        lp.num_row_, lp.num_col_ = program.matrix.shape
+        lp.col_cost_, lp.col_lower_, lp.col_upper_ = program.cost, program.lower, np.full(len(program.cost), np.inf)
+        lp.row_lower_, lp.row_upper_ = np.full(len(program.right), -np.inf), program.right
+        lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
+        lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = program.matrix.indptr, program.matrix.indices, program.matrix.data
+        solver = highspy.Highs()
+        for name, value in {"output_flag": False, **options}.items():
+            solver.setOptionValue(name, value)
+        solver.passModel(model)
+    solver.run()
+    _accept(solver.getModelStatus() == highspy.HighsModelStatus.kOptimal, solver.getModelStatus())
+    return solver
+
+
+def highs_cost(solver: Any) -> float:
+    """Optimal cost that HiGHS found."""
+    return float(solver.getInfo().objective_function_value)
+
+
+def highs_vertex(solver: Any) -> Array:
+    """Rows that hold as equations at the vertex that HiGHS found."""
+    basic = installed("highspy").HighsBasisStatus.kBasic
+    return np.array([row for row, status in enumerate(solver.getBasis().row_status) if status != basic], dtype=int)
+
+
+def clarabel(program: LinearProgram, tolerance: float) -> float:
+    """Optimal cost by Clarabel's interior-point method.
+
+    Raises
+    ------
+    ArithmeticError
+        No optimum, not even an inaccurate one.
+    """
+    package = installed("clarabel")
+    matrix, right = program.with_bounds
+    with mark("compile"):
+        settings = package.DefaultSettings()
+        settings.verbose, settings.max_threads = False, 1
+        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+        cones = [package.NonnegativeConeT(len(right))]
+        solver = package.DefaultSolver(csc_matrix((len(program.cost),) * 2), program.cost, matrix, right, cones, settings)
+    answer = solver.solve()
+    _accept(str(answer.status) in ("Solved", "AlmostSolved"), answer.status)
+    return float(answer.obj_val)
+
+
+def osqp(program: LinearProgram, tolerance: float) -> float:
+    """Optimal cost by OSQP's operator splitting, polished.
+
+    Raises
+    ------
+    ArithmeticError
+        No optimum in 20,000 iterations, not even an inaccurate one.
+    """
+    package = installed("osqp")
+    matrix, right = program.with_bounds
+    with mark("compile"):
+        solver = package.OSQP()
+        tolerances = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 20000, "polishing": True, "verbose": False}
+        solver.setup(csc_matrix((len(program.cost),) * 2), program.cost, matrix, np.full(len(right), -np.inf), right, **tolerances)
+    answer = solver.solve(raise_error=False)
+    _accept(str(answer.info.status).startswith("solved"), answer.info.status)
+    return float(program.cost @ answer.x)
+
+
+def ways(program: LinearProgram, ours: dict[str, Any], tolerances: tuple[float, ...], error: Callable[[float], float]) -> Iterator[Way]:
+    """The bare solvers at these tolerances, HiGHS with its defaults and with our options too; `error` judges the optimal cost."""
+    settings = {"defaults": {}, "options of frictopt": ours}
+    for tolerance in tolerances:
+        settings[f"{tolerance:.0e}"] = {"primal_feasibility_tolerance": tolerance, "dual_feasibility_tolerance": tolerance}
+    for name, options in settings.items():
+        yield Way("HiGHS", "options or tolerance", name, partial(highs, program, options), lambda solver: error(highs_cost(solver)), rival="highspy")
+    for tolerance in tolerances:
+        yield Way("Clarabel", "tolerance", f"{tolerance:.0e}", partial(clarabel, program, tolerance), error, rival="clarabel")
+        yield Way("OSQP", "tolerance", f"{tolerance:.0e}", partial(osqp, program, tolerance), error, rival="osqp")
+
+
+def _accept(solved: bool, status: Any) -> None:
+    if not solved:
+        raise ArithmeticError(f"no optimum ({status})")

@@ -1,0 +1,88 @@
+"""Onset, shakedown limit and safe slip: the package's ways with and without compilation, and bare solvers on the same matrices."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+import frictopt as fo
+from frictopt.models.solve import _OPTIONS, LP_SOLVERS
+
+from ..increments import LOADS
+from .bare_lp import LinearProgram, highs, highs_vertex, ways
+from .exact import exact_margin, exact_shakedown_limit, fractions
+from .parameters import Parameters
+from .scenes import Scene
+from .ways import Question, Way
+
+__all__ = ["exact_onset", "proposed_vertex", "questions"]
+
+Array = np.ndarray[Any, Any]
+
+_OURS = _OPTIONS["HIGHS"]["highs_options"]
+_VERTEX = "vertex of the linear program in rational arithmetic, refined to 40 digits and proven optimal"
+_DIRECTION = {"sigma": -1.0}
+
+
+def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
+    """The three questions on one mesh."""
+    yield _onset(parameters, scene)
+    yield _limit(parameters, scene)
+    yield _safe_slip(parameters, scene)
+
+
+def exact_onset(system: fo.ContactSystem, friction: float) -> float:
+    """Load factor of the first slip of the bonded contact as the bulk is pressed, in rational arithmetic; the mean load alone must not slip it."""
+    (q0, p0), (q1, p1) = ([fractions(values) for values in system.reaction(loads)] for loads in (LOADS.mean, _DIRECTION))
+    f = Fraction(friction)
+    slacks, rates = np.concatenate([q0 + f * p0, f * p0 - q0]), np.concatenate([q1 + f * p1, f * p1 - q1])
+    return float(min(-slack / rate for slack, rate in zip(slacks, rates, strict=True) if rate < 0))
+
+
+def proposed_vertex(problem: Any, nodes: int) -> Array:
+    """(N,) rows of the vertex that HiGHS finds, of the N rows against forward slip and the N against backward slip."""
+    rows = highs_vertex(highs(LinearProgram.of(problem), _OURS))
+    return rows[rows < 2 * nodes]
+
+
+def _onset(parameters: Parameters, scene: Scene) -> Question:
+    run = partial(fo.onset, scene.system, LOADS.mean, _DIRECTION, parameters.friction)
+    exact = exact_onset(scene.system, parameters.friction)
+    way = Way("frictopt", "none", "closed form", run, lambda onset: abs(onset.slip.load_factor / exact - 1))
+    return Question("onset", "load factor of first slip", scene.name, scene.system.nodes, "closed form in rational arithmetic", [way])
+
+
+def _limit(parameters: Parameters, scene: Scene) -> Question:
+    system, friction = scene.system, parameters.friction
+    whole = fo.shakedown_limit(system, LOADS, friction, simplify=False, corners="ruling")
+    exact = exact_shakedown_limit(system, LOADS, friction, proposed_vertex(whole.problem, system.nodes)).value
+    compiled = {solver: fo.ShakedownModel(system, LOADS, solver=solver) for solver in LP_SOLVERS}
+    kept = fo.ShakedownModel(system, LOADS, simplify=False)
+    first = partial(fo.shakedown_limit, system, LOADS, friction)
+    found = first()
+    problem: Any = found.problem  # solved, because the contact is coupled
+    unit = found.load_factor / float(problem.var_dict["load_factor"].value)
+
+    def way(method: str, knob: str, setting: str, run: Any) -> Way:
+        return Way(method, knob, setting, run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual, rest="compile")
+
+    ours = [way("frictopt, first time", "solver", "HIGHS", first)]
+    ours += [way("frictopt, compiled", "solver", solver, partial(model.solve, friction)) for solver, model in compiled.items()]
+    ours.append(way("frictopt, compiled, nothing left out", "solver", "HIGHS", partial(kept.solve, friction)))
+    bare = ways(LinearProgram.of(problem), _OURS, parameters.tolerances, lambda cost: abs(-cost * unit / exact - 1))
+    return Question("lambda_2", "load factor", scene.name, system.nodes, _VERTEX, [*ours, *bare])
+
+
+def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
+    system, friction, factor = scene.system, parameters.friction, parameters.margin_share * scene.limit
+    whole = fo.safe_slip(system, LOADS, friction, factor, simplify=False, corners="ruling")
+    exact = exact_margin(system, LOADS, friction, factor, proposed_vertex(whole.problem, system.nodes)).value
+    ours = []
+    for solver in LP_SOLVERS:
+        run = partial(fo.safe_slip, system, LOADS, friction, factor, solver=solver)
+        ours.append(Way("frictopt", "solver", solver, run, lambda safe: abs(safe.margin / exact - 1), lambda safe: safe.residual, rest="compile"))
+    found = fo.safe_slip(system, LOADS, friction, factor)
+    bare = ways(LinearProgram.of(found.problem), _OURS, parameters.tolerances, lambda cost: abs(-cost / exact - 1))
+    return Question("safe slip", "margin", scene.name, system.nodes, _VERTEX, [*ours, *bare])

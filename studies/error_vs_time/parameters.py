@@ -1,0 +1,52 @@
+"""What the study of error against run time varies."""
+
+from dataclasses import dataclass
+
+__all__ = ["FULL", "QUICK", "Parameters"]
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Sizes, settings and repetitions."""
+
+    elements: tuple[int, ...] = (16, 40, 124)  # of the paper's scene, default grading: one question each
+    friction: float = 0.7
+    repetitions: int = 7  # of a timing, at most: those of one way take 2 s together
+    # Accuracy of the mesh
+    mesh_elements: tuple[int, ...] = (16, 40, 124, 252)
+    mesh_gradings: tuple[float, ...] = (1.0, 20.0, 1000.0)
+    cells: tuple[int, ...] = (20, 40, 80, 160, 320)  # of the cylinder on a half-plane
+    law_elements: int = 64
+    law_gradings: tuple[float, ...] = (10.0, 100.0, 1000.0, 10000.0)
+    law_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5)
+    # Settings of solvers and steps
+    tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10)  # of the bare solvers of linear and quadratic programs
+    margin_share: float = 0.9  # the margin of a safe slip is that at this share of the shakedown limit
+    overload: float = 1.4  # load factor of increments and transients over the shakedown limit
+    steps: tuple[int, ...] = (5, 10, 20, 40, 80)  # increments from corner to corner
+    milp_steps: tuple[int, ...] = (2, 5, 10)
+    milp_elements: tuple[int, ...] = (16, 40)  # complementarity with booleans takes over 10 s for 10 steps on 124 elements
+    steady_overload: float = 1.05  # load factor of steady states over the shakedown limit
+    steady_cycles: tuple[int, ...] = (1, 2, 3, 4, 6, 10)  # cycles followed where the steady state is not proven
+    reference_cycles: int = 100  # cycles that stand for infinitely many
+    start: float = 0.3  # amplitude of the initial slip of steady states, in coefficients of the six lowest Chebyshev polynomials
+    seed: int = 0
+
+
+FULL = Parameters()
+QUICK = Parameters(
+    elements=(8, 16),
+    repetitions=1,
+    mesh_elements=(16, 40),
+    mesh_gradings=(20.0,),
+    cells=(20, 40),
+    law_elements=16,
+    law_gradings=(10.0, 100.0),
+    law_frictions=(0.3, 0.4),
+    tolerances=(1e-4, 1e-8),
+    steps=(5, 20),
+    milp_steps=(2,),
+    milp_elements=(8,),
+    steady_cycles=(1, 2, 4),
+    reference_cycles=40,
+)

@@ -1,0 +1,115 @@
+"""The tables in short form, as Markdown."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from .clock import STAGES
+from .ways import ROUNDING
+
+__all__ = ["fronts", "law", "parts", "report"]
+
+
+def report(tables: Mapping[str, pd.DataFrame]) -> str:
+    """All three short tables, with the machine and the rivals that were absent."""
+    error, corner = tables["error_vs_time"], tables["error_vs_time_law"]
+    installed = ", ".join(f"{name} {number}" for name, number in error.attrs["rivals"].items())
+    missing = ", ".join(error.attrs["absent"]) or "none"
+    head = f"{error.attrs['machine']}; medians; rivals: {installed}; not installed and skipped: {missing}."
+    return "\n\n".join(["", head, fronts(error), parts(error), law(corner)])
+
+
+def fronts(table: pd.DataFrame) -> str:
+    """One line per question, on the coarsest and on the finest mesh of each."""
+    rows = []
+    for question in _shown(table):
+        ours, rivals = _best(question), question[question["rival"] != ""]
+        rows.append([_name(ours), f"{_way(ours)}: {_cost(ours)}", _rival(rivals, ours), _ahead(rivals)])
+    return _markdown(["computation", "frictopt: error, time", "fastest rival as accurate", "rivals ahead of frictopt"], rows)
+
+
+def parts(table: pd.DataFrame) -> str:
+    """What frictopt's times are made of, on the finest mesh, in ms."""
+    finest = table["nodes"].max()
+    best = [_best(question) for question in _questions(table) if question["nodes"].iloc[0] in (0, finest)]
+    rows = [[_name(row), *(_milliseconds(row[stage]) for stage in (*STAGES, "seconds"))] for row in best]
+    return _markdown(["ms", *STAGES, "sum"], rows)
+
+
+def law(table: pd.DataFrame) -> str:
+    """Exponent of the shakedown limit in the size of the corner element: closed form, and between the two finest meshes."""
+    finest = table.sort_values("corner_size").groupby("friction").first().reset_index()
+    rows = [[f"{row.friction:g}", f"{row.expected:.3f}", f"{row.exponent:.3f}", f"{row.seconds:.2g} s"] for row in finest.itertuples()]
+    return _markdown(["f", "expected exponent", "between the two finest meshes", "time of the finest"], rows)
+
+
+def _questions(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
+    yield from (rows for _, rows in table.groupby(["computation", "quantity", "scene"], sort=False))
+
+
+def _shown(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
+    ends = {0, table.loc[table["nodes"] > 0, "nodes"].min(), table["nodes"].max()}
+    yield from (question for question in _questions(table) if question["nodes"].iloc[0] in ends)
+
+
+def _best(question: pd.DataFrame) -> Any:
+    """Of frictopt's answers the fastest one that only rounding limits, else the most accurate one.
+
+    A number of cycles counts for none: nobody knows beforehand how many it takes.
+    """
+    rows = question[(question["rival"] == "") & (question["knob"] != "cycles")]
+    exact = rows[rows["error"] <= ROUNDING]
+    return exact.loc[exact["seconds"].idxmin()] if len(exact) else rows.loc[rows["error"].idxmin()]
+
+
+def _rival(rivals: pd.DataFrame, ours: Any) -> str:
+    if not len(rivals):
+        return ""
+    equal = rivals[rivals["error"] <= max(ours.error, ROUNDING)]
+    if not len(equal):
+        best = rivals.loc[rivals["error"].idxmin()]
+        return f"none; nearest: {best.method} ({best.setting}) {_cost(best)}"
+    best = equal.loc[equal["seconds"].idxmin()]
+    return f"{best.method} ({best.setting}): {_seconds(best.seconds)}, {_digits(best.seconds / ours.seconds)} of ours"
+
+
+def _ahead(rivals: pd.DataFrame) -> str:
+    """Of each rival that is faster than any answer of frictopt as accurate: its most accurate one."""
+    if not len(rivals):
+        return ""
+    ahead = rivals[rivals["ahead"]].sort_values("error").groupby("method", sort=False).first()
+    return "; ".join(f"{row.Index} ({_cost(row)})" for row in ahead.itertuples()) or "none"
+
+
+def _name(row: Any) -> str:
+    return f"{row.computation}: {row.quantity}, {f'N = {row.nodes}' if row.nodes else row.scene}"
+
+
+def _way(row: Any) -> str:
+    return f"{row.knob} {row.setting}" if row.nodes == 0 else row.method.removeprefix("frictopt").lstrip(", ") or row.setting
+
+
+def _cost(row: Any) -> str:
+    return f"{row.error:.0e}, {_seconds(row.seconds)}"
+
+
+def _digits(value: float) -> str:
+    """Two digits, no exponent."""
+    return np.format_float_positional(value, precision=2, fractional=False, trim="-")
+
+
+def _seconds(value: float) -> str:
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if value >= 0.995 * size:
+            return f"{_digits(value / size)} {unit}"
+    return f"{_digits(value / 1e-6)} µs"
+
+
+def _milliseconds(value: float) -> str:
+    return _digits(1e3 * value) if value else ""
+
+
+def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])

@@ -1,0 +1,100 @@
+"""The two tables of the study."""
+
+import os
+import platform
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+
+import pandas as pd
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+from ..tables import Table
+from . import condensation, increments, limits, transients
+from .corner_law import corner_law
+from .parameters import FULL, QUICK, Parameters
+from .scenes import punch
+from .ways import RIVALS, Question, absent, measured
+
+__all__ = ["ERROR", "LAW", "error_against_time", "machine", "questions"]
+
+
+def questions(parameters: Parameters) -> Iterator[Question]:
+    """All comparisons, one computation after the other on each mesh."""
+    yield from condensation.questions(parameters)
+    for elements in parameters.elements:
+        scene = punch(parameters, elements)
+        yield from limits.questions(parameters, scene)
+        yield from increments.questions(parameters, scene, elements)
+        yield from transients.questions(parameters, scene, elements)
+    yield from transients.cylinders(parameters)
+
+
+def error_against_time(parameters: Parameters) -> pd.DataFrame:
+    """One row per question and way to answer it; rivals that are not installed are named in `attrs["absent"]`."""
+    rows = []
+    with threadpool_limits(1):
+        for question in tqdm(questions(parameters), desc="error against time", disable=None):
+            rows += measured(question, parameters.repetitions)
+    table = pd.DataFrame(rows)
+    missing = list(absent())
+    table.attrs = {"machine": machine(), "absent": missing, "rivals": {name: version(name) for name in RIVALS if name not in missing}}
+    return table
+
+
+def law(parameters: Parameters) -> pd.DataFrame:
+    """The law of the corner, one thread."""
+    with threadpool_limits(1):
+        table = corner_law(parameters)
+    table.attrs = {"machine": machine()}
+    return table
+
+
+def machine() -> str:
+    """Model and number of the processors, as far as the system tells."""
+    cpuinfo = Path("/proc/cpuinfo")
+    lines = cpuinfo.read_text(encoding="utf-8").splitlines() if cpuinfo.is_file() else []
+    models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return f"{models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores, one thread used"
+
+
+_ERROR = {
+    "computation": "which computation of the package",
+    "quantity": "whose relative error counts",
+    "scene": "on what; questions on one scene and quantity are the same work",
+    "nodes": "node pairs of the interface; 0 where they differ from row to row",
+    "reference": "what the error is measured against",
+    "method": "who answers",
+    "rival": "package whose bare call it is, empty for frictopt; those of programs get the matrices that frictopt compiles, and prove nothing",
+    "knob": "what decides on the accuracy",
+    "setting": "its setting",
+    "outcome": "'answer', or why there is none",
+    "error": "relative error, at least 2.2e-16; inf without an answer",
+    "residual": "what frictopt itself says of its answer; NaN of what nobody judges",
+    "seconds": "run time, one thread: median of the repetitions, the sum of its six parts; inf without an answer",
+    "mesh": "of it: meshes, supports, load cases and their checks, s; on an interface once condensed: 0",
+    "assembly": "of it: stiffness matrices, and everything else up to the elimination, s",
+    "condensation": "of it: ordering and elimination, s",
+    "compile": "of it: matrices and models up to the call of a solver, s",
+    "solve": "of it: solver, or path, s",
+    "verify": "of it: referee, bounds from the other side, checks of the condensed system, s; rivals have none",
+    "repetitions": "timed runs after one that is not timed; fewer of what takes long",
+    "on_front": "no other way to answer is as fast and as accurate and better in one; errors below 1e-12 count as equal",
+    "ahead": "a rival on the front: frictopt has no answer as fast and as accurate",
+}
+_LAW = {
+    "friction": "coefficient of friction",
+    "elements": "elements on the contact",
+    "grading": "size of the middle element over that of the corner element",
+    "corner_size": "element at the corner of the contact / a",
+    "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
+    "residual": "what frictopt says of the limit",
+    "seconds": "run time from the scene to the limit, first time, one thread",
+    "expected": "exponent of the limit in the corner size: that of the sliding less that of the bonded corner (closed forms)",
+    "exponent": "the same between this mesh and the one before; NaN for the coarsest",
+    "error": "|exponent - expected|",
+}
+
+ERROR = Table("error_vs_time", "one way to answer one question at one setting", _ERROR, full=FULL, quick=QUICK, compute=error_against_time)
+LAW = Table("error_vs_time_law", "shakedown limit on one mesh at one friction", _LAW, full=FULL, quick=QUICK, compute=law)

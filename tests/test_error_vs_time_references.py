@@ -1,0 +1,155 @@
+"""The references and rivals of the study of error against run time, against enumeration, rational elimination and other programs."""
+
+from itertools import combinations, product
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import frictopt as fo
+from frictopt.reference import bonded_onset
+from studies.error_vs_time import condensation, exact, limits
+from studies.error_vs_time.lemke import Lemke
+from studies.increments import LOADS
+from systems import CYCLE, linprog_limit, random_system, system
+
+
+def fastened(contact):
+    """The contact with a further node that takes up any slip: then it is no restriction that slips add up to zero."""
+    n = contact.nodes
+    blocks = {name: np.pad(getattr(contact, name), ((0, 1), (0, 1))) for name in "ABC"}
+    blocks["A"][n, n], blocks["C"][n, n] = 1e-3, 1.0
+    bonded = {name: (np.append(q, 0.0), np.append(p, 0.0 if name == "cyclic" else 10.0)) for name, (q, p) in contact.bonded.items()}
+    return fo.ContactSystem(**blocks, x=np.arange(n + 1.0), bonded=bonded)
+
+
+def vertices(contact, friction):
+    """All choices of as many rows as there are unknowns."""
+    return [np.array(rows) for rows in combinations(range(2 * contact.nodes), contact.nodes)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_exact_limit_is_that_of_an_independent_program(seed):
+    contact = fastened(random_system(np.random.default_rng(seed), 2))
+    status, expected = linprog_limit(contact, CYCLE, 0.4)
+    assert status == 0
+    proven = []
+    for active in vertices(contact, 0.4):
+        try:
+            proven.append(exact.exact_shakedown_limit(contact, CYCLE, 0.4, active))
+        except exact.NotProven:
+            continue
+    assert len(proven) >= 2 and max(limit.pivots for limit in proven) > 0, "wrong vertices too must lead to the optimum"
+    assert all(limit.value == pytest.approx(expected, rel=1e-9) for limit in proven)
+    assert all(abs(limit.slip.sum()) < 1e-12 for limit in proven)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_exact_margin_is_that_of_an_independent_program(seed):
+    contact = fastened(random_system(np.random.default_rng(seed), 2))
+    f, factor, n = 0.4, 0.8 * linprog_limit(contact, CYCLE, 0.4)[1], contact.nodes
+    q0, p0 = CYCLE.mean_reaction(contact)
+    matrix, right = [], []
+    for q1, p1 in zip(*CYCLE.corner_reactions(contact), strict=True):
+        for sense in (1, -1):
+            matrix.append(np.column_stack([sense * contact.A - f * contact.B, np.full(n, f * p0.mean())]))
+            right.append(f * (p0 + factor * p1) - sense * (q0 + factor * q1))
+    bounds = [(None, None)] * (n + 1)
+    answer = linprog(np.r_[np.zeros(n), -1.0], np.vstack(matrix), np.concatenate(right), np.r_[np.ones(n), 0.0][None], [0.0], bounds)
+    found = set()
+    for active in vertices(contact, f):
+        try:
+            found.add(round(exact.exact_margin(contact, CYCLE, f, factor, active).value, 12))
+        except exact.NotProven:
+            continue
+    assert len(found) == 1 and found.pop() == pytest.approx(answer.x[-1], abs=1e-8)
+
+
+def test_refinement_solves_a_nearly_singular_system_and_refuses_a_singular_one():
+    """A Hilbert matrix, whose inverse is known in whole numbers: doubles lose 13 of 16 digits."""
+    n = 10
+    hilbert = exact.fractions(np.zeros((n, n)))
+    for i in range(n):
+        for j in range(n):
+            hilbert[i, j] += exact.Fraction(1, i + j + 1)
+    ones = np.array([exact.Fraction(1)] * n, dtype=object)
+    solution = exact.refined(hilbert, hilbert @ ones)
+    assert max(abs(solution - ones)) < exact.Fraction(1, 10**20)
+    doubles = np.linalg.solve(hilbert.astype(float), (hilbert @ ones).astype(float))
+    assert np.abs(doubles - 1).max() > 1e-8
+    with pytest.raises(exact.NotProven, match="singular"):
+        exact.refined(exact.fractions([[1.0, 2.0], [2.0, 4.0]]), ones[:2] * np.array([1, 3]))
+
+
+def test_exact_increment_refuses_wrong_statuses(punch):
+    contact = punch(8)
+    load = tuple(mean + 2.0 * corner[0] for mean, corner in zip(LOADS.mean_reaction(contact), LOADS.corner_reactions(contact), strict=True))
+    after = fo.models.FrozenBoundIncrement(contact, 0.7).solve(np.zeros(9), load)
+    status = np.sign(after.slip)
+    assert np.any(status) and not np.all(status)
+    assert np.allclose(exact.exact_increment(contact, 0.7, np.zeros(9), load, status), after.slip, rtol=0, atol=1e-12)
+    for wrong in (-status, 0 * status):
+        with pytest.raises(exact.NotProven, match="contradicts"):
+            exact.exact_increment(contact, 0.7, np.zeros(9), load, wrong)
+
+
+@pytest.mark.parametrize(("q", "status"), [(-0.9, 1), (0.9, -1), (0.1, 0)])
+def test_exact_increment_of_one_node(q, status):
+    """Its slip is where `q + A v` meets the bound `f (p + B v)`; no other status is accepted."""
+    A, B, f = 2.0, 0.5, 0.4
+    node = system(A, B, 0.0, 1.0, 1.0, 0.0)
+    slip = exact.exact_increment(node, f, np.zeros(1), ([q], [1.0]), np.array([status]))
+    assert slip == pytest.approx(0 if status == 0 else -(q + status * f) / (A + status * f * B), abs=1e-15)
+    for wrong in {-1, 0, 1} - {status}:
+        with pytest.raises(exact.NotProven, match="contradicts"):
+            exact.exact_increment(node, f, np.zeros(1), ([q], [1.0]), np.array([wrong]))
+
+
+def test_exact_onset_is_the_closed_form(punch):
+    contact = punch(8)
+    (q0, p0), (q1, p1) = contact.bonded["P"], contact.bonded["sigma"]
+    assert 0 < bonded_onset(q0, p0, q1, p1, 0.7) <= limits.exact_onset(contact, 0.7) + 1e-12
+    pressed_only = bonded_onset(np.r_[q0, 0], np.r_[p0, 1], np.r_[q1, 0], np.r_[p1, 0], 0.7)
+    assert min(limits.exact_onset(contact, 0.7), limits.exact_onset(contact.with_bonded({"sigma": (-q1, -p1)}), 0.7)) == pytest.approx(
+        pressed_only, rel=1e-12
+    )
+
+
+def test_refined_stiffness_is_that_of_rational_elimination():
+    task = condensation.elimination(fo.PunchOnHalfPlane(elements=2, growth=3.0))
+    K_ii, K_ir, K_rr = task.blocks
+    interior, coupling = exact.fractions(K_ii.toarray()), exact.fractions(K_ir.toarray())
+    solution = np.column_stack([exact.refined(interior, column) for column in coupling.T])
+    rational = exact.fractions(K_rr) - coupling.T @ solution
+    doubles = rational.astype(float)
+    beyond = (rational - exact.fractions(doubles)).astype(float)
+    scale, refined = np.abs(doubles).max(), condensation.refined_stiffness(task.blocks)
+    assert np.abs(refined - doubles - beyond).max() < 100 * np.finfo(np.longdouble).eps * scale
+    for S in (task.ours(), *(condensation.multiple_right_hand_sides(task.blocks, name) for name in condensation.ORDERINGS)):
+        assert np.abs(S - doubles).max() < 1e-13 * scale
+
+
+def enumerated(M, c, **_):
+    """Solution of the complementarity problem by trying which of each pair of unknowns is zero."""
+    for choice in product([False, True], repeat=len(c)):
+        basic, z = np.array(choice), np.zeros(len(c))
+        if np.linalg.matrix_rank(M[np.ix_(basic, basic)]) == basic.sum():
+            z[basic] = np.linalg.solve(M[np.ix_(basic, basic)], -c[basic])
+            if min(z.min(), (M @ z + c).min()) > -1e-12:
+                return SimpleNamespace(z=z)
+    raise AssertionError("no solution")
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_complementarity_problem_of_the_rival_is_that_of_an_increment(monkeypatch, seed):
+    contact = random_system(np.random.default_rng(seed), 2)
+    n, factor, start = 2, 1.5 * fo.shakedown_limit(contact, CYCLE, 0.4).load_factor, np.array([0.2, -0.1])
+    mean = np.concatenate(contact.reaction(CYCLE.mean))
+    corners = [mean + factor * np.concatenate(pair) for pair in zip(*CYCLE.corner_reactions(contact), strict=True)]
+    force = np.abs(mean[n:]).mean()
+    carried = np.r_[np.zeros(n), np.full(n, force)] - contact.S[:, :n] @ start
+    monkeypatch.setattr("studies.error_vs_time.lemke.installed", lambda _: SimpleNamespace(lcp_lemke=enumerated))
+    work = Lemke(contact, 0.4, force).cycle_work(start, [carried, mean, *corners * 2], 3, 2)
+    march = fo.march(contact, CYCLE, 0.4, factor, initial_slip=start, cycles=2, engine="qp", steps=3)
+    assert march.cycle_work[-1].sum() > 1e-3 and work == pytest.approx(march.cycle_work[-1].sum(), rel=1e-9)

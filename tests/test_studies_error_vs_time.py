@@ -1,0 +1,166 @@
+"""The study of error against run time at quick size: its clock, its fronts recomputed, its errors against theory."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from studies import error_vs_time
+from studies.error_vs_time import clock, study
+from studies.error_vs_time.clock import STAGES, mark, timed
+from studies.error_vs_time.report import fronts
+from studies.error_vs_time.ways import ROUNDING, Question, Way, measured, not_dominated
+
+QUICK = error_vs_time.QUICK
+QUESTION = ["computation", "quantity", "scene"]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """The two tables, and what the command printed."""
+    folder = tmp_path_factory.mktemp("data")
+    printed = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("builtins.print", lambda *texts, **_: printed.append(" ".join(map(str, texts))))
+        assert error_vs_time.STUDY.run(["--quick", "--data", str(folder)]) == 0
+    return *(pd.read_parquet(table.path(folder)) for table in (error_vs_time.ERROR, error_vs_time.LAW)), "\n".join(printed)
+
+
+@pytest.fixture(scope="module")
+def table(made):
+    return made[0]
+
+
+def rows(table, computation, **equal):
+    chosen = table[table["computation"] == computation]
+    for name, value in equal.items():
+        chosen = chosen[chosen[name] == value]
+    assert len(chosen)
+    return chosen
+
+
+def test_stages_add_up_and_inner_ones_stop_the_outer_ones(monkeypatch):
+    """On a clock that runs by hand; of the repetitions that two seconds allow, the one with the median time counts."""
+    now, passes = [0.0], iter([0.1, 0.1, 0.3, 0.2, 9.0])
+
+    def run():
+        tick = next(passes)
+        now[0] += tick
+        with mark("verify"):
+            now[0] += tick
+            with mark("solve"):
+                now[0] += 3 * tick
+        return tick
+
+    monkeypatch.setattr(clock, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+    spent = timed(run, "compile", 3)
+    assert (spent.answer, spent.repetitions) == (0.1, 3)
+    assert spent.stages == pytest.approx({"compile": 0.2, "verify": 0.2, "solve": 0.6}) and spent.seconds == pytest.approx(1.0)
+    assert timed(lambda: now.__setitem__(0, now[0] + 0.9), "solve", 7).repetitions == 2
+
+
+def test_front_is_what_no_other_row_beats():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        seconds, error = rng.integers(1, 9, size=12) / 8, rng.choice([1e-3, 1e-6, 1e-9, np.inf], size=12)
+        front = not_dominated(seconds, error)
+        for i in range(12):
+            better = (seconds <= seconds[i]) & (error <= error[i]) & ((seconds < seconds[i]) | (error < error[i]))
+            equal = (seconds == seconds[i]) & (error == error[i])
+            assert front[equal].sum() == (0 if better.any() or np.isinf(error[i]) else 1)
+
+
+def test_absent_rivals_are_left_out_and_failures_are_rows(monkeypatch):
+    def fail():
+        raise ArithmeticError("no optimum")
+
+    def way(name, run, rival=""):
+        return Way(name, "none", "", run, lambda answer: answer, rival=rival)
+
+    made = measured(Question("c", "q", "s", 1, "r", [way("ours", lambda: 0.0), way("bad", fail), way("other", lambda: 0.1, "no_such_package")]), 1)
+    assert [row["method"] for row in made] == ["ours", "bad"]
+    assert made[0]["on_front"] and made[0]["error"] == np.finfo(float).eps
+    assert made[1]["outcome"] == "ArithmeticError: no optimum" and np.isinf(made[1]["error"]) and not made[1]["on_front"]
+
+
+def test_fronts_of_the_table_are_not_dominated(table):
+    for _, part in table.groupby(QUESTION):
+        error, seconds = part["error"].clip(lower=ROUNDING), part["seconds"]
+        assert part["on_front"].any()
+        for row in part.itertuples():
+            better = (seconds <= row.seconds) & (error <= max(row.error, ROUNDING)) & ((seconds < row.seconds) | (error < max(row.error, ROUNDING)))
+            assert row.on_front == (not better.any())
+            assert row.ahead == (row.on_front and row.rival != "")
+
+
+def test_every_time_is_split(table):
+    answered = table[table["outcome"] == "answer"]
+    assert np.allclose(answered[list(STAGES)].sum(axis=1), answered["seconds"], rtol=1e-9)
+    assert (answered["seconds"] > 0).all() and (answered[list(STAGES)] >= 0).all(axis=None)
+    ours = answered[answered["rival"] == ""]
+    programs = ours[ours["computation"].isin(["lambda_2", "safe slip"])]
+    assert (programs[["compile", "solve", "verify"]] > 0).all(axis=None)
+    scenes = rows(ours, "condensation", quantity="corner exponent")
+    assert (scenes[["mesh", "assembly", "condensation", "verify"]] > 0).all(axis=None)
+    assert (answered.loc[answered["rival"] != "", "verify"] == 0).all()
+
+
+def test_every_computation_is_there_and_ours_all_answer(table):
+    expected = {"condensation", "onset", "lambda_2", "safe slip", "increment", "transient", "steady state"}
+    assert set(table["computation"]) == expected
+    ours = table[table["rival"] == ""]
+    assert (ours["outcome"] == "answer").all()
+    assert ours.loc[ours["computation"].isin(expected - {"condensation", "onset"}), "residual"].lt(1e-9).mean() > 0.9
+    for elements in QUICK.elements:
+        assert set(table.loc[table["nodes"] == elements + 1, "computation"]) == expected
+
+
+def test_answers_of_frictopt_are_as_accurate_as_it_says(table):
+    proven = table[(table["rival"] == "") & table["computation"].isin(["lambda_2", "safe slip", "increment"])]
+    assert proven["error"].max() < 1e-9
+    assert rows(table, "onset")["error"].max() < 1e-14
+    assert rows(table, "condensation", quantity="stiffness S")["error"].max() < 1e-12
+    assert rows(table, "transient", method="frictopt, exact path")["error"].max() < 1e-12
+    assert rows(table, "steady state", method="frictopt, proven")["error"].max() < 1e-10
+
+
+def test_errors_fall_with_the_knob(table):
+    for method in ("frictopt, qp", "Lemke, 2 cycles"):
+        for _, part in table[table["method"] == method].groupby("scene"):
+            assert part["setting"].tolist() == ["5", "20"]
+            assert 1.5 < np.log(part["error"].iloc[0] / part["error"].iloc[1]) / np.log(4) < 3, "second order, events fall anywhere"
+    for _, part in table[table["scene"] == "cylinder on a half-plane"].groupby("computation"):
+        assert np.log2(part["error"].iloc[0] / part["error"].iloc[1]) == pytest.approx(2, abs=0.1), "second order in the cell"
+    corner = rows(table, "condensation", quantity="corner exponent")
+    assert corner["error"].is_monotonic_decreasing and corner["error"].max() < 0.03
+    for _, part in table[table["method"] == "frictopt, so many cycles"].groupby("scene"):
+        assert part["error"].iloc[-1] < 1e-10 < 1e-4 < part["error"].iloc[0]
+
+
+def test_increments_by_frozen_bounds_and_by_lemke_make_the_same_error(table):
+    for _, part in table[table["computation"] == "transient"].groupby("scene"):
+        marched, rival = (part[part["method"] == name].set_index("setting")["error"] for name in ("frictopt, qp", "Lemke, 2 cycles"))
+        assert np.allclose(marched[rival.index], rival, rtol=1e-6)
+
+
+def test_limit_follows_the_law_of_the_corner(made):
+    law = made[1]
+    assert law["residual"].max() < 1e-9 and law["exponent"].isna().sum() == len(QUICK.law_frictions)
+    for friction, part in law.groupby("friction"):
+        assert part["expected"].iloc[0] == pytest.approx({0.3: 0.6379871879, 0.4: 0.5983}[friction] - 0.5444837368, abs=2e-4)
+        slope = np.polyfit(np.log(part["corner_size"]), np.log(part["load_factor"]), 1)[0]
+        assert slope == pytest.approx(part["exponent"].iloc[-1], rel=1e-9)
+        assert slope == pytest.approx(part["expected"].iloc[0], abs=0.015)
+
+
+def test_printed_tables_name_machine_rivals_and_who_is_ahead(made):
+    table, _, printed = made
+    assert study.machine() in printed and all(name in printed for name in table.attrs["rivals"])
+    assert "skipped: " + (", ".join(table.attrs["absent"]) or "none") in printed
+    lines = fronts(table).splitlines()
+    assert len(lines) == 2 + table.groupby(QUESTION).ngroups
+    for _, part in table.groupby(QUESTION):
+        scene = part["scene"].iloc[0] if part["nodes"].iloc[0] == 0 else f"N = {part['nodes'].iloc[0]} "
+        (line,) = (line for line in lines if f"{part['computation'].iloc[0]}: {part['quantity'].iloc[0]}, {scene}" in line)
+        assert all(method in line.split("|")[4] for method in part.loc[part["ahead"], "method"])
