@@ -18,9 +18,11 @@ from . import (
     amplitude,
     cycle,
     dissipation,
+    error_vs_time,
     guaranteed_limit,
     hysteresis,
     increments,
+    mesh_error,
     onset,
     scene,
     shakedown_limit,
@@ -58,6 +60,8 @@ FIGURES: dict[str, Script] = {
     "shakedown_share": shakedown_share,
     "amplitude": amplitude,
     "two_states": two_states,
+    "error_vs_time": error_vs_time,
+    "mesh_error": mesh_error,
 }
 
 

@@ -1,5 +1,6 @@
 """Look of all figures, and the one place that saves them."""
 
+from math import ceil, floor, log10
 from pathlib import Path
 from typing import Any
 
@@ -7,7 +8,21 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-__all__ = ["BLACK", "GREY", "NARROW", "OUTPUT", "SERIES", "WIDE", "new_figure", "output_folder", "panel_label", "plain_log", "save", "styled"]
+__all__ = [
+    "BLACK",
+    "GREY",
+    "NARROW",
+    "OUTPUT",
+    "SERIES",
+    "WIDE",
+    "new_figure",
+    "output_folder",
+    "panel_label",
+    "plain_log",
+    "save",
+    "styled",
+    "whole_decades",
+]
 
 OUTPUT = Path(__file__).parent / "output"
 NARROW, WIDE = 84.0, 174.0  # one and two columns of a journal page, mm
@@ -76,6 +91,15 @@ def plain_log(axes: Any, directions: str) -> None:
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_formatter(NullFormatter())
+
+
+def whole_decades(axes: Any, directions: str) -> None:
+    """Make "x", "y" or "xy" logarithmic, from the decade below the data to the one above, with the powers of ten alone as labels."""
+    for direction in directions:
+        axes.set(**{f"{direction}scale": "log"})
+        low, high = getattr(axes, f"get_{direction}lim")()
+        axes.set(**{f"{direction}lim": (10.0 ** floor(log10(low)), 10.0 ** ceil(log10(high)))})
+        getattr(axes, f"{direction}axis").set_minor_formatter(NullFormatter())
 
 
 def output_folder(quick: bool) -> Path:

@@ -1,0 +1,79 @@
+"""Error against run time of each computation on the finest mesh: frictopt, and bare calls of others on the same work."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from studies.error_vs_time import ERROR
+from studies.error_vs_time.ways import ROUNDING
+from studies.tables import Table
+
+from .style import GREY, SERIES, WIDE, new_figure, whole_decades
+
+__all__ = ["TABLES", "draw"]
+
+TABLES: Mapping[str, Table[Any]] = {"error": ERROR}
+
+_BLUE = SERIES[0]["color"]
+_LOOKS: dict[str, dict[str, Any]] = {
+    "frictopt": {"color": _BLUE, "marker": "o", "ms": 5},
+    "frictopt, programs of increments": {"color": _BLUE, "marker": "o", "ms": 5, "mfc": "white"},
+    **{
+        name: {"color": series["color"], "marker": series["marker"], "ms": 4, "mfc": "white"}
+        for name, series in zip(("HiGHS", "Clarabel", "OSQP", "DAQP", "Lemke", "scipy"), SERIES[1:], strict=False)
+    },
+}
+_PROGRAMS = ("qp", "milp", "QP", "MILP")
+
+
+def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
+    """One panel for each comparison with others; the line is the front that nobody beats."""
+    table = tables["error"]
+    finest = table[table["nodes"] == table["nodes"].max()]
+    questions = [(key, rows) for key, rows in finest.groupby(["computation", "quantity"], sort=False) if (rows["rival"] != "").any()]
+    figure = new_figure(WIDE, 122)
+    panels = figure.subplots(2, 3, sharex=True, sharey=True).ravel()
+    for axes, ((computation, quantity), rows) in zip(panels, questions, strict=False):
+        _panel(axes, rows[rows["outcome"] == "answer"])
+        axes.set_title(f"{computation}: {quantity}".replace("lambda_2", r"$\lambda_2$"), loc="left")
+    whole_decades(panels[0], "x")
+    for axes, (_, rows) in zip(panels, questions, strict=False):
+        _front(axes, rows[rows["on_front"]].sort_values("seconds"))
+    for axes in panels[len(questions) :]:
+        axes.set_visible(False)
+    for axes in panels[3:]:
+        axes.set_xlabel("run time, s")
+    for axes in panels[::3]:
+        axes.set_ylabel("relative error")
+    _legend(figure, finest)
+    return figure
+
+
+def _panel(axes: Any, rows: pd.DataFrame) -> None:
+    for family, part in rows.groupby(_families(rows), sort=False):
+        axes.plot(part["seconds"], part["error"], linestyle="none", mew=0.8, zorder=3, **_LOOKS[family])
+    axes.axhspan(1e-18, ROUNDING, color=GREY, alpha=0.12, lw=0)
+    axes.set(xscale="log", yscale="log", ylim=(3e-17, 30))
+
+
+def _front(axes: Any, rows: pd.DataFrame) -> None:
+    """Line along the front, from the upper edge of the panel to its right one."""
+    error = rows["error"].clip(lower=ROUNDING)
+    edges = [rows["seconds"].iloc[0], *rows["seconds"], axes.get_xlim()[1]], [axes.get_ylim()[1], *error, error.iloc[-1]]
+    axes.plot(*edges, drawstyle="steps-post", color=GREY, lw=0.8, zorder=2)
+
+
+def _families(rows: pd.DataFrame) -> pd.Series:
+    ours = rows["method"].map(lambda name: "frictopt, programs of increments" if name.split()[-1].strip("()") in _PROGRAMS else "frictopt")
+    return ours.where(rows["rival"] == "", rows["method"].str.split(",").str[0].str.split().str[0])
+
+
+def _legend(figure: Figure, rows: pd.DataFrame) -> None:
+    shown = set(_families(rows))
+    names = [name for name in _LOOKS if name in shown]
+    handles = [Line2D([], [], linestyle="none", mew=0.8, **_LOOKS[name]) for name in names]
+    handles.append(Line2D([], [], color=GREY, lw=0.8))
+    figure.legend(handles, [*names, "front (errors in the grey band count as equal)"], loc="outside lower center", ncols=5, handlelength=1.4)

@@ -1,0 +1,66 @@
+"""What the mesh leaves: corner exponent, dissipation against a closed form, and the law of the shakedown limit at the corner."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from studies.error_vs_time import ERROR, LAW
+from studies.tables import Table
+
+from .style import GREY, SERIES, WIDE, new_figure, panel_label, whole_decades
+
+__all__ = ["TABLES", "draw"]
+
+TABLES: Mapping[str, Table[Any]] = {"error": ERROR, "law": LAW}
+
+
+def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
+    """Errors against run time at the left and in the middle; at the right the fitted exponents against the expected ones."""
+    figure = new_figure(WIDE, 72)
+    panels = figure.subplots(1, 3)
+    meshes = tables["error"][tables["error"]["nodes"] == 0]
+    _corner(panels[0], meshes[meshes["quantity"] == "corner exponent"])
+    _cylinder(panels[1], meshes[meshes["scene"] == "cylinder on a half-plane"])
+    _law(panels[2], tables["law"])
+    for axes, letter in zip(panels, "abc", strict=True):
+        panel_label(axes, letter)
+    return figure
+
+
+def _corner(axes: Any, rows: pd.DataFrame) -> None:
+    for (knob, part), series in zip(rows.groupby("knob", sort=False), SERIES, strict=False):
+        axes.plot(part["seconds"], part["error"], label=knob.removeprefix("elements, "), **series, lw=0.8)
+        _name_ends(axes, part)
+    whole_decades(axes, "xy")
+    axes.set_xlabel("run time from scene to system, s")
+    axes.set_ylabel("relative error of the corner exponent")
+    axes.legend(loc="upper right")
+
+
+def _cylinder(axes: Any, rows: pd.DataFrame) -> None:
+    for (computation, part), series in zip(rows.groupby("computation", sort=False), SERIES, strict=False):
+        axes.plot(part["seconds"], part["error"], label=computation, **series, lw=0.8)
+    _name_ends(axes, rows[rows["computation"] == rows["computation"].iloc[0]])
+    whole_decades(axes, "xy")
+    axes.set_xlabel("run time, s")
+    axes.set_ylabel("relative error of the work in a cycle")
+    axes.legend(loc="upper right")
+
+
+def _name_ends(axes: Any, rows: pd.DataFrame) -> None:
+    """Number of elements or cells at the first and the last point."""
+    for row in (rows.iloc[0], rows.iloc[-1]):
+        axes.annotate(row["setting"], (row["seconds"], row["error"]), (4, 3), textcoords="offset points", fontsize=7, color=GREY)
+
+
+def _law(axes: Any, table: pd.DataFrame) -> None:
+    for (friction, rows), series in zip(table.groupby("friction"), SERIES, strict=False):
+        axes.axhline(rows["expected"].iloc[0], color=series["color"], lw=0.8, linestyle="-")
+        axes.plot(rows["corner_size"], rows["exponent"], **(series | {"linestyle": "none"}), label=f"$f = {friction:g}$")
+    whole_decades(axes, "x")
+    axes.set_ylim(0, 1.45 * table["expected"].max())
+    axes.set_xlabel("corner element / $a$")
+    axes.set_ylabel(r"exponent of $\lambda_2$ in the corner element")
+    axes.legend(loc="upper center", ncols=2, title="lines: closed forms")
