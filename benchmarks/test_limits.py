@@ -1,42 +1,12 @@
 """The shakedown limit at the paper's size against a bare HiGHS call on the same reduced matrices."""
 
-import highspy
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
 from frictopt.models.solve import _OPTIONS
-
-
-def bare_highs(problem, options):
-    """A function that passes the compiled matrices of a cvxpy problem to HiGHS and solves, and nothing else."""
-    data, _, _ = problem.get_problem_data("HIGHS")
-    matrix = data["A"].tocsc()
-    rows, columns = matrix.shape
-    lower, upper = data["lower_bounds"], data["upper_bounds"]
-
-    def run():
-        model = highspy.HighsModel()
-        lp = model.lp_
-        lp.num_col_, lp.num_row_ = columns, rows
-        lp.col_cost_ = data["c"]
-        lp.col_lower_ = np.full(columns, -np.inf) if lower is None else lower
-        lp.col_upper_ = np.full(columns, np.inf) if upper is None else upper
-        lp.row_lower_, lp.row_upper_ = np.full(rows, -np.inf), data["b"]
-        lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-        lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = matrix.indptr, matrix.indices, matrix.data
-        solver = highspy.Highs()
-        solver.setOptionValue("output_flag", False)
-        for name, value in options.items():
-            solver.setOptionValue(name, value)
-        solver.passModel(model)
-        solver.run()
-        assert solver.getModelStatus() == highspy.HighsModelStatus.kOptimal
-        return -solver.getInfo().objective_function_value
-
-    return run
-
+from studies.error_vs_time.bare_lp import LinearProgram, highs, highs_cost
 
 OPTIONS = {"default": {}, "ours": _OPTIONS["HIGHS"]["highs_options"]}
 
@@ -46,9 +16,9 @@ OPTIONS = {"default": {}, "ours": _OPTIONS["HIGHS"]["highs_options"]}
 def test_compiled_limit_against_bare_highs(compare, system, cycle, options, simplify):
     model = fo.ShakedownModel(system, cycle, simplify=simplify, corners="ruling")
     limit = model.solve(0.7)
-    rival = bare_highs(limit.problem, OPTIONS[options])
-    assert rival() == pytest.approx(limit.problem.value, rel=1e-7)
-    assert compare(lambda: model.solve(0.7), rival, rounds=25) < 2.0
+    program = LinearProgram.of(limit.problem)
+    assert -highs_cost(highs(program, OPTIONS[options])) == pytest.approx(limit.problem.value, rel=1e-7)
+    assert compare(lambda: model.solve(0.7), lambda: highs(program, OPTIONS[options]), rounds=25) < 2.0
 
 
 def test_first_time(benchmark, system, cycle):

@@ -8,6 +8,7 @@ from threadpoolctl import threadpool_limits
 
 import frictopt as fo
 from frictopt.path import ExactPath
+from studies.error_vs_time.lemke import Lemke
 
 FRICTION = 0.7
 
@@ -27,46 +28,23 @@ def exact(contact, cycle, load_factor):
     return path.state.work.sum() - before
 
 
-class Lemke:
-    """The stiffness form of the increment, `z = (w, s+, s-)`, solved by quantecon's Lemke method one increment after the other."""
-
-    def __init__(self, contact, cycle, load_factor):
-        self.solve = pytest.importorskip("quantecon.optimize").lcp_lemke
-        path = ExactPath(contact, cycle, FRICTION, load_factor)
-        self.S, self.n, self.force = contact.S, contact.nodes, path.force
-        self.stiffness = contact.stiffness_scale
-        self.corners = [path.bonded, path.mean, *path.corners * 2]
-        A, B, C, f = contact.A, contact.B, contact.C, FRICTION
-        plus, minus = A + f * B, A - f * B
-        self.M = np.block([[C, B, -B], [f * C + B.T, plus, -plus], [f * C - B.T, -minus, minus]]) / self.stiffness
-
-    def work(self, steps):
-        """Work of friction in the second cycle, `steps` increments a cycle, friction at the mean of the pressures of each increment."""
-        n, force, length = self.n, self.force, self.force / self.stiffness
-        v, p, total = np.zeros(n), np.full(n, force), 0.0
-        per_corner = [max(1, steps // 10)] + [steps // 2] * (len(self.corners) - 2)
-        for number, (before, after) in enumerate(zip(self.corners, self.corners[1:], strict=False)):
-            for t in np.arange(1, per_corner[number] + 1) / per_corner[number]:
-                r = before + t * (after - before) + self.S[:, :n] @ v
-                c = np.concatenate([r[n:], FRICTION * r[n:] + r[:n], FRICTION * r[n:] - r[:n]]) / force
-                z = self.solve(self.M, c, max_iter=10**5).z
-                assert (self.M @ z + c).min() > -1e-9 and z.min() > -1e-9
-                slip = (z[n : 2 * n] - z[2 * n :]) * length
-                new = r[n:] + self.S[n:, :n] @ slip + self.S[n:, n:] @ z[:n] * length
-                total += float(FRICTION * np.abs(slip) @ (p + new) / 2) * (number >= len(self.corners) - 3)
-                v, p = v + slip, new
-        return total
+def lemke(contact, cycle, load_factor):
+    """The same by Lemke's method, as a function of the number of increments in a cycle."""
+    pytest.importorskip("quantecon")
+    path = ExactPath(contact, cycle, FRICTION, load_factor)
+    rival, loads = Lemke(contact, FRICTION, path.force), [path.bonded, path.mean, *path.corners * 2]
+    return lambda steps: rival.cycle_work(np.zeros(contact.nodes), loads, steps // 2, 2)
 
 
 def test_two_cycles_above_the_limit_against_lemke(compare, contact, cycle):
     load_factor = 1.4 * fo.shakedown_limit(contact, cycle, FRICTION).load_factor
-    rival, work = Lemke(contact, cycle, load_factor), exact(contact, cycle, load_factor)
+    rival, work = lemke(contact, cycle, load_factor), exact(contact, cycle, load_factor)
     for steps in (40, 160, 640):
         start = time.perf_counter()
-        error = abs(rival.work(steps) / work - 1)
+        error = abs(rival(steps) / work - 1)
         spent = 1e3 * (time.perf_counter() - start)
         print(f"\n    N = {contact.nodes}, Lemke, {steps} increments a cycle: error of W {error:.1e}, {spent:.1f} ms", end="")
-    assert compare(lambda: exact(contact, cycle, load_factor), lambda: rival.work(80)) < (0.5 if contact.nodes > 100 else 1.0)
+    assert compare(lambda: exact(contact, cycle, load_factor), lambda: rival(80)) < (0.5 if contact.nodes > 100 else 1.0)
 
 
 def test_steady_states_from_random_starts(benchmark, contact, cycle):
