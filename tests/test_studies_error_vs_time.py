@@ -125,6 +125,15 @@ def test_answers_of_frictopt_are_as_accurate_as_it_says(table):
     assert rows(table, "steady state", method="frictopt, proven")["error"].max() < 1e-10
 
 
+def test_rivals_solve_the_same_problem_to_their_own_tolerance(table):
+    for _, part in table[table["rival"] != ""].groupby(QUESTION):
+        tolerances = part[part["knob"] == "tolerance"]
+        assert (tolerances["error"] < 1e3 * tolerances["setting"].astype(float)).all()
+        for _, method in tolerances[~tolerances["method"].eq("OSQP")].groupby("method"):  # polished linear programs are exact at any tolerance
+            assert method["error"].is_monotonic_decreasing and method["error"].iloc[-1] < 0.01 * method["error"].iloc[0]
+        assert part.loc[part["rival"].eq("highspy") | part["knob"].isin(["ordering", "none"]), "error"].lt(1e-9).all()
+
+
 def test_errors_fall_with_the_knob(table):
     for method in ("frictopt, qp", "Lemke, 2 cycles"):
         for _, part in table[table["method"] == method].groupby("scene"):
