@@ -78,10 +78,12 @@ def test_absent_rivals_are_left_out_and_failures_are_rows(monkeypatch):
     def way(name, run, rival=""):
         return Way(name, "none", "", run, lambda answer: answer, rival=rival)
 
-    made = measured(Question("c", "q", "s", 1, "r", [way("ours", lambda: 0.0), way("bad", fail), way("other", lambda: 0.1, "no_such_package")]), 1)
-    assert [row["method"] for row in made] == ["ours", "bad"]
+    compared = [way("ours", lambda: 0.0), way("bad", fail), way("void", lambda: np.nan), way("other", lambda: 0.1, "no_such_package")]
+    made = measured(Question("c", "q", "s", 1, "r", compared), 1)
+    assert [row["method"] for row in made] == ["ours", "bad", "void"]
     assert made[0]["on_front"] and made[0]["error"] == np.finfo(float).eps
-    assert made[1]["outcome"] == "ArithmeticError: no optimum" and np.isinf(made[1]["error"]) and not made[1]["on_front"]
+    assert [row["outcome"] for row in made[1:]] == ["ArithmeticError: no optimum", "ArithmeticError: the answer is not finite"]
+    assert all(np.isinf(row["error"]) and not row["on_front"] for row in made[1:])
 
 
 def test_fronts_of_the_table_are_not_dominated(table):

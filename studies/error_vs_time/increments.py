@@ -123,7 +123,10 @@ def daqp(program: FrozenBound, tolerance: float) -> Array:
     none, free, tolerances = np.zeros((0, rows)), np.full(rows, 1e30), {"primal_tol": tolerance, "dual_tol": tolerance, "eps_prox": -1.0}
 
     def solve(cost: Array) -> Array:
-        return np.asarray(installed("daqp").solve(program.hessian, cost, none, free, np.zeros(rows), **tolerances)[0])
+        z, _, flag, _ = installed("daqp").solve(program.hessian, cost, none, free, np.zeros(rows), **tolerances)
+        if flag < 1:
+            raise ArithmeticError(f"no optimum (exit flag {flag})")
+        return np.asarray(z)
 
     return program.sweep(solve, tolerance)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import frictopt as fo
 
-from .clock import STAGES, Timed, timed
+from .clock import STAGES, timed
 
 __all__ = ["EPSILON", "RIVALS", "ROUNDING", "Question", "Way", "absent", "installed", "measured", "not_dominated"]
 
@@ -121,15 +121,7 @@ def not_dominated(seconds: np.ndarray[Any, Any], error: np.ndarray[Any, Any]) ->
 
 
 def _row(question: Question, way: Way, repetitions: int) -> dict[str, Any]:
-    run: Timed | None = None
-    try:
-        run = timed(way.run, way.rest, repetitions)
-        error = max(float(way.error(run.answer)), EPSILON)
-        outcome = "answer"
-    except (fo.FrictoptError, ArithmeticError) as failure:
-        error, outcome = np.inf, f"{type(failure).__name__}: {failure}"
-    answered = run is not None and outcome == "answer"
-    return {
+    named = {
         "computation": question.computation,
         "quantity": question.quantity,
         "scene": question.scene,
@@ -139,12 +131,23 @@ def _row(question: Question, way: Way, repetitions: int) -> dict[str, Any]:
         "rival": way.rival,
         "knob": way.knob,
         "setting": way.setting,
-        "outcome": outcome,
-        "error": error,
-        "residual": way.residual(run.answer) if run is not None and answered and way.residual else np.nan,
-        "seconds": run.seconds if run is not None and answered else np.inf,
-        **{stage: run.stages.get(stage, 0.0) if run is not None and answered else np.nan for stage in STAGES},
-        "repetitions": run.repetitions if run is not None else 0,
+    }
+    try:
+        run = timed(way.run, way.rest, repetitions)
+        error = float(way.error(run.answer))
+        if not np.isfinite(error):
+            raise ArithmeticError("the answer is not finite")
+    except (fo.FrictoptError, ArithmeticError) as failure:
+        none = {"error": np.inf, "residual": np.nan, "seconds": np.inf, **dict.fromkeys(STAGES, np.nan), "repetitions": 0}
+        return {**named, "outcome": f"{type(failure).__name__}: {failure}", **none}
+    return {
+        **named,
+        "outcome": "answer",
+        "error": max(error, EPSILON),
+        "residual": way.residual(run.answer) if way.residual else np.nan,
+        "seconds": run.seconds,
+        **{stage: run.stages.get(stage, 0.0) for stage in STAGES},
+        "repetitions": run.repetitions,
     }
 
 
