@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.reference import bonded_onset
+from frictopt.reference import bonded_onset, two_node_limits
 from studies.error_vs_time import condensation, exact, limits
 from studies.error_vs_time.lemke import Lemke
 from studies.increments import LOADS
@@ -64,6 +64,26 @@ def test_exact_margin_is_that_of_an_independent_program(seed):
         except exact.NotProven:
             continue
     assert len(found) == 1 and found.pop() == pytest.approx(answer.x[-1], abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("two", "f"),
+    [
+        (system([[1, -0.4], [-0.4, 1]], [[-0.1, -0.7], [0.7, 0.1]], 0.0, 1.0, 0.8, [0.4, 0.1]), 0.6),
+        (system([[1, -0.6], [-0.6, 1]], [[-0.5, -0.4], [0.4, 0.5]], 0.0, 1.0, [0.4, -0.4], [0.1, -0.1]), 0.4),
+    ],
+)
+def test_exact_guaranteed_limit_is_the_closed_form_of_two_nodes(two, f):
+    expected = two_node_limits(two.A, two.B, *two.bonded["mean"], *two.bonded["cyclic"], f)
+    assert 0 < expected.lambda_1 < 0.6 * expected.lambda_2
+    contact, found = fastened(two), []
+    for node in (0, 1):
+        for other in set(range(6)) - {node, node + 3}:
+            try:
+                found.append(exact.exact_guaranteed_limit(contact, CYCLE, f, node, np.array([node, node + 3, other])).value)
+            except exact.NotProven:
+                continue
+    assert min(found) == pytest.approx(expected.lambda_1, rel=1e-9)
 
 
 def test_refinement_solves_a_nearly_singular_system_and_refuses_a_singular_one():

@@ -109,7 +109,7 @@ def test_every_time_is_split(table):
 
 
 def test_every_computation_is_there_and_ours_all_answer(table):
-    expected = {"condensation", "onset", "lambda_2", "safe slip", "increment", "transient", "steady state"}
+    expected = {"condensation", "onset", "lambda_2", "lambda_1", "safe slip", "increment", "transient", "steady state"}
     assert set(table["computation"]) == expected
     ours = table[table["rival"] == ""]
     assert (ours["outcome"] == "answer").all()
@@ -119,7 +119,7 @@ def test_every_computation_is_there_and_ours_all_answer(table):
 
 
 def test_answers_of_frictopt_are_as_accurate_as_it_says(table):
-    proven = table[(table["rival"] == "") & table["computation"].isin(["lambda_2", "safe slip", "increment"])]
+    proven = table[(table["rival"] == "") & table["computation"].isin(["lambda_2", "lambda_1", "safe slip", "increment"])]
     assert proven["error"].max() < 1e-9
     assert rows(table, "onset")["error"].max() < 1e-14
     assert rows(table, "condensation", quantity="stiffness S")["error"].max() < 1e-12

@@ -18,12 +18,13 @@ Array = np.ndarray[Any, Any]
 
 @dataclass(frozen=True, eq=False)
 class LinearProgram:
-    """Minimise `cost x` subject to `matrix x <= right` and `x >= lower`."""
+    """Minimise `cost x` subject to `matrix x <= right`, `x >= lower` and, for HiGHS alone, `matrix x >= floor`."""
 
     cost: Array
     matrix: csc_matrix
     right: Array
     lower: Array
+    floor: Array
 
     @classmethod
     def of(cls, problem: Any) -> "LinearProgram":
@@ -31,7 +32,8 @@ class LinearProgram:
         data, _, _ = problem.get_problem_data("HIGHS")
         columns = data["A"].shape[1]
         lower = data["lower_bounds"]
-        return cls(data["c"], data["A"].tocsc(), data["b"], np.full(columns, -np.inf) if lower is None else lower)
+        floor = np.full(len(data["b"]), -np.inf)
+        return cls(data["c"], data["A"].tocsc(), data["b"], np.full(columns, -np.inf) if lower is None else lower, floor)
 
     @cached_property
     def with_bounds(self) -> tuple[csc_matrix, Array]:
@@ -55,7 +57,7 @@ def highs(program: LinearProgram, options: dict[str, Any]) -> Any:
         lp = model.lp_
         lp.num_row_, lp.num_col_ = program.matrix.shape
         lp.col_cost_, lp.col_lower_, lp.col_upper_ = program.cost, program.lower, np.full(len(program.cost), np.inf)
-        lp.row_lower_, lp.row_upper_ = np.full(len(program.right), -np.inf), program.right
+        lp.row_lower_, lp.row_upper_ = program.floor, program.right
         lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
         lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = program.matrix.indptr, program.matrix.indices, program.matrix.data
         solver = highspy.Highs()

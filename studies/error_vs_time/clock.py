@@ -30,6 +30,7 @@ _MARKED = {  # functions that belong to a stage; the time outside of all of them
     "verify": (
         "frictopt.contact.system.ContactSystem.__post_init__",
         "frictopt.fem.model.ContactModel._balanced",
+        "frictopt.models.apex_search.ApexSearch._claimed",
         "frictopt.models.increment.referee",
         "frictopt.models.outcome.MarginState",
         "frictopt.models.shakedown._judged",

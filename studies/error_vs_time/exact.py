@@ -6,7 +6,7 @@ right. That takes milliseconds where elimination in fractions takes minutes. Whe
 every other row holds and no multiplier is negative.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 
 import frictopt as fo
 
-__all__ = ["ExactLimit", "NotProven", "exact_increment", "exact_margin", "exact_shakedown_limit", "fractions", "refined"]
+__all__ = ["ExactLimit", "NotProven", "exact_guaranteed_limit", "exact_increment", "exact_margin", "exact_shakedown_limit", "fractions", "refined"]
 
 Array = np.ndarray[Any, Any]
 
@@ -102,6 +102,25 @@ def exact_margin(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float,
     matrix, right, cyclic, bound = _safe_rows(system, cycle, friction)
     reserve = np.array([bound] * len(right), dtype=object)
     return _maximum(np.column_stack([matrix, -reserve]), right + Fraction(load_factor) * cyclic, active)
+
+
+def exact_guaranteed_limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, node: int, active: Array) -> ExactLimit:
+    """Least load factor at which a safe slip holds a node on both its bounds.
+
+    Parameters and errors as of `exact_shakedown_limit`; `active` has both rows of the node.
+    """
+    matrix, right, cyclic, _ = _safe_rows(system, cycle, friction)
+    both = [node, system.nodes + node]  # an equation is two rows, of which the vertex has the one with a multiplier that is not negative
+    matrix, right = np.concatenate([matrix, -matrix[both]]), np.concatenate([right, -right[both]])
+    falling = np.column_stack([matrix, np.concatenate([cyclic, -cyclic[both]])])  # in minus the load factor
+    active = np.array(active)
+    multipliers = refined(-falling[active].T, np.array([Fraction(0)] * (len(active) - 1) + [Fraction(1)], dtype=object))
+    for number, row in enumerate(both):
+        (place,) = np.flatnonzero(active == row)
+        if multipliers[place] < 0:
+            active[place] = 2 * system.nodes + number
+    found = _maximum(falling, right, active)
+    return replace(found, value=-found.value)
 
 
 def exact_increment(system: fo.ContactSystem, friction: float, slip: Array, bonded: tuple[Array, Array], status: Array) -> Array:

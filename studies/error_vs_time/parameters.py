@@ -11,6 +11,7 @@ class Parameters:
 
     elements: tuple[int, ...] = (16, 40, 124)  # of the paper's scene, default grading: one question each
     friction: float = 0.7
+    guaranteed_friction: float = 0.5  # of lambda_1, which falls to 0 near 0.7 on fine meshes
     repetitions: int = 7  # of a timing, at most: those of one way take 2 s together
     # Accuracy of the mesh
     mesh_elements: tuple[int, ...] = (16, 40, 124, 252)

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from ..tables import Table
-from . import condensation, increments, limits, transients
+from . import condensation, guaranteed, increments, limits, transients
 from .corner_law import corner_law
 from .parameters import FULL, QUICK, Parameters
 from .scenes import punch
@@ -26,6 +26,7 @@ def questions(parameters: Parameters) -> Iterator[Question]:
     for elements in parameters.elements:
         scene = punch(parameters, elements)
         yield from limits.questions(parameters, scene)
+        yield from guaranteed.questions(parameters, scene)
         yield from increments.questions(parameters, scene, elements)
         yield from transients.questions(parameters, scene, elements)
     yield from transients.cylinders(parameters)
