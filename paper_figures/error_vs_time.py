@@ -6,6 +6,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from studies.error_vs_time import ERROR
 from studies.error_vs_time.ways import ROUNDING
@@ -20,7 +21,7 @@ TABLES: Mapping[str, Table[Any]] = {"error": ERROR}
 _BLUE = SERIES[0]["color"]
 _LOOKS: dict[str, dict[str, Any]] = {
     "frictopt": {"color": _BLUE, "marker": "o", "ms": 5},
-    "frictopt, programs of increments": {"color": _BLUE, "marker": "o", "ms": 5, "mfc": "white"},
+    "frictopt, programs\nof increments": {"color": _BLUE, "marker": "o", "ms": 5, "mfc": "white"},
     **{
         name: {"color": series["color"], "marker": series["marker"], "ms": 4, "mfc": "white"}
         for name, series in zip(("HiGHS", "Clarabel", "OSQP", "DAQP", "Lemke", "scipy"), SERIES[1:], strict=False)
@@ -30,25 +31,25 @@ _PROGRAMS = ("qp", "milp", "QP", "MILP")
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """One panel for each comparison with others; the line is the front that nobody beats."""
+    """One panel for each comparison with others; the line is the front that nobody beats. The last place holds the legend."""
     table = tables["error"]
     finest = table[table["nodes"] == table["nodes"].max()]
     questions = [(key, rows) for key, rows in finest.groupby(["computation", "quantity"], sort=False) if (rows["rival"] != "").any()]
-    figure = new_figure(WIDE, 122)
-    panels = figure.subplots(2, 3, sharex=True, sharey=True).ravel()
-    for axes, ((computation, quantity), rows) in zip(panels, questions, strict=False):
+    figure = new_figure(WIDE, 112)
+    *panels, last = figure.subplots(2, (len(questions) + 2) // 2, sharex=True, sharey=True).ravel()
+    for axes, (key, rows) in zip(panels, questions, strict=False):
         _panel(axes, rows[rows["outcome"] == "answer"])
-        axes.set_title(f"{computation}: {quantity}".replace("lambda_2", r"$\lambda_2$"), loc="left")
+        axes.set_title("\n".join(key).replace("lambda_1", r"$\lambda_1$").replace("lambda_2", r"$\lambda_2$"), loc="left")
     whole_decades(panels[0], "x")
     for axes, (_, rows) in zip(panels, questions, strict=False):
         _front(axes, rows[rows["on_front"]].sort_values("seconds"))
     for axes in panels[len(questions) :]:
-        axes.set_visible(False)
-    for axes in panels[3:]:
-        axes.set_xlabel("run time, s")
-    for axes in panels[::3]:
-        axes.set_ylabel("relative error")
-    _legend(figure, finest)
+        axes.axis("off")
+    for axes in (*panels, last):
+        place = axes.get_subplotspec()
+        axes.set_xlabel("run time, s" if place.is_last_row() else "")
+        axes.set_ylabel("relative error" if place.is_first_col() else "")
+    _legend(last, finest)
     return figure
 
 
@@ -67,13 +68,14 @@ def _front(axes: Any, rows: pd.DataFrame) -> None:
 
 
 def _families(rows: pd.DataFrame) -> pd.Series:
-    ours = rows["method"].map(lambda name: "frictopt, programs of increments" if name.split()[-1].strip("()") in _PROGRAMS else "frictopt")
+    ours = rows["method"].map(lambda name: "frictopt, programs\nof increments" if name.split()[-1].strip("()") in _PROGRAMS else "frictopt")
     return ours.where(rows["rival"] == "", rows["method"].str.split(",").str[0].str.split().str[0])
 
 
-def _legend(figure: Figure, rows: pd.DataFrame) -> None:
+def _legend(axes: Any, rows: pd.DataFrame) -> None:
     shown = set(_families(rows))
     names = [name for name in _LOOKS if name in shown]
-    handles = [Line2D([], [], linestyle="none", mew=0.8, **_LOOKS[name]) for name in names]
-    handles.append(Line2D([], [], color=GREY, lw=0.8))
-    figure.legend(handles, [*names, "front (errors in the grey band count as equal)"], loc="outside lower center", ncols=5, handlelength=1.4)
+    handles: list[Any] = [Line2D([], [], linestyle="none", mew=0.8, **_LOOKS[name]) for name in names]
+    handles += [Line2D([], [], color=GREY, lw=0.8), Patch(color=GREY, alpha=0.12, lw=0)]
+    axes.axis("off")
+    axes.legend(handles, [*names, "front", "errors that count as equal"], loc="center left", handlelength=1.4, borderpad=0)
