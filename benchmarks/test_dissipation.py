@@ -22,7 +22,7 @@ def study():
     def follow(**options):
         start = time.perf_counter()
         table = fo.dissipation_study(case.system, dissipation.CYCLE, case.friction, factors, starts, **options)
-        assert len(table) == 1944 and (table.error == "").all()
+        assert len(table) == 2160 and (table.error == "").all()
         return time.perf_counter() - start
 
     return follow
@@ -37,7 +37,7 @@ def by_turns(first, second, rounds=3):
 def test_two_workers(study, record_property):
     one, two = by_turns(lambda: study(workers=1), lambda: study(workers=2))
     record_property("gain", one / two)
-    print(f"\n    1,944 transients: one process {one:.1f} s, two workers {two:.1f} s, gain {one / two:.2f}")
+    print(f"\n    2,160 transients: one process {one:.1f} s, two workers {two:.1f} s, gain {one / two:.2f}")
     assert one / two >= 1.7
 
 
@@ -48,5 +48,5 @@ def test_store(study, record_property, tmp_path):
 
     without, kept = by_turns(lambda: study(workers=1), stored)
     record_property("cost", kept / without - 1)
-    print(f"\n    1,944 transients: {without:.1f} s without a store, {kept:.1f} s with one, cost {100 * (kept / without - 1):.1f} %")
+    print(f"\n    2,160 transients: {without:.1f} s without a store, {kept:.1f} s with one, cost {100 * (kept / without - 1):.1f} %")
     assert kept / without <= 1.03
