@@ -59,14 +59,15 @@ def test_coincident_nodes_do_not_stop_the_ordering():
     assert len(nested_dissection(csr_matrix(np.ones((60, 60))), np.zeros((2, 60)))) == 60
 
 
+@pytest.mark.parametrize("element", ["linear", "mean_dilatation"])
 @pytest.mark.parametrize("mesh", [MeshQuad.init_tensor([0.0, 0.3, 1.0], [0.0, 0.5, 0.7]), MeshTri().refined(1)])
-def test_stiffness_of_uniform_strains(mesh):
+def test_stiffness_of_uniform_strains(mesh, element):
     """Linear displacements make uniform stress; energy is half stress times strain times area, rigid motions have none."""
     material = Material(E=2.0, nu=0.2)
     lam, mu = 2.0 * 0.2 / (1.2 * 0.6), 2.0 / 2.4
     x, y = mesh.p
     area = np.ptp(x) * np.ptp(y)
-    K = body_stiffness(mesh, material)
+    K = body_stiffness(mesh, material, element)
     cases = {
         "translation": (np.r_[0 * x + 1, 0 * x], 0.0),
         "turn": (np.r_[-y, x], 0.0),
@@ -76,6 +77,32 @@ def test_stiffness_of_uniform_strains(mesh):
     }
     for u, energy in cases.values():
         assert u @ K @ u / 2 == pytest.approx(energy, abs=1e-13)
+
+
+@pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.4999])
+def test_an_element_that_swells_on_one_side_and_shrinks_on_the_other_keeps_its_volume(nu):
+    """Energy of u_x = x y on the square of side 2: 2 mu from the shear modulus, and 2 lambda / 3 from the volume if it is not averaged."""
+    mesh, material = MeshQuad.init_tensor([-1.0, 1.0], [-1.0, 1.0]), Material(E=2.0, nu=nu)
+    lam, mu = 2.0 * nu / ((1 + nu) * (1 - 2 * nu)), 2.0 / (2 * (1 + nu))
+    x, y = mesh.p
+    for u in (np.r_[x * y, 0 * x], np.r_[0 * x, x * y]):
+        assert u @ body_stiffness(mesh, material, "mean_dilatation") @ u / 2 == pytest.approx(2 * mu, rel=1e-12)
+        assert u @ body_stiffness(mesh, material, "linear") @ u / 2 == pytest.approx(2 * mu + 2 * lam / 3, rel=1e-12)
+
+
+@pytest.mark.parametrize("nu", [-0.9, 0.3, 0.4999])
+def test_averaging_the_dilatation_frees_no_motion(nu):
+    """On a distorted mesh only the three rigid motions need no force, and what needs least needs about as much as without averaging."""
+    mesh = MeshQuad.init_tensor(np.linspace(0, 1, 5), np.linspace(0, 1, 4))
+    mesh = MeshQuad(mesh.p + 0.06 * np.random.default_rng(0).uniform(-1, 1, mesh.p.shape), mesh.t)
+    mean, full = (np.linalg.eigvalsh(body_stiffness(mesh, Material(nu=nu), element).toarray()) for element in ("mean_dilatation", "linear"))
+    assert np.abs(mean[:3]).max() < 1e-11 * mean[-1] and 0.3 < mean[3] / full[3] < 3.0
+
+
+def test_triangles_have_a_uniform_dilatation_already():
+    mesh = MeshTri().refined(2)
+    mean, full = (body_stiffness(mesh, Material(nu=0.49), element).toarray() for element in ("mean_dilatation", "linear"))
+    assert np.allclose(mean, full, rtol=0, atol=1e-12 * np.abs(full).max())
 
 
 def test_boundary_weights_add_up_to_the_length():

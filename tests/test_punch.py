@@ -28,6 +28,8 @@ from frictopt.reference import bonded_corner
         ({"grading": [1.0]}, "grading: [1.0]"),
         ({"elements": 10**13}, "elements: 10000000000000"),
         ({"punch_material": 1.0}, "punch_material: 1.0; give a Material"),
+        ({"element": "Q2"}, "element: 'Q2'; give 'linear' or 'mean_dilatation'"),
+        ({"element": ["linear"]}, "element: ['linear']"),
     ],
 )
 def test_bad_scenes_are_refused(fields, message):

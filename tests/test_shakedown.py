@@ -206,9 +206,9 @@ def test_below_the_ratio_of_the_bonded_corner_the_limit_falls_with_its_element_a
     assert (falls[:, :2] < 0).all() and (falls[1, 2:] > 0).all()
 
 
-def scaled_scene(elements=16, size=1.0, E=1.0, nu=0.3):
+def scaled_scene(elements=16, size=1.0, E=1.0, nu=0.3, element="linear"):
     material = fo.Material(E, nu)
-    return fo.PunchOnHalfPlane(elements, size, 2 * size, 12 * size, 12 * size, "sine", 1.15, material, material).condense()
+    return fo.PunchOnHalfPlane(elements, size, 2 * size, 12 * size, 12 * size, "sine", 1.15, material, material, element=element).condense()
 
 
 def test_neither_stiffness_nor_size_of_the_scene_matters(paper_cycle):
@@ -233,3 +233,14 @@ def test_poissons_ratio_matters_only_through_the_mesh(paper_cycle):
         pressures = [system.bonded["P"][1][elements // 2] for system in (soft, stiff)]
         middle.append(abs(pressures[0] / pressures[1] - 1))
     assert middle[2] < middle[1] / 1.5 < middle[0] / 1.5**2
+
+
+def test_averaged_dilatation_takes_most_of_poissons_ratio_out(paper_cycle):
+    """Of what the similar bodies of the test above should not show at all: linear elements lose over 60 % of the limit on the way to nu = 0.5."""
+    for friction in (0.3, 0.7):
+        changes = {}
+        for element in ("linear", "mean_dilatation"):
+            soft, base, hard = (limit_of(scaled_scene(32, nu=nu, element=element), friction, paper_cycle) for nu in (0.1, 0.3, 0.4999))
+            changes[element] = abs(base / soft - 1), 1 - hard / soft
+        assert changes["linear"][1] > 0.6 and changes["mean_dilatation"][1] < 0.1
+        assert changes["mean_dilatation"][0] < 0.5 * changes["linear"][0]

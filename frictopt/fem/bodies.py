@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..contact.checks import Array, finite_number
 from ..errors import ModelError
-from .elasticity import ELEMENTS, Material, boundary_weights
+from .elasticity import ELEMENTS, ElementName, Material, boundary_weights, checked_element
 from .ordering import Integers
 
 __all__ = ["Body", "BodyName", "Support", "Traction"]
@@ -21,6 +21,15 @@ BodyName: TypeAlias = Literal["punch", "block"]
 class Body:
     """One elastic body: a scikit-fem mesh (`MeshTri` or `MeshQuad`) with named boundaries, and its material.
 
+    Parameters
+    ----------
+    mesh
+        The mesh, lengths in any unit.
+    material
+        Its material.
+    element
+        "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5 (linear triangles do, whatever is chosen).
+
     Raises
     ------
     ModelError
@@ -30,8 +39,10 @@ class Body:
 
     mesh: Any
     material: Material = Material()
+    element: ElementName = "linear"
 
     def __post_init__(self) -> None:
+        checked_element(self.element)
         if type(self.mesh) not in ELEMENTS:
             raise ModelError(f"mesh: a {type(self.mesh).__name__}; give a MeshTri or a MeshQuad of straight-sided elements")
         if not isinstance(self.material, Material):

@@ -70,7 +70,8 @@ class GluedBodies:
         held
             Unknowns that are zero.
         """
-        K = sum(motion.T @ body_stiffness(self._bodies[name].mesh, self._bodies[name].material) @ motion for name, motion in self._motion.items())
+        stiffness = {name: body_stiffness(body.mesh, body.material, body.element) for name, body in self._bodies.items()}
+        K = sum(motion.T @ stiffness[name] @ motion for name, motion in self._motion.items())
         nodes = nested_dissection(K[: self._glued, : self._glued], self._points)
         order = np.r_[np.column_stack([nodes, self._glued + nodes]).ravel(), 2 * self._glued + np.arange(self._kept)]
         return schur_complement(K, forces, order[~np.isin(order, held)], self._kept)

@@ -10,7 +10,7 @@ from ..contact import ContactSystem
 from ..contact.checks import Array, finite_number, frozen, whole_number
 from ..errors import ModelError
 from .bodies import Body, Support, Traction
-from .elasticity import Material
+from .elasticity import ElementName, Material, checked_element
 from .model import ContactModel
 
 __all__ = ["PunchOnHalfPlane"]
@@ -43,6 +43,8 @@ class PunchOnHalfPlane:
         The two materials.
     support
         Bottom of the block: "rollers" (free to slide, one node held) or "clamped".
+    element
+        "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5, and on which the answer depends less on nu.
 
     Raises
     ------
@@ -60,6 +62,7 @@ class PunchOnHalfPlane:
     punch_material: Material = Material()
     block_material: Material = Material()
     support: Literal["rollers", "clamped"] = "rollers"
+    element: ElementName = "linear"
 
     def __post_init__(self) -> None:
         if whole_number("elements", self.elements, least=2, most=_MOST) % 2:
@@ -73,6 +76,7 @@ class PunchOnHalfPlane:
         finite_number("growth", self.growth, above=1.0, below=100.0)
         if not isinstance(self.support, str) or self.support not in ("rollers", "clamped"):
             raise ModelError(f"support: {self.support!r}; give 'rollers' or 'clamped'")
+        checked_element(self.element)
         for name in ("punch_material", "block_material"):
             if not isinstance(getattr(self, name), Material):
                 raise ModelError(f"{name}: {getattr(self, name)!r}; give a Material")
@@ -113,8 +117,8 @@ class PunchOnHalfPlane:
         )
         rollers = [Support("block", "bottom", "y"), Support("block", (0.0, bottom), "x")]
         return ContactModel(
-            punch=Body(punch, self.punch_material),
-            block=Body(block, self.block_material),
+            punch=Body(punch, self.punch_material, self.element),
+            block=Body(block, self.block_material, self.element),
             supports=rollers if self.support == "rollers" else [Support("block", "bottom", "xy")],
             loads={
                 "P": [Traction("punch", "top", y=-1.0)],
