@@ -3,6 +3,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.path import ExactPath, Outcome, steady_state
+from frictopt.reference import single_node_dissipation
 from systems import CYCLE, random_system, system
 
 PAIR = (np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1))
@@ -144,3 +145,21 @@ def test_nodes_that_lift_off_in_the_steady_cycle_are_told():
     steady = steady_state(contact, CYCLE, 0.5, 1.0)
     assert steady.open.tolist() == [True, False]
     assert not steady_state(contact, CYCLE, 0.5, 0.4).open.any()
+
+
+def test_slip_too_small_to_tell_is_said():
+    """Less than a part in 1e9 above the limit the cycle comes back, but its work drowns in the tolerance."""
+    contact = system(2.0, 0.5, 0.1, 1.0, 1.0, 0.2)
+    limit = fo.shakedown_limit(contact, CYCLE, 0.4)
+    with pytest.raises(fo.NoContinuation, match=r"too little to tell slip from none: take a load factor further from the limit"):
+        steady_state(contact, CYCLE, 0.4, limit.load_factor * (1 + 4e-10), initial_slip=limit.slip, most_cycles=8)
+
+
+def test_little_friction_still_dissipates():
+    """Down to 1e-12 of force times slip scale the work of slip is that of the closed form."""
+    contact = system(2.0, 0.5, 0.0, 1.0, 1.0, 0.2)
+    for friction, distance in ((1e-3, 1e-6), (1e-3, 1e-2), (1e-5, 1e-4)):
+        factor = fo.shakedown_limit(contact, CYCLE, friction).load_factor * (1 + distance)
+        steady = steady_state(contact, CYCLE, friction, factor)
+        work = single_node_dissipation(2.0, 0.5, 0.0, 1.0, 1.0, 0.2, friction, factor)
+        assert steady.outcome is Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(work, rel=1e-8)

@@ -76,3 +76,10 @@ def test_explain(punch, paper_cycle):
     text = io.StringIO()
     fo.safe_slip(punch(16), paper_cycle, 0.7, 3.0).explain(text)
     assert all(part in text.getvalue() for part in ("safe residual slip", "margin", "clearance", "cap", "rows bind"))
+
+
+def test_the_limit_parts_existence_to_a_billionth(punch, paper_cycle):
+    """A safe slip exists at the limit and a part in 1e9 below it, and none a part in 1e9 above it."""
+    contact = punch(16)
+    limit = fo.shakedown_limit(contact, paper_cycle, 0.7).load_factor
+    assert [fo.safe_slip(contact, paper_cycle, 0.7, limit * (1 + d)).exists for d in (-1e-9, 0.0, 1e-9)] == [True, True, False]

@@ -13,10 +13,12 @@ from ..errors import SolverError
 from .explain import Units, explain
 from .mechanism import Mechanism
 from .outcome import solve_margin
-from .solve import TOLERANCE, Attempt
+from .solve import Attempt
 from .task import Corners, Task, cycle_loads, every_corner
 
 __all__ = ["SafeSlip", "safe_slip"]
+
+_ROUNDING = 1e-12  # margins this little below zero are zero: those at the shakedown limit itself
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +28,7 @@ class SafeSlip:
     Attributes
     ----------
     exists
-        Whether a safe slip exists at the load factor.
+        Whether a safe slip exists at the load factor: the margin is not negative by more than 1e-12 or its own residual.
     slip
         (N,) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe).
     margin
@@ -119,7 +121,7 @@ def _solved(task: Task, load_factor: float, solver: str | None) -> SafeSlip:
     interface = task.interface()
     state, answer, model = solve_margin(task, interface, task.loads, load_factor, solver)
     return SafeSlip(
-        exists=bool(state.margin >= -TOLERANCE),
+        exists=bool(state.margin >= -max(_ROUNDING, state.residual)),
         slip=frozen(state.slip),
         margin=state.margin,
         margin_bound=state.bound,

@@ -196,7 +196,8 @@ def solve(
     tried = "; ".join(f"{a.solver}: {a.outcome}, residual {a.residual:.1e}" for a in attempts)
     raise (NoOptimum if agreed else SolverError)(
         f"{kind.value}: no answer within the tolerance {tolerance:g} ({tried}); check for reactions of very different sizes, "
-        "for nodes without pressure under the mean load, and for friction close to the critical value"
+        "for nodes without pressure under the mean load, for friction close to the critical value or so little that rounding hides its bounds, and "
+        "for a coupling so weak that the limit is millions of times the mean load"
     )
 
 

@@ -16,6 +16,7 @@ from .rows import LoadRows, load_rows
 
 __all__ = ["Corners", "Task", "cycle_loads", "every_corner"]
 
+_MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves less of them in its rounding than the proofs need
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
 
 Corners: TypeAlias = Literal["ruling", "all"]
@@ -70,6 +71,7 @@ class Task:
         reactions = (self.loads.q0, self.loads.p0), (self.loads.q1, self.loads.p1)
         worth = self.simplify and self.system.nodes > 1
         object.__setattr__(self, "mirror", worth and is_mirror_symmetric(self.system, reactions, self.friction))
+        _check_shear(self.loads.q0, self.force)
 
     def interface(self) -> Interface:
         """Unknowns and units for this task."""
@@ -131,3 +133,13 @@ class Task:
             ruling = len(np.union1d(*rows.corners[:2]))
             texts.append(f"corners: one ruling corner for each node and sense, 1 of {corners} rows; {corners - ruling} of {corners} rule no node")
         return tuple(texts)
+
+
+def _check_shear(q0: Array, force: float) -> None:
+    """Check that the mean load's normal forces do not drown in the rounding of its shear forces."""
+    most = int(np.abs(q0).argmax())
+    if abs(q0[most]) > _MOST_SHEAR * force:
+        raise ModelError(
+            f"mean: its shear force at node {most} is {abs(q0[most]) / force:.1e} times the mean normal force {force:.3g}, and rounding of the one "
+            "hides the other; press the contact, or check the units of the load cases"
+        )

@@ -42,7 +42,7 @@ def steady_state(
     Once the events of a cycle repeat, slip at the end of a cycle is an affine function of slip at its beginning: its fixed point is extrapolated
     from the cycles so far (reduced-rank extrapolation, Sidi 2017) and accepted only where a cycle from it goes through the same events and comes
     back to it. Shakedown is reported only of a slip that is safe at every corner, or, where nodes lift off or have no friction, of a state that
-    comes back without work of friction (at most 1e-9 in units of force times slip scale).
+    comes back without work of friction (at most 1e-9 in units of force times slip scale, times the coefficient of friction where that is below 1).
 
     Parameters
     ----------
@@ -85,9 +85,12 @@ def steady_state(
         found = run.steady()
         if found is not None:
             return found
-    raise NoContinuation(
-        f"steady state: none proven within most_cycles = {most_cycles} cycles (the slip changes by {run.change:.1e} slip scales a cycle); allow more"
-    )
+    reason = f"none proven within most_cycles = {most_cycles} cycles (the slip changes by {run.change:.1e} slip scales a cycle)"
+    if run.change <= _PERIODIC:
+        hint = f"its work of friction, {run.work.sum():.1e} a cycle, is too little to tell slip from none: take a load factor further from the limit"
+    else:
+        hint = "allow more"
+    raise NoContinuation(f"steady state: {reason}; {hint}")
 
 
 class _Run:
@@ -196,8 +199,8 @@ class _Run:
         return bool(min((path.friction * p - np.abs(q)).min(), p.min()) >= -_SAFE * path.force)
 
     def _slips(self, work: Array) -> bool:
-        """Whether a cycle's work of friction is more than its tolerance."""
-        return bool(work.sum() > TOLERANCE * self.force * self.length)
+        """Whether a cycle's work of friction is more than its tolerance, that of a slip of 1e-9 under the largest force."""
+        return bool(work.sum() > TOLERANCE * self.force * self.length * min(1.0, float(self.path.friction.max())))
 
     def _conclusive(self, work: Array) -> bool:
         """Whether a cycle that comes back says what becomes of the contact: it slips, or some node lifts off or moves without friction.
