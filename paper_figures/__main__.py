@@ -19,6 +19,7 @@ from . import (
     cycle,
     dissipation,
     error_vs_time,
+    extremes,
     guaranteed_limit,
     hysteresis,
     increments,
@@ -62,6 +63,7 @@ FIGURES: dict[str, Script] = {
     "two_states": two_states,
     "error_vs_time": error_vs_time,
     "mesh_error": mesh_error,
+    "extremes": extremes,
 }
 
 

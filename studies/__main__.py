@@ -3,13 +3,14 @@
 import sys
 from collections.abc import Sequence
 
-from . import dissipation, error_vs_time, guaranteed, increments, left_out, limits, stepped
+from . import dissipation, error_vs_time, extremes, fuzz, guaranteed, increments, left_out, limits, stepped
 from .tables import Study
 
 __all__ = ["STUDIES", "main"]
 
 STUDIES: dict[str, Study] = {
-    module.STUDY.module.rpartition(".")[2]: module.STUDY for module in (limits, guaranteed, increments, dissipation, stepped, left_out, error_vs_time)
+    module.STUDY.module.rpartition(".")[2]: module.STUDY
+    for module in (limits, guaranteed, increments, dissipation, stepped, left_out, error_vs_time, extremes, fuzz)
 }
 
 

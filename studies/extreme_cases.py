@@ -1,0 +1,300 @@
+"""Questions at the edge of what can be asked, each with an answer known from elsewhere."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+import frictopt as fo
+from frictopt.models import ExactIncrement, FrozenBoundIncrement
+from frictopt.path import ExactPath
+from frictopt.reference import single_node_limit
+
+from . import oracles
+
+__all__ = ["Answer", "Probe", "Sizes", "probes"]
+
+CYCLE = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+SHEAR = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": -1.0}, {"Q": 1.0}])
+_LP = "plain linear program, scipy"
+_EXACT = 1e-7
+_DRIFT = 1e-9
+_DENSE = 300  # elements up to which the plain linear program is solved: it takes minutes beyond
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How large the cases are."""
+
+    elements: int = 40
+    most_nodes: tuple[int, ...] = (2, 4, 10, 40, 124, 250, 500, 1000)
+    gradings: tuple[float, ...] = (1.0, 1e2, 1e4, 1e6, 1e9, 1e12)
+    corners: int = 1000
+    cycles: int = 100_000
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What an answer says: its number, its residual, who gave it, and who was asked before."""
+
+    number: float
+    residual: float
+    solver: str
+    fallbacks: int = 0
+
+
+@dataclass(frozen=True)
+class Probe:
+    """One question.
+
+    Attributes
+    ----------
+    extreme, value, question
+        What is extreme, how extreme, and what is asked.
+    ask
+        Gives the answer.
+    expected
+        Gives the number that is known from elsewhere, None if the reference cannot say; None if there is none.
+    reference
+        Where from.
+    tolerance
+        Relative error above which an answer is wrong; inf where the error is that of the mesh and to be reported.
+    floor
+        Size below which a number counts as this large in its relative error.
+    """
+
+    extreme: str
+    value: str
+    question: str
+    ask: Callable[[], Answer]
+    expected: Callable[[], float | None] | None
+    reference: str
+    tolerance: float = _EXACT
+    floor: float = 1e-3
+
+
+def probes(sizes: Sizes) -> Iterator[Probe]:
+    """All questions."""
+    for part in (_friction, _stiffness, _poisson, _grading, _unit, _near_limit, _free_punch, _critical, _separation, _nodes, _corners, _cycles):
+        yield from part(sizes)
+
+
+def _limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
+    limit = fo.shakedown_limit(system, cycle, friction)
+    asked = list(dict.fromkeys(attempt.solver for attempt in limit.attempts))
+    return Answer(limit.load_factor, limit.residual, limit.solver, max(len(asked) - 1, 0))
+
+
+def _steady(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, start: Any = None) -> Answer:
+    steady = fo.steady_state(system, cycle, friction, load_factor, initial_slip=start)
+    return Answer(steady.dissipation, steady.residual, "exact path", int(steady.unproven > 0))
+
+
+def _work_unit(system: fo.ContactSystem, cycle: fo.LoadCycle) -> float:
+    return float(np.prod(oracles.units(system, cycle)))
+
+
+def _brute(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, cycles: int = 100) -> float | None:
+    """Work of the last of many cycles; None where it still changes."""
+    *_, before, last = fo.march(system, cycle, friction, load_factor, cycles=cycles).cycle_work.sum(axis=1)
+    return float(last) if abs(last - before) <= 1e-10 * _work_unit(system, cycle) else None
+
+
+def _steady_probe(extreme: str, value: str, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> Probe:
+    ask, brute = partial(_steady, system, cycle, friction, load_factor), partial(_brute, system, cycle, friction, load_factor)
+    return Probe(extreme, value, "steady state", ask, brute, "100 cycles followed", floor=1e-2 * _work_unit(system, cycle))
+
+
+def _limit_probe(extreme: str, value: str, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Probe:
+    ask, plain = partial(_limit, system, cycle, friction), partial(_plain, system, cycle, friction)
+    return Probe(extreme, value, "shakedown limit", ask, plain, _LP)
+
+
+def _exists(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> Answer:
+    safe = fo.safe_slip(system, cycle, friction, load_factor)
+    asked = list(dict.fromkeys(attempt.solver for attempt in safe.attempts))
+    return Answer(float(safe.exists), safe.residual, safe.solver, max(len(asked) - 1, 0))
+
+
+def _increment(engine: Any, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> Answer:
+    load = oracles.corner_loads(system, cycle, load_factor)[1][1]
+    found = engine(system, friction).solve(np.zeros(system.nodes), np.split(load, 2))
+    return Answer(float(found.q @ np.arange(1, system.nodes + 1)) / oracles.units(system, cycle)[0], found.residual, found.solver)
+
+
+def _tried(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> float | None:
+    load = oracles.corner_loads(system, cycle, load_factor)[1][1]
+    states = oracles.Stepper(system, cycle, np.broadcast_to(friction, system.nodes)).states(np.zeros(system.nodes), load)
+    return float(states[0][1][: system.nodes] @ np.arange(1, system.nodes + 1)) if len(states) == 1 else None
+
+
+def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
+    return oracles.largest_load_factor(system, cycle, np.broadcast_to(friction, system.nodes))
+
+
+def _one_node(A: float, q0: float, p0: float) -> fo.ContactSystem:
+    loads = {"P": np.array([[q0], [p0]]), "sigma": np.array([[1.0], [0.2]])}
+    return fo.ContactSystem(np.array([[A]]), np.array([[0.5]]), np.ones((1, 1)), np.zeros(1), {name: (q, p) for name, (q, p) in loads.items()})
+
+
+def _friction(sizes: Sizes) -> Iterator[Probe]:
+    system, small = (fo.PunchOnHalfPlane(elements=n, growth=1.3).condense() for n in (sizes.elements, 2))
+    for f in (0.0, 1e-6, 1e-3, 0.1, 0.7, 1.5, 3.0, 10.0):
+        yield _limit_probe("friction", f"{f:g}", system, CYCLE, f)
+        yield _steady_probe("friction", f"{f:g}", system, CYCLE, f, 3.0)
+        for engine in (ExactIncrement, FrozenBoundIncrement):
+            ask, tried = partial(_increment, engine, small, CYCLE, f, 3.0), partial(_tried, small, CYCLE, f, 3.0)
+            yield Probe("friction", f"{f:g}", f"increment, {engine.__name__}", ask, tried, "all statuses tried")
+
+
+def _scene_probes(extreme: str, value: str, scene: fo.PunchOnHalfPlane, friction: float = 0.7) -> Iterator[Probe]:
+    """Balance of the condensed reactions, and the limit."""
+    made: list[fo.ContactSystem] = []
+
+    def system() -> fo.ContactSystem:
+        if not made:
+            made.append(scene.condense())
+        return made[0]
+
+    def balance() -> Answer:
+        shear = float(-system().bonded["Q"][0].sum() / (2 * scene.half_width))
+        return Answer(shear, float(abs(system().bonded["P"][1].sum() / (2 * scene.half_width) - 1)), "SuperLU")
+
+    yield Probe(extreme, value, "condensation", balance, lambda: 1.0, "equilibrium of the punch")
+    plain = (lambda: _plain(system(), CYCLE, friction)) if scene.elements <= _DENSE else None
+    yield Probe(extreme, value, "shakedown limit", lambda: _limit(system(), CYCLE, friction), plain, _LP)
+
+
+def _stiffness(sizes: Sizes) -> Iterator[Probe]:
+    for ratio in (1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e12):
+        scene = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=fo.Material(ratio))
+        yield from _scene_probes("stiffness of the punch over that of the block", f"{ratio:g}", scene)
+
+
+def _poisson(sizes: Sizes) -> Iterator[Probe]:
+    def scene(nu: float, element: Any) -> fo.PunchOnHalfPlane:
+        material = fo.Material(nu=nu)
+        return fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=material, block_material=material, element=element)
+
+    base = _limit(scene(0.1, "mean_dilatation").condense(), CYCLE, 0.7).number
+    for element in ("linear", "mean_dilatation"):
+        for nu in (-0.9, 0.0, 0.3, 0.45, 0.49, 0.499, 0.4999):
+            ask = partial(lambda nu, element: _limit(scene(nu, element).condense(), CYCLE, 0.7), nu, element)
+            known = "that of nu = 0.1, since stresses of similar bodies do not depend on nu: the error is that of the mesh"
+            yield Probe("Poisson's ratio", f"{nu:g}", f"shakedown limit, element {element}", ask, lambda: base, known, np.inf)
+
+
+def _grading(sizes: Sizes) -> Iterator[Probe]:
+    for grading in sizes.gradings:
+        yield from _scene_probes("grading of the contact", f"{grading:g}", fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.5, grading=grading))
+
+
+def _unit(sizes: Sizes) -> Iterator[Probe]:
+    def scene(force: float, length: float) -> fo.PunchOnHalfPlane:
+        material = fo.Material(force / length)
+        return fo.PunchOnHalfPlane(8, length, 2 * length, 12 * length, 12 * length, 5.0, 1.5, material, material)
+
+    def cycle(force: float, length: float) -> fo.LoadCycle:
+        return fo.LoadCycle({"P": force / length}, [{"sigma": sign * force / length} for sign in (-1.0, 1.0)])
+
+    def work(force: float, length: float) -> Answer:
+        answer = _steady(scene(force, length).condense(), cycle(force, length), 0.7, 3.0)
+        return Answer(answer.number / (force * length), answer.residual, answer.solver)
+
+    base = scene(1.0, 1.0).condense()
+    for force in (1e-15, 1.0, 1e15):
+        for length in (1e-15, 1e-6, 1e6, 1e15):
+            value = f"force {force:g}, length {length:g}"
+            ask = partial(lambda force, length: _limit(scene(force, length).condense(), cycle(force, length), 0.7), force, length)
+            yield Probe("units", value, "shakedown limit", ask, lambda: _limit(base, CYCLE, 0.7).number, "units of 1")
+            yield Probe("units", value, "steady state", partial(work, force, length), lambda: _steady(base, CYCLE, 0.7, 3.0).number, "units of 1")
+
+
+def _near_limit(sizes: Sizes) -> Iterator[Probe]:
+    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    limit = fo.shakedown_limit(system, CYCLE, 0.7)
+    for distance in (-1e-3, -1e-6, -1e-9, 1e-9, 1e-6, 1e-3):
+        factor, value = limit.load_factor * (1 + distance), f"{distance:+g}"
+        below = float(distance < 0)
+        theory = "definition of the limit"
+        yield Probe(
+            "load factor over lambda_2, less 1", value, "safe slip", partial(_exists, system, CYCLE, 0.7, factor), partial(float, below), theory
+        )
+        yield _steady_probe("load factor over lambda_2, less 1", value, system, CYCLE, 0.7, factor)
+        start = fo.safe_slip(system, CYCLE, 0.7, factor).slip if distance < 0 else limit.slip
+        stays = (lambda: 0.0) if distance < 0 else None
+        ask = partial(_steady, system, CYCLE, 0.7, factor, start)
+        yield Probe("load factor over lambda_2, less 1", value, "steady state from the safe slip", ask, stays, "a safe slip stays")
+
+
+def _free_punch(sizes: Sizes) -> Iterator[Probe]:
+    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    for f in (0.1, 1.0):
+        yield _limit_probe("punch held by its loads alone", f"f = {f:g}", system, SHEAR, f)
+        over = partial(_steady, system, SHEAR, f, 1.5 * f)
+        yield Probe("punch held by its loads alone", f"f = {f:g}", "steady state beyond gross slip", over, None, "none: it slides away")
+    one, none = np.ones(2), np.zeros((2, 2))
+    loose = fo.ContactSystem(none, none, np.eye(2), np.arange(2.0), {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)})
+    yield _limit_probe("punch held by its loads alone", "A = 0", loose, CYCLE, 0.5)
+
+
+def _critical(_: Sizes) -> Iterator[Probe]:
+    system = _one_node(1.0, 0.1, 1.0)
+    for distance in (-1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-3):
+        f, value = 2.0 * (1 + distance), f"{distance:+g}"
+        closed = partial(single_node_limit, 1.0, 0.5, 0.1, 1.0, 1.0, 0.2, f) if distance < 0 else partial(_plain, system, CYCLE, f)
+        name = "closed form, one node" if distance < 0 else _LP
+        yield Probe("friction over its critical value, less 1", value, "shakedown limit", partial(_limit, system, CYCLE, f), closed, name)
+        yield _steady_probe("friction over its critical value, less 1", value, system, CYCLE, f, 5.0)
+
+
+def _separation(sizes: Sizes) -> Iterator[Probe]:
+    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    (_, pressed), (_, tilted) = system.bonded["P"], system.bonded["Q"]
+    tilt = float((pressed[tilted < 0] / -tilted[tilted < 0]).min())
+    for left in (1e-3, 1e-6, 1e-9, 0.0, -1e-3):
+        cycle = fo.LoadCycle({"P": 1.0, "Q": (1 - left) * tilt}, [{"sigma": -1.0}, {"sigma": 1.0}])
+        name = "pressure that the mean load leaves at one node, relative"
+        yield _limit_probe(name, f"{left:g}", system, cycle, 0.7)
+        yield _steady_probe(name, f"{left:g}", system, cycle, 0.7, 3.0)
+    for p0 in (1e-6, 1e-9, 1e-12):
+        node = _one_node(2.0, 0.1 * p0, p0)
+        closed = partial(single_node_limit, 2.0, 0.5, 0.1 * p0, p0, 1.0, 0.2, 0.4)
+        ask = partial(_limit, node, CYCLE, 0.4)
+        yield Probe("mean pressure over cyclic shear, one node", f"{p0:g}", "shakedown limit", ask, closed, "closed form, one node", floor=0.0)
+
+
+def _nodes(sizes: Sizes) -> Iterator[Probe]:
+    for elements in sizes.most_nodes:
+        scene = fo.PunchOnHalfPlane(elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0)
+        yield from _scene_probes("nodes", f"{elements + 1}", scene)
+
+
+def _corners(sizes: Sizes) -> Iterator[Probe]:
+    rng = np.random.default_rng(0)
+    system = fo.PunchOnHalfPlane(elements=16, growth=1.3).condense()
+    corners = [{"sigma": float(a), "Q": 0.1 * float(b)} for a, b in rng.normal(size=(sizes.corners, 2))]
+    cycle = fo.LoadCycle({"P": 1.0}, corners)
+    extreme, value = "corners of the load cycle", f"{sizes.corners:,}"
+    yield _limit_probe(extreme, value, system, cycle, 0.7)
+    ask, brute = partial(_steady, system, cycle, 0.7, 1.0), partial(_brute, system, cycle, 0.7, 1.0, 6)
+    yield Probe(extreme, value, "steady state", ask, brute, "6 cycles followed")
+
+
+def _cycles(sizes: Sizes) -> Iterator[Probe]:
+    system = fo.PunchOnHalfPlane(elements=8, growth=1.5, grading=5.0).condense()
+    limit = fo.shakedown_limit(system, CYCLE, 0.7).load_factor
+
+    def last_work() -> Answer:
+        path = ExactPath(system, CYCLE, 0.7, 1.4 * limit)
+        path.start()
+        for _ in range(sizes.cycles):
+            path.state.work[:] = 0.0
+            path.run_cycle()
+        drift = path.state.r - path.bonded - path.stress(path.state.u)
+        return Answer(float(path.state.work.sum()), float(np.abs(drift).max() / path.force), "exact path", path.fallbacks)
+
+    steady = partial(_steady, system, CYCLE, 0.7, 1.4 * limit)
+    yield Probe("cycles followed", f"{sizes.cycles:,}", "work of the last cycle", last_work, lambda: steady().number, "steady state", _DRIFT)

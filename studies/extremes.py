@@ -1,0 +1,111 @@
+"""What happens at the edge: extreme friction, stiffness, Poisson's ratio, meshes, units, loads and sizes, each against an answer from elsewhere.
+
+Run with `python -m studies.extremes [--quick]`; it prints a short table in Markdown. Only the column of seconds depends on the machine.
+"""
+
+import time
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+import frictopt as fo
+
+from .extreme_cases import Answer, Probe, Sizes, probes
+from .tables import Study, Table
+
+__all__ = ["EXTREMES", "FULL", "QUICK", "STUDY", "Parameters", "judged", "markdown"]
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    sizes: Sizes = field(default_factory=Sizes)
+
+
+FULL = Parameters()
+QUICK = Parameters(Sizes(elements=8, most_nodes=(2, 4, 16), gradings=(1.0, 1e6, 1e9), corners=100, cycles=1000))
+
+
+def at_the_edge(parameters: Parameters) -> pd.DataFrame:
+    """One row per question."""
+    with threadpool_limits(1):
+        fo.steady_state(fo.PunchOnHalfPlane(elements=2).condense(), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5, 1.0)  # compiles the path
+        rows = [judged(probe) for probe in tqdm(list(probes(parameters.sizes)), desc="extremes", disable=None)]
+    return pd.DataFrame(rows)
+
+
+def judged(probe: Probe) -> dict[str, Any]:
+    """Ask one question: its row of the table."""
+    row = {"extreme": probe.extreme, "value": probe.value, "question": probe.question}
+    start = time.perf_counter()
+    try:
+        answer = probe.ask()
+    except fo.FrictoptError as error:
+        seconds = time.perf_counter() - start
+        nothing = asdict(Answer(np.nan, np.nan, "")) | {"error": np.nan, "reference": "", "seconds": seconds}
+        return row | {"verdict": "refused", **nothing, "message": f"{type(error).__name__}: {error}"}
+    seconds = time.perf_counter() - start
+    off = _error(answer.number, probe)
+    known = {"error": off, "reference": "" if np.isnan(off) else probe.reference, "seconds": seconds, "message": ""}
+    verdict = "unchecked" if np.isnan(off) else "mesh" if np.isinf(probe.tolerance) else "right" if off <= probe.tolerance else "wrong"
+    return row | {"verdict": verdict} | asdict(answer) | known
+
+
+def _error(found: float, probe: Probe) -> float:
+    """Relative error of an answer; NaN where nothing is known of it."""
+    try:
+        expected = None if probe.expected is None else probe.expected()
+    except fo.FrictoptError:  # the reference refuses
+        expected = None
+    if expected is None:
+        return float("nan")
+    if not (np.isfinite(found) and np.isfinite(expected)):
+        return 0.0 if found == expected or (np.isnan(found) and np.isnan(expected)) else float("inf")
+    return abs(found - expected) / max(abs(expected), probe.floor)
+
+
+def markdown(table: pd.DataFrame) -> str:
+    """Short form of the table: one line for each extreme."""
+    verdicts = ("right", "mesh", "unchecked", "refused", "wrong")
+    lines = [f"| extreme | range | {' | '.join(verdicts)} | worst residual | worst error | slowest |", "|---" * (len(verdicts) + 5) + "|"]
+    for extreme, rows in table.groupby("extreme", sort=False):
+        answered = rows[rows["verdict"] != "refused"]
+        values = list(dict.fromkeys(rows["value"]))
+        cells = [
+            extreme,
+            " to ".join(dict.fromkeys([values[0], values[-1]])),
+            *(str(int((rows["verdict"] == verdict).sum())) for verdict in verdicts),
+        ]
+        cells += [f"{answered['residual'].max():.0e}", f"{answered['error'].max():.0e}", f"{rows['seconds'].max():.2g} s"]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+_COLUMNS = {
+    "extreme": "what is extreme",
+    "value": "how extreme",
+    "question": "what is asked",
+    "verdict": "'right': as the reference has it; 'mesh': an answer of the mesh, whose error is shown; 'unchecked': nothing known to hold it "
+    "against; 'refused': an error of frictopt, with its message; 'wrong': must not be",
+    "number": "the answer: a load factor, work of friction per cycle (force times length), 1 or 0 for yes or no, a force over the mean one",
+    "residual": "residual of the answer",
+    "solver": "who answered",
+    "fallbacks": "solvers asked before; for a path 1 if some event's rates are not proven to be the only ones",
+    "error": "relative error against the reference",
+    "reference": "where the answer is known from",
+    "seconds": "time of the answer, one thread",
+    "message": "what a refusal says",
+}
+
+EXTREMES = Table("extremes", "one question at one extreme", _COLUMNS, full=FULL, quick=QUICK, compute=at_the_edge)
+
+STUDY = Study("studies.extremes", __doc__, "coarse meshes, in seconds", (EXTREMES,), summary=lambda tables: markdown(tables[EXTREMES.name]))
+
+
+if __name__ == "__main__":
+    raise SystemExit(STUDY.run())

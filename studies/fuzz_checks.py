@@ -1,0 +1,259 @@
+"""What is asked of a random case, and how each answer is held against an independent one."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+import frictopt as fo
+from frictopt.models import ExactIncrement, FrozenBoundIncrement
+
+from . import oracles
+from .fuzz_cases import Case
+
+__all__ = ["CHECKS", "Finding", "findings"]
+
+_STEPS = (7, 30, 131, 1009)  # increments from corner to corner; without common divisors, or all may miss an event by the same way
+_FEW = 3  # nodes up to which all statuses are tried
+_BRUTE = 16  # cycles followed to see what becomes of a transient
+
+
+class Wrong(Exception):
+    """An answer that an independent one contradicts."""
+
+
+class NotAsked(Exception):
+    """The question makes no sense for a case."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What came of one question.
+
+    Attributes
+    ----------
+    check, seed
+        Which question to which case.
+    outcome
+        "answer", "wrong", or the name of the error.
+    residual
+        That of the answer; nan for none.
+    compared
+        Whether an independent answer was at hand.
+    text
+        What is wrong, or the message of the error.
+    """
+
+    check: str
+    seed: int
+    outcome: str
+    residual: float
+    compared: bool
+    text: str
+
+
+def findings(case: Case, checks: Sequence[str] | None = None) -> Iterator[Finding]:
+    """Ask every question of a case, or some of them, by name."""
+    known = _Known(case)
+    for name in CHECKS if checks is None else checks:
+        try:
+            residual, compared = CHECKS[name](known)
+            yield Finding(name, case.seed, "answer", residual, compared, "")
+        except NotAsked:
+            continue
+        except fo.FrictoptError as error:
+            kind = next(kind for kind in (fo.ModelError, fo.NoContinuation, fo.SolverError) if isinstance(error, kind))
+            yield Finding(name, case.seed, kind.__name__, float("nan"), False, str(error))
+        except Exception as error:  # a wrong answer, or an error that is not ours: both must not be
+            yield Finding(name, case.seed, "wrong", float("nan"), False, f"{type(error).__name__}: {error}")
+
+
+class _Known:
+    """A case, and the shakedown limit that several questions need, by the plain linear program."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.force, self.length = oracles.units(case.system, case.cycle)
+        self.limit = oracles.largest_load_factor(case.system, case.cycle, case.friction)
+
+    @cached_property
+    def answered_limit(self) -> fo.ShakedownLimit:
+        """The limit that frictopt finds."""
+        return fo.shakedown_limit(*self.args)
+
+    @cached_property
+    def answered_safe_slip(self) -> fo.SafeSlip:
+        """The safe slip that frictopt finds at the load factor of the case."""
+        return fo.safe_slip(*self.args, self.load_factor)
+
+    @property
+    def finite(self) -> bool:
+        """Whether there is a limit to be below or above of."""
+        return self.limit is not None and bool(np.isfinite(self.limit)) and self.limit > 1e-6
+
+    @property
+    def load_factor(self) -> float:
+        """The load factor of the case."""
+        return self.case.share * (self.limit if self.limit is not None and self.finite else 1.0)
+
+    @property
+    def args(self) -> tuple[Any, Any, Any]:
+        """System, cycle, friction."""
+        return self.case.system, self.case.cycle, self.case.friction
+
+
+def _same(name: str, found: float, expected: float, relative: float = 1e-6, absolute: float = 0.0) -> None:
+    if not (found == expected or (np.isnan(found) and np.isnan(expected)) or abs(found - expected) <= relative * abs(expected) + absolute):
+        raise Wrong(f"{name} {found!r}, expected {expected!r}")
+
+
+def _limit(known: _Known) -> tuple[float, bool]:
+    """Against a linear program on the plain rows of all corners; the safe slip against the rows themselves."""
+    limit = known.answered_limit
+    if np.isfinite(limit.load_factor):
+        excess = oracles.excess(*known.args, limit.load_factor, limit.slip)
+        if excess > 1e-8:
+            raise Wrong(f"slip at the limit is not safe by {excess:.1e}")
+    if known.limit is not None:
+        _same("limit", limit.load_factor, known.limit, absolute=1e-8)
+    return limit.residual, known.limit is not None
+
+
+def _safe_slip(known: _Known) -> tuple[float, bool]:
+    """Against a linear program for the margin, and against the limit."""
+    safe = known.answered_safe_slip
+    excess = oracles.excess(*known.args, known.load_factor, safe.slip)
+    if safe.exists and excess > 1e-8:
+        raise Wrong(f"the slip is not safe by {excess:.1e}")
+    room = oracles.largest_margin(*known.args, known.load_factor)
+    if room is not None and abs(room) > 1e-8 and safe.exists != (room > 0):  # else closer to the limit than the tolerance of either
+        raise Wrong(f"exists = {safe.exists}, margin {room}")
+    return safe.residual, room is not None
+
+
+def _transformed(known: _Known) -> tuple[float, bool]:
+    """The same limit in other units, mirrored, renumbered, with other corners' order, after residual slip, and with nothing left out."""
+    system, cycle, friction = known.args
+    n, rng = system.nodes, np.random.default_rng(known.case.seed)
+    limit = known.answered_limit.load_factor
+    order = rng.permutation(n)
+    slip = rng.normal(size=n) * known.length
+    forms: tuple[Callable[[], fo.ShakedownLimit], ...] = (
+        lambda: fo.shakedown_limit(_rebuilt(system, np.arange(n), factor=10.0 ** rng.uniform(-12, 12)), cycle, friction),
+        lambda: fo.shakedown_limit(_rebuilt(system, np.arange(n)[::-1], sense=-1.0), cycle, friction[::-1]),
+        lambda: fo.shakedown_limit(_rebuilt(system, order), cycle, friction[order]),
+        lambda: fo.shakedown_limit(system, fo.LoadCycle(cycle.mean, cycle.corners[::-1]), friction),
+        lambda: fo.shakedown_limit(
+            system.with_bonded({"mean": (system.bonded["mean"][0] + system.A @ slip, system.bonded["mean"][1] + system.B @ slip)}), cycle, friction
+        ),
+        lambda: fo.shakedown_limit(system, cycle, friction, simplify=False),
+    )
+    form = int(rng.integers(len(forms)))
+    again = forms[form]()
+    _same(f"limit in form {form}", again.load_factor, limit, relative=1e-7 if form != 4 else 1e-6, absolute=1e-8)
+    return again.residual, True
+
+
+def _rebuilt(system: fo.ContactSystem, order: Any, sense: float = 1.0, factor: float = 1.0) -> fo.ContactSystem:
+    """The same contact with its nodes in another order, seen from behind (sense -1), or with another unit of force."""
+    pick = np.ix_(order, order)
+    bonded = {name: (sense * factor * q[order], factor * p[order]) for name, (q, p) in system.bonded.items()}
+    return replace(
+        system, A=factor * system.A[pick], B=sense * factor * system.B[pick], C=factor * system.C[pick], bonded=bonded, gap=system.gap[order]
+    )
+
+
+def _path(known: _Known) -> tuple[float, bool]:
+    """Against its energy, with loads linear between events; on few nodes also against increments with all statuses tried, as they get smaller."""
+    case, cycles = known.case, 2
+    path = fo.march(*known.args, known.load_factor, initial_slip=case.start, cycles=cycles)
+    spent = float(np.abs(path.energy).max()) + float(path.work[-1].sum()) + known.force * known.length
+    error = float(np.abs(path.energy_error).max()) / spent
+    if error > 1e-8:
+        raise Wrong(f"energy of the path is off by {error:.1e}")
+    if case.system.nodes > _FEW:
+        return path.residual, True
+    ends = np.searchsorted(path.time, np.arange(0, cycles * len(case.cycle.corners) + 0.5) + 1e-9) - 1
+    size = float(np.abs(path.slip).max()) + float(np.abs(path.gap).max()) + known.length
+    errors: list[float] = []
+    for steps in _STEPS:
+        marched = oracles.Stepper(*known.args).march(case.system, case.cycle, known.load_factor, case.start, cycles, steps)
+        if marched is None or marched.states > 1:  # a jump, or two answers: there the path refuses, or passes between two increments
+            return path.residual, True
+        errors.append(float(np.abs(path.slip[ends] - marched.slip).max()) / size)
+        if errors[-1] < 1e-6 or (len(errors) > 1 and errors[-1] < 0.5 * errors[-2] and errors[-1] < 0.1):
+            return path.residual, True
+    raise Wrong(f"increments do not approach the path: {errors}")
+
+
+def _steady(known: _Known) -> tuple[float, bool]:
+    """Against brute force: the same transient followed for many cycles; against the limit: nothing safe is claimed above it."""
+    case = known.case
+    steady = fo.steady_state(*known.args, known.load_factor, initial_slip=case.start)
+    scale = known.force * (known.length + float(np.abs(steady.slip).max())) * max(1.0, known.load_factor) ** 2
+    if (steady.outcome is fo.Outcome.SHAKEDOWN) != (steady.dissipation == 0.0):
+        raise Wrong(f"{steady.outcome.name} with work {steady.dissipation:.3e}")
+    if known.finite and case.share > 1 + 1e-9 and oracles.excess(*known.args, known.load_factor, steady.slip) < -1e-9:
+        raise Wrong("a safe slip above the limit")
+    if steady.cycles > _BRUTE - 4:
+        return steady.residual, False
+    brute = fo.march(*known.args, known.load_factor, initial_slip=case.start, cycles=_BRUTE)
+    works = brute.cycle_work.sum(axis=1)
+    _same("work of a cycle", steady.dissipation, float(works[-1]), 1e-6, 1e-8 * scale + 10 * float(abs(works[-1] - works[-4])))
+    return steady.residual, True
+
+
+def _safe_start(known: _Known) -> tuple[float, bool]:
+    """From a slip that is safe with room to spare, at a mean load that leaves it so, the contact never slips at all."""
+    if known.case.share >= 0.95 or not known.finite or known.case.system.gap.any() or not known.case.friction.all():
+        raise NotAsked
+    safe = known.answered_safe_slip
+    system, cycle, friction = known.args
+    resting = fo.LoadCycle(cycle.mean, [*cycle.corners, {}])  # with the mean load itself as a corner
+    if (
+        not safe.exists
+        or oracles.excess(system, resting, friction, known.load_factor, safe.slip) > -1e-6 * float(friction.min())
+        or not friction.all()
+    ):
+        return safe.residual, False
+    steady = fo.steady_state(system, cycle, friction, known.load_factor, initial_slip=safe.slip)
+    if steady.outcome is not fo.Outcome.SHAKEDOWN or not np.array_equal(steady.slip, safe.slip) or steady.first_cycle != 0.0:
+        raise Wrong(f"from a safe slip: {steady.outcome.name}, first cycle {steady.first_cycle:.1e}")
+    return max(safe.residual, steady.residual), True
+
+
+def _increment(known: _Known, engine: type[ExactIncrement | FrozenBoundIncrement]) -> tuple[float, bool]:
+    """Against all statuses tried, on one load of the cycle; few nodes, and a part of the cases."""
+    case = known.case
+    if case.system.nodes > _FEW or case.seed % 8:
+        raise NotAsked
+    stepper = oracles.Stepper(*known.args)
+    slip = np.zeros(case.system.nodes) if case.start is None else case.start
+    load = oracles.corner_loads(case.system, case.cycle, known.load_factor)[1][0]
+    states = stepper.states(slip, load)
+    try:
+        found = engine(case.system, case.friction).solve(slip, np.split(load, 2))
+    except fo.NoContinuation as error:
+        if states and stepper.regular:
+            raise Wrong(f"{error}; but all statuses tried find {len(states)}") from error
+        raise
+    r = np.r_[found.q, found.p] / known.force
+    size = max(1.0, float((np.abs(load) + np.abs(case.system.S[:, : len(slip)]) @ np.abs(slip)).max()) / known.force)
+    if stepper.regular and not any(np.abs(forces - r).max() <= 1e-6 * size for _, forces in states):
+        raise Wrong(f"a state that is none of the {len(states)} that trying all statuses finds")
+    return found.residual, stepper.regular
+
+
+CHECKS: dict[str, Callable[[_Known], tuple[float, bool]]] = {
+    "shakedown limit": _limit,
+    "safe slip": _safe_slip,
+    "limit, transformed": _transformed,
+    "exact path": _path,
+    "steady state": _steady,
+    "safe start": _safe_start,
+    "mixed-integer increment": partial(_increment, engine=ExactIncrement),
+    "frozen-bound increment": partial(_increment, engine=FrozenBoundIncrement),
+}
+"""Question -> function that answers it and holds it against something independent: residual, and whether there was anything to compare with."""

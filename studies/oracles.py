@@ -1,0 +1,162 @@
+"""What the answers of frictopt are held against: plain linear programs, all statuses tried, the contact law written down once more.
+
+Nothing here uses the package's own methods: only the matrices, the bonded reactions and the numbers that an answer claims.
+"""
+
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import linprog
+
+import frictopt as fo
+
+__all__ = ["Marched", "Stepper", "corner_loads", "excess", "largest_load_factor", "largest_margin", "units"]
+
+_TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 2.0}
+
+
+def units(system: fo.ContactSystem, cycle: fo.LoadCycle) -> tuple[float, float]:
+    """Force and length of the size that a contact's reactions and slips have."""
+    q, p = system.reaction(cycle.mean)
+    force = float(np.abs(p).mean()) or float(np.abs(q).mean()) or 1.0
+    return force, force / (float(np.trace(system.S)) / (2 * system.nodes) or 1.0)
+
+
+def _rows(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> tuple[Any, Any, Any]:
+    """Safe means `slope v + rate lam + level >= 0`: all corners, both senses, and pressure; in the units of `units`."""
+    force, length = units(system, cycle)
+    A, B, f = system.A * length / force, system.B * length / force, np.asarray(friction)
+    q0, p0 = (values / force for values in cycle.mean_reaction(system))
+    slopes, rates, levels = [], [], []
+    for q1, p1 in zip(*cycle.corner_reactions(system), strict=True):
+        slopes += [A + f[:, None] * B, f[:, None] * B - A, B]
+        rates += [(q1 + f * p1) / force, (f * p1 - q1) / force, p1 / force]
+        levels += [q0 + f * p0, f * p0 - q0, p0]
+    return np.vstack(slopes), np.concatenate(rates), np.concatenate(levels)
+
+
+def excess(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any) -> float:
+    """By how much a slip is not safe at a load factor: largest violation at any node and corner, over the force scale; at most 0 if it is safe.
+
+    What the rounding of the terms can make of it is taken off.
+    """
+    slope, rate, level = _rows(system, cycle, friction)
+    v = np.asarray(slip) / units(system, cycle)[1]
+    rounding = 8 * np.finfo(float).eps * (np.abs(slope) @ np.abs(v) + np.abs(rate) * load_factor + np.abs(level))
+    return float(-(slope @ v + rate * load_factor + level + rounding).min())
+
+
+def largest_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
+    """lambda_2 by one linear program on the plain rows; inf and nan as in `shakedown_limit`, None where the solver does not say."""
+    slope, rate, level = _rows(system, cycle, friction)
+    unit = float(np.abs(rate).max()) or 1.0
+    answer = _optimum(np.column_stack([slope, rate / unit]), level, (0.0, np.inf))
+    return answer / unit if answer is not None else None
+
+
+def largest_margin(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> float | None:
+    """Largest reserve, at most 1, of all rows of safe slip at a load factor, over the force scale; None where the solver does not say."""
+    slope, rate, level = _rows(system, cycle, friction)
+    return _optimum(np.column_stack([slope, -np.ones(len(slope))]), level + rate * load_factor, (-np.inf, 1.0))
+
+
+def _optimum(rows: Any, level: Any, limits: tuple[float, float]) -> float | None:
+    """Largest last unknown z of `rows z + level >= 0`; inf or nan where there is none, None where no answer of the solver is accurate."""
+    columns = rows.shape[1]
+    little = 1 / np.clip(np.abs(level), 1e-6, 1.0)  # weights of rows whose nodes carry little
+    bounds = [(-np.inf, np.inf)] * (columns - 1) + [limits]
+    said = set()
+    for weight, method in product((little, np.ones_like(little)), ("highs-ds", "highs-ipm")):
+        answer = linprog(-np.eye(columns)[-1], -weight[:, None] * rows, weight * level, bounds=bounds, method=method, options=_TIGHT)
+        if answer.status == 0 and (little * (rows @ answer.x + level)).min() > -1e-9:
+            return float(answer.x[-1])
+        said.add(answer.status)
+    return {2: float("nan"), 3: float("inf")}.get(said.pop()) if len(said) == 1 else None
+
+
+def corner_loads(system: fo.ContactSystem, cycle: fo.LoadCycle, load_factor: float) -> tuple[Any, list[Any]]:
+    """(2N,) bonded reactions of the mean load, and those of the corners."""
+    mean = np.concatenate(system.reaction(cycle.mean))
+    return mean, [mean + load_factor * np.concatenate(pair) for pair in zip(*cycle.corner_reactions(system), strict=True)]
+
+
+class Marched(NamedTuple):
+    """Slips (corners visited, N) and work of friction (cycles,), and the most states that any increment had."""
+
+    slip: Any
+    work: Any
+    states: int
+
+
+class Stepper:
+    """Increments whose states are found by trying all 4^N statuses, for few nodes; in the units of `units`.
+
+    Attributes
+    ----------
+    regular
+        Whether no status leaves the motion open.
+    """
+
+    def __init__(self, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> None:
+        self.force, self.length = units(system, cycle)
+        self.S, self.f, n = system.S * self.length / self.force, np.asarray(friction, dtype=float), system.nodes
+        self.gap, self.nodes = system.gap / self.length, n
+        identity, solutions, statuses = np.eye(2 * n), [], []
+        self.regular = True
+        for status in product((0, 1, -1, 2), repeat=n):
+            rows, sides = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))
+            for i, sense in enumerate(status):
+                tangential, normal = identity[i], identity[n + i]
+                if sense == 2:
+                    rows[i], rows[n + i], sides[i], sides[n + i] = self.S[i], self.S[n + i], -tangential, -normal
+                else:
+                    rows[n + i] = normal
+                    rows[i] = self.S[i] + sense * self.f[i] * self.S[n + i] if sense else tangential
+                    sides[i] = -tangential - sense * self.f[i] * normal if sense else 0.0
+            if np.linalg.cond(rows) > 1e9:
+                self.regular = False
+                continue
+            statuses.append(status)
+            solutions.append(np.linalg.solve(rows, sides))
+        self._solutions, self._status = np.array(solutions), np.array(statuses)
+
+    def states(self, slip: Any, bonded: Any, tolerance: float = 1e-9) -> list[tuple[Any, Any]]:
+        """All states `[dv, w], [q, p]` after an increment to bonded reactions (2N,), each once."""
+        n = self.nodes
+        trial = bonded / self.force + self.S @ np.r_[slip / self.length, -self.gap]
+        u = self._solutions @ trial
+        r = trial + u @ self.S
+        size = tolerance * max(1.0, float(np.abs(trial).max()))
+        slides = (np.abs(self._status) == 1) & (self.f > 0)
+        wrong = np.maximum.reduce([-u[:, n:], -r[:, n:], np.abs(r[:, :n]) - self.f * r[:, n:], np.where(slides, -self._status * u[:, :n], 0.0)])
+        found: list[tuple[Any, Any]] = []
+        for state, forces in zip(u[(wrong <= size).all(axis=1)], r[(wrong <= size).all(axis=1)], strict=True):
+            if all(np.abs(state - other).max() > 1e3 * size for other, _ in found):
+                found.append((state, forces))
+        return found
+
+    def march(self, system: fo.ContactSystem, cycle: fo.LoadCycle, load_factor: float, start: Any, cycles: int, steps: int) -> Marched | None:
+        """Follow a transient as `frictopt.march` defines it, in increments; None where one of them has no state."""
+        n = self.nodes
+        mean, corners = corner_loads(system, cycle, load_factor)
+        slip = np.zeros(n) if start is None else np.asarray(start, dtype=float)
+        r = np.r_[np.zeros(n), np.full(n, self.force)]
+        before = r - system.S @ np.r_[slip, -system.gap]
+        most, slips, works, pressure = 1, [], [], r[n:] / self.force
+        for number in range(cycles * len(corners) + 1):
+            target = mean if number == 0 else corners[(number - 1) % len(corners)]
+            work = 0.0
+            for share in (1 - np.cos(np.pi * np.arange(1, steps + 1) / steps)) / 2:  # closer together at the corners, where much happens
+                states = self.states(slip, before + share * (target - before))
+                if not states:
+                    return None
+                most = max(most, len(states))
+                u, r = states[0]
+                work += float((self.f * (pressure + r[n:]) / 2 * np.abs(u[:n]) * (r[n:] > 0)).sum())
+                slip, pressure = slip + u[:n] * self.length, r[n:]
+            slips.append(slip)
+            works.append(work)
+            before = target
+        cyclic = np.array(works[1:]).reshape(cycles, -1).sum(axis=1)
+        return Marched(np.array(slips), cyclic * self.force * self.length, most)

@@ -1,0 +1,150 @@
+"""Random contacts: each answer against an independent one; and the oracles themselves, which must see what is wrong."""
+
+import re
+from dataclasses import replace
+from itertools import count
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from enumeration import admissible_states
+from frictopt.models import FrozenBoundIncrement
+from frictopt.reference import single_node_limit
+from studies import fuzz, oracles
+from studies.fuzz_cases import random_case
+from studies.fuzz_checks import CHECKS, findings
+from systems import CYCLE, random_system, system
+
+ADVICE = r"hold|lower|reduce|give|check|take|press|allow|differ too much|bring|or use"
+
+
+@settings(max_examples=150, deadline=None)
+@example(seed=239678, nodes=1)  # without friction, two corners that are the same but for rounding: HiGHS calls the plain rows infeasible
+@given(seed=st.integers(0, 10**9), nodes=st.integers(1, 6))
+def test_every_answer_is_right_or_an_error_that_says_what_to_do(seed, nodes):
+    for finding in findings(random_case(seed, nodes)):
+        assert finding.outcome != "wrong", finding
+        if finding.outcome == "answer":
+            assert 0 <= finding.residual <= 1e-9, finding
+        else:
+            assert re.search(ADVICE, finding.text), finding
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [
+        48,  # unbounded, with cyclic loads of 1e12 mean pressures
+        78,  # slip that dies out slowly after a far start
+        224,  # without friction a sliding contact is safe at one load factor alone, and not below it
+        275,  # a node lands at a load just past those that 8, 32 and 128 increments visit before
+        552,  # a mean load whose pressures drown in the rounding of its shear
+        4469,  # the same with plain rows, which HiGHS does not leave either
+        563,  # a node slips and lifts off within a thousandth of the way
+        964,  # an open node next to one that rubs
+        2976,  # an event within a thousandth of a leg
+        3280,  # a limit of 5e-6, of which a millionth is rounding
+        3952,  # a start of 1e15 slip scales
+        1104,  # free sliding, in which HiGHS violates the plain rows
+    ],
+)
+def test_cases_that_were_once_judged_wrong(seed):
+    """By the package (552, which HiGHS never left) or by its judge."""
+    assert [finding for finding in findings(random_case(seed)) if finding.outcome == "wrong"] == []
+
+
+def test_the_same_seed_makes_the_same_case():
+    for seed in range(20):
+        one, other = random_case(seed), random_case(seed)
+        assert np.array_equal(one.system.S, other.system.S) and np.array_equal(one.friction, other.friction) and one.share == other.share
+        assert all(np.array_equal(one.system.bonded[name], other.system.bonded[name]) for name in one.system.bonded)
+
+
+def test_the_cases_are_of_all_kinds():
+    cases = [random_case(seed) for seed in range(400)]
+    kinds = {
+        "free": lambda c: np.linalg.eigvalsh(c.system.S)[0] < 1e-12 * np.abs(c.system.S).max(),
+        "uncoupled": lambda c: not c.system.B.any(),
+        "gap": lambda c: c.system.gap.any(),
+        "frictionless": lambda c: (c.friction == 0).any(),
+        "strong friction": lambda c: c.friction.max() >= 3,
+        "other units": lambda c: not 1e-3 < np.abs(c.system.S).max() < 1e3,
+        "pulled": lambda c: c.cycle.mean_reaction(c.system)[1].min() < 0,
+        "one corner": lambda c: len(c.cycle.corners) == 1,
+        "far start": lambda c: c.start is not None and np.abs(c.start).max() > 100 * oracles.units(c.system, c.cycle)[1],
+    }
+    for name, kind in kinds.items():
+        assert 4 <= sum(bool(kind(case)) for case in cases) <= 350, name
+
+
+LIES = {
+    "shakedown limit": ("shakedown_limit", lambda limit, _: replace(limit, load_factor=limit.load_factor * (1 - 1e-5))),
+    "limit, transformed": ("shakedown_limit", lambda limit, call: replace(limit, load_factor=limit.load_factor * (1 + 1e-5 * call))),
+    "safe slip": ("safe_slip", lambda safe, _: replace(safe, exists=not safe.exists)),
+    "exact path": ("march", lambda path, _: replace(path, slip=1.001 * path.slip)),
+    "steady state": ("steady_state", lambda steady, _: replace(steady, dissipation=steady.dissipation * 1.001 + 1e-12)),
+    "safe start": ("steady_state", lambda steady, _: replace(steady, slip=steady.slip + 1e-9)),
+}
+
+
+@pytest.mark.parametrize("check", LIES)
+def test_the_oracles_see_a_wrong_answer(check, monkeypatch):
+    """Of cases whose answers are changed by a little at least three must be called wrong, where none was before."""
+    name, lie = LIES[check]
+    honest, calls = getattr(fo, name), count()
+    monkeypatch.setattr(fo, name, lambda *args, **options: lie(honest(*args, **options), next(calls)))
+    wrong = 0
+    for seed in range(20, 80):
+        wrong += any(finding.outcome == "wrong" for finding in findings(random_case(seed), [check]))
+        if wrong == 3:
+            return
+    raise AssertionError(f"only {wrong} of 60 are called wrong")
+
+
+def test_the_oracles_see_a_wrong_increment_and_a_foreign_error(monkeypatch):
+    honest = FrozenBoundIncrement.solve
+    seed = next(s for s in range(0, 400, 8) if any(f.compared for f in findings(random_case(s), ["frozen-bound increment"])))
+    monkeypatch.setattr(FrozenBoundIncrement, "solve", lambda *args: replace(honest(*args), q=2 * honest(*args).q + np.abs(honest(*args).p).max()))
+    monkeypatch.setattr(fo, "march", lambda *args, **options: 1 / 0)
+    outcomes = {f.check: f.outcome for f in findings(random_case(seed))}
+    assert outcomes["frozen-bound increment"] == outcomes["exact path"] == "wrong"
+
+
+def test_plain_programs_against_closed_forms():
+    node = system(2.0, 0.5, 0.1, 1.0, 1.0, 0.2)
+    f = np.array([0.4])
+    limit = single_node_limit(2.0, 0.5, 0.1, 1.0, 1.0, 0.2, 0.4)
+    assert oracles.largest_load_factor(node, CYCLE, f) == pytest.approx(limit, rel=1e-9)
+    assert abs(oracles.largest_margin(node, CYCLE, f, limit)) < 1e-9
+    assert oracles.largest_margin(node, CYCLE, f, 0.9 * limit) > 1e-3 > -1e-3 > oracles.largest_margin(node, CYCLE, f, 1.1 * limit)
+    still = system(2.0, 0.5, 0.1, 1.0, 0.0, 0.0)
+    assert oracles.largest_load_factor(still, CYCLE, f) == np.inf
+    pulled = system(2.0, 0.0, 0.1, -1.0, 1.0, 0.0)
+    assert np.isnan(oracles.largest_load_factor(pulled, CYCLE, f))
+
+
+def test_steps_against_the_other_enumeration():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        contact = random_system(rng, 2)
+        f, slip = rng.uniform(0.1, 0.5, 2), rng.normal(size=2)
+        load = np.concatenate(contact.reaction({"mean": 1.0, "cyclic": 1.5}))
+        (found,) = oracles.Stepper(contact, CYCLE, f).states(slip, load)
+        (expected,) = admissible_states(contact, f, slip, np.split(load, 2))
+        force, length = oracles.units(contact, CYCLE)
+        assert np.allclose(np.r_[slip, 0, 0] + length * found[0], np.r_[expected[0], expected[1]], atol=1e-9)
+        assert np.allclose(force * found[1], np.r_[expected[2], expected[3]], atol=1e-9)
+
+
+def test_the_study_counts_what_it_finds(tmp_path, capsys):
+    assert fuzz.STUDY.run(["--cases", "12", "--seed", "40", "--data", str(tmp_path)]) == 0
+    table, refused = (pd.read_parquet(kind.path(tmp_path)) for kind in (fuzz.COUNTS, fuzz.REFUSALS))
+    assert list(table["question"]) == list(CHECKS) and (table["wrong"] == 0).all()
+    outcomes = table[["answers", "ModelError", "NoContinuation", "SolverError", "wrong"]].sum(axis=1)
+    assert (outcomes == table["cases"]).all() and table["cases"].max() == 12 and table["residual"].max() <= 1e-9
+    assert refused["cases"].sum() == table["cases"].sum() - table["answers"].sum()
+    printed = capsys.readouterr().out
+    assert printed.count("\n| ") == len(CHECKS) + 1
