@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 import psutil
+import pyarrow.parquet as pq
 import pytest
 
 import campaign
@@ -28,12 +29,19 @@ def begun(folder, target):
     folder.mkdir()
     command = [sys.executable, str(ROOT / "tests" / "campaign.py"), str(folder / "store"), str(folder / "table")]
     driver = psutil.Popen(command, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE)
-    until(lambda: len(parts(folder)) >= target or driver.poll() is not None)
+    until(lambda: kept(folder) >= target or driver.poll() is not None)
     return driver
 
 
-def parts(folder):
-    return {path.name for path in (folder / "store").glob("*.parquet")}
+def kept(folder):
+    """Number of runs in a store."""
+    store = folder / "store"
+    while True:
+        try:
+            lines = sum(journal.read_bytes().count(b"\n") for journal in store.glob(".*.journal"))
+            return lines + sum(pq.read_metadata(part).num_rows for part in store.glob("[!.]*.parquet"))
+        except FileNotFoundError:  # a journal was folded meanwhile
+            continue
 
 
 def until(done):
@@ -54,13 +62,13 @@ def same(table, undisturbed):
 def killed_driver(folder, target, undisturbed):
     """Kill the driver: every part of its store stays and is right, its workers end, and the study started again completes the table."""
     driver = begun(folder, target)
-    left, before = workers(driver), parts(folder)
+    left, before = workers(driver), kept(folder)
     driver.kill()
     driver.communicate()
     assert not psutil.wait_procs(left, timeout=PATIENCE)[1]
-    assert before and before <= parts(folder)
+    assert 0 < before <= kept(folder)
     same(campaign.study(workers=1, store=folder / "store"), undisturbed)
-    return len(before)
+    return before
 
 
 def killed_worker(folder, target, undisturbed, number=0):
@@ -99,4 +107,4 @@ def test_workers_that_die_at_once_end_in_rows_that_say_so(tmp_path, monkeypatch)
     monkeypatch.setattr("frictopt.study.execute._set_up", campaign.end)
     table = campaign.study(workers=2, store=tmp_path / "store")
     assert (table.outcome == "FAILED").all() and table.error.str.contains("its worker died").all()
-    assert not parts(tmp_path)
+    assert not kept(tmp_path)

@@ -5,7 +5,6 @@ import sys
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,7 +12,7 @@ import pytest
 from distributed import Client, LocalCluster
 
 import frictopt as fo
-from frictopt.study import Start, dissipation, given_slips, no_slip, overloads, random_slips, run, safe_slips
+from frictopt.study import Start, dissipation, given_slips, no_slip, overloads, random_slips, run, safe_slips, store
 from systems import CYCLE, random_system, system
 
 ONE = (2.0, 0.5, 0.1, 1.0, 1.0, 0.2)  # one node, A, B, q0, p0, q1, p1
@@ -107,7 +106,7 @@ def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact,
     def fail(*_args, **_options):
         raise fo.SolverError("no solver answered")
 
-    monkeypatch.setattr(dissipation, "safe_slip", fail)
+    monkeypatch.setattr(run, "safe_slip", fail)
     monkeypatch.setattr(dissipation, "shakedown_limit", fail)
     table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], no_slip() + safe_slips(), workers=1)
     assert table.error.tolist() == ["", "SolverError: no solver answered"]
@@ -143,47 +142,81 @@ def test_equal_runs_are_followed_once(contact, factors, monkeypatch):
     assert len(followed) == 1 and table.start.tolist() == ["one", "other"] and table.dissipation.nunique() == 1
 
 
-@pytest.mark.parametrize("harm", ["cut", "empty", "bit", "other run", "other table"])
-def test_a_damaged_part_is_named_set_aside_and_run_again(contact, factors, tmp_path, harm):
+@pytest.mark.parametrize("harm", ["cut", "empty", "bit", "other table"])
+def test_a_damaged_part_is_named_set_aside_and_its_runs_repeated(contact, factors, tmp_path, harm):
     study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "workers": 1, "store": tmp_path}
     good = fo.dissipation_study(**study)
-    parts = sorted(tmp_path.glob("*.parquet"))
-    content = parts[0].read_bytes()
+    (part,) = tmp_path.glob("*.parquet")
+    content = part.read_bytes()
     if harm == "cut":
-        parts[0].write_bytes(content[: len(content) // 2])
+        part.write_bytes(content[: len(content) // 2])
     elif harm == "empty":
-        parts[0].write_bytes(b"")
+        part.write_bytes(b"")
     elif harm == "bit":
-        where = content.index(b"none")  # the name of the start
-        parts[0].write_bytes(content[:where] + b"NONE" + content[where + 4 :])
-    elif harm == "other run":
-        parts[0].write_bytes(parts[1].read_bytes())
+        where = content.index(b"CYCLIC_SLIP")
+        part.write_bytes(content[:where] + b"CYCLIC_SLAP" + content[where + 11 :])
     else:
-        pd.DataFrame({"key": [parts[0].stem]}).to_parquet(parts[0])
-    with pytest.warns(fo.study.DamagedPart, match=parts[0].name):
+        pd.DataFrame({"key": [part.stem]}).to_parquet(part)
+    with pytest.warns(fo.study.DamagedPart, match=part.name):
         again = fo.dissipation_study(**study)
     pd.testing.assert_frame_equal(results(again), results(good), check_exact=True)
-    assert [path.name for path in tmp_path.glob("_*")] == [f"_damaged-{parts[0].name}"]
-    fo.dissipation_study(**study)  # without a warning
+    assert [path.name for path in tmp_path.glob("_*")] == [f"_damaged-{part.name}"]
+    pd.testing.assert_frame_equal(fo.dissipation_study(**study), again, check_exact=True)  # without a warning
+
+
+def test_a_journal_holds_each_run_until_it_is_folded_into_a_part(contact, factors, starts, table, tmp_path, monkeypatch):
+    """Lines that were cut short are repeated in silence, damaged ones with a warning."""
+    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "workers": 1, "store": tmp_path}
+    with monkeypatch.context() as patch:
+        patch.setattr(store.Store, "fold", lambda _: None)  # as if the study were killed before
+        fo.dissipation_study(**study)
+    (journal,) = tmp_path.iterdir()
+    lines = journal.read_text().splitlines(keepends=True)
+    assert len(lines) == len(table) and journal.name.startswith(".")
+    lines[3] = lines[3].replace('"cycles"', '"cickles"')
+    journal.write_text("".join(lines)[:-9])
+    followed = []
+    monkeypatch.setattr(run, "steady_state", lambda *args, **options: followed.append(args) or fo.steady_state(*args, **options))
+    with pytest.warns(fo.study.DamagedPart, match=r"journal is damaged \(a line holds other columns\)"):
+        again = fo.dissipation_study(**study)
+    assert len(followed) == 2
+    pd.testing.assert_frame_equal(results(again), results(table), check_exact=True)
+    assert [path.suffix for path in tmp_path.iterdir()] == [".parquet"]
 
 
 def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(contact, factors, starts, table, tmp_path, monkeypatch):
-    write, written = Path.write_bytes, []
+    dumps, written = store.json.dumps, []
 
-    def until_full(path, content):
+    def until_full(row):
         if len(written) == 5:
-            write(path, content[:100])
             raise OSError(errno.ENOSPC, "No space left on device")
-        written.append(write(path, content))
+        written.append(dumps(row))
+        return written[-1]
 
     study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "store": tmp_path}
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "write_bytes", until_full)
+        patch.setattr(store.json, "dumps", until_full)
         with pytest.raises(fo.study.StoreError, match=r"No space left on device.*make room") as caught:
             fo.dissipation_study(**study, workers=1)
-    assert len(list(tmp_path.glob("*"))) == 5
     assert len(caught.value.table) == 6
+    followed = []
+    monkeypatch.setattr(run, "steady_state", lambda *args, **options: followed.append(args) or fo.steady_state(*args, **options))
     pd.testing.assert_frame_equal(results(fo.dissipation_study(**study, workers=1)), results(table), check_exact=True)
+    assert len(followed) == len(table) - 5
+
+
+def test_a_disk_that_is_full_when_a_part_is_written_keeps_the_journal(contact, factors, table, starts, tmp_path, monkeypatch):
+    def full(*_args, **_options):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "store": tmp_path, "workers": 1}
+    with monkeypatch.context() as patch:
+        patch.setattr(store.pq, "write_table", full)
+        with pytest.raises(fo.study.StoreError, match="No space left on device") as caught:
+            fo.dissipation_study(**study)
+    assert len(caught.value.table) == len(table)
+    monkeypatch.setattr(run, "steady_state", full)
+    pd.testing.assert_frame_equal(results(fo.dissipation_study(**study)), results(table), check_exact=True)
 
 
 def test_an_interrupt_leaves_the_finished_rows(contact, factors, starts, table, tmp_path, monkeypatch):

@@ -5,9 +5,9 @@ import warnings
 from collections.abc import Container, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
-from dataclasses import dataclass, replace
-from functools import cache, cached_property
-from itertools import chain, product
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -18,9 +18,9 @@ from ..contact.checks import Array, finite_number, flag, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.system import checked_system
 from ..errors import ModelError, SolverError
-from ..models import ShakedownLimit, safe_slip, shakedown_limit
+from ..models import shakedown_limit
 from .execute import execute
-from .run import Contact, Run, failed, one_thread, run_key
+from .run import Contact, Run, one_thread, run_key
 from .starts import Start, checked_starts
 from .store import Store, StoreError
 
@@ -94,7 +94,7 @@ def dissipation_study(
         A run cannot be written; `table` of the error holds what is finished.
     """
     f = np.array(friction_coefficients(friction, checked_system(system).nodes))
-    contact = Contact(system, checked_cycle(cycle), f)
+    checked_cycle(cycle)
     factors = _checked_factors(load_factors)
     starts = checked_starts(initial_slips, system.nodes)
     if executor is not None and not hasattr(executor, "submit"):
@@ -105,24 +105,26 @@ def dissipation_study(
     progress, kept = flag("progress", progress), None if store is None else Store(store)
     rows: dict[str, dict[str, Any]] = {}
     with one_thread():
-        campaign = _Campaign(contact, factors, starts, _limit(contact))
+        campaign = _Campaign(_contact(system, cycle, f), factors, starts)
         try:
             if kept is not None:
-                rows.update((key, row) for key in campaign.keys if (row := kept.read(key)) is not None)
+                rows.update(kept.read(set(campaign.keys)))
             with _progress(len(set(campaign.keys)), len(rows), progress) as bar:
-                missing, hopeless = campaign.prepared(rows.keys())
+                missing = campaign.missing(rows)
                 worth = 1 + int(len(missing) * (system.nodes / 125) ** 2 / _WORTH_A_WORKER)
                 some = min(_cores(), worth) if count is None else count
-                with closing(execute(contact, missing, executor, some)) as finished:
-                    for row, answered in chain(((row, False) for row in hopeless), finished):
+                with closing(execute(campaign.contact, missing, executor, some)) as finished:
+                    for row, answered in finished:
                         rows[row["key"]] = row
                         if kept is not None and answered:
                             kept.write(row)
                         bar.update()
+            if kept is not None:
+                kept.fold()
         except StoreError as error:
             error.table = campaign.table(rows)
             raise
-        except KeyboardInterrupt:
+        except KeyboardInterrupt:  # what the journal of the store holds, the next study finds there
             left = len(set(campaign.keys) - rows.keys())
             warnings.warn(f"dissipation_study: interrupted, {left} runs are not in the table", Interrupted, stacklevel=2)
     return campaign.table(rows)
@@ -135,7 +137,6 @@ class _Campaign:
     contact: Contact
     factors: Sequence[float]
     starts: Sequence[Start]
-    limit: ShakedownLimit | None  # None: no solver proved it
 
     @cached_property
     def keys(self) -> list[str]:
@@ -143,29 +144,14 @@ class _Campaign:
         contact = self.contact.key()
         return [run_key(contact, factor, start) for factor, start in product(self.factors, self.starts)]
 
-    def prepared(self, done: Container[str]) -> tuple[list[Run], list[dict[str, Any]]]:
-        """The runs that are not done, each once, and the rows of those whose start cannot be found."""
-        missing = {key: pair for key, pair in zip(self.keys, product(self.factors, self.starts), strict=True) if key not in done}
-        runs, hopeless = [], []
-        safe = cache(self._safe_slip)
-        for key, (factor, start) in missing.items():
-            overload = None if start.overload is None else start.overload * factor
-            run = Run(key, start.name, factor, start.slip, overload)
-            try:
-                runs.append(run if start.safe_multiple is None else replace(run, slip=start.safe_multiple * safe(factor)))
-            except SolverError as error:
-                hopeless.append(failed(run, f"{type(error).__name__}: {error}"))
-        return runs, hopeless
-
-    def _safe_slip(self, load_factor: float) -> Array:
-        """The safe slip with the largest margin; above the shakedown limit the one at the limit."""
-        if self.limit is not None and np.isfinite(self.limit.load_factor) and load_factor >= self.limit.load_factor:
-            return self.limit.slip
-        return safe_slip(self.contact.system, self.contact.cycle, self.contact.friction, load_factor).slip
+    def missing(self, done: Container[str]) -> list[Run]:
+        """The runs that are not done, each once."""
+        pairs = {key: pair for key, pair in zip(self.keys, product(self.factors, self.starts), strict=True) if key not in done}
+        return [Run(key, start, factor) for key, (factor, start) in pairs.items()]
 
     def table(self, rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
         """The runs that have a row, in their order."""
-        system, limit = self.contact.system, np.nan if self.limit is None else self.limit.load_factor
+        system, limit = self.contact.system, self.contact.limit
         force = abs(float(self.contact.cycle.mean_reaction(system)[1].sum()))
         scale = system.E_star / force**2 if system.E_star is not None and force > 0 else np.nan
         records = []
@@ -179,11 +165,13 @@ class _Campaign:
         return table
 
 
-def _limit(contact: Contact) -> ShakedownLimit | None:
+def _contact(system: ContactSystem, cycle: LoadCycle, friction: Array) -> Contact:
+    """The contact with its shakedown limit, if a solver proves one."""
     try:
-        return shakedown_limit(contact.system, contact.cycle, contact.friction)
+        limit = shakedown_limit(system, cycle, friction)
     except SolverError:
-        return None
+        return Contact(system, cycle, friction, np.nan, np.full(system.nodes, np.nan))
+    return Contact(system, cycle, friction, limit.load_factor, limit.slip)
 
 
 def _checked_factors(load_factors: Any) -> list[float]:

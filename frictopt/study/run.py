@@ -4,7 +4,7 @@ import hashlib
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from threadpoolctl import ThreadpoolController
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from ..errors import FrictoptError
+from ..models import safe_slip
 from ..path import steady_state
 from .starts import Start, root_mean_square
 
@@ -23,11 +24,21 @@ _MEANING = b"steady state 1"  # of what a run is: another meaning asks for all r
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """What all runs of a campaign share: plain arrays, so that they travel."""
+    """What all runs of a campaign share: plain arrays, so that they travel.
+
+    Attributes
+    ----------
+    system, cycle, friction
+        The contact, its load cycle, and (N,) coefficients of friction.
+    limit, safe
+        Shakedown limit (NaN if it is not known) and the (N,) slip that is safe there.
+    """
 
     system: ContactSystem
     cycle: LoadCycle
     friction: Array
+    limit: float
+    safe: Array
 
     def key(self) -> bytes:
         """Digest of the content."""
@@ -40,13 +51,11 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One transient: its load factor, residual slip (None: none) and overload (a load factor; None: none), and the key of its content."""
+    """One transient: the key of its content, its start and its load factor."""
 
     key: str
-    start: str
+    start: Start
     load_factor: float
-    slip: Array | None
-    overload: float | None
 
 
 def run_key(contact: bytes, load_factor: float, start: Start) -> str:
@@ -74,13 +83,16 @@ def _libraries() -> ThreadpoolController:
 
 
 def _row(contact: Contact, run: Run) -> dict[str, Any]:
-    begin = time.perf_counter()
+    begin, slip = time.perf_counter(), np.zeros(contact.system.nodes)
+    overload = None if run.start.overload is None else run.start.overload * run.load_factor
     try:
-        steady = steady_state(contact.system, contact.cycle, contact.friction, run.load_factor, initial_slip=run.slip, overload=run.overload)
+        slip = _initial_slip(contact, run)
+        steady = steady_state(contact.system, contact.cycle, contact.friction, run.load_factor, initial_slip=slip, overload=overload)
     except FrictoptError as error:
-        return failed(run, f"{type(error).__name__}: {error}", time.perf_counter() - begin)
+        return failed(run, f"{type(error).__name__}: {error}", time.perf_counter() - begin) | {"amplitude": root_mean_square(slip)}
     work = steady.dissipation_per_node
     return _described(run) | {
+        "amplitude": root_mean_square(slip),
         "outcome": steady.outcome.name,
         "dissipation": steady.dissipation,
         "first_cycle": steady.first_cycle,
@@ -95,13 +107,26 @@ def _row(contact: Contact, run: Run) -> dict[str, Any]:
     }
 
 
+def _initial_slip(contact: Contact, run: Run) -> Array:
+    if run.start.safe_multiple is not None:
+        return np.asarray(run.start.safe_multiple * _safe_slip(contact, run.load_factor))
+    return np.zeros(contact.system.nodes) if run.start.slip is None else run.start.slip
+
+
+@lru_cache(maxsize=32)
+def _safe_slip(contact: Contact, load_factor: float) -> Array:
+    """The safe slip with the largest margin; above the shakedown limit the one at the limit."""
+    if np.isfinite(contact.limit) and load_factor >= contact.limit:
+        return contact.safe
+    return safe_slip(contact.system, contact.cycle, contact.friction, load_factor).slip
+
+
 def failed(run: Run, error: str, seconds: float = np.nan) -> dict[str, Any]:
     """The row of a run that has no result."""
-    numbers = dict.fromkeys(("dissipation", "first_cycle", "largest_share", "residual"), np.nan)
+    numbers = dict.fromkeys(("amplitude", "dissipation", "first_cycle", "largest_share", "residual"), np.nan)
     counts = dict.fromkeys(("cycles", "slipping", "open"))
     return _described(run) | numbers | counts | {"outcome": "FAILED", "engine": "path", "seconds": seconds, "error": error}
 
 
 def _described(run: Run) -> dict[str, Any]:
-    amplitude = 0.0 if run.slip is None else root_mean_square(run.slip)
-    return {"key": run.key, "start": run.start, "load_factor": run.load_factor, "amplitude": amplitude}
+    return {"key": run.key, "start": run.start.name, "load_factor": run.load_factor}

@@ -1,7 +1,14 @@
-"""Runs of a campaign on disk: one parquet part for each, named by the content of what was run."""
+"""Runs of a campaign on disk, each by the key of its content: parquet parts, and a journal of the runs since the last part.
 
+A line of a journal costs a tenth of what a part costs, so that each run can be kept as it finishes. A journal is folded into the next part, by
+whoever writes it: journals that a killed study left are taken over, by their name, by the next one.
+"""
+
+import json
 import os
+import uuid
 import warnings
+from collections.abc import Container, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +39,9 @@ COLUMNS = pa.schema(
         ("error", pa.string()),
     ]
 )
-"""What a part holds of its run."""
+"""What is kept of a run."""
+
+_PART = 64  # runs
 
 
 class StoreError(FrictoptError, OSError):
@@ -48,16 +57,16 @@ class StoreError(FrictoptError, OSError):
 
 
 class DamagedPart(UserWarning):
-    """A part of a store could not be read; it was set aside, and its run is repeated."""
+    """A part of a store could not be read; it was set aside, and its runs are repeated."""
 
 
 class Store:
-    """A folder of parts `KEY.parquet`, each the row of one run; `pandas.read_parquet` reads the folder as one table.
+    """A folder of parts, which `pandas.read_parquet` reads as one table, and of journals, whose names begin with a dot.
 
     Parameters
     ----------
     folder
-        Where the parts are; made if it does not exist.
+        Where they are; made if it does not exist.
 
     Raises
     ------
@@ -70,49 +79,101 @@ class Store:
             self.folder = Path(folder)
             self.folder.mkdir(parents=True, exist_ok=True)
         except (OSError, TypeError, ValueError) as error:
-            raise StoreError(
-                f"store: {folder!r} cannot be made into a folder ({error}); give the name of a folder that exists or can be made"
-            ) from error
+            raise StoreError(f"store: {folder!r} cannot be made into a folder ({error}); give a folder that exists or can be made") from error
+        self._journals = [self._new_journal()]  # the one that is written, and those taken over
+        self._rows: list[dict[str, Any]] = []  # what is in them
 
-    def path(self, key: str) -> Path:
-        """File of one run."""
-        return self.folder / f"{key}.parquet"
+    def read(self, keys: Container[str]) -> dict[str, dict[str, Any]]:
+        """The rows of these runs that the store has, by key; damaged parts are set aside, with a warning that names them.
 
-    def read(self, key: str) -> dict[str, Any] | None:
-        """The row of one run; None if it is not there, or damaged: then the part is set aside, with a warning that names it."""
-        path = self.path(key)
+        Raises
+        ------
+        StoreError
+            The folder cannot be read.
+        """
         try:
-            with path.open("rb") as file:
-                rows = pq.ParquetFile(file, page_checksum_verification=True).read().cast(COLUMNS).to_pylist()
-            if [row["key"] for row in rows] != [key]:
-                raise ValueError("it does not hold the run that it is named after")
-        except FileNotFoundError:
-            return None
-        except (OSError, ValueError, pa.ArrowException) as error:
-            aside = path.with_name(f"_damaged-{path.name}")
-            path.replace(aside)
-            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-            warnings.warn(f"store: {path.name} is damaged ({reason}); set aside as {aside.name}, its run is repeated", DamagedPart, stacklevel=3)
-            return None
-        row: dict[str, Any] = rows[0]
-        return row
+            return {row["key"]: row for row in self._all_rows() if row["key"] in keys}
+        except OSError as error:
+            raise self._failed("read", error) from error
 
     def write(self, row: dict[str, Any]) -> None:
-        """Write the row of one run, whole or not at all.
+        """Keep the row of one run.
 
         Raises
         ------
         StoreError
             It cannot be written.
         """
-        path = self.path(row["key"])
-        temporary = path.with_name(f".{path.name}.{os.getpid()}")  # a leading dot: readers of the folder pass it by
-        content = pa.BufferOutputStream()  # written at once: a third cheaper than by pyarrow's own files
-        table = pa.Table.from_pylist([row], schema=COLUMNS)
-        pq.write_table(table, content, compression="none", use_dictionary=False, write_statistics=False, write_page_checksum=True)
         try:
-            temporary.write_bytes(content.getvalue())
-            temporary.replace(path)
+            with self._journals[0].open("a", encoding="utf-8") as journal:
+                journal.write(json.dumps(row) + "\n")
+        except OSError as error:
+            raise self._failed("written", error) from error
+        self._rows.append(row)
+        if len(self._rows) >= _PART:
+            self.fold()
+
+    def fold(self) -> None:
+        """Write what the journals hold as a part, whole or not at all, and begin a new journal.
+
+        Raises
+        ------
+        StoreError
+            It cannot be written; the journals stay.
+        """
+        if not self._rows:
+            return
+        part = self.folder / f"{uuid.uuid4().hex}.parquet"
+        temporary = part.with_name(f".{part.name}")
+        try:
+            pq.write_table(pa.Table.from_pylist(self._rows, schema=COLUMNS), temporary, write_page_checksum=True)
+            temporary.replace(part)
+            for journal in self._journals:
+                journal.unlink(missing_ok=True)
         except OSError as error:
             temporary.unlink(missing_ok=True)
-            raise StoreError(f"store: {str(path)!r} cannot be written ({error}); make room and start again, finished runs are kept") from error
+            raise self._failed("written", error) from error
+        self._journals, self._rows = [self._new_journal()], []
+
+    def _new_journal(self) -> Path:
+        return self.folder / f".{uuid.uuid4().hex}.journal"
+
+    def _failed(self, what: str, error: OSError) -> StoreError:
+        return StoreError(f"store: {str(self.folder)!r} cannot be {what} ({error}); make room and start again, finished runs are kept")
+
+    def _all_rows(self) -> Iterator[dict[str, Any]]:
+        for part in sorted(self.folder.glob("[!._]*.parquet")):
+            try:
+                with part.open("rb") as file:
+                    yield from pq.ParquetFile(file, page_checksum_verification=True).read().cast(COLUMNS).to_pylist()
+            except FileNotFoundError:
+                continue  # set aside by another study
+            except (OSError, ValueError, pa.ArrowException) as error:
+                aside = part.with_name(f"_damaged-{part.name}")
+                part.replace(aside)
+                self._warn(part.name, f"{error}".partition("\n")[0] or type(error).__name__, f"set aside as {aside.name}")
+        for journal in sorted(self.folder.glob(".*.journal")):
+            yield from self._taken_over(journal)
+
+    def _taken_over(self, journal: Path) -> Iterator[dict[str, Any]]:
+        """The rows of a journal that another study left; should it go on writing, it begins a new one."""
+        own = self._new_journal()
+        try:
+            journal.rename(own)
+        except FileNotFoundError:
+            return  # folded or taken by another study
+        self._journals.append(own)
+        for line in own.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True):
+            try:
+                row = json.loads(line) if line.endswith("\n") else None  # else its writer was stopped within the line
+                if row is not None and set(row) != set(COLUMNS.names):
+                    raise ValueError("a line holds other columns")
+            except (ValueError, TypeError) as error:
+                self._warn(journal.name, str(error), "the line is left out")
+                continue
+            if row is not None:
+                self._rows.append(row)
+                yield row
+
+    def _warn(self, name: str, reason: str, done: str) -> None:
+        warnings.warn(f"store: {name} is damaged ({reason}); {done}, its runs are repeated", DamagedPart, stacklevel=5)
