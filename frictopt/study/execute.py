@@ -2,18 +2,22 @@
 
 import os
 import signal
+import sys
 import threading
 from collections.abc import Generator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
 from multiprocessing import get_context, parent_process
+from types import FrameType
 from typing import Any
 
+from ..errors import ModelError
 from .run import Contact, Run, failed, follow
 
 __all__ = ["Finished", "execute"]
 
 _BATCH = 16  # runs that share one sending of the arrays to an executor of the caller's
 _PATIENCE = 3  # times in a row that all workers may die without finishing a run
+_UNGUARDED = 77  # exit status of a worker that comes upon the call that started it
 
 Finished = tuple[dict[str, Any], bool]
 """The row of a run, and whether it answers for the run: a worker that died does not."""
@@ -32,21 +36,50 @@ def execute(contact: Contact, runs: Sequence[Run], executor: Executor | None, wo
 
 def _by_executor(contact: Contact, runs: Sequence[Run], executor: Executor) -> Generator[Finished]:
     futures: dict[Future[list[dict[str, Any]]], Sequence[Run]] = {}
+    lost: list[tuple[Run, Exception]] = []
     try:
         for first in range(0, len(runs), _BATCH):
             batch = runs[first : first + _BATCH]
-            futures[executor.submit(follow, contact, batch)] = batch
-        for future in as_completed(futures):
             try:
-                yield from ((row, True) for row in future.result())
-            except Exception as error:  # whatever a foreign executor raises is about these runs alone
-                yield from ((failed(run, _died(error)), False) for run in futures[future])
+                futures[_submitted(executor, contact, batch)] = batch
+            except Exception as error:  # whatever a foreign executor raises
+                if not futures:
+                    raise ModelError(
+                        f"executor: {executor!r} takes no runs ({type(error).__name__}: {error}); give one that is open, of concurrent.futures' "
+                        "interface, or of dask by client.get_executor()"
+                    ) from error
+                lost += [(run, error) for run in batch]
+        for future in as_completed(futures):
+            yield from _rows(future, futures[future])
+        yield from ((failed(run, _died(error)), False) for run, error in lost)
     finally:
         for future in futures:
             future.cancel()
 
 
+def _submitted(executor: Executor, contact: Contact, batch: Sequence[Run]) -> "Future[list[dict[str, Any]]]":
+    future = executor.submit(follow, contact, batch)
+    if not isinstance(future, Future):
+        raise TypeError(f"its submit returns a {type(future).__name__}, not a future")
+    return future
+
+
+def _rows(future: "Future[list[dict[str, Any]]]", batch: Sequence[Run]) -> list[Finished]:
+    """Rows of a batch, of failed runs where its future has no result or another one."""
+    try:
+        rows = future.result()
+        if [row["key"] for row in rows] != [run.key for run in batch]:
+            raise ValueError("its executor returned other runs")
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever a foreign executor raises, cancelled futures and exits too, is about these runs alone
+        return [(failed(run, _died(error)), False) for run in batch]
+    return [(row, True) for row in rows]
+
+
 def _by_processes(contact: Contact, runs: Sequence[Run], workers: int) -> Generator[Finished]:
+    if _in_a_script_run_again():
+        sys.exit(_UNGUARDED)
     waiting = {run.key: run for run in runs}
     fruitless, error = 0, ""
     while waiting and fruitless < _PATIENCE:
@@ -70,11 +103,39 @@ def _by_processes(contact: Contact, runs: Sequence[Run], workers: int) -> Genera
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
         fruitless = fruitless + 1 if len(waiting) == before else 0
+        if fruitless == 1:
+            _check_guard(workers)
     for run in waiting.values():
         yield failed(run, error), False
 
 
-def _died(error: Exception) -> str:
+def _in_a_script_run_again() -> bool:
+    """Whether a new process is running the caller's script, as it does before anything else, and not what it was started for."""
+    frame: FrameType | None = sys._getframe()
+    while frame is not None:
+        if frame.f_code.co_name == "<module>" and frame.f_globals.get("__name__") == "__mp_main__":
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _check_guard(workers: int) -> None:
+    """Check, after workers died before their first run, that a new process can run the caller's script without coming upon the study again."""
+    probe = get_context("spawn").Process(target=_nothing)
+    probe.start()
+    probe.join()
+    if probe.exitcode == _UNGUARDED:
+        raise ModelError(
+            f"workers: {workers} processes, and each of them runs this script and comes upon this study again; "
+            'put the call under `if __name__ == "__main__":`, or give workers=1'
+        )
+
+
+def _nothing() -> None:
+    """What a process does that is only to begin."""
+
+
+def _died(error: BaseException) -> str:
     return f"not followed, its worker died ({type(error).__name__}: {error}); start again, with fewer workers if memory is short"
 
 

@@ -9,6 +9,7 @@ import os
 import uuid
 import warnings
 from collections.abc import Container, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -76,9 +77,11 @@ class Store:
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         try:
-            self.folder = Path(folder)
+            if not os.fspath(folder):
+                raise ValueError("no name")
+            self.folder = Path(folder).expanduser()
             self.folder.mkdir(parents=True, exist_ok=True)
-        except (OSError, TypeError, ValueError) as error:
+        except (OSError, TypeError, ValueError, RuntimeError) as error:  # RuntimeError: a home that nobody has
             raise StoreError(f"store: {folder!r} cannot be made into a folder ({error}); give a folder that exists or can be made") from error
         self._journals = [self._new_journal()]  # the one that is written, and those taken over
         self._rows: list[dict[str, Any]] = []  # what is in them
@@ -131,7 +134,8 @@ class Store:
             for journal in self._journals:
                 journal.unlink(missing_ok=True)
         except OSError as error:
-            temporary.unlink(missing_ok=True)
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
             raise self._failed("written", error) from error
         self._journals, self._rows = [self._new_journal()], []
 
@@ -139,7 +143,11 @@ class Store:
         return self.folder / f".{uuid.uuid4().hex}.journal"
 
     def _failed(self, what: str, error: OSError) -> StoreError:
-        return StoreError(f"store: {str(self.folder)!r} cannot be {what} ({error}); make room and start again, finished runs are kept")
+        remedy = "make room" if self.folder.is_dir() else "leave the folder where it is"
+        return StoreError(
+            f"store: {str(self.folder)!r} cannot be {what} ({error}); {remedy} and start again, finished runs are kept in the folder "
+            "and in `table` of this error"
+        )
 
     def _all_rows(self) -> Iterator[dict[str, Any]]:
         for part in sorted(self.folder.glob("[!._]*.parquet")):
