@@ -185,3 +185,19 @@ def test_a_condensed_scene_knows_its_contact_modulus():
     bodies = fo.Material(E=210.0, nu=0.3), fo.Material(E=70.0, nu=0.33)
     scene = fo.PunchOnHalfPlane(elements=4, punch_material=bodies[0], block_material=bodies[1])
     assert scene.condense().E_star == pytest.approx(fo.reference.contact_modulus(210.0, 0.3, 70.0, 0.33), rel=1e-14)
+
+
+@pytest.mark.parametrize("modulus", [np.array("x"), np.array("12"), np.array(1j), np.array(True), np.zeros(1, dtype=[("a", float)])])
+def test_a_contact_modulus_in_a_file_that_is_no_number_is_refused_by_name(tmp_path, modulus):
+    contact = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0], {"P": ([0.0], [1.0])})
+    contact.save(tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz") as archive:
+        np.savez(tmp_path / "b.npz", **archive, E_star=modulus)
+    with pytest.raises(fo.ModelError, match=r"path: E_star of .*b\.npz"):
+        fo.ContactSystem.load(tmp_path / "b.npz")
+
+
+def test_a_matrix_market_file_too_large_for_memory_is_refused_by_name(tmp_path):
+    (tmp_path / "A.mtx").write_text("%%MatrixMarket matrix coordinate real general\n1000000000 1000000000 1\n1 1 1.0\n")
+    with pytest.raises(fo.ModelError, match=r"A\.mtx.* is not a Matrix Market file that fits in memory"):
+        fo.ContactSystem.load(tmp_path)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array
+from .checks import Array, real_array
 
 __all__ = ["NAMES", "read", "write_npz"]
 
@@ -46,8 +46,10 @@ def read(source: str | Path) -> _Content:
     if missing:
         raise ModelError(f"path: {str(path)!r} has no {', '.join(missing)}; it needs A, B, C and x, and one bonded.NAME for each load case")
     modulus = found.pop("E_star", None)
-    if modulus is not None and modulus.size != 1:
-        raise ModelError(f"path: E_star of {str(path)!r} has shape {modulus.shape}; give one number")
+    if modulus is not None:
+        modulus = real_array(f"path: E_star of {str(path)!r}", modulus)
+        if modulus.size != 1:
+            raise ModelError(f"path: E_star of {str(path)!r} has shape {modulus.shape}; give one number")
     arrays = {name: found[name] for name in NAMES if name in found}
     for name in ("x", "gap"):
         if name in arrays and arrays[name].ndim == 2 and 1 in arrays[name].shape:
@@ -78,6 +80,6 @@ def _read_matrix_market(path: Path) -> Array:
 
     try:
         matrix = mmread(path)
+        return np.asarray(matrix if isinstance(matrix, np.ndarray) else matrix.toarray())
     except (OSError, ValueError, OverflowError, MemoryError) as error:
-        raise ModelError(f"path: {str(path)!r} is not a Matrix Market file ({error})") from error
-    return np.asarray(matrix if isinstance(matrix, np.ndarray) else matrix.toarray())
+        raise ModelError(f"path: {str(path)!r} is not a Matrix Market file that fits in memory ({error}); write it anew") from error
