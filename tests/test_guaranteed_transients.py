@@ -107,6 +107,11 @@ def test_vertices_are_safe_and_as_far_out_as_can_be():
         ({"above": 1.0}, "above: 1.0"),
         ({"tolerance": -1.0}, "tolerance: -1.0"),
         ({"limit": 0.4}, "limit: 0.4; give the result of guaranteed_limit"),
+        ({"limit": fo.guaranteed_limit(system(*FIRST), CYCLE, 0.5)}, "limit: .* is that of another system, load cycle or friction"),
+        ({"limit": fo.guaranteed_limit(system(*FIRST), fo.LoadCycle({"mean": 2.0}, CYCLE.corners), 0.6)}, "limit: .* is that of another"),
+        ({"limit": fo.guaranteed_limit(system(*FIRST).with_gap([0.0, 0.1]), CYCLE, 0.6)}, "limit: .* is that of another"),
+        ({"limit": fo.guaranteed_limit(system(*FIRST), CYCLE, 0.6), "system": None}, "system: a NoneType"),
+        ({"cycle": fo.LoadCycle({}, CYCLE.corners)}, "limit: guaranteed limit 0 below lambda_2 = 0; there is no load"),
         ({"cycle": fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}])}, "limit: guaranteed limit inf"),
     ],
 )

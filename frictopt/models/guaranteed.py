@@ -105,6 +105,10 @@ class GuaranteedLimit:
             return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
         return self._task.reactions(self.upper, self.slip)
 
+    def answers(self, system: ContactSystem, cycle: LoadCycle, friction: Any) -> bool:
+        """Whether it is the limit of this system, load cycle and friction."""
+        return self._task.same_input(Task(system, cycle, cycle_loads(system, cycle), friction, False, True))
+
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
         value = None if self.problem is None else self.upper

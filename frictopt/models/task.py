@@ -1,6 +1,6 @@
 """A limit problem as posed: system, load cycle and friction, checked, with what the scene does not need found out."""
 
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -72,6 +72,11 @@ class Task:
         worth = self.simplify and self.system.nodes > 1
         object.__setattr__(self, "mirror", worth and is_mirror_symmetric(self.system, reactions, self.friction))
         _check_shear(self.loads.q0, self.force)
+
+    def same_input(self, other: "Task") -> bool:
+        """Whether another task has the same numbers."""
+        mine, others = ((task.system.A, task.system.B, task.system.C, task.system.gap, task.friction, *astuple(task.loads)) for task in (self, other))
+        return all(np.array_equal(one, another) for one, another in zip(mine, others, strict=True))
 
     def interface(self) -> Interface:
         """Unknowns and units for this task."""

@@ -9,6 +9,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen, whole_number
+from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation
 from ..models import GuaranteedLimit, guaranteed_limit, safe_vertices
 from ..path import Outcome, steady_state
@@ -112,18 +113,20 @@ def verify_guaranteed(
     Raises
     ------
     ModelError
-        Bad input, or a limit that is not finite.
+        Bad input, a limit of other input, one that is not finite, or one of a contact that no load above 0 leaves safe.
     SolverError
         The limit or a transient does not pass its checks.
     """
     starts, moved = whole_number("starts", starts, least=0), whole_number("moved", moved, least=0)
     tolerance, below = finite_number("tolerance", tolerance, least=0.0), finite_number("below", below, above=0.0, below=1.0)
     above, rng = finite_number("above", above, above=1.0), np.random.default_rng(whole_number("seed", seed, least=0))
-    limit = guaranteed_limit(system, cycle, friction) if limit is None else limit
-    if not isinstance(limit, GuaranteedLimit) or len(limit.slip) != system.nodes:
-        raise ModelError(f"limit: {limit!r}; give the result of guaranteed_limit for this system, or None")
-    if not np.isfinite(limit.upper):
-        raise ModelError(f"limit: guaranteed limit {limit.upper}; there is no load just below or above it to test at")
+    limit = guaranteed_limit(checked_system(system), cycle, friction) if limit is None else limit
+    if not isinstance(limit, GuaranteedLimit):
+        raise ModelError(f"limit: {limit!r}; give the result of guaranteed_limit for this contact, or None")
+    if not limit.answers(system, cycle, friction):
+        raise ModelError(f"limit: {limit.upper:g} is that of another system, load cycle or friction; give that of this one, or None")
+    if not np.isfinite(limit.upper) or limit.shakedown.load_factor == 0:
+        raise ModelError(f"limit: guaranteed limit {limit.upper:g} below lambda_2 = {limit.shakedown.load_factor:g}; there is no load to test at")
     size = float(np.abs(limit.slip).max()) or float(np.abs(cycle.mean_reaction(system)[1]).mean()) / system.stiffness_scale
     high = above * limit.upper if limit.upper > 0 else _SMALL_LOAD * limit.shakedown.load_factor
     begins = [(high, "witness", limit.slip), *((high, "moved witness", slip) for slip in _moved(rng, limit.slip, moved, tolerance * size))]
