@@ -153,7 +153,7 @@ class _Campaign:
         """The runs that have a row, in their order."""
         system, limit = self.contact.system, self.contact.limit
         force = abs(float(self.contact.cycle.mean_reaction(system)[1].sum()))
-        scale = system.E_star / force**2 if system.E_star is not None and force > 0 else np.nan
+        scale = system.E_star / force**2 if system.E_star is not None and force**2 > 0 else np.nan
         records = []
         for key, (factor, start) in zip(self.keys, product(self.factors, self.starts), strict=True):
             if key in rows:
@@ -175,7 +175,7 @@ def _contact(system: ContactSystem, cycle: LoadCycle, friction: Array) -> Contac
 
 
 def _checked_factors(load_factors: Any) -> list[float]:
-    if isinstance(load_factors, str) or not np.iterable(load_factors):
+    if isinstance(load_factors, str | bytes) or not np.iterable(load_factors):
         raise ModelError(f"load_factors: {load_factors!r}; give a list of load factors")
     factors = [finite_number("load_factors", factor, least=0.0) for factor in load_factors]
     if not factors:

@@ -1,6 +1,6 @@
 """Where the transients of a campaign start: families of residual slips, and overloads."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -8,11 +8,13 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, finite_array, finite_number, frozen, whole_number
+from ..contact.system import checked_system
 from ..errors import ModelError
 
 __all__ = ["Start", "checked_starts", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips"]
 
 _MODES = 6  # Chebyshev polynomials that make up a smooth slip
+_LARGEST_SEED = 2**63 - 1  # that a column of whole numbers holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +39,7 @@ class Start:
     Raises
     ------
     ModelError
-        Names that are no texts, numbers that are not finite, a slip and a multiple of the safe slip at once.
+        Names that are no texts, numbers that are not finite, a seed that is no whole number, a slip and a multiple of the safe slip at once.
     """
 
     family: str
@@ -59,6 +61,8 @@ class Start:
                 raise ModelError(f"start {self.name!r}: it has a slip and a multiple of the safe slip; give one of them")
         if self.overload is not None:
             object.__setattr__(self, "overload", finite_number(f"overload of start {self.name!r}", self.overload, least=0.0))
+        if self.seed is not None:
+            object.__setattr__(self, "seed", whole_number(f"seed of start {self.name!r}", self.seed, least=0, most=_LARGEST_SEED))
 
 
 def no_slip() -> list[Start]:
@@ -93,7 +97,7 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     ModelError
         A contact of one node, bad amplitudes, counts or seeds.
     """
-    if system.nodes < 2:
+    if checked_system(system).nodes < 2:
         raise ModelError("system: one node; a slip of one node is a number, give it by given_slips")
     whole_number("count", count, least=1)
     whole_number("seed", seed, least=0)
@@ -117,11 +121,12 @@ def overloads(factors: Iterable[float]) -> list[Start]:
 
 def given_slips(slips: Any, *, family: str = "given") -> list[Start]:
     """Residual slips of your own, (starts, N), length."""
-    return [Start(family, f"{family} {number}", slip) for number, slip in enumerate(finite_array("slips", slips, (None, None)))]
+    rows = finite_array("slips", list(slips) if isinstance(slips, Iterator) else slips, (None, None))
+    return [Start(family, f"{family} {number}", slip) for number, slip in enumerate(rows)]
 
 
 def checked_starts(initial_slips: Any, nodes: int) -> Sequence[Start]:
-    """Starts for a contact of N nodes, from a list of them, from an array of slips (starts, N), or from None.
+    """Starts for a contact of N nodes, from any number of them in a row, from an array of slips (starts, N), or from None.
 
     Raises
     ------
@@ -129,8 +134,14 @@ def checked_starts(initial_slips: Any, nodes: int) -> Sequence[Start]:
         Neither of these, none at all, slips of another number of nodes, or two starts of one name.
     """
     starts = no_slip() if initial_slips is None else initial_slips
+    if isinstance(starts, Start):
+        raise ModelError(f"initial_slips: one start, {starts.name!r}; put it in a list")
+    if isinstance(starts, Iterator) or getattr(getattr(starts, "dtype", None), "kind", "") == "O":
+        starts = list(starts)
     if hasattr(starts, "__len__") and len(starts) == 0:
         raise ModelError("initial_slips: empty; give at least one start")
+    if isinstance(starts, Sequence) and any(isinstance(start, Sequence) and any(isinstance(one, Start) for one in start) for start in starts):
+        raise ModelError("initial_slips: a list of lists of starts; add them up, no_slip() + overloads([2.0])")
     if not (isinstance(starts, Sequence) and any(isinstance(start, Start) for start in starts)):
         starts = given_slips(finite_array("initial_slips", starts, (None, nodes)))
     names = set()
@@ -152,6 +163,6 @@ def root_mean_square(slip: Array) -> float:
 
 
 def _numbers(name: str, values: Any, least: float = -np.inf) -> list[float]:
-    if isinstance(values, str) or not np.iterable(values):
+    if isinstance(values, str | bytes) or not np.iterable(values):
         raise ModelError(f"{name}: {values!r}; give a list of numbers")
     return [finite_number(name, value, least=least) for value in values]
