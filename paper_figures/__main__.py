@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import pandas as pd
 from matplotlib.figure import Figure
 
-from studies.tables import Table, data_folder
+from studies.tables import INTERRUPTED, Table, data_folder, writable
 
 from . import (
     amplitude,
@@ -87,23 +87,31 @@ def make(name: str, *, quick: bool = False, data: Path | None = None, output: Pa
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Draw the named figures, all without names, and print their paths."""
+    """Draw the named figures, all without names, and print their paths; returns the exit status."""
     parser = argparse.ArgumentParser(prog="python -m paper_figures", description="Draw the figures of the paper's scene.")
     parser.add_argument("names", nargs="*", metavar="name", help=f"figures to draw, all by default: {', '.join(FIGURES)}")
     parser.add_argument("--quick", action="store_true", help="from quick data on coarse meshes")
     parser.add_argument("--list", action="store_true", help="list the figures and draw none")
-    parser.add_argument("--data", type=Path, metavar="FOLDER", help="folder of the tables")
-    parser.add_argument("--output", type=Path, metavar="FOLDER", help="folder of the figures")
+    parser.add_argument("--data", type=writable, metavar="FOLDER", help="folder of the tables")
+    parser.add_argument("--output", type=writable, metavar="FOLDER", help="folder of the figures")
     options = parser.parse_args(argv)
     unknown = [name for name in options.names if name not in FIGURES]
     if unknown:
         print(f"unknown figure {', '.join(map(repr, unknown))}; known are {', '.join(FIGURES)}", file=sys.stderr)
         return 2
-    for name in options.names or FIGURES:
-        if options.list:
-            print(f"{name:16} {(FIGURES[name].__doc__ or '').splitlines()[0]}")
-        else:
-            print(*make(name, quick=options.quick, data=options.data, output=options.output), sep="\n", flush=True)
+    if options.list:
+        print(*(f"{name:16} {(FIGURES[name].__doc__ or '').splitlines()[0]}" for name in options.names or FIGURES), sep="\n")
+        return 0
+    try:
+        folders = options.data or writable(data_folder(options.quick)), options.output or writable(style.output_folder(options.quick))
+        for name in options.names or FIGURES:
+            print(*make(name, quick=options.quick, data=folders[0], output=folders[1]), sep="\n", flush=True)
+    except KeyboardInterrupt:
+        print("interrupted; finished tables and figures are kept", file=sys.stderr)
+        return INTERRUPTED
+    except (OSError, argparse.ArgumentTypeError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
     return 0
 
 

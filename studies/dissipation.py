@@ -14,7 +14,7 @@ import pandas as pd
 import frictopt as fo
 from frictopt import study
 
-from .tables import Study, Table
+from .tables import Study, Table, at_least_one, writable
 
 __all__ = ["CYCLE", "FAMILIES", "FULL", "LIMITS", "QUICK", "RUNS", "SPREAD", "STATES", "STUDY", "Case", "Parameters", "runs_of", "starts_of"]
 
@@ -231,8 +231,8 @@ _STATE = {
     "residual": "worst violation of the contact law over the transient",
 }
 _OPTIONS = {
-    "workers": {"type": int, "metavar": "N", "help": "processes; by default one for each core"},
-    "store": {"type": Path, "metavar": "FOLDER", "help": "keeps each run as it finishes; started again, only what is missing is run"},
+    "workers": {"type": at_least_one, "metavar": "N", "help": "processes; by default one for each core"},
+    "store": {"type": writable, "metavar": "FOLDER", "help": "keeps each run as it finishes; started again, only what is missing is run"},
 }
 
 

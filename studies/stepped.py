@@ -21,7 +21,7 @@ from frictopt.study import Start
 
 from . import dissipation
 from .dissipation import CYCLE
-from .tables import Study, Table
+from .tables import Study, Table, at_least_one
 
 __all__ = ["FULL", "QUICK", "RERUNS", "STUDY", "Parameters"]
 
@@ -110,7 +110,7 @@ RERUNS = Table(
     full=FULL,
     quick=QUICK,
     compute=reruns,
-    options={"workers": {"type": int, "metavar": "N", "help": "processes; by default one for each core"}},
+    options={"workers": {"type": at_least_one, "metavar": "N", "help": "processes; by default one for each core"}},
 )
 
 STUDY = Study("studies.stepped", __doc__, "few runs on a coarse mesh", (RERUNS,), summary=_convergence)

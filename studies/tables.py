@@ -4,6 +4,8 @@ import argparse
 import hashlib
 import json
 import os
+import sys
+import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -16,9 +18,10 @@ import pandas as pd
 
 import frictopt as fo
 
-__all__ = ["DATA", "Study", "Table", "data_folder"]
+__all__ = ["DATA", "INTERRUPTED", "Study", "Table", "at_least_one", "data_folder", "writable"]
 
 DATA = Path(__file__).parent / "data"
+INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
 _LIBRARIES = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "scikit-fem", "pandas")
 
 if TYPE_CHECKING:
@@ -30,6 +33,38 @@ P = TypeVar("P", bound="DataclassInstance")  # parameters of a study: a frozen d
 def data_folder(quick: bool) -> Path:
     """Where the tables are kept unless told otherwise; those of a quick run have their own folder."""
     return DATA / "quick" if quick else DATA
+
+
+def writable(name: str | Path) -> Path:
+    """Type of a command line's option: a folder, made if it does not exist, that can be written in, so that nothing is computed in vain.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        It cannot be made or written in.
+    """
+    try:
+        if not str(name):
+            raise ValueError("no name")
+        folder = Path(name).expanduser()
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except (OSError, ValueError, RuntimeError) as error:
+        raise argparse.ArgumentTypeError(f"{str(name)!r} is no folder to write in ({error}); give one that exists or can be made") from error
+
+
+def at_least_one(text: str) -> int:
+    """Type of a command line's option: a whole number of at least 1.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        It is none.
+    """
+    if not text.strip().isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r}; give a whole number of at least 1")
+    return int(text)
 
 
 @dataclass(frozen=True)
@@ -134,7 +169,7 @@ class Study:
         """The options of the command line."""
         parser = argparse.ArgumentParser(prog=f"python -m {self.module}", description=self.about)
         parser.add_argument("--quick", action="store_true", help=self.quick)
-        parser.add_argument("--data", type=Path, metavar="FOLDER", help="where to write; by default studies/data, or studies/data/quick")
+        parser.add_argument("--data", type=writable, metavar="FOLDER", help="where to write; by default studies/data, or studies/data/quick")
         for name, keywords in {name: keywords for table in self.tables for name, keywords in table.options.items()}.items():
             parser.add_argument(f"--{name}", **keywords)
         return parser
@@ -145,10 +180,20 @@ class Study:
         Returns
         -------
         int
-            The exit status, 0.
+            The exit status: 0; 1 where a table or a run cannot be written; 130 after Ctrl-C.
         """
         options = self.parser().parse_args(argv)
-        folder = options.data or data_folder(options.quick)
+        try:
+            self._make(options, options.data or writable(data_folder(options.quick)))
+        except KeyboardInterrupt:
+            print(f"{self.module}: interrupted; finished tables, and finished runs in a store, are kept", file=sys.stderr)
+            return INTERRUPTED
+        except (OSError, argparse.ArgumentTypeError) as error:
+            print(f"{self.module}: error: {error}", file=sys.stderr)
+            return 1
+        return 0
+
+    def _make(self, options: argparse.Namespace, folder: Path) -> None:
         made = {}
         for table in self.tables:
             own = {name: getattr(options, name) for name in table.options}
@@ -157,7 +202,6 @@ class Study:
             print(f"{table.path(folder)}: {len(rows)} rows, worst residual {rows['residual'].max():.1e}, {seconds:.1f} s")
         if self.summary is not None:
             print(self.summary(made))
-        return 0
 
 
 @cache

@@ -1,0 +1,100 @@
+"""Command lines of the studies and the figures: what cannot be done is said before anything is computed."""
+
+import errno
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import paper_figures.__main__ as figures
+import studies.__main__ as studies
+from paper_figures import style
+from studies import tables
+
+
+@dataclass(frozen=True)
+class Nothing:
+    """No parameters."""
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """A study of one table, and how often that was computed."""
+    calls = []
+
+    def compute(_parameters):
+        calls.append(1)
+        return pd.DataFrame({"residual": [0.0]})
+
+    table = tables.Table("small", "nothing", {"residual": "0"}, full=Nothing(), quick=Nothing(), compute=compute)
+    monkeypatch.setitem(studies.STUDIES, "small", tables.Study("studies.small", "Nothing.", "the same", (table,)))
+    return calls
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "file"
+    path.write_text("text")
+    return path
+
+
+@pytest.mark.parametrize("name", ["", "{}", "{}/below", "a\0b"])
+def test_a_folder_that_cannot_be_written_in_is_refused_before_anything_is_computed(computed, file, name, capsys):
+    with pytest.raises(SystemExit) as end:
+        studies.main(["small", "--data", name.format(file)])
+    assert end.value.code == 2 and "--data: " in (said := capsys.readouterr().err) and "is no folder to write in" in said
+    assert not computed
+
+
+def test_a_default_folder_that_cannot_be_written_in_is_an_error(computed, file, monkeypatch, capsys):
+    monkeypatch.setattr(tables, "DATA", file)
+    assert studies.main(["small"]) == 1
+    assert "is no folder to write in" in capsys.readouterr().err and not computed
+
+
+def test_a_full_disk_is_an_error_without_a_traceback(computed, tmp_path, monkeypatch, capsys):
+    def full(*_args, **_options):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(pd.DataFrame, "to_parquet", full)
+    assert studies.main(["small", "--data", str(tmp_path / "data")]) == 1
+    assert "No space left" in capsys.readouterr().err and computed
+
+
+@pytest.mark.parametrize("study", ["dissipation", "stepped"])
+@pytest.mark.parametrize("workers", ["0", "-1", "x", "1.5", ""])
+def test_workers_that_are_no_number_of_processes_are_refused(study, workers, tmp_path, capsys):
+    with pytest.raises(SystemExit) as end:
+        studies.main([study, "--quick", "--data", str(tmp_path), f"--workers={workers}"])
+    assert end.value.code == 2 and f"--workers: {workers!r}; give a whole number of at least 1" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("store", ["", "{}"])
+def test_a_store_that_cannot_be_written_in_is_refused(store, file, tmp_path, capsys):
+    with pytest.raises(SystemExit) as end:
+        studies.main(["dissipation", "--quick", "--data", str(tmp_path), "--store", store.format(file)])
+    assert end.value.code == 2 and "--store: " in capsys.readouterr().err
+
+
+def interrupted(*_args, **_options):
+    raise KeyboardInterrupt
+
+
+def test_ctrl_c_ends_a_study_and_the_figures_without_a_traceback(computed, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(tables.Table, "make", interrupted)
+    assert studies.main(["small", "--data", str(tmp_path)]) == tables.INTERRUPTED
+    monkeypatch.setattr(figures, "make", interrupted)
+    assert figures.main(["scene", "--data", str(tmp_path), "--output", str(tmp_path)]) == tables.INTERRUPTED
+    assert capsys.readouterr().err.count("interrupted; finished tables") == 2
+
+
+def test_figures_go_nowhere_but_to_a_folder(file, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(figures, "make", lambda *_args, **_options: pytest.fail("drawn in vain"))
+    for option in ("--output", "--data"):
+        with pytest.raises(SystemExit) as end:
+            figures.main(["scene", option, str(file)])
+        assert end.value.code == 2 and f"{option}: " in capsys.readouterr().err
+    monkeypatch.setattr(style, "output_folder", lambda _quick: Path(file))
+    assert figures.main(["scene", "--data", str(tmp_path)]) == 1
+    assert "is no folder to write in" in capsys.readouterr().err
