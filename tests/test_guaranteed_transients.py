@@ -51,6 +51,15 @@ def test_a_witness_that_is_none_does_not_persist():
     assert not check.persists and check.dies_out and len(check.runs) == 6
 
 
+def test_rounding_of_a_rigid_slide_is_no_stiffness(punch, paper_cycle):
+    """Condensed by another code, the free sliding of the punch may be resisted by rounding."""
+    exact, rng = punch(16), np.random.default_rng(0)
+    noise = 1e-13 * np.abs(exact.A).max() * rng.normal(size=exact.A.shape)
+    rounded = fo.ContactSystem(exact.A + noise + noise.T, exact.B, exact.C, exact.x, exact.bonded)
+    check = fo.verify_guaranteed(rounded, paper_cycle, 0.5, starts=10, moved=1)
+    assert check.dies_out and check.persists and {"vertex", "random"} < set(check.runs.start)
+
+
 def test_without_guarantee_only_the_side_above_is_tested(punch, paper_cycle):
     contact = punch(32)
     limit = fo.guaranteed_limit(contact, paper_cycle, 0.8)

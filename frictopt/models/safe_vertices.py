@@ -30,8 +30,8 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     load_factor
         Load factor, >= 0.
     directions
-        (D, m) directions in the space of the nodal tractions over the mean pressures; m = N, less one for each way in which the body may slide as a
-        whole.
+        (D, N) directions in the space of the nodal tractions over the mean pressures. Where the body may slide as a whole, as many nodes carry no
+        traction of their own as there are such slides, and their components do not count.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     task = Task(system, cycle, loads, friction, False, False)
     interface = task.interface()
     rows = task.rows(interface)
-    directions = finite_array("directions", directions, (None, len(interface.loaded)))
+    directions = finite_array("directions", directions, (None, system.nodes))[:, interface.loaded]
     problem = _vertex_problem(interface, rows.node, task.opening)
     for name in problem.param_dict.keys() - {"direction"}:
         problem.param_dict[name].value = getattr(rows, name) * (factor / rows.load_unit if name in _CYCLIC else 1.0)

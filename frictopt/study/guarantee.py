@@ -147,8 +147,7 @@ def _starts(
 ) -> list[tuple[str, Array]]:
     """Kind and slip of each start."""
     wanted = int(_VERTICES * count)
-    rigid = int(np.linalg.matrix_rank(system.A, hermitian=True))
-    directions = rng.normal(size=(wanted, rigid))
+    directions = rng.normal(size=(wanted, system.nodes))
     vertices = [
         slip
         for factor, part in ((load_factor, directions[: wanted // 2]), (0.0, directions[wanted // 2 :]))
