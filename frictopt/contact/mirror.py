@@ -8,10 +8,13 @@ import numpy as np
 from .checks import Array
 from .system import ContactSystem
 
-__all__ = ["EXACT", "MirrorHalf", "is_mirror_symmetric", "is_uncoupled", "mirror_half"]
+__all__ = ["EXACT", "EXACT_LOAD", "MirrorHalf", "is_mirror_symmetric", "is_uncoupled", "mirror_half"]
 
 EXACT = 1e-13
 """Asymmetry of stiffness, friction and slip, over their largest value, up to which a half stands for the whole: states add nothing to it."""
+
+EXACT_LOAD = 1e-12
+"""The same of a load, over its largest value: the rounding of a condensation, which every state feels only once."""
 
 _NO_COUPLING = 1e-13
 _ROUNDING = 1e-10  # differences below this share of the largest entry are rounding of a condensation

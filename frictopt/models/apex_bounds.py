@@ -20,10 +20,8 @@ __all__ = ["apex_bounds"]
 
 _MOST = 300  # iterations
 _SETTLED = 1e-9  # change of a mechanism, over its size, from one iteration to the next that counts as none
-_SPARE, _LEAST = (
-    1e-6,
-    1e-9,
-)  # shares of the node's and of the largest slip by which a exceeds abs(d), so that a mechanism is admissible before it settles
+_SPARE = 1e-6  # share of a node's slip by which a exceeds abs(d), so that a mechanism is admissible before it settles
+_LEAST = 1e-9  # the same for nodes that hardly slip, of the largest slip
 _LARGE = 1e6  # a mechanism of this size is on its way to infinity
 _ROUNDING = 1e-10  # relative, of the bound
 

@@ -8,15 +8,13 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
-from ..contact.mirror import EXACT, MirrorHalf, is_mirror_symmetric, mirror_half
+from ..contact.mirror import EXACT, EXACT_LOAD, MirrorHalf, is_mirror_symmetric, mirror_half
 from ..errors import NoContinuation, SolverError
 from .increment import Increment, Law, PosedIncrement
 from .solve import TOLERANCE
 from .status import State
 
 __all__ = ["HalvedIncrement"]
-
-_LOAD = 1e-12  # asymmetry of a load, over its largest value, that is rounding of a condensation
 
 
 class _Engine(Protocol):
@@ -56,7 +54,7 @@ class HalvedIncrement:
         slip = posed.slip
         if np.abs(slip + slip[::-1]).max() > EXACT * np.abs(slip).max():
             return False
-        return is_mirror_symmetric(self._law.system, [(posed.bonded_q, posed.bonded_p)], self._law.friction, _LOAD)
+        return is_mirror_symmetric(self._law.system, [(posed.bonded_q, posed.bonded_p)], self._law.friction, EXACT_LOAD)
 
     def _whole(self, title: str, posed: PosedIncrement, half: MirrorHalf, found: Increment, slip: Array) -> Increment | None:
         u = half.whole_motion(np.r_[found.slip - slip, found.gap]) / posed.length

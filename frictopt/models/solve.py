@@ -40,7 +40,6 @@ _HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1
 # Of a mixed-integer program only the status is taken, so that tolerances matter little. HiGHS 1.15 calls feasible ones infeasible when they are much
 # tighter than these, and crashes on infeasible ones without presolve: hence two tolerances, and presolve always.
 _HIGHS_MIP = {"mip_feasibility_tolerance": 1e-8, "primal_feasibility_tolerance": 1e-8, "mip_rel_gap": 0.0, "mip_abs_gap": 0.5, "time_limit": 600.0}
-_HIGHS_BOUND = {**_HIGHS_MIP, "mip_abs_gap": 1e-9, "threads": 1}
 _LOOSE = {"mip_feasibility_tolerance": 1e-6, "primal_feasibility_tolerance": 1e-7}
 _OPTIONS: MappingProxyType[str, dict[str, Any]] = MappingProxyType(
     {
@@ -225,7 +224,7 @@ def least_bound(problem: cp.Problem, time_limit: float) -> tuple[float, float, s
     problem
         A minimisation with its parameters set.
     time_limit
-        Seconds.
+        Seconds, of each attempt; a second one, with looser tolerances, is made only where the first one ends without an answer before.
 
     Returns
     -------
@@ -235,8 +234,7 @@ def least_bound(problem: cp.Problem, time_limit: float) -> tuple[float, float, s
     """
     words = []
     for name in MILP_SOLVERS:
-        options = {**_OPTIONS[name]["highs_options"], **_HIGHS_BOUND, "time_limit": time_limit}
-        options |= _LOOSE if name == "HIGHS_MIP_LOOSE" else {}
+        options = {**_OPTIONS[name]["highs_options"], "mip_abs_gap": 1e-9, "threads": 1, "time_limit": time_limit}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             try:
@@ -248,7 +246,7 @@ def least_bound(problem: cp.Problem, time_limit: float) -> tuple[float, float, s
         if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
             return float(problem.solver_stats.extra_stats.mip_dual_bound), float(problem.value), "; ".join(words)
         if problem.status == cp.settings.USER_LIMIT:
-            found = float("inf") if problem.var_dict["load_factor"].value is None else float(problem.value)
+            found = float("inf") if any(variable.value is None for variable in problem.variables()) else float(problem.value)
             return float(problem.solver_stats.extra_stats.mip_dual_bound), found, "; ".join(words)
     none = len(words) == len(MILP_SOLVERS) and set(words) == {cp.INFEASIBLE}
     return (float("inf") if none else float("-inf")), float("inf"), "; ".join(words)

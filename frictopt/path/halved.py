@@ -6,15 +6,13 @@ import numpy as np
 from numba import njit
 
 from ..contact.checks import Array
-from ..contact.mirror import EXACT, MirrorHalf
+from ..contact.mirror import EXACT, EXACT_LOAD, MirrorHalf
 from .active import OPEN, new_active_set
 from .proof import clear_proof, new_proof
 from .segment import DONE, FULL, Record, follow, new_record
 from .settle import State, refresh, turn
 
 __all__ = ["Halved"]
-
-_LOAD = 1e-12  # asymmetry of a load, over its largest value, that is rounding of a condensation
 
 
 class Halved:
@@ -41,7 +39,7 @@ class Halved:
     def fits(self, state: State, drive: Array) -> bool:
         """Whether state and drive of the whole are mirror-symmetric."""
         opened = state.status == OPEN
-        return bool(_is_symmetric(drive, _LOAD) and _is_symmetric(state.u, EXACT) and (opened == opened[::-1]).all())
+        return bool(_is_symmetric(drive, EXACT_LOAD) and _is_symmetric(state.u, EXACT) and (opened == opened[::-1]).all())
 
     def go(self, state: State, drive: Array, bonded: Array, settled: bool, keep: Callable[[Record, MirrorHalf], None]) -> tuple[bool, float]:
         """Follow the half while the bonded reactions of the whole change by `drive`; the state of the whole is changed in place.
