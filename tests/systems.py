@@ -7,6 +7,10 @@ import frictopt as fo
 
 CYCLE = fo.LoadCycle(mean={"mean": 1.0}, corners=[{"cyclic": -1.0}, {"cyclic": 1.0}])
 
+# Two coupled pairs for `system`: with f = 0.6 and 0.4 their guaranteed limits are well below their shakedown limits.
+FIRST_PAIR = (np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1))
+SECOND_PAIR = (np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1))
+
 
 def system(A, B, q0, p0, q1, p1, C=None, gap=None):
     """System with the load cases "mean" (q0, p0) and "cyclic" (q1, p1); C large enough for S to be positive definite."""

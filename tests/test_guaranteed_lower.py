@@ -10,11 +10,10 @@ import frictopt as fo
 from frictopt.models.cyclic_increments import cyclic_bound
 from frictopt.models.periodic_bounds import periodic_bounds
 from frictopt.models.task import Task, cycle_loads
-from systems import CYCLE, random_system, system
+from systems import CYCLE, FIRST_PAIR, SECOND_PAIR, random_system, system
 
 STICK, FORWARD, BACKWARD, OPEN = 0, 1, -1, 2
-FIRST = (np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1)), 0.6, 0.391864153760
-SECOND = (np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1)), 0.4, 0.532623169108
+FIRST, SECOND = (FIRST_PAIR, 0.6, 0.391864153760), (SECOND_PAIR, 0.4, 0.532623169108)
 
 
 def returning(status):
@@ -127,12 +126,12 @@ def test_a_bound_found_in_too_little_time_is_one():
 
 
 def test_none_is_sought_unless_asked_for():
-    limit = fo.guaranteed_limit(system(*FIRST[0]), CYCLE, 0.6)
+    limit = fo.guaranteed_limit(system(*FIRST_PAIR), CYCLE, 0.6)
     assert limit.increments is None and limit.lower == 0 and not limit.exact
 
 
 def test_slips_of_the_sequence_found_keep_within_the_slip_bound():
-    contact = system(*FIRST[0])
+    contact = system(*FIRST_PAIR)
     free = fo.guaranteed_limit(contact, CYCLE, 0.6, lower=True)
     most = 0.8 * np.abs(free.slip).max()
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6, slip_bound=most, lower=True)

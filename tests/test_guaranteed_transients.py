@@ -7,9 +7,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.models import safe_vertices
-from systems import CYCLE, random_system, system
-
-FIRST = (np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1))
+from systems import CYCLE, FIRST_PAIR, random_system, system
 
 
 @pytest.mark.parametrize(("nodes", "seed"), [(2, 0), (3, 1), (4, 2)])
@@ -34,7 +32,7 @@ def test_the_papers_scene(punch, paper_cycle, friction):
 
 def test_a_limit_that_is_too_high_is_found_out():
     """Between lambda_1 and lambda_2 the start decides: with lambda_2 in the place of lambda_1, some starts keep slipping below it."""
-    contact = system(*FIRST)
+    contact = system(*FIRST_PAIR)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     fake = replace(limit, upper=limit.shakedown.load_factor, slip=limit.shakedown.slip)
     check = fo.verify_guaranteed(contact, CYCLE, 0.6, limit=fake, starts=100)
@@ -44,7 +42,7 @@ def test_a_limit_that_is_too_high_is_found_out():
 
 
 def test_a_witness_that_is_none_does_not_persist():
-    contact = system(*FIRST)
+    contact = system(*FIRST_PAIR)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     fake = replace(limit, slip=fo.safe_slip(contact, CYCLE, 0.6, limit.shakedown.load_factor * 0.9).slip)
     check = fo.verify_guaranteed(contact, CYCLE, 0.6, limit=fake, starts=0)
@@ -116,14 +114,14 @@ def test_vertices_are_safe_and_as_far_out_as_can_be():
         ({"above": 1.0}, "above: 1.0"),
         ({"tolerance": -1.0}, "tolerance: -1.0"),
         ({"limit": 0.4}, "limit: 0.4; give the result of guaranteed_limit"),
-        ({"limit": fo.guaranteed_limit(system(*FIRST), CYCLE, 0.5)}, "limit: .* is that of another system, load cycle or friction"),
-        ({"limit": fo.guaranteed_limit(system(*FIRST), fo.LoadCycle({"mean": 2.0}, CYCLE.corners), 0.6)}, "limit: .* is that of another"),
-        ({"limit": fo.guaranteed_limit(system(*FIRST).with_gap([0.0, 0.1]), CYCLE, 0.6)}, "limit: .* is that of another"),
-        ({"limit": fo.guaranteed_limit(system(*FIRST), CYCLE, 0.6), "system": None}, "system: a NoneType"),
+        ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR), CYCLE, 0.5)}, "limit: .* is that of another system, load cycle or friction"),
+        ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR), fo.LoadCycle({"mean": 2.0}, CYCLE.corners), 0.6)}, "limit: .* is that of another"),
+        ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR).with_gap([0.0, 0.1]), CYCLE, 0.6)}, "limit: .* is that of another"),
+        ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR), CYCLE, 0.6), "system": None}, "system: a NoneType"),
         ({"cycle": fo.LoadCycle({}, CYCLE.corners)}, "limit: guaranteed limit 0 below lambda_2 = 0; there is no load"),
         ({"cycle": fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}])}, "limit: guaranteed limit inf"),
     ],
 )
 def test_bad_input_is_refused(arguments, message):
     with pytest.raises(fo.ModelError, match=message):
-        fo.verify_guaranteed(**{"system": system(*FIRST), "cycle": CYCLE, "friction": 0.6, **arguments})
+        fo.verify_guaranteed(**{"system": system(*FIRST_PAIR), "cycle": CYCLE, "friction": 0.6, **arguments})

@@ -4,10 +4,8 @@ import pytest
 import frictopt as fo
 from frictopt.path import ExactPath, Outcome, steady_state
 from frictopt.reference import single_node_dissipation
-from systems import CYCLE, random_system, system
+from systems import CYCLE, FIRST_PAIR, SECOND_PAIR, random_system, system
 
-PAIR = (np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1))
-FIRST = (np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1))
 THREE = ([[2, -1, 0], [-1, 2, -1], [0, -1, 2]], np.zeros((3, 3)), (0.05, 0, -0.1), (1, 0.8, 1.2), (0.5, 0.3, -0.2), (0.1, -0.2, 0.9))
 
 
@@ -35,7 +33,7 @@ def test_published_dissipation(data, friction, factor, expected):
 
 
 def test_the_steady_dissipation_of_a_coupled_pair_depends_on_the_start():
-    contact = system(*PAIR, C=3 * np.eye(2))
+    contact = system(*SECOND_PAIR, C=3 * np.eye(2))
     factor = 1.2 * limit_of(contact, 0.4)
     rng = np.random.default_rng(0)
     found = [steady_state(contact, CYCLE, 0.4, factor, initial_slip=start).dissipation for start in rng.uniform(-4, 4, size=(300, 2))]
@@ -43,7 +41,7 @@ def test_the_steady_dissipation_of_a_coupled_pair_depends_on_the_start():
 
 
 def test_below_the_guaranteed_limit_all_starts_shake_down_and_above_the_shakedown_limit_none():
-    contact = system(*FIRST)
+    contact = system(*FIRST_PAIR)
     rng = np.random.default_rng(1)
     starts = rng.uniform(-6, 6, size=(60, 2))
     for factor, outcome in ((0.995 * 0.391864153760, Outcome.SHAKEDOWN), (1.005 * 0.726057393108, Outcome.CYCLIC_SLIP)):
@@ -133,7 +131,7 @@ def test_an_overload_is_one_cycle_at_another_load_factor_before_the_others(seed)
 
 
 def test_a_bad_overload_is_refused():
-    contact = system(*PAIR)
+    contact = system(*SECOND_PAIR)
     for bad in (-1.0, np.nan, "2"):
         with pytest.raises(fo.ModelError, match="overload"):
             steady_state(contact, CYCLE, 0.4, 0.5, overload=bad)

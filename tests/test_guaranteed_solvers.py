@@ -1,0 +1,61 @@
+"""The guaranteed limit and its solvers: whose answer counts, what is believed, and what a result carries."""
+
+import copy
+import io
+import pickle
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.models import LP_SOLVERS
+from frictopt.models import solve as policy
+from systems import CYCLE, FIRST_PAIR, system
+
+
+@pytest.mark.parametrize("solver", LP_SOLVERS)
+def test_each_solver_alone_is_named(punch, paper_cycle, solver):
+    limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5, solver=solver)
+    assert limit.solver == solver and {attempt.solver for attempt in limit.attempts} == {solver}
+    assert limit.upper == pytest.approx(fo.guaranteed_limit(punch(16), paper_cycle, 0.5).upper, rel=1e-8)
+
+
+def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_cycle, monkeypatch):
+    run, right = policy._run, fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
+
+    def sloppy(problem, name):
+        outcome = run(problem, name)
+        rng = np.random.default_rng(0)
+        for variable in problem.variables():
+            variable.save_value(variable.value + 1e-6 * rng.normal(size=variable.shape))
+        return outcome
+
+    monkeypatch.setattr(policy, "_run", sloppy)
+    limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
+    assert limit.attempts[-1].outcome == "refined on the vertex" and limit.upper == pytest.approx(right.upper, rel=1e-8)
+
+    def denies(problem, name):
+        status, text = run(problem, name)
+        return (policy.Status.NO_OPTIMUM, "infeasible") if "apex_rows" in problem.param_dict and "excess" not in problem.var_dict else (status, text)
+
+    monkeypatch.setattr(policy, "_run", denies)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
+def test_results_can_be_copied_and_sent(copied):
+    limit = copied(fo.guaranteed_limit(system(*FIRST_PAIR), CYCLE, 0.6, lower=True))
+    assert limit.problem is None and limit.increments.problem is None and limit.exact
+    limit.explain(io.StringIO())
+
+
+def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):
+    model = fo.GuaranteedModel(punch(16), paper_cycle, slip_bound=10.0)
+    first, second = model.solve(0.3), model.solve(0.5)
+    assert first.problem is second.problem and first.problem.is_dpp()
+    labels = ["no_forward_slip", "no_backward_slip", "on_both_bounds", "forward_slip_bound", "backward_slip_bound", "load_factor_not_negative"]
+    assert [constraint.label for constraint in first.problem.constraints] == labels
+    text = io.StringIO()
+    second.explain(text)
+    assert "on_both_bounds" in text.getvalue() and "2 of 2 rows bind" in text.getvalue() and f"{second.upper:.12g}" in text.getvalue()
