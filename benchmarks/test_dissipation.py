@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 import frictopt as fo
-from studies import dissipation
+from studies import dissipation, paper
 
 PARAMETERS = replace(dissipation.FULL, frictions=(0.7,))
 
@@ -21,7 +21,7 @@ def study():
 
     def follow(**options):
         start = time.perf_counter()
-        table = fo.dissipation_study(case.system, dissipation.CYCLE, case.friction, factors, starts, **options)
+        table = fo.dissipation_study(case.system, paper.LOADS, case.friction, factors, starts, **options)
         assert len(table) == 2160 and (table.error == "").all()
         return time.perf_counter() - start
 

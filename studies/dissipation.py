@@ -1,4 +1,4 @@
-"""Steady dissipation of the paper's scene: over a thousand transients from many residual slips, below and above the shakedown limit.
+"""Steady dissipation of the paper's scene: thousands of transients from many residual slips, below and above the shakedown limit.
 
 Run with `python -m studies dissipation [--quick] [--workers 2] [--store FOLDER]`. Its columns of seconds depend on the machine.
 """
@@ -14,11 +14,25 @@ import pandas as pd
 import frictopt as fo
 from frictopt import study
 
+from .paper import LOADS, force_unit, slip_unit
 from .tables import Study, Table, at_least_one, writable
 
-__all__ = ["CYCLE", "FAMILIES", "FULL", "LIMITS", "QUICK", "RUNS", "SPREAD", "STATES", "STUDY", "Case", "Parameters", "runs_of", "starts_of"]
+__all__ = [
+    "FAMILIES",
+    "FULL",
+    "LIMITS",
+    "QUICK",
+    "RUNS",
+    "SPREAD",
+    "STATES",
+    "STUDY",
+    "Case",
+    "Parameters",
+    "cases_of",
+    "runs_of",
+    "starts_of",
+]
 
-CYCLE = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 _STEADY = 1e-6  # change of a cycle's work, relative, with which a marched cycle counts as the steady one
 _MOST_CYCLES = 200
 
@@ -29,28 +43,8 @@ class Parameters:
 
     elements: int = 124  # default grading: 50,910 unknowns, 250 on the interface
     frictions: tuple[float, ...] = (0.5, 0.7)
-    ratios: tuple[float, ...] = (
-        0.1,
-        0.2,
-        0.3,
-        0.4,
-        0.5,
-        0.6,
-        0.7,
-        0.8,
-        0.9,
-        0.95,
-        0.99,
-        1.01,
-        1.05,
-        1.1,
-        1.2,
-        1.3,
-        1.4,
-        1.6,
-        1.8,
-        2.0,
-    )  # over lambda_2
+    # Load factors over lambda_2
+    ratios: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.01, 1.05, 1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2.0)
     safe: tuple[float, ...] = (1.0, 0.5, -1.0, 2.0)  # multiples of the safe slip
     amplitudes: tuple[float, ...] = (0.02, 0.06, 0.2, 0.6, 2.0)  # root mean square of random slips, in units of a (P / 2a) / E*
     count: int = 10  # random slips of each kind and amplitude
@@ -65,27 +59,22 @@ QUICK = Parameters(elements=16, ratios=(0.5, 0.9, 1.2), amplitudes=(0.06, 0.6), 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """The scene at one friction: system, shakedown limit, and the unit of slip."""
+    """The scene at one friction, and its shakedown limit."""
 
     system: fo.ContactSystem
     friction: float
     limit: float
 
-    @property
-    def slip(self) -> float:
-        """Slip that the mean pressure P / 2a makes: a (P / 2a) / E*, with a = 1 and P / 2a = 1."""
-        return 1.0 / float(self.system.E_star or np.nan)
-
 
 def cases_of(parameters: Parameters) -> list[Case]:
     """The scene at each friction."""
     system = fo.PunchOnHalfPlane(elements=parameters.elements).condense()
-    return [Case(system, f, fo.shakedown_limit(system, CYCLE, f).load_factor) for f in parameters.frictions]
+    return [Case(system, f, fo.shakedown_limit(system, LOADS, f).load_factor) for f in parameters.frictions]
 
 
 def starts_of(parameters: Parameters, case: Case) -> list[study.Start]:
     """All starts, the same at each load factor."""
-    amplitudes = [amplitude * case.slip for amplitude in parameters.amplitudes]
+    amplitudes = [amplitude * slip_unit(case.system) for amplitude in parameters.amplitudes]
     return (
         study.no_slip()
         + study.safe_slips(parameters.safe)
@@ -100,10 +89,10 @@ def runs_of(parameters: Parameters, workers: int | None = None, store: Path | No
     parts = []
     for case in cases_of(parameters):
         factors = case.limit * np.array(parameters.ratios)
-        part = fo.dissipation_study(case.system, CYCLE, case.friction, factors, starts_of(parameters, case), workers=workers, store=store)
+        part = fo.dissipation_study(case.system, LOADS, case.friction, factors, starts_of(parameters, case), workers=workers, store=store)
         if part.attrs["missing"]:
             raise KeyboardInterrupt
-        part["amplitude"] /= case.slip
+        part["amplitude"] /= slip_unit(case.system)
         part["load_ratio"] = np.repeat(parameters.ratios, len(part) // len(factors))  # as asked for, without the rounding of a division
         parts.append(part.assign(friction=case.friction))
     return pd.concat(parts, ignore_index=True)[list(_RUN)]
@@ -141,7 +130,7 @@ def limits_of(parameters: Parameters) -> pd.DataFrame:
     """One row for each friction."""
     rows = []
     for case in cases_of(parameters):
-        found = fo.guaranteed_limit(case.system, CYCLE, case.friction)
+        found = fo.guaranteed_limit(case.system, LOADS, case.friction)
         rows.append({"friction": case.friction, "load_factor": case.limit, "guaranteed": found.upper, "residual": found.residual})
     return pd.DataFrame(rows)
 
@@ -159,34 +148,26 @@ def states_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
 def _steady_cycle(parameters: Parameters, case: Case, row: "pd.Series[Any]") -> pd.DataFrame:
     """The steady cycle of one run, marched from its start for as long as it takes."""
     start = next(start for start in starts_of(parameters, case) if start.name == row["start"])
-    cycles, slip = 10, slip_of(case, start, row["load_factor"])
+    cycles, slip = 10, start.slip_at(case.system, LOADS, case.friction, row["load_factor"])
     while True:
-        path = fo.march(case.system, CYCLE, case.friction, row["load_factor"], initial_slip=slip, cycles=cycles)
+        path = fo.march(case.system, LOADS, case.friction, row["load_factor"], initial_slip=slip, cycles=cycles)
         change = abs(path.cycle_work[-1].sum() - row["dissipation"])
         if change <= _STEADY * row["dissipation"]:
             break
         if cycles >= _MOST_CYCLES:
             raise fo.SolverError(f"start {start.name!r}: the work of cycle {cycles} differs from the steady one by {change:g}; march longer")
         cycles *= 2
-    corners = len(CYCLE.corners)
+    corners = len(LOADS.corners)
     steady = path.time >= (cycles - 1) * corners
     events, nodes = int(steady.sum()), case.system.nodes
     time = path.time[steady] - (cycles - 1) * corners
-    sigma = row["load_factor"] * np.interp(time, np.arange(corners + 1), [CYCLE.corners[k - 1]["sigma"] for k in range(corners + 1)])
-    unit = {"slip": case.slip, "q": 1.0, "p": 1.0}  # P / 2 = a P / 2a = 1
+    sigma = row["load_factor"] * np.interp(time, np.arange(corners + 1), [LOADS.corners[k - 1]["sigma"] for k in range(corners + 1)])
+    force = force_unit(case.system)
+    unit = {"slip": slip_unit(case.system), "q": force, "p": force}
     columns = {name: getattr(path, name)[steady].ravel() / unit[name] for name in unit}
     each = {"time": np.repeat(time, nodes), "sigma": np.repeat(sigma, nodes), "x": np.tile(case.system.x, events)}
     same = {name: row[name] for name in ("friction", "load_ratio", "load_factor", "start", "family", "amplitude", "dissipation_scaled")}
     return pd.DataFrame({**each, **columns, "status": path.status[steady].ravel(), "residual": path.residual}).assign(**same)
-
-
-def slip_of(case: Case, start: study.Start, load_factor: float) -> Any:
-    """The residual slip of a start at a load factor, (N,) or None, as the study takes it."""
-    if start.safe_multiple is None:
-        return start.slip
-    if load_factor >= case.limit:
-        return start.safe_multiple * fo.shakedown_limit(case.system, CYCLE, case.friction).slip
-    return start.safe_multiple * fo.safe_slip(case.system, CYCLE, case.friction, load_factor).slip
 
 
 _LOAD = {"friction": "coefficient of friction", "load_ratio": "load factor over lambda_2", "load_factor": "amplitude of sigma / (P / 2a)"}
@@ -230,17 +211,15 @@ _STATE = {
     "status": "0 stick, +1 and -1 slip along +x and against it, 2 open: until the next event",
     "residual": "worst violation of the contact law over the transient",
 }
-_OPTIONS = {
-    "workers": {"type": at_least_one, "metavar": "N", "help": "processes; by default one for each core"},
-    "store": {"type": writable, "metavar": "FOLDER", "help": "keeps each run as it finishes; started again, only what is missing is run"},
-}
-
-
 _LIMITS = {
     "friction": _LOAD["friction"],
     "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
     "guaranteed": "upper bound of the guaranteed limit lambda_1, sigma / (P / 2a)",
     "residual": "residual of both",
+}
+_OPTIONS = {
+    "workers": {"type": at_least_one, "metavar": "N", "help": "processes; by default one for each core"},
+    "store": {"type": writable, "metavar": "FOLDER", "help": "keeps each run as it finishes; started again, only what is missing is run"},
 }
 
 

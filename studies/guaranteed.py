@@ -15,11 +15,11 @@ from tqdm import tqdm
 
 import frictopt as fo
 
+from .paper import LOADS, slip_unit
 from .tables import Study, Table
 
 __all__ = ["BOUND", "CORNER", "FRICTION", "FULL", "PAIR_FRICTION", "PLANE", "QUICK", "STUDY", "Parameters", "pair"]
 
-LOADS = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 PAIR_LOADS = fo.LoadCycle(mean={"mean": 1.0}, corners=[{"cyclic": -1.0}, {"cyclic": 1.0}])
 PAIR_FRICTION = 0.6
 _SENSES = {1: "forward", -1: "backward"}
@@ -75,20 +75,21 @@ def _by_mesh(meshes: Sequence[int], frictions: Sequence[float], what: str) -> pd
     rows = []
     for elements in tqdm(meshes, desc=what, disable=None):
         scene = fo.PunchOnHalfPlane(elements=elements, grading="sine")
-        model = fo.GuaranteedModel(scene.condense(), LOADS)
-        rows += [_mesh(scene) | _limits(scene, model.solve(friction), friction) for friction in frictions]
+        system = scene.condense()
+        model = fo.GuaranteedModel(system, LOADS)
+        rows += [_mesh(scene) | _limits(system, model.solve(friction), friction) for friction in frictions]
     return pd.DataFrame(rows)
 
 
 def limits_by_bound(parameters: Parameters) -> pd.DataFrame:
     """One row per friction coefficient and slip bound."""
     scene = fo.PunchOnHalfPlane(elements=parameters.bound_elements, grading="sine")
-    system, unit = scene.condense(), _slip_unit(scene)
+    system = scene.condense()
     rows = []
     for bound in tqdm(parameters.bounds, desc="guaranteed limit by slip bound", disable=None):
-        model = fo.GuaranteedModel(system, LOADS, slip_bound=bound * unit)
+        model = fo.GuaranteedModel(system, LOADS, slip_bound=bound * slip_unit(system))
         limits = {friction: model.solve(friction) for friction in parameters.bound_frictions}
-        rows += [_mesh(scene) | {"slip_bound": bound} | _limits(scene, limit, friction) for friction, limit in limits.items()]
+        rows += [_mesh(scene) | {"slip_bound": bound} | _limits(system, limit, friction) for friction, limit in limits.items()]
     return pd.DataFrame(rows)
 
 
@@ -96,18 +97,13 @@ def _mesh(scene: fo.PunchOnHalfPlane) -> dict[str, Any]:
     return {"elements": scene.elements, "corner_size": scene.corner_size / scene.half_width}
 
 
-def _slip_unit(scene: fo.PunchOnHalfPlane) -> float:
-    return scene.half_width * LOADS.mean["P"] * (1 / scene.punch_material.plane_modulus + 1 / scene.block_material.plane_modulus)
-
-
-def _limits(scene: fo.PunchOnHalfPlane, limit: fo.GuaranteedLimit, friction: float) -> dict[str, Any]:
-    x = limit.nodes["x"].to_numpy() / scene.half_width
+def _limits(system: fo.ContactSystem, limit: fo.GuaranteedLimit, friction: float) -> dict[str, Any]:
     return {
         "friction": friction,
         "guaranteed": limit.upper,
         "shakedown": limit.shakedown.load_factor,
-        "x": np.nan if limit.node is None else float(x[limit.node]),
-        "largest_slip": float(np.ptp(limit.slip)) / 2 / _slip_unit(scene),
+        "x": np.nan if limit.node is None else float(system.x[limit.node] / system.x[-1]),
+        "largest_slip": float(np.ptp(limit.slip)) / 2 / slip_unit(system),
         "skipped": limit.skipped,
         "residual": limit.residual,
         "solver": limit.solver,

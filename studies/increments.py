@@ -17,12 +17,11 @@ from tqdm import tqdm
 
 import frictopt as fo
 
+from .paper import LOADS, force_unit, slip_unit, work_unit
 from .tables import Study, Table
 
-__all__ = ["CORNER", "CYCLE", "ERROR", "FULL", "LOADS", "QUICK", "STUDY", "Parameters"]
+__all__ = ["CORNER", "CYCLE", "ERROR", "FULL", "QUICK", "STUDY", "Parameters"]
 
-MEAN = {"P": 1.0}
-LOADS = fo.LoadCycle(mean=MEAN, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 _SLOW = 2.0  # seconds; longer runs are not repeated
 
 
@@ -49,27 +48,12 @@ QUICK = Parameters(elements=(8, 16), qp_steps=(5, 10, 20, 40), milp_steps=(5,), 
 
 @dataclass(frozen=True)
 class _Case:
-    """One mesh under the loads of the study, and the units of its results."""
+    """One mesh under the loads of the study."""
 
     scene: fo.PunchOnHalfPlane
     system: fo.ContactSystem
     friction: float
     load_factor: float
-
-    @property
-    def force(self) -> float:
-        """P / 2 of the mean load."""
-        return MEAN["P"] * self.scene.half_width
-
-    @property
-    def slip(self) -> float:
-        """Slip that a P / 2a makes: a (P / 2a) / E*."""
-        return self.force * (1 / self.scene.punch_material.plane_modulus + 1 / self.scene.block_material.plane_modulus)
-
-    @property
-    def work(self) -> float:
-        """Work P^2 / E*."""
-        return 4 * self.force * self.slip
 
     def march(self, cycles: int, engine: Any = "path", steps: int | None = None) -> fo.Trajectory:
         """The transient from no initial slip."""
@@ -110,7 +94,7 @@ def _error(parameters: Parameters, case: _Case, exact: fo.Trajectory, elements: 
         "elements": elements,
         "engine": engine,
         "steps": steps,
-        "work": work / case.work,
+        "work": work / work_unit(case.system),
         "error": float(error),
         "slip_error": float(np.max(np.abs(run.slip[-1] - exact.slip[-1])) / np.max(np.abs(exact.slip[-1]))),
         "residual": run.residual,
@@ -164,7 +148,7 @@ def corner_history(parameters: Parameters) -> pd.DataFrame:
     for node in (0, int(np.argmin(np.abs(case.system.x / case.scene.half_width - parameters.inner_x)))):
         for name, rows in (("first", first), ("steady", steady)):
             part = _states(case, path, path.time[rows], *(values[rows, node] for values in (path.q, path.p, path.slip, path.status)))
-            part["work"] = path.work[rows, node] / case.work
+            part["work"] = path.work[rows, node] / work_unit(case.system)
             parts.append(part.assign(cycles=name, node=node, x=case.system.x[node] / case.scene.half_width))
     return pd.concat(parts)[list(_HISTORY)]
 
@@ -177,9 +161,9 @@ def _states(case: _Case, path: fo.Trajectory, times: Any, q: Any, p: Any, slip: 
         "load_factor": case.load_factor,
         "time": times,
         "sigma": case.sigma(times),
-        "q": q / case.force,
-        "p": p / case.force,
-        "slip": slip / case.slip,
+        "q": q / force_unit(case.system),
+        "p": p / force_unit(case.system),
+        "slip": slip / slip_unit(case.system),
         "status": status,
         "residual": path.residual,
     }

@@ -17,6 +17,7 @@ from tqdm import tqdm
 
 import frictopt as fo
 
+from .paper import LOADS
 from .tables import Study, Table
 
 __all__ = ["FULL", "QUICK", "SAVED", "STUDY", "Parameters"]
@@ -64,8 +65,7 @@ class _Answer:
 
 
 def _scenes(parameters: Parameters) -> list[_Scene]:
-    mean, f = {"P": 1.0}, parameters.friction
-    cycle = fo.LoadCycle(mean, [{"sigma": -1.0}, {"sigma": 1.0}])
+    mean, f = LOADS.mean, parameters.friction
     systems = {elements: fo.PunchOnHalfPlane(elements=elements).condense() for elements in {*parameters.elements, parameters.fine}}
     fine = systems[parameters.fine]
     phase = 2 * np.pi * np.arange(parameters.corners) / parameters.corners
@@ -73,12 +73,12 @@ def _scenes(parameters: Parameters) -> list[_Scene]:
     ellipse = [{"sigma": float(np.cos(angle)), "Q": float(0.05 * np.sin(angle))} for angle in phase]
     slippery = np.where(np.abs(fine.x) < 0.2 * fine.x[-1], 1e-3, f)
     return [
-        *(_Scene("paper", systems[elements], cycle, f) for elements in parameters.elements),
-        _Scene("with shear", fine, replace(cycle, corners=[{"sigma": -1.0}, {"sigma": 1.0, "Q": 0.05}]), f),
-        _Scene("uncoupled", fo.ContactSystem(fine.A, 0 * fine.B, fine.C, fine.x, fine.bonded), cycle, f),
+        *(_Scene("paper", systems[elements], LOADS, f) for elements in parameters.elements),
+        _Scene("with shear", fine, replace(LOADS, corners=[{"sigma": -1.0}, {"sigma": 1.0, "Q": 0.05}]), f),
+        _Scene("uncoupled", fo.ContactSystem(fine.A, 0 * fine.B, fine.C, fine.x, fine.bonded), LOADS, f),
         _Scene("sampled", fine, fo.LoadCycle(mean, [{"sigma": float(s)} for s in triangle]), f),
         _Scene("ellipse", fine, fo.LoadCycle(mean, ellipse), f),
-        _Scene("slippery middle", fine, cycle, slippery),
+        _Scene("slippery middle", fine, LOADS, slippery),
     ]
 
 

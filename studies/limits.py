@@ -13,12 +13,10 @@ from tqdm import tqdm
 
 import frictopt as fo
 
+from .paper import LOADS, force_unit, slip_unit
 from .tables import Study, Table
 
 __all__ = ["CORNER", "FRICTION", "FULL", "QUICK", "REACTIONS", "STUDY", "Parameters"]
-
-MEAN = {"P": 1.0}
-CYCLE = fo.LoadCycle(mean=MEAN, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 
 
 def _steps(*runs: tuple[float, float, float]) -> tuple[float, ...]:
@@ -62,7 +60,7 @@ def limits_by_friction(parameters: Parameters) -> pd.DataFrame:
         system = scene.condense()
         part = _limits(system, parameters.frictions)
         onsets = pd.DataFrame([_onsets(system, friction) for friction in parameters.frictions])
-        q0, p0 = CYCLE.mean_reaction(system)
+        q0, p0 = LOADS.mean_reaction(system)
         margins = pd.DataFrame([_margin(system, row.friction, parameters.margin_share * row.load_factor) for row in part.itertuples()])
         parts.append(pd.concat([_mesh_columns(scene, len(part)), part, onsets, margins], axis=1).assign(mean_demand=float(np.max(np.abs(q0) / p0))))
     return pd.concat(parts)
@@ -83,11 +81,11 @@ def reactions_at_limit(parameters: Parameters) -> pd.DataFrame:
     """One row per friction coefficient, load corner and node."""
     scene = fo.PunchOnHalfPlane(elements=parameters.reaction_elements)
     system = scene.condense()
-    model = fo.ShakedownModel(system, CYCLE)
+    model = fo.ShakedownModel(system, LOADS)
     parts = []
     for friction in _progress(parameters.reaction_frictions, "reactions at the limit"):
         limit = model.solve(friction)
-        for corner in range(len(CYCLE.corners)):
+        for corner in range(len(LOADS.corners)):
             part = _corner_reactions(scene, system, limit, friction, corner)
             parts.append(pd.concat([_mesh_columns(scene, len(part)), part], axis=1))
     return pd.concat(parts)
@@ -105,14 +103,14 @@ def _mesh_columns(scene: fo.PunchOnHalfPlane, rows: int) -> pd.DataFrame:
 
 def _limits(system: fo.ContactSystem, frictions: Iterable[float]) -> pd.DataFrame:
     """Shakedown limits, without the columns that the residual already sums up."""
-    return fo.ShakedownModel(system, CYCLE).sweep(frictions).drop(columns="dual_bound")
+    return fo.ShakedownModel(system, LOADS).sweep(frictions).drop(columns="dual_bound")
 
 
 def _onsets(system: fo.ContactSystem, friction: float) -> dict[str, Any]:
     """First slip and separation of the bonded contact as the bulk is pulled (plus) and as it is pressed (minus)."""
     row: dict[str, Any] = {}
     for name, sense in (("plus", 1.0), ("minus", -1.0)):
-        onset = fo.onset(system, MEAN, {"sigma": sense}, friction)
+        onset = fo.onset(system, LOADS.mean, {"sigma": sense}, friction)
         row[f"slip_{name}"], row[f"slip_{name}_x"] = onset.slip.load_factor, _place(system, onset.slip.node)
         row[f"separation_{name}"] = onset.separation.load_factor
         row["mean_slips"], row["mean_opens"] = len(onset.mean_slips), len(onset.mean_opens)
@@ -124,14 +122,13 @@ def _place(system: fo.ContactSystem, node: int | None) -> float:
 
 
 def _margin(system: fo.ContactSystem, friction: float, load_factor: float) -> dict[str, Any]:
-    safe = fo.safe_slip(system, CYCLE, friction, load_factor)
+    safe = fo.safe_slip(system, LOADS, friction, load_factor)
     return {"margin": safe.margin, "margin_residual": safe.residual, "margin_solver": safe.solver}
 
 
 def _corner_reactions(scene: fo.PunchOnHalfPlane, system: fo.ContactSystem, limit: fo.ShakedownLimit, friction: float, corner: int) -> pd.DataFrame:
     q, p = (values[corner] for values in limit.reactions)
-    force = MEAN["P"] * scene.half_width
-    compliance = 1 / scene.punch_material.plane_modulus + 1 / scene.block_material.plane_modulus
+    force = force_unit(system)
     mechanism = limit.mechanism
     share = mechanism[mechanism["corner"] == corner].groupby("node")["share"].sum().reindex(range(system.nodes), fill_value=0.0)
     loaded = p > 1e-9 * np.mean(p)  # where the pressure vanishes so does q, and their ratio says nothing
@@ -139,12 +136,12 @@ def _corner_reactions(scene: fo.PunchOnHalfPlane, system: fo.ContactSystem, limi
         {
             "friction": friction,
             "load_factor": limit.load_factor,
-            "sigma": CYCLE.corners[corner]["sigma"],
+            "sigma": LOADS.corners[corner]["sigma"],
             "x": system.x / scene.half_width,
             "q": q / force,
             "p": p / force,
             "ratio": np.divide(q, friction * p, out=np.full_like(q, np.nan), where=loaded),
-            "slip": limit.slip / (force * compliance),
+            "slip": limit.slip / slip_unit(system),
             "share": share.to_numpy(),
             "residual": limit.residual,
             "solver": limit.solver,

@@ -20,7 +20,7 @@ import frictopt as fo
 from frictopt.study import Start
 
 from . import dissipation
-from .dissipation import CYCLE
+from .paper import LOADS, work_unit
 from .tables import Study, Table, at_least_one
 
 __all__ = ["FULL", "QUICK", "RERUNS", "STUDY", "Parameters"]
@@ -38,7 +38,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(runs=dissipation.QUICK, cycles=2)
+QUICK = Parameters(runs=dissipation.QUICK)
 
 
 def reruns(parameters: Parameters, workers: int | None = None) -> pd.DataFrame:
@@ -63,20 +63,19 @@ def reruns(parameters: Parameters, workers: int | None = None) -> pd.DataFrame:
 
 def _task(case: dissipation.Case, starts: Mapping[str, Start], row: dict[str, Any]) -> tuple[dict[str, Any], Any]:
     """A run with its residual slip."""
-    return row, dissipation.slip_of(case, starts[row["start"]], row["load_factor"])
+    return row, starts[row["start"]].slip_at(case.system, LOADS, case.friction, row["load_factor"])
 
 
 def _compared(system: fo.ContactSystem, steps: tuple[int, ...], cycles: int, task: tuple[dict[str, Any], Any]) -> pd.DataFrame:
     """One run by the exact path and in increments."""
     row, slip = task
-    march = partial(fo.march, system, CYCLE, row["friction"], row["load_factor"], initial_slip=slip, cycles=cycles)
-    unit = 4.0 / float(system.E_star or np.nan)  # P^2 / E*, P = 2
-    exact = march().cycle_work.sum(axis=1) / unit
+    march = partial(fo.march, system, LOADS, row["friction"], row["load_factor"], initial_slip=slip, cycles=cycles)
+    exact = march().cycle_work.sum(axis=1) / work_unit(system)
     same = {name: row[name] for name in ("friction", "load_ratio", "start", "dissipation_scaled")}
     parts = []
     for number in steps:
         stepped = march(engine="qp", steps=number)
-        work = stepped.cycle_work.sum(axis=1) / unit
+        work = stepped.cycle_work.sum(axis=1) / work_unit(system)
         columns = {"steps": number, "cycle": np.arange(1, cycles + 1), "work": exact, "stepped": work, "error": np.abs(work - exact)}
         parts.append(pd.DataFrame(columns).assign(residual=stepped.residual, **same))
     return pd.concat(parts)

@@ -56,13 +56,12 @@ def test_rows_are_the_steady_states_of_each_load_factor_and_start(contact, facto
     assert len(table) == len(factors) * len(starts)
     assert table.load_factor.tolist() == [factor for factor in factors for _ in starts]
     assert table.start.tolist() == 3 * [start.name for start in starts]
-    for number in (0, 4, 12, 20, 26, 35):
-        row, start = table.iloc[number], starts[number % len(starts)]
-        if start.slip is None:
-            continue
-        steady = fo.steady_state(contact, CYCLE, 0.4, row.load_factor, initial_slip=start.slip)
+    for number, row in table.iterrows():
+        start = starts[number % len(starts)]
+        slip, overload = start.slip_at(contact, CYCLE, 0.4, row.load_factor), start.overload and start.overload * row.load_factor
+        steady = fo.steady_state(contact, CYCLE, 0.4, row.load_factor, initial_slip=slip, overload=overload)
         assert (row.outcome, row.dissipation, row.first_cycle) == (steady.outcome.name, steady.dissipation, steady.first_cycle)
-        assert row.amplitude == pytest.approx(np.sqrt(np.mean(start.slip**2)))
+        assert row.amplitude == pytest.approx(0.0 if slip is None else np.sqrt(np.mean(slip**2)))
     assert (table.residual <= 1e-9).all() and (table.error == "").all()
 
 
@@ -106,7 +105,7 @@ def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact,
     def fail(*_args, **_options):
         raise fo.SolverError("no solver answered")
 
-    monkeypatch.setattr(run, "safe_slip", fail)
+    monkeypatch.setattr("frictopt.study.starts.safe_slip", fail)
     monkeypatch.setattr(dissipation, "shakedown_limit", fail)
     table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], no_slip() + safe_slips(), workers=1)
     assert table.error.tolist() == ["", "SolverError: no solver answered"]
@@ -290,38 +289,3 @@ def test_a_store_that_is_a_file_is_refused(contact, tmp_path):
     (tmp_path / "runs").write_text("text")
     with pytest.raises(fo.study.StoreError, match="cannot be made into a folder"):
         fo.dissipation_study(contact, CYCLE, 0.4, [0.5], store=tmp_path / "runs")
-
-
-def test_random_slips_have_their_amplitude_no_mean_and_a_seed_each(punch):
-    scene = punch(16)
-    starts = random_slips(scene, [0.1, 20.0], 4, seed=5)
-    assert [start.family for start in starts] == 2 * (4 * ["smooth"] + 4 * ["rough"])
-    assert [start.seed for start in starts] == list(range(5, 21))
-    for start, amplitude in zip(starts, 8 * [0.1] + 8 * [20.0], strict=True):
-        assert np.sqrt(np.mean(start.slip**2)) == pytest.approx(amplitude, rel=1e-12)
-        assert abs(start.slip.mean()) < 1e-12 * amplitude
-        left = np.polynomial.Chebyshev.fit(scene.x, start.slip, 6)(scene.x) - start.slip
-        assert (np.abs(left).max() < 1e-10 * amplitude) == (start.family == "smooth")
-    assert len({start.slip.tobytes() for start in starts}) == 16
-    again = random_slips(scene, [0.1, 20.0], 4, seed=5)
-    assert all((one.slip == other.slip).all() for one, other in zip(starts, again, strict=True))
-
-
-@pytest.mark.parametrize(
-    ("message", "make"),
-    [
-        ("count", lambda scene: random_slips(scene, [1.0], 0)),
-        ("amplitudes", lambda scene: random_slips(scene, [-1.0], 1)),
-        ("amplitudes", lambda scene: random_slips(scene, 1.0, 1)),
-        ("seed", lambda scene: random_slips(scene, [1.0], 1, seed=-1)),
-        ("one node", lambda _: random_slips(system(*ONE), [1.0], 1)),
-        ("factors", lambda _: overloads([-1.0])),
-        ("multiples", lambda _: safe_slips([np.nan])),
-        ("slips", lambda _: given_slips([1.0, 2.0])),
-        ("family", lambda _: Start("", "name")),
-        ("give one of them", lambda _: Start("mine", "name", slip=[1.0], safe_multiple=1.0)),
-    ],
-)
-def test_bad_starts_are_refused(punch, message, make):
-    with pytest.raises(fo.ModelError, match=message):
-        make(punch(16))

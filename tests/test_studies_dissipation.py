@@ -6,7 +6,7 @@ import pytest
 
 import frictopt as fo
 from studies import __main__ as studies
-from studies import dissipation, limits, stepped
+from studies import dissipation, limits, paper, stepped
 
 TABLES = {
     "runs": dissipation.RUNS,
@@ -46,7 +46,7 @@ def test_every_start_shakes_down_below_the_guaranteed_limit(tables):
     contact = fo.PunchOnHalfPlane(elements=dissipation.QUICK.elements).condense()
     (case,) = [case for case in dissipation.cases_of(dissipation.QUICK) if case.friction == 0.5]
     starts = dissipation.starts_of(dissipation.QUICK, case)
-    table = fo.dissipation_study(contact, dissipation.CYCLE, 0.5, [0.98 * limits.loc[0.5, "guaranteed"]], starts, workers=1)
+    table = fo.dissipation_study(contact, paper.LOADS, 0.5, [0.98 * limits.loc[0.5, "guaranteed"]], starts, workers=1)
     assert (table["dissipation"] == 0).all()
 
 

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from studies import increments
+from studies import increments, paper
 
 TABLES = {"error": increments.ERROR, "cycle": increments.CYCLE, "corner": increments.CORNER}
 COMPLIANCE = 2 * (1 - 0.3**2)  # 1/E* of two bodies with E = 1, nu = 0.3
@@ -63,8 +63,8 @@ def test_exact_path_keeps_its_energy_and_is_the_fastest(tables):
 
 def test_load_is_above_the_limit_and_the_work_that_of_the_steady_state(tables, contact):
     factor = tables["cycle"]["load_factor"].iloc[0]
-    assert factor == pytest.approx(1.4 * fo.shakedown_limit(contact, increments.LOADS, 0.7).load_factor, rel=1e-9)
-    steady = fo.steady_state(contact, increments.LOADS, 0.7, factor)
+    assert factor == pytest.approx(1.4 * fo.shakedown_limit(contact, paper.LOADS, 0.7).load_factor, rel=1e-9)
+    steady = fo.steady_state(contact, paper.LOADS, 0.7, factor)
     error = tables["error"]
     work = error.loc[(error["elements"] == 16) & (error["engine"] == "path"), "work"].item()
     assert steady.outcome is fo.Outcome.CYCLIC_SLIP

@@ -13,9 +13,8 @@ from threadpoolctl import ThreadpoolController
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from ..errors import FrictoptError
-from ..models import safe_slip
 from ..path import steady_state
-from .starts import Start, root_mean_square
+from .starts import Start, root_mean_square, safe_part
 
 __all__ = ["Contact", "Run", "failed", "follow", "one_thread", "run_key"]
 
@@ -115,10 +114,7 @@ def _initial_slip(contact: Contact, run: Run) -> Array:
 
 @lru_cache(maxsize=32)
 def _safe_slip(contact: Contact, load_factor: float) -> Array:
-    """The safe slip with the largest margin; above the shakedown limit the one at the limit."""
-    if np.isfinite(contact.limit) and load_factor >= contact.limit:
-        return contact.safe
-    return safe_slip(contact.system, contact.cycle, contact.friction, load_factor).slip
+    return safe_part(contact.system, contact.cycle, contact.friction, load_factor, contact.limit, contact.safe)
 
 
 def failed(run: Run, error: str, seconds: float = np.nan) -> dict[str, Any]:

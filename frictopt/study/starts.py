@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import ContactSystem
+from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, frozen, whole_number
 from ..contact.system import checked_system
 from ..errors import ModelError
+from ..models import safe_slip, shakedown_limit
 
-__all__ = ["Start", "checked_starts", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips"]
+__all__ = ["Start", "checked_starts", "given_slips", "no_slip", "overloads", "random_slips", "safe_part", "safe_slips"]
 
 _MODES = 6  # Chebyshev polynomials that make up a smooth slip
 _LARGEST_SEED = 2**63 - 1  # that a column of whole numbers holds
@@ -64,6 +65,21 @@ class Start:
         if self.seed is not None:
             object.__setattr__(self, "seed", whole_number(f"seed of start {self.name!r}", self.seed, least=0, most=_LARGEST_SEED))
 
+    def slip_at(self, system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float) -> Array | None:
+        """(N,) residual slip with which the run at a load factor starts, length; None for none.
+
+        Raises
+        ------
+        ModelError
+            Bad input.
+        SolverError
+            The safe slip, or the shakedown limit, is not found.
+        """
+        if self.safe_multiple is None:
+            return self.slip
+        limit = shakedown_limit(system, cycle, friction)
+        return frozen(self.safe_multiple * safe_part(system, cycle, friction, load_factor, limit.load_factor, limit.slip))
+
 
 def no_slip() -> list[Start]:
     """The start without residual slip."""
@@ -112,6 +128,13 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
                 slip = slip - slip.mean()
                 starts.append(Start(family, f"{family} {amplitude:g} #{own}", frozen(slip * amplitude / root_mean_square(slip)), seed=own))
     return starts
+
+
+def safe_part(system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, limit: float, at_limit: Array) -> Array:
+    """(N,) the safe slip with the largest margin, length; above the shakedown limit (NaN: not known) the one that is safe there."""
+    if np.isfinite(limit) and load_factor >= limit:
+        return at_limit
+    return safe_slip(system, cycle, friction, load_factor).slip
 
 
 def overloads(factors: Iterable[float]) -> list[Start]:

@@ -14,7 +14,7 @@ from frictopt.models import ExactIncrement, FrozenBoundIncrement
 from frictopt.models.solve import QP_SOLVERS
 from frictopt.path import ExactPath
 
-from ..increments import LOADS
+from ..paper import LOADS
 from .clock import mark
 from .exact import exact_increment
 from .lemke import Lemke

@@ -10,7 +10,7 @@ import numpy as np
 import frictopt as fo
 from frictopt.models.solve import _OPTIONS, LP_SOLVERS
 
-from ..increments import LOADS
+from ..paper import LOADS
 from .bare_lp import LinearProgram, highs, highs_vertex, ways
 from .exact import exact_margin, exact_shakedown_limit, fractions
 from .parameters import Parameters
