@@ -9,8 +9,7 @@ from .tables import Study
 __all__ = ["STUDIES", "main"]
 
 STUDIES: dict[str, Study] = {
-    module.STUDY.module.rpartition(".")[2]: module.STUDY
-    for module in (limits, guaranteed, increments, dissipation, stepped, left_out, error_vs_time, extremes, fuzz)
+    module.STUDY.name: module.STUDY for module in (limits, guaranteed, increments, dissipation, stepped, left_out, error_vs_time, extremes, fuzz)
 }
 
 
@@ -25,7 +24,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     print("python -m studies NAME [options]\n")
     for name, study in STUDIES.items():
         print(f"{name:15}{(study.about or '').splitlines()[0]}")
-        print(f"{'':15}{' '.join(study.parser().format_usage().split()[4:])}")
+        print(f"{'':15}{' '.join(study.parser().format_usage().split()[5:])}")
     return 0
 
 

@@ -1,6 +1,6 @@
 """The guaranteed limit of the paper's scene beside the shakedown limit, and the plane of slips of two nodes by which it is taught.
 
-Run with `python -m studies.guaranteed [--quick]`. All limits of the scene are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
+Run with `python -m studies guaranteed [--quick]`. All limits of the scene are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
 Between the two limits the start decides whether the contact stops slipping. The guaranteed limit is the upper bound with a witness.
 """
 

@@ -1,6 +1,6 @@
 """Transients of the paper's scene above the shakedown limit: what increments cost and miss against the exact path, and its steady cycle.
 
-Run with `python -m studies.increments [--quick]`. Both engines that march in increments refine every increment to rounding, so the number of
+Run with `python -m studies increments [--quick]`. Both engines that march in increments refine every increment to rounding, so the number of
 increments is all there is to choose: no tolerance of a solver shows in the table of errors. Its column of seconds depends on the machine.
 """
 

@@ -1,7 +1,7 @@
 """What leaving out what a scene does not need saves in time, computation by computation; the answers are the same.
 
-Run with `python -m studies.left_out [--quick]`. Times are those of one call as a user makes it, condensation not included: models are built and
-compiled in it. They are processor times, which other work on the machine disturbs least, and depend on the machine.
+Run with `python -m studies left_out [--quick]`; it prints the times in Markdown. Times are those of one call as a user makes it, condensation not
+included: models are built and compiled in it. They are processor times, which other work on the machine disturbs least, and depend on the machine.
 """
 
 import time
@@ -18,7 +18,7 @@ from tqdm import tqdm
 import frictopt as fo
 
 from .paper import LOADS
-from .tables import Study, Table
+from .tables import Study, Table, markdown, two_digits
 
 __all__ = ["FULL", "QUICK", "SAVED", "STUDY", "Parameters"]
 
@@ -155,6 +155,24 @@ def _row(scene: _Scene, name: str, parameters: Parameters) -> dict[str, Any]:
     }
 
 
+def _report(table: pd.DataFrame) -> str:
+    """One line for each scene, in Markdown."""
+    computations = list(dict.fromkeys(table["computation"]))
+    rows = []
+    for (scene, nodes), part in table.groupby(["scene", "nodes"], sort=False):
+        cells = {row.computation: _milliseconds(row) for row in part.itertuples()}
+        rows.append([f"{scene}, N = {nodes}", *(cells.get(name, "") for name in computations)])
+    worst = max(table["difference"].max(), table["slip_difference"].max())
+    head = ["processor time in ms: everything kept → left out", *computations]
+    return f"\n{markdown(head, rows)}\n\nlargest difference of an answer: {worst:.0e}"
+
+
+def _milliseconds(row: Any) -> str:
+    if not row.left_out:
+        return "nothing left out"
+    return f"{two_digits(1e3 * row.seconds_all)} → {two_digits(1e3 * row.seconds)}"
+
+
 _SAVED = {
     "scene": "'paper': square punch, bulk stress to and fro; 'with shear': and a shear load with it, not symmetric; 'uncoupled': B = 0; 'sampled': "
     "the paper's cycle, sampled at many corners; 'ellipse': bulk stress and shear out of phase; 'slippery middle': f = 0.001 on a fifth of it",
@@ -171,7 +189,7 @@ _SAVED = {
 }
 SAVED = Table("left_out", "one computation on one scene", _SAVED, full=FULL, quick=QUICK, compute=saved)
 
-STUDY = Study("studies.left_out", __doc__, "small contacts, each timed once, in seconds", (SAVED,))
+STUDY = Study("studies.left_out", __doc__, "small contacts, each timed once, in seconds", (SAVED,), lambda tables: _report(tables[SAVED.name]))
 
 
 if __name__ == "__main__":

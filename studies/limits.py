@@ -1,6 +1,6 @@
 """Limits of the paper's scene without any transient: onset, shakedown limit and safe slip against friction and corner size.
 
-Run with `python -m studies.limits [--quick]`. All limits are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
+Run with `python -m studies limits [--quick]`. All limits are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
 """
 
 from collections.abc import Iterable, Iterator, Sequence

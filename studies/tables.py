@@ -14,11 +14,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+import numpy as np
 import pandas as pd
 
 import frictopt as fo
 
-__all__ = ["DATA", "INTERRUPTED", "Study", "Table", "at_least_one", "data_folder", "writable"]
+__all__ = ["INTERRUPTED", "Study", "Table", "at_least_one", "data_folder", "markdown", "two_digits", "writable"]
 
 DATA = Path(__file__).parent / "data"
 INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
@@ -65,6 +66,16 @@ def at_least_one(text: str) -> int:
     if not text.strip().isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text!r}; give a whole number of at least 1")
     return int(text)
+
+
+def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])
+
+
+def two_digits(value: float) -> str:
+    """A number with two digits and no exponent."""
+    return np.format_float_positional(value, precision=2, fractional=False, trim="-")
 
 
 @dataclass(frozen=True)
@@ -148,7 +159,7 @@ class Study:
     Parameters
     ----------
     module
-        Name of the module that is run.
+        Full name of its module, of which the last part is the name of the study.
     about
         What the study computes.
     quick
@@ -165,9 +176,14 @@ class Study:
     tables: Sequence[Table[Any]]
     summary: Callable[[Mapping[str, pd.DataFrame]], str] | None = None
 
+    @property
+    def name(self) -> str:
+        """Name of the study."""
+        return self.module.rpartition(".")[2]
+
     def parser(self) -> argparse.ArgumentParser:
         """The options of the command line."""
-        parser = argparse.ArgumentParser(prog=f"python -m {self.module}", description=self.about)
+        parser = argparse.ArgumentParser(prog=f"python -m studies {self.name}", description=self.about)
         parser.add_argument("--quick", action="store_true", help=self.quick)
         parser.add_argument("--data", type=writable, metavar="FOLDER", help="where to write; by default studies/data, or studies/data/quick")
         for name, keywords in {name: keywords for table in self.tables for name, keywords in table.options.items()}.items():

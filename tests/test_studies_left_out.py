@@ -18,6 +18,14 @@ def test_the_answers_are_the_same(table):
     assert (table["saved"] > 0).all()
 
 
+def test_the_report_has_a_line_for_each_scene_and_a_cell_for_each_computation(table):
+    rows = table.reset_index()
+    lines = [line for line in left_out.STUDY.summary({"left_out": rows}).splitlines() if line.startswith("|")]
+    assert [line.split("|")[1].split(",")[0].strip() for line in lines[2:]] == list(dict.fromkeys(rows["scene"]))
+    assert sum(line.count("→") + line.count("nothing left out") for line in lines[2:]) == len(rows)
+    assert sum(line.count("nothing left out") for line in lines[2:]) == (rows["left_out"] == "").sum() > 0
+
+
 @pytest.mark.parametrize(
     ("scene", "computation", "words"),
     [

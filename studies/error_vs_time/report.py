@@ -1,11 +1,11 @@
 """The tables in short form, as Markdown."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
+from ..tables import markdown, two_digits
 from .clock import STAGES
 from .ways import ROUNDING
 
@@ -27,7 +27,7 @@ def fronts(table: pd.DataFrame) -> str:
     for question in _shown(table):
         ours, rivals = _best(question), question[question["rival"] != ""]
         rows.append([_name(ours), f"{_way(ours)}: {_cost(ours)}", _rival(rivals, ours), _ahead(rivals)])
-    return _markdown(["computation", "frictopt: error, time", "fastest rival as accurate", "rivals ahead of frictopt"], rows)
+    return markdown(["computation", "frictopt: error, time", "fastest rival as accurate", "rivals ahead of frictopt"], rows)
 
 
 def parts(table: pd.DataFrame) -> str:
@@ -35,14 +35,14 @@ def parts(table: pd.DataFrame) -> str:
     finest = table["nodes"].max()
     best = [_best(question) for question in _questions(table) if question["nodes"].iloc[0] in (0, finest)]
     rows = [[_name(row), *(_milliseconds(row[stage]) for stage in (*STAGES, "seconds"))] for row in best]
-    return _markdown(["ms", *STAGES, "sum"], rows)
+    return markdown(["ms", *STAGES, "sum"], rows)
 
 
 def law(table: pd.DataFrame) -> str:
     """Exponent of the shakedown limit in the size of the corner element: closed form, and between the two finest meshes."""
     finest = table.sort_values("corner_size").groupby("friction").first().reset_index()
     rows = [[f"{row.friction:g}", f"{row.expected:.3f}", f"{row.exponent:.3f}", f"{row.seconds:.2g} s"] for row in finest.itertuples()]
-    return _markdown(["f", "expected exponent", "between the two finest meshes", "time of the finest"], rows)
+    return markdown(["f", "expected exponent", "between the two finest meshes", "time of the finest"], rows)
 
 
 def _questions(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
@@ -72,7 +72,7 @@ def _rival(rivals: pd.DataFrame, ours: Any) -> str:
         best = rivals.loc[rivals["error"].idxmin()]
         return f"none; nearest: {best.method} ({best.setting}) {_cost(best)}"
     best = equal.loc[equal["seconds"].idxmin()]
-    return f"{best.method} ({best.setting}): {_seconds(best.seconds)}, {_digits(best.seconds / ours.seconds)} of ours"
+    return f"{best.method} ({best.setting}): {_seconds(best.seconds)}, {two_digits(best.seconds / ours.seconds)} of ours"
 
 
 def _ahead(rivals: pd.DataFrame) -> str:
@@ -95,21 +95,12 @@ def _cost(row: Any) -> str:
     return f"{row.error:.0e}, {_seconds(row.seconds)}"
 
 
-def _digits(value: float) -> str:
-    """Two digits, no exponent."""
-    return np.format_float_positional(value, precision=2, fractional=False, trim="-")
-
-
 def _seconds(value: float) -> str:
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
         if value >= 0.995 * size:
-            return f"{_digits(value / size)} {unit}"
-    return f"{_digits(value / 1e-6)} µs"
+            return f"{two_digits(value / size)} {unit}"
+    return f"{two_digits(value / 1e-6)} µs"
 
 
 def _milliseconds(value: float) -> str:
-    return _digits(1e3 * value) if value else ""
-
-
-def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])
+    return two_digits(1e3 * value) if value else ""
