@@ -5,10 +5,9 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
-from frictopt.models.solve import _OPTIONS
-from studies.error_vs_time.bare_lp import LinearProgram, highs, highs_cost
+from studies.error_vs_time.bare_lp import OURS, LinearProgram, highs, highs_cost
 
-OPTIONS = {"default": {}, "ours": _OPTIONS["HIGHS"]["highs_options"]}
+OPTIONS = {"defaults": {}, "ours": OURS}
 
 
 @pytest.mark.parametrize("options", OPTIONS)

@@ -1,7 +1,8 @@
 """frictopt decides whether a frictional contact will stop slipping.
 
 A finite-element model of two bodies is condensed to its interface (`PunchOnHalfPlane`, `ContactModel` -> `ContactSystem`); for a load cycle
-(`LoadCycle`) and a coefficient of friction, linear programs give the shakedown limit and safe residual slips.
+(`LoadCycle`) and a coefficient of friction, linear programs give the shakedown limit, the guaranteed limit and safe residual slips, and exact paths
+give the steady state that a transient reaches.
 """
 
 from . import reference

@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+from paper_figures.__main__ import FIGURES
+
 README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
 
 
@@ -16,6 +18,11 @@ def test_examples_run_as_they_stand(capsys):
     assert "load_factor=0.798" in printed and "node=0, sense=-1" in printed
     assert "0.1483" in printed and "0 0.6527" in printed
     assert "1.8280" in printed and "0.0025" in printed and "True 0.0" in printed and "SHAKEDOWN 0.0" in printed and "CYCLIC_SLIP 0." in printed
+
+
+def test_it_lists_the_figures_that_there_are():
+    table = re.findall(r"^\| .* \| `paper_figures/(\w+)\.py` \| .*\|$", README, re.MULTILINE)
+    assert sorted(table) == sorted(FIGURES)
 
 
 def test_files_that_it_names_exist():

@@ -79,7 +79,13 @@ def _mean_gradient_y(u: Any, v: Any, _: Any) -> Any:
 
 
 def checked_element(name: Any) -> ElementName:
-    """Check the name of an element."""
+    """Check the name of an element.
+
+    Raises
+    ------
+    ModelError
+        It is not one of those that there are.
+    """
     if not isinstance(name, str) or name not in ("linear", "mean_dilatation"):
         raise ModelError(f"element: {name!r}; give 'linear' or 'mean_dilatation'")
     return "linear" if name == "linear" else "mean_dilatation"

@@ -8,12 +8,17 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_matrix
 
+from frictopt.models.solve import _OPTIONS
+
 from .clock import mark
 from .ways import Way, installed
 
-__all__ = ["LinearProgram", "clarabel", "highs", "highs_cost", "highs_vertex", "osqp", "ways"]
+__all__ = ["OURS", "LinearProgram", "clarabel", "highs", "highs_cost", "highs_vertex", "osqp", "ways"]
 
 Array = np.ndarray[Any, Any]
+
+OURS: dict[str, Any] = _OPTIONS["HIGHS"]["highs_options"]
+"""Options with which the package calls HiGHS."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,9 +125,9 @@ def osqp(program: LinearProgram, tolerance: float) -> float:
     return float(program.cost @ answer.x)
 
 
-def ways(program: LinearProgram, ours: dict[str, Any], tolerances: tuple[float, ...], error: Callable[[float], float]) -> Iterator[Way]:
+def ways(program: LinearProgram, tolerances: tuple[float, ...], error: Callable[[float], float]) -> Iterator[Way]:
     """The bare solvers at these tolerances, HiGHS with its defaults and with our options too; `error` judges the optimal cost."""
-    settings = {"defaults": {}, "options of frictopt": ours}
+    settings = {"defaults": {}, "options of frictopt": OURS}
     for tolerance in tolerances:
         settings[f"{tolerance:.0e}"] = {"primal_feasibility_tolerance": tolerance, "dual_feasibility_tolerance": tolerance}
     for name, options in settings.items():

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 import frictopt as fo
-from frictopt.models.solve import _OPTIONS, LP_SOLVERS
+from frictopt.models import LP_SOLVERS
 
 from ..paper import LOADS
-from .bare_lp import LinearProgram, highs, highs_vertex, ways
+from .bare_lp import OURS, LinearProgram, highs, highs_vertex, ways
 from .exact import exact_margin, exact_shakedown_limit, fractions
 from .parameters import Parameters
 from .scenes import Scene
@@ -21,7 +21,6 @@ __all__ = ["exact_onset", "proposed_vertex", "questions"]
 
 Array = np.ndarray[Any, Any]
 
-_OURS = _OPTIONS["HIGHS"]["highs_options"]
 _VERTEX = "vertex of the linear program in rational arithmetic, refined to 40 digits and proven optimal"
 _DIRECTION = {"sigma": -1.0}
 
@@ -43,7 +42,7 @@ def exact_onset(system: fo.ContactSystem, friction: float) -> float:
 
 def proposed_vertex(problem: Any, nodes: int) -> Array:
     """(N,) rows of the vertex that HiGHS finds, of the N rows against forward slip and the N against backward slip."""
-    rows = highs_vertex(highs(LinearProgram.of(problem), _OURS))
+    rows = highs_vertex(highs(LinearProgram.of(problem), OURS))
     return rows[rows < 2 * nodes]
 
 
@@ -71,7 +70,7 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
     ours = [way("frictopt, first time", "solver", "HIGHS", first)]
     ours += [way("frictopt, compiled", "solver", solver, partial(model.solve, friction)) for solver, model in compiled.items()]
     ours.append(way("frictopt, compiled, nothing left out", "solver", "HIGHS", partial(kept.solve, friction)))
-    bare = ways(LinearProgram.of(problem), _OURS, parameters.tolerances, lambda cost: abs(-cost * unit / exact - 1))
+    bare = ways(LinearProgram.of(problem), parameters.tolerances, lambda cost: abs(-cost * unit / exact - 1))
     return Question("lambda_2", "load factor", scene.name, system.nodes, _VERTEX, [*ours, *bare])
 
 
@@ -84,5 +83,5 @@ def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
         run = partial(fo.safe_slip, system, LOADS, friction, factor, solver=solver)
         ours.append(Way("frictopt", "solver", solver, run, lambda safe: abs(safe.margin / exact - 1), lambda safe: safe.residual, rest="compile"))
     found = fo.safe_slip(system, LOADS, friction, factor)
-    bare = ways(LinearProgram.of(found.problem), _OURS, parameters.tolerances, lambda cost: abs(-cost / exact - 1))
+    bare = ways(LinearProgram.of(found.problem), parameters.tolerances, lambda cost: abs(-cost / exact - 1))
     return Question("safe slip", "margin", scene.name, system.nodes, _VERTEX, [*ours, *bare])
