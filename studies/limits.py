@@ -3,7 +3,7 @@
 Run with `python -m studies limits [--quick]`. All limits are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,7 +55,7 @@ QUICK = Parameters(
 def limits_by_friction(parameters: Parameters) -> pd.DataFrame:
     """One row per mesh and friction coefficient."""
     parts = []
-    for elements in _progress(parameters.elements, "limits by friction"):
+    for elements in tqdm(parameters.elements, desc="limits by friction", disable=None):
         scene = fo.PunchOnHalfPlane(elements=elements, grading="sine")
         system = scene.condense()
         part = _limits(system, parameters.frictions)
@@ -71,7 +71,7 @@ def limits_by_corner(parameters: Parameters) -> pd.DataFrame:
     scenes = [fo.PunchOnHalfPlane(elements=elements, grading="sine") for elements in parameters.corner_elements]
     scenes += [fo.PunchOnHalfPlane(elements=parameters.graded_elements, grading=float(grading)) for grading in parameters.gradings]
     parts = []
-    for scene in _progress(scenes, "limits by corner size"):
+    for scene in tqdm(scenes, desc="limits by corner size", disable=None):
         part = _limits(scene.condense(), parameters.corner_frictions)
         parts.append(pd.concat([_mesh_columns(scene, len(part)), part], axis=1))
     return pd.concat(parts)
@@ -83,17 +83,12 @@ def reactions_at_limit(parameters: Parameters) -> pd.DataFrame:
     system = scene.condense()
     model = fo.ShakedownModel(system, LOADS)
     parts = []
-    for friction in _progress(parameters.reaction_frictions, "reactions at the limit"):
+    for friction in tqdm(parameters.reaction_frictions, desc="reactions at the limit", disable=None):
         limit = model.solve(friction)
         for corner in range(len(LOADS.corners)):
             part = _corner_reactions(scene, system, limit, friction, corner)
             parts.append(pd.concat([_mesh_columns(scene, len(part)), part], axis=1))
     return pd.concat(parts)
-
-
-def _progress(values: Sequence[Any], what: str) -> Iterator[Any]:
-    """The values, with a progress bar on a terminal and silently elsewhere."""
-    yield from tqdm(values, desc=what, disable=None)
 
 
 def _mesh_columns(scene: fo.PunchOnHalfPlane, rows: int) -> pd.DataFrame:

@@ -15,11 +15,13 @@ from .rows import LoadRows
 from .solve import TOLERANCE, Attempt, solve
 from .task import Task
 
-__all__ = ["ApexClaim", "ApexSearch", "slip_bounds", "two_corners"]
+__all__ = ["FLOOR", "ApexClaim", "ApexSearch", "slip_bounds", "two_corners"]
+
+FLOOR = 1e-3
+"""Load factors count relative to themselves from this share of the load unit on."""
 
 _TIE = 1e-12  # corners whose rows differ by less than this share rule together
 _ZERO = 1e-12  # dimensionless load factors up to this are rounding of 0
-_FLOOR = 1e-3  # load factors count relative to themselves from this share of the load unit on
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +104,7 @@ class ApexSearch:
         (forward, backward), f = corners, task.friction[node]
         off = max(abs(q[forward, node] + f * p[forward, node]), abs(q[backward, node] - f * p[backward, node])) / task.force
         value, bound = model.bounds
-        gap = abs(value - bound) / max(value, _FLOOR)
+        gap = abs(value - bound) / max(value, FLOOR)
         beyond = 0.0
         if self._most is not None:
             rigid = _rigid(task)

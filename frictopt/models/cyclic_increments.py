@@ -16,6 +16,7 @@ import numpy as np
 
 from ..contact.checks import Array
 from .periodic_bounds import PeriodicBounds, periodic_bounds
+from .portable import Portable
 from .rows import load_factor_unit
 from .solve import least_bound
 from .task import Task
@@ -27,7 +28,7 @@ _STATUS = ("forward", "backward", "opened")
 
 
 @dataclass(frozen=True, eq=False)
-class CyclicBound:
+class CyclicBound(Portable):
     """What is known from periodic sequences of increments.
 
     Attributes
@@ -49,9 +50,6 @@ class CyclicBound:
     status: str
     slips: Array = field(repr=False)
     problem: cp.Problem | None = field(repr=False)
-
-    def __getstate__(self) -> dict[str, object]:
-        return {**self.__dict__, "problem": None}  # a solved cvxpy problem cannot be copied or sent elsewhere
 
 
 def cyclic_bound(task: Task, upper: float, most: Array | None, time_limit: float) -> CyclicBound:

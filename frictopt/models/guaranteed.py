@@ -12,9 +12,10 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, flag, frozen
 from ..contact.mirror import is_uncoupled
 from .apex_bounds import apex_bounds
-from .apex_search import ApexClaim, ApexSearch, slip_bounds, two_corners
+from .apex_search import FLOOR, ApexClaim, ApexSearch, slip_bounds, two_corners
 from .cyclic_increments import CyclicBound, cyclic_bound
 from .explain import Units, explain
+from .portable import Portable
 from .rows import load_factor_unit
 from .shakedown import ShakedownLimit, ShakedownModel
 from .solve import Attempt, solver_order
@@ -29,7 +30,7 @@ _LEFT_OUT, _IMAGE, _ONE_CORNER, _NOT_NEEDED = "left out by its bound", "mirror i
 
 
 @dataclass(frozen=True, eq=False)
-class GuaranteedLimit:
+class GuaranteedLimit(Portable):
     """Bounds of the guaranteed limit, and a residual slip from which the contact keeps slipping just above the upper one.
 
     Attributes
@@ -96,7 +97,7 @@ class GuaranteedLimit:
         if not np.isfinite(self.upper):
             return bool(np.isnan(self.upper) or self.lower == self.upper)
         loads = self._task.loads
-        return self.upper - self.lower <= _EXACT * max(self.upper, 1e-3 * load_factor_unit(loads, self._task.friction, self._task.force))
+        return self.upper - self.lower <= _EXACT * max(self.upper, FLOOR * load_factor_unit(loads, self._task.friction, self._task.force))
 
     @property
     def reactions(self) -> tuple[Array, Array]:
@@ -113,9 +114,6 @@ class GuaranteedLimit:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
         value = None if self.problem is None else self.upper
         explain("guaranteed limit, upper bound", self.problem, value, self._units, self.left_out, pd.DataFrame(), file)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "problem": None}  # a solved cvxpy problem cannot be copied or sent elsewhere
 
 
 class GuaranteedModel:

@@ -13,6 +13,7 @@ from ..contact.checks import Array, finite_array, frozen
 from ..contact.system import checked_system
 from ..errors import ModelError
 from .explain import explain
+from .portable import Portable
 from .solve import Attempt
 from .status import State, classified
 
@@ -23,7 +24,7 @@ _STUCK = 1e-12  # the law may be violated by this much, in units of the force sc
 
 
 @dataclass(frozen=True, eq=False)
-class Increment:
+class Increment(Portable):
     """The state after one increment of load, judged by the referee.
 
     Attributes
@@ -64,9 +65,6 @@ class Increment:
     problem: cp.Problem | None = field(repr=False)
     _title: str = field(repr=False)
     _units: dict[str, float] = field(repr=False)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "problem": None}  # a solved cvxpy problem cannot be copied or sent elsewhere
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""

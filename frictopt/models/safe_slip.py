@@ -13,6 +13,7 @@ from ..errors import SolverError
 from .explain import Units, explain
 from .mechanism import Mechanism
 from .outcome import solve_margin
+from .portable import Portable
 from .solve import Attempt
 from .task import Corners, Task, cycle_loads, every_corner
 
@@ -22,7 +23,7 @@ _ROUNDING = 1e-12  # margins this little below zero are zero: those at the shake
 
 
 @dataclass(frozen=True, eq=False)
-class SafeSlip:
+class SafeSlip(Portable):
     """A residual slip that keeps the contact stuck, or the proof that there is none.
 
     Attributes
@@ -71,9 +72,6 @@ class SafeSlip:
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
         explain("safe residual slip", self.problem, self.margin, self._units, self.left_out, self._motion.table(self._task.system.x), file)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "problem": None}  # a solved cvxpy problem cannot be copied or sent elsewhere
 
 
 def safe_slip(

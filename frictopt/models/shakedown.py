@@ -15,6 +15,7 @@ from .explain import Units, explain
 from .interface import Interface
 from .mechanism import Mechanism, expand_duals
 from .outcome import MarginState, NoLimit, classify
+from .portable import Portable
 from .rows import load_factor_unit
 from .safe import SafeProblem, shakedown_problem
 from .solve import TOLERANCE, Attempt, solve, solver_order
@@ -25,7 +26,7 @@ __all__ = ["ShakedownLimit", "ShakedownModel", "shakedown_limit"]
 
 
 @dataclass(frozen=True, eq=False)
-class ShakedownLimit:
+class ShakedownLimit(Portable):
     """The shakedown limit with its proof from both sides.
 
     Attributes
@@ -95,9 +96,6 @@ class ShakedownLimit:
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
         explain("shakedown limit", self.problem, self.load_factor, self._units, self.left_out, self.mechanism, file)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "problem": None}  # a solved cvxpy problem cannot be copied or sent elsewhere
 
 
 class ShakedownModel:
