@@ -185,6 +185,17 @@ def test_a_slip_bound_raises_the_limit_and_the_witness_keeps_within(punch, paper
     assert fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=only).upper == pytest.approx(free.upper, rel=1e-6)
 
 
+@pytest.mark.parametrize("share", [0.6, 0.1])
+def test_a_slip_bound_that_is_not_symmetric_leaves_no_mirror_images(punch, paper_cycle, share):
+    """The scene is: its limit under a bound is that under the mirrored bound, at the mirrored node."""
+    free = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
+    most = np.where(np.arange(17) < 8, share * np.ptp(free.slip) / 2, 1e3)
+    most[8] = 0.0
+    one, other = (fo.guaranteed_limit(punch(16), paper_cycle, 0.5, slip_bound=bound) for bound in (most, most[::-1]))
+    assert one.upper == pytest.approx(other.upper, rel=1e-8) and (one.node, other.node) == (16, 0)
+    assert one.nodes.load_factor[0] > 1.05 * one.upper > 1.05 * free.upper
+
+
 def test_limits_that_do_not_exist_are_answers():
     coupled = random_system(np.random.default_rng(0), 2)
     pressing = fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}])

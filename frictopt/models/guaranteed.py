@@ -168,8 +168,9 @@ class GuaranteedModel:
         time_limit = finite_number("time_limit", time_limit, above=0.0)
         shakedown = self._shakedown.solve(friction)
         posed = Task(self._system, self._cycle, self._loads, friction, self._simplify, not self._simplify)
-        task = replace(posed, simplify=False)  # a witness is not odd, so that mirror symmetry only saves nodes
-        found = self._upper(task, posed.mirror, shakedown)
+        task = replace(posed, simplify=False)  # a witness is not odd: mirror symmetry, of the slip bound too, only saves nodes
+        even = self._most is None or np.array_equal(self._most, self._most[::-1])
+        found = self._upper(task, posed.mirror and even, shakedown)
         if not lower or not np.isfinite(found.upper) or found.lower == found.upper:
             return found
         bound = cyclic_bound(task, found.upper, self._most, time_limit)
