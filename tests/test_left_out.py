@@ -99,6 +99,16 @@ def test_nothing_is_halved_where_something_is_not_symmetric(small, punch, paper_
         assert path.half_ways == (cycle is pushed)  # the way to the mean load is symmetric
 
 
+@pytest.mark.parametrize("shear", [0.02, 0.2])
+def test_a_shear_that_slips_nothing_yet_leaves_no_symmetry(small, punch, shear):
+    """Under it the motion so far is none, and so symmetric; bulk stress that comes on top is symmetric too, but the whole load is not."""
+    contact, cycle = punch(16), fo.LoadCycle({"P": 1.0, "Q": shear}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    for factor in (0.3, 2.0):
+        lean, full = both(contact, cycle, 1.2, factor)
+        assert_same(lean, full, 1e-9)
+        assert lean.left_out == ()
+
+
 def test_asymmetry_is_left_out_only_where_it_is_rounding(small, punch, paper_cycle):
     contact, rng = punch(16), np.random.default_rng(0)
     noise = rng.normal(size=contact.A.shape) / 10

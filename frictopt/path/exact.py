@@ -178,7 +178,7 @@ class ExactPath:
         drive = bonded - self.bonded
         settled = not np.abs(drive).max() > _NO_DRIVE * self.force
         done, time = False, 0.0
-        if self._half is not None and self._half.fits(self.state, drive):
+        if self._half is not None and self._half.fits(self.state, drive, bonded):
             done, time = self._half.go(self.state, drive, bonded, settled, self._keep)
         if not done:
             self._go_whole(drive, bonded, time, settled and time == 0, where)

@@ -36,10 +36,11 @@ class Halved:
         self._S = np.ascontiguousarray(half.system.S)
         self._active, self._proof, self.record = new_active_set(half.nodes), new_proof(half.nodes, 2), new_record(rows, half.nodes)
 
-    def fits(self, state: State, drive: Array) -> bool:
-        """Whether state and drive of the whole are mirror-symmetric."""
+    def fits(self, state: State, drive: Array, bonded: Array) -> bool:
+        """Whether the whole, and its load all the way to `bonded`, are mirror-symmetric: a load that nothing has slipped under yet leaves no slip."""
         opened = state.status == OPEN
-        return bool(_is_symmetric(drive, EXACT_LOAD) and _is_symmetric(state.u, EXACT) and (opened == opened[::-1]).all())
+        loaded = _is_symmetric(drive, EXACT_LOAD) and _is_symmetric(bonded, EXACT_LOAD)
+        return bool(loaded and _is_symmetric(state.u, EXACT) and (opened == opened[::-1]).all())
 
     def go(self, state: State, drive: Array, bonded: Array, settled: bool, keep: Callable[[Record, MirrorHalf], None]) -> tuple[bool, float]:
         """Follow the half while the bonded reactions of the whole change by `drive`; the state of the whole is changed in place.
