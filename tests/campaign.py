@@ -19,7 +19,7 @@ def study(**options):
     return fo.dissipation_study(CONTACT, CYCLE, 0.3, FACTORS, STARTS, **options)
 
 
-def end(_):
+def end(*_):
     """Set-up of a worker for which there is no memory."""
     os._exit(1)
 

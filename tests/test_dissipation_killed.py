@@ -103,6 +103,18 @@ def test_ctrl_c_on_the_whole_group_ends_with_a_usable_table(tmp_path, undisturbe
     same(table, undisturbed.set_index(keys).loc[pd.MultiIndex.from_frame(table[keys])].reset_index()[table.columns])
 
 
+@pytest.mark.parametrize("pause", [0.01, 0.02, 0.03])
+def test_a_second_ctrl_c_ends_it_too(tmp_path, pause):
+    """Whatever the second one interrupts, the first one's orderly end among it, no process waits for another one for ever."""
+    driver = begun(tmp_path / "run", 20)
+    left = workers(driver)
+    for _ in range(2):
+        driver.send_signal(signal.SIGINT)
+        time.sleep(pause)
+    driver.communicate(timeout=60)
+    assert not psutil.wait_procs(left, timeout=60)[1]
+
+
 def test_workers_that_die_at_once_end_in_rows_that_say_so(tmp_path, monkeypatch):
     monkeypatch.setattr("frictopt.study.execute._set_up", campaign.end)
     table = campaign.study(workers=2, store=tmp_path / "store")

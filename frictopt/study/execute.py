@@ -6,7 +6,9 @@ import sys
 import threading
 from collections.abc import Generator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
-from multiprocessing import get_context, parent_process
+from contextlib import suppress
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from types import FrameType
 from typing import Any
 
@@ -84,7 +86,8 @@ def _by_processes(contact: Contact, runs: Sequence[Run], workers: int) -> Genera
     fruitless, error = 0, ""
     while waiting and fruitless < _PATIENCE:
         before = len(waiting)
-        pool = ProcessPoolExecutor(min(workers, before), get_context("spawn"), _set_up, (contact,))
+        theirs, ours = get_context("spawn").Pipe(duplex=False)
+        pool = ProcessPoolExecutor(min(workers, before), get_context("spawn"), _set_up, (contact, theirs))
         try:
             futures = {}
             try:
@@ -101,7 +104,9 @@ def _by_processes(contact: Contact, runs: Sequence[Run], workers: int) -> Genera
                 del waiting[futures[future]]
                 yield row, True
         finally:
+            ours.close()  # first of all: however this ends, no worker is left over, for which the interpreter would wait at its end
             pool.shutdown(wait=False, cancel_futures=True)
+            theirs.close()
         fruitless = fruitless + 1 if len(waiting) == before else 0
         if fruitless == 1:
             _check_guard(workers)
@@ -142,19 +147,18 @@ def _died(error: BaseException) -> str:
 _contact: Contact
 
 
-def _set_up(contact: Contact) -> None:
-    """Make a worker ready: it keeps the arrays, leaves Ctrl-C to its parent, and ends with it, however that ends."""
+def _set_up(contact: Contact, campaign: "Connection[Any, Any]") -> None:
+    """Make a worker ready: it keeps the arrays, leaves Ctrl-C to its parent, and ends with the campaign or the parent, however that ends."""
     global _contact
     _contact = contact
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with, args=(campaign,), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+def _end_with(campaign: "Connection[Any, Any]") -> None:
+    with suppress(OSError):
+        campaign.poll(None)  # until the other end is closed: nothing is ever sent
+    os._exit(1)
 
 
 def _follow_here(run: Run) -> dict[str, Any]:
