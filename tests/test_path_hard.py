@@ -88,3 +88,27 @@ def test_nodes_that_lift_off_and_land_without_slip_have_shaken_down(punch, paper
         assert steady.dissipation == 0.0 or steady.dissipation > 1e-9
         outcomes.add(steady.outcome)
     assert Outcome.SHAKEDOWN in outcomes
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_start_too_far_for_the_loads_to_be_seen_is_refused_and_one_that_is_not_ends_as_any_far_start(seed):
+    """From far away the way to the mean load is a ray, from which all starts on it end alike."""
+    rng = np.random.default_rng(seed)
+    contact, direction = random_system(rng, 4), rng.normal(size=4)
+    near, far = (fo.steady_state(contact, CYCLE, 0.3, 0.5, initial_slip=size * direction) for size in (1e7, 1e15))
+    assert far.outcome is near.outcome and far.slip == pytest.approx(near.slip, abs=1e-5 * np.abs(near.slip).max())
+    for size in (1e30, 1e40, 1e140):
+        with pytest.raises(fo.ModelError, match=r"initial_slip: it stresses the contact .* times as much as the loads"):
+            fo.steady_state(contact, CYCLE, 0.3, 0.5, initial_slip=size * direction)
+        with pytest.raises(fo.ModelError, match="initial_slip: it stresses the contact"):
+            fo.march(contact, CYCLE, 0.3, 0.5, initial_slip=size * direction, engine="qp", steps=1)
+        with pytest.raises(fo.ModelError, match="overload: it stresses the contact"):
+            fo.steady_state(contact, CYCLE, 0.3, 0.5, overload=size)
+
+
+def test_loads_and_slips_that_are_large_together_are_not_far():
+    contact = random_system(np.random.default_rng(0), 3)
+    one = fo.steady_state(contact, CYCLE, 0.3, 0.5, initial_slip=[1.0, 2.0, -1.0])
+    scaled = fo.LoadCycle({"mean": 1e40}, [{name: 1e40 * value for name, value in corner.items()} for corner in CYCLE.corners])
+    other = fo.steady_state(contact, scaled, 0.3, 0.5, initial_slip=[1e40, 2e40, -1e40])
+    assert other.slip == pytest.approx(1e40 * one.slip, rel=1e-9) and other.outcome is one.outcome

@@ -9,7 +9,7 @@ from ..contact.checks import Array, finite_array, finite_number, flag
 from ..contact.cycle import checked_cycle
 from ..contact.mirror import MirrorHalf, mirror_half
 from ..contact.system import checked_system
-from ..errors import NoContinuation
+from ..errors import ModelError, NoContinuation
 from .active import OPEN, new_active_set
 from .halved import Halved
 from .proof import clear_proof, new_proof
@@ -23,6 +23,7 @@ _LAWFUL = 1e-10  # residual of a state from which a path may be taken up
 _NO_DRIVE = 1e-15  # change of the bonded reactions, over the force scale, that moves nothing
 _WORTH = 60  # nodes from which on half of them saves more time than the change to and fro takes
 _NOTHING = np.zeros((0, 0))  # the motions of the whole contact that leave a symmetry which is not asked for
+_FAR = 1e18  # times the loads, from where the last events before them are still told apart; paths from 1e30 times as far went wrong unnoticed
 _ROWS = 256  # events that the record holds before they are moved to the history
 
 
@@ -103,6 +104,7 @@ class ExactPath:
         self.history: list[tuple[Array, ...]] = []
         self._S = np.ascontiguousarray(system.S)
         self._active, self._proof = new_active_set(nodes), new_proof(nodes, 1)
+        self.check_near("initial_slip", self._S[:, :nodes] @ slip)
         self.bonded: Array = self.state.r - self._S @ self.state.u
         rows = _ROWS if keep else 0
         self._record = new_record(rows, nodes)
@@ -118,6 +120,22 @@ class ExactPath:
     def corners_at(self, load_factor: float) -> list[Array]:
         """Bonded reactions (2N,) at the corners of the cycle under a load factor."""
         return [self.mean + load_factor * corner for corner in self._cyclic]
+
+    def check_near(self, name: str, stress: Array) -> None:
+        """Check that reactions (2N,) at which the path starts or turns leave something of the loads in the rounding on the way back.
+
+        Raises
+        ------
+        ModelError
+            They are larger than 1e18 times the largest load.
+        """
+        loads = max(self.force, *(float(np.abs(corner).max()) for corner in self.corners))
+        most = float(np.abs(stress).max())
+        if most > _FAR * loads:
+            raise ModelError(
+                f"{name}: it stresses the contact {most / loads:.1e} times as much as the loads, which rounding hides then; "
+                f"give one of at most {_FAR:g} times, or check the units"
+            )
 
     @property
     def unproven(self) -> int:

@@ -77,6 +77,7 @@ def steady_state(
     path.start()
     if overload is not None:
         corners = path.corners_at(finite_number("overload", overload, least=0.0))
+        path.check_near("overload", np.array(corners))
         for number in stops:
             path.go(corners[number], f"the overload's way to corner {number}")
     run = _Run(path, stops, turning_corners(cycle))
