@@ -115,6 +115,15 @@ def test_a_second_ctrl_c_ends_it_too(tmp_path, pause):
     assert not psutil.wait_procs(left, timeout=60)[1]
 
 
+def test_ctrl_c_is_not_heard_by_workers_that_still_import(tmp_path):
+    driver = begun(tmp_path / "run", 0)
+    until(lambda: workers(driver) or driver.poll() is not None)
+    for process in (*workers(driver), driver):
+        process.send_signal(signal.SIGINT)
+    _, errors = driver.communicate(timeout=PATIENCE)
+    assert driver.returncode == 0 and b"Interrupted: dissipation_study: interrupted" in errors and b"Traceback" not in errors
+
+
 def test_workers_that_die_at_once_end_in_rows_that_say_so(tmp_path, monkeypatch):
     monkeypatch.setattr("frictopt.study.execute._set_up", campaign.end)
     table = campaign.study(workers=2, store=tmp_path / "store")

@@ -4,9 +4,9 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from types import FrameType
@@ -91,8 +91,9 @@ def _by_processes(contact: Contact, runs: Sequence[Run], workers: int) -> Genera
         try:
             futures = {}
             try:
-                for run in waiting.values():
-                    futures[pool.submit(_follow_here, run)] = run.key
+                with _without_interrupt():
+                    for run in waiting.values():
+                        futures[pool.submit(_follow_here, run)] = run.key
             except BrokenExecutor:
                 pass  # those handed out say so too
             for future in as_completed(futures):
@@ -138,6 +139,19 @@ def _check_guard(workers: int) -> None:
 
 def _nothing() -> None:
     """What a process does that is only to begin."""
+
+
+@contextmanager
+def _without_interrupt() -> Iterator[None]:
+    """Context that Ctrl-C waits for: processes that begin in it never hear it, not even while they import, before `_set_up`."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows has no such mask
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _died(error: BaseException) -> str:
