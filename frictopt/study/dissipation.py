@@ -66,7 +66,7 @@ def dissipation_study(
         Load factors, each >= 0.
     initial_slips
         Starts, as `no_slip`, `safe_slips`, `random_slips`, `overloads` and `given_slips` of `frictopt.study` make them (lists to be added up); or an
-        array (starts, N) of residual slips, length; None: none.
+        array (starts, N) of residual slips, length; None: none. Slips that stress the contact more than 1e18 times as much as the loads fail.
     executor
         Any executor of `concurrent.futures`' interface (such as a dask client's `get_executor()`); by default processes of our own.
     workers
@@ -89,9 +89,10 @@ def dissipation_study(
     Raises
     ------
     ModelError
-        Bad input.
+        Bad input, an executor that takes no runs, or processes that each come upon this call again, in a script that does not have it under
+        `if __name__ == "__main__":`.
     StoreError
-        A run cannot be written; `table` of the error holds what is finished.
+        A run cannot be written, or a damaged one not be set aside; `table` of the error holds what is finished.
     """
     f = np.array(friction_coefficients(friction, checked_system(system).nodes))
     checked_cycle(cycle)
