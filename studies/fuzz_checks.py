@@ -1,8 +1,8 @@
 """What is asked of a random case, and how each answer is held against an independent one."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,20 +12,14 @@ from frictopt.models import ExactIncrement, FrozenBoundIncrement
 
 from . import oracles
 from .fuzz_cases import Case
+from .fuzz_guaranteed import followed, guaranteed, guaranteed_transformed
+from .fuzz_known import Known, NotAsked, Wrong, same, transformed
 
 __all__ = ["CHECKS", "Finding", "findings"]
 
 _STEPS = (7, 30, 131, 1009)  # increments from corner to corner; without common divisors, or all may miss an event by the same way
 _FEW = 3  # nodes up to which all statuses are tried
 _BRUTE = 16  # cycles followed to see what becomes of a transient
-
-
-class Wrong(Exception):
-    """An answer that an independent one contradicts."""
-
-
-class NotAsked(Exception):
-    """The question makes no sense for a case."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +50,7 @@ class Finding:
 
 def findings(case: Case, checks: Sequence[str] | None = None) -> Iterator[Finding]:
     """Ask every question of a case, or some of them, by name."""
-    known = _Known(case)
+    known = Known(case)
     for name in CHECKS if checks is None else checks:
         try:
             residual, compared = CHECKS[name](known)
@@ -70,46 +64,7 @@ def findings(case: Case, checks: Sequence[str] | None = None) -> Iterator[Findin
             yield Finding(name, case.seed, "wrong", float("nan"), False, f"{type(error).__name__}: {error}")
 
 
-class _Known:
-    """A case, and the shakedown limit that several questions need, by the plain linear program."""
-
-    def __init__(self, case: Case) -> None:
-        self.case = case
-        self.force, self.length = oracles.units(case.system, case.cycle)
-        self.limit = oracles.largest_load_factor(case.system, case.cycle, case.friction)
-
-    @cached_property
-    def answered_limit(self) -> fo.ShakedownLimit:
-        """The limit that frictopt finds."""
-        return fo.shakedown_limit(*self.args)
-
-    @cached_property
-    def answered_safe_slip(self) -> fo.SafeSlip:
-        """The safe slip that frictopt finds at the load factor of the case."""
-        return fo.safe_slip(*self.args, self.load_factor)
-
-    @property
-    def finite(self) -> bool:
-        """Whether there is a limit to be below or above of."""
-        return self.limit is not None and bool(np.isfinite(self.limit)) and self.limit > 1e-6
-
-    @property
-    def load_factor(self) -> float:
-        """The load factor of the case."""
-        return self.case.share * (self.limit if self.limit is not None and self.finite else 1.0)
-
-    @property
-    def args(self) -> tuple[Any, Any, Any]:
-        """System, cycle, friction."""
-        return self.case.system, self.case.cycle, self.case.friction
-
-
-def _same(name: str, found: float, expected: float, relative: float = 1e-6, absolute: float = 0.0) -> None:
-    if not (found == expected or (np.isnan(found) and np.isnan(expected)) or abs(found - expected) <= relative * abs(expected) + absolute):
-        raise Wrong(f"{name} {found!r}, expected {expected!r}")
-
-
-def _limit(known: _Known) -> tuple[float, bool]:
+def _limit(known: Known) -> tuple[float, bool]:
     """Against a linear program on the plain rows of all corners; the safe slip against the rows themselves."""
     limit = known.answered_limit
     if np.isfinite(limit.load_factor):
@@ -117,11 +72,16 @@ def _limit(known: _Known) -> tuple[float, bool]:
         if excess > 1e-8:
             raise Wrong(f"slip at the limit is not safe by {excess:.1e}")
     if known.limit is not None:
-        _same("limit", limit.load_factor, known.limit, absolute=1e-8)
+        same("limit", limit.load_factor, known.limit, absolute=1e-8)
     return limit.residual, known.limit is not None
 
 
-def _safe_slip(known: _Known) -> tuple[float, bool]:
+def _transformed(known: Known) -> tuple[float, bool]:
+    """The same limit of the same contact, described in other ways."""
+    return transformed(known, "limit", fo.shakedown_limit, lambda limit: float(limit.load_factor), known.answered_limit)
+
+
+def _safe_slip(known: Known) -> tuple[float, bool]:
     """Against a linear program for the margin, and against the limit."""
     safe = known.answered_safe_slip
     excess = oracles.excess(*known.args, known.load_factor, safe.slip)
@@ -133,39 +93,7 @@ def _safe_slip(known: _Known) -> tuple[float, bool]:
     return safe.residual, room is not None
 
 
-def _transformed(known: _Known) -> tuple[float, bool]:
-    """The same limit in other units, mirrored, renumbered, with other corners' order, after residual slip, and with nothing left out."""
-    system, cycle, friction = known.args
-    n, rng = system.nodes, np.random.default_rng(known.case.seed)
-    limit = known.answered_limit.load_factor
-    order = rng.permutation(n)
-    slip = rng.normal(size=n) * known.length
-    forms: tuple[Callable[[], fo.ShakedownLimit], ...] = (
-        lambda: fo.shakedown_limit(_rebuilt(system, np.arange(n), factor=10.0 ** rng.uniform(-12, 12)), cycle, friction),
-        lambda: fo.shakedown_limit(_rebuilt(system, np.arange(n)[::-1], sense=-1.0), cycle, friction[::-1]),
-        lambda: fo.shakedown_limit(_rebuilt(system, order), cycle, friction[order]),
-        lambda: fo.shakedown_limit(system, fo.LoadCycle(cycle.mean, cycle.corners[::-1]), friction),
-        lambda: fo.shakedown_limit(
-            system.with_bonded({"mean": (system.bonded["mean"][0] + system.A @ slip, system.bonded["mean"][1] + system.B @ slip)}), cycle, friction
-        ),
-        lambda: fo.shakedown_limit(system, cycle, friction, simplify=False),
-    )
-    form = int(rng.integers(len(forms)))
-    again = forms[form]()
-    _same(f"limit in form {form}", again.load_factor, limit, relative=1e-7 if form != 4 else 1e-6, absolute=1e-8)
-    return again.residual, True
-
-
-def _rebuilt(system: fo.ContactSystem, order: Any, sense: float = 1.0, factor: float = 1.0) -> fo.ContactSystem:
-    """The same contact with its nodes in another order, seen from behind (sense -1), or with another unit of force."""
-    pick = np.ix_(order, order)
-    bonded = {name: (sense * factor * q[order], factor * p[order]) for name, (q, p) in system.bonded.items()}
-    return replace(
-        system, A=factor * system.A[pick], B=sense * factor * system.B[pick], C=factor * system.C[pick], bonded=bonded, gap=system.gap[order]
-    )
-
-
-def _path(known: _Known) -> tuple[float, bool]:
+def _path(known: Known) -> tuple[float, bool]:
     """Against its energy, with loads linear between events; on few nodes also against increments with all statuses tried, as they get smaller."""
     case, cycles = known.case, 2
     path = fo.march(*known.args, known.load_factor, initial_slip=case.start, cycles=cycles)
@@ -188,7 +116,7 @@ def _path(known: _Known) -> tuple[float, bool]:
     raise Wrong(f"increments do not approach the path: {errors}")
 
 
-def _steady(known: _Known) -> tuple[float, bool]:
+def _steady(known: Known) -> tuple[float, bool]:
     """Against brute force: the same transient followed for many cycles; against the limit: nothing safe is claimed above it."""
     case = known.case
     steady = fo.steady_state(*known.args, known.load_factor, initial_slip=case.start)
@@ -201,11 +129,11 @@ def _steady(known: _Known) -> tuple[float, bool]:
         return steady.residual, False
     brute = fo.march(*known.args, known.load_factor, initial_slip=case.start, cycles=_BRUTE)
     works = brute.cycle_work.sum(axis=1)
-    _same("work of a cycle", steady.dissipation, float(works[-1]), 1e-6, 1e-8 * scale + 10 * float(abs(works[-1] - works[-4])))
+    same("work of a cycle", steady.dissipation, float(works[-1]), 1e-6, 1e-8 * scale + 10 * float(abs(works[-1] - works[-4])))
     return steady.residual, True
 
 
-def _safe_start(known: _Known) -> tuple[float, bool]:
+def _safe_start(known: Known) -> tuple[float, bool]:
     """From a slip that is safe with room to spare, at a mean load that leaves it so, the contact never slips at all."""
     if known.case.share >= 0.95 or not known.finite or known.case.system.gap.any() or not known.case.friction.all():
         raise NotAsked
@@ -224,7 +152,7 @@ def _safe_start(known: _Known) -> tuple[float, bool]:
     return max(safe.residual, steady.residual), True
 
 
-def _increment(known: _Known, engine: type[ExactIncrement | FrozenBoundIncrement]) -> tuple[float, bool]:
+def _increment(known: Known, engine: type[ExactIncrement | FrozenBoundIncrement]) -> tuple[float, bool]:
     """Against all statuses tried, on one load of the cycle; few nodes, and a part of the cases."""
     case = known.case
     if case.system.nodes > _FEW or case.seed % 8:
@@ -246,10 +174,13 @@ def _increment(known: _Known, engine: type[ExactIncrement | FrozenBoundIncrement
     return found.residual, stepper.regular
 
 
-CHECKS: dict[str, Callable[[_Known], tuple[float, bool]]] = {
+CHECKS: dict[str, Callable[[Known], tuple[float, bool]]] = {
     "shakedown limit": _limit,
     "safe slip": _safe_slip,
     "limit, transformed": _transformed,
+    "guaranteed limit": guaranteed,
+    "guaranteed, transformed": guaranteed_transformed,
+    "guarantee, followed": followed,
     "exact path": _path,
     "steady state": _steady,
     "safe start": _safe_start,

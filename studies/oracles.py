@@ -3,6 +3,7 @@
 Nothing here uses the package's own methods: only the matrices, the bonded reactions and the numbers that an answer claims.
 """
 
+from collections.abc import Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -11,8 +12,9 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 
-__all__ = ["Marched", "Stepper", "corner_loads", "excess", "largest_load_factor", "largest_margin", "units"]
+__all__ = ["Marched", "Stepper", "corner_loads", "excess", "largest_load_factor", "largest_margin", "least_on_both_bounds", "off_bounds", "units"]
 
+_TIE = 1e-11  # corners whose rows differ by less than this share rule together
 _TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 2.0}
 
 
@@ -41,10 +43,30 @@ def excess(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_fa
 
     What the rounding of the terms can make of it is taken off.
     """
+    slack, rounding = _slacks(system, cycle, friction, load_factor, slip)
+    return float(-(slack + rounding).min())
+
+
+def off_bounds(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any, node: int, corners: tuple[int, int]
+) -> float:
+    """How far a node is from its bound of forward slip at one corner and of backward slip at another, over the force scale; rounding as in `excess`."""
+    slack, rounding = _slacks(system, cycle, friction, load_factor, slip)
+    forward, backward = _both_bounds(system.nodes, node, corners)
+    return float(max(abs(slack[row]) - rounding[row] for row in (forward, backward)))
+
+
+def _slacks(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any) -> tuple[Any, Any]:
+    """Values of the rows, and what rounding can make of them."""
     slope, rate, level = _rows(system, cycle, friction)
     v = np.asarray(slip) / units(system, cycle)[1]
     rounding = 8 * np.finfo(float).eps * (np.abs(slope) @ np.abs(v) + np.abs(rate) * load_factor + np.abs(level))
-    return float(-(slope @ v + rate * load_factor + level + rounding).min())
+    return slope @ v + rate * load_factor + level, rounding
+
+
+def _both_bounds(nodes: int, node: int, corners: tuple[int, int]) -> tuple[int, int]:
+    """Which rows are the bound of forward slip at the first corner and of backward slip at the second."""
+    return 3 * nodes * corners[0] + node, 3 * nodes * corners[1] + nodes + node
 
 
 def largest_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
@@ -55,22 +77,51 @@ def largest_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction:
     return answer / unit if answer is not None else None
 
 
+def least_on_both_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
+    """Least load factor at which a safe slip holds some node on both its bounds, by one plain linear program per node whose bounds differ in corner.
+
+    Inf where no node ever is; None where the solver does not say.
+    """
+    slope, rate, level = _rows(system, cycle, friction)
+    unit, least = float(np.abs(rate).max()) or 1.0, np.inf
+    rows = np.column_stack([slope, -rate / unit])
+    for node, corners in _to_and_fro(system.nodes, rate, np.asarray(friction)):
+        answer = _optimum(rows, level, (-np.inf, 0.0), _both_bounds(system.nodes, node, corners))
+        if answer is None:
+            return None
+        least = least if np.isnan(answer) else min(least, -answer / unit)
+    return least
+
+
+def _to_and_fro(nodes: int, rate: Any, friction: Any) -> list[tuple[int, tuple[int, int]]]:
+    """Nodes that one corner brings to forward slip and another to backward slip, with these corners."""
+    forward, backward, _ = np.moveaxis(rate.reshape(-1, 3, nodes), 1, 0)
+    tie = _TIE * np.maximum(np.abs(forward), np.abs(backward)).max(axis=0)
+    first, last = forward <= forward.min(axis=0) + tie, backward <= backward.min(axis=0) + tie
+    alone = first & ~last, last & ~first
+    found = np.flatnonzero(alone[0].any(axis=0) & alone[1].any(axis=0) & (friction > 0))
+    return [(int(i), (int(np.argmax(alone[0][:, i])), int(np.argmax(alone[1][:, i])))) for i in found]
+
+
 def largest_margin(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> float | None:
     """Largest reserve, at most 1, of all rows of safe slip at a load factor, over the force scale; None where the solver does not say."""
     slope, rate, level = _rows(system, cycle, friction)
     return _optimum(np.column_stack([slope, -np.ones(len(slope))]), level + rate * load_factor, (-np.inf, 1.0))
 
 
-def _optimum(rows: Any, level: Any, limits: tuple[float, float]) -> float | None:
-    """Largest last unknown z of `rows z + level >= 0`; inf or nan where there is none, None where no answer of the solver is accurate."""
-    columns = rows.shape[1]
+def _optimum(rows: Any, level: Any, limits: tuple[float, float], equal: Sequence[int] = ()) -> float | None:
+    """Largest last unknown z of `rows z + level >= 0`, `= 0` in some; inf or nan where there is none, None where no answer of the solver is accurate."""
+    columns, equal = rows.shape[1], list(equal)
     little = 1 / np.clip(np.abs(level), 1e-6, 1.0)  # weights of rows whose nodes carry little
     bounds = [(-np.inf, np.inf)] * (columns - 1) + [limits]
     said = set()
     for weight, method in product((little, np.ones_like(little)), ("highs-ds", "highs-ipm")):
-        answer = linprog(-np.eye(columns)[-1], -weight[:, None] * rows, weight * level, bounds=bounds, method=method, options=_TIGHT)
-        if answer.status == 0 and (little * (rows @ answer.x + level)).min() > -1e-9:
-            return float(answer.x[-1])
+        left, right = -weight[:, None] * rows, weight * level
+        answer = linprog(-np.eye(columns)[-1], left, right, left[equal], right[equal], bounds, method=method, options=_TIGHT)
+        if answer.status == 0:
+            slack = little * (rows @ answer.x + level)
+            if slack.min() > -1e-9 and (np.abs(slack[equal]) < 1e-9).all():
+                return float(answer.x[-1])
         said.add(answer.status)
     return {2: float("nan"), 3: float("inf")}.get(said.pop()) if len(said) == 1 else None
 

@@ -55,7 +55,7 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
         problem.param_dict[name].value = getattr(rows, name) * (factor / rows.load_unit if name in _CYCLIC else 1.0)
     found = []
     for direction in directions:
-        problem.param_dict["direction"].value = direction / (np.abs(direction).max() or 1.0)
+        problem.param_dict["direction"].value = direction / (np.abs(direction).max(initial=0.0) or 1.0)
         model = _Vertex(problem, interface, task, factor)
         try:
             found.append(solve(model, model.claim).claim.slip)

@@ -1,0 +1,101 @@
+"""What the questions to a random case share: the case with its limits, and how two numbers are compared."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+import frictopt as fo
+
+from . import oracles
+from .fuzz_cases import Case
+
+__all__ = ["Known", "NotAsked", "Wrong", "same", "transformed"]
+
+
+class Wrong(Exception):
+    """An answer that an independent one contradicts."""
+
+
+class NotAsked(Exception):
+    """The question makes no sense for a case."""
+
+
+class Known:
+    """A case, and the shakedown limit that several questions need, by the plain linear program."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.force, self.length = oracles.units(case.system, case.cycle)
+        self.limit = oracles.largest_load_factor(case.system, case.cycle, case.friction)
+
+    @cached_property
+    def answered_limit(self) -> fo.ShakedownLimit:
+        """The limit that frictopt finds."""
+        return fo.shakedown_limit(*self.args)
+
+    @cached_property
+    def answered_guarantee(self) -> fo.GuaranteedLimit:
+        """The guaranteed limit that frictopt finds."""
+        return fo.guaranteed_limit(*self.args)
+
+    @cached_property
+    def answered_safe_slip(self) -> fo.SafeSlip:
+        """The safe slip that frictopt finds at the load factor of the case."""
+        return fo.safe_slip(*self.args, self.load_factor)
+
+    @property
+    def finite(self) -> bool:
+        """Whether there is a limit to be below or above of."""
+        return self.limit is not None and bool(np.isfinite(self.limit)) and self.limit > 1e-6
+
+    @property
+    def load_factor(self) -> float:
+        """The load factor of the case."""
+        return self.case.share * (self.limit if self.limit is not None and self.finite else 1.0)
+
+    @property
+    def args(self) -> tuple[Any, Any, Any]:
+        """System, cycle, friction."""
+        return self.case.system, self.case.cycle, self.case.friction
+
+
+def same(name: str, found: float, expected: float, relative: float = 1e-6, absolute: float = 0.0) -> None:
+    """Raise Wrong where two numbers differ by more than that."""
+    if not (found == expected or (np.isnan(found) and np.isnan(expected)) or abs(found - expected) <= relative * abs(expected) + absolute):
+        raise Wrong(f"{name} {found!r}, expected {expected!r}")
+
+
+def transformed(
+    known: Known, name: str, ask: Callable[..., fo.ShakedownLimit | fo.GuaranteedLimit], value: Callable[[Any], float], answered: Any
+) -> tuple[float, bool]:
+    """The same limit in other units, mirrored, renumbered, with other corners' order, after residual slip, and with nothing left out."""
+    system, cycle, friction = known.args
+    n, rng = system.nodes, np.random.default_rng(known.case.seed)
+    order = rng.permutation(n)
+    slip = rng.normal(size=n) * known.length
+    forms: tuple[Callable[[], fo.ShakedownLimit | fo.GuaranteedLimit], ...] = (
+        lambda: ask(_rebuilt(system, np.arange(n), factor=10.0 ** rng.uniform(-12, 12)), cycle, friction),
+        lambda: ask(_rebuilt(system, np.arange(n)[::-1], sense=-1.0), cycle, friction[::-1]),
+        lambda: ask(_rebuilt(system, order), cycle, friction[order]),
+        lambda: ask(system, fo.LoadCycle(cycle.mean, cycle.corners[::-1]), friction),
+        lambda: ask(
+            system.with_bonded({"mean": (system.bonded["mean"][0] + system.A @ slip, system.bonded["mean"][1] + system.B @ slip)}), cycle, friction
+        ),
+        lambda: ask(system, cycle, friction, simplify=False),
+    )
+    form = int(rng.integers(len(forms)))
+    again = forms[form]()
+    same(f"{name} in form {form}", value(again), value(answered), relative=1e-7 if form != 4 else 1e-6, absolute=1e-8)
+    return again.residual, True
+
+
+def _rebuilt(system: fo.ContactSystem, order: Any, sense: float = 1.0, factor: float = 1.0) -> fo.ContactSystem:
+    """The same contact with its nodes in another order, seen from behind (sense -1), or with another unit of force."""
+    pick = np.ix_(order, order)
+    bonded = {name: (sense * factor * q[order], factor * p[order]) for name, (q, p) in system.bonded.items()}
+    return replace(
+        system, A=factor * system.A[pick], B=sense * factor * system.B[pick], C=factor * system.C[pick], bonded=bonded, gap=system.gap[order]
+    )
