@@ -12,7 +12,18 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 
-__all__ = ["Marched", "Stepper", "corner_loads", "excess", "largest_load_factor", "largest_margin", "least_on_both_bounds", "off_bounds", "units"]
+__all__ = [
+    "Marched",
+    "Stepper",
+    "corner_loads",
+    "excess",
+    "largest_load_factor",
+    "largest_margin",
+    "least_on_both_bounds",
+    "off_bounds",
+    "on_both_bounds",
+    "units",
+]
 
 _TIE = 1e-11  # corners whose rows differ by less than this share rule together
 _TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 2.0}
@@ -50,7 +61,7 @@ def excess(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_fa
 def off_bounds(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any, node: int, corners: tuple[int, int]
 ) -> float:
-    """How far a node is from its bound of forward slip at one corner and of backward slip at another, over the force scale; rounding as in `excess`."""
+    """How far a node is from its bound of forward slip at one corner, of backward slip at another, over the force scale; rounding as in `excess`."""
     slack, rounding = _slacks(system, cycle, friction, load_factor, slip)
     forward, backward = _both_bounds(system.nodes, node, corners)
     return float(max(abs(slack[row]) - rounding[row] for row in (forward, backward)))
@@ -93,6 +104,19 @@ def least_on_both_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction
     return least
 
 
+def on_both_bounds(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, node: int, corners: tuple[int, int]
+) -> Any | None:
+    """(N,) slip that holds a node on both its bounds at these corners, others as far from theirs as can be; None where the solver finds none."""
+    slope, rate, level = _rows(system, cycle, friction)
+    equal = list(_both_bounds(system.nodes, node, corners))
+    others = np.arange(len(slope)) % system.nodes != node
+    left, right = -np.column_stack([slope, -others.astype(float)]), level + rate * load_factor
+    bounds = [(None, None)] * system.nodes + [(0.0, 1.0)]
+    answer = linprog(-np.eye(system.nodes + 1)[-1], left, right, left[equal], right[equal], bounds, options=_TIGHT)
+    return answer.x[:-1] * units(system, cycle)[1] if answer.status == 0 else None
+
+
 def _to_and_fro(nodes: int, rate: Any, friction: Any) -> list[tuple[int, tuple[int, int]]]:
     """Nodes that one corner brings to forward slip and another to backward slip, with these corners."""
     forward, backward, _ = np.moveaxis(rate.reshape(-1, 3, nodes), 1, 0)
@@ -110,7 +134,7 @@ def largest_margin(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any,
 
 
 def _optimum(rows: Any, level: Any, limits: tuple[float, float], equal: Sequence[int] = ()) -> float | None:
-    """Largest last unknown z of `rows z + level >= 0`, `= 0` in some; inf or nan where there is none, None where no answer of the solver is accurate."""
+    """Largest last unknown z of `rows z + level >= 0`, `= 0` in some; inf or nan where there is none, None where no answer is accurate."""
     columns, equal = rows.shape[1], list(equal)
     little = 1 / np.clip(np.abs(level), 1e-6, 1.0)  # weights of rows whose nodes carry little
     bounds = [(-np.inf, np.inf)] * (columns - 1) + [limits]

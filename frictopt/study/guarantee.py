@@ -17,7 +17,7 @@ from ..path import Outcome, steady_state
 __all__ = ["GuaranteeCheck", "verify_guaranteed"]
 
 _UNDECIDED = "NO_CONTINUATION"
-_SMALL_LOAD = 0.02  # share of lambda_2 that stands for "just above" a guaranteed limit of 0
+_SMALL_LOAD = 0.02  # share of lambda_2, or of the load unit, that stands for "just above" a guaranteed limit of 0
 _VERTICES = 0.2  # share of the starts that are vertices of the safe slips, and again of those beyond vertices
 _BEYOND = 3.0  # largest factor by which starts lie beyond vertices
 _DECADES = -1.0, 2.0  # of the size of random slips, over the largest slip of the witness
@@ -106,7 +106,9 @@ def verify_guaranteed(
     tolerance
         Largest change of the witness's slip in these, over its largest slip.
     below, above
-        Load factors of the two tests over `limit.upper`. Where that is 0 there is nothing to test below, and above it 2 % of lambda_2 is taken.
+        Load factors of the two tests over `limit.upper`. Where that is 0 there is nothing to test below, and above it 2 % of lambda_2 is taken, or
+        of the load factor at which the cyclic reactions reach the mean pressures if that is less. There some starts next to the witness slip for
+        ever, but not all: its node carries nothing, so that no load is small.
     seed
         Seed of the random starts.
 
@@ -128,13 +130,19 @@ def verify_guaranteed(
     if not np.isfinite(limit.upper) or limit.shakedown.load_factor == 0:
         raise ModelError(f"limit: guaranteed limit {limit.upper:g} below lambda_2 = {limit.shakedown.load_factor:g}; there is no load to test at")
     size = float(np.abs(limit.slip).max()) or float(np.abs(cycle.mean_reaction(system)[1]).mean()) / system.stiffness_scale
-    high = above * limit.upper if limit.upper > 0 else _SMALL_LOAD * limit.shakedown.load_factor
+    high = above * limit.upper if limit.upper > 0 else _SMALL_LOAD * _least_load(system, cycle, limit.shakedown.load_factor)
     begins = [(high, "witness", limit.slip), *((high, "moved witness", slip) for slip in _moved(rng, limit.slip, moved, tolerance * size))]
     if limit.upper > 0:
         low = below * limit.upper
         begins += [(low, kind, slip) for kind, slip in _starts(rng, system, cycle, friction, low, starts, size)]
     rows = [_run(system, cycle, friction, limit, size, *begin) for begin in begins]
     return GuaranteeCheck(limit, pd.DataFrame(rows), frozen([slip for _, _, slip in begins]))
+
+
+def _least_load(system: ContactSystem, cycle: LoadCycle, shakedown: float) -> float:
+    """The shakedown limit, or the load factor at which the cyclic reactions reach the mean pressures if that is less."""
+    force = float(np.abs(cycle.mean_reaction(system)[1]).mean())
+    return min(shakedown, force / max(float(np.abs(part).max()) for part in cycle.corner_reactions(system)))
 
 
 def _moved(rng: np.random.Generator, slip: Array, count: int, most: float) -> Iterator[Array]:
