@@ -13,11 +13,7 @@ from .fuzz_known import Known, NotAsked, Wrong, same, transformed
 __all__ = ["followed", "guaranteed", "guaranteed_transformed"]
 
 _STARTS = 10  # below the limit
-_SMALL = (0.1, 0.02, 1e-3)  # load factors next to 0, over the shakedown limit or that at which cyclic reactions reach the mean pressure
-    0.1,
-    0.02,
-    1e-3,
-)  # load factors next to 0, over the shakedown limit or the load factor at which the cyclic reactions reach the mean pressure
+_SMALL = 0.1, 0.02, 1e-3  # load factors next to 0, over lambda_2 or that at which cyclic reactions reach the mean pressure
 _NO_SLIP = (fo.Outcome.SHAKEDOWN.name, "NO_CONTINUATION")
 _MOVED = 5  # starts next to the witness, above the limit
 
