@@ -1,7 +1,6 @@
 """Questions at the edge of what can be asked, each with an answer known from elsewhere."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
@@ -13,72 +12,21 @@ from frictopt.path import ExactPath
 from frictopt.reference import single_node_limit
 
 from . import oracles
+from .extreme_guarantees import guarantee_probes
+from .extreme_probes import CYCLE, SHEAR, Answer, Probe, Sizes
 
-__all__ = ["Answer", "Probe", "Sizes", "probes"]
+__all__ = ["probes"]
 
-CYCLE = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
-SHEAR = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": -1.0}, {"Q": 1.0}])
 _LP = "plain linear program, scipy"
-_EXACT = 1e-7
 _DRIFT = 1e-9
 _DENSE = 300  # elements up to which the plain linear program is solved: it takes minutes beyond
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """How large the cases are."""
-
-    elements: int = 40
-    most_nodes: tuple[int, ...] = (2, 4, 10, 40, 124, 250, 500, 1000)
-    gradings: tuple[float, ...] = (1.0, 1e2, 1e4, 1e6, 1e9, 1e12)
-    corners: int = 1000
-    cycles: int = 100_000
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What an answer says: its number, its residual, who gave it, and who was asked before."""
-
-    number: float
-    residual: float
-    solver: str
-    fallbacks: int = 0
-
-
-@dataclass(frozen=True)
-class Probe:
-    """One question.
-
-    Attributes
-    ----------
-    extreme, value, question
-        What is extreme, how extreme, and what is asked.
-    ask
-        Gives the answer.
-    expected
-        Gives the number that is known from elsewhere, None if the reference cannot say; None if there is none.
-    reference
-        Where from.
-    tolerance
-        Relative error above which an answer is wrong; inf where the error is that of the mesh and to be reported.
-    floor
-        Size below which a number counts as this large in its relative error.
-    """
-
-    extreme: str
-    value: str
-    question: str
-    ask: Callable[[], Answer]
-    expected: Callable[[], float | None] | None
-    reference: str
-    tolerance: float = _EXACT
-    floor: float = 1e-3
 
 
 def probes(sizes: Sizes) -> Iterator[Probe]:
     """All questions."""
     for part in (_friction, _stiffness, _poisson, _grading, _unit, _near_limit, _free_punch, _critical, _separation, _nodes, _corners, _cycles):
         yield from part(sizes)
+    yield from guarantee_probes(sizes)
 
 
 def _limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:

@@ -14,7 +14,8 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from .extreme_cases import Answer, Probe, Sizes, probes
+from .extreme_cases import probes
+from .extreme_probes import Answer, Probe, Sizes
 from .tables import Study, Table
 
 __all__ = ["EXTREMES", "FULL", "QUICK", "STUDY", "Parameters", "judged", "markdown"]

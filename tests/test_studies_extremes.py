@@ -9,7 +9,8 @@ import pytest
 
 import frictopt as fo
 from studies import extremes
-from studies.extreme_cases import Answer, Probe, probes
+from studies.extreme_cases import probes
+from studies.extreme_probes import Answer, Probe
 
 ADVICE = r"hold the punch|hold it, or load it less|lower it|bring the stiffness|take a load factor further"
 

@@ -1,0 +1,116 @@
+"""The guaranteed limit at the edge of what can be asked, against plain linear programs, other units, or with nothing left out."""
+
+from collections.abc import Callable, Iterator
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+
+import frictopt as fo
+
+from . import oracles
+from .extreme_probes import CYCLE, SHEAR, Answer, Probe, Sizes
+
+__all__ = ["guarantee_probes"]
+
+_FEW = 60  # nodes up to which a plain linear program is solved for each
+_LP, _KEPT = "plain linear program per node, scipy", "nothing left out"
+
+
+def guarantee_probes(sizes: Sizes) -> Iterator[Probe]:
+    """All questions about the guaranteed limit."""
+    for part in (_friction, _stiffness, _grading, _unit, _free_punch, _separation, _nodes, _corners):
+        yield from part(sizes)
+
+
+def _answer(limit: fo.GuaranteedLimit) -> Answer:
+    solvers = {attempt.solver for attempt in limit.attempts}
+    return Answer(limit.upper, limit.residual, limit.solver, max(len(solvers) - 1, 0))
+
+
+def _ask(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
+    return _answer(fo.guaranteed_limit(system, cycle, friction))
+
+
+def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
+    """By one program for each node, and the shakedown limit by another."""
+    f = np.broadcast_to(friction, system.nodes)
+    shakedown = oracles.largest_load_factor(system, cycle, f)
+    if shakedown is None or np.isnan(shakedown):
+        return shakedown
+    least = oracles.least_on_both_bounds(system, cycle, f)
+    return None if least is None else min(shakedown, least)
+
+
+def _kept(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float:
+    return fo.guaranteed_limit(system, cycle, friction, simplify=False).upper
+
+
+def _probe(extreme: str, value: str, make: Callable[[], fo.ContactSystem], nodes: int, cycle: fo.LoadCycle = CYCLE, friction: Any = 0.7) -> Probe:
+    known, name = (_plain, _LP) if nodes <= _FEW else (_kept, _KEPT)
+    ask, expected = (lambda: _ask(make(), cycle, friction)), lambda: known(make(), cycle, friction)
+    return Probe(extreme, value, "guaranteed limit", ask, expected, name)
+
+
+def _given(system: fo.ContactSystem) -> Callable[[], fo.ContactSystem]:
+    return lambda: system
+
+
+def _friction(sizes: Sizes) -> Iterator[Probe]:
+    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    for f in (0.0, 1e-6, 1e-3, 0.1, 0.7, 1.5, 3.0, 10.0):
+        yield _probe("friction", f"{f:g}", _given(system), system.nodes, friction=f)
+
+
+def _stiffness(sizes: Sizes) -> Iterator[Probe]:
+    for ratio in (1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e12):
+        scene = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=fo.Material(ratio))
+        yield _probe("stiffness of the punch over that of the block", f"{ratio:g}", cache(scene.condense), sizes.elements + 1)
+
+
+def _grading(sizes: Sizes) -> Iterator[Probe]:
+    for grading in sizes.gradings:
+        scene = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.5, grading=grading)
+        yield _probe("grading of the contact", f"{grading:g}", cache(scene.condense), sizes.elements + 1)
+
+
+def _unit(sizes: Sizes) -> Iterator[Probe]:
+    base = fo.PunchOnHalfPlane(elements=8, grading=5.0, growth=1.5).condense()
+    for force in (1e-15, 1.0, 1e15):
+        for length in (1e-15, 1e-6, 1e6, 1e15):
+            stiffness, loads = force / length, {name: (force * q, force * p) for name, (q, p) in base.bonded.items()}
+            system = fo.ContactSystem(stiffness * base.A, stiffness * base.B, stiffness * base.C, length * base.x, loads)
+            ask, value = partial(_ask, system, CYCLE, 0.5), f"force {force:g}, length {length:g}"
+            yield Probe("units", value, "guaranteed limit", ask, lambda: _plain(base, CYCLE, 0.5), f"{_LP}, units of 1")
+
+
+def _free_punch(sizes: Sizes) -> Iterator[Probe]:
+    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    extreme = "punch held by its loads alone"
+    for f in (0.1, 1.0):
+        yield _probe(extreme, f"f = {f:g}", _given(system), system.nodes, SHEAR, f)
+    one, none = np.ones(2), np.zeros((2, 2))
+    loose = fo.ContactSystem(none, none, np.eye(2), np.arange(2.0), {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)})
+    yield _probe(extreme, "A = 0", _given(loose), 2, friction=0.5)
+
+
+def _separation(sizes: Sizes) -> Iterator[Probe]:
+    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    (_, pressed), (_, tilted) = system.bonded["P"], system.bonded["Q"]
+    tilt = float((pressed[tilted < 0] / -tilted[tilted < 0]).min())
+    for left in (1e-3, 1e-6, 1e-9, 0.0, -1e-3):
+        cycle = fo.LoadCycle({"P": 1.0, "Q": (1 - left) * tilt}, [{"sigma": -1.0}, {"sigma": 1.0}])
+        yield _probe("pressure that the mean load leaves at one node, relative", f"{left:g}", _given(system), system.nodes, cycle)
+
+
+def _nodes(sizes: Sizes) -> Iterator[Probe]:
+    for elements in (n for n in sizes.most_nodes if n <= sizes.most_guaranteed):
+        scene = fo.PunchOnHalfPlane(elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0)
+        yield _probe("nodes", f"{elements + 1}", cache(scene.condense), elements + 1)
+
+
+def _corners(sizes: Sizes) -> Iterator[Probe]:
+    rng = np.random.default_rng(0)
+    system = fo.PunchOnHalfPlane(elements=8, growth=1.3).condense()
+    corners = [{"sigma": float(a), "Q": 0.1 * float(b)} for a, b in rng.normal(size=(sizes.corners, 2))]
+    yield _probe("corners of the load cycle", f"{sizes.corners:,}", _given(system), system.nodes, fo.LoadCycle({"P": 1.0}, corners))
