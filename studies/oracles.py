@@ -26,6 +26,7 @@ __all__ = [
 ]
 
 _TIE = 1e-11  # corners whose rows differ by less than this share rule together
+_GAVE_UP = 1, 4  # statuses of linprog: out of time, numerical trouble
 _TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 2.0}
 
 
@@ -138,7 +139,7 @@ def _optimum(rows: Any, level: Any, limits: tuple[float, float], equal: Sequence
     columns, equal = rows.shape[1], list(equal)
     little = 1 / np.clip(np.abs(level), 1e-6, 1.0)  # weights of rows whose nodes carry little
     bounds = [(-np.inf, np.inf)] * (columns - 1) + [limits]
-    said = set()
+    said = []
     for weight, method in product((little, np.ones_like(little)), ("highs-ds", "highs-ipm")):
         left, right = -weight[:, None] * rows, weight * level
         answer = linprog(-np.eye(columns)[-1], left, right, left[equal], right[equal], bounds, method=method, options=_TIGHT)
@@ -146,8 +147,9 @@ def _optimum(rows: Any, level: Any, limits: tuple[float, float], equal: Sequence
             slack = little * (rows @ answer.x + level)
             if slack.min() > -1e-9 and (np.abs(slack[equal]) < 1e-9).all():
                 return float(answer.x[-1])
-        said.add(answer.status)
-    return {2: float("nan"), 3: float("inf")}.get(said.pop()) if len(said) == 1 else None
+        said.append(answer.status)
+    told = [status for status in said if status not in _GAVE_UP] if equal else said  # many nodes are asked: one that gives up must not spoil all
+    return {2: float("nan"), 3: float("inf")}.get(told[0]) if len(told) > 1 and len(set(told)) == 1 else None
 
 
 def corner_loads(system: fo.ContactSystem, cycle: fo.LoadCycle, load_factor: float) -> tuple[Any, list[Any]]:

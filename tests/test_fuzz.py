@@ -82,6 +82,9 @@ def test_the_cases_are_of_all_kinds():
 
 LIES = {
     "shakedown limit": ("shakedown_limit", lambda limit, _: replace(limit, load_factor=limit.load_factor * (1 - 1e-5))),
+    "guaranteed limit": ("guaranteed_limit", lambda limit, _: replace(limit, upper=limit.upper * (1 - 1e-5))),
+    "guaranteed, transformed": ("guaranteed_limit", lambda limit, call: replace(limit, upper=limit.upper * (1 + 1e-5 * call))),
+    "guarantee, followed": ("guaranteed_limit", lambda limit, _: replace(limit, upper=limit.upper / 2)),
     "limit, transformed": ("shakedown_limit", lambda limit, call: replace(limit, load_factor=limit.load_factor * (1 + 1e-5 * call))),
     "safe slip": ("safe_slip", lambda safe, _: replace(safe, exists=not safe.exists)),
     "exact path": ("march", lambda path, _: replace(path, slip=1.001 * path.slip)),
