@@ -14,7 +14,8 @@ from .extreme_probes import CYCLE, SHEAR, Answer, Probe, Sizes
 __all__ = ["guarantee_probes"]
 
 _FEW = 60  # nodes up to which a plain linear program is solved for each
-_LP, _KEPT = "plain linear program per node, scipy", "nothing left out"
+_MANY = 130  # nodes up to which it is solved with nothing left out
+_LP, _KEPT, _UNITS = "plain linear program per node, scipy", "nothing left out", "other units"
 
 
 def guarantee_probes(sizes: Sizes) -> Iterator[Probe]:
@@ -46,8 +47,17 @@ def _kept(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float
     return fo.guaranteed_limit(system, cycle, friction, simplify=False).upper
 
 
+def _rescaled(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, force: float = 1e6, length: float = 1e-3) -> float:
+    return _ask(_in_units(system, force, length), cycle, friction).number
+
+
+def _in_units(system: fo.ContactSystem, force: float, length: float) -> fo.ContactSystem:
+    stiffness, loads = force / length, {name: (force * q, force * p) for name, (q, p) in system.bonded.items()}
+    return fo.ContactSystem(stiffness * system.A, stiffness * system.B, stiffness * system.C, length * system.x, loads)
+
+
 def _probe(extreme: str, value: str, make: Callable[[], fo.ContactSystem], nodes: int, cycle: fo.LoadCycle = CYCLE, friction: Any = 0.7) -> Probe:
-    known, name = (_plain, _LP) if nodes <= _FEW else (_kept, _KEPT)
+    known, name = (_plain, _LP) if nodes <= _FEW else (_kept, _KEPT) if nodes <= _MANY else (_rescaled, _UNITS)
     ask, expected = (lambda: _ask(make(), cycle, friction)), lambda: known(make(), cycle, friction)
     return Probe(extreme, value, "guaranteed limit", ask, expected, name)
 
@@ -78,9 +88,7 @@ def _unit(sizes: Sizes) -> Iterator[Probe]:
     base = fo.PunchOnHalfPlane(elements=8, grading=5.0, growth=1.5).condense()
     for force in (1e-15, 1.0, 1e15):
         for length in (1e-15, 1e-6, 1e6, 1e15):
-            stiffness, loads = force / length, {name: (force * q, force * p) for name, (q, p) in base.bonded.items()}
-            system = fo.ContactSystem(stiffness * base.A, stiffness * base.B, stiffness * base.C, length * base.x, loads)
-            ask, value = partial(_ask, system, CYCLE, 0.5), f"force {force:g}, length {length:g}"
+            ask, value = partial(_ask, _in_units(base, force, length), CYCLE, 0.5), f"force {force:g}, length {length:g}"
             yield Probe("units", value, "guaranteed limit", ask, lambda: _plain(base, CYCLE, 0.5), f"{_LP}, units of 1")
 
 
