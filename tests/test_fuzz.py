@@ -48,12 +48,34 @@ def test_every_answer_is_right_or_an_error_that_says_what_to_do(seed, nodes):
         2976,  # an event within a thousandth of a leg
         3280,  # a limit of 5e-6, of which a millionth is rounding
         3952,  # a start of 1e15 slip scales
+        11,  # one node that slides freely: its safe slips have vertices without a traction to tell them apart
+        78,  # a guaranteed limit of 0, whose witness itself stops slipping just above
+        250,  # slip that goes on below both limits, with a node that lifts off in each cycle
         1104,  # free sliding, in which HiGHS violates the plain rows
     ],
 )
 def test_cases_that_were_once_judged_wrong(seed):
-    """By the package (552, which HiGHS never left) or by its judge."""
+    """By the package (11, and 552, which HiGHS never left) or by its judge."""
     assert [finding for finding in findings(random_case(seed)) if finding.outcome == "wrong"] == []
+
+
+def test_just_above_a_guarantee_of_none_is_a_finite_load_where_no_load_ends_safe_slip():
+    case = random_case(54)
+    check = fo.verify_guaranteed(case.system, case.cycle, case.friction, starts=0)
+    assert check.limit.upper == 0 and check.limit.shakedown.load_factor == np.inf
+    assert check.runs["load_factor"].between(0, 1, inclusive="neither").all()
+
+
+def test_a_slip_on_both_bounds_goes_on_next_to_its_load_even_where_the_limit_is_none():
+    """Its witness stops slipping above the limit of 0, where no load is small beside what its node carries."""
+    case = random_case(78)
+    args = case.system, case.cycle, case.friction
+    limit = fo.guaranteed_limit(*args)
+    above = fo.verify_guaranteed(*args, limit=limit, starts=0)
+    assert limit.upper == 0 and not above.persists
+    slip = oracles.on_both_bounds(*args, 0.1, limit.node, limit.corners)
+    assert oracles.excess(*args, 0.1, slip) < 1e-9 and oracles.off_bounds(*args, 0.1, slip, limit.node, limit.corners) < 1e-9
+    assert fo.steady_state(*args, 0.11, initial_slip=slip).outcome is fo.Outcome.CYCLIC_SLIP
 
 
 def test_the_same_seed_makes_the_same_case():

@@ -248,8 +248,10 @@ def guaranteed_limit(
     a safe slip holds some node on both its bounds, forward slip at one corner and backward slip at another: the state in which a cyclic slip begins
     with no amplitude (for two nodes, the published condition that three of four friction lines meet, Ahn, Bertocchi & Barber 2008). That nothing
     slips for ever below it is proven for uncoupled contacts (Klarbring, Ciavarella & Barber 2007, where lambda_1 = lambda_2), and otherwise supported
-    by experiment: no transient of many that were followed has done so. It stays an upper bound where nodes may lift off. Starts are meant at a load
-    within the cycle: where the mean load lies outside, the way to the first corner may carry the witness off.
+    by experiment: no transient of many that were followed has done so with all nodes closed. Where nodes lift off in each cycle slip may go on below
+    it, and below lambda_2: there it stays an upper bound. Where it is 0 the node carries nothing under the witness, so that no load is small: slip
+    goes on from some starts next to the witness, not from all. Starts are meant at a load within the cycle: where the mean load lies outside, the way
+    to the first corner may carry the witness off.
 
     Parameters
     ----------
