@@ -5,6 +5,7 @@ from functools import cache, partial
 from typing import Any
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 import frictopt as fo
 
@@ -120,5 +121,11 @@ def _nodes(sizes: Sizes) -> Iterator[Probe]:
 def _corners(sizes: Sizes) -> Iterator[Probe]:
     rng = np.random.default_rng(0)
     system = fo.PunchOnHalfPlane(elements=8, growth=1.3).condense()
-    corners = [{"sigma": float(a), "Q": 0.1 * float(b)} for a, b in rng.normal(size=(sizes.corners, 2))]
-    yield _probe("corners of the load cycle", f"{sizes.corners:,}", _given(system), system.nodes, fo.LoadCycle({"P": 1.0}, corners))
+    points = rng.normal(size=(sizes.corners, 2))
+    cycle, hull = (fo.LoadCycle({"P": 1.0}, [{"sigma": float(a), "Q": 0.1 * float(b)} for a, b in some]) for some in (points, _hull(points)))
+    ask, plain = partial(_ask, system, cycle, 0.7), partial(_plain, system, hull, 0.7)
+    yield Probe("corners of the load cycle", f"{sizes.corners:,}", "guaranteed limit", ask, plain, f"{_LP}, on the convex hull of the corners")
+
+
+def _hull(points: Any) -> Any:
+    return points[ConvexHull(points).vertices]

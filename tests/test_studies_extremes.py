@@ -50,6 +50,10 @@ def test_what_theory_says_of_the_extremes(made):
     poisson = table[table["extreme"] == "Poisson's ratio"].pivot(index="value", columns="question", values="error")
     assert poisson.loc["0.4999", "shakedown limit, element linear"] > 0.5
     assert poisson["shakedown limit, element mean_dilatation"].max() < 0.1
+    limits = table[table["extreme"].isin(["friction", "grading of the contact", "stiffness of the punch over that of the block"])]
+    limits = limits.pivot(index=["extreme", "value"], columns="question", values="number").dropna(subset="guaranteed limit")
+    guaranteed, shakedown = limits["guaranteed limit"], limits["shakedown limit"]
+    assert len(limits) == 15 and (guaranteed <= shakedown * (1 + 1e-9)).all() and (guaranteed < 0.9 * shakedown).any()
     sliding = table[table["question"] == "steady state beyond gross slip"]
     assert set(sliding["verdict"]) == {"refused"}
 
