@@ -26,7 +26,8 @@ ADVICE = r"hold|lower|reduce|give|check|take|press|allow|differ too much|bring|o
 @example(seed=239678, nodes=1)  # without friction, two corners that are the same but for rounding: HiGHS calls the plain rows infeasible
 @given(seed=st.integers(0, 10**9), nodes=st.integers(1, 6))
 def test_every_answer_is_right_or_an_error_that_says_what_to_do(seed, nodes):
-    for finding in findings(random_case(seed, nodes)):
+    checks = [check for check in CHECKS if seed % 3 == 0 or check != "guarantee, followed"]  # sixteen transients each
+    for finding in findings(random_case(seed, nodes), checks):
         assert finding.outcome != "wrong", finding
         if finding.outcome == "answer":
             assert 0 <= finding.residual <= 1e-9, finding
