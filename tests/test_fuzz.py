@@ -130,6 +130,13 @@ def test_the_oracles_see_a_wrong_answer(check, monkeypatch):
     raise AssertionError(f"only {wrong} of 60 are called wrong")
 
 
+def test_slip_that_goes_on_below_a_limit_that_is_too_high_is_seen(monkeypatch):
+    honest = fo.guaranteed_limit
+    monkeypatch.setattr(fo, "guaranteed_limit", lambda *args: replace(limit := honest(*args), upper=1.5 * limit.upper))
+    found = [finding.text for seed in (22, 25, 28, 30) for finding in findings(random_case(seed), ["guarantee, followed"])]
+    assert len(found) == 4 and all("persists below the limit" in text and "all nodes closed" in text for text in found), found
+
+
 def test_the_oracles_see_a_wrong_increment_and_a_foreign_error(monkeypatch):
     honest = FrozenBoundIncrement.solve
     seed = next(s for s in range(0, 400, 8) if any(f.compared for f in findings(random_case(s), ["frozen-bound increment"])))
