@@ -1,6 +1,6 @@
 """What happens at the edge: extreme friction, stiffness, Poisson's ratio, meshes, units, loads and sizes, each against an answer from elsewhere.
 
-Run with `python -m studies.extremes [--quick]`; it prints a short table in Markdown. Only the column of seconds depends on the machine.
+Run with `python -m studies extremes [--quick]`; it prints a short table in Markdown. Only the column of seconds depends on the machine.
 """
 
 import time

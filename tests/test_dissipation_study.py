@@ -6,6 +6,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 
+import dask
 import numpy as np
 import pandas as pd
 import pytest
@@ -86,7 +87,12 @@ def test_processes_threads_and_foreign_executors_give_the_same_table(contact, fa
 
 
 def test_a_dask_cluster_of_separate_processes_gives_the_same_table(contact, factors, starts, table):
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+    patient = {f"distributed.comm.timeouts.{what}": "300s" for what in ("connect", "tcp")}  # machines may be busy
+    with (
+        dask.config.set(patient),
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        Client(cluster, timeout="300s") as client,
+    ):
         other = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=client.get_executor())
     pd.testing.assert_frame_equal(results(other), results(table), check_exact=True)
 

@@ -181,3 +181,15 @@ def test_the_study_counts_what_it_finds(tmp_path, capsys):
     assert refused["cases"].sum() == table["cases"].sum() - table["answers"].sum()
     printed = capsys.readouterr().out
     assert printed.count("\n| ") == len(CHECKS) + 1
+
+
+@pytest.mark.parametrize("options", [["--cases", "0"], ["--cases", "-1"], ["--seed", "-1"], ["--seed", "x"]])
+def test_numbers_that_mean_nothing_are_refused(options, capsys):
+    with pytest.raises(SystemExit) as end:
+        fuzz.STUDY.run([*options, "--quick"])
+    assert end.value.code == 2 and f"argument {options[0]}: '{options[1]}'" in capsys.readouterr().err
+
+
+def test_numbers_that_are_asked_for_go_before_the_quick_size(tmp_path):
+    assert fuzz.STUDY.run(["--quick", "--cases", "3", "--data", str(tmp_path)]) == 0
+    assert pd.read_parquet(fuzz.COUNTS.path(tmp_path))["cases"].max() == 3
