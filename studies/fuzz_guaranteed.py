@@ -1,5 +1,6 @@
 """What is asked of the guaranteed limit of a random case: against plain linear programs, and against transients."""
 
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -57,9 +58,13 @@ def followed(known: Known) -> tuple[float, bool]:
             raise Wrong(f"persists below the limit {limit.upper:.6g} with all nodes closed, from {check.starts[number].tolist()}")
     if limit.node is not None and not check.persists:
         if limit.upper == 0:
-            return limit.residual, _persists_above_zero(known, limit)
+            q, p = known.case.cycle.corner_reactions(known.case.system)
+            unit = min(limit.shakedown.load_factor, known.force / max(float(np.abs(q).max()), float(np.abs(p).max())))
+            return limit.residual, _persists_next_to(known, limit, [share * unit for share in _SMALL])
         if (check.runs.loc[check.runs["share"] > 1, "outcome"] == "NO_CONTINUATION").all():
             raise fo.NoContinuation("all transients from next to the witness end before they have an outcome; lower the friction")
+        if _persists_next_to(known, limit, [1.2 * limit.upper]):
+            return limit.residual, True
         raise Wrong(f"dies out above the limit {limit.upper:.6g}: {check.runs['outcome'].to_list()}")
     return limit.residual, check.undecided < len(check.runs)
 
@@ -72,15 +77,14 @@ def _lifts_off(known: Known, load_factor: float, start: Any) -> bool:
     return bool(path.gap[path.time > 3 * len(cycle.corners)].max() > 1e-9 * known.length)
 
 
-def _persists_above_zero(known: Known, limit: fo.GuaranteedLimit) -> bool:
-    """Whether slip is seen to go on at a small load factor, from a slip that holds the node on both its bounds next to there.
+def _persists_next_to(known: Known, limit: fo.GuaranteedLimit, load_factors: Sequence[float]) -> bool:
+    """Whether slip is seen to go on next to one of these load factors, from a slip that holds the node on both its bounds there.
 
-    The witness of a limit of 0 need not do: its node carries nothing, so that no load is small. Often there is too little work to tell.
+    The witness itself need not do: of a limit of 0 its node carries nothing, so that no load is small; and loads that press the contact may make it
+    safe as they grow. Next to a limit of 0 there often is too little work to tell.
     """
     assert limit.node is not None and limit.corners is not None
-    q, p = known.case.cycle.corner_reactions(known.case.system)
-    for share in _SMALL:
-        load_factor = share * min(limit.shakedown.load_factor, known.force / max(float(np.abs(q).max()), float(np.abs(p).max())))
+    for load_factor in load_factors:
         slip = oracles.on_both_bounds(*known.args, load_factor, limit.node, limit.corners)
         for next_to in (0.9, 1.1) if slip is not None else ():  # of a load that presses the contact, less is worse
             with suppress(fo.NoContinuation):

@@ -250,8 +250,8 @@ def guaranteed_limit(
     slips for ever below it is proven for uncoupled contacts (Klarbring, Ciavarella & Barber 2007, where lambda_1 = lambda_2), and otherwise supported
     by experiment: no transient of many that were followed has done so with all nodes closed. Where nodes lift off in each cycle slip may go on below
     it, and below lambda_2: there it stays an upper bound. Where it is 0 the node carries nothing under the witness, so that no load is small: slip
-    goes on from some starts next to the witness, not from all. Starts are meant at a load within the cycle: where the mean load lies outside, the way
-    to the first corner may carry the witness off.
+    goes on from some starts next to the witness, not from all; as where loads that press the contact make the witness safe as they grow. Starts
+    are meant at a load within the cycle: where the mean load lies outside, the way to the first corner may carry the witness off.
 
     Parameters
     ----------
