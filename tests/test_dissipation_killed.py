@@ -28,9 +28,15 @@ def begun(folder, target):
     """A campaign in its own process, with at least `target` runs in its store."""
     folder.mkdir()
     command = [sys.executable, str(ROOT / "tests" / "campaign.py"), str(folder / "store"), str(folder / "table")]
-    driver = psutil.Popen(command, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    driver = psutil.Popen(command, cwd=ROOT, env=environment, stderr=subprocess.PIPE, preexec_fn=hear_interrupts)
     until(lambda: kept(folder) >= target or driver.poll() is not None)
     return driver
+
+
+def hear_interrupts():
+    """Undo what shells do to jobs in the background, which do not hear Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def kept(folder):
