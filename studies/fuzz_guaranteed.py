@@ -17,6 +17,8 @@ _STARTS = 10  # below the limit
 _SMALL = 0.1, 0.02, 1e-3  # load factors next to 0, over lambda_2 or that at which cyclic reactions reach the mean pressure
 _NO_SLIP = (fo.Outcome.SHAKEDOWN.name, "NO_CONTINUATION")
 _MOVED = 5  # starts next to the witness, above the limit
+_ABOVE = 1.02
+_TOO_LITTLE = 1e-6  # change of a node's forces, over the mean normal force, whose work of slip may be too little to tell
 
 
 def guaranteed(known: Known) -> tuple[float, bool]:
@@ -51,7 +53,9 @@ def followed(known: Known) -> tuple[float, bool]:
     limit = known.answered_guarantee
     if not (np.isfinite(limit.upper) and limit.shakedown.load_factor > 0):
         raise NotAsked
-    check = fo.verify_guaranteed(*known.args, limit=limit, starts=_STARTS, moved=0 if limit.node is None else _MOVED, seed=known.case.seed)
+    system, cycle, friction = known.args
+    moved = 0 if limit.node is None else _MOVED
+    check = fo.verify_guaranteed(system, cycle, friction, limit=limit, starts=_STARTS, moved=moved, above=_above(known, limit), seed=known.case.seed)
     below = check.runs[check.runs["share"] < 1]
     for number in np.flatnonzero(~below["outcome"].isin(_NO_SLIP)) + len(check.runs) - len(below):
         if not _lifts_off(known, float(check.runs["load_factor"].iloc[number]), check.starts[number]):
@@ -67,6 +71,20 @@ def followed(known: Known) -> tuple[float, bool]:
             return limit.residual, True
         raise Wrong(f"dies out above the limit {limit.upper:.6g}: {check.runs['outcome'].to_list()}")
     return limit.residual, check.undecided < len(check.runs)
+
+
+def _above(known: Known, limit: fo.GuaranteedLimit) -> float:
+    """How far above the limit, as its multiple, slip is to be seen: 1.02, or more where that changes the forces of the node too little to tell."""
+    if limit.node is None or limit.upper == 0:
+        return _ABOVE
+    q, p = (part[:, limit.node] for part in known.case.cycle.corner_reactions(known.case.system))
+    change = limit.upper * max(float(np.abs(q).max()), float(np.abs(p).max())) / known.force
+    if (_ABOVE - 1) * change >= _TOO_LITTLE:
+        return _ABOVE
+    above = 1 + 10 * _TOO_LITTLE / change
+    if above * limit.upper >= limit.shakedown.load_factor:  # where slip goes on in any case
+        raise NotAsked
+    return above
 
 
 def _lifts_off(known: Known, load_factor: float, start: Any) -> bool:
