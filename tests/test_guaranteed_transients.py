@@ -93,7 +93,7 @@ def test_where_the_mean_load_lies_outside_the_cycle_transients_begin_within(seed
 def test_a_node_that_slides_freely_has_starts_below_its_limit():
     """No traction tells one safe slip from another."""
     contact = system(0.0, 0.0, 0.05, 1.0, 0.3, 0.0)
-    assert safe_vertices(contact, CYCLE, 0.2, 0.1, np.zeros((2, 0))).shape == (2, 1)
+    assert safe_vertices(contact, CYCLE, 0.2, 0.1, np.ones((2, 1))).shape == (2, 1)
     check = fo.verify_guaranteed(contact, CYCLE, 0.2, starts=10)
     assert check.limit.upper == pytest.approx(0.5) and check.dies_out and len(check.runs) == 16
 
