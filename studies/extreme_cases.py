@@ -13,7 +13,8 @@ from frictopt.reference import single_node_limit
 
 from . import oracles
 from .extreme_guarantees import guarantee_probes
-from .extreme_probes import CYCLE, SHEAR, Answer, Probe, Sizes
+from .extreme_probes import SHEAR, Answer, Probe, Sizes, nearly_separated
+from .paper import LOADS
 
 __all__ = ["probes"]
 
@@ -90,10 +91,10 @@ def _one_node(A: float, q0: float, p0: float) -> fo.ContactSystem:
 def _friction(sizes: Sizes) -> Iterator[Probe]:
     system, small = (fo.PunchOnHalfPlane(elements=n, growth=1.3).condense() for n in (sizes.elements, 2))
     for f in (0.0, 1e-6, 1e-3, 0.1, 0.7, 1.5, 3.0, 10.0):
-        yield _limit_probe("friction", f"{f:g}", system, CYCLE, f)
-        yield _steady_probe("friction", f"{f:g}", system, CYCLE, f, 3.0)
+        yield _limit_probe("friction", f"{f:g}", system, LOADS, f)
+        yield _steady_probe("friction", f"{f:g}", system, LOADS, f, 3.0)
         for engine in (ExactIncrement, FrozenBoundIncrement):
-            ask, tried = partial(_increment, engine, small, CYCLE, f, 3.0), partial(_tried, small, CYCLE, f, 3.0)
+            ask, tried = partial(_increment, engine, small, LOADS, f, 3.0), partial(_tried, small, LOADS, f, 3.0)
             yield Probe("friction", f"{f:g}", f"increment, {engine.__name__}", ask, tried, "all statuses tried")
 
 
@@ -111,8 +112,8 @@ def _scene_probes(extreme: str, value: str, scene: fo.PunchOnHalfPlane, friction
         return Answer(shear, float(abs(system().bonded["P"][1].sum() / (2 * scene.half_width) - 1)), "SuperLU")
 
     yield Probe(extreme, value, "condensation", balance, lambda: 1.0, "equilibrium of the punch")
-    plain = (lambda: _plain(system(), CYCLE, friction)) if scene.elements <= _DENSE else None
-    yield Probe(extreme, value, "shakedown limit", lambda: _limit(system(), CYCLE, friction), plain, _LP)
+    plain = (lambda: _plain(system(), LOADS, friction)) if scene.elements <= _DENSE else None
+    yield Probe(extreme, value, "shakedown limit", lambda: _limit(system(), LOADS, friction), plain, _LP)
 
 
 def _stiffness(sizes: Sizes) -> Iterator[Probe]:
@@ -126,10 +127,10 @@ def _poisson(sizes: Sizes) -> Iterator[Probe]:
         material = fo.Material(nu=nu)
         return fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=material, block_material=material, element=element)
 
-    base = _limit(scene(0.1, "mean_dilatation").condense(), CYCLE, 0.7).number
+    base = _limit(scene(0.1, "mean_dilatation").condense(), LOADS, 0.7).number
     for element in ("linear", "mean_dilatation"):
         for nu in (-0.9, 0.0, 0.3, 0.45, 0.49, 0.499, 0.4999):
-            ask = partial(lambda nu, element: _limit(scene(nu, element).condense(), CYCLE, 0.7), nu, element)
+            ask = partial(lambda nu, element: _limit(scene(nu, element).condense(), LOADS, 0.7), nu, element)
             known = "that of nu = 0.1, since stresses of similar bodies do not depend on nu: the error is that of the mesh"
             yield Probe("Poisson's ratio", f"{nu:g}", f"shakedown limit, element {element}", ask, lambda: base, known, np.inf)
 
@@ -156,24 +157,24 @@ def _unit(sizes: Sizes) -> Iterator[Probe]:
         for length in (1e-15, 1e-6, 1e6, 1e15):
             value = f"force {force:g}, length {length:g}"
             ask = partial(lambda force, length: _limit(scene(force, length).condense(), cycle(force, length), 0.7), force, length)
-            yield Probe("units", value, "shakedown limit", ask, lambda: _limit(base, CYCLE, 0.7).number, "units of 1")
-            yield Probe("units", value, "steady state", partial(work, force, length), lambda: _steady(base, CYCLE, 0.7, 3.0).number, "units of 1")
+            yield Probe("units", value, "shakedown limit", ask, lambda: _limit(base, LOADS, 0.7).number, "units of 1")
+            yield Probe("units", value, "steady state", partial(work, force, length), lambda: _steady(base, LOADS, 0.7, 3.0).number, "units of 1")
 
 
 def _near_limit(sizes: Sizes) -> Iterator[Probe]:
     system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
-    limit = fo.shakedown_limit(system, CYCLE, 0.7)
+    limit = fo.shakedown_limit(system, LOADS, 0.7)
     for distance in (-1e-3, -1e-6, -1e-9, 1e-9, 1e-6, 1e-3):
         factor, value = limit.load_factor * (1 + distance), f"{distance:+g}"
         below = float(distance < 0)
         theory = "definition of the limit"
         yield Probe(
-            "load factor over lambda_2, less 1", value, "safe slip", partial(_exists, system, CYCLE, 0.7, factor), partial(float, below), theory
+            "load factor over lambda_2, less 1", value, "safe slip", partial(_exists, system, LOADS, 0.7, factor), partial(float, below), theory
         )
-        yield _steady_probe("load factor over lambda_2, less 1", value, system, CYCLE, 0.7, factor)
-        start = fo.safe_slip(system, CYCLE, 0.7, factor).slip if distance < 0 else limit.slip
+        yield _steady_probe("load factor over lambda_2, less 1", value, system, LOADS, 0.7, factor)
+        start = fo.safe_slip(system, LOADS, 0.7, factor).slip if distance < 0 else limit.slip
         stays = (lambda: 0.0) if distance < 0 else None
-        ask = partial(_steady, system, CYCLE, 0.7, factor, start)
+        ask = partial(_steady, system, LOADS, 0.7, factor, start)
         yield Probe("load factor over lambda_2, less 1", value, "steady state from the safe slip", ask, stays, "a safe slip stays")
 
 
@@ -185,32 +186,29 @@ def _free_punch(sizes: Sizes) -> Iterator[Probe]:
         yield Probe("punch held by its loads alone", f"f = {f:g}", "steady state beyond gross slip", over, None, "none: it slides away")
     one, none = np.ones(2), np.zeros((2, 2))
     loose = fo.ContactSystem(none, none, np.eye(2), np.arange(2.0), {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)})
-    yield _limit_probe("punch held by its loads alone", "A = 0", loose, CYCLE, 0.5)
+    yield _limit_probe("punch held by its loads alone", "A = 0", loose, LOADS, 0.5)
 
 
 def _critical(_: Sizes) -> Iterator[Probe]:
     system = _one_node(1.0, 0.1, 1.0)
     for distance in (-1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-3):
         f, value = 2.0 * (1 + distance), f"{distance:+g}"
-        closed = partial(single_node_limit, 1.0, 0.5, 0.1, 1.0, 1.0, 0.2, f) if distance < 0 else partial(_plain, system, CYCLE, f)
+        closed = partial(single_node_limit, 1.0, 0.5, 0.1, 1.0, 1.0, 0.2, f) if distance < 0 else partial(_plain, system, LOADS, f)
         name = "closed form, one node" if distance < 0 else _LP
-        yield Probe("friction over its critical value, less 1", value, "shakedown limit", partial(_limit, system, CYCLE, f), closed, name)
-        yield _steady_probe("friction over its critical value, less 1", value, system, CYCLE, f, 5.0)
+        yield Probe("friction over its critical value, less 1", value, "shakedown limit", partial(_limit, system, LOADS, f), closed, name)
+        yield _steady_probe("friction over its critical value, less 1", value, system, LOADS, f, 5.0)
 
 
 def _separation(sizes: Sizes) -> Iterator[Probe]:
-    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
-    (_, pressed), (_, tilted) = system.bonded["P"], system.bonded["Q"]
-    tilt = float((pressed[tilted < 0] / -tilted[tilted < 0]).min())
-    for left in (1e-3, 1e-6, 1e-9, 0.0, -1e-3):
-        cycle = fo.LoadCycle({"P": 1.0, "Q": (1 - left) * tilt}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    system, cycles = nearly_separated(sizes.elements)
+    for left, cycle in cycles.items():
         name = "pressure that the mean load leaves at one node, relative"
-        yield _limit_probe(name, f"{left:g}", system, cycle, 0.7)
-        yield _steady_probe(name, f"{left:g}", system, cycle, 0.7, 3.0)
+        yield _limit_probe(name, left, system, cycle, 0.7)
+        yield _steady_probe(name, left, system, cycle, 0.7, 3.0)
     for p0 in (1e-6, 1e-9, 1e-12):
         node = _one_node(2.0, 0.1 * p0, p0)
         closed = partial(single_node_limit, 2.0, 0.5, 0.1 * p0, p0, 1.0, 0.2, 0.4)
-        ask = partial(_limit, node, CYCLE, 0.4)
+        ask = partial(_limit, node, LOADS, 0.4)
         yield Probe("mean pressure over cyclic shear, one node", f"{p0:g}", "shakedown limit", ask, closed, "closed form, one node", floor=0.0)
 
 
@@ -233,10 +231,10 @@ def _corners(sizes: Sizes) -> Iterator[Probe]:
 
 def _cycles(sizes: Sizes) -> Iterator[Probe]:
     system = fo.PunchOnHalfPlane(elements=8, growth=1.5, grading=5.0).condense()
-    limit = fo.shakedown_limit(system, CYCLE, 0.7).load_factor
+    limit = fo.shakedown_limit(system, LOADS, 0.7).load_factor
 
     def last_work() -> Answer:
-        path = ExactPath(system, CYCLE, 0.7, 1.4 * limit)
+        path = ExactPath(system, LOADS, 0.7, 1.4 * limit)
         path.start()
         for _ in range(sizes.cycles):
             path.state.work[:] = 0.0
@@ -244,5 +242,5 @@ def _cycles(sizes: Sizes) -> Iterator[Probe]:
         drift = path.state.r - path.bonded - path.stress(path.state.u)
         return Answer(float(path.state.work.sum()), float(np.abs(drift).max() / path.force), "exact path", path.fallbacks)
 
-    steady = partial(_steady, system, CYCLE, 0.7, 1.4 * limit)
+    steady = partial(_steady, system, LOADS, 0.7, 1.4 * limit)
     yield Probe("cycles followed", f"{sizes.cycles:,}", "work of the last cycle", last_work, lambda: steady().number, "steady state", _DRIFT)

@@ -10,7 +10,8 @@ from scipy.spatial import ConvexHull
 import frictopt as fo
 
 from . import oracles
-from .extreme_probes import CYCLE, SHEAR, Answer, Probe, Sizes
+from .extreme_probes import SHEAR, Answer, Probe, Sizes, nearly_separated
+from .paper import LOADS
 
 __all__ = ["guarantee_probes"]
 
@@ -57,7 +58,7 @@ def _in_units(system: fo.ContactSystem, force: float, length: float) -> fo.Conta
     return fo.ContactSystem(stiffness * system.A, stiffness * system.B, stiffness * system.C, length * system.x, loads)
 
 
-def _probe(extreme: str, value: str, make: Callable[[], fo.ContactSystem], nodes: int, cycle: fo.LoadCycle = CYCLE, friction: Any = 0.7) -> Probe:
+def _probe(extreme: str, value: str, make: Callable[[], fo.ContactSystem], nodes: int, cycle: fo.LoadCycle = LOADS, friction: Any = 0.7) -> Probe:
     known, name = (_plain, _LP) if nodes <= _FEW else (_kept, _KEPT) if nodes <= _MANY else (_rescaled, _UNITS)
     ask, expected = (lambda: _ask(make(), cycle, friction)), lambda: known(make(), cycle, friction)
     return Probe(extreme, value, "guaranteed limit", ask, expected, name)
@@ -89,8 +90,8 @@ def _unit(sizes: Sizes) -> Iterator[Probe]:
     base = fo.PunchOnHalfPlane(elements=8, grading=5.0, growth=1.5).condense()
     for force in (1e-15, 1.0, 1e15):
         for length in (1e-15, 1e-6, 1e6, 1e15):
-            ask, value = partial(_ask, _in_units(base, force, length), CYCLE, 0.5), f"force {force:g}, length {length:g}"
-            yield Probe("units", value, "guaranteed limit", ask, lambda: _plain(base, CYCLE, 0.5), f"{_LP}, units of 1")
+            ask, value = partial(_ask, _in_units(base, force, length), LOADS, 0.5), f"force {force:g}, length {length:g}"
+            yield Probe("units", value, "guaranteed limit", ask, lambda: _plain(base, LOADS, 0.5), f"{_LP}, units of 1")
 
 
 def _free_punch(sizes: Sizes) -> Iterator[Probe]:
@@ -104,12 +105,9 @@ def _free_punch(sizes: Sizes) -> Iterator[Probe]:
 
 
 def _separation(sizes: Sizes) -> Iterator[Probe]:
-    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
-    (_, pressed), (_, tilted) = system.bonded["P"], system.bonded["Q"]
-    tilt = float((pressed[tilted < 0] / -tilted[tilted < 0]).min())
-    for left in (1e-3, 1e-6, 1e-9, 0.0, -1e-3):
-        cycle = fo.LoadCycle({"P": 1.0, "Q": (1 - left) * tilt}, [{"sigma": -1.0}, {"sigma": 1.0}])
-        yield _probe("pressure that the mean load leaves at one node, relative", f"{left:g}", _given(system), system.nodes, cycle)
+    system, cycles = nearly_separated(sizes.elements)
+    for left, cycle in cycles.items():
+        yield _probe("pressure that the mean load leaves at one node, relative", left, _given(system), system.nodes, cycle)
 
 
 def _nodes(sizes: Sizes) -> Iterator[Probe]:

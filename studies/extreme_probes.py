@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import frictopt as fo
 
-__all__ = ["CYCLE", "SHEAR", "Answer", "Probe", "Sizes"]
+from .paper import LOADS
 
-CYCLE = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+__all__ = ["SHEAR", "Answer", "Probe", "Sizes", "nearly_separated"]
+
 SHEAR = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": -1.0}, {"Q": 1.0}])
 _EXACT = 1e-7
 
@@ -62,3 +63,12 @@ class Probe:
     reference: str
     tolerance: float = _EXACT
     floor: float = 1e-3
+
+
+def nearly_separated(elements: int) -> tuple[fo.ContactSystem, dict[str, fo.LoadCycle]]:
+    """A scene, and load cycles whose mean load leaves a share of its pressure to the node that a shear on the punch unloads most, by that share."""
+    system = fo.PunchOnHalfPlane(elements=elements, growth=1.3).condense()
+    (_, pressed), (_, tilted) = system.bonded["P"], system.bonded["Q"]
+    tilt = float((pressed[tilted < 0] / -tilted[tilted < 0]).min())
+    left = (1e-3, 1e-6, 1e-9, 0.0, -1e-3)
+    return system, {f"{share:g}": fo.LoadCycle({"P": 1.0, "Q": (1 - share) * tilt}, LOADS.corners) for share in left}

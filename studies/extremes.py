@@ -16,9 +16,9 @@ import frictopt as fo
 
 from .extreme_cases import probes
 from .extreme_probes import Answer, Probe, Sizes
-from .tables import Study, Table
+from .tables import Study, Table, markdown
 
-__all__ = ["EXTREMES", "FULL", "QUICK", "STUDY", "Parameters", "judged", "markdown"]
+__all__ = ["EXTREMES", "FULL", "QUICK", "STUDY", "Parameters", "judged", "short"]
 
 
 @dataclass(frozen=True)
@@ -70,21 +70,17 @@ def _error(found: float, probe: Probe) -> float:
     return abs(found - expected) / max(abs(expected), probe.floor)
 
 
-def markdown(table: pd.DataFrame) -> str:
-    """Short form of the table: one line for each extreme."""
+def short(table: pd.DataFrame) -> str:
+    """Short form of the table in Markdown: one line for each extreme."""
     verdicts = ("right", "mesh", "unchecked", "refused", "wrong")
-    lines = [f"| extreme | range | {' | '.join(verdicts)} | worst residual | worst error | slowest |", "|---" * (len(verdicts) + 5) + "|"]
+    lines = []
     for extreme, rows in table.groupby("extreme", sort=False):
         answered = rows[rows["verdict"] != "refused"]
         values = list(dict.fromkeys(rows["value"]))
-        cells = [
-            extreme,
-            " to ".join(dict.fromkeys([values[0], values[-1]])),
-            *(str(int((rows["verdict"] == verdict).sum())) for verdict in verdicts),
-        ]
-        cells += [f"{answered['residual'].max():.0e}", f"{answered['error'].max():.0e}", f"{rows['seconds'].max():.2g} s"]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
+        counts = [str(int((rows["verdict"] == verdict).sum())) for verdict in verdicts]
+        worst = [f"{answered['residual'].max():.0e}", f"{answered['error'].max():.0e}", f"{rows['seconds'].max():.2g} s"]
+        lines.append([extreme, " to ".join(dict.fromkeys([values[0], values[-1]])), *counts, *worst])
+    return markdown(["extreme", "range", *verdicts, "worst residual", "worst error", "slowest"], lines)
 
 
 _COLUMNS = {
@@ -105,7 +101,7 @@ _COLUMNS = {
 
 EXTREMES = Table("extremes", "one question at one extreme", _COLUMNS, full=FULL, quick=QUICK, compute=at_the_edge)
 
-STUDY = Study("studies.extremes", __doc__, "coarse meshes, in seconds", (EXTREMES,), summary=lambda tables: markdown(tables[EXTREMES.name]))
+STUDY = Study("studies.extremes", __doc__, "coarse meshes, in seconds", (EXTREMES,), summary=lambda tables: short(tables[EXTREMES.name]))
 
 
 if __name__ == "__main__":

@@ -16,9 +16,9 @@ from tqdm import tqdm
 
 from .fuzz_cases import random_case
 from .fuzz_checks import CHECKS, Finding, findings
-from .tables import Study, Table, at_least_one
+from .tables import Study, Table, at_least_one, markdown
 
-__all__ = ["COUNTS", "FULL", "QUICK", "REFUSALS", "STUDY", "Parameters", "counts", "markdown", "refusals"]
+__all__ = ["COUNTS", "FULL", "QUICK", "REFUSALS", "STUDY", "Parameters", "counts", "refusals", "short"]
 
 
 @dataclass(frozen=True)
@@ -81,15 +81,11 @@ def _pattern(message: str) -> str:
     return re.sub(r"\[[^\]]*\]", "[..]", re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", message.split("(HIGHS")[0]))
 
 
-def markdown(table: pd.DataFrame) -> str:
+def short(table: pd.DataFrame) -> str:
     """Counts as a table in Markdown."""
-    lines = ["| " + " | ".join(table.columns) + " |", "|---" * len(table.columns) + "|"]
-    for row in table.itertuples(index=False):
-        values = [
-            f"{value:.0e}" if name == "residual" else f"{value:.0f}" if name == "seconds" else str(value) for name, value in row._asdict().items()
-        ]
-        lines.append("| " + " | ".join(values) + " |")
-    return "\n".join(lines)
+    form = {"residual": "{:.0e}", "seconds": "{:.0f}"}
+    rows = [[form.get(name, "{}").format(value) for name, value in row.items()] for row in table.to_dict("records")]
+    return markdown(list(table.columns), rows)
 
 
 _COUNTS = {
@@ -138,7 +134,7 @@ class _Random(Study):
         return Study.run(replace(self, tables=tables), argv)
 
 
-STUDY = _Random("studies.fuzz", __doc__, "few cases, in seconds", (COUNTS, REFUSALS), summary=lambda tables: markdown(tables[COUNTS.name]))
+STUDY = _Random("studies.fuzz", __doc__, "few cases, in seconds", (COUNTS, REFUSALS), summary=lambda tables: short(tables[COUNTS.name]))
 
 
 if __name__ == "__main__":

@@ -70,7 +70,8 @@ def at_least_one(text: str) -> int:
 
 def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table in Markdown."""
-    return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])
+    first, *others = (f"| {' | '.join(row)} |" for row in [head, *rows])
+    return "\n".join([first, "|" + "---|" * len(head), *others])
 
 
 def two_digits(value: float) -> str:
