@@ -93,7 +93,7 @@ def _safe_slip(scene: _Scene, parameters: Parameters, limit: float, simplify: bo
 
 
 def _march(scene: _Scene, parameters: Parameters, limit: float, simplify: bool, *, engine: Any) -> _Answer:
-    options = {"cycles": 1, "engine": engine, "steps": None if engine == "path" else parameters.steps, "simplify": simplify}
+    options = {"cycles": 1, "engine": engine, "steps": parameters.steps, "simplify": simplify}
     found = fo.march(scene.system, scene.cycle, scene.friction, parameters.overload * limit, **options)
     return _Answer(float(found.work[-1].sum()), found.slip[-1], found.residual, found.left_out)
 
@@ -108,7 +108,6 @@ _COMPUTATIONS: Mapping[str, Callable[..., _Answer]] = {
     "safe slip": _safe_slip,
     "increments, qp": partial(_march, engine="qp"),
     "increments, milp": partial(_march, engine="milp"),
-    "first cycle": partial(_march, engine="path"),
     "steady state": _steady_state,
 }
 
@@ -178,7 +177,7 @@ _SAVED = {
     "the paper's cycle, sampled at many corners; 'ellipse': bulk stress and shear out of phase; 'slippery middle': f = 0.001 on a fifth of it",
     "nodes": "node pairs of the contact",
     "corners": "corners of the load cycle",
-    "computation": "'increments, ...': one cycle in increments, by quadratic or mixed-integer programs; 'first cycle': the exact path of one cycle",
+    "computation": "'increments, ...': one cycle in increments, by quadratic or mixed-integer programs",
     "seconds_all": "processor time of one call with everything kept, one thread, median of the repetitions; one run where it takes over 2 s",
     "seconds": "the same with what is not needed left out",
     "saved": "ratio of the two",

@@ -80,8 +80,9 @@ def test_files_of_a_layer_do_not_import_each_other_in_a_circle():
 
 
 @pytest.mark.parametrize("path", FILES, ids=IDS)
-def test_files_are_small(path):
-    assert path.read_text(encoding="utf-8").count("\n") <= 300
+def test_files_are_small_or_say_why_not(path):
+    text = path.read_text(encoding="utf-8")
+    assert text.count("\n") <= 300 or "\n# One file because" in text
 
 
 def test_every_public_name_is_listed_and_described():

@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictopt.path import active as act
+from frictopt.path import kernel as act
 from frictopt.path.rate import _lemke, find_rates, rate_problem
-from frictopt.path.settle import State
 from systems import random_system
 
 
@@ -104,7 +103,8 @@ def test_complementary_pivoting_against_all_bases(seed, n, skew):
 
 def one_node(q, p, w=0.0, A=1.0, B=0.5, C=1.0, drive=(0.0, 0.0), friction=3.0, status=0):
     S = np.array([[A, B], [B, C]])
-    state = State(np.array([0.0, w]), np.array([q, p]), np.zeros(1), np.array([status], dtype=np.int8), np.zeros(1), np.zeros(2, dtype=np.int64))
+    state = act.new_state(np.array([0.0, w]), np.array([q, p]), np.zeros(1))
+    state.status[0] = status
     return find_rates(rate_problem(S, np.array([friction]), np.array(drive), state, 1.0), state.status)
 
 

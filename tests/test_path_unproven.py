@@ -3,7 +3,8 @@
 import numpy as np
 
 import frictopt as fo
-from systems import odd
+from frictopt.path.kernel import new_proof, new_state, prove
+from systems import mirrored, odd
 
 
 def strongly_coupled(rng, nodes):
@@ -25,7 +26,7 @@ def leaves_the_symmetry(seed):
     rng = np.random.default_rng(seed)
     contact, cycle, start = strongly_coupled(rng, int(rng.integers(2, 9)))
     try:
-        steady = fo.steady_state(contact, cycle, 2.0, 2.0, initial_slip=3 * start, most_cycles=100, simplify=False)
+        steady = fo.steady_state(contact, cycle, 2.0, 2.0, initial_slip=3 * start, most_cycles=100)
     except fo.NoContinuation:
         return None
     return np.abs(steady.slip + steady.slip[::-1]).max() > 1e-6 * np.abs(steady.slip).max(), steady.unproven
@@ -44,5 +45,42 @@ def test_ordinary_transients_are_proven(punch, paper_cycle):
         limit = fo.shakedown_limit(contact, paper_cycle, friction).load_factor
         for factor in (0.8, 1.2):
             for start in (0.3, -2.0):
-                steady = fo.steady_state(contact, paper_cycle, friction, factor * limit, initial_slip=start * contact.x**3, simplify=False)
+                steady = fo.steady_state(contact, paper_cycle, friction, factor * limit, initial_slip=start * contact.x**3)
                 assert steady.unproven == 0 and steady.events > 3 and not steady.open.any()
+
+
+def state_of(status, friction, gap):
+    """A state of given statuses in which slipping nodes are at their bound and open ones have a gap."""
+    nodes = len(status)
+    r = np.r_[np.where(np.abs(status) == 1, -status * friction, 0.0), 1.0 * (status != 2)]
+    state = new_state(np.r_[np.zeros(nodes), gap * (status == 2)], r, np.zeros(nodes))
+    state.status[:] = status
+    return state
+
+
+def test_a_proof_holds_exactly_where_the_quadratic_form_is_definite():
+    """Against eigenvalues, over states that follow each other, so that the proof grows, keeps what it has and starts anew."""
+    rng, verdicts = np.random.default_rng(2), []
+    for _ in range(20):
+        n, contact = 6, mirrored(rng, 6)
+        proof, friction, S = new_proof(n), rng.uniform(3.0, 12.0, size=n), np.ascontiguousarray(contact.S)
+        status = np.zeros(n, dtype=np.int8)
+        for _ in range(15):
+            status[rng.integers(n)] = rng.choice([0, 0, 1, -1, 2])
+            moving = np.r_[status != 0, status == 2]
+            rows = np.eye(2 * n) + np.block(
+                [[np.zeros((n, n)), np.diag(np.where(np.abs(status) == 1, status * friction, 0.0))], [np.zeros((n, 2 * n))]]
+            )
+            form = (rows @ S)[np.ix_(moving, moving)]
+            definite = not moving.any() or np.linalg.eigvalsh(form + form.T)[0] > 0
+            verdicts.append(definite)
+            assert prove(S, friction, state_of(status, friction, 1.0), 1.0, proof) == definite
+    assert 50 < sum(verdicts) < 250
+
+
+def test_nothing_is_proven_of_a_closed_node_without_pressure():
+    S = np.ascontiguousarray(mirrored(np.random.default_rng(3), 2).S)
+    for friction, pressure, gap, proven in ((0.2, 1.0, 0.0, True), (0.2, 0.0, 0.0, False), (0.0, 0.0, 0.0, False), (0.2, 0.0, 1.0, True)):
+        state = new_state(np.array([0.0, 0.0, gap, 0.0]), np.array([0.0, 0.0, pressure, 1.0]), np.zeros(2))
+        state.status[0] = 2 if gap else 0
+        assert prove(S, np.full(2, friction), state, 1.0, new_proof(2)) == proven

@@ -14,7 +14,7 @@ def table(tmp_path_factory):
 
 
 def test_the_answers_are_the_same(table):
-    assert len(table) == 29 and table["difference"].max() < 1e-9 and table["slip_difference"].max() < 1e-9 and table["residual"].max() < 1e-9
+    assert len(table) == 23 and table["difference"].max() < 1e-9 and table["slip_difference"].max() < 1e-9 and table["residual"].max() < 1e-9
     assert (table["saved"] > 0).all()
 
 
@@ -35,13 +35,12 @@ def test_the_report_has_a_line_for_each_scene_and_a_cell_for_each_computation(ta
         ("with shear", "shakedown limit", ["corners"]),
         ("uncoupled", "shakedown limit", ["linear program"]),
         ("sampled", "safe slip", ["mirror", "14 of 16 rule no node"]),
-        ("sampled", "first cycle", ["mirror"]),
-        ("sampled", "steady state", ["mirror", "13 of 16"]),
+        ("sampled", "steady state", ["13 of 16"]),
         ("ellipse", "shakedown limit", ["corners"]),
-        ("slippery middle", "steady state", ["mirror"]),
+        ("slippery middle", "steady state", []),
     ],
 )
 def test_each_scene_leaves_out_what_it_should(table, scene, computation, words):
     text = table.loc[(scene, computation), "left_out"]
-    assert all(word in text for word in words)
+    assert all(word in text for word in words) and bool(text) == bool(words)
     assert ("mirror" in text) == ("mirror" in words)

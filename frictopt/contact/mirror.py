@@ -72,18 +72,12 @@ class MirrorHalf:
     ----------
     system
         The half, with the load cases of the whole.
-    other
-        (2h, 2h) stiffness of the half against the motions that leave the symmetry, `v = [v_h, J v_h], w = [w_h, -J w_h]`: the whole has unique
-        rates where both halves do.
     """
 
     def __init__(self, whole: ContactSystem) -> None:
         self._nodes, self._kept = whole.nodes, (whole.nodes + 1) // 2
         bonded = {name: self._parted(self.forces(np.concatenate(pair))) for name, pair in whole.bonded.items()}
-        A, B, C = self._folded(whole, -1)
-        self.system = ContactSystem(A, B, C, whole.x[: self._kept], bonded, self.even(whole.gap))
-        A, B, C = self._folded(whole, 1)
-        self.other: Array = np.block([[A, B.T], [B, C]])
+        self.system = ContactSystem(*self._folded(whole), whole.x[: self._kept], bonded, self.even(whole.gap))
 
     @property
     def nodes(self) -> int:
@@ -143,22 +137,17 @@ class MirrorHalf:
         kept = values.shape[-1] // 2
         return values[..., :kept], values[..., kept:]
 
-    def _folded(self, whole: ContactSystem, sign: int) -> tuple[Array, Array, Array]:
-        """Stiffness of the half for slips with `v = sign J v` and gaps with `w = -sign J w`."""
+    def _folded(self, whole: ContactSystem) -> tuple[Array, Array, Array]:
+        """Stiffness of the half for slips with `v = -J v` and gaps with `w = J w`."""
         n = self._kept
-        A, B, C = (M[:n, :n] + side * M[:n, ::-1][:, :n] for M, side in ((whole.A, sign), (whole.B, sign), (whole.C, -sign)))
+        A, B, C = (M[:n, :n] + side * M[:n, ::-1][:, :n] for M, side in ((whole.A, -1), (whole.B, -1), (whole.C, 1)))
         if self._centred:
-            slip, gap = (A, C) if sign < 0 else (C, A)  # pinned, and folded onto itself
-            gap[-1] /= 2
-            gap[:, -1] /= 2
-            slip[-1] = slip[:, -1] = 0.0
-            slip[-1, -1] = whole.stiffness_scale
-            if sign < 0:
-                B[-1] /= 2
-                B[:, -1] = 0.0
-            else:
-                B[:, -1] /= 2
-                B[-1] = 0.0
+            C[-1] /= 2
+            C[:, -1] /= 2
+            A[-1] = A[:, -1] = 0.0
+            A[-1, -1] = whole.stiffness_scale
+            B[-1] /= 2
+            B[:, -1] = 0.0
         return A, B, C
 
 

@@ -5,25 +5,37 @@ from typing import Any
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
-from ..contact.checks import Array, finite_array, finite_number, flag
+from ..contact.checks import Array, finite_array, finite_number
 from ..contact.cycle import checked_cycle
-from ..contact.mirror import MirrorHalf, mirror_half
+from ..contact.diagnosis import mean_load_diagnosis
 from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation
-from .active import OPEN, new_active_set
-from .halved import Halved
-from .proof import clear_proof, new_proof
+from .kernel import (
+    DONE,
+    FULL,
+    OPEN,
+    STALLED,
+    TWOFOLD,
+    UNSETTLED,
+    clear_proof,
+    compiled,
+    follow,
+    impose,
+    new_active_set,
+    new_proof,
+    new_record,
+    new_state,
+    refresh,
+    turn,
+)
 from .rate import find_rates, rate_problem
-from .segment import DONE, FULL, STALLED, Record, follow, new_record
-from .settle import TWOFOLD, UNSETTLED, State, impose, refresh, turn
 
 __all__ = ["ExactPath"]
 
 _LAWFUL = 1e-10  # residual of a state from which a path may be taken up
 _NO_DRIVE = 1e-15  # change of the bonded reactions, over the force scale, that moves nothing
-_WORTH = 60  # nodes from which on half of them saves more time than the change to and fro takes
-_NOTHING = np.zeros((0, 0))  # the motions of the whole contact that leave a symmetry which is not asked for
 _FAR = 1e18  # times the loads, from where the last events before them are still told apart; paths from 1e30 times as far went wrong unnoticed
+_FAR_START = 1e3  # times the loads, from where the rounding of the start is named as the cause of a large residual
 _ROWS = 256  # events that the record holds before they are moved to the history
 
 
@@ -46,9 +58,6 @@ class ExactPath:
         (N,) slip left from assembly, length; None for none.
     keep
         Whether to keep the states at all events.
-    simplify
-        Whether to follow only half of a contact that is mirror-symmetric with its loads and its initial slip, wherever the path is proven to keep the
-        symmetry. Two events that the symmetry makes simultaneous are then one. States are those of the whole contact in any case.
 
     Attributes
     ----------
@@ -61,8 +70,6 @@ class ExactPath:
         corners visited.
     fallbacks
         Number of events at which the iteration on the signs did not find the rates.
-    ways, half_ways
-        Number of straight ways followed, and of those on which half of the contact was enough.
 
     Raises
     ------
@@ -79,10 +86,9 @@ class ExactPath:
         initial_slip: Any = None,
         *,
         keep: bool = False,
-        simplify: bool = True,
     ) -> None:
         nodes = checked_system(system).nodes
-        checked_cycle(cycle)
+        self._cycle = checked_cycle(cycle)
         slip = np.zeros(nodes) if initial_slip is None else finite_array("initial_slip", initial_slip, (nodes,))
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         self.system = system
@@ -91,26 +97,17 @@ class ExactPath:
         self._cyclic = [np.concatenate(pair) for pair in zip(*cycle.corner_reactions(system), strict=True)]
         self.corners = self.corners_at(load_factor)
         self.force = float(np.abs(self.mean[nodes:]).mean() or max(np.abs(corner).max() for corner in self.corners) or 1.0)
-        self.state = State(
-            u=np.concatenate([slip, -system.gap]),
-            r=np.concatenate([np.zeros(nodes), np.full(nodes, self.force)]),
-            gap=np.array(system.gap),
-            status=np.zeros(nodes, dtype=np.int8),
-            work=np.zeros(nodes),
-            trace=np.zeros(3, dtype=np.int64),
-        )
-        self.fallbacks = self.ways = self.half_ways = 0
+        compiled()
+        artificial = np.concatenate([np.zeros(nodes), np.full(nodes, self.force)])
+        self.state = new_state(np.concatenate([slip, -system.gap]), artificial, np.array(system.gap))
+        self.fallbacks = 0
         self.visited = -1
         self.history: list[tuple[Array, ...]] = []
         self._S = np.ascontiguousarray(system.S)
-        self._active, self._proof = new_active_set(nodes), new_proof(nodes, 1)
-        self.check_near("initial_slip", self._S[:, :nodes] @ slip)
+        self._active, self._proof = new_active_set(nodes), new_proof(nodes)
+        self._start_stress = self.check_near("initial_slip", self._S[:, :nodes] @ slip)
         self.bonded: Array = self.state.r - self._S @ self.state.u
-        rows = _ROWS if keep else 0
-        self._record = new_record(rows, nodes)
-        worth = flag("simplify", simplify) and nodes >= _WORTH
-        half = mirror_half(system, self.friction) if worth else None
-        self._half = None if half is None else Halved(half, self.friction, self.force, rows)
+        self._record = new_record(_ROWS if keep else 0, nodes)
 
     @property
     def nodes(self) -> int:
@@ -121,8 +118,8 @@ class ExactPath:
         """Bonded reactions (2N,) at the corners of the cycle under a load factor."""
         return [self.mean + load_factor * corner for corner in self._cyclic]
 
-    def check_near(self, name: str, stress: Array) -> None:
-        """Check that reactions (2N,) at which the path starts or turns leave something of the loads in the rounding on the way back.
+    def check_near(self, name: str, stress: Any) -> float:
+        """Check that reactions (2N,) at which the path starts or turns are not so large that rounding hides the loads; returns their ratio.
 
         Raises
         ------
@@ -136,28 +133,38 @@ class ExactPath:
                 f"{name}: it stresses the contact {most / loads:.1e} times as much as the loads, which rounding hides then; "
                 f"give one of at most {_FAR:g} times, or check the units"
             )
+        return most / loads
+
+    @property
+    def far_start(self) -> bool:
+        """Whether the initial slip stresses the contact so much more than the loads that its rounding may be what is seen of them."""
+        return self._start_stress > _FAR_START
+
+    @property
+    def cause_of_rounding(self) -> str:
+        """What makes rounding large, in words."""
+        if self.far_start:
+            return f"initial_slip: it stresses the contact {self._start_stress:.1e} times as much as the loads, which rounding hides then; give less"
+        return "stiffnesses or loads differ too much in size"
+
+    @property
+    def _why_free(self) -> str:
+        """What the mean load does, and what to change where a body has nothing that holds it."""
+        return f"{mean_load_diagnosis(self.system, self._cycle, self.friction)}; hold the body by supports, or load it less"
 
     @property
     def unproven(self) -> int:
         """Number of events whose rates are not proven to be the only ones."""
         return int(self.state.trace[2])
 
-    @property
-    def left_out(self) -> tuple[str, ...]:
-        """What the scene did not need, in words."""
-        if not self.half_ways:
-            return ()
-        nodes = f"{(self.nodes + 1) // 2} of {self.nodes} nodes were followed"
-        return (f"mirror symmetry: v is odd, {nodes}" + (f" on {self.half_ways} of {self.ways} ways" if self.half_ways < self.ways else ""),)
-
     def start(self) -> None:
         """Follow the path from the artificial load to the mean load."""
-        self.go(self.mean, "the way from the initial slip to the mean load")
+        self.go(self.mean, "the segment from the initial slip to the mean load")
 
     def run_cycle(self) -> None:
         """Follow the path once through all corners of the cycle."""
         for number, corner in enumerate(self.corners):
-            self.go(corner, f"the way to corner {number}")
+            self.go(corner, f"the segment to corner {number}")
 
     def stress(self, u: Array) -> Array:
         """(2N,) reactions `S u` that slip and gap `u = [v, w - g0]` add to the bonded ones."""
@@ -170,7 +177,7 @@ class ExactPath:
         r = self.bonded + self.stress(u)
         opened = self.state.status == OPEN
         r[np.r_[opened, opened]] = 0.0
-        copy.state = self.state._replace(u=u.copy(), r=r, status=self.state.status.copy(), work=self.state.work.copy(), trace=self.state.trace.copy())
+        copy.state = type(self.state)(*(values.copy() for values in self.state))._replace(u=u.copy(), r=r)
         copy.state.u[n:][~opened] = -self.state.gap[~opened]
         copy._active = new_active_set(n)
         verdict = referee(
@@ -195,59 +202,48 @@ class ExactPath:
         """
         drive = bonded - self.bonded
         settled = not np.abs(drive).max() > _NO_DRIVE * self.force
-        done, time = False, 0.0
-        if self._half is not None and self._half.fits(self.state, drive, bonded):
-            done, time = self._half.go(self.state, drive, bonded, settled, self._keep)
-        if not done:
-            self._go_whole(drive, bonded, time, settled and time == 0, where)
-        self.ways, self.half_ways = self.ways + 1, self.half_ways + done
-        self.bonded = bonded
-        self.visited += 1
-        if len(self._record.time):
-            state = self.state
-            self.history.append((np.array([float(self.visited)]), *(values[None].copy() for values in (state.u, state.r, state.status, state.work))))
-
-    def _go_whole(self, drive: Array, bonded: Array, time: float, settled: bool, where: str) -> None:
-        """Follow the whole contact from the share `time` of the way on."""
         turn(self._S, self.friction, self.state, self._active)
         clear_proof(self._proof)
-        code = UNSETTLED
+        code, time = UNSETTLED, 0.0
         while code != DONE:
             own = self.state, self._active, self._proof
-            code, time = follow(self._S, _NOTHING, self.friction, drive, *own, self.force, time, settled, self._record)
+            code, time = follow(self._S, self.friction, self.bonded, drive, *own, self.force, time, settled, self._record)
             if code == STALLED:
                 raise NoContinuation(
                     f"{where}: at {time:.9g} of it the path changes its status without end; loads or gaps may differ too much in size"
                 )
             settled = True
             if code == FULL:
-                self._keep(self._record)
+                self._keep()
             elif code != DONE:
                 self._decide(drive, code == TWOFOLD, time, where)
         refresh(self._S, self.friction, bonded, self.state, self._active)
-        self._keep(self._record)
+        self._keep()
+        self.bonded = bonded
+        self.visited += 1
+        if len(self._record.time):
+            state = self.state
+            self.history.append((np.array([float(self.visited)]), *(values[None].copy() for values in (state.u, state.r, state.status, state.work))))
 
-    def _keep(self, record: Record, half: MirrorHalf | None = None) -> None:
-        """Move what a record holds to the history."""
+    def _keep(self) -> None:
+        """Move what the record holds to the history."""
+        record = self._record
         used = int(record.used[0])
         if used:
-            u, r, status, work = (values[:used].copy() for values in record[1:5])
-            if half is not None:
-                u, r, status, work = half.whole_motion(u), half.whole_forces(r), half.whole_status(status), half.whole_even(work)
-            self.history.append((self.visited + record.time[:used], u, r, status, work))
+            self.history.append((self.visited + record.time[:used], *(values[:used].copy() for values in record[1:5])))
             record.used[0] = 0
 
     def _decide(self, drive: Array, twofold: bool, time: float, where: str) -> None:
         """Settle the statuses by the rate problem."""
         problem = rate_problem(self._S, self.friction, drive, self.state, self.force)
         if problem.floating:
-            raise NoContinuation(f"{where}: at {time:.9g} of it the contact slides or opens freely; hold the punch, or load it less")
+            raise NoContinuation(f"{where}: at {time:.9g} of it the contact slides or opens freely; {self._why_free}")
         solutions = find_rates(problem, self.state.status)
         nodes = sorted(set(problem.node.tolist()))
         here = f"{where}: at {time:.9g} of it"
         hint = "often friction is above the critical value there (a node wedges itself where f exceeds A/|B|): lower it"
         if problem.sliding:
-            hint = "the body may slide or open as a whole (hold it, or load it less), or friction is above the critical value there"
+            hint = f"the body may slide or open as a whole ({self._why_free}), or friction is above the critical value there"
         if not solutions.found:
             proof = "no rates obey the law" if solutions.complete else "no rates that obey the law were found"
             raise NoContinuation(f"{here} {proof}; nodes {nodes} are at their bounds and would jump; {hint}")
@@ -255,6 +251,6 @@ class ExactPath:
             both = " or ".join(str([int(status[node]) for node in nodes]) for status, _ in solutions.found)
             raise NoContinuation(f"{here} two sets of rates obey the law: nodes {nodes} may take the statuses {both}; {hint}")
         if not impose(self._S, self.friction, self.state, self._active, solutions.found[0][0]):
-            raise NoContinuation(f"{here} the contact slides or opens freely, its rates are not unique; hold the punch, or load it less")
+            raise NoContinuation(f"{here} the contact slides or opens freely, its rates are not unique; {self._why_free}")
         self.fallbacks += not twofold
         self.state.trace[2] += not solutions.complete

@@ -40,10 +40,11 @@ class SteadyState:
     cycles
         Cycles followed, those of proofs and of extrapolations that failed included.
     events
-        Changes of status followed; two that mirror symmetry makes simultaneous may count as one.
+        Changes of status followed.
     residual
-        Largest of: what the referee says of the corners of the proving cycle, and the change of slip over that cycle. Forces in units of the largest
-        nodal force of the load cycle, slips in units of that over the stiffness scale. At most 1e-9.
+        Largest of: the violation of the contact law at the corners of the proving cycle; the change of slip over that cycle; and the energy that is
+        unaccounted for in any cycle (work of the loads less work of friction less elastic energy gained), over the largest energy in it. Forces in
+        units of the largest nodal force of the load cycle, slips in units of that over the stiffness scale. At most 1e-9.
     extrapolated
         Whether the steady state is the fixed point of the cycle's affine map rather than reached cycle by cycle.
     unproven

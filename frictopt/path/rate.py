@@ -2,7 +2,7 @@
 
 Nodes strictly inside their bound stick, nodes with a gap stay open; those at a bound have non-negative rates z of slip and gap, and non-negative
 rates `M z + c` of slack and pressure, of which one is zero in each pair. This small complementarity problem is solved by Lemke's method;
-where that fails, or where more than one solution is to be feared, by a search over all statuses with linear programs as bounds.
+where that fails, or where few nodes may have more than one solution, by a search over all statuses with linear programs as bounds.
 """
 
 from dataclasses import dataclass
@@ -12,8 +12,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from ..contact.checks import Array
-from .active import OPEN, STICK
-from .settle import State, at_bound
+from .kernel import OPEN, STICK, State, at_bound
 
 __all__ = ["RateProblem", "Solutions", "find_rates", "rate_problem"]
 
@@ -21,6 +20,7 @@ _ZERO = 1e-9  # complementarity, relative to the size of z and M z + c
 _RANK = 1e-10  # singular values below this share of the largest entry are motions that nothing resists
 _TRIED = 8  # pairs up to which all statuses are tried
 _STARTS = 3  # covering vectors tried by Lemke's method
+_SEARCHED = 16  # pairs up to which a second solution is searched for where there may be one; beyond it is only said that there may
 _PROGRAMS = 400  # linear programs after which the search for solutions gives up
 
 
@@ -124,8 +124,8 @@ def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
         covers = [np.ones(len(c)), *rng.uniform(0.2, 1.0, size=(_STARTS - 1, len(c)))]
         candidates = [z for z in (_lemke(M, c, cover) for cover in covers) if z is not None and _solves(M, c, z)]
         complete = bool(candidates) and _is_positive_definite(M)  # then there is only one
-        if not complete:
-            searched, complete = _search(M, c, _PROGRAMS if not candidates else _PROGRAMS // 8)
+        if not complete and (not candidates or len(c) <= _SEARCHED):
+            searched, complete = _search(M, c, _PROGRAMS)
             candidates += searched
     found: list[tuple[np.ndarray, Array]] = []
     for z in candidates:

@@ -64,10 +64,10 @@ def march(
     NoContinuation
         The exact path ends.
     SolverError
-        An increment has no answer that passes the checks.
+        An increment has no answer that passes the checks, or the states violate the contact law or, on the exact path, the balance of energy.
     """
     whole_number("cycles", cycles, least=0)
-    path = ExactPath(system, cycle, friction, load_factor, initial_slip, keep=True, simplify=simplify)
+    path = ExactPath(system, cycle, friction, load_factor, initial_slip, keep=True)
     if engine == "path":
         if steps is not None:
             raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose engine='qp' or 'milp'")
@@ -79,7 +79,10 @@ def march(
     else:
         raise ModelError(f"engine: {engine!r}; give 'path', 'qp' or 'milp'")
     if not trajectory.residual <= TOLERANCE:
-        raise SolverError(f"march: the states violate the contact law ({trajectory.verdict}); loads or stiffnesses differ too much in size")
+        raise SolverError(
+            f"march: the states violate the contact law or the balance of energy by {trajectory.residual:.1e} (tolerance {TOLERANCE:g}; "
+            f"{trajectory.verdict}); {path.cause_of_rounding}"
+        )
     return trajectory
 
 
@@ -91,7 +94,7 @@ def _followed(path: ExactPath, cycle: LoadCycle, cycles: int) -> Trajectory:
         loads += path.corners
     time, u, r, status, work = (np.concatenate(parts) for parts in zip(*path.history, strict=True))
     bonded = np.array([np.interp(time, np.arange(-1, len(loads) - 1), values) for values in np.array(loads).T]).T
-    return _trajectory(path, cycle, time, bonded, u, r, status, work, "path", path.left_out)
+    return _trajectory(path, cycle, time, bonded, u, r, status, work, "path", ())
 
 
 def _stepped(path: ExactPath, cycle: LoadCycle, cycles: int, engine: str, steps: int, simplify: bool) -> Trajectory:

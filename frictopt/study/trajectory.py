@@ -60,8 +60,14 @@ class Trajectory:
     left_out: tuple[str, ...]
 
     @cached_property
+    def _force(self) -> float:
+        """Scale of the nodal forces: the largest mean pressure of the loads."""
+        loaded = self.bonded_p[self.time >= 0] if self.time[-1] >= 0 else self.bonded_p
+        return float(np.abs(loaded).mean(axis=1).max()) or 1.0
+
+    @cached_property
     def verdict(self) -> Verdict:
-        """What the referee says of all states, each against the one before; forces in units of the largest mean pressure of the loads."""
+        """Violations of the contact law over all states, each against the one before; forces in units of the largest mean pressure of the loads."""
         return referee(
             self.system,
             (self.bonded_q, self.bonded_p),
@@ -71,13 +77,26 @@ class Trajectory:
             q=self.q,
             p=self.p,
             previous_slip=np.vstack([self.slip[:1], self.slip[:-1]]),
-            force_scale=float(np.abs(self.bonded_p[self.time >= 0]).mean(axis=1).max()) or None,
+            force_scale=self._force,
         )
 
     @property
     def residual(self) -> float:
-        """Worst violation of the contact law over all states."""
-        return self.verdict.residual
+        """Largest violation of the contact law over all states and, on the exact path, of the balance of energy.
+
+        In increments energy is balanced only as far as their size allows: there `energy_error` tells the error of the steps.
+        """
+        return max(self.verdict.residual, self.energy_residual) if self.engine == "path" else self.verdict.residual
+
+    @cached_property
+    def energy_residual(self) -> float:
+        """Largest energy that is unaccounted for, or negative work of friction at a node, over the largest energy of the transient.
+
+        That is the largest of the elastic energies, the work of friction, and the force scale times the slip scale.
+        """
+        unit = self._force**2 / self.system.stiffness_scale
+        scale = max(unit, float(self.energy.max()), float(self.work[-1].sum()))
+        return float(max(np.abs(self.energy_error).max(), -np.diff(self.work, axis=0).min(initial=0.0)) / scale)
 
     @cached_property
     def energy(self) -> Array:

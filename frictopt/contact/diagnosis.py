@@ -1,0 +1,129 @@
+"""What the mean load alone does to a contact, in words: why there may be no limit, or no state to begin a transient from."""
+
+from typing import Any
+
+import numpy as np
+
+from .checks import Array
+from .coulomb import friction_coefficients
+from .cycle import LoadCycle, checked_cycle
+from .system import ContactSystem, checked_system
+
+__all__ = ["mean_load_diagnosis", "open_nodes"]
+
+_ROUNDING = 1e-10  # forces below this share of the mean reaction, and stiffness below this share of the largest entry, are rounding
+_MOST_SETS = 100  # changes of the set of open nodes
+_RANGES = 4  # ranges of x that a text names
+
+
+def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Any) -> str:
+    """Say what is wrong with the mean load, with the remedy; or that nothing is.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+
+    Returns
+    -------
+    str
+        Sentences joined by "; ", without a full stop: whether the mean load is zero or pulls the bodies apart, which nodes it leaves open or without
+        pressure, whether it makes the body slide as a whole, and which nodes are beyond their friction bound while nothing slips.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+    """
+    f = friction_coefficients(friction, checked_system(system).nodes)
+    glued_q, glued_p = system.reaction(checked_cycle(cycle).mean)
+    if not (glued_q.any() or glued_p.any()):
+        return "the mean load is zero, and nothing presses the bodies together: give `cycle.mean` a load that does"
+    if glued_p.sum() <= _ROUNDING * np.abs(glued_p).sum():
+        return _pulls(glued_p)
+    q, p = cycle.mean_reaction(system)
+    floor = _ROUNDING * float(np.abs(np.r_[glued_q, glued_p]).mean())
+    slides = _slides(system, f, glued_q, glued_p)
+    if (p < -floor).any():
+        return "; ".join(text for text in (_opens(system, p, floor), slides) if text)
+    texts = [text for text in (_without_pressure(system, p, floor), slides, _frictionless(system, f, q, floor)) if text]
+    return "; ".join(texts) if texts else _beyond_bounds(system, f, q, p, floor)
+
+
+def open_nodes(system: ContactSystem, p: Array) -> np.ndarray | None:
+    """(N,) which nodes are open where no node slips and the closed contact would have the normal reactions p (N,); None where no state is found.
+
+    The state is that of the complementarity problem `p + C w >= 0, w >= 0, w (p + C w) = 0`; its set of open nodes is iterated until it repeats.
+    """
+    force, stiff = float(np.abs(p).max()) or 1.0, float(np.abs(system.C).max()) or 1.0
+    opened = p < -_ROUNDING * force
+    for _ in range(_MOST_SETS):
+        w = np.zeros(system.nodes)
+        w[opened] = np.linalg.lstsq(system.C[np.ix_(opened, opened)] / stiff, -p[opened] / force, rcond=_ROUNDING)[0]
+        left = p / force + system.C @ w / stiff
+        if np.abs(left[opened]).max(initial=0.0) > np.sqrt(_ROUNDING):  # the open part has nothing that holds it
+            return None
+        again = np.where(opened, w > 0, left < -_ROUNDING)
+        if (again == opened).all():
+            return opened
+        opened = again
+    return None
+
+
+def _pulls(p: Array) -> str:
+    if not p.any():
+        return "the mean load has no normal reactions, and nothing presses the bodies together: give `cycle.mean` a load that does"
+    return (
+        f"the mean load does not press the bodies together: its normal reactions sum to {p.sum():.3g}, and compression must be positive; "
+        "turn the sign of the load, or press the contact"
+    )
+
+
+def _opens(system: ContactSystem, p: Array, floor: float) -> str:
+    opened = open_nodes(system, p)
+    if opened is None:
+        return f"the mean load would pull at {_share(system, p < -floor)} if the contact were closed: press it there"
+    gaps = int((opened & (system.gap > 0)).sum())
+    initial = f", {gaps} of them with an initial gap that the load does not close" if gaps else ""
+    return (
+        f"{_share(system, opened)} are open under the mean load alone if nothing slips{initial}: the contact is incomplete; press these nodes, or "
+        "leave them out"
+    )
+
+
+def _without_pressure(system: ContactSystem, p: Array, floor: float) -> str:
+    bare = np.abs(p) <= floor
+    return f"{_share(system, bare)} carry no pressure under the mean load if nothing slips" if bare.any() else ""
+
+
+def _slides(system: ContactSystem, f: Array, q: Array, p: Array) -> str:
+    """Where a slide of all nodes meets no stiffness, no slip changes the sums of q and of p, and friction must carry the shear force alone."""
+    stiff = max(float(np.abs(system.A).max()), float(np.abs(system.C).max()))
+    sums = (system.A.sum(axis=0), system.B.sum(axis=0), system.B.sum(axis=1), system.C.sum(axis=0))
+    shear, most = abs(float(q.sum())), float(f.max() * p.sum())
+    if max(float(np.abs(part).max()) for part in sums) > _ROUNDING * system.nodes * stiff or shear <= most * (1 + _ROUNDING):
+        return ""
+    return f"the body slides as a whole: the mean load has the shear force {shear:.3g}, above f P = {most:.3g}; hold it, or press it"
+
+
+def _frictionless(system: ContactSystem, f: Array, q: Array, floor: float) -> str:
+    smooth = (f == 0) & (np.abs(q) > floor)
+    return f"{_share(system, smooth)} have no friction and slip under the shear of the mean load" if smooth.any() else ""
+
+
+def _beyond_bounds(system: ContactSystem, f: Array, q: Array, p: Array, floor: float) -> str:
+    beyond = np.abs(q) > f * p + floor
+    if beyond.any():
+        return f"the mean load presses all nodes, but {_share(system, beyond)} exceed their friction bound f p and slip: more friction, or less shear"
+    return "the mean load presses all nodes and none slips under it"
+
+
+def _share(system: ContactSystem, which: np.ndarray) -> str:
+    """How many nodes, and where."""
+    numbers = np.flatnonzero(which)
+    runs = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
+    ranges = [f"{system.x[run[0]]:.4g}" + (f" .. {system.x[run[-1]]:.4g}" if len(run) > 1 else "") for run in runs[:_RANGES]]
+    more = ", ..." if len(runs) > _RANGES else ""
+    return f"{len(numbers)} of {system.nodes} nodes (x = {', '.join(ranges)}{more})"

@@ -1,0 +1,254 @@
+"""The cycles of a transient: what each did, and whether the last ones prove a steady state."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..contact import referee
+from ..contact.checks import Array, frozen
+from ..errors import NoContinuation, SolverError
+from .exact import ExactPath
+from .outcome import Outcome, SteadyState
+from .stops import left_out_corners
+
+__all__ = ["TOLERANCE", "Cycle", "Run"]
+
+TOLERANCE = 1e-9
+"""Largest residual with which a steady state leaves the package."""
+
+_PERIODIC = 1e-10  # change of slip over a cycle, over the slip scale, that counts as none
+_REPEATS = 1e-13  # the same, where no factor by which the changes shrink is needed to tell that the limit is reached
+_SAFE = 1e-10  # excess over the friction bound, over the force scale, that counts as none
+_NEAR = 1e-3  # share of the way from an extrapolated limit to the last state at which the map is tried
+_AFFINE = 1e-3  # deviation of the map from an affine one, over the last change, that is rounding there
+_WINDOW = 12  # cycles that an extrapolation looks back on
+_LEAST = 4  # cycles with the same events before the first extrapolation
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """One cycle that was followed.
+
+    Attributes
+    ----------
+    work
+        (N,) work of friction.
+    signature
+        Of the changes of status, without their order within a segment.
+    corners
+        `u, r`, (2N,) each, at the corners.
+    before, after
+        (2N,) `u` at its beginning and at its end.
+    energy
+        Energy that is unaccounted for: work of the loads less work of friction less elastic energy gained, over the largest energy involved.
+    """
+
+    work: Array
+    signature: int
+    corners: list[tuple[Array, Array]]
+    before: Array
+    after: Array
+    energy: float
+
+
+class Run:
+    """The cycles of one transient so far. Forces are in units of the largest nodal force of the loads, slips in units of that over the stiffness."""
+
+    def __init__(self, path: ExactPath, stops: Sequence[int], turns: Sequence[int]) -> None:
+        self.path, self.stops, self.turns = path, stops, turns
+        self.force = max(path.force, *(float(np.abs(corner).max()) for corner in path.corners))
+        self.length = self.force / path.system.stiffness_scale
+        self.cycles = 0
+        self.first = np.nan
+        self.energy = 0.0
+        self.waited = 0  # cycles with the same events since the first extrapolation; every other one is worth the next attempt
+        self.last: list[Cycle] = []
+
+    def cycle(self) -> None:
+        """Follow one cycle."""
+        self.last = [*self.last[-_WINDOW:], self._one(self.path)]
+        self.energy = max(self.energy, self.last[-1].energy)
+        self.first = float(self.last[-1].work.sum()) if self.cycles == 1 else self.first
+
+    def _one(self, path: ExactPath) -> Cycle:
+        state = path.state
+        state.work[:] = state.supplied[:] = 0.0  # of this cycle alone: next to those of a far start they would drown in rounding
+        state.trace[1] = 0
+        before, corners = state.u.copy(), []
+        for number in self.stops:
+            path.go(path.corners[number], f"the segment to corner {number}")
+            corners.append((state.u.copy(), state.r.copy()))
+        self.cycles += 1
+        after, work = state.u.copy(), state.work.copy()
+        stress = path.stress((before + after) / 2)
+        lost = abs(float(state.supplied[0] - work.sum() - stress @ (after - before)))
+        scale = max(self.force * self.length, float(work.sum()), float(np.abs(stress) @ np.abs(before)))
+        return Cycle(work, int(state.trace[1]), corners, before, after, lost / scale)
+
+    def _violation(self, cycle: Cycle) -> float:
+        """Violation of the contact law at the corners of a cycle."""
+        path, n = self.path, self.path.nodes
+        u, r, load = (np.array(rows) for rows in (*zip(*cycle.corners, strict=True), self._loads))
+        bonded, reactions = (load[:, :n], load[:, n:]), {"q": r[:, :n], "p": r[:, n:]}
+        return referee(path.system, bonded, path.friction, v=u[:, :n], w=u[:, n:] + path.state.gap, **reactions, force_scale=self.force).residual
+
+    @property
+    def _loads(self) -> list[Array]:
+        """Bonded reactions (2N,) at the corners that a cycle stops at."""
+        return [self.path.corners[number] for number in self.stops]
+
+    def _distance(self, one: Array, other: Array) -> float:
+        return float(np.abs(one - other).max() / self.length)
+
+    def _change(self, cycle: Cycle) -> float:
+        """Change of slip and gap over a cycle."""
+        return self._distance(cycle.after, cycle.before)
+
+    def steady(self) -> SteadyState | None:
+        """The steady state, if it is proven by now."""
+        last = self.last[-1]
+        change = self._change(last)
+        if self._safe(last.after):
+            return self._at_rest(self.path, last, False)
+        if not last.work.any() and change <= _PERIODIC:
+            return self._result(self.path, Outcome.SHAKEDOWN, last, 0.0, False)
+        if change <= _PERIODIC and self._left() <= TOLERANCE and self._conclusive(last):
+            return self._periodic(self.path, last, change, False)
+        if self._ratchets():
+            return self._result(self.path, Outcome.RATCHETING, last, 0.0, False)
+        same = next((k for k, other in enumerate(reversed(self.last)) if other.signature != last.signature), len(self.last))
+        self.waited = self.waited + 1 if same > _LEAST else 0
+        return self._extrapolated(same) if same >= _LEAST and self.waited % 2 == 0 else None
+
+    def reason(self, most_cycles: int) -> str:
+        """Why no steady state is proven, and what to change."""
+        last = self.last[-1]
+        change = self._change(last)
+        text = f"none proven within most_cycles = {most_cycles} cycles (the slip changes by {change:.1e} slip scales a cycle)"
+        if change > _PERIODIC:
+            return f"{text}; allow more"
+        if self.path.far_start:
+            return f"{text}; {self.path.cause_of_rounding}"
+        return (
+            f"{text}; its work of friction, {last.work.sum():.1e} a cycle, is too little to tell slip from none: take a load factor further from the "
+            "limit"
+        )
+
+    def _left(self) -> float:
+        """How far the transient may still be from its limit: the last change, continued by the factor at which the changes shrink."""
+        changes = [self._change(cycle) for cycle in self.last[-3:]]
+        if changes[-1] <= _REPEATS:
+            return changes[-1]
+        factor = max((later / earlier for earlier, later in pairwise(changes)), default=1.0)
+        return changes[-1] * factor / (1 - factor) if factor < 1 else np.inf
+
+    def _ratchets(self) -> bool:
+        """Whether slip drifts by the same amount in every cycle, a motion that stresses nothing and leaves all gaps as they are."""
+        if len(self.last) < 3 or len({cycle.signature for cycle in self.last[-3:]}) > 1:
+            return False
+        path, n, (before, last) = self.path, self.path.nodes, self.last[-2:]
+        drift = last.after - last.before
+        size, rounding = float(np.abs(drift).max()), np.finfo(float).eps * float(np.abs(last.after).max())
+        resisted = float(np.abs(path.stress(drift)).max()) > _PERIODIC * self.force
+        steady = self._distance(drift, before.after - before.before) * self.length <= _PERIODIC * size
+        steady = steady and bool(np.abs(last.work - before.work).max() <= _PERIODIC * last.work.sum())
+        return bool(steady and size > rounding / _PERIODIC and not (resisted or drift[n:].any()))
+
+    def _extrapolated(self, same: int) -> SteadyState | None:
+        """The limit of the cycles, extrapolated from the last ones that went through the same events, if it is proven to be their limit.
+
+        Every one of the last cycles came closer to it, a cycle from it comes back to it, and a cycle from a state close to it, on the line to the
+        last state, goes where an affine map would take it: no other events lie between.
+        """
+        cycles = self.last[-same:]
+        last, limit = cycles[-1], _fixed_point(np.array([cycles[0].before, *(cycle.after for cycle in cycles)]))
+        distances = [self._distance(cycle.after, limit) for cycle in cycles[-_LEAST:]]
+        if not all(later < earlier for earlier, later in pairwise(distances)):
+            return None
+        proof, probe = self.path.moved(limit), self.path.moved(limit + _NEAR * (last.before - limit))
+        if proof is None or probe is None:
+            return None
+        try:
+            proving, near = self._one(proof), self._one(probe)
+        except NoContinuation:
+            return None
+        back, off = self._change(proving), self._distance(near.after, limit + _NEAR * (last.after - limit))
+        if max(back, off - _AFFINE * _NEAR * self._change(last)) > _PERIODIC:
+            return None
+        if self._safe(limit):
+            return self._at_rest(proof, proving, True)
+        return self._periodic(proof, proving, back, True) if self._conclusive(proving) else None
+
+    def _safe(self, u: Array) -> bool:
+        """Whether the slip keeps every node closed and within its bound at every corner."""
+        path, n = self.path, self.path.nodes
+        if np.any(u[n:] + path.state.gap > 0):
+            return False
+        q, p = np.split(np.array(path.corners) + path.stress(u), 2, axis=1)
+        return bool(min((path.friction * p - np.abs(q)).min(), p.min()) >= -_SAFE * path.force)
+
+    def _slips(self, cycle: Cycle) -> bool:
+        """Whether some node's work of friction is more than its tolerance, that of a slip of 1e-9 under the largest force."""
+        return bool(cycle.work.max() > TOLERANCE * self.force * self.length * min(1.0, float(self.path.friction.max())))
+
+    def _conclusive(self, cycle: Cycle) -> bool:
+        """Whether a cycle that comes back says what becomes of the contact: it slips, or some node lifts off or moves without friction.
+
+        Of a contact whose nodes all stay closed and rub, a small work says nothing, since it may be on its way to nothing: there the slip must be
+        safe.
+        """
+        return self._slips(cycle) or bool((self.path.friction == 0).any()) or bool(self._open(cycle).any())
+
+    def _open(self, cycle: Cycle) -> np.ndarray[Any, np.dtype[np.bool_]]:
+        """(N,) whether each node is open at some corner at which the load turns."""
+        gaps = [u[self.path.nodes :] + self.path.state.gap for number, (u, _) in zip(self.stops, cycle.corners, strict=True) if number in self.turns]
+        opened: np.ndarray[Any, np.dtype[np.bool_]] = np.any(np.array(gaps) > 0, axis=0)
+        return opened
+
+    def _periodic(self, path: ExactPath, cycle: Cycle, change: float, extrapolated: bool) -> SteadyState:
+        """The steady state of a cycle that comes back; where nodes lift off and land, without more work than its tolerance, it is shakedown."""
+        if self._slips(cycle):
+            return self._result(path, Outcome.CYCLIC_SLIP, cycle, change, extrapolated)
+        return self._result(path, Outcome.SHAKEDOWN, replace(cycle, work=0 * cycle.work), change, extrapolated)
+
+    def _at_rest(self, path: ExactPath, cycle: Cycle, extrapolated: bool) -> SteadyState:
+        """Shakedown to a safe slip, which stays the same through all corners."""
+        u = cycle.after
+        resting = [(u, corner + path.stress(u)) for corner in self._loads]
+        violation = self._violation(cycle)
+        return self._result(path, Outcome.SHAKEDOWN, replace(cycle, work=0 * cycle.work, corners=resting), violation, extrapolated)
+
+    def _result(self, path: ExactPath, outcome: Outcome, cycle: Cycle, change: float, extrapolated: bool) -> SteadyState:
+        residual = max(change, self._violation(cycle), cycle.energy, self.energy)
+        if not residual <= TOLERANCE:
+            raise SolverError(
+                f"steady state: its states violate the contact law or the balance of energy, or do not come back, by {residual:.1e} (tolerance "
+                f"{TOLERANCE:g}); {path.cause_of_rounding}"
+            )
+        return SteadyState(
+            outcome=outcome,
+            dissipation=float(cycle.work.sum()),
+            dissipation_per_node=frozen(cycle.work),
+            slip=frozen(cycle.after[: path.nodes]),
+            open=self._open(cycle),
+            first_cycle=self.first,
+            cycles=self.cycles,
+            events=int(path.state.trace[0]),
+            residual=residual,
+            extrapolated=extrapolated,
+            unproven=path.unproven,
+            left_out=left_out_corners(self.stops, len(path.corners)),
+        )
+
+
+def _fixed_point(iterates: Array) -> Array:
+    """Fixed point of an affine map from some of its iterates (rows), by reduced-rank extrapolation."""
+    steps = np.diff(iterates, axis=0)
+    scale = np.linalg.norm(steps, axis=1, keepdims=True)
+    differences = np.diff(steps, axis=0)
+    weights = np.linalg.lstsq(differences.T, -steps[0], rcond=1e-12)[0] if scale.min() > 0 else np.zeros(len(differences))
+    fixed: Array = iterates[0] + weights @ steps[:-1]
+    return fixed

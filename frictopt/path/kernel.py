@@ -1,0 +1,747 @@
+"""The compiled core of the exact path: from one load corner to the next, from event to event.
+
+Between two corners the bonded reactions change linearly. With the status of every node known (stick, slip, open) the rates of slip, gap and
+reactions solve one small linear system, and the state moves in a straight line until a node reaches its bound, loses its pressure or closes: an
+event. At an event the statuses are settled anew. The parts, in this order:
+
+1. the active set: the inverse of the stiffness of the slipping and open nodes, kept up to date as nodes come and go;
+2. statuses that agree with their rates, by iteration on the signs of the rates;
+3. a proof that these rates are the only ones;
+4. the path along one segment.
+"""
+
+# One file because numba judges whether its compiled code is still valid by the file of the outermost function alone: code or constants that stood in
+# another file could be edited and the old machine code would run on. For the same reason nothing is imported from the package.
+
+import sys
+from threading import Timer
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+__all__ = [
+    "DONE",
+    "FULL",
+    "OPEN",
+    "SETTLED",
+    "STALLED",
+    "STICK",
+    "TWOFOLD",
+    "UNSETTLED",
+    "ActiveSet",
+    "Proof",
+    "Record",
+    "State",
+    "activate",
+    "at_bound",
+    "clear_proof",
+    "compiled",
+    "deactivate",
+    "follow",
+    "impose",
+    "new_active_set",
+    "new_proof",
+    "new_record",
+    "new_state",
+    "pivot_share",
+    "prove",
+    "refresh",
+    "settle",
+    "solve_rates",
+    "turn",
+]
+
+STICK, OPEN = 0, 2
+"""Statuses of a node; +1 and -1 are slip along +x and against it."""
+
+SETTLED, UNSETTLED, TWOFOLD = 0, 1, 2
+"""How `settle` ends: with rates that agree with the statuses; without; with rates that may not be the only ones."""
+
+DONE, STALLED, FULL = SETTLED, 3, 4
+"""How `follow` ends, besides `UNSETTLED` and `TWOFOLD`: at the end of the segment; after too many events; with the record full."""
+
+AT_BOUND = 1e-11
+"""Slack of a node, over its friction bound and a thousandth of the force scale, that counts as none."""
+
+_SINGULAR = 1e-10  # pivots below this share of the stiffness of the unknown alone mean that no unique rates exist
+_DEFINITE = 1e-10  # pivots below this share of the stiffness of the unknown alone prove nothing
+_RATE = 1e-11  # rates of slack and slip below this share of the drive count as none
+_BLOCK = 12  # iterations that change all wrong nodes at once; later ones change only the first wrong node (Murty 1974)
+_SINGLE = 200
+
+
+class State(NamedTuple):
+    """Where a path is. All arrays are changed in place.
+
+    Attributes
+    ----------
+    u, r
+        (2N,) slip and gap over initial gap `[v, w - g0]`, reactions `[q, p]`.
+    gap
+        (N,) initial gap.
+    status
+        (N,) 0 stick, +1 and -1 slip, 2 open.
+    work
+        (N,) work of friction so far.
+    supplied
+        (1,) work of the loads so far: minus the bonded reactions times the change of u.
+    counted
+        (N,) statuses up to which the changes of status are counted in `trace`.
+    trace
+        (3,) number of events; signature of the changes of status, in which their order within a segment does not count; number of events whose
+        rates are not proven to be the only ones.
+    """
+
+    u: np.ndarray
+    r: np.ndarray
+    gap: np.ndarray
+    status: np.ndarray
+    work: np.ndarray
+    supplied: np.ndarray
+    counted: np.ndarray
+    trace: np.ndarray
+
+
+class ActiveSet(NamedTuple):
+    """Unknowns of the rate problem, n of them, and the inverse of their stiffness.
+
+    Attributes
+    ----------
+    size
+        (1,) n.
+    unknown
+        (2N,) of which the first n count: index of each unknown in `[v, w]`.
+    weight
+        (2N,) factor of p' in the equation of each unknown: `sense * f` of a slipping node, 0 for the unknowns of an open one.
+    place
+        (2N,) position of each index of `[v, w]` among the unknowns, -1 if it is none.
+    inverse
+        (2N, 2N) of which the leading (n, n) counts.
+    """
+
+    size: np.ndarray
+    unknown: np.ndarray
+    weight: np.ndarray
+    place: np.ndarray
+    inverse: np.ndarray
+
+
+class Proof(NamedTuple):
+    """Factor of the quadratic form that proves rates to be unique, for n unknowns.
+
+    Attributes
+    ----------
+    size
+        (1,) n.
+    unknown, weight
+        (2N,) of which the first n count: index of each unknown in `[v, w]`, and the factor `sense * f` of dp in its row.
+    place
+        (2N,) position of each index of `[v, w]` among the unknowns, -1 if it is none.
+    factor
+        (2N, 2N) Cholesky factor, of which the leading (n, n) counts.
+    """
+
+    size: np.ndarray
+    unknown: np.ndarray
+    weight: np.ndarray
+    place: np.ndarray
+    factor: np.ndarray
+
+
+class Record(NamedTuple):
+    """States at the events: times (T,), `u` and `r` (T, 2N), status and work (T, N), and the number in use (1,)."""
+
+    time: np.ndarray
+    u: np.ndarray
+    r: np.ndarray
+    status: np.ndarray
+    work: np.ndarray
+    used: np.ndarray
+
+
+def new_active_set(nodes: int) -> ActiveSet:
+    """An empty active set."""
+    whole = 2 * nodes
+    return ActiveSet(
+        np.zeros(1, dtype=np.int64), np.zeros(whole, dtype=np.int64), np.zeros(whole), np.full(whole, -1, dtype=np.int64), np.zeros((whole, whole))
+    )
+
+
+def new_proof(nodes: int) -> Proof:
+    """An empty proof."""
+    return Proof(*new_active_set(nodes))
+
+
+def new_record(rows: int, nodes: int) -> Record:
+    """An empty record of that many states."""
+    return Record(
+        time=np.zeros(rows),
+        u=np.zeros((rows, 2 * nodes)),
+        r=np.zeros((rows, 2 * nodes)),
+        status=np.zeros((rows, nodes), dtype=np.int8),
+        work=np.zeros((rows, nodes)),
+        used=np.zeros(1, dtype=np.int64),
+    )
+
+
+_INNER = {"error_model": "numpy", "no_cfunc_wrapper": True}
+
+
+def _entry_point(function):
+    """Compile a function that Python calls, and keep the machine code on disk where some folder can be written."""
+    options = {"error_model": "numpy", "no_cfunc_wrapper": True}
+    try:
+        return njit(cache=True, **options)(function)
+    except RuntimeError:  # numba finds no folder for its cache: package and home are read-only
+        return njit(**options)(function)
+
+
+# --- 1. The active set -------------------------------------------------------------------------------------------------------
+# A node that slips has one unknown, the rate of its slip, and one equation, `q' + sense f p' = 0` (sense +1 along +x). An open node has two, the
+# rates of slip and gap, and two equations, `q' = 0` and `p' = 0`. Rows and columns are added to the explicit inverse and taken off it at a cost of
+# n^2 instead of the n^3 of a new factorisation. `refresh` at the end of each segment takes off the rounding that gathers.
+
+
+@njit(**_INNER)
+def _equation(S, row, factor, column):
+    """Entry of the stiffness: the equation of unknown `row` with its factor, at unknown `column`."""
+    nodes = S.shape[0] // 2
+    return S[row, column] + (factor * S[nodes + row, column] if factor != 0.0 else 0.0)
+
+
+@njit(**_INNER)
+def _border(S, active, new, factor, left, right):
+    """Row and column that a new unknown adds, times the inverse; returns its pivot."""
+    n = active.size[0]
+    inverse = active.inverse
+    column = np.empty(n)
+    for a in range(n):
+        left[a] = 0.0
+        column[a] = _equation(S, active.unknown[a], active.weight[a], new)
+    for a in range(n):
+        entry = _equation(S, new, factor, active.unknown[a])
+        for b in range(n):
+            left[b] += entry * inverse[a, b]
+    pivot = _equation(S, new, factor, new)
+    for a in range(n):
+        total = 0.0
+        for b in range(n):
+            total += inverse[a, b] * column[b]
+        right[a] = total
+        pivot -= left[a] * column[a]
+    return pivot
+
+
+@njit(**_INNER)
+def _append(S, active, new, factor):
+    n = active.size[0]
+    left, right = np.empty(n), np.empty(n)
+    pivot = _border(S, active, new, factor, left, right)
+    share = pivot / S[new, new] if S[new, new] > 0.0 else 0.0
+    if abs(share) <= _SINGULAR:
+        return 0.0
+    inverse = active.inverse
+    for a in range(n):
+        scaled = right[a] / pivot
+        for b in range(n):
+            inverse[a, b] += scaled * left[b]
+        inverse[a, n] = -scaled
+        inverse[n, a] = -left[a] / pivot
+    inverse[n, n] = 1.0 / pivot
+    active.unknown[n], active.weight[n], active.place[new] = new, factor, n
+    active.size[0] = n + 1
+    return share
+
+
+@njit(**_INNER)
+def _remove(active, old):
+    """Take one unknown off; its pivot is the reciprocal of its entry in the inverse."""
+    last = active.size[0] - 1
+    inverse, place = active.inverse, active.place[old]
+    if place != last:
+        for a in range(last + 1):
+            inverse[place, a], inverse[last, a] = inverse[last, a], inverse[place, a]
+        for a in range(last + 1):
+            inverse[a, place], inverse[a, last] = inverse[a, last], inverse[a, place]
+        moved = active.unknown[last]
+        active.unknown[place], active.weight[place], active.place[moved] = moved, active.weight[last], place
+    corner = inverse[last, last]
+    for a in range(last):
+        scaled = inverse[a, last] / corner
+        for b in range(last):
+            inverse[a, b] -= scaled * inverse[last, b]
+    active.place[old] = -1
+    active.size[0] = last
+
+
+@njit(**_INNER)
+def _clear(active):
+    """Forget all unknowns, of an active set or of a proof."""
+    for a in range(active.size[0]):
+        active.place[active.unknown[a]] = -1
+    active.size[0] = 0
+
+
+@njit(**_INNER)
+def activate(S, f, active, node, status):
+    """Let a sticking node slip or open.
+
+    Returns the smallest pivot in units of the stiffness of the unknown alone; 0 if the rates are not unique, and then the node still sticks.
+    """
+    nodes = S.shape[0] // 2
+    if status != OPEN:
+        return _append(S, active, node, status * f[node])
+    first = _append(S, active, nodes + node, 0.0)
+    if first == 0.0:
+        return 0.0
+    second = _append(S, active, node, 0.0)
+    if second == 0.0:
+        _remove(active, nodes + node)
+        return 0.0
+    return min(first, second)
+
+
+@njit(**_INNER)
+def deactivate(active, node):
+    """Make a slipping or open node stick."""
+    nodes = len(active.unknown) // 2
+    _remove(active, node)
+    if active.place[nodes + node] >= 0:
+        _remove(active, nodes + node)
+
+
+@njit(**_INNER)
+def pivot_share(S, f, active, node, status):
+    """Pivot that a sticking node would bring if it slipped, in units of its own stiffness; not positive: slip and stick may both be possible."""
+    n = active.size[0]
+    left, right = np.empty(n), np.empty(n)
+    return _border(S, active, node, status * f[node], left, right) / S[node, node] if S[node, node] > 0.0 else 0.0
+
+
+@_entry_point
+def solve_rates(S, active, drive, u_rate, r_rate):
+    """Rates of `[v, w]` and `[q, p]` under the rate of the bonded reactions `drive`, written into `u_rate` and `r_rate`."""
+    n, nodes = active.size[0], S.shape[0] // 2
+    right = np.empty(n)
+    for a in range(n):
+        unknown = active.unknown[a]
+        right[a] = drive[unknown] + (active.weight[a] * drive[nodes + unknown] if active.weight[a] != 0.0 else 0.0)
+    for k in range(2 * nodes):
+        u_rate[k] = 0.0
+        r_rate[k] = drive[k]
+    for a in range(n):
+        total = 0.0
+        for b in range(n):
+            total -= active.inverse[a, b] * right[b]
+        unknown = active.unknown[a]
+        u_rate[unknown] = total
+        for k in range(2 * nodes):
+            r_rate[k] += total * S[unknown, k]
+
+
+# --- 2. Statuses that agree with their rates ---------------------------------------------------------------------------------
+
+
+@njit(**_INNER)
+def _slacks(f, r, node, nodes):
+    """Distances of a node from forward and from backward slip."""
+    bound = f[node] * r[nodes + node]
+    return bound + r[node], bound - r[node]
+
+
+@_entry_point
+def at_bound(f, state, node, force):
+    """Whether a node is at its bound against forward slip, against backward slip, and without both pressure and gap."""
+    nodes = len(f)
+    p, gap = state.r[nodes + node], state.u[nodes + node] + state.gap[node]
+    forward, backward = _slacks(f, state.r, node, nodes)
+    small = AT_BOUND * (f[node] * p + 1e-3 * force)
+    return forward <= small, backward <= small, p <= AT_BOUND * 1e-3 * force and gap <= 0.0
+
+
+@njit(**_INNER)
+def _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u):
+    """Status that a node's rates ask for; its own if they agree with it."""
+    nodes = len(f)
+    status = state.status[node]
+    p, p_rate = state.r[nodes + node], r_rate[nodes + node]
+    if status == OPEN:
+        touching = state.u[nodes + node] + state.gap[node] <= 0.0
+        return STICK if touching and u_rate[nodes + node] < -least_u else OPEN
+    if p <= AT_BOUND * 1e-3 * force and p_rate < -least_r:
+        return OPEN
+    if status != STICK:
+        return STICK if f[node] > 0.0 and status * u_rate[node] < -least_u else status
+    forward, backward, _ = at_bound(f, state, node, force)
+    if forward and f[node] * p_rate + r_rate[node] < -least_r:
+        return 1
+    if backward and f[node] * p_rate - r_rate[node] < -least_r:
+        return -1
+    return STICK
+
+
+@njit(**_INNER)
+def _change(S, f, state, active, node, wanted):
+    """Give a node another status; returns its pivot share (1 where it comes to stick, 0 where it cannot slip or open and sticks)."""
+    if state.status[node] != STICK:
+        deactivate(active, node)
+    share = activate(S, f, active, node, wanted) if wanted != STICK else 1.0
+    state.status[node] = wanted if share != 0.0 else STICK
+    return share
+
+
+@_entry_point
+def settle(S, f, drive, state, active, force, u_rate, r_rate):
+    """Iterate on the signs of the rates until the statuses of all nodes at a bound agree with them."""
+    nodes = len(f)
+    largest, stiffness = 0.0, 0.0
+    for k in range(2 * nodes):
+        largest = max(largest, abs(drive[k]))
+        stiffness += S[k, k] / (2 * nodes)
+    least_r = _RATE * largest
+    least_u = least_r / stiffness
+    wanted = np.empty(nodes, dtype=np.int8)
+    twofold = False
+    for iteration in range(_BLOCK + _SINGLE):
+        solve_rates(S, active, drive, u_rate, r_rate)
+        wrong = 0
+        for node in range(nodes):
+            wanted[node] = _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u)
+            if wanted[node] != state.status[node]:
+                wrong += 1
+                if iteration >= _BLOCK and wrong > 1:
+                    wanted[node] = state.status[node]
+        if wrong == 0:
+            return TWOFOLD if twofold or _may_be_twofold(S, f, state, active, force) else SETTLED
+        for leaving in range(2):  # first those that come to stick, so that the others meet a smaller set
+            for node in range(nodes):
+                if wanted[node] != state.status[node] and (wanted[node] == STICK) == (leaving == 0):
+                    share = _change(S, f, state, active, node, wanted[node])
+                    if share == 0.0:
+                        return UNSETTLED
+                    twofold = twofold or share < 0.0
+    return UNSETTLED
+
+
+@njit(**_INNER)
+def _may_be_twofold(S, f, state, active, force):
+    """Whether a sticking node at its bound could slip as well: a pivot that is not positive."""
+    for node in range(len(f)):
+        if state.status[node] == STICK:
+            forward, backward, _ = at_bound(f, state, node, force)
+            for sense in (1, -1):
+                if (forward if sense == 1 else backward) and pivot_share(S, f, active, node, sense) <= 0.0:
+                    return True
+    return False
+
+
+@_entry_point
+def turn(S, f, state, active):
+    """At a load corner: let all slipping nodes stick, for the new direction to say which slip; rebuild the inverse for those that stay free."""
+    _clear(active)
+    for node in range(len(f)):
+        status = state.status[node]
+        state.status[node] = STICK
+        if status == OPEN or (status != STICK and f[node] == 0.0):
+            _change(S, f, state, active, node, status)
+        state.counted[node] = state.status[node]
+    state.trace[1] *= 1000003
+
+
+@njit(**_INNER)
+def _reactions(S, bonded, u, r):
+    """Write `bonded + S u` into r (S is symmetric: its rows serve as columns)."""
+    for k in range(len(r)):
+        r[k] = bonded[k]
+    for unknown in range(len(u)):
+        if u[unknown] != 0.0:
+            for k in range(len(r)):
+                r[k] += u[unknown] * S[unknown, k]
+
+
+@_entry_point
+def refresh(S, f, bonded, state, active):
+    """Recompute the reactions from slip and gap, and take rounding off the bounds of slipping and open nodes by one correction of their slip."""
+    nodes, n = len(f), active.size[0]
+    _reactions(S, bonded, state.u, state.r)
+    error = np.empty(n)
+    for a in range(n):
+        unknown = active.unknown[a]
+        error[a] = state.r[unknown] + (active.weight[a] * state.r[nodes + unknown] if active.weight[a] != 0.0 else 0.0)
+    for a in range(n):
+        total = 0.0
+        for b in range(n):
+            total -= active.inverse[a, b] * error[b]
+        state.u[active.unknown[a]] += total
+    _reactions(S, bonded, state.u, state.r)
+    for node in range(nodes):
+        if state.status[node] == OPEN:
+            state.r[node] = 0.0
+            state.r[nodes + node] = 0.0
+        elif state.status[node] != STICK:
+            state.r[node] = -state.status[node] * f[node] * state.r[nodes + node]
+
+
+@_entry_point
+def impose(S, f, state, active, status):
+    """Give all nodes the statuses of a solved rate problem; returns whether they have unique rates."""
+    _clear(active)
+    unique = True
+    for node in range(len(f)):
+        state.status[node] = STICK
+    for node in range(len(f)):
+        if status[node] != STICK and _change(S, f, state, active, node, status[node]) == 0.0:
+            unique = False
+    return unique
+
+
+# --- 3. A proof that the rates are the only ones -----------------------------------------------------------------------------
+# Let two sets of rates obey the law, with differences dv, dw, dq, dp. A node that slips or sticks at one bound has `dv dq <= -sense f dv dp`, an open
+# one dq = dp = 0, all others dv = dw = 0. So the sum of `dv (dq + sense f dp)` over the former is not positive, and there is no difference if the
+# quadratic form of these rows of the stiffness is positive definite. A form that is positive definite for some nodes is so for fewer: the factor
+# (Cholesky) grows as nodes begin to slip, and serves on when they stop.
+
+
+@njit(**_INNER)
+def _symmetric_entry(S, one, weight, other, other_weight):
+    """Entry of the symmetric part of the rows `q + weight p`."""
+    nodes = S.shape[0] // 2
+    entry = S[one, other]
+    if weight != 0.0:
+        entry += 0.5 * weight * S[nodes + one, other]
+    if other_weight != 0.0:
+        entry += 0.5 * other_weight * S[nodes + other, one]
+    return entry
+
+
+@njit(**_INNER)
+def _need(S, proof, unknown, weight):
+    """Make an unknown part of the proof; returns whether it is, with this weight."""
+    place = proof.place[unknown]
+    if place >= 0:
+        return proof.weight[place] == weight
+    n, L = proof.size[0], proof.factor
+    square = 0.0
+    for a in range(n):
+        entry = _symmetric_entry(S, unknown, weight, proof.unknown[a], proof.weight[a])
+        for b in range(a):
+            entry -= L[n, b] * L[a, b]
+        L[n, a] = entry / L[a, a]
+        square += L[n, a] ** 2
+    alone = _symmetric_entry(S, unknown, weight, unknown, weight)
+    if not alone - square > _DEFINITE * S[unknown, unknown]:
+        return False
+    L[n, n] = np.sqrt(alone - square)
+    proof.unknown[n], proof.weight[n], proof.place[unknown] = unknown, weight, n
+    proof.size[0] = n + 1
+    return True
+
+
+@njit(**_INNER)
+def _need_all(S, f, state, force, proof):
+    nodes = len(f)
+    for node in range(nodes):
+        status = state.status[node]
+        forward, backward, vertex = at_bound(f, state, node, force)
+        if vertex:  # closed without pressure: it may slip either way or open, which no quadratic form decides
+            return False
+        if status != STICK or forward or backward:
+            if status != OPEN and forward and backward and f[node] > 0.0:
+                return False
+            sense = 0 if status == OPEN else status if status != STICK else 1 if forward else -1
+            if not _need(S, proof, node, sense * f[node]):
+                return False
+            if status == OPEN and not _need(S, proof, nodes + node, 0.0):
+                return False
+    return True
+
+
+@njit(**_INNER)
+def prove(S, f, state, force, proof):
+    """Whether the rates at a state are proven to be the only ones; `proof` is added to in place."""
+    if _need_all(S, f, state, force, proof):
+        return True
+    _clear(proof)  # what it holds from earlier states may be too much
+    return _need_all(S, f, state, force, proof)
+
+
+@_entry_point
+def clear_proof(proof):
+    """Forget all that is proven."""
+    _clear(proof)
+
+
+# --- 4. The path along one segment -------------------------------------------------------------------------------------------
+
+
+@njit(**_INNER)
+def _next_event(f, state, u_rate, r_rate, force):
+    """Time to the next event and its node; infinity and -1 if there is none."""
+    nodes = len(f)
+    first, which = np.inf, -1
+    for node in range(nodes):
+        status = state.status[node]
+        time = np.inf
+        if status == OPEN:
+            if u_rate[nodes + node] < 0.0:
+                time = max(state.u[nodes + node] + state.gap[node], 0.0) / -u_rate[nodes + node]
+        else:
+            if state.r[nodes + node] > AT_BOUND * 1e-3 * force and r_rate[nodes + node] < 0.0:
+                time = state.r[nodes + node] / -r_rate[nodes + node]
+            if status == STICK:
+                forward, backward = _slacks(f, state.r, node, nodes)
+                small = AT_BOUND * (f[node] * state.r[nodes + node] + 1e-3 * force)
+                bound_rate = f[node] * r_rate[nodes + node]
+                if forward > small and bound_rate + r_rate[node] < 0.0:
+                    time = min(time, forward / -(bound_rate + r_rate[node]))
+                if backward > small and bound_rate - r_rate[node] < 0.0:
+                    time = min(time, backward / -(bound_rate - r_rate[node]))
+        if time < first:
+            first, which = time, node
+    return first, which
+
+
+@njit(**_INNER)
+def _advance(f, bonded, drive, time, state, u_rate, r_rate, step):
+    """Move along constant rates, add up the work of friction and of the loads, and put slipping and open nodes exactly on their bound."""
+    nodes = len(f)
+    middle = time + 0.5 * step
+    for k in range(2 * nodes):
+        if u_rate[k] != 0.0:
+            state.supplied[0] -= (bonded[k] + middle * drive[k]) * (step * u_rate[k])
+            state.u[k] += step * u_rate[k]
+    for node in range(nodes):
+        status = state.status[node]
+        before = state.r[nodes + node]
+        state.r[node] += step * r_rate[node]
+        state.r[nodes + node] += step * r_rate[nodes + node]
+        if status == OPEN:
+            state.r[node] = 0.0
+            state.r[nodes + node] = 0.0
+        elif status != STICK:
+            state.work[node] += f[node] * 0.5 * (before + state.r[nodes + node]) * abs(step * u_rate[node])
+            state.r[node] = -status * f[node] * state.r[nodes + node]
+
+
+@njit(**_INNER)
+def _write(record, state, time):
+    row = record.used[0]
+    record.time[row] = time
+    for k in range(len(state.u)):
+        record.u[row, k] = state.u[k]
+        record.r[row, k] = state.r[k]
+    for node in range(len(state.status)):
+        record.status[row, node] = state.status[node]
+        record.work[row, node] = state.work[node]
+    record.used[0] = row + 1
+
+
+@njit(**_INNER)
+def _snap(f, state, node, force):
+    """Put the node of an event exactly where it happens: at its bound, without pressure, or closed."""
+    nodes = len(f)
+    status = state.status[node]
+    if status == OPEN:
+        state.u[nodes + node] = -state.gap[node]
+    elif status != STICK or state.r[nodes + node] <= AT_BOUND * 1e-3 * force:
+        state.r[node] = 0.0
+        state.r[nodes + node] = 0.0
+    else:
+        forward, backward = _slacks(f, state.r, node, nodes)
+        state.r[node] = -f[node] * state.r[nodes + node] if forward < backward else f[node] * state.r[nodes + node]
+
+
+@njit(**_INNER)
+def _count_changes(state):
+    """Add the changes of status since the last count to the signature; a sum, so that their order does not count."""
+    for node in range(len(state.status)):
+        status, before = state.status[node], state.counted[node]
+        if status != before:
+            mixed = (16 * node + 4 * (status + 1) + before + 1) * 0x5851F42D4C957F2D
+            state.trace[1] += mixed ^ (mixed >> 29)
+            state.counted[node] = status
+
+
+@_entry_point
+def follow(S, f, bonded, drive, state, active, proof, force, start, settled, record):
+    """Follow the path while the bonded reactions go from `bonded` to `bonded + drive`, from the share `start` of that change on.
+
+    Parameters
+    ----------
+    S, f
+        (2N, 2N) stiffness, (N,) coefficients of friction.
+    bonded, drive
+        (2N,) bonded reactions at the beginning of the segment, and their change over the whole segment.
+    state, active
+        Where the path is; changed in place.
+    proof
+        What is proven of the rates; changed in place.
+    force
+        Scale of the nodal forces.
+    start, settled
+        Where to start, between 0 and 1, and whether the statuses there agree with the rates already.
+    record
+        Where to write the states at the events; of length 0 for none.
+
+    Returns
+    -------
+    code, time
+        How it ended, and where.
+    """
+    u_rate, r_rate = np.empty_like(drive), np.empty_like(drive)
+    time = start
+    for _ in range(1000 + 200 * len(f)):
+        if settled:
+            solve_rates(S, active, drive, u_rate, r_rate)
+        else:
+            code = settle(S, f, drive, state, active, force, u_rate, r_rate)
+            if code != SETTLED:
+                return code, time
+            if not prove(S, f, state, force, proof):
+                state.trace[2] += 1
+        if len(record.time) > 0:
+            if record.used[0] == len(record.time):
+                return FULL, time
+            _write(record, state, time)
+        settled = False
+        _count_changes(state)
+        step, node = _next_event(f, state, u_rate, r_rate, force)
+        if step >= 1.0 - time:
+            _advance(f, bonded, drive, time, state, u_rate, r_rate, 1.0 - time)
+            return DONE, 1.0
+        _advance(f, bonded, drive, time, state, u_rate, r_rate, step)
+        _snap(f, state, node, force)
+        time += step
+        state.trace[0] += 1
+    return STALLED, time
+
+
+# --- The first compilation ---------------------------------------------------------------------------------------------------
+
+
+def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
+    """A state in which every node sticks and nothing has happened yet; `u`, `r`, `gap` become part of it."""
+    nodes = len(gap)
+    return State(
+        u, r, gap, np.zeros(nodes, np.int8), np.zeros(nodes), np.zeros(1), counted=np.zeros(nodes, np.int8), trace=np.zeros(3, dtype=np.int64)
+    )
+
+
+def compiled() -> None:
+    """Compile all entry points, or load them from disk; says so on stderr, once, where it takes longer than a second."""
+    if follow.signatures:
+        return
+    text = "frictopt: compiling the exact path; this takes some seconds, once for each installation"
+    notice = Timer(1.0, print, (text,), {"file": sys.stderr, "flush": True})
+    notice.daemon = True
+    notice.start()
+    S, f, load = np.eye(2), np.ones(1), np.zeros(2)
+    state, active, proof = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1)), new_active_set(1), new_proof(1)
+    turn(S, f, state, active)
+    clear_proof(proof)
+    at_bound(f, state, 0, 1.0)
+    impose(S, f, state, active, state.status)
+    follow(S, f, load, load, state, active, proof, 1.0, 0.0, True, new_record(0, 1))
+    refresh(S, f, load, state, active)
+    notice.cancel()

@@ -1,0 +1,134 @@
+"""When cycles prove a steady state: maps of one slip whose limit is known, in place of a contact; and energy."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.path import ExactPath, Outcome
+from frictopt.path.cycles import Cycle, Run
+
+
+class Mapped(Run):
+    """Cycles that map the slip x by a given function instead of following a contact; slips are in units of the slip scale."""
+
+    def __init__(self, cycle_map, start, *, safe=None, signature=lambda x: 0):
+        self.path = SimpleNamespace(x=start, nodes=1, friction=np.ones(1), state=SimpleNamespace(gap=np.zeros(1)), moved=self._moved)
+        self.stops = self.turns = [0]
+        self.force = self.length = 1.0
+        self.cycles, self.energy, self.waited, self.last = 0, 0.0, 0, []
+        self._map, self._inside, self._signature = cycle_map, safe or (lambda x: False), signature
+
+    def _moved(self, u):
+        return SimpleNamespace(**{**vars(self.path), "x": u[0]})
+
+    def _one(self, path):
+        before = path.x
+        path.x = self._map(before)
+        self.cycles += 1
+        ends = [np.array([x, 0.0]) for x in (before, path.x)]
+        return Cycle(np.ones(1), self._signature(before), [(ends[1], ends[1])], *ends, 0.0)
+
+    def _safe(self, u):
+        return self._inside(u[0])
+
+    def _ratchets(self):
+        return False
+
+    def _at_rest(self, path, cycle, extrapolated):
+        return Outcome.SHAKEDOWN, cycle.after[0]
+
+    def _result(self, path, outcome, cycle, change, extrapolated):
+        return outcome, cycle.after[0]
+
+    def found(self, cycles):
+        for _ in range(cycles):
+            self.cycle()
+            answer = self.steady()
+            if answer is not None:
+                return answer
+        return None
+
+
+def test_a_slow_affine_map_is_extrapolated():
+    run = Mapped(lambda x: 3.0 + 0.999 * (x - 3.0), 10.0)
+    outcome, limit = run.found(20)
+    assert outcome is Outcome.CYCLIC_SLIP and limit == pytest.approx(3.0, abs=1e-9) and run.cycles < 12
+
+
+def test_the_limit_of_other_events_is_not_that_of_the_cycles():
+    """Far out the map leads to 0, where it has a fixed point; but on the way there it bends, and cycles end at 0.6."""
+
+    def bent(x):
+        return 0.8 * x if x > 1 else 0.8 + 0.5 * (x - 1) if x > 0.1 else 3.5 * x
+
+    _, limit = Mapped(bent, 50.0).found(100)
+    assert limit == pytest.approx(0.6, abs=1e-9)
+
+
+def test_a_safe_slip_beyond_the_one_where_cycles_come_to_rest_is_not_their_limit():
+    """Slips up to 0.5 are safe, so each is a fixed point; cycles from outside end at the first of them."""
+
+    def resting(x):
+        return 0.8 * x if x > 1 else 0.5 + 0.6 * (x - 0.5) if x > 0.5 else x
+
+    outcome, limit = Mapped(resting, 50.0, safe=lambda x: x <= 0.5 + 1e-10).found(200)
+    assert outcome is Outcome.SHAKEDOWN and limit == pytest.approx(0.5, abs=1e-8)
+
+
+def test_a_fixed_point_that_cycles_leave_is_not_their_limit():
+    def leaving(x):
+        return 1.2 * x if x < 1 else 1.2 + 0.5 * (x - 1)
+
+    _, limit = Mapped(leaving, 1e-3).found(100)
+    assert limit == pytest.approx(1.4, abs=1e-9)
+
+
+def test_small_changes_that_hardly_shrink_are_no_end():
+    """Changes of 1e-10 a cycle that shrink by 1e-5 of themselves sum up to 1e-5; here no two cycles have the same events."""
+    run = Mapped(lambda x: (1 - 1e-5) * x, 1e-5, signature=lambda x: hash(x))
+    assert run.found(50) is None and run._change(run.last[-1]) < 1.1e-10
+
+
+def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch):
+    """The balance of energy sees work of friction that nobody did, and work that is not counted."""
+    contact, friction = punch(16), 0.5
+    factor = 1.3 * fo.shakedown_limit(contact, paper_cycle, friction).load_factor
+    truth = fo.steady_state(contact, paper_cycle, friction, factor)
+    assert truth.dissipation > 0 and truth.residual < 1e-12
+    go = ExactPath.go
+
+    for share in (0.5, 1 + 1e-5):
+
+        def wrong(path, bonded, where, share=share):
+            go(path, bonded, where)
+            path.state.work[:] *= share
+
+        monkeypatch.setattr(ExactPath, "go", wrong)
+        with pytest.raises(fo.SolverError, match="energy"):
+            fo.steady_state(contact, paper_cycle, friction, factor)
+        with pytest.raises(fo.SolverError, match="energy"):
+            fo.march(contact, paper_cycle, friction, factor, cycles=2)
+
+
+@pytest.mark.parametrize("elements", [16, 40])
+@pytest.mark.parametrize(("friction", "ratio", "seed"), [(0.9, 0.9, 1), (0.9, 1.05, 2), (1.2, 0.9, 3), (1.2, 1.05, 4)])
+def test_slow_transients_end_where_many_cycles_go(punch, paper_cycle, elements, friction, ratio, seed):
+    """Starts from which the change of slip shrinks by a factor of about 0.8 a cycle."""
+    contact = punch(elements)
+    x = contact.x / contact.x[-1]
+    modes = np.polynomial.chebyshev.chebvander(x, 6)[:, 1:] / np.arange(1, 7)
+    start = 3.0 * modes @ np.random.default_rng(seed).standard_normal(6)
+    factor = ratio * fo.shakedown_limit(contact, paper_cycle, friction).load_factor
+    steady = fo.steady_state(contact, paper_cycle, friction, factor, initial_slip=start)
+    path = ExactPath(contact, paper_cycle, friction, factor, start)
+    path.start()
+    for _ in range(150):
+        path.run_cycle()
+    path.state.work[:] = 0.0
+    path.run_cycle()
+    scale = path.force**2 / contact.stiffness_scale
+    assert steady.cycles <= 40
+    assert path.state.work.sum() == pytest.approx(steady.dissipation, rel=1e-7, abs=1e-8 * scale)
+    assert path.state.u[: contact.nodes] == pytest.approx(steady.slip, abs=1e-7 * np.abs(steady.slip).max())
