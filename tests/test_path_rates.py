@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import frictopt as fo
+from frictopt.path import ExactPath
 from frictopt.path import kernel as act
-from frictopt.path.rate import _lemke, find_rates, rate_problem
+from frictopt.path.rate import RateProblem, _lemke, find_rates, rate_problem
 from systems import random_system
 
 
@@ -132,3 +134,23 @@ def test_an_open_node_stays_free():
     found = one_node(q=0.0, p=0.0, w=0.3, friction=0.5, drive=(0.4, -0.2), status=2).found
     (status, rates) = found[0]
     assert status[0] == 2 and np.allclose(rates, -np.linalg.solve([[1.0, 0.5], [0.5, 1.0]], [0.4, -0.2]))
+
+
+@pytest.mark.parametrize("pairs", [2, 9, 25])
+def test_rates_that_may_not_be_the_only_ones_are_never_called_so(pairs):
+    """M = -1, c = 1 for each pair: z = 0 and z = 1 are both solutions."""
+    problem = RateProblem(-np.eye(pairs), np.ones(pairs), np.arange(pairs), np.ones(pairs, dtype=int), np.eye(pairs, pairs + 1), [], False, False)
+    solutions = find_rates(problem, np.zeros(pairs, dtype=int))
+    assert len(solutions.found) == 2 or not solutions.complete
+
+
+def test_events_without_proof_are_counted(punch, paper_cycle):
+    """A free punch that slides as a whole from a far start: its stiffness against slip is not positive definite, and no rates are proven."""
+    contact = punch(40)
+    limit = fo.shakedown_limit(contact, paper_cycle, 0.5).load_factor
+    far = 30.0 * np.random.default_rng(1).standard_normal(contact.nodes)
+    M = contact.A + 0.5 * np.sign(far)[:, None] * contact.B
+    assert np.linalg.eigvalsh(M + M.T)[0] < 0
+    path = ExactPath(contact, paper_cycle, 0.5, 0.9 * limit, far)
+    path.start()
+    assert path.unproven > 0

@@ -161,3 +161,20 @@ def test_little_friction_still_dissipates():
         steady = steady_state(contact, CYCLE, friction, factor)
         work = single_node_dissipation(2.0, 0.5, 0.0, 1.0, 1.0, 0.2, friction, factor)
         assert steady.outcome is Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(work, rel=1e-8)
+
+
+@pytest.mark.parametrize("run", [fo.steady_state, fo.march])
+def test_a_mean_load_that_pulls_or_pushes_the_body_off_is_named(punch, run):
+    cases = [({"P": -1.0}, r"sum to -.*compression must be positive"), ({"P": 1.0, "Q": 0.9}, r"slides as a whole: .*shear force")]
+    for mean, words in cases:
+        with pytest.raises(fo.NoContinuation, match=words):
+            run(punch(16), fo.LoadCycle(mean, [{"sigma": -1.0}, {"sigma": 1.0}]), 0.5, 0.1)
+
+
+def test_a_start_whose_rounding_hides_the_loads_is_named(punch, paper_cycle):
+    """A million slip scales of random slip leave a rigid slide of their size, in whose last digits the forces stand."""
+    contact = punch(16)
+    far = 1e6 * np.random.default_rng(0).standard_normal(contact.nodes)
+    for run, options in ((fo.march, {"cycles": 3}), (fo.steady_state, {"most_cycles": 50})):
+        with pytest.raises((fo.SolverError, fo.NoContinuation), match=r"initial_slip: it stresses the contact [0-9.]+e\+06 times"):
+            run(contact, paper_cycle, 0.3, 0.2, initial_slip=far, **options)

@@ -128,10 +128,10 @@ class Run:
         last = self.last[-1]
         change = self._change(last)
         text = f"none proven within most_cycles = {most_cycles} cycles (the slip changes by {change:.1e} slip scales a cycle)"
-        if change > _PERIODIC:
-            return f"{text}; allow more"
         if self.path.far_start:
             return f"{text}; {self.path.cause_of_rounding}"
+        if change > _PERIODIC:
+            return f"{text}; allow more"
         return (
             f"{text}; its work of friction, {last.work.sum():.1e} a cycle, is too little to tell slip from none: take a load factor further from the "
             "limit"

@@ -732,7 +732,7 @@ def compiled() -> None:
     """Compile all entry points, or load them from disk; says so on stderr, once, where it takes longer than a second."""
     if follow.signatures:
         return
-    text = "frictopt: compiling the exact path; this takes some seconds, once for each installation"
+    text = "frictopt: compiling the exact path; this takes some seconds, and only once where its machine code can be kept"
     notice = Timer(1.0, print, (text,), {"file": sys.stderr, "flush": True})
     notice.daemon = True
     notice.start()

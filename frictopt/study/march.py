@@ -67,17 +67,17 @@ def march(
         An increment has no answer that passes the checks, or the states violate the contact law or, on the exact path, the balance of energy.
     """
     whole_number("cycles", cycles, least=0)
+    if not isinstance(engine, str) or engine not in ("path", *_ENGINES):
+        raise ModelError(f"engine: {engine!r}; give 'path', 'qp' or 'milp'")
     path = ExactPath(system, cycle, friction, load_factor, initial_slip, keep=True)
     if engine == "path":
         if steps is not None:
             raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose engine='qp' or 'milp'")
         trajectory = _followed(path, cycle, cycles)
-    elif isinstance(engine, str) and engine in _ENGINES:
+    else:
         if steps is None:
             raise ModelError(f"steps: None; engine={engine!r} needs the number of increments from corner to corner")
         trajectory = _stepped(path, cycle, cycles, engine, whole_number("steps", steps, least=1), simplify)
-    else:
-        raise ModelError(f"engine: {engine!r}; give 'path', 'qp' or 'milp'")
     if not trajectory.residual <= TOLERANCE:
         raise SolverError(
             f"march: the states violate the contact law or the balance of energy by {trajectory.residual:.1e} (tolerance {TOLERANCE:g}; "

@@ -1,0 +1,50 @@
+"""The compiled core of the path: where it is kept, that it is never stale, and that it speaks up while it compiles."""
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import frictopt
+
+PACKAGE = Path(frictopt.__file__).parent
+
+TRANSIENT = """
+import frictopt as fo
+contact = fo.ContactSystem([[2.0]], [[0.5]], [[2.0]], [0.0], {"P": ([0.1], [1.0]), "Q": ([1.0], [0.2])})
+cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+print(round(fo.shakedown_limit(contact, cycle, 0.4).load_factor, 12))
+print(fo.steady_state(contact, cycle, 0.4, 0.6).dissipation > 0)
+"""
+
+
+def run(code, **environment):
+    paths = os.pathsep.join([str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")])
+    return subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": paths, **environment}, capture_output=True, text=True, check=True, timeout=300
+    )
+
+
+def test_all_compiled_code_stands_in_one_file_that_imports_nothing_of_the_package():
+    """Numba judges its cache by the file of the outermost function: what stands elsewhere could change without it."""
+    compiled = [path for path in PACKAGE.rglob("*.py") if "numba" in path.read_text(encoding="utf-8")]
+    assert compiled == [PACKAGE / "path" / "kernel.py"]
+    for node in ast.walk(ast.parse(compiled[0].read_text(encoding="utf-8"))):
+        assert not isinstance(node, ast.ImportFrom) or (node.level == 0 and not node.module.startswith("frictopt"))
+
+
+@pytest.mark.slow
+def test_the_first_compilation_announces_itself_once(tmp_path):
+    first, second = (run(TRANSIENT, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2))
+    assert first.stderr.count("frictopt: compiling") == 1 and second.stderr == ""
+    assert first.stdout == second.stdout == "0.39314516129\nTrue\n"
+
+
+@pytest.mark.slow
+def test_it_works_where_no_folder_can_be_written():
+    """As from a read-only installation with a read-only home: numba is left the one kind of folder that does not exist here, within a zip archive."""
+    found = run(TRANSIENT, NUMBA_CACHE_LOCATOR_CLASSES="ZipCacheLocator")
+    assert found.stdout == "0.39314516129\nTrue\n" and found.stderr.count("frictopt: compiling") == 1
