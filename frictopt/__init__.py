@@ -9,7 +9,17 @@ from . import reference
 from .contact import ContactSystem, LoadCycle, Onset, OnsetEvent, Verdict, onset, referee
 from .errors import FrictoptError, ModelError, NoContinuation, SolverError
 from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction
-from .models import GuaranteedLimit, GuaranteedModel, SafeSlip, ShakedownLimit, ShakedownModel, guaranteed_limit, safe_slip, shakedown_limit
+from .models import (
+    GuaranteedLimit,
+    GuaranteedModel,
+    LimitKind,
+    SafeSlip,
+    ShakedownLimit,
+    ShakedownModel,
+    guaranteed_limit,
+    safe_slip,
+    shakedown_limit,
+)
 from .path import Outcome, SteadyState, steady_state
 from .study import GuaranteeCheck, Trajectory, dissipation_study, march, verify_guaranteed
 
@@ -23,6 +33,7 @@ __all__ = [
     "GuaranteeCheck",
     "GuaranteedLimit",
     "GuaranteedModel",
+    "LimitKind",
     "LoadCycle",
     "Material",
     "ModelError",

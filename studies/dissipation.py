@@ -131,7 +131,7 @@ def limits_of(parameters: Parameters) -> pd.DataFrame:
     rows = []
     for case in cases_of(parameters):
         found = fo.guaranteed_limit(case.system, LOADS, case.friction)
-        rows.append({"friction": case.friction, "load_factor": case.limit, "guaranteed": found.upper, "residual": found.residual})
+        rows.append({"friction": case.friction, "load_factor": case.limit, "guaranteed": found.load_factor, "residual": found.residual})
     return pd.DataFrame(rows)
 
 

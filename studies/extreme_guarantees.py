@@ -28,7 +28,7 @@ def guarantee_probes(sizes: Sizes) -> Iterator[Probe]:
 
 def _answer(limit: fo.GuaranteedLimit) -> Answer:
     solvers = {attempt.solver for attempt in limit.attempts}
-    return Answer(limit.upper, limit.residual, limit.solver, max(len(solvers) - 1, 0))
+    return Answer(limit.load_factor, limit.residual, limit.solver, max(len(solvers) - 1, 0))
 
 
 def _ask(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
@@ -46,7 +46,7 @@ def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> floa
 
 
 def _kept(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float:
-    return fo.guaranteed_limit(system, cycle, friction, simplify=False).upper
+    return fo.guaranteed_limit(system, cycle, friction, simplify=False).load_factor
 
 
 def _rescaled(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, force: float = 1e6, length: float = 1e-3) -> float:

@@ -24,14 +24,14 @@ _TOO_LITTLE = 1e-6  # change of a node's forces, over the mean normal force, who
 def guaranteed(known: Known) -> tuple[float, bool]:
     """Against one linear program per node on the plain rows of all corners; the witness against the rows themselves."""
     limit = known.answered_guarantee
-    if not (limit.upper <= limit.shakedown.load_factor or np.isnan(limit.upper)) or not (limit.lower <= limit.upper or np.isnan(limit.lower)):
-        raise Wrong(f"guaranteed limit {limit.lower!r} to {limit.upper!r}, shakedown limit {limit.shakedown.load_factor!r}")
-    if np.isfinite(limit.upper):
-        excess = oracles.excess(*known.args, limit.upper, limit.slip)
+    if not (limit.load_factor <= limit.shakedown.load_factor or np.isnan(limit.load_factor)):
+        raise Wrong(f"guaranteed limit {limit.load_factor!r} above the shakedown limit {limit.shakedown.load_factor!r}")
+    if np.isfinite(limit.load_factor):
+        excess = oracles.excess(*known.args, limit.load_factor, limit.slip)
         if excess > 1e-8:
             raise Wrong(f"the witness is not safe by {excess:.1e}")
     if limit.node is not None and limit.corners is not None:
-        off = oracles.off_bounds(*known.args, limit.upper, limit.slip, limit.node, limit.corners)
+        off = oracles.off_bounds(*known.args, limit.load_factor, limit.slip, limit.node, limit.corners)
         if off > 1e-8 or limit.corners[0] == limit.corners[1]:
             raise Wrong(f"node {limit.node} is off its bounds by {off:.1e} at corners {limit.corners}")
     if known.limit is None:
@@ -39,19 +39,19 @@ def guaranteed(known: Known) -> tuple[float, bool]:
     least = np.inf if np.isnan(known.limit) else oracles.least_on_both_bounds(*known.args)
     if least is None:
         return limit.residual, False
-    same("guaranteed limit", limit.upper, float(np.minimum(known.limit, least)), absolute=1e-8)
+    same("guaranteed limit", limit.load_factor, float(np.minimum(known.limit, least)), absolute=1e-8)
     return limit.residual, True
 
 
 def guaranteed_transformed(known: Known) -> tuple[float, bool]:
     """The same guaranteed limit of the same contact, described in other ways."""
-    return transformed(known, "guaranteed limit", fo.guaranteed_limit, lambda limit: float(limit.upper), known.answered_guarantee)
+    return transformed(known, "guaranteed limit", fo.guaranteed_limit, lambda limit: float(limit.load_factor), known.answered_guarantee)
 
 
 def followed(known: Known) -> tuple[float, bool]:
     """Just above the limit a transient from the witness persists; just below, none from a few starts does in which all nodes stay closed."""
     limit = known.answered_guarantee
-    if not (np.isfinite(limit.upper) and limit.shakedown.load_factor > 0):
+    if not (np.isfinite(limit.load_factor) and limit.shakedown.load_factor > 0):
         raise NotAsked
     system, cycle, friction = known.args
     moved = 0 if limit.node is None else _MOVED
@@ -59,30 +59,30 @@ def followed(known: Known) -> tuple[float, bool]:
     below = check.runs[check.runs["share"] < 1]
     for number in np.flatnonzero(~below["outcome"].isin(_NO_SLIP)) + len(check.runs) - len(below):
         if not _lifts_off(known, float(check.runs["load_factor"].iloc[number]), check.starts[number]):
-            raise Wrong(f"persists below the limit {limit.upper:.6g} with all nodes closed, from {check.starts[number].tolist()}")
+            raise Wrong(f"persists below the limit {limit.load_factor:.6g} with all nodes closed, from {check.starts[number].tolist()}")
     if limit.node is not None and not check.persists:
-        if limit.upper == 0:
+        if limit.load_factor == 0:
             q, p = known.case.cycle.corner_reactions(known.case.system)
             unit = min(limit.shakedown.load_factor, known.force / max(float(np.abs(q).max()), float(np.abs(p).max())))
             return limit.residual, _persists_next_to(known, limit, [share * unit for share in _SMALL])
         if (check.runs.loc[check.runs["share"] > 1, "outcome"] == "NO_CONTINUATION").all():
             raise fo.NoContinuation("all transients from next to the witness end before they have an outcome; lower the friction")
-        if _persists_next_to(known, limit, [1.2 * limit.upper]):
+        if _persists_next_to(known, limit, [1.2 * limit.load_factor]):
             return limit.residual, True
-        raise Wrong(f"dies out above the limit {limit.upper:.6g}: {check.runs['outcome'].to_list()}")
+        raise Wrong(f"dies out above the limit {limit.load_factor:.6g}: {check.runs['outcome'].to_list()}")
     return limit.residual, check.undecided < len(check.runs)
 
 
 def _above(known: Known, limit: fo.GuaranteedLimit) -> float:
     """How far above the limit, as its multiple, slip is to be seen: 1.02, or more where that changes the forces of the node too little to tell."""
-    if limit.node is None or limit.upper == 0:
+    if limit.node is None or limit.load_factor == 0:
         return _ABOVE
     q, p = (part[:, limit.node] for part in known.case.cycle.corner_reactions(known.case.system))
-    change = limit.upper * max(float(np.abs(q).max()), float(np.abs(p).max())) / known.force
+    change = limit.load_factor * max(float(np.abs(q).max()), float(np.abs(p).max())) / known.force
     if (_ABOVE - 1) * change >= _TOO_LITTLE:
         return _ABOVE
     above = 1 + 10 * _TOO_LITTLE / change
-    if above * limit.upper >= limit.shakedown.load_factor:  # where slip goes on in any case
+    if above * limit.load_factor >= limit.shakedown.load_factor:  # where slip goes on in any case
         raise NotAsked
     return above
 

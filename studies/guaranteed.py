@@ -100,7 +100,7 @@ def _mesh(scene: fo.PunchOnHalfPlane) -> dict[str, Any]:
 def _limits(system: fo.ContactSystem, limit: fo.GuaranteedLimit, friction: float) -> dict[str, Any]:
     return {
         "friction": friction,
-        "guaranteed": limit.upper,
+        "guaranteed": limit.load_factor,
         "shakedown": limit.shakedown.load_factor,
         "x": np.nan if limit.node is None else float(system.x[limit.node] / system.x[-1]),
         "largest_slip": float(np.ptp(limit.slip)) / 2 / slip_unit(system),
@@ -113,11 +113,11 @@ def _limits(system: fo.ContactSystem, limit: fo.GuaranteedLimit, friction: float
 def plane_of_slips(parameters: Parameters) -> pd.DataFrame:
     """Lines, safe region and paths at several load factors, as polylines: one row per point, in order."""
     system = pair()
-    limit = fo.guaranteed_limit(system, PAIR_LOADS, PAIR_FRICTION, lower=True)
-    factors = [("", share * limit.upper) for share in parameters.shares] + [("shakedown limit", limit.shakedown.load_factor)]
+    limit = fo.guaranteed_limit(system, PAIR_LOADS, PAIR_FRICTION)
+    factors = [("", share * limit.load_factor) for share in parameters.shares] + [("shakedown limit", limit.shakedown.load_factor)]
     parts: list[dict[str, Any]] = []
     for name, factor in factors:
-        share = factor / limit.upper
+        share = factor / limit.load_factor
         label = name or ("guaranteed limit" if share == 1 else "")
         head = {"load_factor": factor, "share": share, "limit": label, "residual": limit.residual}
         lines = list(_lines(system, factor))

@@ -26,6 +26,7 @@ __all__ = [
 ]
 
 _TIE = 1e-11  # corners whose rows differ by less than this share rule together
+_NONE = 1e-7  # dimensionless load factors up to this are rounding of 0
 _GAVE_UP = 1, 4  # statuses of linprog: out of time, numerical trouble
 _TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 2.0}
 
@@ -92,13 +93,18 @@ def largest_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction:
 def least_on_both_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
     """Least load factor at which a safe slip holds some node on both its bounds, by one plain linear program per node whose bounds differ in corner.
 
-    Inf where no node ever is; None where the solver does not say.
+    A node that is there at 0 counts only if it is at a load factor above 0 too (a second program): at 0 both bounds of a node that carries nothing
+    coincide. Inf where no node ever is; None where the solver does not say.
     """
     slope, rate, level = _rows(system, cycle, friction)
     unit, least = float(np.abs(rate).max()) or 1.0, np.inf
     rows = np.column_stack([slope, -rate / unit])
     for node, corners in _to_and_fro(system.nodes, rate, np.asarray(friction)):
-        answer = _optimum(rows, level, (-np.inf, 0.0), _both_bounds(system.nodes, node, corners))
+        equal = _both_bounds(system.nodes, node, corners)
+        answer = _optimum(rows, level, (-np.inf, 0.0), equal)
+        if answer is not None and answer > -_NONE:
+            highest = _optimum(np.column_stack([slope, rate / unit]), level, (0.0, 1.0), equal)
+            answer = None if highest is None else answer if highest > _NONE else np.nan
         if answer is None:
             return None
         least = least if np.isnan(answer) else min(least, -answer / unit)

@@ -64,7 +64,7 @@ def test_cases_that_were_once_judged_wrong(seed):
 def test_just_above_a_guarantee_of_none_is_a_finite_load_where_no_load_ends_safe_slip():
     case = random_case(54)
     check = fo.verify_guaranteed(case.system, case.cycle, case.friction, starts=0)
-    assert check.limit.upper == 0 and check.limit.shakedown.load_factor == np.inf
+    assert check.limit.load_factor == 0 and check.limit.shakedown.load_factor == np.inf
     assert check.runs["load_factor"].between(0, 1, inclusive="neither").all()
 
 
@@ -74,7 +74,7 @@ def test_a_slip_on_both_bounds_goes_on_next_to_its_load_even_where_the_limit_is_
     args = case.system, case.cycle, case.friction
     limit = fo.guaranteed_limit(*args)
     above = fo.verify_guaranteed(*args, limit=limit, starts=0)
-    assert limit.upper == 0 and not above.persists
+    assert limit.load_factor == 0 and not above.persists
     slip = oracles.on_both_bounds(*args, 0.1, limit.node, limit.corners)
     assert oracles.excess(*args, 0.1, slip) < 1e-9 and oracles.off_bounds(*args, 0.1, slip, limit.node, limit.corners) < 1e-9
     assert fo.steady_state(*args, 0.11, initial_slip=slip).outcome is fo.Outcome.CYCLIC_SLIP
@@ -106,9 +106,9 @@ def test_the_cases_are_of_all_kinds():
 
 LIES = {
     "shakedown limit": ("shakedown_limit", lambda limit, _: replace(limit, load_factor=limit.load_factor * (1 - 1e-5))),
-    "guaranteed limit": ("guaranteed_limit", lambda limit, _: replace(limit, upper=limit.upper * (1 - 1e-5))),
-    "guaranteed, transformed": ("guaranteed_limit", lambda limit, call: replace(limit, upper=limit.upper * (1 + 1e-5 * call))),
-    "guarantee, followed": ("guaranteed_limit", lambda limit, _: replace(limit, upper=limit.upper / 2)),
+    "guaranteed limit": ("guaranteed_limit", lambda limit, _: replace(limit, load_factor=limit.load_factor * (1 - 1e-5))),
+    "guaranteed, transformed": ("guaranteed_limit", lambda limit, call: replace(limit, load_factor=limit.load_factor * (1 + 1e-5 * call))),
+    "guarantee, followed": ("guaranteed_limit", lambda limit, _: replace(limit, load_factor=limit.load_factor / 2)),
     "limit, transformed": ("shakedown_limit", lambda limit, call: replace(limit, load_factor=limit.load_factor * (1 + 1e-5 * call))),
     "safe slip": ("safe_slip", lambda safe, _: replace(safe, exists=not safe.exists)),
     "exact path": ("march", lambda path, _: replace(path, slip=1.001 * path.slip)),
@@ -133,7 +133,7 @@ def test_the_oracles_see_a_wrong_answer(check, monkeypatch):
 
 def test_slip_that_goes_on_below_a_limit_that_is_too_high_is_seen(monkeypatch):
     honest = fo.guaranteed_limit
-    monkeypatch.setattr(fo, "guaranteed_limit", lambda *args: replace(limit := honest(*args), upper=1.5 * limit.upper))
+    monkeypatch.setattr(fo, "guaranteed_limit", lambda *args: replace(limit := honest(*args), load_factor=1.5 * limit.load_factor))
     found = [finding.text for seed in (22, 25, 28, 30) for finding in findings(random_case(seed), ["guarantee, followed"])]
     assert len(found) == 4 and all("persists below the limit" in text and "all nodes closed" in text for text in found), found
 

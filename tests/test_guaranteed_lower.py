@@ -1,5 +1,6 @@
 """The lower bound of the guaranteed limit: periodic sequences of increments, against enumeration of all statuses."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -7,9 +8,9 @@ import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.models.cyclic_increments import cyclic_bound
-from frictopt.models.periodic_bounds import periodic_bounds
-from frictopt.models.task import Task, cycle_loads
+from studies import lower_bound as study
+from studies import oracles
+from studies.lower_bound import lower_bound, periodic_bounds
 from systems import CYCLE, FIRST_PAIR, SECOND_PAIR, random_system, system
 
 STICK, FORWARD, BACKWARD, OPEN = 0, 1, -1, 2
@@ -64,12 +65,17 @@ def least_by_enumeration(contact, cycle, friction):
     return least
 
 
+def below(contact, cycle, friction, limit, **options):
+    return lower_bound(contact, cycle, friction, limit.load_factor, witnessed=limit.node is not None, **options)
+
+
 @pytest.mark.parametrize(("data", "friction", "expected"), [FIRST, SECOND, ((2.0, 0.5, 0.1, 1.0, 1.0, 0.2), 0.4, 0.393145161290)])
-def test_published_instances_are_exact(data, friction, expected):
-    limit = fo.guaranteed_limit(system(*data), CYCLE, friction, lower=True)
-    assert limit.exact and limit.lower <= limit.upper and limit.lower == pytest.approx(expected, rel=1e-6)
-    assert limit.increments.status == "optimal" and limit.increments.found == pytest.approx(expected, rel=1e-6)
-    assert limit.increments.slips.shape == (2, len(limit.slip))
+def test_published_instances(data, friction, expected):
+    contact = system(*data)
+    limit = fo.guaranteed_limit(contact, CYCLE, friction)
+    bound = below(contact, CYCLE, friction, limit)
+    assert bound.load_factor <= limit.load_factor and bound.load_factor == pytest.approx(expected, rel=1e-6)
+    assert bound.status == "optimal" and bound.found == pytest.approx(expected, rel=1e-6) and bound.slips.shape == (2, len(limit.slip))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -77,35 +83,36 @@ def test_the_mixed_integer_program_against_enumeration(seed):
     """With separation and with a load range that reaches far above the limit, so that the program alone decides."""
     contact = random_system(np.random.default_rng(seed), 2)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.4)
-    task = Task(contact, CYCLE, cycle_loads(contact, CYCLE), 0.4, False, False)
-    found = cyclic_bound(task, 3 * limit.shakedown.load_factor, None, 60.0)
+    found = lower_bound(contact, CYCLE, 0.4, 3 * limit.shakedown.load_factor, witnessed=True)
     expected = least_by_enumeration(contact, CYCLE, 0.4)
     assert found.load_factor == pytest.approx(expected, rel=1e-6) and found.found == pytest.approx(expected, rel=1e-6)
-    assert limit.upper == pytest.approx(expected, rel=1e-6)
+    assert limit.load_factor == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize(("nodes", "corners"), [(2, 3), (3, 2), (3, 4)])
-def test_both_bounds_meet_on_random_systems(nodes, corners):
+def test_the_bound_meets_the_limit_on_random_systems(nodes, corners):
     rng = np.random.default_rng(10 * nodes + corners)
     for _ in range(4):
         contact = random_system(rng, nodes, loads=("mean", "a", "b"))
         cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(corners, 2))])
-        limit = fo.guaranteed_limit(contact, cycle, rng.uniform(0.1, 0.6), lower=True)
-        assert limit.exact and limit.lower <= limit.upper <= limit.shakedown.load_factor
+        friction = rng.uniform(0.1, 0.6)
+        limit = fo.guaranteed_limit(contact, cycle, friction)
+        assert below(contact, cycle, friction, limit).load_factor == pytest.approx(limit.load_factor, rel=1e-6)
 
 
-def test_every_state_lies_within_the_derived_bounds():
+@pytest.mark.parametrize("least_friction", [0.05, 1e-3])
+def test_every_state_lies_within_the_derived_bounds(least_friction):
+    """Next to no friction the slips follow the loads, so that bounds about any other slip are left."""
     rng = np.random.default_rng(3)
     tight = np.inf
     for _ in range(12):
         contact = random_system(rng, 3)
-        friction = rng.uniform(0.05, 0.6)
-        task = Task(contact, CYCLE, cycle_loads(contact, CYCLE), friction, False, False)
-        bounds = periodic_bounds(task, 5.0)
+        friction = rng.uniform(least_friction, 12 * least_friction)
+        bounds, (force, length) = periodic_bounds(contact, CYCLE, friction, 5.0), oracles.units(contact, CYCLE)
         for load_factor in (0.0, 2.5, 5.0):
             path = fo.march(contact, CYCLE, friction, load_factor, initial_slip=rng.normal(size=3) * 10 ** rng.uniform(-1, 2), cycles=3)
             corner = (path.time >= 0) & (path.time == np.round(path.time))
-            slip, gap, p = path.slip[corner] / bounds.length, path.gap[corner] / bounds.length, path.p[corner] / task.force
+            slip, gap, p = path.slip[corner] / length, path.gap[corner] / length, path.p[corner] / force
             assert (slip >= bounds.slip_low).all() and (slip <= bounds.slip_high).all()
             assert (gap <= bounds.gap_high).all() and (p <= bounds.pressure_high).all()
             tight = min(tight, float((bounds.pressure_high / p.max(axis=0)).min()))
@@ -113,27 +120,38 @@ def test_every_state_lies_within_the_derived_bounds():
 
 
 def test_where_no_bound_can_be_derived_the_answer_says_so(punch, paper_cycle):
-    limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5, lower=True)
-    assert limit.lower == 0 and not limit.exact and "S is singular" in limit.increments.status and limit.increments.problem is None
-    sticky = fo.guaranteed_limit(random_system(np.random.default_rng(0), 2, coupling=1.0), CYCLE, 20.0, lower=True)
-    assert sticky.increments is None or sticky.lower == 0
+    bound = lower_bound(punch(16), paper_cycle, 0.5, 0.4, witnessed=True)
+    assert bound.load_factor == 0 and "S is singular" in bound.status and bound.slips is None
+    assert lower_bound(random_system(np.random.default_rng(0), 2, coupling=1.0), CYCLE, 20.0, 1.0, witnessed=False).load_factor == 0
 
 
 def test_a_bound_found_in_too_little_time_is_one():
     contact = random_system(np.random.default_rng(5), 5)
-    limit = fo.guaranteed_limit(contact, CYCLE, 0.4, lower=True, time_limit=1e-3)
-    assert 0 <= limit.lower < limit.upper and not limit.exact and "user_limit" in limit.increments.status
-
-
-def test_none_is_sought_unless_asked_for():
-    limit = fo.guaranteed_limit(system(*FIRST_PAIR), CYCLE, 0.6)
-    assert limit.increments is None and limit.lower == 0 and not limit.exact
+    limit = fo.guaranteed_limit(contact, CYCLE, 0.4)
+    bound = below(contact, CYCLE, 0.4, limit, time_limit=1e-3)
+    assert 0 <= bound.load_factor < limit.load_factor and "user_limit" in bound.status
 
 
 def test_slips_of_the_sequence_found_keep_within_the_slip_bound():
     contact = system(*FIRST_PAIR)
-    free = fo.guaranteed_limit(contact, CYCLE, 0.6, lower=True)
+    free = fo.guaranteed_limit(contact, CYCLE, 0.6)
     most = 0.8 * np.abs(free.slip).max()
-    limit = fo.guaranteed_limit(contact, CYCLE, 0.6, slip_bound=most, lower=True)
-    assert limit.upper > free.upper * 1.01 and limit.exact
-    assert np.abs(limit.increments.slips).max() <= most * (1 + 1e-6)
+    limit = fo.guaranteed_limit(contact, CYCLE, 0.6, slip_bound=most)
+    bound = below(contact, CYCLE, 0.6, limit, slip_bound=most)
+    assert limit.load_factor > free.load_factor * 1.01 and bound.load_factor == pytest.approx(limit.load_factor, rel=1e-6)
+    assert np.abs(bound.slips).max() <= most * (1 + 1e-6)
+
+
+def test_a_program_without_solution_is_no_proof_where_there_is_a_sequence(monkeypatch):
+    contact = system(*FIRST_PAIR)
+    honest = study.periodic_bounds
+
+    def wrong(*args):
+        bounds = honest(*args)
+        return replace(bounds, slip_low=bounds.slip_high, slip_high=bounds.slip_high)
+
+    monkeypatch.setattr(study, "periodic_bounds", wrong)
+    limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
+    with pytest.raises(fo.SolverError, match="infeasible"):
+        below(contact, CYCLE, 0.6, limit)
+    assert lower_bound(contact, CYCLE, 0.6, limit.load_factor, witnessed=False).load_factor == limit.load_factor

@@ -17,7 +17,7 @@ from systems import CYCLE, FIRST_PAIR, system
 def test_each_solver_alone_is_named(punch, paper_cycle, solver):
     limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5, solver=solver)
     assert limit.solver == solver and {attempt.solver for attempt in limit.attempts} == {solver}
-    assert limit.upper == pytest.approx(fo.guaranteed_limit(punch(16), paper_cycle, 0.5).upper, rel=1e-8)
+    assert limit.load_factor == pytest.approx(fo.guaranteed_limit(punch(16), paper_cycle, 0.5).load_factor, rel=1e-8)
 
 
 def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_cycle, monkeypatch):
@@ -32,7 +32,7 @@ def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_
 
     monkeypatch.setattr(policy, "_run", sloppy)
     limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
-    assert limit.attempts[-1].outcome == "refined on the vertex" and limit.upper == pytest.approx(right.upper, rel=1e-8)
+    assert limit.attempts[-1].outcome == "refined on the vertex" and limit.load_factor == pytest.approx(right.load_factor, rel=1e-8)
 
     def denies(problem, name):
         status, text = run(problem, name)
@@ -45,8 +45,8 @@ def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
 def test_results_can_be_copied_and_sent(copied):
-    limit = copied(fo.guaranteed_limit(system(*FIRST_PAIR), CYCLE, 0.6, lower=True))
-    assert limit.problem is None and limit.increments.problem is None and limit.exact
+    limit = copied(fo.guaranteed_limit(system(*FIRST_PAIR), CYCLE, 0.6))
+    assert limit.problem is None and limit.kind is fo.LimitKind.FINITE
     limit.explain(io.StringIO())
 
 
@@ -58,4 +58,4 @@ def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):
     assert [constraint.label for constraint in first.problem.constraints] == labels
     text = io.StringIO()
     second.explain(text)
-    assert "on_both_bounds" in text.getvalue() and "2 of 2 rows bind" in text.getvalue() and f"{second.upper:.12g}" in text.getvalue()
+    assert "on_both_bounds" in text.getvalue() and "2 of 2 rows bind" in text.getvalue() and f"{second.load_factor:.12g}" in text.getvalue()

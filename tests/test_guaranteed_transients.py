@@ -34,7 +34,7 @@ def test_a_limit_that_is_too_high_is_found_out():
     """Between lambda_1 and lambda_2 the start decides: with lambda_2 in the place of lambda_1, some starts keep slipping below it."""
     contact = system(*FIRST_PAIR)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
-    fake = replace(limit, upper=limit.shakedown.load_factor, slip=limit.shakedown.slip)
+    fake = replace(limit, load_factor=limit.shakedown.load_factor, slip=limit.shakedown.slip)
     check = fo.verify_guaranteed(contact, CYCLE, 0.6, limit=fake, starts=100)
     assert not check.dies_out and 0 < len(check.counterexamples) < 100
     again = fo.steady_state(contact, CYCLE, 0.6, check.runs.load_factor.iloc[-1], initial_slip=check.counterexamples[0])
@@ -61,7 +61,7 @@ def test_rounding_of_a_rigid_slide_is_no_stiffness(punch, paper_cycle):
 def test_without_guarantee_only_the_side_above_is_tested(punch, paper_cycle):
     contact = punch(32)
     limit = fo.guaranteed_limit(contact, paper_cycle, 0.8)
-    assert limit.upper == 0 < limit.shakedown.load_factor
+    assert limit.load_factor == 0 < limit.shakedown.load_factor
     check = fo.verify_guaranteed(contact, paper_cycle, 0.8, limit=limit, starts=50, moved=1)
     assert len(check.runs) == 2 and check.persists and np.isinf(check.runs.share).all()
 
@@ -72,11 +72,11 @@ def test_the_guarantee_jumps_where_the_corner_node_can_only_lift_off(punch, pape
     q, p = contact.bonded["sigma"]
     ratio = abs(q[0] / p[0])
     below, above = (fo.guaranteed_limit(contact, paper_cycle, ratio * (1 + step)) for step in (-0.01, 0.01))
-    assert below.upper == 0 and below.node in (0, 16) and above.upper > 2 and above.node not in (0, 16)
+    assert below.load_factor == 0 and below.node in (0, 16) and above.load_factor > 2 and above.node not in (0, 16)
     for limit, step, outcome in ((below, -0.01, fo.Outcome.CYCLIC_SLIP), (above, 0.01, fo.Outcome.SHAKEDOWN)):
         for load_factor in (0.1, 0.5):
             steady = fo.steady_state(contact, paper_cycle, ratio * (1 + step), load_factor, initial_slip=below.slip)
-            assert steady.outcome is outcome, limit.upper
+            assert steady.outcome is outcome, limit.load_factor
 
 
 @pytest.mark.parametrize("seed", [3, 22])
@@ -86,7 +86,7 @@ def test_where_the_mean_load_lies_outside_the_cycle_transients_begin_within(seed
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": 3.0}])
     check = fo.verify_guaranteed(contact, cycle, 0.4, starts=20)
     assert check.persists and check.dies_out
-    from_the_mean = fo.steady_state(contact, cycle, 0.4, 1.02 * check.limit.upper, initial_slip=check.limit.slip)
+    from_the_mean = fo.steady_state(contact, cycle, 0.4, 1.02 * check.limit.load_factor, initial_slip=check.limit.slip)
     assert from_the_mean.outcome is fo.Outcome.SHAKEDOWN
 
 
@@ -95,7 +95,7 @@ def test_a_node_that_slides_freely_has_starts_below_its_limit():
     contact = system(0.0, 0.0, 0.05, 1.0, 0.3, 0.0)
     assert safe_vertices(contact, CYCLE, 0.2, 0.1, np.ones((2, 1))).shape == (2, 1)
     check = fo.verify_guaranteed(contact, CYCLE, 0.2, starts=10)
-    assert check.limit.upper == pytest.approx(0.5) and check.dies_out and len(check.runs) == 16
+    assert check.limit.load_factor == pytest.approx(0.5) and check.dies_out and len(check.runs) == 16
 
 
 def test_vertices_are_safe_and_as_far_out_as_can_be():

@@ -12,7 +12,7 @@ import frictopt as fo
 from frictopt.models import LP_SOLVERS
 from frictopt.models import solve as policy
 from frictopt.models.safe import SafeProblem
-from systems import CYCLE, random_system
+from systems import CYCLE, linprog_limit, random_system
 
 
 def changed(contact, S=1.0, mean=1.0, cyclic=1.0, shift=None):
@@ -25,8 +25,8 @@ def changed(contact, S=1.0, mean=1.0, cyclic=1.0, shift=None):
 @pytest.mark.parametrize("elements", [16, 40, 124, 256])
 def test_all_solvers_and_models_agree(punch, paper_cycle, elements):
     contact = punch(elements, 20.0)
-    ways = [{}, {"solver": "CLARABEL"}, {"simplify": False}, {"simplify": False, "corners": "ruling"}, {"corners": "all"}]
-    ways += [{"solver": "CLARABEL", "simplify": False, "corners": "ruling"}] * (elements < 200)
+    ways = [{}, {"solver": "CLARABEL"}, {"simplify": False}]
+    ways += [{"solver": "CLARABEL", "simplify": False}] * (elements < 200)
     models = [fo.ShakedownModel(contact, paper_cycle, **way) for way in ways]
     for friction in (0.05, 0.3, 0.7, 3.0):
         limits = [model.solve(friction) for model in models]
@@ -127,13 +127,28 @@ def test_mirror_symmetry_is_used_only_where_scene_loads_and_friction_have_it(pun
 
 
 @pytest.mark.parametrize("corners", [3, 64])
-def test_corners_that_rule_no_node_change_nothing_and_are_counted(punch, corners):
+def test_corners_that_rule_no_node_are_counted_and_change_nothing(punch, corners):
+    """Against a plain program with the rows of all corners."""
     angles = 2 * np.pi * np.arange(corners) / corners
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": float(np.cos(a)), "Q": 0.3 * float(np.sin(a))} for a in angles])
-    ruling, full = (fo.shakedown_limit(punch(16), cycle, 0.7, corners=kept) for kept in ("ruling", "all"))
-    assert ruling.load_factor == pytest.approx(full.load_factor, rel=1e-8)
-    assert ruling.problem.constraints[0].size == 17 and full.problem.constraints[0].size == 17 * corners
-    assert f"1 of {corners} rows" in ruling.left_out[-1] and full.left_out == ()
+    limit = fo.shakedown_limit(punch(16), cycle, 0.7, simplify=False)
+    assert limit.load_factor == pytest.approx(linprog_limit(punch(16), cycle, 0.7)[1], rel=1e-7)
+    assert limit.problem.constraints[0].size == 17
+    (q1, p1), f = cycle.corner_reactions(punch(16)), 0.7
+    idle = corners - len(set(np.r_[(-q1 - f * p1).argmax(axis=0), (q1 - f * p1).argmax(axis=0)]))
+    assert limit.left_out == ((f"corners: {idle} of {corners} rule no node",) if idle else ())
+
+
+def test_many_corners_take_memory_for_their_loads_alone():
+    """Three nodes and 100,000 corners: rows of all of them would be a program of 600,000."""
+    rng = np.random.default_rng(0)
+    contact = random_system(rng, 3, loads=("mean", "a", "b"))
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(100_000, 2))])
+    limit = fo.shakedown_limit(contact, cycle, 0.4, simplify=False)
+    assert sum(constraint.size for constraint in limit.problem.constraints) == 7
+    (q0, p0), (q1, p1) = cycle.mean_reaction(contact), cycle.corner_reactions(contact)
+    q, p = q0 + limit.load_factor * q1 + contact.A @ limit.slip, p0 + limit.load_factor * p1 + contact.B @ limit.slip
+    assert (0.4 * p - np.abs(q)).min() == pytest.approx(0.0, abs=1e-9)
 
 
 def test_rates_are_the_slopes_of_the_limit(punch, paper_cycle):
@@ -247,7 +262,7 @@ def test_the_problem_is_named_dpp_and_solved(punch, paper_cycle):
     assert problem.status == cp.OPTIMAL and problem.is_dpp()
     assert set(problem.var_dict) == {"load_factor", "traction"}
     assert set(problem.param_dict) == {"friction", "q_mean", "g_mean", "forward", "backward"}
-    assert [constraint.label for constraint in problem.constraints] == ["no_forward_slip", "no_backward_slip"]
+    assert [constraint.label for constraint in problem.constraints] == ["no_forward_slip", "no_backward_slip", "load_factor_not_negative"]
 
 
 def test_explain_prints_names_sizes_units_and_binding_rows(punch, paper_cycle):
@@ -276,7 +291,6 @@ def test_a_sweep_is_one_compiled_problem(punch, paper_cycle):
         ({"friction": np.nan}, "friction: value nan"),
         ({"friction": [0.1, 0.2]}, r"friction: shape \(2,\)"),
         ({"solver": "ECOS"}, "solver: 'ECOS'; give one of"),
-        ({"corners": "some"}, "corners: 'some'"),
         ({"system": np.eye(2)}, "system: a ndarray; give a ContactSystem"),
         ({"cycle": {"P": 1.0}}, "cycle: a dict; give a LoadCycle"),
         ({"cycle": fo.LoadCycle({"P": 1.0}, [{"tau": 1.0}])}, "load case 'tau': unknown"),

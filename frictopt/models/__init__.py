@@ -5,6 +5,7 @@ from .exact_increment import ExactIncrement
 from .frozen_bound import FrozenBoundIncrement
 from .guaranteed import GuaranteedLimit, GuaranteedModel, guaranteed_limit
 from .increment import Increment
+from .outcome import LimitKind
 from .safe_slip import SafeSlip, safe_slip
 from .safe_vertices import safe_vertices
 from .shakedown import ShakedownLimit, ShakedownModel, shakedown_limit
@@ -22,6 +23,7 @@ __all__ = [
     "GuaranteedLimit",
     "GuaranteedModel",
     "Increment",
+    "LimitKind",
     "SafeSlip",
     "ShakedownLimit",
     "ShakedownModel",

@@ -36,7 +36,7 @@ def apex_bounds(interface: Interface, rows: LoadRows) -> Array:
     rows
         One row for each node, of its ruling corners.
     """
-    n = len(rows.node)
+    n = len(rows.friction)
     follow, rigid = _response(interface, rows)
     total = -np.eye(n)  # columns: the mechanisms, each in units of the force of its nodes; rows: a
     unit, hold = interface.unit[:, None], np.maximum(rows.g_mean, 0.0)

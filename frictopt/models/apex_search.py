@@ -1,27 +1,27 @@
 """Solving for one node on both its bounds, with proof of the least load factor or of its absence."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import cvxpy as cp
 import numpy as np
 
-from ..contact.checks import Array, finite_array, real_array
-from ..errors import ModelError
-from .apex import ApexProblem, SlipBound, apex_problem
+from ..contact.checks import Array, frozen
+from .apex import Aim, apex_problem, set_apex
 from .explain import Units
-from .interface import NULL, Interface
+from .interface import Interface
 from .rows import LoadRows
+from .safe import SafeProblem
 from .solve import TOLERANCE, Attempt, solve
 from .task import Task
+from .vertex import Program
 
-__all__ = ["FLOOR", "ApexClaim", "ApexSearch", "slip_bounds", "two_corners"]
+__all__ = ["ApexClaim", "ApexSearch", "two_corners"]
 
-FLOOR = 1e-3
-"""Load factors count relative to themselves from this share of the load unit on."""
-
+_FLOOR = 1e-3  # load factors count relative to themselves from this share of the load unit on
 _TIE = 1e-12  # corners whose rows differ by less than this share rule together
 _ZERO = 1e-12  # dimensionless load factors up to this are rounding of 0
+_COINCIDE = 1e-6  # dimensionless load factors up to this are told from 0 by less than the residuals allow
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +38,10 @@ class ApexClaim:
         Its largest violation, or the distance from what the multipliers prove.
     solver, attempts, problem, units
         As for `GuaranteedLimit`.
+    coincide
+        Whether it is on both bounds at load factor 0 alone, where it carries nothing.
+    above
+        Of a least load factor of 0: a larger one at which the node is on both bounds too, and the (N,) slip there. Those between mix the two.
     """
 
     node: int
@@ -49,6 +53,8 @@ class ApexClaim:
     attempts: tuple[Attempt, ...] = ()
     problem: cp.Problem | None = None
     units: Units = field(default_factory=dict)
+    coincide: bool = False
+    above: tuple[float, Array] | None = None
 
 
 class ApexSearch:
@@ -56,75 +62,88 @@ class ApexSearch:
 
     Parameters
     ----------
-    most
-        (N,) largest slip; None for no bound.
     solver
         Use this one alone.
     """
 
-    def __init__(self, most: Array | None, solver: str | None) -> None:
-        self._most, self._solver = most, solver
-        self._compiled: dict[tuple[bool, bool], ApexProblem] = {}
+    def __init__(self, solver: str | None) -> None:
+        self._solver = solver
+        self._compiled: dict[tuple[bool, Aim], SafeProblem] = {}
 
-    def solve(self, task: Task, interface: Interface, ruling: LoadRows, node: int, *, likely: bool) -> ApexClaim:
+    def solve(self, task: Task, interface: Interface, rows: LoadRows, node: int, *, likely: bool) -> ApexClaim:
         """The claim of one node that passes its checks.
 
-        Whether the node is `likely` to be on both bounds anywhere decides only which of the two problems comes first.
+        Whether the node is `likely` to be on both bounds anywhere decides only which of the problems comes first.
 
         Raises
         ------
         SolverError
             No solver gave an answer that passes.
         """
-        rows = task.rows(interface)
-        denied = None if likely else self._never(task, interface, rows, ruling, node)
+        denied = None if likely else self._never(task, interface, rows, node)
         if denied is not None:
             return denied
-        model = self._model(task, interface, rows, reach=False)
-        model.set(rows, ruling, node)
+        model = self._model(task, interface, rows, node, Aim.LEAST)
 
         def never() -> ApexClaim | None:
-            return self._never(task, interface, rows, ruling, node)
+            return self._never(task, interface, rows, node)
 
-        answer = solve(model, lambda: self._claimed(task, model, ruling, node), self._solver, no_optimum=never)
-        units = {"load_factor": ruling.load_unit, "traction": interface.unit[interface.loaded]}
-        return replace(answer.claim, solver=answer.solver, attempts=answer.attempts, problem=model.problem, units=units)
+        found = self._solved(lambda: self._claimed(task, model, rows, node), model, never)
+        found = replace(found, problem=model.problem, units={"load_factor": rows.load_unit, "traction": interface.unit[interface.loaded]})
+        return found if found.load_factor > 0 else self._beyond_zero(task, interface, rows, found)
 
-    def _model(self, task: Task, interface: Interface, rows: LoadRows, *, reach: bool) -> ApexProblem:
-        kind = task.opening, reach
+    def _beyond_zero(self, task: Task, interface: Interface, rows: LoadRows, found: ApexClaim) -> ApexClaim:
+        """The claim of a limit of 0 itself, if the node can be on both bounds above 0 too; otherwise it is nowhere but where the bounds coincide.
+
+        The load factors at which it can are an interval, for the problem is convex. Within, above 0, the node presses at both corners.
+        """
+        model = self._model(task, interface, rows, found.node, Aim.HIGHEST)
+        highest = self._solved(lambda: self._claimed(task, model, rows, found.node), model)
+        attempts = (*found.attempts, *highest.attempts)
+        if highest.load_factor > _COINCIDE * rows.load_unit:
+            return replace(
+                found, attempts=attempts, residual=max(found.residual, highest.residual), above=(highest.load_factor, frozen(highest.slip))
+            )
+        nothing = np.full_like(found.slip, np.nan)
+        return replace(found, load_factor=np.inf, slip=nothing, attempts=attempts, residual=highest.residual, coincide=True)
+
+    def _solved(self, claimed: Callable[[], ApexClaim], model: SafeProblem, never: Callable[[], ApexClaim | None] | None = None) -> ApexClaim:
+        answer = solve(model, claimed, self._solver, no_optimum=never)
+        return replace(answer.claim, solver=answer.solver, attempts=answer.attempts)
+
+    def _model(self, task: Task, interface: Interface, rows: LoadRows, node: int, aim: Aim) -> SafeProblem:
+        kind = task.opening, aim
         if kind not in self._compiled:
-            bound = None if self._most is None else SlipBound(interface.slip, _rigid(task), self._most)
-            self._compiled[kind] = apex_problem(interface, rows.node, task.opening, bound, reach=reach)
+            self._compiled[kind] = apex_problem(interface, task.opening, task.bound(interface), aim)
+        set_apex(self._compiled[kind], rows, node)
         return self._compiled[kind]
 
-    def _claimed(self, task: Task, model: ApexProblem, ruling: LoadRows, node: int) -> ApexClaim:
-        corners = _pair(task, node)
-        load_factor, slip = (model.load_factor if model.load_factor > _ZERO else 0.0) * ruling.load_unit, model.slip
+    def _claimed(self, task: Task, model: SafeProblem, rows: LoadRows, node: int) -> ApexClaim:
+        corners, factor, slip = _pair(task, node), float(model.value("load_factor")), task.within_bound(model.slip)
+        load_factor = (factor if factor > _ZERO else 0.0) * rows.load_unit
         q, p = task.reactions(load_factor, slip)
         (forward, backward), f = corners, task.friction[node]
         off = max(abs(q[forward, node] + f * p[forward, node]), abs(q[backward, node] - f * p[backward, node])) / task.force
-        value, bound = model.bounds
-        gap = abs(value - bound) / max(value, FLOOR)
-        beyond = 0.0
-        if self._most is not None:
-            rigid = _rigid(task)
-            beyond = float(((np.abs(slip) - self._most) / max(float(self._most.max()), float(np.abs(slip).max()), np.finfo(float).tiny)).max())
-            slip = slip if rigid.shape[1] or beyond > TOLERANCE else np.clip(slip, -self._most, self._most)
-        residual = max(task.violation(load_factor, slip), off, gap, beyond)
+        value, bound = Program(model.problem).bounds
+        gap = abs(value - bound) / max(abs(value), _FLOOR)
+        residual = max(task.violation(load_factor, slip), off, gap)
         return ApexClaim(node, corners, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)))
 
-    def _never(self, task: Task, interface: Interface, rows: LoadRows, ruling: LoadRows, node: int) -> ApexClaim | None:
+    def _never(self, task: Task, interface: Interface, rows: LoadRows, node: int) -> ApexClaim | None:
         """Proof that no safe slip at any load factor holds the node on both bounds; None where there is none."""
-        model = self._model(task, interface, rows, reach=True)
-        model.set(rows, ruling, node)
+        model = self._model(task, interface, rows, node, Aim.EXCESS)
+
+        def least_excess() -> tuple[float, float]:
+            value, bound = Program(model.problem).bounds
+            return -value, -bound
 
         def claimed() -> ApexClaim:
-            value, bound = model.bounds
+            value, bound = least_excess()
             slip = np.full(task.system.nodes, np.nan)
             return ApexClaim(node, _pair(task, node), np.inf, slip, 0.0 if bound > TOLERANCE else abs(value - bound))
 
-        answer = solve(model, claimed, self._solver)
-        return replace(answer.claim, solver=answer.solver, attempts=answer.attempts) if model.bounds[1] > TOLERANCE else None
+        claim = self._solved(claimed, model)
+        return claim if least_excess()[1] > TOLERANCE else None
 
 
 def two_corners(task: Task) -> np.ndarray:
@@ -134,25 +153,6 @@ def two_corners(task: Task) -> np.ndarray:
     """
     forward, backward = _rulers(task)
     return np.asarray((forward & ~backward).any(axis=0) & (backward & ~forward).any(axis=0) & (task.friction > 0))
-
-
-def slip_bounds(slip_bound: Any, nodes: int) -> Array | None:
-    """Check a slip bound, one or one per node, and return it as (N,).
-
-    Raises
-    ------
-    ModelError
-        Not real finite numbers, negative, or of a length other than 1 and N.
-    """
-    if slip_bound is None:
-        return None
-    shape = real_array("slip_bound", slip_bound).shape
-    if shape not in ((), (nodes,)):
-        raise ModelError(f"slip_bound: shape {shape}; give one length or one for each of the {nodes} nodes")
-    most = finite_array("slip_bound", slip_bound, shape)
-    if most.min() < 0:
-        raise ModelError(f"slip_bound: {most.min():g}; it bounds the size of the slip, give a length >= 0, or None for no bound")
-    return np.broadcast_to(most, (nodes,))
 
 
 def _rulers(task: Task) -> tuple[np.ndarray, np.ndarray]:
@@ -167,9 +167,3 @@ def _pair(task: Task, node: int) -> tuple[int, int]:
     """The corners of the forward and the backward bound of a node."""
     forward, backward = (rules[:, node] for rules in _rulers(task))
     return int(np.argmax(forward & ~backward)), int(np.argmax(backward & ~forward))
-
-
-def _rigid(task: Task) -> Array:
-    """(N, k) slips that need no force."""
-    values, vectors = np.linalg.eigh(task.system.A)
-    return np.asarray(vectors[:, values <= NULL * max(np.abs(task.system.A).max(), np.abs(task.system.C).max())])

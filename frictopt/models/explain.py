@@ -26,6 +26,7 @@ def explain(
     left_out: Sequence[str],
     mechanism: pd.DataFrame,
     file: IO[str] | None,
+    reason: str = "",
 ) -> None:
     """Print title, variables, parameters, objective, constraints with the rows that bind, units, what was left out, and the mechanism.
 
@@ -45,9 +46,12 @@ def explain(
         Slips that limit the load, largest share first.
     file
         Where to print; standard output by default.
+    reason
+        Why the answer is what it is.
     """
     lines = [title, "=" * len(title)]
     lines += [] if value is None else [f"answer      {value:.12g}"]
+    lines += [f"reason      {reason}"] if reason else []
     lines += ["problem     none: closed form, or left behind by a copy"] if problem is None else _problem_lines(problem, value, units)
     lines += ["left out"] + [f"    {text}" for text in left_out or ("nothing",)]
     if len(mechanism):

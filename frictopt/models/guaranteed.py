@@ -9,40 +9,42 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_number, flag, frozen
+from ..contact.checks import Array, flag, frozen
 from ..contact.mirror import is_uncoupled
 from .apex_bounds import apex_bounds
-from .apex_search import FLOOR, ApexClaim, ApexSearch, slip_bounds, two_corners
-from .cyclic_increments import CyclicBound, cyclic_bound
+from .apex_search import ApexClaim, ApexSearch, two_corners
 from .explain import Units, explain
+from .outcome import LimitKind
 from .portable import Portable
-from .rows import load_factor_unit
 from .shakedown import ShakedownLimit, ShakedownModel
+from .slip_bound import slip_bounds
 from .solve import Attempt, solver_order
 from .task import Task, cycle_loads
 
 __all__ = ["GuaranteedLimit", "GuaranteedModel", "guaranteed_limit"]
 
-_EXACT = 1e-6  # relative distance of the two bounds that counts as none
-
-_SOLVED, _NEVER = "solved", "never on both bounds"
+_SOLVED, _NEVER, _COINCIDE = "solved", "never on both bounds", "only where it carries nothing"
 _LEFT_OUT, _IMAGE, _ONE_CORNER, _NOT_NEEDED = "left out by its bound", "mirror image", "one corner rules both bounds", "not needed"
 
 
 @dataclass(frozen=True, eq=False)
 class GuaranteedLimit(Portable):
-    """Bounds of the guaranteed limit, and a residual slip from which the contact keeps slipping just above the upper one.
+    """The guaranteed limit, and a residual slip from which the contact keeps slipping just above it.
 
     Attributes
     ----------
-    upper
-        Upper bound of lambda_1, never above lambda_2: the least load factor at which a safe slip holds some node on both its bounds, forward slip
-        at one corner and backward slip at another. Inf or nan with lambda_2.
-    lower
-        Lower bound, see `guaranteed_limit`; 0 where none was asked for or none can be derived.
+    load_factor
+        lambda_1, never above lambda_2: the least load factor at which a safe slip holds some node on both its bounds, forward slip at one corner and
+        backward slip at another; lambda_2 where none does below. Inf or nan with lambda_2. At 0, where both bounds of a node that carries nothing
+        coincide, it counts only if such slips go on above 0.
+    kind, reason
+        Whether it is finite, and why it is what it is in words.
+    proven
+        Whether it is a theorem that slip stops below it from every start: for uncoupled contacts (Klarbring, Ciavarella & Barber 2007), and where
+        nothing is safe. Otherwise it is an upper bound of the load factor up to which that holds.
     slip
-        (N,) the witness: safe at `upper`, with `node` on both its bounds, length. Where no node comes to be there below lambda_2, the safe slip at
-        lambda_2. NaN where `upper` is not finite.
+        (N,) the witness: safe at the limit, with `node` on both its bounds, length. Where no node comes to be there below lambda_2, the safe slip at
+        lambda_2. NaN where the limit is not finite.
     node
         The node that starts to slip to and fro; None where lambda_2 rules.
     corners
@@ -57,15 +59,15 @@ class GuaranteedLimit(Portable):
     left_out
         What the scene did not need.
     shakedown
-        The shakedown limit lambda_2.
-    increments
-        What is known from periodic sequences of increments; None where not asked for.
+        The shakedown limit lambda_2, under the same slip bound.
     problem
         The solved cvxpy problem of `node` (in turn of the last one solved); None where none was needed, or in a copy.
     """
 
-    upper: float
-    lower: float
+    load_factor: float
+    kind: LimitKind
+    reason: str
+    proven: bool
     slip: Array = field(repr=False)
     node: int | None
     corners: tuple[int, int] | None
@@ -75,12 +77,12 @@ class GuaranteedLimit(Portable):
     attempts: tuple[Attempt, ...] = field(repr=False)
     left_out: tuple[str, ...]
     shakedown: ShakedownLimit = field(repr=False)
-    increments: CyclicBound | None = field(repr=False)
     problem: cp.Problem | None = field(repr=False)
     _task: Task = field(repr=False)
     _least: Array = field(repr=False)
     _how: tuple[str, ...] = field(repr=False)
     _units: Units = field(repr=False)
+    _above: tuple[float, Array] | None = field(repr=False)
 
     @cached_property
     def nodes(self) -> pd.DataFrame:
@@ -92,28 +94,29 @@ class GuaranteedLimit(Portable):
         return pd.DataFrame({"node": np.arange(len(self._how)), "x": self._task.system.x, "load_factor": self._least, "how": self._how})
 
     @property
-    def exact(self) -> bool:
-        """Whether the two bounds agree to 1e-6 (relative; where both are next to 0, of the load factor at which the load counts)."""
-        if not np.isfinite(self.upper):
-            return bool(np.isnan(self.upper) or self.lower == self.upper)
-        loads = self._task.loads
-        return self.upper - self.lower <= _EXACT * max(self.upper, FLOOR * load_factor_unit(loads, self._task.friction, self._task.force))
-
-    @property
     def reactions(self) -> tuple[Array, Array]:
-        """(K, N) reactions `q, p` at the corners under the witness, at the upper bound, force per depth; NaN where it is not finite."""
-        if not np.isfinite(self.upper):
+        """(K, N) reactions `q, p` at the corners under the witness, at the limit, force per depth; NaN where it is not finite."""
+        if not np.isfinite(self.load_factor):
             return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
-        return self._task.reactions(self.upper, self.slip)
+        return self._task.reactions(self.load_factor, self.slip)
+
+    def slip_on_both_bounds(self, load_factor: float) -> Array | None:
+        """(N,) safe slip that holds `node` on both its bounds at a load factor just above a limit of 0, length.
+
+        Slip goes on from it at a load factor next to this one. None where the limit is not 0, or no such slip is known at this load factor.
+        """
+        if self._above is None or not 0 <= load_factor <= self._above[0]:
+            return None
+        share = load_factor / self._above[0]
+        return frozen((1 - share) * self.slip + share * self._above[1])
 
     def answers(self, system: ContactSystem, cycle: LoadCycle, friction: Any) -> bool:
         """Whether it is the limit of this system, load cycle and friction."""
-        return self._task.same_input(Task(system, cycle, cycle_loads(system, cycle), friction, False, True))
+        return self._task.same_input(Task(system, cycle, cycle_loads(system, cycle), friction, False))
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        value = None if self.problem is None else self.upper
-        explain("guaranteed limit, upper bound", self.problem, value, self._units, self.left_out, pd.DataFrame(), file)
+        explain("guaranteed limit", self.problem, self.load_factor, self._units, self.left_out, pd.DataFrame(), file, self.reason)
 
 
 class GuaranteedModel:
@@ -126,11 +129,10 @@ class GuaranteedModel:
     system, cycle
         The contact and its load cycle.
     slip_bound
-        Largest slip `abs(v)` that assembly can leave, one or one per node, length; None for no bound. Where the body is free to slide as a whole,
-        such a slide is no slip.
+        See `ShakedownModel`.
     simplify
-        Leave out what the scene does not need: nodes whose lower bound says that they cannot win, mirror images, corners that rule no node, all
-        programs of an uncoupled contact. The answer is the same either way.
+        Leave out what the scene does not need: nodes whose lower bound says that they cannot win, mirror images. The answer is the same either way.
+        An uncoupled contact has lambda_1 = lambda_2 by a theorem, and no programs of its own.
     solver
         One of "HIGHS", "CLARABEL", "HIGHS_IPM"; by default each in this order until an answer passes.
 
@@ -141,78 +143,61 @@ class GuaranteedModel:
     """
 
     def __init__(self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None) -> None:
-        self._shakedown = ShakedownModel(system, cycle, simplify=simplify, solver=solver)
+        self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
         self._most, self._simplify = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify)
         solver_order(solver)
-        self._search = ApexSearch(self._most, solver)
+        self._search = ApexSearch(solver)
 
-    def solve(self, friction: Any, *, lower: bool = False, time_limit: float = 60.0) -> GuaranteedLimit:
-        """The bounds for a coefficient of friction, one or one per node.
-
-        Parameters
-        ----------
-        friction
-            Coefficient of friction, one or one per node.
-        lower, time_limit
-            See `guaranteed_limit`.
+    def solve(self, friction: Any) -> GuaranteedLimit:
+        """The limit for a coefficient of friction, one or one per node.
 
         Raises
         ------
         ModelError
-            Bad friction or options.
+            Bad friction.
         SolverError
             No solver gave an answer that passes the checks.
         """
-        flag("lower", lower)
-        time_limit = finite_number("time_limit", time_limit, above=0.0)
         shakedown = self._shakedown.solve(friction)
-        posed = Task(self._system, self._cycle, self._loads, friction, self._simplify, not self._simplify)
-        task = replace(posed, simplify=False)  # a witness is not odd: mirror symmetry, of the slip bound too, only saves nodes
-        even = self._most is None or np.array_equal(self._most, self._most[::-1])
-        found = self._upper(task, posed.mirror and even, shakedown)
-        if not lower or not np.isfinite(found.upper) or found.lower == found.upper:
-            return found
-        bound = cyclic_bound(task, found.upper, self._most, time_limit)
-        return replace(found, lower=bound.load_factor, increments=bound)
-
-    def _upper(self, task: Task, mirror: bool, shakedown: ShakedownLimit) -> GuaranteedLimit:
-        """The upper bound, and the lower one that needs no program."""
-        n, upper = task.system.nodes, shakedown.load_factor
+        posed = Task(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
+        task = replace(posed, simplify=False)  # a witness is not odd: mirror symmetry only saves nodes
+        n, least_found = task.system.nodes, shakedown.load_factor
         both = two_corners(task)
         least, how = np.full(n, np.inf), np.where(both, _LEFT_OUT, _ONE_CORNER).astype(object)
-        if np.isnan(upper) or (self._simplify and is_uncoupled(task.system, task.friction)):
-            least[both], how[both] = upper, _NOT_NEEDED
+        if np.isnan(least_found) or is_uncoupled(task.system, task.friction):
+            least[both], how[both] = least_found, _NOT_NEEDED
             return self._result(task, shakedown, None, least, how, ())
         interface = task.interface()
-        ruling = replace(task, every_corner=False).rows(interface)
-        images = both & mirror & (np.arange(n) >= n - n // 2)
+        rows = task.rows(interface)
+        images = both & posed.mirror & (np.arange(n) >= n - n // 2)
         how[images] = _IMAGE
-        bounds = apex_bounds(interface, ruling) if self._simplify else np.zeros(n)
+        bounds = apex_bounds(interface, rows) if self._simplify else np.zeros(n)
         best: ApexClaim | None = None
         claims: list[ApexClaim] = []
         for node in sorted(np.flatnonzero(both & ~images).tolist(), key=lambda i: float(bounds[i])):
-            if self._simplify and bounds[node] >= upper:
+            if self._simplify and bounds[node] >= least_found:
                 least[node] = bounds[node]
                 continue
             likely = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
-            claim = self._search.solve(task, interface, ruling, node, likely=likely)
+            claim = self._search.solve(task, interface, rows, node, likely=likely)
             claims.append(claim)
-            least[node], how[node] = claim.load_factor, _SOLVED if np.isfinite(claim.load_factor) else _NEVER
-            if claim.load_factor < upper:
-                best, upper = claim, claim.load_factor
+            least[node], how[node] = claim.load_factor, _COINCIDE if claim.coincide else _SOLVED if np.isfinite(claim.load_factor) else _NEVER
+            if claim.load_factor < least_found:
+                best, least_found = claim, claim.load_factor
         least[images] = least[::-1][images]
         return self._result(task, shakedown, best, least, how, tuple(claims))
 
     def _result(
         self, task: Task, shakedown: ShakedownLimit, best: ApexClaim | None, least: Array, how: np.ndarray, claims: tuple[ApexClaim, ...]
     ) -> GuaranteedLimit:
-        upper = shakedown.load_factor if best is None else best.load_factor
-        certain = np.isnan(upper) or upper == 0 or is_uncoupled(task.system, task.friction)
+        uncoupled, coincide = is_uncoupled(task.system, task.friction), int((how == _COINCIDE).sum())
         last = claims[-1].problem if claims else None
         return GuaranteedLimit(
-            upper=upper,
-            lower=upper if certain else 0.0,
+            load_factor=shakedown.load_factor if best is None else best.load_factor,
+            kind=shakedown.kind if best is None else LimitKind.FINITE,
+            reason=_reason(shakedown, best, uncoupled, coincide),
+            proven=uncoupled or shakedown.kind is LimitKind.NO_SAFE_SLIP,
             slip=shakedown.slip if best is None else frozen(best.slip),
             node=None if best is None else best.node,
             corners=None if best is None else best.corners,
@@ -222,36 +207,30 @@ class GuaranteedModel:
             attempts=(*shakedown.attempts, *(attempt for claim in claims for attempt in claim.attempts)),
             left_out=_left_out(how, len(claims)),
             shakedown=shakedown,
-            increments=None,
             problem=last if best is None else best.problem,
             _task=task,
             _least=frozen(least),
             _how=tuple(how.tolist()),
             _units={} if best is None else best.units,
+            _above=None if best is None else best.above,
         )
 
 
 def guaranteed_limit(
-    system: ContactSystem,
-    cycle: LoadCycle,
-    friction: Any,
-    *,
-    slip_bound: Any = None,
-    lower: bool = False,
-    time_limit: float = 60.0,
-    simplify: bool = True,
-    solver: str | None = None,
+    system: ContactSystem, cycle: LoadCycle, friction: Any, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None
 ) -> GuaranteedLimit:
-    """Bounds of the load factor below which the contact stops slipping from every start (the guaranteed limit lambda_1).
+    """Load factor below which the contact stops slipping from every start (the guaranteed limit lambda_1).
 
-    The upper bound comes with a witness: just above it, a contact that starts near the witness slips for ever. It is the least load factor at which
-    a safe slip holds some node on both its bounds, forward slip at one corner and backward slip at another: the state in which a cyclic slip begins
-    with no amplitude (for two nodes, the published condition that three of four friction lines meet, Ahn, Bertocchi & Barber 2008). That nothing
-    slips for ever below it is proven for uncoupled contacts (Klarbring, Ciavarella & Barber 2007, where lambda_1 = lambda_2), and otherwise supported
-    by experiment: no transient of many that were followed has done so with all nodes closed. Where nodes lift off in each cycle slip may go on below
-    it, and below lambda_2: there it stays an upper bound. Where it is 0 the node carries nothing under the witness, so that no load is small: slip
-    goes on from some starts next to the witness, not from all; as where loads that press the contact make the witness safe as they grow. Starts
-    are meant at a load within the cycle: where the mean load lies outside, the way to the first corner may carry the witness off.
+    It is the least load factor at which a safe slip holds some node on both its bounds, forward slip at one corner and backward slip at another: the
+    state in which a cyclic slip begins with no amplitude (for two nodes, the published condition that three of four friction lines meet, Ahn,
+    Bertocchi & Barber 2008). The slip is a witness: just above the limit, a contact that starts near it slips for ever. That nothing slips for ever
+    below the limit is proven for uncoupled contacts (Klarbring, Ciavarella & Barber 2007, where lambda_1 = lambda_2), and otherwise supported by
+    experiment: no transient of many that were followed has done so with all nodes closed. Where nodes lift off in each cycle, slip may go on below
+    it, and below lambda_2.
+
+    Where the limit is 0, slips at load factors as small as you like hold the node on both bounds. Its witness at 0 carries nothing there, and slip
+    goes on from starts next to it that depend on the load. Start the transient at a load inside the cycle: from a mean load outside it the first
+    segment can change the slip.
 
     Parameters
     ----------
@@ -260,20 +239,15 @@ def guaranteed_limit(
     friction
         Coefficient of friction, one or one per node.
     slip_bound
-        See `GuaranteedModel`. The bound holds for the witness; slip may grow beyond it in a transient, so that starts within the bound may keep
-        slipping at lower load factors, though at none below `upper` without the bound has any been seen to.
-    lower
-        Whether to look for a lower bound among periodic sequences of increments, see `CyclicBound` for what it says. The effort grows exponentially
-        with the nodes: for a few.
-    time_limit
-        Seconds for the lower bound, after which the bound found so far is returned.
+        See `ShakedownModel`. The bound holds for the witness and for the safe slips of lambda_2; slip may grow beyond it in a transient, so that
+        starts within the bound may keep slipping at lower load factors, though at none below the limit without the bound has any been seen to.
     simplify, solver
         See `GuaranteedModel`.
 
     Returns
     -------
     GuaranteedLimit
-        `upper` is finite, inf (no limit) or nan (no safe slip at any load factor): each is an answer.
+        `load_factor` is finite, inf (no limit) or nan (no safe slip at any load factor): each is an answer, see `kind` and `reason`.
 
     Raises
     ------
@@ -282,7 +256,18 @@ def guaranteed_limit(
     SolverError
         No solver gave an answer that passes the checks.
     """
-    return GuaranteedModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction, lower=lower, time_limit=time_limit)
+    return GuaranteedModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)
+
+
+def _reason(shakedown: ShakedownLimit, best: ApexClaim | None, uncoupled: bool, coincide: int) -> str:
+    alone = f"; {coincide} nodes carry nothing at load factor 0, which alone makes no slip" if coincide else ""
+    if best is not None:
+        (forward, backward), zero = best.corners, " at any load factor above 0, however small" if best.load_factor == 0 else ""
+        return f"node {best.node} is on its bound of forward slip at corner {forward} and of backward slip at corner {backward}{zero}{alone}"
+    if shakedown.kind is not LimitKind.FINITE:
+        return shakedown.reason + alone
+    why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is on both its bounds below it"
+    return f"lambda_1 is lambda_2, for {why}: {shakedown.reason}{alone}"
 
 
 def _left_out(how: np.ndarray, solved: int) -> tuple[str, ...]:

@@ -49,6 +49,8 @@ class Interface:
         (n, m) dimensionless.
     slip
         (N, m) slip of all nodes for unit tractions, length.
+    rigid
+        (N, k) slips that need no force, length; k is 0 where there are none.
     loaded
         (m,) node that each traction acts on.
     mirror
@@ -62,6 +64,7 @@ class Interface:
     shear: Array
     normal: Array
     slip: Array
+    rigid: Array
     loaded: np.ndarray[Any, np.dtype[np.intp]]
     mirror: bool
     force: float
@@ -89,6 +92,7 @@ def scaled_interface(system: ContactSystem, loads: Loads, force: float, mirror: 
         shear=frozen(system.A[nodes] @ slip / unit[nodes, None]),
         normal=frozen(system.B[nodes] @ slip / unit[nodes, None]),
         slip=frozen(slip),
+        rigid=frozen(free @ vectors[:, rigid] * (force / system.stiffness_scale)),
         loaded=loaded,
         mirror=mirror,
         force=force,

@@ -8,8 +8,9 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
-from .interface import Interface, Loads
+from .interface import Loads
 from .rows import LoadRows
+from .safe import SafeProblem
 
 __all__ = ["Mechanism", "expand_duals"]
 
@@ -22,16 +23,20 @@ class Mechanism:
 
     Its net motion stresses nothing, `A d + B^T (f s + o) = 0` with d the sum of forward minus backward slips, s the sum of both and o the sum of
     openings, so no residual slip helps against it (the kinematic dual of the safe-slip theorem, Bjorkman & Klarbring 1987).
+    Under a bound on the slip, the net motion may stress nodes that their bound holds.
 
     Attributes
     ----------
     forward, backward, opening
         (K, N) slip along +x, slip against it, and opening without slip (of nodes with little or no friction), in any one unit.
+    hold
+        (N,) stress that the slip bound takes up at each node, along +x positive.
     """
 
     forward: Array
     backward: Array
     opening: Array
+    hold: Array
 
     @property
     def net(self) -> Array:
@@ -47,23 +52,23 @@ class Mechanism:
         """(K, N) factors of the normal reactions in the mechanism's work: slip times friction, and opening."""
         return np.asarray(friction * (self.forward + self.backward) + self.opening)
 
-    def work(self, loads: Loads, friction: Array) -> tuple[float, float]:
+    def work(self, loads: Loads, friction: Array, most: Array | None) -> tuple[float, float]:
         """Resistance of the mean load and drive of the cyclic load at load factor 1, both as work on the mechanism.
 
-        A safe slip at load factor lam needs `lam * drive <= resistance`.
+        A safe slip at load factor lam needs `lam * drive <= resistance`; slips of at most `most`, (N,), add the work that they do on `hold`.
         """
         lift = self.lift(friction)
-        resistance = self.net @ loads.q0 + lift.sum(axis=0) @ loads.p0
+        resistance = self.net @ loads.q0 + lift.sum(axis=0) @ loads.p0 + (0.0 if most is None else np.abs(self.hold) @ most)
         drive = -np.sum((self.forward - self.backward) * loads.q1) - np.sum(lift * loads.p1)
         return float(resistance), float(drive)
 
     def stress(self, system: ContactSystem, friction: Array) -> Array:
-        """(N,) `A d + B^T (f s + o)`, which is zero for a true mechanism."""
-        return np.asarray(system.A @ self.net + system.B.T @ self.lift(friction).sum(axis=0))
+        """(N,) `A d + B^T (f s + o)` less what the slip bound holds, which is zero for a true mechanism."""
+        return np.asarray(system.A @ self.net + system.B.T @ self.lift(friction).sum(axis=0) - self.hold)
 
     def scaled(self, factor: float) -> "Mechanism":
         """The same mechanism with all motions multiplied."""
-        return Mechanism(self.forward * factor, self.backward * factor, self.opening * factor)
+        return Mechanism(self.forward * factor, self.backward * factor, self.opening * factor, self.hold * factor)
 
     def table(self, x: Array) -> pd.DataFrame:
         """One row for each motion: node, x, corner, direction (+1 slip along +x, -1 against it, 0 opening), share of all; largest first."""
@@ -98,14 +103,16 @@ class Mechanism:
         return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
 
 
-def expand_duals(interface: Interface, rows: LoadRows, duals: tuple[Array, Array, Array], nodes: int, corners: int) -> Mechanism:
+def expand_duals(model: SafeProblem, rows: LoadRows, nodes: int, corners: int) -> Mechanism:
     """The mechanism of all nodes and corners that the multipliers of the kept rows stand for."""
-    motions = []
-    for dual, corner in zip(duals, rows.corners, strict=True):
+    interface, motions = model.interface, []
+    for dual, corner in zip(model.duals, rows.corners, strict=True):
         motion = np.zeros((corners, nodes))
-        np.add.at(motion, (corner, interface.nodes[rows.node]), dual / interface.unit[rows.node])
+        motion[corner, interface.nodes] = dual / interface.unit
         motions.append(motion)
-    forward, backward, opening = motions
+    (forward, backward, opening), hold = motions, np.zeros(nodes)
+    hold[interface.nodes] = model.hold
     if interface.mirror:
         forward, backward, opening = (forward + backward[:, ::-1]) / 2, (backward + forward[:, ::-1]) / 2, (opening + opening[:, ::-1]) / 2
-    return Mechanism(forward, backward, opening)
+        hold = (hold - hold[::-1]) / 2
+    return Mechanism(forward, backward, opening, hold)

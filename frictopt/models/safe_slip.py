@@ -1,6 +1,6 @@
 """Existence of a safe residual slip at a given load factor."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import IO, Any
 
@@ -9,13 +9,13 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen
-from ..errors import SolverError
 from .explain import Units, explain
 from .mechanism import Mechanism
 from .outcome import solve_margin
 from .portable import Portable
+from .slip_bound import slip_bounds
 from .solve import Attempt
-from .task import Corners, Task, cycle_loads, every_corner
+from .task import Task, cycle_loads
 
 __all__ = ["SafeSlip", "safe_slip"]
 
@@ -31,7 +31,7 @@ class SafeSlip(Portable):
     exists
         Whether a safe slip exists at the load factor: the margin is not negative by more than 1e-12 or its own residual.
     slip
-        (N,) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe).
+        (N,) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe); within the slip bound.
     margin
         Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds of the mean load, at most 1; negative: none is safe.
         With friction below 0.01 somewhere the reserve of p counts as well.
@@ -65,7 +65,7 @@ class SafeSlip(Portable):
         """Why no slip is safe (Farkas's lemma); None if one is.
 
         A table like `ShakedownLimit.mechanism`: slips whose friction cannot take up the work of the loads, while no residual slip does work
-        on them.
+        on them, or with a slip bound too little.
         """
         return None if self.exists else self._motion.table(self._task.system.x)
 
@@ -80,8 +80,8 @@ def safe_slip(
     friction: Any,
     load_factor: float,
     *,
+    slip_bound: Any = None,
     simplify: bool = True,
-    corners: Corners | None = None,
     solver: str | None = None,
 ) -> SafeSlip:
     """Find the residual slip with the largest reserve at every node and corner of the cycle.
@@ -94,7 +94,7 @@ def safe_slip(
         Coefficient of friction, one or one per node.
     load_factor
         Load factor, >= 0.
-    simplify, corners, solver
+    slip_bound, simplify, solver
         See `ShakedownModel`.
 
     Raises
@@ -106,16 +106,7 @@ def safe_slip(
     """
     loads = cycle_loads(system, cycle)
     load_factor = finite_number("load_factor", load_factor, least=0.0)
-    task = Task(system, cycle, loads, friction, simplify, every_corner(corners, simplify))
-    try:
-        return _solved(task, load_factor, solver)
-    except SolverError:  # a scene that is symmetric only up to its own tolerance may not meet that of the proof
-        if not task.mirror:
-            raise
-        return _solved(replace(task, simplify=False), load_factor, solver)
-
-
-def _solved(task: Task, load_factor: float, solver: str | None) -> SafeSlip:
+    task = Task(system, cycle, loads, friction, simplify, slip_bounds(slip_bound, system.nodes))
     interface = task.interface()
     state, answer, model = solve_margin(task, interface, task.loads, load_factor, solver)
     return SafeSlip(

@@ -46,11 +46,11 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
         No solver gave an answer that passes the checks.
     """
     loads, factor = cycle_loads(system, cycle), finite_number("load_factor", load_factor, least=0.0)
-    task = Task(system, cycle, loads, friction, False, False)
+    task = Task(system, cycle, loads, friction, False)
     interface = task.interface()
     rows = task.rows(interface)
     directions = finite_array("directions", directions, (None, system.nodes))[:, interface.loaded]
-    problem = _vertex_problem(interface, rows.node, task.opening)
+    problem = _vertex_problem(interface, task.opening)
     for name in problem.param_dict.keys() - {"direction"}:
         problem.param_dict[name].value = getattr(rows, name) * (factor / rows.load_unit if name in _CYCLIC else 1.0)
     found = []
@@ -88,8 +88,8 @@ class _Vertex:
         return _Claim(slip, self.task.violation(self.load_factor, slip))
 
 
-def _vertex_problem(interface: Interface, node: np.ndarray, opening: bool) -> cp.Problem:
-    constraints = safe_rows(interface, node, opening, 1.0, 0.0)
+def _vertex_problem(interface: Interface, opening: bool) -> cp.Problem:
+    constraints = safe_rows(interface, opening, 1.0)
     (traction,) = constraints[0].variables()
     direction = cp.Parameter(traction.size, name="direction")
     return cp.Problem(cp.Maximize(direction @ traction), constraints)

@@ -1,6 +1,6 @@
 """The shakedown limit lambda_2: the load factor above which no residual slip is safe."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import IO, Any
 
@@ -10,16 +10,17 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, flag, frozen
-from ..errors import ModelError, SolverError
+from ..errors import ModelError
 from .explain import Units, explain
 from .interface import Interface
 from .mechanism import Mechanism, expand_duals
-from .outcome import MarginState, NoLimit, classify
+from .outcome import LimitKind, MarginState, classify, reason
 from .portable import Portable
 from .rows import load_factor_unit
 from .safe import SafeProblem, shakedown_problem
+from .slip_bound import slip_bounds
 from .solve import TOLERANCE, Attempt, solve, solver_order
-from .task import Corners, Task, cycle_loads, every_corner
+from .task import Task, cycle_loads
 from .uncoupled import uncoupled_limit
 
 __all__ = ["ShakedownLimit", "ShakedownModel", "shakedown_limit"]
@@ -33,6 +34,8 @@ class ShakedownLimit(Portable):
     ----------
     load_factor
         lambda_2; inf if every load factor has a safe slip, nan if none has, not even 0.
+    kind, reason
+        Which of these it is, and why in words.
     slip
         (N,) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite.
     dual_bound
@@ -51,6 +54,8 @@ class ShakedownLimit(Portable):
     """
 
     load_factor: float
+    kind: LimitKind
+    reason: str
     slip: Array = field(repr=False)
     dual_bound: float
     residual: float
@@ -95,7 +100,7 @@ class ShakedownLimit(Portable):
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain("shakedown limit", self.problem, self.load_factor, self._units, self.left_out, self.mechanism, file)
+        explain("shakedown limit", self.problem, self.load_factor, self._units, self.left_out, self.mechanism, file, self.reason)
 
 
 class ShakedownModel:
@@ -107,28 +112,27 @@ class ShakedownModel:
     ----------
     system, cycle
         The contact and its load cycle.
+    slip_bound
+        Largest slip `abs(v)` that assembly can leave, one or one per node, length; None for no bound. A slide of the whole body counts: where nothing
+        resists one, the program chooses it.
     simplify
-        Leave out what the scene does not need: the linear program of an uncoupled contact, half of a mirror-symmetric one, corners that rule no
-        node. The answer is the same either way.
-    corners
-        "ruling": one row for each node and sense; "all": the same for every corner. By default "ruling", and "all" without `simplify`.
+        Leave out what the scene does not need: the linear program of an uncoupled contact, half of a mirror-symmetric one. The answer is the same
+        either way. Corners that rule no node never have rows.
     solver
-        One of "HIGHS", "CLARABEL", "HIGHS_IPM"; by default each in this order until an answer passes. Asking for a solver, or for corners, asks for
-        the linear program even where there is a closed form.
+        One of "HIGHS", "CLARABEL", "HIGHS_IPM"; by default each in this order until an answer passes. Asking for a solver asks for the linear
+        program even where there is a closed form; so does a slip bound.
 
     Raises
     ------
     ModelError
-        Wrong types, unknown load cases or options.
+        Wrong types, unknown load cases or options, a negative slip bound.
     """
 
-    def __init__(
-        self, system: ContactSystem, cycle: LoadCycle, *, simplify: bool = True, corners: Corners | None = None, solver: str | None = None
-    ) -> None:
+    def __init__(self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None) -> None:
         self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
-        self._simplify, self._every_corner, self._solver = flag("simplify", simplify), every_corner(corners, simplify), solver
-        self._closed_form = simplify and corners is None and len(solver_order(solver)) > 1  # a choice of either asks for the program
-        self._compiled: dict[tuple[bool, bool], tuple[Interface, SafeProblem]] = {}  # by what friction can change, see `Task`
+        self._most, self._simplify, self._solver = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify), solver
+        self._closed_form = simplify and self._most is None and len(solver_order(solver)) > 1
+        self._compiled: dict[tuple[bool, bool], SafeProblem] = {}  # by what friction can change, see `Task`
 
     def solve(self, friction: Any) -> ShakedownLimit:
         """The limit for a coefficient of friction, one or one per node.
@@ -140,16 +144,9 @@ class ShakedownModel:
         SolverError
             No solver gave an answer that passes the checks.
         """
-        task = Task(self._system, self._cycle, self._loads, friction, self._simplify, self._every_corner)
+        task = Task(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
         closed = _closed_form(task) if self._closed_form else None
-        if closed is not None:
-            return closed
-        try:
-            return self._linear_program(task)
-        except SolverError:  # a scene that is symmetric only up to its own tolerance may not meet that of the proof
-            if not task.mirror:
-                raise
-            return self._linear_program(replace(task, simplify=False))
+        return self._linear_program(task) if closed is None else closed
 
     def sweep(self, frictions: Any) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each.
@@ -172,27 +169,28 @@ class ShakedownModel:
         kind = task.mirror, task.opening
         if kind not in self._compiled:
             interface = task.interface()
-            self._compiled[kind] = interface, shakedown_problem(interface, task.rows(interface).node, task.opening)
-        interface, model = self._compiled[kind]
+            self._compiled[kind] = shakedown_problem(interface, task.opening, task.bound(interface))
+        model = self._compiled[kind]
+        interface = model.interface
         rows = task.rows(interface)
         model.set(rows)
 
         def claimed() -> _Claim:
-            motion = expand_duals(interface, rows, model.duals, task.system.nodes, task.loads.corners)
-            load_factor = max(float(model.value("load_factor")), 0.0) * rows.load_unit
-            return _judged(task, interface, load_factor, interface.slip @ model.value("traction"), motion)
+            motion = expand_duals(model, rows, task.system.nodes, task.loads.corners)
+            load_factor = max(0.0, float(model.value("load_factor"))) * rows.load_unit  # in this order -0 becomes 0
+            return _judged(task, interface, load_factor, task.within_bound(model.slip), motion)
 
-        def reason() -> _Claim | None:
+        def no_limit() -> _Claim | None:
             proof = classify(task, interface, self._solver)
             return None if proof is None else _no_limit(task, *proof)
 
-        answer = solve(model, claimed, self._solver, no_optimum=reason)
+        answer = solve(model, claimed, self._solver, no_optimum=no_limit)
         units = {"load_factor": rows.load_unit, "traction": interface.unit[interface.loaded]}
         return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, units)
 
 
 def shakedown_limit(
-    system: ContactSystem, cycle: LoadCycle, friction: Any, *, simplify: bool = True, corners: Corners | None = None, solver: str | None = None
+    system: ContactSystem, cycle: LoadCycle, friction: Any, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None
 ) -> ShakedownLimit:
     """Largest load factor at which some residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
 
@@ -204,7 +202,7 @@ def shakedown_limit(
         The contact and its load cycle.
     friction
         Coefficient of friction, one or one per node.
-    simplify, corners, solver
+    slip_bound, simplify, solver
         See `ShakedownModel`.
 
     Returns
@@ -219,7 +217,7 @@ def shakedown_limit(
     SolverError
         No solver gave an answer that passes the checks.
     """
-    return ShakedownModel(system, cycle, simplify=simplify, corners=corners, solver=solver).solve(friction)
+    return ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,6 +225,7 @@ class _Claim:
     """A claimed limit with what is known against it."""
 
     task: Task
+    kind: LimitKind
     load_factor: float
     slip: Array
     motion: Mechanism
@@ -236,26 +235,29 @@ class _Claim:
     def result(
         self, solver: str, attempts: tuple[Attempt, ...], left_out: tuple[str, ...], problem: cp.Problem | None, units: Units
     ) -> ShakedownLimit:
-        slip, bound, residual = frozen(self.slip), float(self.bound), self.residual
-        return ShakedownLimit(self.load_factor, slip, bound, residual, solver, attempts, left_out, problem, self.task, self.motion, units)
+        why, slip, bound = reason(self.task, self.kind, self.load_factor), frozen(self.slip), float(self.bound)
+        return ShakedownLimit(
+            self.load_factor, self.kind, why, slip, bound, self.residual, solver, attempts, left_out, problem, self.task, self.motion, units
+        )
 
 
 def _judged(task: Task, interface: Interface, load_factor: float, slip: Array, motion: Mechanism) -> _Claim:
     """Judge a limit from below by the referee and from above by the mechanism, which is scaled to unit drive."""
-    resistance, drive = motion.work(task.loads, task.friction)
+    resistance, drive = motion.work(task.loads, task.friction, task.most)
     if not drive > 0:
-        return _Claim(task, load_factor, slip, motion, np.inf, np.inf)
+        return _Claim(task, LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)
     motion = motion.scaled(1 / drive)
     bound = resistance / drive + task.defect(interface, motion, slip)
     gap = abs(bound - load_factor) / max(load_factor, 1e-3 * load_factor_unit(task.loads, task.friction, task.force))
-    return _Claim(task, load_factor, slip, motion, bound, float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf)))
+    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
+    return _Claim(task, LimitKind.FINITE, load_factor, slip, motion, bound, residual)
 
 
-def _no_limit(task: Task, why: NoLimit, proof: MarginState) -> _Claim:
+def _no_limit(task: Task, kind: LimitKind, proof: MarginState) -> _Claim:
     """The claim that there is no finite limit, with the residual of its proof; the mechanism proves that nothing is safe."""
-    value = np.inf if why is NoLimit.UNBOUNDED else np.nan
-    motion = proof.motion if why is NoLimit.NO_SAFE_SLIP else proof.motion.scaled(0.0)
-    return _Claim(task, value, np.full(task.system.nodes, np.nan), motion, value, proof.residual)
+    value = np.inf if kind is LimitKind.UNBOUNDED else np.nan
+    motion = proof.motion if kind is LimitKind.NO_SAFE_SLIP else proof.motion.scaled(0.0)
+    return _Claim(task, kind, value, np.full(task.system.nodes, np.nan), motion, value, proof.residual)
 
 
 def _closed_form(task: Task) -> ShakedownLimit | None:

@@ -27,7 +27,6 @@ __all__ = [
     "Model",
     "NoOptimum",
     "Status",
-    "least_bound",
     "solve",
     "solver_order",
 ]
@@ -214,42 +213,6 @@ def solver_order(solver: str | None, kind: Kind = Kind.LP) -> Sequence[str]:
     if not isinstance(solver, str) or solver not in solvers:
         raise ModelError(f"solver: {solver!r}; give one of {solvers}, or None to try them in this order")
     return (solver,)
-
-
-def least_bound(problem: cp.Problem, time_limit: float) -> tuple[float, float, str]:
-    """Minimise a mixed-integer program as far as the time allows.
-
-    Parameters
-    ----------
-    problem
-        A minimisation with its parameters set.
-    time_limit
-        Seconds, of each attempt; a second one, with looser tolerances, is made only where the first one ends without an answer before.
-
-    Returns
-    -------
-    tuple
-        A lower bound of the objective (-inf where none is known; inf where both tolerances of the solver say that there is no solution), the
-        objective of the solution that stands in the problem (inf without one), and the solver's words.
-    """
-    words = []
-    for name in MILP_SOLVERS:
-        options = {**_OPTIONS[name]["highs_options"], "mip_abs_gap": 1e-9, "threads": 1, "time_limit": time_limit}
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            try:
-                problem.solve(solver="HIGHS", warm_start=False, enforce_dpp=True, highs_options=options)
-            except (cp.SolverError, ValueError, ArithmeticError) as error:
-                words.append(str(error).split("\n")[0])
-                continue
-        words.append(str(problem.status))
-        if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
-            return float(problem.solver_stats.extra_stats.mip_dual_bound), float(problem.value), "; ".join(words)
-        if problem.status == cp.settings.USER_LIMIT:
-            found = float("inf") if any(variable.value is None for variable in problem.variables()) else float(problem.value)
-            return float(problem.solver_stats.extra_stats.mip_dual_bound), found, "; ".join(words)
-    none = len(words) == len(MILP_SOLVERS) and set(words) == {cp.INFEASIBLE}
-    return (float("inf") if none else float("-inf")), float("inf"), "; ".join(words)
 
 
 @contextmanager

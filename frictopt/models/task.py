@@ -1,7 +1,6 @@
 """A limit problem as posed: system, load cycle and friction, checked, with what the scene does not need found out."""
 
 from dataclasses import astuple, dataclass, field
-from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -13,13 +12,13 @@ from ..errors import ModelError
 from .interface import Interface, Loads, scaled_interface
 from .mechanism import Mechanism
 from .rows import LoadRows, load_rows
+from .slip_bound import SlipBound, scaled_slip_bound
+from .solve import TOLERANCE
 
-__all__ = ["Corners", "Task", "cycle_loads", "every_corner"]
+__all__ = ["Task", "cycle_loads"]
 
 _MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves less of them in its rounding than the proofs need
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
-
-Corners: TypeAlias = Literal["ruling", "all"]
 
 
 def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
@@ -34,13 +33,6 @@ def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
     return Loads(*cycle.mean_reaction(system), *cycle.corner_reactions(system))
 
 
-def every_corner(corners: Corners | None, simplify: bool) -> bool:
-    """Whether each corner of the cycle keeps its rows: as asked for, or as follows from `simplify`."""
-    if not (corners is None or (isinstance(corners, str) and corners in ("ruling", "all"))):
-        raise ModelError(f"corners: {corners!r}; give 'ruling' (one row per node and sense) or 'all' (one for every corner)")
-    return corners == "all" or (corners is None and not flag("simplify", simplify))
-
-
 @dataclass(frozen=True, eq=False)
 class Task:
     """One friction coefficient on one system and load cycle.
@@ -53,8 +45,8 @@ class Task:
         (N,) coefficients of friction.
     simplify
         Whether to use mirror symmetry.
-    every_corner
-        Whether to keep rows for corners that rule no node.
+    most
+        (N,) largest slip; None for no bound.
     """
 
     system: ContactSystem
@@ -62,14 +54,15 @@ class Task:
     loads: Loads
     friction: Array
     simplify: bool
-    every_corner: bool
+    most: Array | None = None
     mirror: bool = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "simplify", flag("simplify", self.simplify))
         object.__setattr__(self, "friction", friction_coefficients(self.friction, self.system.nodes))
         reactions = (self.loads.q0, self.loads.p0), (self.loads.q1, self.loads.p1)
-        worth = self.simplify and self.system.nodes > 1
+        even = self.most is None or np.array_equal(self.most, self.most[::-1])
+        worth = self.simplify and self.system.nodes > 1 and even
         object.__setattr__(self, "mirror", worth and is_mirror_symmetric(self.system, reactions, self.friction))
         _check_shear(self.loads.q0, self.force)
 
@@ -84,7 +77,11 @@ class Task:
 
     def rows(self, interface: Interface, loads: Loads | None = None) -> LoadRows:
         """Right-hand sides for this task, or for other loads on it."""
-        return load_rows(interface, loads or self.loads, self.friction, self.every_corner)
+        return load_rows(interface, loads or self.loads, self.friction)
+
+    def bound(self, interface: Interface) -> SlipBound | None:
+        """Rows of the slip bound, if there is one."""
+        return None if self.most is None else scaled_slip_bound(interface, self.most)
 
     def reactions(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """(K, N) reactions `q, p` of the closed contact at the corners, under a residual slip."""
@@ -93,13 +90,24 @@ class Task:
             self.loads.p0 + load_factor * self.loads.p1 + self.system.B @ slip,
         )
 
+    def within_bound(self, slip: Array) -> Array:
+        """The slip, cut to its bound where it exceeds it by no more than the tolerance of solvers."""
+        return slip if self.most is None or self.beyond(slip) > TOLERANCE else np.clip(slip, -self.most, self.most)
+
+    def beyond(self, slip: Array) -> float:
+        """By how much the slip exceeds its bound, over the largest slip or bound; at most 0 if it does not."""
+        if self.most is None:
+            return 0.0
+        return float(((np.abs(slip) - self.most) / max(float(self.most.max()), float(np.abs(slip).max()), np.finfo(float).tiny)).max())
+
     def violation(self, load_factor: float, slip: Array) -> float:
-        """What the referee says of the claim that the slip is safe at the load factor: its worst violation over the corners."""
+        """What is wrong with the claim that the slip is safe: the referee's worst violation over the corners, and the excess over the slip bound."""
         q, p = self.reactions(load_factor, slip)
         mean_q, mean_p = self.system.reaction(self.cycle.mean)
         bonded = mean_q + load_factor * self.loads.q1, mean_p + load_factor * self.loads.p1
         closed = np.zeros(self.system.nodes)
-        return referee(self.system, bonded, self.friction, v=slip, w=closed, q=q, p=p, force_scale=self.force).residual
+        verdict = referee(self.system, bonded, self.friction, v=slip, w=closed, q=q, p=p, force_scale=self.force)
+        return max(verdict.residual, self.beyond(slip))
 
     @property
     def opening(self) -> bool:
@@ -122,11 +130,15 @@ class Task:
         """By how much the work bound of a mechanism may be off because its stress is not exactly zero.
 
         Counted for all slips whose tractions are, node by node, at most those of `slip`, or at most `1 + f` times the node's own pressure where
-        that is more.
+        that is more; and under a slip bound, whose rigid slide is at most that of `slip`, or at most a force over a stiffness of the contact's size.
         """
+        stress = mechanism.stress(self.system, self.friction)
         nodes = interface.nodes[interface.loaded]
         tractions = np.maximum(np.abs(self.system.A[nodes] @ slip) / interface.unit[interface.loaded], 1.0 + self.friction[nodes])
-        return float(np.abs(mechanism.stress(self.system, self.friction) @ interface.slip) @ tractions)
+        off = float(np.abs(stress @ interface.slip) @ tractions)
+        if self.most is not None and interface.rigid.shape[1]:
+            off += float(np.abs(stress @ interface.rigid) @ np.maximum(np.abs(np.linalg.pinv(interface.rigid) @ slip), 1.0))
+        return off
 
     def left_out(self, rows: LoadRows | None) -> tuple[str, ...]:
         """What the scene did not need, in words."""
@@ -134,9 +146,9 @@ class Task:
         texts = []
         if self.mirror:
             texts.append(f"mirror symmetry: v is odd, {nodes // 2} of {nodes} slips are unknowns, {nodes - nodes // 2} of {nodes} nodes have rows")
-        if rows is not None and not self.every_corner and corners > 1:
-            ruling = len(np.union1d(*rows.corners[:2]))
-            texts.append(f"corners: one ruling corner for each node and sense, 1 of {corners} rows; {corners - ruling} of {corners} rule no node")
+        idle = 0 if rows is None else corners - len(np.union1d(*rows.corners[:2]))
+        if idle:
+            texts.append(f"corners: {idle} of {corners} rule no node")
         return tuple(texts)
 
 

@@ -61,4 +61,4 @@ def _mechanism(which: int, rules: tuple[np.ndarray, np.ndarray], shape: tuple[in
     else:
         direction = which - shape[1]
         slips[direction, rules[direction], nodes] = 1.0
-    return Mechanism(*slips)
+    return Mechanism(slips[0], slips[1], slips[2], np.zeros(shape[1]))

@@ -1,10 +1,52 @@
 """The exact solution of a linear program whose active rows a solver has found."""
 
+import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array
 
-__all__ = ["on_vertex"]
+__all__ = ["Program", "on_vertex", "polish"]
+
+
+class Program:
+    """A solved linear program as cvxpy compiled it, `max objective @ z` subject to `matrix @ z >= right`, all constraints being inequalities.
+
+    Attributes
+    ----------
+    matrix, right, objective
+        Its data.
+    z, y
+        The variables and multipliers that stand in the problem.
+    """
+
+    def __init__(self, problem: cp.Problem) -> None:
+        data = problem.get_problem_data(problem.solver_stats.solver_name, enforce_dpp=True)[0]
+        self.matrix, self.right, self.objective = -data["A"].toarray(), -data["b"], -data["c"]
+        columns = data["param_prob"].var_id_to_col
+        self._variables = sorted(problem.variables(), key=lambda variable: int(columns[variable.id]))
+        self._constraints = problem.constraints
+        self.z: Array = np.concatenate([np.atleast_1d(variable.value) for variable in self._variables])
+        self.y: Array = np.concatenate([np.atleast_1d(constraint.dual_value) for constraint in self._constraints])
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The objective of z, and what the multipliers alone prove of the largest objective (of all z of the size of this one, or 1)."""
+        y = np.maximum(self.y, 0.0)
+        defect = np.abs(self.matrix.T @ y + self.objective) @ np.maximum(np.abs(self.z), 1.0)
+        return float(self.objective @ self.z), float(-self.right @ y + defect)
+
+    def save(self, z: Array, y: Array) -> None:
+        """Put variables and multipliers into the problem."""
+        for variable, part in zip(self._variables, _split(z, [v.size for v in self._variables]), strict=True):
+            variable.save_value(part.reshape(variable.shape))
+        for constraint, part in zip(self._constraints, _split(y, [c.size for c in self._constraints]), strict=True):
+            constraint.dual_variables[0].save_value(part.reshape(constraint.shape))
+
+
+def polish(problem: cp.Problem) -> None:
+    """Move the solution that stands in a linear program onto its vertex, see `on_vertex`."""
+    program = Program(problem)
+    program.save(*on_vertex(program.matrix, program.right, program.objective, program.z, program.y))
 
 
 def on_vertex(matrix: Array, right: Array, objective: Array, z: Array, y: Array) -> tuple[Array, Array]:
@@ -19,3 +61,7 @@ def on_vertex(matrix: Array, right: Array, objective: Array, z: Array, y: Array)
     y = np.where(active, y, 0.0)
     y[active] -= np.linalg.lstsq(equations.T, objective + equations.T @ y[active])[0]
     return z, y
+
+
+def _split(values: Array, sizes: list[int]) -> list[Array]:
+    return np.split(values, np.cumsum(sizes)[:-1])

@@ -18,6 +18,7 @@ __all__ = ["GuaranteeCheck", "verify_guaranteed"]
 
 _UNDECIDED = "NO_CONTINUATION"
 _SMALL_LOAD = 0.02  # share of lambda_2, or of the load unit, that stands for "just above" a guaranteed limit of 0
+_NEXT_TO = 0.9, 1.1  # of that load factor: of a load that presses the contact, less is worse
 _VERTICES = 0.2  # share of the starts that are vertices of the safe slips, and again of those beyond vertices
 _BEYOND = 3.0  # largest factor by which starts lie beyond vertices
 _DECADES = -1.0, 2.0  # of the size of random slips, over the largest slip of the witness
@@ -32,7 +33,7 @@ class GuaranteeCheck:
     limit
         The limit in question.
     runs
-        One row for each transient. Columns load_factor, share (of `limit.upper`; inf where that is 0), start ("witness", "moved witness", "vertex",
+        One row for each transient. Columns load_factor, share (of the limit; inf where that is 0), start ("witness", "moved witness", "vertex",
         "beyond vertex", "random"), moved (of a witness: largest change of slip over largest slip), outcome (name of an `Outcome`, or
         "NO_CONTINUATION" where the path ends before), dissipation (work of friction per cycle for ever; NaN without an outcome), cycles.
     starts
@@ -106,9 +107,9 @@ def verify_guaranteed(
     tolerance
         Largest change of the witness's slip in these, over its largest slip.
     below, above
-        Load factors of the two tests over `limit.upper`. Where that is 0 there is nothing to test below, and above it 2 % of lambda_2 is taken, or
-        of the load factor at which the cyclic reactions reach the mean pressures if that is less. There some starts next to the witness slip for
-        ever, but not all: its node carries nothing, so that no load is small.
+        Load factors of the two tests over that of the limit. Where that is 0 there is nothing to test below. Above it 2 % of lambda_2 is taken, or of
+        the load factor at which the cyclic reactions reach the mean pressures if that is less; there some starts next to the witness slip for ever,
+        but not all, so that a slip on both bounds at this load factor is followed too, under a tenth less and a tenth more of it.
     seed
         Seed of the random starts.
 
@@ -126,14 +127,18 @@ def verify_guaranteed(
     if not isinstance(limit, GuaranteedLimit):
         raise ModelError(f"limit: {limit!r}; give the result of guaranteed_limit for this contact, or None")
     if not limit.answers(system, cycle, friction):
-        raise ModelError(f"limit: {limit.upper:g} is that of another system, load cycle or friction; give that of this one, or None")
-    if not np.isfinite(limit.upper) or limit.shakedown.load_factor == 0:
-        raise ModelError(f"limit: guaranteed limit {limit.upper:g} below lambda_2 = {limit.shakedown.load_factor:g}; there is no load to test at")
+        raise ModelError(f"limit: {limit.load_factor:g} is that of another system, load cycle or friction; give that of this one, or None")
+    if not np.isfinite(limit.load_factor) or limit.shakedown.load_factor == 0:
+        raise ModelError(
+            f"limit: guaranteed limit {limit.load_factor:g} below lambda_2 = {limit.shakedown.load_factor:g}; there is no load to test at"
+        )
     size = float(np.abs(limit.slip).max()) or float(np.abs(cycle.mean_reaction(system)[1]).mean()) / system.stiffness_scale
-    high = above * limit.upper if limit.upper > 0 else _SMALL_LOAD * _least_load(system, cycle, limit.shakedown.load_factor)
+    high = above * limit.load_factor if limit.load_factor > 0 else _SMALL_LOAD * _least_load(system, cycle, limit.shakedown.load_factor)
     begins = [(high, "witness", limit.slip), *((high, "moved witness", slip) for slip in _moved(rng, limit.slip, moved, tolerance * size))]
-    if limit.upper > 0:
-        low = below * limit.upper
+    between = limit.slip_on_both_bounds(high)
+    begins += [] if between is None else [(share * high, "witness", between) for share in _NEXT_TO]
+    if limit.load_factor > 0:
+        low = below * limit.load_factor
         begins += [(low, kind, slip) for kind, slip in _starts(rng, system, cycle, friction, low, starts, size)]
     rows = [_run(system, cycle, friction, limit, size, *begin) for begin in begins]
     return GuaranteeCheck(limit, pd.DataFrame(rows), frozen([slip for _, _, slip in begins]))
@@ -179,7 +184,7 @@ def _run(
         pass
     return {
         "load_factor": load_factor,
-        "share": load_factor / limit.upper if limit.upper > 0 else np.inf,
+        "share": load_factor / limit.load_factor if limit.load_factor > 0 else np.inf,
         "start": kind,
         "moved": float(np.abs(slip - limit.slip).max() / size) if "witness" in kind else np.nan,
         "outcome": outcome,

@@ -44,7 +44,7 @@ class NodePrograms:
     @classmethod
     def of(cls, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> "NodePrograms":
         """The programs of a contact."""
-        task = Task(system, cycle, cycle_loads(system, cycle), np.full(system.nodes, friction), False, False)
+        task = Task(system, cycle, cycle_loads(system, cycle), np.full(system.nodes, friction), False)
         interface = task.interface()
         rows, n = task.rows(interface), system.nodes
         lift, shear = rows.friction[:, None] * interface.normal, interface.shear
@@ -80,7 +80,7 @@ def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
     exact = exact_guaranteed_limit(system, LOADS, friction, node, highs_vertex(solver)).value
 
     def ours(method: str, run: Any) -> Way:
-        return Way(method, "solver", "HIGHS", run, lambda limit: abs(limit.upper / exact - 1), lambda limit: limit.residual, rest="compile")
+        return Way(method, "solver", "HIGHS", run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual, rest="compile")
 
     ways = [
         ours("frictopt, first time", partial(fo.guaranteed_limit, system, LOADS, friction)),

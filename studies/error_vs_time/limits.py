@@ -55,7 +55,7 @@ def _onset(parameters: Parameters, scene: Scene) -> Question:
 
 def _limit(parameters: Parameters, scene: Scene) -> Question:
     system, friction = scene.system, parameters.friction
-    whole = fo.shakedown_limit(system, LOADS, friction, simplify=False, corners="ruling")
+    whole = fo.shakedown_limit(system, LOADS, friction, simplify=False)
     exact = exact_shakedown_limit(system, LOADS, friction, proposed_vertex(whole.problem, system.nodes)).value
     compiled = {solver: fo.ShakedownModel(system, LOADS, solver=solver) for solver in LP_SOLVERS}
     kept = fo.ShakedownModel(system, LOADS, simplify=False)
@@ -76,7 +76,7 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
 
 def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
     system, friction, factor = scene.system, parameters.friction, parameters.margin_share * scene.limit
-    whole = fo.safe_slip(system, LOADS, friction, factor, simplify=False, corners="ruling")
+    whole = fo.safe_slip(system, LOADS, friction, factor, simplify=False)
     exact = exact_margin(system, LOADS, friction, factor, proposed_vertex(whole.problem, system.nodes)).value
     ours = []
     for solver in LP_SOLVERS:

@@ -1,0 +1,66 @@
+"""A bound on the residual slip, `abs(v) <= most`, in the linear programs."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+
+from ..contact.checks import Array, finite_array, real_array
+from ..errors import ModelError
+from .interface import Interface
+
+__all__ = ["SlipBound", "scaled_slip_bound", "slip_bounds"]
+
+
+@dataclass(frozen=True, eq=False)
+class SlipBound:
+    """Rows `-most <= slip @ traction + rigid @ slide <= most` of the kept nodes, each divided by its norm; v counts with its rigid slide.
+
+    Attributes
+    ----------
+    slip, rigid, most
+        (n, m), (n, k) and (n,) coefficients of the scaled rows.
+    norm
+        (n,) norm of each row, length.
+    """
+
+    slip: Array
+    rigid: Array
+    most: Array
+    norm: Array
+
+    def rows(self, traction: cp.Variable, excess: cp.Expression | float = 0.0) -> list[cp.Constraint]:
+        """The constraints, exceeded by at most `excess`; a variable `slide` of their own stands for rigid slides, where there are any."""
+        slip = self.slip @ traction
+        if self.rigid.shape[1]:
+            slip = slip + self.rigid @ cp.Variable(self.rigid.shape[1], name="slide")
+        rows = {"forward_slip_bound": slip <= self.most + excess, "backward_slip_bound": slip >= -self.most - excess}
+        return [row.set_label(name) for name, row in rows.items()]
+
+
+def scaled_slip_bound(interface: Interface, most: Array) -> SlipBound:
+    """The rows of a bound (N,) on the slip of each node."""
+    slip, rigid = interface.slip[interface.nodes], interface.rigid[interface.nodes]
+    norm = np.linalg.norm(np.hstack([slip, rigid]), axis=1)
+    norm = np.where(norm > 0, norm, 1.0)  # the middle node of a mirror-symmetric slip has none
+    return SlipBound(slip / norm[:, None], rigid / norm[:, None], most[interface.nodes] / norm, norm)
+
+
+def slip_bounds(slip_bound: Any, nodes: int) -> Array | None:
+    """Check a slip bound, one or one per node, and return it as (N,); None for no bound.
+
+    Raises
+    ------
+    ModelError
+        Not real finite numbers, negative, or of a length other than 1 and N.
+    """
+    if slip_bound is None:
+        return None
+    shape = real_array("slip_bound", slip_bound).shape
+    if shape not in ((), (nodes,)):
+        raise ModelError(f"slip_bound: shape {shape}; give one length or one for each of the {nodes} nodes")
+    most = finite_array("slip_bound", slip_bound, shape)
+    if most.min() < 0:
+        raise ModelError(f"slip_bound: {most.min():g}; it bounds the size of the slip, give a length >= 0, or None for no bound")
+    return np.broadcast_to(most, (nodes,))
