@@ -54,8 +54,8 @@ def mirrored(rng, nodes, gap=False, coupling=1.0):
     return fo.ContactSystem(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], x, bonded, opening)
 
 
-def linprog_limit(contact, cycle, friction):
-    """lambda_2 from all K corners and the raw slips, by scipy: (status, value) with status 0 optimal, 2 infeasible, 3 unbounded."""
+def linprog_limit(contact, cycle, friction, most=None):
+    """lambda_2 from all K corners and raw slips of at most `most`, by scipy: (status, value); status 0 optimal, 2 infeasible, 3 unbounded."""
     n = contact.nodes
     f = np.broadcast_to(friction, n)
     q0, p0 = cycle.mean_reaction(contact)
@@ -66,6 +66,7 @@ def linprog_limit(contact, cycle, friction):
             np.column_stack([contact.A - f[:, None] * contact.B, q1 - f * p1]),
         ]
         right += [q0 + f * p0, f * p0 - q0]
+    slips = [(None, None)] * n if most is None else [(-m, m) for m in np.broadcast_to(most, n)]
     tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    answer = linprog(np.r_[np.zeros(n), -1.0], np.vstack(rows), np.concatenate(right), bounds=[(None, None)] * n + [(0, None)], options=tight)
+    answer = linprog(np.r_[np.zeros(n), -1.0], np.vstack(rows), np.concatenate(right), bounds=[*slips, (0, None)], options=tight)
     return answer.status, (answer.x[-1] if answer.status == 0 else np.nan)

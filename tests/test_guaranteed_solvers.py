@@ -54,7 +54,7 @@ def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):
     model = fo.GuaranteedModel(punch(16), paper_cycle, slip_bound=10.0)
     first, second = model.solve(0.3), model.solve(0.5)
     assert first.problem is second.problem and first.problem.is_dpp()
-    labels = ["no_forward_slip", "no_backward_slip", "on_both_bounds", "forward_slip_bound", "backward_slip_bound", "load_factor_not_negative"]
+    labels = ["no_forward_slip", "no_backward_slip", "forward_slip_bound", "backward_slip_bound", "on_both_bounds", "load_factor_not_negative"]
     assert [constraint.label for constraint in first.problem.constraints] == labels
     text = io.StringIO()
     second.explain(text)

@@ -63,7 +63,7 @@ def test_without_guarantee_only_the_side_above_is_tested(punch, paper_cycle):
     limit = fo.guaranteed_limit(contact, paper_cycle, 0.8)
     assert limit.load_factor == 0 < limit.shakedown.load_factor
     check = fo.verify_guaranteed(contact, paper_cycle, 0.8, limit=limit, starts=50, moved=1)
-    assert len(check.runs) == 2 and check.persists and np.isinf(check.runs.share).all()
+    assert len(check.runs) == 4 and check.persists and np.isinf(check.runs.share).all()
 
 
 def test_the_guarantee_jumps_where_the_corner_node_can_only_lift_off(punch, paper_cycle):
@@ -126,7 +126,7 @@ def test_vertices_are_safe_and_as_far_out_as_can_be():
         ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR), fo.LoadCycle({"mean": 2.0}, CYCLE.corners), 0.6)}, "limit: .* is that of another"),
         ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR).with_gap([0.0, 0.1]), CYCLE, 0.6)}, "limit: .* is that of another"),
         ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR), CYCLE, 0.6), "system": None}, "system: a NoneType"),
-        ({"cycle": fo.LoadCycle({}, CYCLE.corners)}, "limit: guaranteed limit 0 below lambda_2 = 0; there is no load"),
+        ({"cycle": fo.LoadCycle({}, CYCLE.corners)}, "limit: guaranteed limit 0 below lambda_2 = 0"),
         ({"cycle": fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}])}, "limit: guaranteed limit inf"),
     ],
 )

@@ -100,15 +100,16 @@ class GuaranteedLimit(Portable):
             return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
         return self._task.reactions(self.load_factor, self.slip)
 
-    def slip_on_both_bounds(self, load_factor: float) -> Array | None:
-        """(N,) safe slip that holds `node` on both its bounds at a load factor just above a limit of 0, length.
+    def witness_above_zero(self, most: float) -> tuple[float, Array] | None:
+        """Where the limit is 0: a load factor above 0, at most `most`, and the (N,) safe slip that holds `node` on both its bounds there, length.
 
-        Slip goes on from it at a load factor next to this one. None where the limit is not 0, or no such slip is known at this load factor.
+        Slip goes on from it at a load factor just above or, of a load that presses the contact, just below. None where the limit is not 0.
         """
-        if self._above is None or not 0 <= load_factor <= self._above[0]:
+        if self._above is None:
             return None
+        load_factor = min(most, self._above[0])
         share = load_factor / self._above[0]
-        return frozen((1 - share) * self.slip + share * self._above[1])
+        return load_factor, frozen((1 - share) * self.slip + share * self._above[1])
 
     def answers(self, system: ContactSystem, cycle: LoadCycle, friction: Any) -> bool:
         """Whether it is the limit of this system, load cycle and friction."""

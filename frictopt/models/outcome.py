@@ -82,7 +82,8 @@ def reason(task: Task, kind: LimitKind, load_factor: float) -> str:
         return f"every load factor has a safe residual slip{within}: {why}"
     if kind is LimitKind.FINITE and load_factor > 0:
         return f"no residual slip{within} is safe above it"
-    diagnosis = mean_load_diagnosis(task.system, task.cycle, task.friction)
+    remedy = "" if task.most is None else "a larger slip_bound may leave one; "
+    diagnosis = remedy + mean_load_diagnosis(task.system, task.cycle, task.friction)
     return f"no residual slip{within} is safe at any load factor{' above 0' * (kind is LimitKind.FINITE)}: {diagnosis}"
 
 

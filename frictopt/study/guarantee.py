@@ -135,8 +135,8 @@ def verify_guaranteed(
     size = float(np.abs(limit.slip).max()) or float(np.abs(cycle.mean_reaction(system)[1]).mean()) / system.stiffness_scale
     high = above * limit.load_factor if limit.load_factor > 0 else _SMALL_LOAD * _least_load(system, cycle, limit.shakedown.load_factor)
     begins = [(high, "witness", limit.slip), *((high, "moved witness", slip) for slip in _moved(rng, limit.slip, moved, tolerance * size))]
-    between = limit.slip_on_both_bounds(high)
-    begins += [] if between is None else [(share * high, "witness", between) for share in _NEXT_TO]
+    next_to = limit.witness_above_zero(high)
+    begins += [] if next_to is None else [(share * next_to[0], "witness", next_to[1]) for share in _NEXT_TO]
     if limit.load_factor > 0:
         low = below * limit.load_factor
         begins += [(low, kind, slip) for kind, slip in _starts(rng, system, cycle, friction, low, starts, size)]

@@ -1,0 +1,86 @@
+"""What the mean load does to a contact, in words, against enumeration of all sets of open nodes."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.contact.diagnosis import mean_load_diagnosis, open_nodes
+from systems import system
+
+
+def mean(**loads):
+    return fo.LoadCycle(loads, [{}])
+
+
+def pressed(p, q=0.0, B=None, gap=None):
+    n = len(p)
+    return system(np.eye(n), np.zeros((n, n)) if B is None else B, q, np.array(p), 0.0, 0.0, gap=gap)
+
+
+def test_open_nodes_against_all_sets():
+    rng = np.random.default_rng(0)
+    sizes = set()
+    for _ in range(100):
+        G, p = rng.normal(size=(5, 5)), rng.normal(size=5) + 0.5
+        C = G @ G.T + 0.05 * np.eye(5)
+        found = open_nodes(system(np.eye(5), np.zeros((5, 5)), 0.0, p, 0.0, 0.0, C=C), p)
+        for choice in product((False, True), repeat=5):
+            opened, w = np.array(choice), np.zeros(5)
+            w[opened] = np.linalg.solve(C[np.ix_(opened, opened)], -p[opened])
+            if w.min() >= 0 and (p + C @ w).min() > -1e-9:
+                break
+        assert (found == opened).all()
+        sizes.add(int(opened.sum()))
+    assert len(sizes) >= 4
+
+
+@pytest.mark.parametrize(
+    ("contact", "cycle", "friction", "texts"),
+    [
+        (pressed([1.0, 1.0]), mean(mean=1.0), 0.5, ["presses all nodes and none slips"]),
+        (pressed([1.0, 1.0]), mean(), 0.5, ["the mean load is zero"]),
+        (pressed([1.0, 1.0]), mean(mean=0.0), 0.5, ["the mean load is zero"]),
+        (pressed([1.0, 1.0]), mean(mean=-1.0), 0.5, ["compression must be positive", "sum to -2"]),
+        (pressed([0.0, 0.0], q=1.0), mean(mean=1.0), 0.5, ["nothing presses the bodies together"]),
+        (pressed([1.0, -0.5, 1.0]), mean(mean=1.0), 0.5, ["1 of 3 nodes (x = 1)", "open under the mean load alone", "incomplete"]),
+        (pressed([1.0, 0.0, 1.0]), mean(mean=1.0), 0.5, ["1 of 3 nodes (x = 1) carry no pressure"]),
+        (pressed([1.0, 1.0], gap=[0.0, 5.0]), mean(mean=1.0), 0.5, ["1 of 2 nodes (x = 1)", "1 of them with an initial gap"]),
+        (pressed([1.0, 1.0], q=[0.6, 0.0]), mean(mean=1.0), 0.5, ["1 of 2 nodes (x = 0) exceed their friction bound"]),
+        (pressed([1.0, 1.0], q=0.1), mean(mean=1.0), [0.0, 0.5], ["1 of 2 nodes (x = 0) have no friction"]),
+        (pressed([-1.0, 9.0, -1.0, -1.0, 9.0]), mean(mean=1.0), 0.5, ["3 of 5 nodes (x = 0, 2 .. 3)"]),
+    ],
+)
+def test_each_fault_is_named(contact, cycle, friction, texts):
+    said = mean_load_diagnosis(contact, cycle, friction)
+    assert all(text in said for text in texts), said
+
+
+def test_a_punch_that_slides_as_a_whole_is_named_where_nothing_holds_it(punch):
+    contact = punch(16)
+    P, Q = (float(contact.bonded[name][part].sum()) for name, part in (("P", 1), ("Q", 0)))
+    for share, slides in ((1.01, True), (0.99, False)):
+        loads = {"P": 1.0, "Q": share * 0.5 * P / abs(Q)}
+        assert ("slides as a whole" in mean_load_diagnosis(contact, mean(**loads), 0.5)) == slides
+        held = fo.ContactSystem(contact.A + np.eye(17), contact.B, contact.C, contact.x, contact.bonded)
+        assert "slides as a whole" not in mean_load_diagnosis(held, mean(**loads), 0.5)
+
+
+def test_units_do_not_matter(punch):
+    contact = punch(16).with_gap(0.1 * punch(16).x ** 2)
+    said = mean_load_diagnosis(contact, mean(P=1.0), 0.5)
+    for stiff, load in ((1e12, 1.0), (1.0, 1e-9)):
+        bonded = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
+        changed = fo.ContactSystem(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, bonded, contact.gap * load / stiff)
+        assert mean_load_diagnosis(changed, mean(P=1.0), 0.5) == said
+    assert "open" in mean_load_diagnosis(punch(16).with_gap(10 * (punch(16).x > 0)), mean(P=1.0), 0.5)
+
+
+def test_bad_input_is_refused():
+    with pytest.raises(fo.ModelError, match="friction: -1"):
+        mean_load_diagnosis(pressed([1.0]), mean(mean=1.0), -1.0)
+    with pytest.raises(fo.ModelError, match="system: a int"):
+        mean_load_diagnosis(3, mean(mean=1.0), 0.5)
+    with pytest.raises(fo.ModelError, match="cycle: a dict"):
+        mean_load_diagnosis(pressed([1.0]), {}, 0.5)

@@ -1,0 +1,113 @@
+"""Guaranteed limits where a node carries nothing under the mean load: at load factor 0 it is on both its bounds, for they coincide."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from studies import oracles
+from systems import random_system
+
+PRESSED = fo.LoadCycle({"mean": 1.0}, [{"press": 1.0, "shear": 1.0}, {"press": 1.0, "shear": -1.0}])
+MIDDLE = "middle"
+
+
+def two_nodes(own, other):
+    """Node 0 carries nothing under the mean load; the cycle shears it and presses it more. Its pressure follows its own slip and that of node 1."""
+    loads = {"mean": ([0, 0], [0, 1.0]), "press": ([0, 0], [1.0, 0]), "shear": ([0.5, 0.3], [0, 0])}
+    return fo.ContactSystem(np.eye(2), [[own, other], [0, own]], np.eye(2), [0.0, 1.0], loads)
+
+
+def from_the_middle(contact, cycle, load_factor):
+    """The same contact with the mean of its corners as mean load, at load factor 1, so that no start is carried off before the first corner."""
+    q1, p1 = (part * load_factor for part in cycle.corner_reactions(contact))
+    q0, p0 = cycle.mean_reaction(contact)
+    middle = q1.mean(axis=0), p1.mean(axis=0)
+    cases = {f"corner {k}": (q - middle[0], p - middle[1]) for k, (q, p) in enumerate(zip(q1, p1, strict=True))}
+    moved = contact.with_bonded({MIDDLE: (q0 + middle[0], p0 + middle[1]), **cases})
+    return moved, fo.LoadCycle({MIDDLE: 1.0}, [{name: 1.0} for name in cases])
+
+
+def follow(contact, cycle, friction, load_factor, slip):
+    return fo.steady_state(*from_the_middle(contact, cycle, load_factor), friction, 1.0, initial_slip=slip)
+
+
+@pytest.mark.parametrize("simplify", [True, False])
+@pytest.mark.parametrize("own", [0.0, 0.01])
+def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(own, simplify):
+    """Node 0 rests at every load factor: the slips in which it can rest are more, the larger the load."""
+    contact, rng = two_nodes(own, 0.0), np.random.default_rng(0)
+    limit = fo.guaranteed_limit(contact, PRESSED, 1.0, simplify=simplify)
+    assert limit.load_factor == pytest.approx(1 / 0.3, rel=1e-9) and limit.node is None
+    if own:
+        assert limit.nodes.how[0] == "only where it carries nothing" and not limit.proven and "nodes carry nothing" in limit.reason
+    for load_factor in (1e-3, 0.1, 1.0, 3.0):
+        for size in (1e-6, 1e-3, 0.1, 1.0):
+            slip = size * load_factor * rng.normal(size=2)
+            assert follow(contact, PRESSED, 1.0, load_factor, slip).outcome is fo.Outcome.SHAKEDOWN
+    assert fo.verify_guaranteed(contact, PRESSED, 1.0, limit=limit, starts=20, moved=0).dies_out
+
+
+@pytest.mark.parametrize("simplify", [True, False])
+@pytest.mark.parametrize("other", [0.3, -0.3, 0.01])
+def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, simplify):
+    """At every load factor lam a slip of node 1 leaves node 0 a pressure of lam / 4 against a shear of +- lam / 2: it slips to and fro by lam / 2."""
+    contact = two_nodes(0.0, other)
+    limit = fo.guaranteed_limit(contact, PRESSED, 1.0, simplify=simplify)
+    assert limit.load_factor == 0 and limit.node == 0 and limit.shakedown.load_factor > 1 and not limit.proven
+    for load_factor in (1e-3, 1e-2):
+        steady = follow(contact, PRESSED, 1.0, load_factor, [0.0, -0.75 * load_factor / other])
+        assert steady.outcome is fo.Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(load_factor**2 / 4, rel=1e-6)
+    at, witness = limit.witness_above_zero(1e-2)
+    assert 0 < at <= 1e-2 and oracles.off_bounds(contact, PRESSED, np.ones(2), at, witness, 0, limit.corners) < 1e-12
+    assert oracles.excess(contact, PRESSED, np.ones(2), at, witness) < 1e-12
+    outcomes = [follow(contact, PRESSED, 1.0, share * at, witness).outcome for share in (0.9, 1.1)]
+    assert outcomes == [fo.Outcome.CYCLIC_SLIP, fo.Outcome.SHAKEDOWN]  # of a load that presses, less is worse
+    assert fo.verify_guaranteed(contact, PRESSED, 1.0, limit=limit, starts=0, moved=0).persists
+
+
+@pytest.mark.parametrize(("elements", "friction"), [(16, 1.0), (124, 0.7), (124, 0.75)])
+def test_the_corner_of_the_punch_is_a_witness_at_every_load(punch, paper_cycle, elements, friction):
+    """The slips in which its corner node can rest shrink as the load grows, and it slips with work that goes with the square of the load."""
+    contact = punch(elements)
+    one, other = (fo.guaranteed_limit(contact, paper_cycle, friction, simplify=simplify) for simplify in (True, elements < 100))
+    assert one.load_factor == other.load_factor == 0 and one.node == other.node == 0
+    (q1, p1), A, B = paper_cycle.corner_reactions(contact), contact.A[0, 0], contact.B[0, 0]
+    rise, fall = (-q1 - friction * p1)[:, 0].max(), (q1 - friction * p1)[:, 0].max()
+    assert rise / (A + friction * B) + fall / (A - friction * B) > 0
+    work = [fo.steady_state(contact, paper_cycle, friction, load_factor, initial_slip=one.slip).dissipation for load_factor in (1e-2, 1e-1)]
+    assert work[0] > 0 and work[1] == pytest.approx(100 * work[0], rel=0.01)
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(2, 3), f=st.floats(0.1, 0.8), diagonal=st.booleans())
+def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagonal):
+    """Below a limit above 0 starts stop slipping; at a limit of 0 a slip on both bounds goes on slipping at a load next to its own."""
+    rng = np.random.default_rng(seed)
+    contact = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=0.3)
+    if diagonal:
+        blocks = (np.diag(np.diag(block)) for block in (contact.A, contact.B, contact.C))
+        contact = fo.ContactSystem(*blocks, contact.x, dict(contact.bonded))
+    q, p = (part.copy() for part in contact.bonded["mean"])
+    q[0] = p[0] = 0.0
+    press = contact.bonded["a"][1].copy()
+    press[0] = rng.uniform(0.5, 3.0)
+    contact = contact.with_bonded({"mean": (q, p), "a": (contact.bonded["a"][0], press)})
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(abs(a)), "b": float(b)} for a, b in rng.normal(size=(3, 2))])
+    limit, whole = (fo.guaranteed_limit(contact, cycle, f, simplify=simplify) for simplify in (True, False))
+    assert whole.load_factor == pytest.approx(limit.load_factor, rel=1e-8, abs=1e-9)
+    least = oracles.least_on_both_bounds(contact, cycle, np.full(nodes, f))
+    assert limit.load_factor == pytest.approx(min(least, limit.shakedown.load_factor), rel=1e-6, abs=1e-8)
+    if limit.load_factor > 0:
+        for share in (0.1, 0.5, 0.95):
+            slip = rng.normal(size=nodes) * 10 ** rng.uniform(-3, 0.5)
+            moved, about = from_the_middle(contact, cycle, share * min(limit.load_factor, 3.0))
+            steady = fo.steady_state(moved, about, f, 1.0, initial_slip=slip)
+            if steady.outcome is not fo.Outcome.SHAKEDOWN:
+                path = fo.march(moved, about, f, 1.0, initial_slip=steady.slip, cycles=2)
+                assert path.gap[path.time > 3].max() > 1e-9  # a node lifts off in each cycle
+    elif limit.shakedown.load_factor > 1e-3:
+        at, slip = limit.witness_above_zero(1.0)
+        outcomes = [follow(contact, cycle, f, share * at / 2, (slip + limit.slip) / 2).outcome for share in (0.9, 1.1)]
+        assert fo.Outcome.CYCLIC_SLIP in outcomes

@@ -1,0 +1,117 @@
+"""The checks that stand between a solver and an answer: solvers that lie in one respect are found out, bounds hold where they are not settled."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.models import solve as policy
+from frictopt.models.apex_bounds import apex_bounds
+from frictopt.models.task import Task, cycle_loads
+from systems import CYCLE, FIRST_PAIR, random_system, system
+from test_guaranteed import least_by_node, random_cycle
+
+
+def is_apex(problem):
+    return "apex_rows" in problem.param_dict and "excess" not in problem.var_dict
+
+
+def lying(monkeypatch, lie):
+    """Let every solver's answer pass through `lie`."""
+    honest = policy._run
+
+    def run(problem, name):
+        status, text = honest(problem, name)
+        if status is policy.Status.OPTIMAL:
+            lie(problem)
+        return status, text
+
+    monkeypatch.setattr(policy, "_run", run)
+
+
+def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
+    """Safe at the right load factor, with the right multipliers, but inside the bounds of its node."""
+    contact = system(*FIRST_PAIR)
+    right = fo.guaranteed_limit(contact, CYCLE, 0.6)
+    inside = fo.safe_slip(contact, CYCLE, 0.6, right.load_factor).slip
+    interface = Task(contact, CYCLE, cycle_loads(contact, CYCLE), 0.6, False).interface()
+    traction = np.linalg.lstsq(interface.slip, inside)[0]
+    assert np.abs(interface.slip @ traction - inside).max() < 1e-12
+
+    lying(monkeypatch, lambda problem: problem.var_dict["traction"].save_value(traction) if is_apex(problem) else None)
+    limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
+    q, p = limit.reactions
+    (first, last), node = limit.corners, limit.node
+    assert abs(q[first, node] + 0.6 * p[first, node]) < 1e-8 and abs(q[last, node] - 0.6 * p[last, node]) < 1e-8
+    assert "refined on the vertex" in [attempt.outcome for attempt in limit.attempts]
+
+
+def test_a_witness_at_more_than_the_least_load_factor_is_not_accepted(monkeypatch):
+    """On both bounds and safe, with multipliers of the least load factor, but at the largest one."""
+    contact = system(*FIRST_PAIR)
+    right = fo.guaranteed_limit(contact, CYCLE, 0.6)
+
+    def largest(problem):
+        if not is_apex(problem):
+            return
+        duals = [constraint.dual_value for constraint in problem.constraints]
+        cp.Problem(cp.Maximize(problem.var_dict["load_factor"]), problem.constraints).solve(solver="HIGHS")
+        for constraint, dual in zip(problem.constraints, duals, strict=True):
+            constraint.dual_variables[0].save_value(dual)
+
+    lying(monkeypatch, largest)
+    limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
+    assert limit.load_factor == pytest.approx(right.load_factor, rel=1e-9)
+    assert "refined on the vertex" in [attempt.outcome for attempt in limit.attempts]
+
+
+def test_multipliers_that_stress_the_contact_prove_nothing(monkeypatch):
+    """Nine tenths of the limit, safe, with slips whose work balances there, but that residual slip can help against."""
+    contact = random_system(np.random.default_rng(5), 3).with_bonded({"mean": (np.zeros(3), np.ones(3))})
+    right = fo.shakedown_limit(contact, CYCLE, 0.2, simplify=False)
+    told = []
+
+    def less(problem):
+        value = {name: parameter.value for name, parameter in problem.param_dict.items()}
+        for name in ("load_factor", "traction"):
+            problem.var_dict[name].save_value(0.9 * problem.var_dict[name].value)
+        load_factor = float(problem.var_dict["load_factor"].value)
+        mean = np.r_[value["g_mean"] + value["q_mean"], value["g_mean"] - value["q_mean"]]
+        left = mean - load_factor * np.r_[value["forward"], value["backward"]]  # below 0: slip there, if there were no residual slip
+        weak, strong = int(left.argmin()), int(left.argmax())
+        assert left[weak] < 0 < left[strong]
+        dual = np.zeros(6)
+        dual[weak], dual[strong] = left[strong], -left[weak]
+        for constraint, part in zip(problem.constraints, (dual[:3], dual[3:], np.zeros(())), strict=True):
+            constraint.dual_variables[0].save_value(part)
+        told.append(load_factor)
+
+    lying(monkeypatch, less)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        fo.shakedown_limit(contact, CYCLE, 0.2, simplify=False)
+    assert len(told) == len(policy.LP_SOLVERS) and right.load_factor > 0
+
+
+@pytest.mark.parametrize("seed", [88, 157, 186, 278])
+def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
+    """Friction so large that the bounds of some nodes would be wrong."""
+    rng = np.random.default_rng(seed)
+    nodes = int(rng.integers(2, 5))
+    contact, cycle = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=1.0), random_cycle(rng, 2)
+    friction = np.full(nodes, rng.uniform(0.3, 3))
+    task = Task(contact, cycle, cycle_loads(contact, cycle), friction, False)
+    bounds, least = apex_bounds(task.interface(), task.rows(task.interface())), least_by_node(contact, cycle, friction)
+    assert (bounds <= least * (1 + 1e-8) + 1e-12).all() and (bounds == 0).any()
+
+
+def test_a_safe_slip_exists_at_the_limit_itself():
+    """Where rounding leaves its margin just below zero, too."""
+    margins = []
+    for seed in range(10):
+        contact = random_system(np.random.default_rng(seed), 8)
+        limit = fo.shakedown_limit(contact, CYCLE, 0.4, simplify=False).load_factor
+        for solver in ("HIGHS", "CLARABEL"):
+            safe = fo.safe_slip(contact, CYCLE, 0.4, limit, simplify=False, solver=solver)
+            assert safe.exists
+            margins.append(safe.margin)
+    assert min(margins) < 0

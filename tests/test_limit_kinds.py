@@ -1,0 +1,64 @@
+"""Kinds of limits and the reasons that they give, in repr and `explain()`."""
+
+import io
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt import LimitKind
+from systems import CYCLE, random_system, system
+
+ASK = (fo.shakedown_limit, fo.guaranteed_limit)
+
+
+def cases():
+    coupled = random_system(np.random.default_rng(0), 2)
+    pressing = fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}])
+    still = fo.LoadCycle({"mean": 1.0}, [{}])
+    pair = system(np.eye(2), np.full((2, 2), 0.1), 0.0, -1.0, 1.0, 0.0)
+    half_open = system(np.eye(2), np.zeros((2, 2)), 0.0, [1.0, -0.5], 1.0, 0.0)
+    sheared = system(np.eye(1), np.zeros((1, 1)), 3.0, 1.0, 1.0, 0.0)
+    yield "finite", coupled, CYCLE, {}, LimitKind.FINITE, ["is safe above it"]
+    yield "pressing", coupled, pressing, {}, LimitKind.UNBOUNDED, ["every load factor has a safe residual slip"]
+    yield "still", coupled, still, {}, LimitKind.UNBOUNDED, ["the corners carry no load"]
+    yield "pulled", pair, CYCLE, {}, LimitKind.NO_SAFE_SLIP, ["compression must be positive", "sum to -2"]
+    yield "half open", half_open, CYCLE, {}, LimitKind.NO_SAFE_SLIP, ["1 of 2 nodes (x = 1)", "open under the mean load"]
+    yield "unloaded", coupled, fo.LoadCycle({}, CYCLE.corners), {}, LimitKind.FINITE, ["any load factor above 0", "the mean load is zero"]
+    yield (
+        "bounded",
+        sheared,
+        CYCLE,
+        {"slip_bound": 0.1},
+        LimitKind.NO_SAFE_SLIP,
+        ["within the slip bound", "larger slip_bound", "exceed"],
+    )
+
+
+@pytest.mark.parametrize("simplify", [True, False])
+@pytest.mark.parametrize("ask", ASK)
+@pytest.mark.parametrize(("name", "contact", "cycle", "options", "kind", "texts"), list(cases()), ids=[name for name, *_ in cases()])
+def test_every_limit_says_its_kind_and_why(ask, name, contact, cycle, options, kind, texts, simplify):
+    limit = ask(contact, cycle, 0.5, simplify=simplify, **options)
+    number = limit.load_factor
+    assert limit.kind is kind
+    assert {LimitKind.FINITE: np.isfinite, LimitKind.UNBOUNDED: np.isposinf, LimitKind.NO_SAFE_SLIP: np.isnan}[kind](number)
+    assert (number == 0) == (name == "unloaded")
+    printed = io.StringIO()
+    limit.explain(printed)
+    if ask is fo.shakedown_limit or limit.node is None:
+        for text in texts:
+            assert text in limit.reason and text in printed.getvalue()
+    assert limit.reason in repr(limit) and f"LimitKind.{kind.name}" in repr(limit)
+
+
+def test_kinds_are_sentences_with_a_remedy():
+    assert all(": " in kind.value for kind in LimitKind)
+
+
+def test_the_reason_of_a_witness_names_node_and_corners():
+    contact = random_system(np.random.default_rng(3), 3)
+    limit = fo.guaranteed_limit(contact, CYCLE, 0.4)
+    assert limit.node is not None
+    forward, backward = limit.corners
+    assert limit.reason.startswith(f"node {limit.node} is on its bound of forward slip at corner {forward} and of backward slip at corner {backward}")

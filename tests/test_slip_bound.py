@@ -1,0 +1,134 @@
+"""Limits and safe slips under a bound on the slip, against linear programs over raw slips with the same bound."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linprog
+
+import frictopt as fo
+from systems import CYCLE, linprog_limit, mirrored, random_system
+
+
+def freed(contact):
+    """The same contact without anything that resists a slide of all nodes."""
+    n = contact.nodes
+    project = np.eye(2 * n)
+    project[:n, :n] -= 1 / n
+    S = project @ contact.S @ project
+    return fo.ContactSystem(S[:n, :n], S[n:, :n], S[n:, n:], contact.x, dict(contact.bonded))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(1, 5),
+    f=st.floats(0.05, 1.0),
+    free=st.booleans(),
+    simplify=st.booleans(),
+    size=st.sampled_from([0.0, 0.05, 0.3, 2.0, 100.0]),
+)
+def test_the_shakedown_limit_against_a_linear_program(seed, nodes, f, free, simplify, size):
+    rng = np.random.default_rng(seed)
+    contact, most = random_system(rng, nodes), size * rng.uniform(0.5, 1.5, nodes)
+    contact = freed(contact) if free else contact
+    status, value = linprog_limit(contact, CYCLE, f, most)
+    limit = fo.shakedown_limit(contact, CYCLE, f, slip_bound=most, simplify=simplify)
+    assert limit.kind is {0: fo.LimitKind.FINITE, 2: fo.LimitKind.NO_SAFE_SLIP, 3: fo.LimitKind.UNBOUNDED}[status] and limit.residual <= 1e-9
+    if status == 0:
+        assert limit.load_factor == pytest.approx(value, rel=1e-7, abs=1e-8) and limit.dual_bound == pytest.approx(value, rel=1e-7, abs=1e-8)
+        assert (np.abs(limit.slip) <= most).all()
+        guaranteed = fo.guaranteed_limit(contact, CYCLE, f, slip_bound=most, simplify=simplify)
+        assert guaranteed.load_factor <= limit.load_factor * (1 + 1e-12) and (np.abs(guaranteed.slip) <= most).all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10**6), free=st.booleans(), size=st.sampled_from([0.05, 0.3, 2.0]), factor=st.floats(0.0, 2.0), simplify=st.booleans())
+def test_safe_slips_keep_within_and_certificates_are_proofs(seed, free, size, factor, simplify):
+    rng = np.random.default_rng(seed)
+    contact, most, f = random_system(rng, 3), size * rng.uniform(0.5, 1.5, 3), 0.4
+    contact = freed(contact) if free else contact
+    status, value = linprog_limit(contact, CYCLE, f, most)
+    safe = fo.safe_slip(contact, CYCLE, f, factor, slip_bound=most, simplify=simplify)
+    assert (np.abs(safe.slip) <= most).all() and safe.residual <= 1e-9
+    if status == 0 and abs(factor - value) < 1e-6:
+        return
+    assert safe.exists == (status == 0 and factor < value)
+    (q0, p0), (q1, p1) = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact)
+    unit = f * p0.mean()
+    reserve = (f * (p0 + factor * p1 + contact.B @ safe.slip) - np.abs(q0 + factor * q1 + contact.A @ safe.slip)).min() / unit
+    assert reserve == pytest.approx(min(safe.margin, reserve), abs=1e-9)
+    if safe.exists:
+        return
+    table, net, total = safe.certificate, np.zeros(3), np.zeros(3)
+    np.add.at(net, table.node, table.direction * table.share)
+    np.add.at(total, table.node, table.share)
+    q, p = q0 + factor * q1, p0 + factor * p1
+    work = (table.share * (table.direction * q[table.corner, table.node] + f * p[table.corner, table.node])).sum()
+    assert work + np.abs(contact.A @ net + f * contact.B.T @ total) @ most < 0
+
+
+def test_the_safe_slip_has_the_largest_reserve_within_the_bound():
+    contact, most, f, factor = random_system(np.random.default_rng(1), 4), 0.1, 0.5, 0.2
+    (q0, p0), (q1, p1) = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact)
+    rows = [np.column_stack([sign * contact.A - f * contact.B, np.full(4, f * p0.mean())]) for sign in (1, -1) for _ in q1]
+    right = [f * (p0 + factor * b) - sign * (q0 + factor * a) for sign in (1, -1) for a, b in zip(q1, p1, strict=True)]
+    answer = linprog(-np.eye(5)[-1], np.vstack(rows), np.concatenate(right), bounds=[(-most, most)] * 4 + [(None, 1)])
+    safe = fo.safe_slip(contact, CYCLE, f, factor, slip_bound=most)
+    assert safe.margin == pytest.approx(-answer.fun, abs=1e-8)
+    assert safe.margin < fo.safe_slip(contact, CYCLE, f, factor).margin - 1e-3
+
+
+def test_without_any_slip_the_limit_is_the_first_onset():
+    rng = np.random.default_rng(0)
+    for _ in range(10):
+        contact = random_system(rng, 4)
+        onsets = [fo.onset(contact, CYCLE.mean, corner, 0.6) for corner in CYCLE.corners]
+        first = min(onset.slip.load_factor for onset in onsets)
+        for simplify in (True, False):
+            for ask in (fo.shakedown_limit, fo.guaranteed_limit):
+                limit = ask(contact, CYCLE, 0.6, slip_bound=0.0, simplify=simplify)
+                assert limit.load_factor == pytest.approx(first, rel=1e-9) and not limit.slip.any()
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(2, 6), size=st.sampled_from([0.05, 0.3]))
+def test_half_of_a_mirror_symmetric_contact_has_the_bound_of_the_whole(seed, nodes, size):
+    rng = np.random.default_rng(seed)
+    contact, cycle, most = mirrored(rng, nodes), fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"one": -1.0}]), size * rng.uniform(0.5, 1.5, nodes)
+    for bound, symmetric in ((most + most[::-1], True), (most, False)):
+        half, whole = (fo.shakedown_limit(contact, cycle, 0.5, slip_bound=bound, simplify=simplify) for simplify in (True, False))
+        assert half.load_factor == pytest.approx(whole.load_factor, rel=1e-8, abs=1e-9, nan_ok=True)
+        assert any("mirror" in text for text in half.left_out) == symmetric
+        assert linprog_limit(contact, cycle, 0.5, bound)[1] == pytest.approx(half.load_factor, rel=1e-7, abs=1e-8, nan_ok=True)
+
+
+def test_a_slide_of_the_whole_body_counts_and_is_chosen(punch, paper_cycle):
+    """Of the same slips but for a slide, the smallest are given; the bound is that on what is given."""
+    contact = punch(16)
+    free = fo.guaranteed_limit(contact, paper_cycle, 0.5)
+    least = np.ptp(free.slip) / 2
+    within = fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=least * (1 + 1e-9))
+    below = fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=0.5 * least)
+    assert within.load_factor == pytest.approx(free.load_factor, rel=1e-7) and np.abs(within.slip).max() <= least * (1 + 1e-9)
+    assert below.load_factor > 1.01 * free.load_factor
+
+
+def test_units_do_not_matter(punch, paper_cycle):
+    contact, most = punch(16), 0.5
+    base = fo.shakedown_limit(contact, paper_cycle, 0.7, slip_bound=most).load_factor
+    for stiff, load in ((1e12, 1.0), (1.0, 1e9), (1e-9, 1e-3)):
+        loads = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
+        changed = fo.ContactSystem(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads)
+        for simplify in (True, False):
+            limit = fo.shakedown_limit(changed, paper_cycle, 0.7, slip_bound=most * load / stiff, simplify=simplify)
+            assert limit.load_factor == pytest.approx(base, rel=1e-8)
+
+
+@pytest.mark.parametrize("ask", [fo.shakedown_limit, fo.guaranteed_limit, lambda *args, **options: fo.safe_slip(*args, 0.1, **options)])
+@pytest.mark.parametrize(
+    ("bound", "message"), [(-1.0, "slip_bound: -1"), ([1.0, 2.0], r"slip_bound: shape \(2,\)"), (np.nan, "slip_bound: value nan")]
+)
+def test_bad_bounds_are_refused(punch, paper_cycle, ask, bound, message):
+    with pytest.raises(fo.ModelError, match=message):
+        ask(punch(16), paper_cycle, 0.7, slip_bound=bound)
