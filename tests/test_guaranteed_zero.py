@@ -77,7 +77,7 @@ def test_the_corner_of_the_punch_is_a_witness_at_every_load(punch, paper_cycle, 
     rise, fall = (-q1 - friction * p1)[:, 0].max(), (q1 - friction * p1)[:, 0].max()
     assert rise / (A + friction * B) + fall / (A - friction * B) > 0
     work = [fo.steady_state(contact, paper_cycle, friction, load_factor, initial_slip=one.slip).dissipation for load_factor in (1e-2, 1e-1)]
-    assert work[0] > 0 and work[1] == pytest.approx(100 * work[0], rel=0.01)
+    assert work[0] > 0 and work[1] == pytest.approx(100 * work[0], rel=0.1)
 
 
 @settings(max_examples=12, deadline=None)

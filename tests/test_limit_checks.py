@@ -67,8 +67,8 @@ def test_a_witness_at_more_than_the_least_load_factor_is_not_accepted(monkeypatc
 
 def test_multipliers_that_stress_the_contact_prove_nothing(monkeypatch):
     """Nine tenths of the limit, safe, with slips whose work balances there, but that residual slip can help against."""
-    contact = random_system(np.random.default_rng(5), 3).with_bonded({"mean": (np.zeros(3), np.ones(3))})
-    right = fo.shakedown_limit(contact, CYCLE, 0.2, simplify=False)
+    contact = random_system(np.random.default_rng(0), 3)
+    right = fo.shakedown_limit(contact, CYCLE, 0.4, simplify=False)
     told = []
 
     def less(problem):
@@ -88,7 +88,7 @@ def test_multipliers_that_stress_the_contact_prove_nothing(monkeypatch):
 
     lying(monkeypatch, less)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
-        fo.shakedown_limit(contact, CYCLE, 0.2, simplify=False)
+        fo.shakedown_limit(contact, CYCLE, 0.4, simplify=False)
     assert len(told) == len(policy.LP_SOLVERS) and right.load_factor > 0
 
 

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import frictopt as fo
+from frictopt.models import solve as policy
 from systems import CYCLE, linprog_limit, mirrored, random_system
 
 
@@ -132,3 +133,18 @@ def test_units_do_not_matter(punch, paper_cycle):
 def test_bad_bounds_are_refused(punch, paper_cycle, ask, bound, message):
     with pytest.raises(fo.ModelError, match=message):
         ask(punch(16), paper_cycle, 0.7, slip_bound=bound)
+
+
+def test_a_false_denial_is_not_believed(monkeypatch):
+    """The cyclic load alone is safe by slips within the bound, which cannot grow with the load: that proves no unbounded limit."""
+    contact = random_system(np.random.default_rng(0), 3)
+    assert np.isfinite(fo.shakedown_limit(contact, CYCLE, 0.4, slip_bound=1e3).load_factor)
+    honest = policy._run
+
+    def denies(problem, name):
+        return honest(problem, name) if "margin" in problem.var_dict else (policy.Status.NO_OPTIMUM, "unbounded")
+
+    monkeypatch.setattr(policy, "_run", denies)
+    pressing = contact.with_bonded({"cyclic": (contact.A @ np.ones(3) * 1.0, np.full(3, 2.0) + contact.B @ np.ones(3))})
+    with pytest.raises(fo.SolverError):
+        fo.shakedown_limit(pressing, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.4, slip_bound=1e3)
