@@ -67,6 +67,12 @@ def test_a_punch_that_slides_as_a_whole_is_named_where_nothing_holds_it(punch):
         assert "slides as a whole" not in mean_load_diagnosis(held, mean(**loads), 0.5)
 
 
+def test_a_shear_load_alone_does_not_press(punch):
+    """Its normal reactions, of both signs, sum to zero but for rounding."""
+    assert "does not press the bodies together" in mean_load_diagnosis(punch(16), mean(Q=1.0), 0.5)
+    assert "does not press the bodies together" in mean_load_diagnosis(punch(16), mean(Q=-1.0), 0.5)
+
+
 def test_units_do_not_matter(punch):
     contact = punch(16).with_gap(0.1 * punch(16).x ** 2)
     said = mean_load_diagnosis(contact, mean(P=1.0), 0.5)

@@ -65,6 +65,30 @@ def test_a_witness_at_more_than_the_least_load_factor_is_not_accepted(monkeypatc
     assert "refined on the vertex" in [attempt.outcome for attempt in limit.attempts]
 
 
+def test_multipliers_that_balance_nothing_prove_no_least_load_factor(monkeypatch):
+    """On both bounds and safe at the largest load factor, with multipliers of the right work that residual slip can help against."""
+    contact = system(*FIRST_PAIR)
+    told = []
+
+    def largest(problem):
+        if not is_apex(problem):
+            return
+        cp.Problem(cp.Maximize(problem.var_dict["load_factor"]), problem.constraints).solve(solver="HIGHS")
+        for constraint in problem.constraints:
+            constraint.dual_variables[0].save_value(np.zeros(constraint.shape))
+            if constraint.label == "on_both_bounds":
+                mean = problem.param_dict["apex_mean"].value
+                constraint.dual_variables[0].save_value(np.array([float(problem.var_dict["load_factor"].value) / mean[0], 0.0]))
+                assert mean[0] > 0
+        told.append(problem)
+
+    right = fo.guaranteed_limit(contact, CYCLE, 0.6).load_factor
+    lying(monkeypatch, largest)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        fo.guaranteed_limit(contact, CYCLE, 0.6)
+    assert told and right > 0
+
+
 def test_multipliers_that_stress_the_contact_prove_nothing(monkeypatch):
     """Nine tenths of the limit, safe, with slips whose work balances there, but that residual slip can help against."""
     contact = random_system(np.random.default_rng(0), 3)

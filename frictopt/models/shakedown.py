@@ -120,7 +120,7 @@ class ShakedownModel:
         either way. Corners that rule no node never have rows.
     solver
         One of "HIGHS", "CLARABEL", "HIGHS_IPM"; by default each in this order until an answer passes. Asking for a solver asks for the linear
-        program even where there is a closed form; so does a slip bound.
+        program even where there is a closed form.
 
     Raises
     ------
@@ -131,7 +131,7 @@ class ShakedownModel:
     def __init__(self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None) -> None:
         self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
         self._most, self._simplify, self._solver = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify), solver
-        self._closed_form = simplify and self._most is None and len(solver_order(solver)) > 1
+        self._closed_form = simplify and len(solver_order(solver)) > 1
         self._compiled: dict[tuple[bool, bool], SafeProblem] = {}  # by what friction can change, see `Task`
 
     def solve(self, friction: Any) -> ShakedownLimit:
