@@ -17,7 +17,7 @@ def test_guaranteed_limit_against_a_bare_loop(compare, cycle, elements, options)
     def rival():
         return programs.least(OPTIONS[options])[0]
 
-    assert rival() == pytest.approx(model.solve(0.5).upper, rel=1e-6)
+    assert rival() == pytest.approx(model.solve(0.5).load_factor, rel=1e-6)
     assert compare(lambda: model.solve(0.5), rival, rounds=5) < 1 / 3
 
 

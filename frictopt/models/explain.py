@@ -74,15 +74,15 @@ def _problem_lines(problem: cp.Problem, value: float | None, units: Units) -> li
     lines.append("variables")
     for variable in problem.variables():
         scale = f", unit {_range(units[variable.name()])}" if variable.name() in units else ""
-        lines.append(f"    {variable.name():<18} {_size(variable.shape)}{_domain(variable)}{scale}")
+        lines.append(f"    {variable.name():<24} {_size(variable.shape)}{_domain(variable)}{scale}")
     lines.append("parameters")
     lines += [
-        f"    {parameter.name():<18} {_size(parameter.shape)}{f', {_range(parameter.value)}' if solved else ''}" for parameter in problem.parameters()
+        f"    {parameter.name():<24} {_size(parameter.shape)}{f', {_range(parameter.value)}' if solved else ''}" for parameter in problem.parameters()
     ]
     lines.append("constraints")
     for constraint in problem.constraints:
-        curvature = constraint.args[0].curvature.lower()
-        lines.append(f"    {constraint.label:<18} {_size(constraint.shape)}, {curvature}{_binding(constraint) if solved else ''}")
+        curvature = constraint.expr.curvature.lower()
+        lines.append(f"    {constraint.label:<24} {_size(constraint.shape)}, {curvature}{_binding(constraint) if solved else ''}")
     return lines
 
 
