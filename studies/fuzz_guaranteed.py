@@ -10,10 +10,12 @@ import frictopt as fo
 
 from . import oracles
 from .fuzz_known import Known, NotAsked, Wrong, same, transformed
+from .lower_bound import lower_bound
 
 __all__ = ["followed", "guaranteed", "guaranteed_transformed"]
 
 _STARTS = 10  # below the limit
+_FEW, _SECONDS = 3, 5.0  # nodes and corners of cases that are asked for sequences of increments, and seconds for each
 _SMALL = 0.1, 0.02, 1e-3  # load factors next to 0, over lambda_2 or that at which cyclic reactions reach the mean pressure
 _NO_SLIP = (fo.Outcome.SHAKEDOWN.name, "NO_CONTINUATION")
 _MOVED = 5  # starts next to the witness, above the limit
@@ -34,6 +36,7 @@ def guaranteed(known: Known) -> tuple[float, bool]:
         off = oracles.off_bounds(*known.args, limit.load_factor, limit.slip, limit.node, limit.corners)
         if off > 1e-8 or limit.corners[0] == limit.corners[1]:
             raise Wrong(f"node {limit.node} is off its bounds by {off:.1e} at corners {limit.corners}")
+    _against_sequences(known, limit)
     if known.limit is None:
         return limit.residual, False
     least = np.inf if np.isnan(known.limit) else oracles.least_on_both_bounds(*known.args)
@@ -41,6 +44,19 @@ def guaranteed(known: Known) -> tuple[float, bool]:
         return limit.residual, False
     same("guaranteed limit", limit.load_factor, float(np.minimum(known.limit, least)), absolute=1e-8)
     return limit.residual, True
+
+
+def _against_sequences(known: Known, limit: fo.GuaranteedLimit) -> None:
+    """For few nodes: no periodic sequence of increments with all nodes closed dissipates below the limit, and one does at it."""
+    system, cycle, friction = known.args
+    if limit.node is None or limit.load_factor == 0 or system.nodes > _FEW or len(cycle.corners) > _FEW:
+        return
+    try:
+        bound = lower_bound(system, cycle, friction, limit.load_factor, witnessed=True, time_limit=_SECONDS)
+    except fo.SolverError as error:
+        raise Wrong(str(error)) from error
+    if bound.found < limit.load_factor * (1 - 1e-5) and not bound.lifts_off:
+        raise Wrong(f"a sequence of increments dissipates at {bound.found:.9g}, below the limit {limit.load_factor:.9g}")
 
 
 def guaranteed_transformed(known: Known) -> tuple[float, bool]:

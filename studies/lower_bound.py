@@ -49,12 +49,15 @@ class LowerBound:
         What became of the program, in words.
     slips
         (K, N) slips at the corners in the sequence that was found, length; None where none was.
+    lifts_off
+        Whether a node is open in that sequence.
     """
 
     load_factor: float
     found: float
     status: str
     slips: Any
+    lifts_off: bool
 
 
 @dataclass(frozen=True)
@@ -109,13 +112,14 @@ def lower_bound(
     bounds = periodic_bounds(system, cycle, f, highest * (1 + _ROOM))
     if bounds is None:
         why = "no bound on the reactions can be derived: S is singular (nothing holds the body), friction is too large, or there are too many nodes"
-        return LowerBound(0.0, np.inf, why, None)
+        return LowerBound(0.0, np.inf, why, None, False)
     problem = _problem(system, cycle, f, bounds, highest, slip_bound)
     least, found, status = _least(problem, time_limit)
     if witnessed and np.isinf(least) and least > 0:
         raise fo.SolverError(f"lower bound: {status}, although a sequence exists at load factor {highest:g}; a derived bound or the solver is wrong")
     slips = problem.var_dict["slip"].value * oracles.units(system, cycle)[1] if np.isfinite(found) else None
-    return LowerBound(min(max(least, 0.0) * highest, highest), found * highest, status, slips)
+    lifts_off = slips is not None and bool((problem.var_dict["opened"].value > 0.5).any())
+    return LowerBound(min(max(least, 0.0) * highest, highest), found * highest, status, slips, lifts_off)
 
 
 def periodic_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, highest: float) -> PeriodicBounds | None:
