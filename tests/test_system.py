@@ -17,7 +17,7 @@ BAD = {
     "B: complex numbers": {"B": 1j * ONE},
     "A: shape (2, 3), expected (2, 2)": {"A": np.ones((2, 3))},
     "A: [[1.0], [1.0, 2.0]]": {"A": [[1.0], [1.0, 2.0]]},
-    "A: list of dtype <U1 is not numeric": {"A": [["a", "b"], ["c", "d"]]},
+    "A: [['a', 'b'], ['c', 'd']]": {"A": [["a", "b"], ["c", "d"]]},
     "A: not symmetric, A[0, 1] = 0.5": {"A": ONE + [[0, 0.5], [0, 0]]},
     "C: not symmetric": {"C": ONE + [[0, 0.5], [0, 0]]},
     "negative eigenvalue -1": {"A": -ONE},

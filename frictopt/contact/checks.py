@@ -41,10 +41,10 @@ def frozen(values: Any) -> Array:
     return copy
 
 
-def finite_array(name: str, values: Any, shape: tuple[int | None, ...]) -> Array:
-    """Check that `values` is a real, finite array of `shape` (None: any length) and return it as a read-only float64 copy."""
+def finite_array(name: str, values: Any, shape: tuple[int | None, ...] | None = None) -> Array:
+    """Check that `values` is a real, finite array of `shape` (None in it: any length) and return it as a read-only float64 copy."""
     raw = real_array(name, values)
-    if raw.ndim != len(shape) or any(want is not None and have != want for have, want in zip(raw.shape, shape, strict=True)):
+    if shape and (raw.ndim != len(shape) or any(want not in (None, have) for have, want in zip(raw.shape, shape, strict=True))):
         raise ModelError(f"{name}: shape {raw.shape}, expected {_text(shape)}")
     fits = np.abs(raw) <= _LARGEST  # also false for NaN
     if not fits.all():
@@ -68,7 +68,7 @@ def real_array(name: str, values: Any) -> Array:
     if raw.dtype.kind == "c":
         raise ModelError(f"{name}: complex numbers (dtype {raw.dtype}); give the real static quantity")
     if raw.dtype.kind not in "fiu":
-        raise ModelError(f"{name}: {type(values).__name__} of dtype {raw.dtype} is not numeric; give an array or a list of real numbers")
+        raise ModelError(f"{name}: {shown(values)} (dtype {raw.dtype}) is not numeric; give an array or a list of real numbers")
     with np.errstate(over="ignore"):  # extended precision may not fit; infinities are for the caller to refuse
         return np.asarray(raw, dtype=np.float64)
 

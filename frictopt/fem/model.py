@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from ..contact import ContactSystem
-from ..contact.checks import Array
+from ..contact.checks import Array, check_name, shown
 from ..errors import ModelError
 from .bodies import Body, BodyName, Support, Traction
 from .glue import GluedBodies
@@ -38,8 +38,8 @@ class ContactModel:
     Raises
     ------
     ModelError
-        Bodies without the interface or with nodes that do not match, an unknown boundary, a support on the punch's interface,
-        rigid motions that no support prevents.
+        Bodies without the interface or with nodes that do not match, an unknown boundary, a load case without traction, a support on the punch's
+        interface, rigid motions that no support prevents.
     """
 
     punch: Body
@@ -53,13 +53,17 @@ class ContactModel:
             if not isinstance(getattr(self, name), Body):
                 raise ModelError(f"{name}: a {type(getattr(self, name)).__name__}; give a Body(mesh, material)")
         if not isinstance(self.loads, Mapping) or not self.loads:
-            raise ModelError(f"loads: {self.loads!r}; give at least one load case, name -> list of Traction")
+            raise ModelError(f"loads: {shown(self.loads)}; give at least one load case, name -> list of Traction")
+        for name in self.loads:
+            check_name("loads", name)
         for argument, kind, parts in [
             ("supports", Support, self.supports),
             *((f"loads[{name!r}]", Traction, parts) for name, parts in self.loads.items()),
         ]:
             if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kind) for part in parts):
-                raise ModelError(f"{argument}: {parts!r}; give a list of {kind.__name__}")
+                raise ModelError(f"{argument}: {shown(parts)}; give a list of {kind.__name__}")
+            if kind is Traction and not parts:
+                raise ModelError(f"{argument}: no traction; give at least one, or leave the load case out")
         object.__setattr__(self, "supports", tuple(self.supports))
         object.__setattr__(self, "loads", MappingProxyType({name: tuple(parts) for name, parts in self.loads.items()}))
         for name, parts in self.loads.items():
