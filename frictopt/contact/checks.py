@@ -21,6 +21,7 @@ __all__ = [
     "finite_numbers",
     "flag",
     "frozen",
+    "listed",
     "real_array",
     "shown",
     "whole_number",
@@ -89,10 +90,15 @@ def finite_number(name: str, value: Any, *, least: float = -np.inf, above: float
 
 
 def finite_numbers(name: str, values: Any, *, least: float = -np.inf) -> list[float]:
-    """Check that `values` is a row of real finite numbers of at least `least`, in anything that can be iterated over."""
-    if isinstance(values, str | bytes | Mapping) or not np.iterable(values) or _unfit(values):
-        raise ModelError(f"{name}: {shown(values)}; give a list of numbers")
-    return [finite_number(name, value, least=least) for value in values]
+    """Check that `values` is a row of real finite numbers of at least `least`."""
+    return [finite_number(name, value, least=least) for value in listed(name, values)]
+
+
+def listed(name: str, values: Any) -> list[Any]:
+    """Check that `values` is a row of things, in anything that can be gone through but a text, bytes, a mapping or a masked or sparse array."""
+    if isinstance(values, str | bytes | Mapping) or hasattr(values, "toarray") or not np.iterable(values) or _unfit(values):
+        raise ModelError(f"{name}: {shown(values)}; give a list")
+    return list(values)
 
 
 def checked_loads(name: str, loads: Any) -> Mapping[str, float]:

@@ -66,9 +66,12 @@ class Body:
             raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name facets of the outline")
         return np.unique(self.mesh.facets[:, facets])
 
-    def force(self, boundary: str, x: float, y: float) -> Array:
-        """(2, nodes) nodal forces of a uniform traction (x, y) on a boundary, force per depth."""
-        return np.outer([x, y], boundary_weights(self.mesh, boundary))
+    def force(self, traction: "Traction") -> Array:
+        """(2, nodes) nodal forces of a traction on this body, force per depth."""
+        if not isinstance(traction, Traction):
+            raise ModelError(f"traction: {shown(traction)}; give a Traction")
+        self.boundary_nodes(traction.boundary, "traction")
+        return np.outer([traction.x, traction.y], boundary_weights(self.mesh, traction.boundary))
 
 
 @dataclass(frozen=True)

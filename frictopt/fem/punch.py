@@ -16,6 +16,7 @@ from .model import ContactModel
 __all__ = ["PunchOnHalfPlane"]
 
 _MOST_ELEMENTS = 10_000  # along the contact: S is dense and takes 3 GB then
+_LONGEST = 1e6  # length over half_width
 _MOST_NODES = 1_000_000  # of the block, or of the punch: twenty times those of the default scene
 
 
@@ -88,6 +89,11 @@ class PunchOnHalfPlane:
     def _check_sizes(self) -> None:
         if not self.block_half_width > self.half_width:
             raise ModelError(f"block_half_width: {self.block_half_width:g}; the block must be wider than the punch ({self.half_width:g})")
+        for name in ("punch_height", "block_half_width", "block_depth"):
+            if not 1 / _LONGEST <= getattr(self, name) / self.half_width <= _LONGEST:
+                raise ModelError(
+                    f"{name}: {getattr(self, name):g} beside half_width = {self.half_width:g}; give at most {_LONGEST:g} times more or less"
+                )
         if not (np.diff(self.contact_nodes) > 0).all():
             raise ModelError(f"grading: {self.grading}; elements at the corner are smaller than rounding, give a lower grading or fewer elements")
         columns = self.elements + 1 + 2 * self._steps(self.block_half_width - self.half_width)
@@ -99,9 +105,8 @@ class PunchOnHalfPlane:
             )
 
     def _steps(self, length: float) -> float:
-        """Number of elements from the contact to that distance, a whole number or inf."""
-        with np.errstate(over="ignore"):
-            far = np.log1p(np.float64(length) / self.corner_size * (self.growth - 1))
+        """Number of elements from the contact to that distance, a whole number."""
+        far = np.log1p(length / self.corner_size * (self.growth - 1))
         return float(max(1.0, np.ceil(far / np.log(self.growth))))
 
     @property

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, flag, frozen
-from ..errors import ModelError, SolverError
+from ..contact.checks import Array, flag, frozen, listed
+from ..errors import SolverError
 from .explain import Units, explain
 from .interface import Interface
 from .mechanism import Mechanism, expand_duals
@@ -164,9 +164,7 @@ class ShakedownModel:
         SolverError
             No solver gave an answer that passes the checks.
         """
-        if isinstance(frictions, str) or not np.iterable(frictions):
-            raise ModelError(f"frictions: {frictions!r}; give a list of coefficients of friction")
-        return pd.DataFrame([_row(friction, self.solve(friction)) for friction in frictions])
+        return pd.DataFrame([_row(friction, self.solve(friction)) for friction in listed("frictions", frictions)])
 
     def _linear_program(self, task: Task) -> ShakedownLimit:
         kind = task.mirror, task.opening

@@ -107,7 +107,7 @@ class ExactPath:
         self._active, self._proof = new_active_set(nodes), new_proof(nodes)
         self._start_stress = self.check_near("initial_slip", self._S[:, :nodes] @ slip)
         self.bonded: Array = self.state.r - self._S @ self.state.u
-        self._record = new_record(_ROWS if keep else 0, nodes)
+        self._record = new_record(_ROWS if flag("keep", keep) else 0, nodes)
 
     @property
     def nodes(self) -> int:

@@ -6,7 +6,7 @@ from math import log1p, pi, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.checks import Array, finite_array, finite_number
+from ..contact.checks import Array, finite_array, finite_number, flag
 from ..errors import ModelError
 
 __all__ = ["LineContact", "contact_modulus"]
@@ -120,9 +120,10 @@ class LineContact:
         After a reversal the bounds are twice as far away, so the change of traction is twice that of a first loading to half the change of
         force; `rising` tells the way up to `Q0` from the way down.
         """
+        Q, Q0 = finite_number("Q", Q), finite_number("Q0", Q0)
         if self._share("Q", Q) > self._share("Q0", Q0):
             raise ModelError(f"Q: {Q:g} is not reached; give a force between -Q0 and Q0, here Q0 = {Q0:g}")
-        way = -1.0 if rising else 1.0
+        way = -1.0 if flag("rising", rising) else 1.0
         return way * (self.shear(x, abs(Q0)) - 2 * self.shear(x, (abs(Q0) - way * Q) / 2))
 
     def slip(self, x: ArrayLike, Q: float) -> Array:
