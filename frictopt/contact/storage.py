@@ -73,8 +73,12 @@ def _read_archive(path: Path) -> dict[str, Any]:
 
 
 def _member(archive: zipfile.ZipFile, name: str) -> np.ndarray:
+    """Read one array; what its head claims beyond the bytes that there are is not believed."""
     with archive.open(f"{name}.npy") as file:
-        return np.asarray(np.lib.format.read_array(file, allow_pickle=False))
+        if np.lib.format.read_magic(file) != (1, 0):
+            raise ValueError(f"{name} has another version")
+        shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
+        return np.frombuffer(file.read(), dtype).reshape(shape, order="F" if fortran else "C")
 
 
 def _read_folder(path: Path) -> dict[str, Any]:
@@ -115,14 +119,16 @@ def _read_matrix_market(path: Path, shape: tuple[int | None, int]) -> Array:
 def _matrix(head: list[str], sizes: list[int], numbers: Array) -> Array:
     """The matrix that a Matrix Market file's first line, sizes and numbers mean; only its zeros take more room than the file."""
     rows, columns = sizes[:2]
+    if head[4:] == ["symmetric"] and rows != columns:
+        raise ValueError("a symmetric matrix is square")
     match head:
         case ["%%matrixmarket", "matrix", "array", "real" | "double" | "integer", "general"]:
             return numbers.reshape(columns, rows).T
         case ["%%matrixmarket", "matrix", "array", "real" | "double" | "integer", "symmetric"]:  # the lower triangle, column by column
-            if rows != columns or numbers.size != rows * (rows + 1) // 2:
+            if numbers.size != rows * (rows + 1) // 2:
                 raise ValueError(f"{numbers.size} numbers are no triangle of {rows} x {columns}")
             column, row = np.triu_indices(rows)
-            matrix = np.empty((rows, columns))
+            matrix = np.zeros((rows, columns))
             matrix[row, column] = matrix[column, row] = numbers
             return matrix
         case ["%%matrixmarket", "matrix", "coordinate", "real" | "double" | "integer", "general" | "symmetric"]:
@@ -133,7 +139,7 @@ def _matrix(head: list[str], sizes: list[int], numbers: Array) -> Array:
             np.add.at(given, (row, column), values[:, 2])
             if head[4] == "general":
                 return given
-            if rows != columns or (row < column).any():
-                raise ValueError("a symmetric matrix is square and lists its lower triangle")
+            if (row < column).any():
+                raise ValueError("a symmetric matrix lists its lower triangle")
             return given + given.T - np.diag(given.diagonal())
     raise ValueError(f"{' '.join(head)!r}: it must be array or coordinate, real or integer, general or symmetric")
