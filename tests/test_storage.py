@@ -217,6 +217,7 @@ ARRAY = "%%MatrixMarket matrix array real general\n"
         ("B", HEAD.format("real") + "3 3 1\n1.5 1 1e-3\n"),
         ("A", HEAD.format("real").replace("general", "symmetric") + "3 3 4\n1 1 1\n2 2 1\n3 3 1\n1 2 1\n"),
         ("A", HEAD.format("real").replace("matrix coo", "vector coo") + "3 3 0\n"),
+        ("A", ARRAY.replace("general", "symmetric") + "3 3\n1.0\n"),
         ("A", ARRAY + "30000 30000\n1.0\n"),
         ("A", ARRAY + "3 3\n1.0\n"),
         ("x", HEAD.format("real") + "1000000000 1 1\n1 1 1.0\n"),
@@ -230,6 +231,14 @@ ARRAY = "%%MatrixMarket matrix array real general\n"
 def test_matrix_market_files_that_are_not_what_they_are_called_are_refused(tmp_path, name, text):
     message = refused(market(tmp_path / "folder", **{name: text}))
     assert f"{name.replace('_', '.')}.mtx" in message or name == "E_star"
+
+
+def test_a_matrix_that_memory_does_not_hold_is_refused(tmp_path, monkeypatch):
+    def no_memory(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(storage, "_matrix", no_memory)
+    assert "x.mtx" in refused(market(tmp_path / "folder"))
 
 
 def test_half_a_matrix_that_is_not_square_is_refused(tmp_path):
