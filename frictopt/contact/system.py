@@ -158,7 +158,7 @@ class ContactSystem:
         """Read a system from an archive written by `save`, or from a folder of Matrix Market files.
 
         The folder holds `A.mtx`, `B.mtx`, `C.mtx` (N x N, dense or sparse), `x.mtx` and, if there are any, `gap.mtx` (N x 1) and
-        `E_star.mtx` (1 x 1), and one `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME.
+        `E_star.mtx` (1 x 1), and one `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME; N is at most 20,000.
 
         Raises
         ------
