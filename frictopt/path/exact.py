@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
-from ..contact.checks import Array, finite_array, finite_number
+from ..contact.checks import Array, finite_array, finite_number, flag
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis
 from ..contact.system import checked_system

@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, choice, whole_number
+from ..contact.checks import Array, choice, flag, whole_number
 from ..errors import ModelError, SolverError
 from ..models import ExactIncrement, FrozenBoundIncrement
 from ..path import ExactPath
@@ -68,6 +68,7 @@ def march(
     """
     whole_number("cycles", cycles, least=0)
     choice("engine", engine, ("path", *_ENGINES))
+    flag("simplify", simplify)
     path = ExactPath(system, cycle, friction, load_factor, initial_slip, keep=True)
     if engine == "path":
         if steps is not None:
