@@ -16,7 +16,7 @@ from tqdm import tqdm
 
 from .fuzz_cases import random_case
 from .fuzz_checks import CHECKS, Finding, findings
-from .tables import Study, Table, at_least_one, markdown
+from .tables import Study, Table, at_least_one, markdown, seed_number
 
 __all__ = ["COUNTS", "FULL", "QUICK", "REFUSALS", "STUDY", "Parameters", "counts", "refusals", "short"]
 
@@ -112,18 +112,13 @@ COUNTS = Table("fuzz_counts", "one question to all cases", _COUNTS, full=FULL, q
 REFUSALS = Table("fuzz_refusals", "one message of an error", _REFUSALS, full=FULL, quick=QUICK, compute=refusals)
 
 
-def _seed(text: str) -> int:
-    """Type of a command line's option: a seed, a whole number of at least 0."""
-    return at_least_one(text) if text.strip() != "0" else 0
-
-
 class _Random(Study):
     """The study of random contacts, of which the command line says how many and which."""
 
     def parser(self) -> argparse.ArgumentParser:
         parser = super().parser()
         parser.add_argument("--cases", type=at_least_one, default=FULL.cases, metavar="N", help=f"number of random contacts (default {FULL.cases})")
-        parser.add_argument("--seed", type=_seed, default=FULL.seed, metavar="N", help=f"seed of the first one (default {FULL.seed})")
+        parser.add_argument("--seed", type=seed_number, default=FULL.seed, metavar="N", help=f"seed of the first one (default {FULL.seed})")
         return parser
 
     def run(self, argv: Sequence[str] | None = None) -> int:

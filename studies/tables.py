@@ -19,7 +19,7 @@ import pandas as pd
 
 import frictopt as fo
 
-__all__ = ["INTERRUPTED", "Study", "Table", "at_least_one", "data_folder", "markdown", "two_digits", "writable"]
+__all__ = ["INTERRUPTED", "Study", "Table", "at_least_one", "data_folder", "markdown", "seed_number", "two_digits", "writable"]
 
 DATA = Path(__file__).parent / "data"
 INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
@@ -45,8 +45,8 @@ def writable(name: str | Path) -> Path:
         It cannot be made or written in.
     """
     try:
-        if not str(name):
-            raise ValueError("no name")
+        if not str(name) or "://" in str(name):
+            raise ValueError("no name, or an address")
         folder = Path(name).expanduser()
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -56,15 +56,30 @@ def writable(name: str | Path) -> Path:
 
 
 def at_least_one(text: str) -> int:
-    """Type of a command line's option: a whole number of at least 1.
+    """Type of a command line's option: a whole number from 1 to a million.
 
     Raises
     ------
     argparse.ArgumentTypeError
         It is none.
     """
-    if not text.strip().isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r}; give a whole number of at least 1")
+    return _whole_number(text, 1, 10**6)
+
+
+def seed_number(text: str) -> int:
+    """Type of a command line's option: a seed, a whole number of at least 0.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        It is none.
+    """
+    return _whole_number(text, 0, 2**62)  # seeds count on from here, in a column of 64 bits
+
+
+def _whole_number(text: str, least: int, most: int) -> int:
+    if not text.strip().isdecimal() or len(text) > 30 or not least <= int(text) <= most:
+        raise argparse.ArgumentTypeError(f"{text!r}; give a whole number of at least {least} and at most {most}")
     return int(text)
 
 

@@ -39,7 +39,7 @@ def file(tmp_path):
     return path
 
 
-@pytest.mark.parametrize("name", ["", "{}", "{}/below", "a\0b"])
+@pytest.mark.parametrize("name", ["", "{}", "{}/below", "a\0b", "file:/{}", "s3://bucket/x"])
 def test_a_folder_that_cannot_be_written_in_is_refused_before_anything_is_computed(computed, file, name, capsys):
     with pytest.raises(SystemExit) as end:
         studies.main(["small", "--data", name.format(file)])
@@ -68,6 +68,22 @@ def test_workers_that_are_no_number_of_processes_are_refused(study, workers, tmp
     with pytest.raises(SystemExit) as end:
         studies.main([study, "--quick", "--data", str(tmp_path), f"--workers={workers}"])
     assert end.value.code == 2 and f"--workers: {workers!r}; give a whole number of at least 1" in capsys.readouterr().err
+
+
+NO_NUMBERS = ["--seed=99999999999999999999999999999", "--seed=-1", "--seed=1.5", "--seed=", "--seed=" + "9" * 5000, "--cases=0", "--cases=9999999"]
+
+
+@pytest.mark.parametrize("option", NO_NUMBERS)
+def test_numbers_of_random_contacts_are_checked_before_anything_is_computed(option, monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(tables.Table, "make", lambda *_args, **_options: pytest.fail("computed in vain"))
+    with pytest.raises(SystemExit) as end:
+        studies.main(["fuzz", "--cases", "1", "--data", str(tmp_path), option])
+    name, _, value = option.partition("=")
+    assert end.value.code == 2 and f"{name}: {value!r}" in capsys.readouterr().err
+
+
+def test_zero_is_a_seed_however_it_is_written():
+    assert [tables.seed_number(text) for text in ("0", "00", " 7 ", str(2**62))] == [0, 0, 7, 2**62]
 
 
 @pytest.mark.parametrize("store", ["", "{}"])

@@ -38,6 +38,14 @@ def test_a_singular_interior_is_refused():
         schur_complement(csr_matrix(np.diag([0.0, 1.0])), np.zeros((2, 1)), np.array([0, 1]), 1)
 
 
+def test_an_interior_held_by_the_interface_alone_is_refused():
+    """Unknown 0 has no stiffness of its own, so that S does not exist, but the whole matrix factorises once its rows are exchanged."""
+    K = np.array([[0.0, 1.0], [1.0, 2.0]])
+    assert np.linalg.det(K) == -1.0
+    with pytest.raises(fo.ModelError, match="stiffness"):
+        schur_complement(csr_matrix(K), np.zeros((2, 1)), np.array([0, 1]), 1)
+
+
 @pytest.mark.parametrize(
     "mesh", [MeshQuad.init_tensor(np.linspace(0, 1, 41) ** 2, np.linspace(0, 1, 31)), MeshTri().refined(5), MeshTri.init_circle(4)]
 )

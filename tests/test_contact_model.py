@@ -103,6 +103,9 @@ BAD_MODELS = {
     r"no node at \(0.0, 5.0\)": dict(SUPPORTS, punch=PUNCH, block=BLOCK, supports=[fo.Support("block", (0.0, 5.0))]),
     r"loads\['p'\]: boundary 'roof' is unknown": dict(SUPPORTS, punch=PUNCH, block=BLOCK, loads={"p": [fo.Traction("punch", "roof", y=1.0)]}),
     "loads: {}; give at least one": dict(SUPPORTS, punch=PUNCH, block=BLOCK, loads={}),
+    r"loads\['p'\]: no traction": dict(SUPPORTS, punch=PUNCH, block=BLOCK, loads={"p": []}),
+    "load case name 3": dict(SUPPORTS, punch=PUNCH, block=BLOCK, loads={3: LOADS["p"]}),
+    r"interface of the punch: boundary \[1\]": dict(SUPPORTS, punch=PUNCH, block=BLOCK, interface=[1]),
     r"loads\['p'\]: 3; give a list of Traction": dict(SUPPORTS, punch=PUNCH, block=BLOCK, loads={"p": 3}),
 }
 
@@ -131,6 +134,9 @@ def test_bad_parts_are_refused():
         lambda: fo.Support("punch", (0.0, np.nan)): "where: nan",
         lambda: fo.Traction("punch", "top", x=np.inf): "traction x: inf",
         lambda: fo.Traction("foundation", "top"): "body: 'foundation'",
+        lambda: fo.Traction("punch", ["top"]): r"boundary: \['top'\]",
+        lambda: fo.Support(["punch"], "top"): r"body: \['punch'\]",
+        lambda: fo.Support("punch", "top", np.array(["x", "y"])): "directions: array",
     }.items():
         with pytest.raises(fo.ModelError, match=message):
             make()

@@ -15,7 +15,7 @@ PACKAGE = Path(frictopt.__file__).parent
 BELOW = {
     "errors": set(),
     "contact": {"errors"},
-    "reference": {"errors"},
+    "reference": {"errors", "contact"},
     "fem": {"errors", "contact", "reference"},
     "models": {"errors", "contact", "reference"},
     "path": {"errors", "contact", "reference"},
@@ -23,7 +23,7 @@ BELOW = {
 }
 ALLOWED = {  # libraries beyond the standard one, by layer
     "errors": set(),
-    "contact": {"numpy", "scipy.io"},
+    "contact": {"numpy"},
     "reference": {"numpy"},
     "fem": {"numpy", "scipy", "skfem"},
     "models": {"numpy", "scipy", "cvxpy", "pandas"},

@@ -60,6 +60,20 @@ def test_an_inadmissible_mean_load_is_said():
     assert found.separation.load_factor == 0.0
 
 
+def test_a_node_at_its_bound_that_the_load_relieves_waits_for_its_other_bound():
+    """Node 0 starts at q = -f p and is drawn to q = +f p, which it reaches at lam = 2; node 1, with q = .5 and f p = 1, never gets there."""
+    contact = system(np.eye(2), np.zeros((2, 2)), (-1.0, 0.5), (2.0, 2.0), (1.0, 0.0), 0.0)
+    found = fo.onset(contact, MEAN, DIRECTION, 0.5)
+    assert found.mean_admissible and (found.slip.load_factor, found.slip.node, found.slip.sense) == (2.0, 0, -1)
+    touching = system([[1.0]], [[0.0]], 0.0, 0.0, 0.0, 1.0)  # no pressure yet, but the load presses
+    assert fo.onset(touching, MEAN, DIRECTION, 0.5).separation.load_factor == np.inf
+
+
+def test_a_node_at_its_bound_that_the_load_leaves_there_does_not_slip():
+    contact = system([[1.0]], [[0.0]], -1.0, 2.0, -0.5, 1.0)
+    assert fo.onset(contact, MEAN, DIRECTION, 0.5).slip.load_factor == np.inf
+
+
 def test_mirror_images_name_the_first_node_whatever_the_rounding(punch):
     contact = punch(16)
     assert fo.onset(contact, {"P": 1.0}, {"sigma": 1.0}, 1.0).slip.node == 0

@@ -1,4 +1,6 @@
 import re
+from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -27,6 +29,15 @@ from frictopt.reference import bonded_corner
         ({"grading": 1e17}, "grading: 1e+17"),
         ({"grading": [1.0]}, "grading: [1.0]"),
         ({"elements": 10**13}, "elements: 10000000000000"),
+        ({"elements": 100_000}, "elements: 100000"),
+        ({"elements": np.timedelta64(4)}, "elements: np.timedelta64(4)"),
+        ({"block_half_width": Fraction(1, 3)}, "block_half_width: 0.333333"),
+        ({"half_width": 1e-300}, "punch_height: 2 beside half_width = 1e-300"),
+        ({"block_depth": 1e150}, "block_depth: 1e+150"),
+        ({"half_width": 1e-4, "growth": 1.001}, "124, 0.0001, 20.0, 1.001 make a mesh of"),
+        ({"grading": 1e14, "growth": 1.01}, "124, 1, 100000000000000.0, 1.01 make a mesh of"),
+        ({"growth": 1 + 1e-15}, "124, 1, 20.0, 1.000000000000001 make a mesh of"),
+        ({"grading": 9e14, "elements": 10_000}, "grading: 900000000000000.0"),
         ({"punch_material": 1.0}, "punch_material: 1.0; give a Material"),
         ({"element": "Q2"}, "element: 'Q2'; give 'linear' or 'mean_dilatation'"),
         ({"element": ["linear"]}, "element: ['linear']"),
@@ -35,6 +46,12 @@ from frictopt.reference import bonded_corner
 def test_bad_scenes_are_refused(fields, message):
     with pytest.raises(fo.ModelError, match=re.escape(message)):
         fo.PunchOnHalfPlane(**fields)
+
+
+def test_numbers_of_any_kind_make_the_same_scene():
+    plain = fo.PunchOnHalfPlane(elements=4, punch_height=1.5, block_half_width=2.5, growth=2.0)
+    odd = fo.PunchOnHalfPlane(elements=np.int8(4), punch_height=Decimal("1.5"), block_half_width=Fraction(5, 2), growth=np.array(2))
+    assert odd == plain and np.array_equal(odd.condense().S, plain.condense().S)
 
 
 def test_default_has_the_papers_size():

@@ -98,7 +98,7 @@ def test_bad_force_scales_are_refused(scale):
     ("change", "message"),
     [
         ({"q": np.zeros((2, 4)), "p": np.zeros((3, 4))}, r"arrays of \[2, 3\] states"),
-        ({"q": ["a"] * 4}, "q: list of dtype"),
+        ({"q": ["a"] * 4}, r"q: \['a', 'a'"),
         ({"q": np.zeros(4) * 1j}, "q: complex"),
         ({"bonded": None}, "bonded: a NoneType"),
         ({"system": None}, "system: a NoneType"),

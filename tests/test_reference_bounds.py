@@ -67,11 +67,11 @@ def test_without_shear_there_is_no_limit():
 def test_bad_input_is_refused(function):
     force, shear = ("p", "tau") if function is patch_limit else ("P0", "Q1")
     for arguments, complaint in [
-        ((-0.1, 1, 1), "f: -0.1; give a number of at least 0"),
-        ((0.3, 0, 1), f"{force}: 0; give a number above 0"),
-        ((0.3, -2, 1), f"{force}: -2; give a number above 0"),
-        ((0.3, 1, np.nan), f"{shear}: nan is not finite; give finite numbers"),
-        ((0.3, [1, 2], 1), rf"{force}: shape \(2,\); give one number"),
+        ((-0.1, 1, 1), "f: -0.1"),
+        ((0.3, 0, 1), f"{force}: 0"),
+        ((0.3, -2, 1), f"{force}: -2"),
+        ((0.3, 1, np.nan), f"{shear}: nan"),
+        ((0.3, [1, 2], 1), rf"{force}: \[1, 2\]"),
     ]:
         with pytest.raises(ModelError, match=complaint):
             function(*arguments)

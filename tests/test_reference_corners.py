@@ -149,8 +149,8 @@ def test_friction_beyond_which_no_mode_is_singular():
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        ({"f": -0.1}, "f: -0.1; give a number of at least 0"),
-        ({"f": np.inf}, "f: inf is not finite"),
+        ({"f": -0.1}, "f: -0.1"),
+        ({"f": np.inf}, "f: inf"),
         ({"f": 2.1}, "f: 2.1 .*outward slip; give friction below 2.03788"),
         ({"f": 0.4, "slip": "inward"}, "f: 0.4 .*inward slip; give friction below 0.31831"),
         ({"f": 0.4, "slip": "sideways"}, "slip: 'sideways'; give 'outward' or 'inward'"),
@@ -165,5 +165,5 @@ def test_sliding_corner_refuses(arguments, complaint):
 def test_bonded_modes_refuse(mode):
     with pytest.raises(ModelError, match="r: 0; give distances above 0"):
         mode.stress([1.0, 0.0], 0.0)
-    with pytest.raises(ModelError, match="theta: nan is not finite"):
+    with pytest.raises(ModelError, match="theta: value nan"):
         mode.airy(1.0, np.nan)

@@ -215,11 +215,11 @@ def test_no_shear_is_safe_in_the_limit_of_small_cells():
 @pytest.mark.parametrize(
     ("call", "complaint"),
     [
-        (lambda: half_plane_influence(1, 1.0), "nodes: 1; give at least 2"),
-        (lambda: half_plane_influence(10, 0.0), "E_star: 0; give a number above 0"),
-        (lambda: half_plane_contact(10.5, 1.0, 1.0), "nodes: 10.5; give a whole number"),
-        (lambda: half_plane_contact(10, -1.0, 1.0), "half_length: -1; give a number above 0"),
-        (lambda: half_plane_contact(10, 1.0, 1.0, R=0.0), "R: 0; give a number above 0"),
+        (lambda: half_plane_influence(1, 1.0), "nodes: 1"),
+        (lambda: half_plane_influence(10, 0.0), "E_star: 0"),
+        (lambda: half_plane_contact(10.5, 1.0, 1.0), "nodes: 10.5"),
+        (lambda: half_plane_contact(10, -1.0, 1.0), "half_length: -1"),
+        (lambda: half_plane_contact(10, 1.0, 1.0, R=0.0), "R: 0"),
     ],
 )
 def test_bad_input_is_refused(call, complaint):

@@ -71,10 +71,10 @@ def test_below_critical_friction_one_state_of_each_increment_is_admissible_and_t
 @pytest.mark.parametrize(
     ("call", "complaint"),
     [
-        (lambda: critical_friction(0, 1), "A: 0; give a number above 0"),
-        (lambda: critical_friction(1, np.inf), "B: inf is not finite"),
-        (lambda: tilted_bar(-1, 1), "k: -1; give a number above 0"),
-        (lambda: tilted_bar(1, 0), "angle: 0; give a number above 0"),
+        (lambda: critical_friction(0, 1), "A: 0"),
+        (lambda: critical_friction(1, np.inf), "B: inf"),
+        (lambda: tilted_bar(-1, 1), "k: -1"),
+        (lambda: tilted_bar(1, 0), "angle: 0"),
         (lambda: tilted_bar(1, 60), "angle: 60; give an angle in radian below pi"),
     ],
 )

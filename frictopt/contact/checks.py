@@ -1,18 +1,38 @@
 """Input checks shared by all layers: each returns the checked value or raises a `ModelError` that names argument, value and remedy."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from decimal import Decimal
+from numbers import Real
 from types import MappingProxyType
-from typing import Any, SupportsFloat, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
 from ..errors import ModelError
 
-__all__ = ["Array", "check_name", "checked_loads", "finite_array", "finite_number", "flag", "frozen", "real_array", "whole_number"]
+__all__ = [
+    "LARGEST_SEED",
+    "Array",
+    "check_name",
+    "checked_loads",
+    "choice",
+    "finite_array",
+    "finite_number",
+    "finite_numbers",
+    "flag",
+    "frozen",
+    "listed",
+    "real_array",
+    "shown",
+    "whole_number",
+]
 
 _LARGEST = 1e150  # squares of anything larger overflow
+LARGEST_SEED = 2**63 - 1
+"""Largest seed of a random choice: the largest whole number that a column of a table holds."""
 
 Array: TypeAlias = np.ndarray[Any, np.dtype[np.float64]]
+T = TypeVar("T")
 
 
 def frozen(values: Any) -> Array:
@@ -22,10 +42,10 @@ def frozen(values: Any) -> Array:
     return copy
 
 
-def finite_array(name: str, values: Any, shape: tuple[int | None, ...]) -> Array:
-    """Check that `values` is a real, finite array of `shape` (None: any length) and return it as a read-only float64 copy."""
+def finite_array(name: str, values: Any, shape: tuple[int | None, ...] | None = None) -> Array:
+    """Check that `values` is a real, finite array of `shape` (None in it: any length) and return it as a read-only float64 copy."""
     raw = real_array(name, values)
-    if raw.ndim != len(shape) or any(want is not None and have != want for have, want in zip(raw.shape, shape, strict=True)):
+    if shape and (raw.ndim != len(shape) or any(want not in (None, have) for have, want in zip(raw.shape, shape, strict=True))):
         raise ModelError(f"{name}: shape {raw.shape}, expected {_text(shape)}")
     fits = np.abs(raw) <= _LARGEST  # also false for NaN
     if not fits.all():
@@ -37,34 +57,48 @@ def finite_array(name: str, values: Any, shape: tuple[int | None, ...]) -> Array
 
 def real_array(name: str, values: Any) -> Array:
     """Check that `values` is an array of real numbers (NaN and infinities included) and return it as float64."""
-    if isinstance(values, np.ma.MaskedArray):
-        raise ModelError(f"{name}: a masked array; fill or drop the masked values")
     if hasattr(values, "toarray"):
         raise ModelError(f"{name}: a sparse {type(values).__name__}; give a dense array, `.toarray()`")
     try:
-        raw = np.asarray(values)
-    except ValueError as error:
-        raise ModelError(f"{name}: rows of different lengths; give a rectangular array") from error
+        unfit = _unfit(values)
+        raw = np.asarray(0.0 if unfit else values)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ModelError(f"{name}: {shown(values)} is no array, or has rows of different lengths; give a rectangular array") from error
+    if unfit:
+        raise ModelError(f"{name}: a masked array or raw bytes; give numbers, and fill or drop masked ones")
     if raw.dtype.kind == "c":
         raise ModelError(f"{name}: complex numbers (dtype {raw.dtype}); give the real static quantity")
     if raw.dtype.kind not in "fiu":
-        raise ModelError(f"{name}: {type(values).__name__} of dtype {raw.dtype} is not numeric; give an array or a list of real numbers")
+        raise ModelError(f"{name}: {shown(values)} (dtype {raw.dtype}) is not numeric; give an array or a list of real numbers")
     with np.errstate(over="ignore"):  # extended precision may not fit; infinities are for the caller to refuse
         return np.asarray(raw, dtype=np.float64)
 
 
-def finite_number(name: str, value: SupportsFloat, *, least: float = -np.inf, above: float = -np.inf, below: float = np.inf) -> float:
+def finite_number(name: str, value: Any, *, least: float = -np.inf, above: float = -np.inf, below: float = np.inf) -> float:
     """Check that `value` is one real finite number with `value >= least`, `value > above` and `value < below`."""
-    if isinstance(value, complex | np.complexfloating | str | bytes | bool | np.bool_) or np.ma.is_masked(value):
-        raise ModelError(f"{name}: {value!r} is not a real number")
+    scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 and not _unfit(value) else value
+    if isinstance(scalar, bool | np.timedelta64) or not isinstance(scalar, Real | Decimal):
+        raise ModelError(f"{name}: {shown(value)} is not one real number")
     try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ModelError(f"{name}: {value!r} is not one real number") from error
+        number = float(scalar)
+    except (ValueError, OverflowError) as error:
+        raise ModelError(f"{name}: {shown(value)} is not one real number of at most {_LARGEST:g}") from error
     if not (abs(number) <= _LARGEST and number >= least and number > above and number < below):
         limits = [f"at least {least:g}"] * (least > -np.inf) + [f"above {above:g}"] * (above > -np.inf) + [f"below {below:g}"] * (below < np.inf)
         raise ModelError(f"{name}: {number!r}; it must be {' and '.join(['finite', *limits])}")
     return number
+
+
+def finite_numbers(name: str, values: Any, *, least: float = -np.inf) -> list[float]:
+    """Check that `values` is a row of real finite numbers of at least `least`."""
+    return [finite_number(name, value, least=least) for value in listed(name, values)]
+
+
+def listed(name: str, values: Any) -> list[Any]:
+    """Check that `values` is a row of things, in anything that can be gone through but a text, bytes, a mapping or a masked or sparse array."""
+    if isinstance(values, str | bytes | Mapping) or hasattr(values, "toarray") or not np.iterable(values) or _unfit(values):
+        raise ModelError(f"{name}: {shown(values)}; give a list")
+    return list(values)
 
 
 def checked_loads(name: str, loads: Any) -> Mapping[str, float]:
@@ -79,21 +113,44 @@ def checked_loads(name: str, loads: Any) -> Mapping[str, float]:
 def check_name(argument: str, name: Any) -> None:
     """Check the name of a load case: a printable text."""
     if not isinstance(name, str) or not name or not name.isprintable():
-        raise ModelError(f"{argument}: load case name {name!r}; give a printable text")
+        raise ModelError(f"{argument}: load case name {shown(name)}; give a printable text")
+
+
+def choice(name: str, value: T, options: Collection[str]) -> T:
+    """Check that `value` is one of some texts."""
+    if not isinstance(value, str) or value not in options:
+        raise ModelError(f"{name}: {shown(value)}; give {' or '.join(map(repr, options))}")
+    return value
 
 
 def flag(name: str, value: Any) -> bool:
     """Check that `value` is True or False."""
     if not isinstance(value, bool | np.bool_):
-        raise ModelError(f"{name}: {value!r}; give True or False")
+        raise ModelError(f"{name}: {shown(value)}; give True or False")
     return bool(value)
 
 
-def whole_number(name: str, value: Any, *, least: int, most: float = np.inf) -> int:
-    """Check that `value` is an integer from `least` to `most`."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
-        raise ModelError(f"{name}: {value!r}; it must be a whole number of at least {least}{f' and at most {most:g}' if most < np.inf else ''}")
+def whole_number(name: str, value: Any, *, least: int, most: int = 10**6) -> int:
+    """Check that `value` is an integer from `least` to `most`; by default `most` is a million, more than any count that can be worked off."""
+    if not isinstance(value, int | np.integer) or isinstance(value, bool | np.timedelta64) or not least <= value <= most:
+        raise ModelError(f"{name}: {shown(value)}; it must be a whole number of at least {least} and at most {most}")
     return int(value)
+
+
+def shown(value: Any) -> str:
+    """A value as an error message shows it: short, whatever the value is."""
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # an integer too long to print, or a foreign object whose repr fails
+        text = f"an object of type {type(value).__name__}"
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _unfit(values: Any) -> bool:
+    """Whether numpy would take something for numbers that is none: a masked array or raw bytes, however deep in lists."""
+    if isinstance(values, list | tuple):
+        return any(map(_unfit, values))
+    return isinstance(values, np.ma.MaskedArray | bytearray | memoryview)
 
 
 def _text(shape: tuple[int | None, ...]) -> str:

@@ -20,10 +20,9 @@ def friction_coefficients(friction: Any, nodes: int) -> Array:
     ModelError
         Not a real finite number or array, negative, or of a length other than 1 and N.
     """
-    shape = real_array("friction", friction).shape
-    if shape not in ((), (nodes,)):
-        raise ModelError(f"friction: shape {shape}; give one number or one for each of the {nodes} nodes")
-    array = finite_array("friction", friction, shape)
+    array = finite_array("friction", friction)
+    if array.shape not in ((), (nodes,)):
+        raise ModelError(f"friction: shape {array.shape}; give one number or one for each of the {nodes} nodes")
     if array.min() < 0:
         raise ModelError(f"friction: {array.min():g}; a coefficient of friction is not negative")
     return np.broadcast_to(array, (nodes,))

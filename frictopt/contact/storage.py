@@ -1,85 +1,145 @@
-"""Files of a contact system: npz archives without pickle, and Matrix Market folders written by other codes."""
+"""Files of a contact system: npz archives that prove their content, and Matrix Market folders written by other codes."""
 
+import hashlib
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, real_array
+from .checks import Array, finite_array, shown
 
-__all__ = ["NAMES", "read", "write_npz"]
+__all__ = ["NAMES", "read", "write"]
 
 NAMES = ("A", "B", "C", "x", "gap", "E_star")
-_FORMAT = "frictopt contact system 1"
-_Content = tuple[dict[str, Array], float | None, dict[str, tuple[Array, Array]]]
+_FORMAT = "frictopt contact system 2"
+_MEMBERS = ("format", *NAMES, "cases", "bonded", "digest")
+_MOST_NODES = 20_000  # of a folder: S takes 13 GB then, and a short file can claim it
 
 
-def write_npz(path: str | Path, arrays: Mapping[str, Array], bonded: Mapping[str, tuple[Array, Array]]) -> None:
-    """Write the arrays and the bonded reactions (each an (N, 2) array of columns q, p) to `path`, exactly under that name."""
-    cases = {f"bonded.{name}": np.column_stack(pair) for name, pair in bonded.items()}
+def write(path: str | Path, values: Mapping[str, Any], bonded: Mapping[str, tuple[Array, Array]]) -> None:
+    """Write an npz archive, exactly under that name: each value (None as an empty array), names of the load cases, (cases, 2, N) reactions q, p."""
+    plain = {name: np.array([] if value is None else value) for name, value in values.items()}
+    arrays = {"format": np.array(_FORMAT), **plain, "cases": np.array(list(bonded)), "bonded": np.array(list(bonded.values()))}
     try:
+        if Path(path).exists() and not Path(path).is_file():
+            raise OSError("it is a folder or a device")
         with Path(path).open("wb") as file:
-            np.savez(file, allow_pickle=False, format=np.array(_FORMAT), **arrays, **cases)
+            np.savez(file, allow_pickle=False, **arrays, digest=_digest(arrays))
     except (OSError, TypeError, ValueError) as error:
-        raise ModelError(f"path: {path!r} cannot be written ({error}); give the name of a file in a folder that exists") from error
+        raise ModelError(f"path: {shown(path)} cannot be written ({error}); give the name of a file in a folder that exists") from error
 
 
-def read(source: str | Path) -> _Content:
-    """Read an npz archive or a folder of Matrix Market files: arrays by name, contact modulus if known, and bonded reactions by load case."""
+def read(source: str | Path) -> dict[str, Any]:
+    """Read an archive or a folder of Matrix Market files: the arguments of a contact system."""
     try:
         path = Path(source)
         exists = path.exists()
     except (OSError, TypeError, ValueError) as error:
-        raise ModelError(f"path: {source!r} is not the name of a file or folder ({error})") from error
+        raise ModelError(f"path: {shown(source)} is not the name of a file or folder ({error})") from error
     if not exists:
-        raise ModelError(f"path: {str(path)!r} does not exist; give an npz archive of ContactSystem.save or a folder of Matrix Market files")
-    if path.is_dir():
-        found = {file.stem: _read_matrix_market(file) for file in sorted(path.glob("*.mtx"))}
-    else:
-        found = _read_npz(path)
-    unknown = [name for name in found if name not in NAMES and not name.startswith("bonded.")]
+        raise ModelError(f"path: {str(path)!r} does not exist; give an archive of ContactSystem.save or a folder of Matrix Market files")
+    return _read_folder(path) if path.is_dir() else _read_archive(path)
+
+
+def _digest(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+    """SHA-256 of names, types, shapes and bytes."""
+    digest = hashlib.sha256()
+    for name, array in arrays.items():
+        digest.update(f"{name} {array.dtype.str} {array.shape} ".encode())
+        digest.update(array.tobytes())
+    return np.frombuffer(digest.digest(), dtype=np.uint8)
+
+
+def _read_archive(path: Path) -> dict[str, Any]:
+    try:
+        if not path.is_file():
+            raise ValueError("it is no regular file")
+        with zipfile.ZipFile(path) as archive:
+            members = {f"{name}.npy" for name in _MEMBERS}
+            if {info.filename for info in archive.infolist()} != members or len(archive.infolist()) != len(members):
+                raise ValueError("it does not hold what a contact system is")
+            if any(info.compress_type != zipfile.ZIP_STORED for info in archive.infolist()):  # what is stored claims no more than the file holds
+                raise ValueError("it is compressed")
+            arrays = {name: _member(archive, name) for name in _MEMBERS}
+        if not np.array_equal(arrays.pop("digest"), _digest(arrays)) or str(arrays.pop("format")) != _FORMAT:
+            raise ValueError("its content is not the one that was saved")
+        names, bonded = arrays.pop("cases").tolist(), arrays.pop("bonded")
+        modulus = arrays.pop("E_star")
+        return {**arrays, "E_star": modulus.item() if modulus.size else None, "bonded": {name: tuple(bonded[k]) for k, name in enumerate(names)}}
+    except Exception as error:  # bytes that anything may have happened to: whatever a reader trips over, the file is damaged or foreign
+        raise ModelError(f"path: {str(path)!r} is not a contact system ({shown(error)}); give a file as ContactSystem.save writes it") from error
+
+
+def _member(archive: zipfile.ZipFile, name: str) -> np.ndarray:
+    """Read one array; what its head claims beyond the bytes that there are is not believed."""
+    with archive.open(f"{name}.npy") as file:
+        np.lib.format.read_magic(file)
+        shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
+        return np.frombuffer(file.read(), dtype).reshape(shape, order="F" if fortran else "C")
+
+
+def _read_folder(path: Path) -> dict[str, Any]:
+    files = {file.stem: file for file in sorted(path.glob("*.mtx"))}
+    unknown = [name for name in files if name not in NAMES and not name.startswith("bonded.")]
     if unknown:
         raise ModelError(f"path: {str(path)!r} holds {', '.join(unknown)}, which mean nothing here; load cases are called bonded.NAME")
-    missing = [name for name in NAMES if name not in found and name not in ("gap", "E_star")]
+    missing = [name for name in NAMES if name not in files and name not in ("gap", "E_star")]
     if missing:
         raise ModelError(f"path: {str(path)!r} has no {', '.join(missing)}; it needs A, B, C and x, and one bonded.NAME for each load case")
+    x = _read_matrix_market(files["x"], (None, 1))
+    shapes = {"x": x.shape, "gap": x.shape, "E_star": (1, 1), **dict.fromkeys("ABC", (len(x), len(x)))}
+    found = {name: _read_matrix_market(file, shapes.get(name, (len(x), 2))) for name, file in files.items()}
+    bonded = {name.removeprefix("bonded."): tuple(found.pop(name).T) for name in list(found) if name not in NAMES}
     modulus = found.pop("E_star", None)
-    if modulus is not None:
-        modulus = real_array(f"path: E_star of {str(path)!r}", modulus)
-        if modulus.size != 1:
-            raise ModelError(f"path: E_star of {str(path)!r} has shape {modulus.shape}; give one number")
-    arrays = {name: found[name] for name in NAMES if name in found}
-    for name in ("x", "gap"):
-        if name in arrays and arrays[name].ndim == 2 and 1 in arrays[name].shape:
-            arrays[name] = arrays[name].ravel()
-    bonded = {}
-    for name, columns in found.items():
-        if name.startswith("bonded."):
-            if columns.ndim != 2 or columns.shape[1] != 2:
-                raise ModelError(f"path: {name} of {str(path)!r} has shape {columns.shape}; give (N, 2), the columns q and p")
-            bonded[name.removeprefix("bonded.")] = (columns[:, 0], columns[:, 1])
-    return arrays, None if modulus is None else float(modulus.item()), bonded
+    return {**found, "x": x.ravel(), "gap": found.get("gap", x[:0]).ravel(), "E_star": None if modulus is None else modulus.item(), "bonded": bonded}
 
 
-def _read_npz(path: Path) -> dict[str, Array]:
-    foreign = f"path: {str(path)!r} is not a contact system; give an archive written by ContactSystem.save"
+def _read_matrix_market(path: Path, shape: tuple[int | None, int]) -> Array:
+    """Read a matrix of real numbers of that shape (None: any number of rows up to the most).
+
+    Not by scipy, whose reader brings the process down on some damaged files.
+    """
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            found = {name: archive[name] for name in archive.files}
-    except (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError, NotImplementedError, RuntimeError, zipfile.BadZipFile) as error:
-        raise ModelError(foreign) from error
-    if str(found.pop("format", "")) != _FORMAT:
-        raise ModelError(foreign)
-    return found
+        if not path.is_file():
+            raise OSError("it is no regular file")
+        with path.open(encoding="utf-8") as file:
+            head = file.readline().lower().split()
+            sizes = [int(size) for size in next((line for line in file if line.strip() and not line.startswith("%")), "").split()]
+            rows = shape[0] or min(sizes[0], _MOST_NODES)
+            if sizes[:2] != [rows, shape[1]]:
+                raise ValueError(f"size {sizes}, expected {shape[0] or f'at most {_MOST_NODES}'} x {shape[1]}")
+            return finite_array("entries", _matrix(head, sizes, np.array(file.read().split(), dtype=np.float64)), shape)
+    except (OSError, ValueError, IndexError, MemoryError, ModelError) as error:
+        raise ModelError(f"path: {str(path)!r} is not a Matrix Market file of what its name says ({error}); write it anew") from error
 
 
-def _read_matrix_market(path: Path) -> Array:
-    from scipy.io import mmread  # the one format that needs more than numpy
-
-    try:
-        matrix = mmread(path)
-        return np.asarray(matrix if isinstance(matrix, np.ndarray) else matrix.toarray())
-    except (OSError, ValueError, OverflowError, MemoryError) as error:
-        raise ModelError(f"path: {str(path)!r} is not a Matrix Market file that fits in memory ({error}); write it anew") from error
+def _matrix(head: list[str], sizes: list[int], numbers: Array) -> Array:
+    """The matrix that a Matrix Market file's first line, sizes and numbers mean."""
+    rows, columns = sizes[:2]
+    if head[4:] == ["symmetric"] and rows != columns:
+        raise ValueError("a symmetric matrix is square")
+    match head:
+        case ["%%matrixmarket", "matrix", "array", "real" | "double" | "integer", "general"]:
+            return numbers.reshape(columns, rows).T
+        case ["%%matrixmarket", "matrix", "array", "real" | "double" | "integer", "symmetric"]:  # the lower triangle, column by column
+            if numbers.size != rows * (rows + 1) // 2:
+                raise ValueError(f"{numbers.size} numbers are no triangle of {rows} x {columns}")
+            column, row = np.triu_indices(rows)
+            matrix = np.zeros((rows, columns))
+            matrix[row, column] = matrix[column, row] = numbers
+            return matrix
+        case ["%%matrixmarket", "matrix", "coordinate", "real" | "double" | "integer", "general" | "symmetric"]:
+            values, given = numbers.reshape(sizes[2], 3), np.zeros((rows, columns))
+            if not (np.isin(values[:, 0], np.arange(1, rows + 1)) & np.isin(values[:, 1], np.arange(1, columns + 1))).all():
+                raise ValueError("an entry lies outside the matrix")
+            row, column = values[:, :2].T.astype(np.intp) - 1
+            np.add.at(given, (row, column), values[:, 2])
+            if head[4] == "general":
+                return given
+            if (row < column).any():
+                raise ValueError("a symmetric matrix lists its lower triangle")
+            return given + given.T - np.diag(given.diagonal())
+    raise ValueError(f"{' '.join(head)!r}: it must be array or coordinate, real or integer, general or symmetric")

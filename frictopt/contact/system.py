@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import ModelError
 from . import storage
-from .checks import Array, check_name, checked_loads, finite_array, finite_number, frozen
+from .checks import Array, check_name, checked_loads, finite_array, finite_number, frozen, real_array, shown
 
 __all__ = ["ContactSystem", "checked_system"]
 
@@ -69,11 +69,20 @@ class ContactSystem:
         A, B, C = (finite_array(name, getattr(self, name), (n, n)) for name in "ABC")
         A, C = _symmetrised("A", A), _symmetrised("C", C)
         _check_semi_definite(A, B, C)
-        gap = frozen(np.zeros(n)) if self.gap is None or np.size(self.gap) == 0 else finite_array("gap", self.gap, (n,))
+        none = self.gap is None or real_array("gap", self.gap).size == 0
+        gap = frozen(np.zeros(n)) if none else finite_array("gap", self.gap, (n,))
         if gap.min() < 0:
             raise ModelError(f"gap: {gap.min():g} at node {int(gap.argmin())}; the bodies cannot overlap before loading, give gap >= 0")
         E_star = None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0)
-        for name, value in {"E_star": E_star, "x": x, "A": A, "B": B, "C": C, "gap": gap, "bonded": _checked_bonded(self.bonded, n)}.items():
+        for name, value in {
+            "E_star": E_star,
+            "x": x,
+            "A": A,
+            "B": B,
+            "C": C,
+            "gap": gap,
+            "bonded": _checked_bonded("bonded", self.bonded, n),
+        }.items():
             object.__setattr__(self, name, value)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -121,39 +130,42 @@ class ContactSystem:
         return q - self.B.T @ self.gap, p - self.C @ self.gap
 
     def with_bonded(self, cases: Mapping[str, tuple[Any, Any]]) -> Self:
-        """Copy with load cases added or replaced, name -> `(q, p)`."""
-        return replace(self, bonded={**self.bonded, **cases})
+        """Copy with load cases added or replaced, name -> `(q, p)`.
+
+        Raises
+        ------
+        ModelError
+            No mapping, or a load case that is none, see `ContactSystem`.
+        """
+        return replace(self, bonded={**self.bonded, **_checked_bonded("cases", cases, self.nodes)})
 
     def with_gap(self, gap: Any) -> Self:
         """Copy with another initial gap, (N,) or None."""
         return replace(self, gap=gap)
 
     def save(self, path: str | Path) -> None:
-        """Write the system to `path` as an npz archive of plain arrays (no pickle).
+        """Write the system to a file as an npz archive of plain arrays (no pickle, not compressed) with a digest of its content.
 
         Raises
         ------
         ModelError
             The file cannot be written.
         """
-        values = {name: getattr(self, name) for name in storage.NAMES}
-        arrays: dict[str, Array] = {name: np.asarray(value) for name, value in values.items() if value is not None}
-        storage.write_npz(path, arrays, self.bonded)
+        storage.write(path, {name: getattr(self, name) for name in storage.NAMES}, self.bonded)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a system from an npz archive written by `save`, or from a folder of Matrix Market files.
+        """Read a system from an archive written by `save`, or from a folder of Matrix Market files.
 
         The folder holds `A.mtx`, `B.mtx`, `C.mtx` (N x N, dense or sparse), `x.mtx` and, if there are any, `gap.mtx` (N x 1) and
-        `E_star.mtx` (1 x 1), and one `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME.
+        `E_star.mtx` (1 x 1), and one `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME; N is at most 20,000.
 
         Raises
         ------
         ModelError
-            The file is missing, is not ours, or its content is not a contact system.
+            The file is missing, damaged or not ours, or its content is not a contact system.
         """
-        arrays, E_star, bonded = storage.read(path)
-        return cls(bonded=bonded, E_star=E_star, **arrays)
+        return cls(**storage.read(path))
 
 
 def checked_system(system: Any) -> ContactSystem:
@@ -191,17 +203,17 @@ def _check_semi_definite(A: Array, B: Array, C: Array) -> None:
         ) from None
 
 
-def _checked_bonded(bonded: Any, n: int) -> Mapping[str, tuple[Array, Array]]:
+def _checked_bonded(argument: str, bonded: Any, n: int) -> Mapping[str, tuple[Array, Array]]:
     if not isinstance(bonded, Mapping):
-        raise ModelError(f"bonded: a {type(bonded).__name__}; give a mapping, load case name -> (q, p)")
+        raise ModelError(f"{argument}: a {type(bonded).__name__}; give a mapping, load case name -> (q, p)")
     if not bonded:
-        raise ModelError("bonded: no load case; give at least one, name -> (q, p)")
+        raise ModelError(f"{argument}: no load case; give at least one, name -> (q, p)")
     checked = {}
     for name, pair in bonded.items():
-        check_name("bonded", name)
+        check_name(argument, name)
         try:
             q, p = pair
         except (TypeError, ValueError) as error:
-            raise ModelError(f"bonded[{name!r}]: not a pair; give (q, p), two arrays of length {n}") from error
-        checked[name] = (finite_array(f"bonded[{name!r}] q", q, (n,)), finite_array(f"bonded[{name!r}] p", p, (n,)))
+            raise ModelError(f"{argument}[{name!r}]: {shown(pair)} is no pair; give (q, p), two arrays of length {n}") from error
+        checked[name] = (finite_array(f"{argument}[{name!r}] q", q, (n,)), finite_array(f"{argument}[{name!r}] p", p, (n,)))
     return MappingProxyType(checked)

@@ -7,9 +7,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from ..contact.checks import Array, finite_number
+from ..contact.checks import Array, choice, finite_number, shown
 from ..errors import ModelError
-from .elasticity import ELEMENTS, ElementName, Material, boundary_weights, checked_element
+from .elasticity import ELEMENT_NAMES, ELEMENTS, ElementName, Material, boundary_weights
 from .ordering import Integers
 
 __all__ = ["Body", "BodyName", "Support", "Traction"]
@@ -42,7 +42,7 @@ class Body:
     element: ElementName = "linear"
 
     def __post_init__(self) -> None:
-        checked_element(self.element)
+        choice("element", self.element, ELEMENT_NAMES)
         if type(self.mesh) not in ELEMENTS:
             raise ModelError(f"mesh: a {type(self.mesh).__name__}; give a MeshTri or a MeshQuad of straight-sided elements")
         if not isinstance(self.material, Material):
@@ -59,16 +59,19 @@ class Body:
     def boundary_nodes(self, name: str, argument: str) -> Integers:
         """Nodes on the boundary of that name; `argument` is what an error message calls it."""
         boundaries = self.mesh.boundaries or {}
-        if name not in boundaries:
-            raise ModelError(f"{argument}: boundary {name!r} is unknown; this mesh names {sorted(boundaries)}")
+        if not isinstance(name, str) or name not in boundaries:
+            raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}")
         facets = np.asarray(boundaries[name])
         if not len(facets) or np.any(self.mesh.f2t[1, facets] >= 0):
             raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name facets of the outline")
         return np.unique(self.mesh.facets[:, facets])
 
-    def force(self, boundary: str, x: float, y: float) -> Array:
-        """(2, nodes) nodal forces of a uniform traction (x, y) on a boundary, force per depth."""
-        return np.outer([x, y], boundary_weights(self.mesh, boundary))
+    def force(self, traction: "Traction") -> Array:
+        """(2, nodes) nodal forces of a traction on this body, force per depth."""
+        if not isinstance(traction, Traction):
+            raise ModelError(f"traction: {shown(traction)}; give a Traction")
+        self.boundary_nodes(traction.boundary, "traction")
+        return np.outer([traction.x, traction.y], boundary_weights(self.mesh, traction.boundary))
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,11 @@ class Support:
         Name of a boundary, or the coordinates (x, y) of one node.
     directions
         "x", "y" or "xy": the displacements that are zero.
+
+    Raises
+    ------
+    ModelError
+        No such body or directions, a place that is neither a text nor a point.
     """
 
     body: BodyName
@@ -90,18 +98,23 @@ class Support:
     directions: Literal["x", "y", "xy"] = "xy"
 
     def __post_init__(self) -> None:
-        _check_body(self.body)
-        if self.directions not in ("x", "y", "xy"):
-            raise ModelError(f"directions: {self.directions!r}; give 'x', 'y' or 'xy'")
+        choice("body", self.body, ("punch", "block"))
+        choice("directions", self.directions, ("x", "y", "xy"))
         if not isinstance(self.where, str):
             if not isinstance(self.where, tuple | list) or len(self.where) != 2:
-                raise ModelError(f"where: {self.where!r}; give the name of a boundary or one point (x, y)")
+                raise ModelError(f"where: {shown(self.where)}; give the name of a boundary or one point (x, y)")
             object.__setattr__(self, "where", tuple(finite_number("where", value) for value in self.where))
 
 
 @dataclass(frozen=True)
 class Traction:
-    """Uniform traction (x, y), force per area, on a named boundary of one body ("punch" or "block")."""
+    """Uniform traction (x, y), force per area, on a named boundary of one body ("punch" or "block").
+
+    Raises
+    ------
+    ModelError
+        No such body, a boundary that is no text, tractions that are not finite.
+    """
 
     body: BodyName
     boundary: str
@@ -109,7 +122,9 @@ class Traction:
     y: float = 0.0
 
     def __post_init__(self) -> None:
-        _check_body(self.body)
+        choice("body", self.body, ("punch", "block"))
+        if not isinstance(self.boundary, str):
+            raise ModelError(f"boundary: {shown(self.boundary)}; give the name of a boundary of the mesh")
         for name in ("x", "y"):
             object.__setattr__(self, name, finite_number(f"traction {name}", getattr(self, name)))
 
@@ -126,8 +141,3 @@ def _check_elements(mesh: Any) -> None:
         raise ModelError(
             f"mesh: {int(bad.sum())} elements are not convex or have no area, the first is element {int(np.argmax(bad))}; repair the mesh"
         )
-
-
-def _check_body(name: str) -> None:
-    if name not in ("punch", "block"):
-        raise ModelError(f"body: {name!r}; give 'punch' or 'block'")

@@ -8,13 +8,13 @@ from scipy.sparse import bmat, csr_matrix, diags, hstack
 from skfem import Basis, BilinearForm, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1, MeshQuad1, MeshTri1
 
 from ..contact.checks import Array, finite_number
-from ..errors import ModelError
 
-__all__ = ["ELEMENTS", "ElementName", "Material", "body_stiffness", "boundary_weights", "checked_element"]
+__all__ = ["ELEMENTS", "ELEMENT_NAMES", "ElementName", "Material", "body_stiffness", "boundary_weights"]
 
 ELEMENTS = {MeshQuad1: ElementQuad1, MeshTri1: ElementTriP1}
 _UNIFORM = {MeshQuad1: ElementQuad0, MeshTri1: ElementTriP0}
 
+ELEMENT_NAMES = ("linear", "mean_dilatation")
 ElementName: TypeAlias = Literal["linear", "mean_dilatation"]
 
 
@@ -76,19 +76,6 @@ def _mean_gradient_x(u: Any, v: Any, _: Any) -> Any:
 @BilinearForm
 def _mean_gradient_y(u: Any, v: Any, _: Any) -> Any:
     return u.grad[1] * v
-
-
-def checked_element(name: Any) -> ElementName:
-    """Check the name of an element.
-
-    Raises
-    ------
-    ModelError
-        It is not one of those that there are.
-    """
-    if not isinstance(name, str) or name not in ("linear", "mean_dilatation"):
-        raise ModelError(f"element: {name!r}; give 'linear' or 'mean_dilatation'")
-    return "linear" if name == "linear" else "mean_dilatation"
 
 
 def body_stiffness(mesh: Any, material: Material, element: ElementName = "linear") -> csr_matrix:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from ..contact import ContactSystem
-from ..contact.checks import Array
+from ..contact.checks import Array, check_name, choice, shown
 from ..errors import ModelError
 from .bodies import Body, BodyName, Support, Traction
 from .glue import GluedBodies
@@ -38,8 +38,8 @@ class ContactModel:
     Raises
     ------
     ModelError
-        Bodies without the interface or with nodes that do not match, an unknown boundary, a support on the punch's interface,
-        rigid motions that no support prevents.
+        Bodies without the interface or with nodes that do not match, an unknown boundary, a load case without traction, a support on the punch's
+        interface, rigid motions that no support prevents.
     """
 
     punch: Body
@@ -53,13 +53,17 @@ class ContactModel:
             if not isinstance(getattr(self, name), Body):
                 raise ModelError(f"{name}: a {type(getattr(self, name)).__name__}; give a Body(mesh, material)")
         if not isinstance(self.loads, Mapping) or not self.loads:
-            raise ModelError(f"loads: {self.loads!r}; give at least one load case, name -> list of Traction")
+            raise ModelError(f"loads: {shown(self.loads)}; give at least one load case, name -> list of Traction")
+        for name in self.loads:
+            check_name("loads", name)
         for argument, kind, parts in [
             ("supports", Support, self.supports),
             *((f"loads[{name!r}]", Traction, parts) for name, parts in self.loads.items()),
         ]:
             if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kind) for part in parts):
-                raise ModelError(f"{argument}: {parts!r}; give a list of {kind.__name__}")
+                raise ModelError(f"{argument}: {shown(parts)}; give a list of {kind.__name__}")
+            if kind is Traction and not parts:
+                raise ModelError(f"{argument}: no traction; give at least one, or leave the load case out")
         object.__setattr__(self, "supports", tuple(self.supports))
         object.__setattr__(self, "loads", MappingProxyType({name: tuple(parts) for name, parts in self.loads.items()}))
         for name, parts in self.loads.items():
@@ -70,7 +74,7 @@ class ContactModel:
 
     def body(self, name: BodyName) -> Body:
         """The body of that name."""
-        return self.punch if name == "punch" else self.block
+        return self.punch if choice("name", name, ("punch", "block")) == "punch" else self.block
 
     def interface_nodes(self, name: BodyName) -> Integers:
         """Nodes of that body on the interface, in the order of x."""
@@ -78,7 +82,7 @@ class ContactModel:
         nodes = body.boundary_nodes(self.interface, f"interface of the {name}")
         return nodes[np.argsort(body.mesh.p[0, nodes])]
 
-    def support_nodes(self, support: Support) -> Integers:
+    def _support_nodes(self, support: Support) -> Integers:
         """Nodes that a support holds."""
         mesh = self.body(support.body).mesh
         if isinstance(support.where, str):
@@ -99,7 +103,7 @@ class ContactModel:
         """
         contact = self.interface_nodes("block")
         bodies = GluedBodies(self.punch, self.block, self.interface_nodes("punch"), contact)
-        held = np.concatenate([bodies.unknowns(support.body, self.support_nodes(support), support.directions) for support in self.supports])
+        held = np.concatenate([bodies.unknowns(support.body, self._support_nodes(support), support.directions) for support in self.supports])
         S, R = bodies.condense(np.column_stack([self._forces(bodies, case) for case in self.loads]), held)
         n = len(contact)
         S, R = self._balanced(S, R)
@@ -131,7 +135,7 @@ class ContactModel:
         for column, parts in zip(loads.T, self.loads.values(), strict=True):
             for part in parts:
                 if part.body == "punch":
-                    column += self.punch.force(part.boundary, part.x, part.y).ravel()
+                    column += self.punch.force(part).ravel()
         excess = rigid.T @ R + motions.T @ loads
         scale = np.abs(R).sum(axis=0) + np.abs(loads).sum(axis=0)
         errors = [*(np.abs(excess) / np.where(scale > 0, scale, 1.0)).ravel(), *(np.abs(S @ rigid) / np.abs(S).max()).ravel()]
@@ -147,7 +151,7 @@ class ContactModel:
     def _forces(self, bodies: GluedBodies, case: str) -> Array:
         forces = np.zeros(bodies.size)
         for part in self.loads[case]:
-            forces += bodies.scattered(part.body, self.body(part.body).force(part.boundary, part.x, part.y))
+            forces += bodies.scattered(part.body, self.body(part.body).force(part))
         return forces
 
     def _check_interface(self) -> None:
@@ -173,7 +177,7 @@ class ContactModel:
     def _check_supports(self) -> None:
         contact = self.interface_nodes("punch")
         for support in self.supports:
-            if support.body == "punch" and np.isin(self.support_nodes(support), contact).any():
+            if support.body == "punch" and np.isin(self._support_nodes(support), contact).any():
                 raise ModelError(f"supports: {support} holds nodes of the punch on the interface; hold it elsewhere, or hold the block there")
         held = 3 - self._free_motions(self.supports).shape[1]
         if held < 3:
@@ -184,7 +188,7 @@ class ContactModel:
         contact = self.block.mesh.p[:, self.interface_nodes("block")]
         rows = [np.zeros((1, 3))]
         for support in supports:
-            points = self.body(support.body).mesh.p[:, self.support_nodes(support)]
+            points = self.body(support.body).mesh.p[:, self._support_nodes(support)]
             x, y = np.split(_rigid_motions(points, contact), 2)
             rows += [{"x": x, "y": y}[direction] for direction in support.directions]
         rigid = np.concatenate(rows)

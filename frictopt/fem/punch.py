@@ -1,21 +1,23 @@
 """The paper's scene: a square elastic punch pressed on a half-plane (Flicek et al. 2015, Fig. 1)."""
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from skfem import MeshQuad
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, finite_number, frozen, whole_number
+from ..contact.checks import Array, choice, finite_number, frozen, shown, whole_number
 from ..errors import ModelError
 from .bodies import Body, Support, Traction
-from .elasticity import ElementName, Material, checked_element
+from .elasticity import ELEMENT_NAMES, ElementName, Material
 from .model import ContactModel
 
 __all__ = ["PunchOnHalfPlane"]
 
-_MOST = 100_000  # elements along the contact: more interface than any memory holds, since S is dense
+_MOST_ELEMENTS = 10_000  # along the contact: S is dense and takes 3 GB then
+_LONGEST = 1e6  # length over half_width
+_MOST_NODES = 1_000_000  # of the block, or of the punch: twenty times those of the default scene
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class PunchOnHalfPlane:
     Parameters
     ----------
     elements
-        Number of elements along the contact, even, at least 2 (N = elements + 1 node pairs).
+        Number of elements along the contact, even, from 2 to 10,000 (N = elements + 1 node pairs).
     half_width, punch_height
         Half-width `a` of the contact and height of the punch, length.
     block_half_width, block_depth
@@ -49,7 +51,7 @@ class PunchOnHalfPlane:
     Raises
     ------
     ModelError
-        Sizes not positive, odd or tiny numbers of elements, a block narrower than the punch.
+        Sizes not positive, odd or tiny numbers of elements, a block narrower than the punch, a body of more than a million nodes.
     """
 
     elements: int = 124
@@ -65,21 +67,47 @@ class PunchOnHalfPlane:
     element: ElementName = "linear"
 
     def __post_init__(self) -> None:
-        if whole_number("elements", self.elements, least=2, most=_MOST) % 2:
+        values: dict[str, Any] = {"elements": whole_number("elements", self.elements, least=2, most=_MOST_ELEMENTS)}
+        if values["elements"] % 2:
             raise ModelError(f"elements: {self.elements}; give an even number, so that a node lies in the middle")
         for name in ("half_width", "punch_height", "block_half_width", "block_depth"):
-            finite_number(name, getattr(self, name), above=0.0)
-        if not self.block_half_width > self.half_width:
-            raise ModelError(f"block_half_width: {self.block_half_width:g}; the block must be wider than the punch ({self.half_width:g})")
-        if not (isinstance(self.grading, str) and self.grading == "sine"):
-            finite_number("grading", self.grading, least=1.0, below=1e15)
-        finite_number("growth", self.growth, above=1.0, below=100.0)
-        if not isinstance(self.support, str) or self.support not in ("rollers", "clamped"):
-            raise ModelError(f"support: {self.support!r}; give 'rollers' or 'clamped'")
-        checked_element(self.element)
+            values[name] = finite_number(name, getattr(self, name), above=0.0)
+        if isinstance(self.grading, str):
+            choice("grading", self.grading, ("sine",))
+        else:
+            values["grading"] = finite_number("grading", self.grading, least=1.0, below=1e15)
+        values["growth"] = finite_number("growth", self.growth, above=1.0, below=100.0)
+        choice("support", self.support, ("rollers", "clamped"))
+        choice("element", self.element, ELEMENT_NAMES)
         for name in ("punch_material", "block_material"):
             if not isinstance(getattr(self, name), Material):
-                raise ModelError(f"{name}: {getattr(self, name)!r}; give a Material")
+                raise ModelError(f"{name}: {shown(getattr(self, name))}; give a Material")
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+        self._check_sizes()
+
+    def _check_sizes(self) -> None:
+        if not self.block_half_width > self.half_width:
+            raise ModelError(f"block_half_width: {self.block_half_width:g}; the block must be wider than the punch ({self.half_width:g})")
+        for name in ("punch_height", "block_half_width", "block_depth"):
+            if not 1 / _LONGEST <= getattr(self, name) / self.half_width <= _LONGEST:
+                raise ModelError(
+                    f"{name}: {getattr(self, name):g} beside half_width = {self.half_width:g}; give at most {_LONGEST:g} times more or less"
+                )
+        if not (np.diff(self.contact_nodes) > 0).all():
+            raise ModelError(f"grading: {self.grading}; elements at the corner are smaller than rounding, give a lower grading or fewer elements")
+        columns = self.elements + 1 + 2 * self._steps(self.block_half_width - self.half_width)
+        nodes = max((self.elements + 1) * (1 + self._steps(self.punch_height)), columns * (1 + self._steps(self.block_depth)))
+        if not nodes <= _MOST_NODES:
+            raise ModelError(
+                f"elements, half_width, grading, growth: {self.elements}, {self.half_width:g}, {self.grading}, {self.growth} make a mesh of "
+                f"{nodes:.0e} nodes, the most are {_MOST_NODES:.0e}; give fewer elements, a lower grading or more growth, or a smaller block"
+            )
+
+    def _steps(self, length: float) -> float:
+        """Number of elements from the contact to that distance, a whole number."""
+        far = np.log1p(length / self.corner_size * (self.growth - 1))
+        return float(max(1.0, np.ceil(far / np.log(self.growth))))
 
     @property
     def contact_nodes(self) -> Array:
@@ -98,13 +126,20 @@ class PunchOnHalfPlane:
         """Size of the contact element at the corner, length."""
         return float(self.contact_nodes[-1] - self.contact_nodes[-2])
 
+    def _away(self, length: float) -> Array:
+        """Coordinates from 0 to exactly `length`, steps growing by `growth` from about the size of the corner element."""
+        nodes = np.concatenate([[0.0], np.cumsum(self.growth ** np.arange(self._steps(length)))])
+        nodes *= length / nodes[-1]
+        nodes[-1] = length
+        return nodes
+
     def model(self) -> ContactModel:
         """The two meshes with supports and load cases."""
         contact, a, bottom = self.contact_nodes, self.half_width, -self.block_depth
-        side = a + _away(self.block_half_width - a, self.corner_size, self.growth)[1:]
+        side = a + self._away(self.block_half_width - a)[1:]
         side[-1] = self.block_half_width
-        depth = _away(self.block_depth, self.corner_size, self.growth)
-        punch = MeshQuad.init_tensor(contact, _away(self.punch_height, self.corner_size, self.growth))
+        depth = self._away(self.block_depth)
+        punch = MeshQuad.init_tensor(contact, self._away(self.punch_height))
         block = MeshQuad.init_tensor(np.r_[-side[::-1], contact, side], -depth[::-1])
         punch = punch.with_boundaries({"contact": lambda x: x[1] == 0, "top": lambda x: x[1] == self.punch_height})
         block = block.with_boundaries(
@@ -147,12 +182,3 @@ class PunchOnHalfPlane:
 def _even(values: Array, sign: int = 1) -> Array:
     """Even (or, with sign -1, odd) part under reversal of the nodes."""
     return frozen((values + sign * np.flip(values)) / 2)
-
-
-def _away(length: float, first: float, growth: float) -> Array:
-    """Coordinates from 0 to exactly `length`, steps growing by `growth` from about `first`."""
-    steps = max(1, int(np.ceil(np.log1p(length / first * (growth - 1)) / np.log(growth))))
-    nodes = np.concatenate([[0.0], np.cumsum(growth ** np.arange(steps, dtype=float))])
-    nodes *= length / nodes[-1]
-    nodes[-1] = length
-    return nodes

@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem
-from ..contact.checks import Array
+from ..contact.checks import Array, flag
 from ..errors import NoContinuation, SolverError
 from .explain import explain
 from .increment import Increment, Law, PosedIncrement
@@ -135,7 +135,7 @@ def complementarity_problem(system: ContactSystem, friction: Any, slip: Any, bon
     one, none = np.eye(n), np.zeros((n, n))
     motion = np.block([[one, -one, none], [none, none, one]])  # u = motion z
     force = np.block([[one, f], [-one, f], [none, one]])  # [f p + q, f p - q, p] = force r
-    kept = (3 if separation else 2) * n
+    kept = (3 if flag("separation", separation) else 2) * n
     matrix, constant = (force @ law.S @ motion)[:kept, :kept], (force @ posed.trial)[:kept]
     return ComplementarityProblem(matrix, constant, _program(matrix, constant, n), separation, posed)
 

@@ -17,13 +17,13 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, flag
+from ..contact.checks import Array, flag, shown
 from ..errors import ModelError, NoContinuation, SolverError
 from .explain import explain
 from .halved import HalvedIncrement
 from .increment import Increment, Law, PosedIncrement
 from .increment_bounds import EnergyBounds
-from .solve import TOLERANCE, Attempt, Kind, NoOptimum, solve
+from .solve import TOLERANCE, Attempt, Kind, NoOptimum, solve, solver_order
 from .status import BACKWARD, FORWARD, OPEN, STICK, State, Status, classified, settle
 from .status_search import StatusSearch
 
@@ -64,6 +64,7 @@ class ExactIncrement:
 
     def __init__(self, system: ContactSystem, friction: Any, *, simplify: bool = True, solver: str | None = None) -> None:
         self._law, self._simplify, self._solver = Law(system, friction), flag("simplify", simplify), solver
+        solver_order(solver, Kind.MILP)
         self._halved = HalvedIncrement(self._law, partial(ExactIncrement, solver=solver))
         self._bounds = EnergyBounds(self._law)
         self._problem = _exact_problem(self._law)
@@ -136,8 +137,8 @@ class ExactIncrement:
         SolverError
             The solver gave no answer, or more than a few statuses describe one state (nodes exactly at a bound), which leaves it open.
         """
-        if len(increment.slip) != self._law.nodes:
-            raise ModelError(f"increment: a state of {len(increment.slip)} nodes; give one that this engine found for {self._law.nodes} nodes")
+        if not isinstance(increment, Increment) or len(increment.slip) != self._law.nodes:
+            raise ModelError(f"increment: {shown(increment)}; give one that this engine found for its {self._law.nodes} nodes")
         posed = self._law.pose(slip, bonded)
         return self._search(posed, self._guess(posed), np.r_[increment.slip - posed.slip, increment.gap] / posed.length)
 

@@ -20,7 +20,7 @@ from ..errors import SolverError
 from .explain import explain
 from .halved import HalvedIncrement
 from .increment import Increment, Law, PosedIncrement
-from .solve import TOLERANCE, Attempt, Kind, NoOptimum, solve
+from .solve import TOLERANCE, Attempt, Kind, NoOptimum, solve, solver_order
 from .status import State, guessed, settle
 from .status_search import StateClaim
 
@@ -66,6 +66,7 @@ class FrozenBoundIncrement:
         self, system: ContactSystem, friction: Any, *, simplify: bool = True, solver: str | None = None, sweeps: int = 100, relaxation: float = 1.0
     ) -> None:
         self._law, self._simplify, self._solver = Law(system, friction), flag("simplify", simplify), solver
+        solver_order(solver, Kind.QP)
         self._sweeps = whole_number("sweeps", sweeps, least=1)
         self._relaxation = finite_number("relaxation", relaxation, above=0.0, below=1.0 + 1e-12)
         self._halved = HalvedIncrement(self._law, partial(FrozenBoundIncrement, solver=solver, sweeps=sweeps, relaxation=relaxation))

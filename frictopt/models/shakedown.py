@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, flag, frozen
-from ..errors import ModelError
+from ..contact.checks import Array, flag, frozen, listed
 from .explain import Units, explain
 from .interface import Interface
 from .mechanism import Mechanism, expand_duals
@@ -161,9 +160,7 @@ class ShakedownModel:
         SolverError
             No solver gave an answer that passes the checks.
         """
-        if isinstance(frictions, str) or not np.iterable(frictions):
-            raise ModelError(f"frictions: {frictions!r}; give a list of coefficients of friction")
-        return pd.DataFrame([_row(friction, self.solve(friction)) for friction in frictions])
+        return pd.DataFrame([_row(friction, self.solve(friction)) for friction in listed("frictions", frictions)])
 
     def _linear_program(self, task: Task) -> ShakedownLimit:
         kind = task.mirror, task.opening

@@ -13,6 +13,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 import cvxpy as cp
 
+from ..contact.checks import shown
 from ..errors import ModelError, SolverError
 
 __all__ = [
@@ -211,7 +212,7 @@ def solver_order(solver: str | None, kind: Kind = Kind.LP) -> Sequence[str]:
     if solver is None:
         return solvers
     if not isinstance(solver, str) or solver not in solvers:
-        raise ModelError(f"solver: {solver!r}; give one of {solvers}, or None to try them in this order")
+        raise ModelError(f"solver: {shown(solver)}; give one of {solvers}, or None to try them in this order")
     return (solver,)
 
 

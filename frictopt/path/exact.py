@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
-from ..contact.checks import Array, finite_array, finite_number
+from ..contact.checks import Array, finite_array, finite_number, flag
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis
 from ..contact.system import checked_system
@@ -107,7 +107,7 @@ class ExactPath:
         self._active, self._proof = new_active_set(nodes), new_proof(nodes)
         self._start_stress = self.check_near("initial_slip", self._S[:, :nodes] @ slip)
         self.bonded: Array = self.state.r - self._S @ self.state.u
-        self._record = new_record(_ROWS if keep else 0, nodes)
+        self._record = new_record(_ROWS if flag("keep", keep) else 0, nodes)
 
     @property
     def nodes(self) -> int:

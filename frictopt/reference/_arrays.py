@@ -2,7 +2,7 @@
 
 from typing import TypedDict
 
-from ._checks import Array
+from ..contact.checks import Array
 
 __all__ = ["ContactArrays"]
 

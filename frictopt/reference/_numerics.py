@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ._checks import Array
+from ..contact.checks import Array
 
 ROUNDING = 1e-12
 """Share of the terms of a sum below which the sum is rounding."""

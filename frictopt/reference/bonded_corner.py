@@ -10,8 +10,8 @@ from math import cos, pi, sin
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..contact.checks import Array, finite_array
 from ..errors import ModelError
-from ._checks import Array, finite
 from ._numerics import bisection
 
 __all__ = ["CornerMode", "bonded_corner"]
@@ -64,13 +64,13 @@ class CornerMode:
         plus, minus = self.exponent + 1, self.exponent - 1
         wave = cos if self.symmetric else sin
         phase = order * pi / 2 - (0.0 if self.symmetric else pi / 2)  # each derivative of a cosine advances it by a quarter turn
-        angle = finite("theta", theta)
+        angle = finite_array("theta", theta)
         harmonics = [k**order * np.cos(k * angle + phase) for k in (minus, plus)]
         return np.asarray(wave(plus * _HALF_ANGLE) * harmonics[0] - wave(minus * _HALF_ANGLE) * harmonics[1])
 
 
 def _distance(r: ArrayLike) -> Array:
-    distance = finite("r", r)
+    distance = finite_array("r", r)
     if (distance <= 0).any():
         raise ModelError(f"r: {distance.min():g}; give distances above 0, the stress has no value at the corner itself")
     return distance

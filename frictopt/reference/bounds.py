@@ -1,6 +1,6 @@
 """Limits that follow from equilibrium alone, for any mesh and material."""
 
-from ._checks import number
+from ..contact.checks import finite_number
 
 __all__ = ["gross_slip_bound", "patch_limit"]
 
@@ -36,8 +36,8 @@ def patch_limit(f: float, p: float, tau: float) -> float:
     A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
     Solids and Structures 44, 8355-8365: uncoupled contacts.
     """
-    shear = abs(number("tau", tau))
-    bound = number("f", f, least=0.0) * number("p", p, above=0.0)
+    shear = abs(finite_number("tau", tau))
+    bound = finite_number("f", f, least=0.0) * finite_number("p", p, above=0.0)
     return bound / shear if shear else float("inf")
 
 
@@ -71,6 +71,6 @@ def gross_slip_bound(f: float, P0: float, Q1: float) -> float:
     G. Björkman and A. Klarbring (1987), shakedown and residual stresses in frictional systems: every kinematically admissible mechanism
     bounds lambda_2 from above; here it is the slip of the whole punch, to and fro.
     """
-    shear = abs(number("Q1", Q1))
-    bound = number("f", f, least=0.0) * number("P0", P0, above=0.0)
+    shear = abs(finite_number("Q1", Q1))
+    bound = finite_number("f", f, least=0.0) * finite_number("P0", P0, above=0.0)
     return bound / shear if shear else float("inf")

@@ -6,8 +6,8 @@ from math import log1p, pi, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..contact.checks import Array, finite_array, finite_number, flag
 from ..errors import ModelError
-from ._checks import Array, finite, number
 
 __all__ = ["LineContact", "contact_modulus"]
 
@@ -36,8 +36,8 @@ def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
     ----------
     K. L. Johnson (1985), Contact Mechanics, Cambridge University Press.
     """
-    E1, E2 = number("E1", E1, above=0.0), number("E2", E2, above=0.0)
-    nu1, nu2 = number("nu1", nu1, above=-1.0), number("nu2", nu2, above=-1.0)
+    E1, E2 = finite_number("E1", E1, above=0.0), finite_number("E2", E2, above=0.0)
+    nu1, nu2 = finite_number("nu1", nu1, above=-1.0), finite_number("nu2", nu2, above=-1.0)
     for name, nu in (("nu1", nu1), ("nu2", nu2)):
         if nu > 0.5:
             raise ModelError(f"{name}: {nu:g}; give Poisson's ratio of at most 0.5")
@@ -82,7 +82,7 @@ class LineContact:
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            object.__setattr__(self, field.name, number(field.name, getattr(self, field.name), above=0.0))
+            object.__setattr__(self, field.name, finite_number(field.name, getattr(self, field.name), above=0.0))
 
     @property
     def half_width(self) -> float:
@@ -103,14 +103,14 @@ class LineContact:
 
     def pressure(self, x: ArrayLike) -> Array:
         """Pressure at distance x from the middle, length, any shape; zero outside the contact, stress."""
-        return self.peak_pressure * _ellipse(finite("x", x), self.half_width)
+        return self.peak_pressure * _ellipse(finite_array("x", x), self.half_width)
 
     def shear(self, x: ArrayLike, Q: float) -> Array:
         """Shear traction q at x, length, any shape, when the shear force first reaches Q, stress.
 
         It is f times the pressure, less the traction of a smaller contact of half-width c that keeps the middle from slipping.
         """
-        a, c, x = self.half_width, self.stick_half_width(Q), finite("x", x)
+        a, c, x = self.half_width, self.stick_half_width(Q), finite_array("x", x)
         peak = float(np.sign(Q)) * self.f * self.peak_pressure
         return peak * (_ellipse(x, a) - c / a * _ellipse(x, c))
 
@@ -120,9 +120,10 @@ class LineContact:
         After a reversal the bounds are twice as far away, so the change of traction is twice that of a first loading to half the change of
         force; `rising` tells the way up to `Q0` from the way down.
         """
+        Q, Q0 = finite_number("Q", Q), finite_number("Q0", Q0)
         if self._share("Q", Q) > self._share("Q0", Q0):
             raise ModelError(f"Q: {Q:g} is not reached; give a force between -Q0 and Q0, here Q0 = {Q0:g}")
-        way = -1.0 if rising else 1.0
+        way = -1.0 if flag("rising", rising) else 1.0
         return way * (self.shear(x, abs(Q0)) - 2 * self.shear(x, (abs(Q0) - way * Q) / 2))
 
     def slip(self, x: ArrayLike, Q: float) -> Array:
@@ -131,7 +132,7 @@ class LineContact:
         It grows from the edge of the stick region with the slope `2 f p_0 sqrt(x^2 - c^2) / (E_star a)`, where p_0 is the peak pressure.
         """
         a, c = self.half_width, self.stick_half_width(Q)
-        distance = np.abs(finite("x", x))
+        distance = np.abs(finite_array("x", x))
         beyond = np.maximum(distance, c)
         grown = 0.5 * (beyond * np.sqrt(beyond**2 - c**2) - c**2 * np.arccosh(beyond / c))
         slip = -np.sign(Q) * 2 * self.f * self.peak_pressure / (self.E_star * a) * grown
@@ -150,7 +151,7 @@ class LineContact:
         return 4 * (self.f * self.P) ** 2 / (pi * self.E_star) * bracket
 
     def _share(self, name: str, Q: float) -> float:
-        share = abs(number(name, Q)) / (self.f * self.P)
+        share = abs(finite_number(name, Q)) / (self.f * self.P)
         if share >= 1:
             raise ModelError(f"{name}: {Q:g}; the cylinder slides, give a shear force below f P = {self.f * self.P:g}")
         return share

@@ -4,8 +4,8 @@ from math import pi
 
 import numpy as np
 
+from ..contact.checks import Array, finite_number, whole_number
 from ._arrays import ContactArrays
-from ._checks import Array, count, number
 
 __all__ = ["half_plane_contact", "half_plane_influence"]
 
@@ -44,7 +44,7 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     ----------
     K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the line load on a half-plane.
     """
-    N, E_star = count("nodes", nodes, least=2), number("E_star", E_star, above=0.0)
+    N, E_star = whole_number("nodes", nodes, least=2, most=10_000), finite_number("E_star", E_star, above=0.0)
     d = np.arange(1.0, N)  # distance in cells
     # The second difference of L with log(d h) taken out: what is left is of order d, not d^2 log d, and cancels with less rounding.
     nearer = np.r_[0.0, (d[1:] - 1) ** 2 * np.log1p(-1 / d[1:])]
@@ -95,8 +95,8 @@ def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: floa
     ----------
     K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the line load, the cylinder and the flat punch.
     """
-    G, half = half_plane_influence(nodes, E_star), number("half_length", half_length, above=0.0)
-    curvature = 0.0 if R is None else 1 / number("R", R, above=0.0)
+    G, half = half_plane_influence(nodes, E_star), finite_number("half_length", half_length, above=0.0)
+    curvature = 0.0 if R is None else 1 / finite_number("R", R, above=0.0)
     inverse = np.linalg.inv(G)
     inverse = (inverse + inverse.T) / 2
     share = inverse.sum(axis=1) / inverse.sum()

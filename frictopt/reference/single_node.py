@@ -1,7 +1,7 @@
 """The contact of one node: the smallest system in which slip changes the normal force."""
 
+from ..contact.checks import finite_number
 from ..errors import ModelError
-from ._checks import number
 from ._numerics import ROUNDING
 from .uncoupled import uncoupled_limit
 
@@ -98,7 +98,7 @@ def single_node_dissipation(A: float, B: float, q0: float, p0: float, q1: float,
     Solids and Structures 44, 8355-8365: the two bounds; the work follows from them by the integration above.
     """
     A, B, q0, p0, q1, p1, f = _checked(A, B, q0, p0, q1, p1, f)
-    lam = number("load_factor", load_factor, least=0.0)
+    lam = finite_number("load_factor", load_factor, least=0.0)
     D, e = A * p0 - B * q0, A * p1 - B * q1
     terms = A * abs(p0) + abs(B * q0)
     if D < -ROUNDING * terms:
@@ -114,9 +114,9 @@ def single_node_dissipation(A: float, B: float, q0: float, p0: float, q1: float,
 
 
 def _checked(A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float) -> tuple[float, ...]:
-    A, B = number("A", A, above=0.0), number("B", B)
-    q0, p0, q1, p1 = (number(name, value) for name, value in zip(("q0", "p0", "q1", "p1"), (q0, p0, q1, p1), strict=True))
-    f = number("f", f, above=0.0)
+    A, B = finite_number("A", A, above=0.0), finite_number("B", B)
+    q0, p0, q1, p1 = (finite_number(name, value) for name, value in zip(("q0", "p0", "q1", "p1"), (q0, p0, q1, p1), strict=True))
+    f = finite_number("f", f, above=0.0)
     if f * abs(B) >= A:
         raise ModelError(f"f: {f:g} is not below the critical friction A/|B| = {A / abs(B):g}; give less friction or weaker coupling")
     return A, B, q0, p0, q1, p1, f

@@ -5,9 +5,10 @@ from math import floor
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..contact.checks import finite_number, whole_number
 from ..errors import ModelError
 from ._arrays import ContactArrays
-from ._checks import count, number, per_node
+from ._checks import per_node
 
 __all__ = ["foundation_rod", "masing_dissipation", "rod_dissipation", "rod_end_displacement"]
 
@@ -48,7 +49,7 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
         raise ModelError(f"k: {k.min():g}; give positive stiffnesses")
     if bound.min() < 0:
         raise ModelError(f"bound: {bound.min():g}; give friction bounds of at least 0")
-    X = number("X", X, least=0.0)
+    X = finite_number("X", X, least=0.0)
     return float(np.sum(4 * bound * np.maximum(0.0, X - bound / k)))
 
 
@@ -162,7 +163,7 @@ def foundation_rod(nodes: int, EA: float, h: float) -> ContactArrays:
     ModelError
         Fewer than one node, values that are not real and finite or not positive.
     """
-    N, EA, h = count("nodes", nodes, least=1), number("EA", EA, above=0.0), number("h", h, above=0.0)
+    N, EA, h = whole_number("nodes", nodes, least=1, most=10_000), finite_number("EA", EA, above=0.0), finite_number("h", h, above=0.0)
     incidence = np.diff(np.eye(N), axis=0)
     none = np.zeros(N)
     return ContactArrays(
@@ -176,4 +177,5 @@ def foundation_rod(nodes: int, EA: float, h: float) -> ContactArrays:
 
 
 def _rod(F0: float, EA: float, tau: float, h: float) -> tuple[float, float, float, float]:
-    return number("F0", F0, least=0.0), number("EA", EA, above=0.0), number("tau", tau, above=0.0), number("h", h, least=0.0)
+    F0, h = finite_number("F0", F0, least=0.0), finite_number("h", h, least=0.0)
+    return F0, finite_number("EA", EA, above=0.0), finite_number("tau", tau, above=0.0), h

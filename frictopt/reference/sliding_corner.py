@@ -3,8 +3,8 @@
 from math import pi, sin, tan
 from typing import Literal
 
+from ..contact.checks import choice, finite_number
 from ..errors import ModelError
-from ._checks import number
 from ._numerics import bisection
 
 __all__ = ["sliding_corner_exponent"]
@@ -56,9 +56,7 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
     493-499. C. M. Churchman and D. A. Hills (2006), General results for complete contacts subject to oscillatory shear, Journal of the Mechanics and
     Physics of Solids 54, 1186-1205.
     """
-    if slip not in ("outward", "inward"):
-        raise ModelError(f"slip: {slip!r}; give 'outward' or 'inward'")
-    kappa = number("f", f, least=0.0) * (1 if slip == "outward" else -1)
+    kappa = finite_number("f", f, least=0.0) * (1 if choice("slip", slip, ("outward", "inward")) == "outward" else -1)
     strongest, weakest = 3 * pi / 4 - 1 / pi, -1 / pi
     if not weakest < kappa < strongest:
         largest = strongest if slip == "outward" else -weakest

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..contact.checks import Array, finite_array
 from ..errors import ModelError
-from ._checks import Array, finite, friction, per_node
+from ._checks import friction, per_node
 from ._numerics import ROUNDING, least_ratio
 
 __all__ = ["TwoNodeLimits", "two_node_limits"]
@@ -86,7 +87,7 @@ def two_node_limits(A: ArrayLike, B: ArrayLike, q0: ArrayLike, p0: ArrayLike, q1
     and Physics of Solids 56, 3433-3440: three of the four lines meet. G. Björkman and A. Klarbring (1987), shakedown and residual stresses in
     frictional systems: lambda_2 as a linear program, of which this is the solution by hand.
     """
-    A, B = _stiffness(A), finite("B", B, (2, 2))
+    A, B = _stiffness(A), finite_array("B", B, (2, 2))
     q0, p0, q1, p1, f = per_node(2, q0=q0, p0=p0, q1=q1, p1=p1, f=f)
     friction(f)
     # Line 0 bounds forward slip, line 1 backward slip; safe is `normal . v <= strength - lam * demand`. Axes: line, node (, component of v).
@@ -128,7 +129,7 @@ def _first_corner(behind: _Meeting) -> float:
 
 
 def _stiffness(A: ArrayLike) -> Array:
-    matrix = finite("A", A, (2, 2))
+    matrix = finite_array("A", A, (2, 2))
     if abs(matrix[0, 1] - matrix[1, 0]) > _ASYMMETRY * np.abs(matrix).max():
         raise ModelError(f"A: {matrix.tolist()} is not symmetric; give the condensed stiffness of the relative tangential motion")
     if matrix[0, 0] <= 0 or _det(*matrix) <= 0:

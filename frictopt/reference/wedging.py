@@ -2,8 +2,8 @@
 
 from math import cos, pi, sin
 
+from ..contact.checks import finite_number
 from ..errors import ModelError
-from ._checks import number
 
 __all__ = ["critical_friction", "tilted_bar"]
 
@@ -36,7 +36,7 @@ def critical_friction(A: float, B: float) -> float:
     A. Klarbring (1990), Examples of non-uniqueness and non-existence of solutions to quasistatic contact problems with friction,
     Ingenieur-Archiv 60, 529-541.
     """
-    A, B = number("A", A, above=0.0), abs(number("B", B))
+    A, B = finite_number("A", A, above=0.0), abs(finite_number("B", B))
     return A / B if B else float("inf")
 
 
@@ -70,7 +70,7 @@ def tilted_bar(k: float, angle: float) -> tuple[float, float, float]:
     A. Klarbring (1990), Examples of non-uniqueness and non-existence of solutions to quasistatic contact problems with friction,
     Ingenieur-Archiv 60, 529-541: a node on inclined springs.
     """
-    k, angle = number("k", k, above=0.0), number("angle", angle, above=0.0)
+    k, angle = finite_number("k", k, above=0.0), finite_number("angle", angle, above=0.0)
     if angle >= pi:
         raise ModelError(f"angle: {angle:g}; give an angle in radian below pi")
     along, across = cos(angle), sin(angle)

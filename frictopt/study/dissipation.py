@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
-from ..contact.checks import Array, finite_number, flag, whole_number
+from ..contact.checks import Array, finite_numbers, flag, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.system import checked_system
 from ..errors import ModelError, SolverError
@@ -176,9 +176,7 @@ def _contact(system: ContactSystem, cycle: LoadCycle, friction: Array) -> Contac
 
 
 def _checked_factors(load_factors: Any) -> list[float]:
-    if isinstance(load_factors, str | bytes) or not np.iterable(load_factors):
-        raise ModelError(f"load_factors: {load_factors!r}; give a list of load factors")
-    factors = [finite_number("load_factors", factor, least=0.0) for factor in load_factors]
+    factors = finite_numbers("load_factors", load_factors, least=0.0)
     if not factors:
         raise ModelError("load_factors: empty; give at least one")
     if len(set(factors)) < len(factors):

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_number, frozen, whole_number
+from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
 from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation
 from ..models import GuaranteedLimit, guaranteed_limit, safe_vertices
@@ -122,7 +122,7 @@ def verify_guaranteed(
     """
     starts, moved = whole_number("starts", starts, least=0), whole_number("moved", moved, least=0)
     tolerance, below = finite_number("tolerance", tolerance, least=0.0), finite_number("below", below, above=0.0, below=1.0)
-    above, rng = finite_number("above", above, above=1.0), np.random.default_rng(whole_number("seed", seed, least=0))
+    above, rng = finite_number("above", above, above=1.0), np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED))
     limit = guaranteed_limit(checked_system(system), cycle, friction) if limit is None else limit
     if not isinstance(limit, GuaranteedLimit):
         raise ModelError(f"limit: {limit!r}; give the result of guaranteed_limit for this contact, or None")

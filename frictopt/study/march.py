@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, whole_number
+from ..contact.checks import Array, choice, flag, whole_number
 from ..errors import ModelError, SolverError
 from ..models import ExactIncrement, FrozenBoundIncrement
 from ..path import ExactPath
@@ -67,8 +67,8 @@ def march(
         An increment has no answer that passes the checks, or the states violate the contact law or, on the exact path, the balance of energy.
     """
     whole_number("cycles", cycles, least=0)
-    if not isinstance(engine, str) or engine not in ("path", *_ENGINES):
-        raise ModelError(f"engine: {engine!r}; give 'path', 'qp' or 'milp'")
+    choice("engine", engine, ("path", *_ENGINES))
+    flag("simplify", simplify)
     path = ExactPath(system, cycle, friction, load_factor, initial_slip, keep=True)
     if engine == "path":
         if steps is not None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_array, finite_number, frozen, whole_number
+from ..contact.checks import LARGEST_SEED, Array, finite_array, finite_number, finite_numbers, frozen, whole_number
 from ..contact.system import checked_system
 from ..errors import ModelError
 from ..models import safe_slip, shakedown_limit
@@ -15,7 +15,6 @@ from ..models import safe_slip, shakedown_limit
 __all__ = ["Start", "checked_starts", "given_slips", "no_slip", "overloads", "random_slips", "safe_part", "safe_slips"]
 
 _MODES = 6  # Chebyshev polynomials that make up a smooth slip
-_LARGEST_SEED = 2**63 - 1  # that a column of whole numbers holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +62,7 @@ class Start:
         if self.overload is not None:
             object.__setattr__(self, "overload", finite_number(f"overload of start {self.name!r}", self.overload, least=0.0))
         if self.seed is not None:
-            object.__setattr__(self, "seed", whole_number(f"seed of start {self.name!r}", self.seed, least=0, most=_LARGEST_SEED))
+            object.__setattr__(self, "seed", whole_number(f"seed of start {self.name!r}", self.seed, least=0, most=LARGEST_SEED))
 
     def slip_at(self, system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float) -> Array | None:
         """(N,) residual slip with which the run at a load factor starts, length; None for none.
@@ -77,6 +76,7 @@ class Start:
         """
         if self.safe_multiple is None:
             return self.slip
+        load_factor = finite_number("load_factor", load_factor, least=0.0)
         limit = shakedown_limit(system, cycle, friction)
         return frozen(self.safe_multiple * safe_part(system, cycle, friction, load_factor, limit.load_factor, limit.slip))
 
@@ -88,7 +88,7 @@ def no_slip() -> list[Start]:
 
 def safe_slips(multiples: Iterable[float] = (1.0,)) -> list[Start]:
     """Multiples of the safe slip with the largest margin at each load factor."""
-    return [Start("safe", f"safe x {number:g}", safe_multiple=number) for number in _numbers("multiples", multiples)]
+    return [Start("safe", f"safe x {number:g}", safe_multiple=number) for number in finite_numbers("multiples", multiples)]
 
 
 def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int, *, seed: int = 0) -> list[Start]:
@@ -116,11 +116,11 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     if checked_system(system).nodes < 2:
         raise ModelError("system: one node; a slip of one node is a number, give it by given_slips")
     whole_number("count", count, least=1)
-    whole_number("seed", seed, least=0)
+    whole_number("seed", seed, least=0, most=LARGEST_SEED)
     position = np.interp(system.x, [system.x[0], system.x[-1]], [-1.0, 1.0])
     modes = np.polynomial.chebyshev.chebvander(position, _MODES)[:, 1:]
     starts: list[Start] = []
-    for amplitude in _numbers("amplitudes", amplitudes, least=0.0):
+    for amplitude in finite_numbers("amplitudes", amplitudes, least=0.0):
         for family in ("smooth", "rough"):
             for own in range(seed + len(starts), seed + len(starts) + count):
                 rng = np.random.default_rng(own)
@@ -139,7 +139,7 @@ def safe_part(system: ContactSystem, cycle: LoadCycle, friction: Any, load_facto
 
 def overloads(factors: Iterable[float]) -> list[Start]:
     """No residual slip, but one cycle at a higher load first; its load factor in units of the run's own."""
-    return [Start("overload", f"overload x {factor:g}", overload=factor) for factor in _numbers("factors", factors, least=0.0)]
+    return [Start("overload", f"overload x {factor:g}", overload=factor) for factor in finite_numbers("factors", factors, least=0.0)]
 
 
 def given_slips(slips: Any, *, family: str = "given") -> list[Start]:
@@ -159,9 +159,9 @@ def checked_starts(initial_slips: Any, nodes: int) -> Sequence[Start]:
     starts = no_slip() if initial_slips is None else initial_slips
     if isinstance(starts, Start):
         raise ModelError(f"initial_slips: one start, {starts.name!r}; put it in a list")
-    if isinstance(starts, Iterator) or getattr(getattr(starts, "dtype", None), "kind", "") == "O":
+    if isinstance(starts, Iterator) or (getattr(getattr(starts, "dtype", None), "kind", "") == "O" and np.iterable(starts)):
         starts = list(starts)
-    if hasattr(starts, "__len__") and len(starts) == 0:
+    if isinstance(starts, Sequence | np.ndarray) and np.iterable(starts) and len(starts) == 0:
         raise ModelError("initial_slips: empty; give at least one start")
     if isinstance(starts, Sequence) and any(isinstance(start, Sequence) and any(isinstance(one, Start) for one in start) for start in starts):
         raise ModelError("initial_slips: a list of lists of starts; add them up, no_slip() + overloads([2.0])")
@@ -183,9 +183,3 @@ def root_mean_square(slip: Array) -> float:
     """Root mean square over the nodes, the same for any size of the numbers."""
     largest = float(np.abs(slip).max()) or 1.0
     return largest * float(np.sqrt(np.mean((slip / largest) ** 2)))
-
-
-def _numbers(name: str, values: Any, least: float = -np.inf) -> list[float]:
-    if isinstance(values, str | bytes) or not np.iterable(values):
-        raise ModelError(f"{name}: {values!r}; give a list of numbers")
-    return [finite_number(name, value, least=least) for value in values]

@@ -1,0 +1,271 @@
+"""Every argument of everything public, given every kind of odd value: an answer or an error of ours, soon, and nothing else.
+
+Each call has one set of good arguments; one of them at a time is replaced. Values that mean nothing anywhere must be refused.
+"""
+
+import inspect
+import signal
+from collections.abc import Callable
+from contextlib import contextmanager
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.sparse import csr_matrix
+
+import frictopt as fo
+from frictopt import models, path, reference, study
+from systems import CYCLE, FIRST_PAIR, system
+
+SECONDS = 10  # that a call with an odd value may take, on a busy machine
+
+MAYBE = {  # what may mean something somewhere
+    "None": None,
+    "True": True,
+    "text": "odd",
+    "empty text": "",
+    "-1": -1,
+    "0": 0,
+    "2**63": 2**63,
+    "10**400": 10**400,
+    "1e150": 1e150,
+    "1e-300": 1e-300,
+    "Fraction": Fraction(1, 3),
+    "Decimal": Decimal("0.3"),
+    "0-d array": np.array(0.5),
+    "0-d whole array": np.array(1),
+    "empty list": [],
+    "empty mapping": {},
+    "numbers": [0.5, 0.5],
+    "three numbers": [1.0, 2.0, 3.0],
+    "column": [[0.5], [0.5]],
+    "generator": (number for number in [0.5]),
+    "Series": pd.Series([0.5, 0.5]),
+    "4 dimensions": np.zeros((2, 1, 2, 1)),
+    "type": int,
+}
+NEVER = {  # what means nothing anywhere
+    "bytes": b"AB",
+    "bytearray": bytearray(b"AB"),
+    "memoryview": memoryview(b"AB"),
+    "complex": 1j,
+    "nan": np.nan,
+    "inf": np.inf,
+    "-inf": np.float32(-np.inf),
+    "timedelta64": np.timedelta64(1),
+    "timedelta64 s": np.timedelta64(1, "s"),
+    "datetime64": np.datetime64("2020-01-01"),
+    "NA": pd.NA,
+    "NaT": pd.NaT,
+    "masked": np.ma.masked,
+    "masked array": np.ma.masked_array([0.5, 0.5], mask=[True, False]),
+    "masked in a list": [np.ma.masked_array([0.5, 0.5], mask=[True, False])],
+    "sparse": csr_matrix(np.eye(2)),
+    "sparse in a list": [csr_matrix(np.eye(2))],
+    "ragged": [[0.5, 0.5], [0.5]],
+    "None in a list": [0.5, None],
+    "NA in a list": [0.5, pd.NA],
+    "nan in a list": [0.5, np.nan],
+    "texts": ["1", "2"],
+    "text array": np.array(["1", "2"]),
+    "truths": [True, False],
+    "complex numbers": [1j, 0.5],
+    "objects": np.array([object(), None]),
+    "times": np.array([1, 2], dtype="m8[s]"),
+    "record": np.zeros(2, dtype=[("a", float)]),
+    "object": object(),
+    "0-d truth": np.array(True),
+    "0-d object": np.array(None),
+    "odd mapping": {3: object()},
+    "mapping of nan": {"mean": np.nan},
+    "frame": pd.DataFrame({"a": ["x", None]}),
+}
+
+CONTACT, UNCOUPLED_CONTACT = system(*FIRST_PAIR), system(np.eye(2), np.zeros((2, 2)), 0.0, 1.0, 0.5, 0.0)
+FRICTION, BONDED, SLIP = 0.6, (np.array([0.1, 0.1]), np.array([1.0, 1.0])), np.array([0.1, -0.1])
+ASKED = {"system": CONTACT, "cycle": CYCLE, "friction": FRICTION}
+SCENE = fo.PunchOnHalfPlane(elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0)
+MODEL = SCENE.model()
+LINE = reference.LineContact(1.0, 2.0, 3.0, 0.5)
+NODE = {"A": 1.0, "B": 0.2, "q0": 0.1, "p0": 1.0, "q1": 0.5, "p1": 0.1, "f": 0.5}
+PAIR = {name: [value, value] for name, value in NODE.items()} | {"A": [[1.0, -0.4], [-0.4, 1.0]], "B": [[0.1, 0.0], [0.0, 0.1]]}
+UNCOUPLED = {name: PAIR[name] for name in ("q0", "p0", "q1", "p1", "f")}
+ROD = {"F0": 1.0, "EA": 2.0, "tau": 3.0, "h": 0.5}
+INCREMENT = {"slip": SLIP, "bonded": BONDED}
+EXACT = models.ExactIncrement(CONTACT, FRICTION)
+CORNER = reference.bonded_corner()[0]
+
+CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+    "Body": (fo.Body, {"mesh": MODEL.punch.mesh}),
+    "Body.boundary_nodes": (MODEL.punch.boundary_nodes, {"name": "contact", "argument": "name"}),
+    "Body.force": (MODEL.punch.force, {"traction": MODEL.loads["P"][0]}),
+    "ContactModel": (fo.ContactModel, {name: getattr(MODEL, name) for name in ("punch", "block", "supports", "loads")}),
+    "ContactModel.body": (MODEL.body, {"name": "punch"}),
+    "ContactModel.interface_nodes": (MODEL.interface_nodes, {"name": "punch"}),
+    "ContactSystem": (
+        fo.ContactSystem,
+        {"A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2), "x": [0.0, 1.0], "bonded": {"mean": BONDED}, "gap": [0.0, 0.1], "E_star": 1.0},
+    ),
+    "ContactSystem.closed_reaction": (CONTACT.closed_reaction, {"loads": {"mean": 1.0}}),
+    "ContactSystem.load": (fo.ContactSystem.load, {"path": "none"}),
+    "ContactSystem.reaction": (CONTACT.reaction, {"loads": {"mean": 1.0}}),
+    "ContactSystem.save": (CONTACT.save, {"path": "saved"}),
+    "ContactSystem.with_bonded": (CONTACT.with_bonded, {"cases": {"other": BONDED}}),
+    "ContactSystem.with_gap": (CONTACT.with_gap, {"gap": [0.0, 0.1]}),
+    "GuaranteedLimit.answers": (fo.guaranteed_limit(**ASKED).answers, ASKED),
+    "GuaranteedModel": (fo.GuaranteedModel, {"system": CONTACT, "cycle": CYCLE}),
+    "GuaranteedModel.solve": (fo.GuaranteedModel(CONTACT, CYCLE).solve, {"friction": FRICTION}),
+    "LoadCycle": (fo.LoadCycle, {"mean": {"mean": 1.0}, "corners": [{"cyclic": 1.0}]}),
+    "LoadCycle.corner_reactions": (CYCLE.corner_reactions, {"system": CONTACT}),
+    "LoadCycle.mean_reaction": (CYCLE.mean_reaction, {"system": CONTACT}),
+    "Material": (fo.Material, {}),
+    "PunchOnHalfPlane": (
+        lambda **options: fo.PunchOnHalfPlane(**options).condense(),
+        {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0},
+    ),
+    "ShakedownModel": (fo.ShakedownModel, {"system": CONTACT, "cycle": CYCLE}),
+    "ShakedownModel.solve": (fo.ShakedownModel(CONTACT, CYCLE).solve, {"friction": FRICTION}),
+    "ShakedownModel.sweep": (fo.ShakedownModel(CONTACT, CYCLE).sweep, {"frictions": [0.3, FRICTION]}),
+    "Support": (fo.Support, {"body": "punch", "where": "top"}),
+    "Traction": (fo.Traction, {"body": "punch", "boundary": "top"}),
+    "dissipation_study": (
+        fo.dissipation_study,
+        {**ASKED, "load_factors": [0.5], "initial_slips": [SLIP], "workers": 1, "progress": False},
+    ),
+    "guaranteed_limit": (fo.guaranteed_limit, ASKED),
+    "march": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1}),
+    "march qp": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1, "engine": "qp", "steps": 2}),
+    "onset": (fo.onset, {"system": CONTACT, "mean": {"mean": 1.0}, "direction": {"cyclic": 1.0}, "friction": FRICTION}),
+    "referee": (
+        fo.referee,
+        {
+            "system": CONTACT,
+            "bonded": BONDED,
+            "friction": FRICTION,
+            "v": SLIP,
+            "w": SLIP,
+            "q": SLIP,
+            "p": SLIP,
+            "previous_slip": SLIP,
+            "force_scale": 1.0,
+        },
+    ),
+    "safe_slip": (fo.safe_slip, {**ASKED, "load_factor": 0.1}),
+    "shakedown_limit": (fo.shakedown_limit, ASKED),
+    "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
+    "verify_guaranteed": (fo.verify_guaranteed, {**ASKED, "starts": 2, "moved": 1}),
+    "ComplementarityProblem.solve": (models.complementarity_problem(UNCOUPLED_CONTACT, FRICTION, **INCREMENT, separation=False).solve, {}),
+    "ExactIncrement": (models.ExactIncrement, {"system": CONTACT, "friction": FRICTION}),
+    "ExactIncrement.another": (EXACT.another, {"increment": EXACT.solve(**INCREMENT), **INCREMENT}),
+    "ExactIncrement.solve": (EXACT.solve, INCREMENT),
+    "FrozenBoundIncrement": (models.FrozenBoundIncrement, {"system": CONTACT, "friction": FRICTION}),
+    "FrozenBoundIncrement.solve": (models.FrozenBoundIncrement(CONTACT, FRICTION).solve, INCREMENT),
+    "complementarity_problem": (models.complementarity_problem, {"system": CONTACT, "friction": FRICTION, **INCREMENT}),
+    "safe_vertices": (models.safe_vertices, {**ASKED, "load_factor": 0.1, "directions": [[1.0, 0.0]]}),
+    "ExactPath": (path.ExactPath, {**ASKED, "load_factor": 0.5}),
+    "Start": (study.Start, {"family": "given", "name": "one"}),
+    "Start.slip_at": (study.safe_slips()[0].slip_at, {**ASKED, "load_factor": 0.1}),
+    "given_slips": (study.given_slips, {"slips": [SLIP]}),
+    "overloads": (study.overloads, {"factors": [2.0]}),
+    "random_slips": (study.random_slips, {"system": CONTACT, "amplitudes": [1.0], "count": 1}),
+    "safe_slips": (study.safe_slips, {}),
+    "CornerMode.airy": (CORNER.airy, {"r": 1.0, "theta": 0.1}),
+    "CornerMode.stress": (CORNER.stress, {"r": 1.0, "theta": 0.1}),
+    "LineContact": (reference.LineContact, {"P": 1.0, "R": 2.0, "E_star": 3.0, "f": 0.5}),
+    "LineContact.dissipation": (LINE.dissipation, {"Q0": 0.1}),
+    "LineContact.pressure": (LINE.pressure, {"x": 0.1}),
+    "LineContact.shear": (LINE.shear, {"x": 0.1, "Q": 0.1}),
+    "LineContact.shear_in_cycle": (LINE.shear_in_cycle, {"x": 0.1, "Q0": 0.2, "Q": 0.1, "rising": True}),
+    "LineContact.slip": (LINE.slip, {"x": 0.1, "Q": 0.1}),
+    "LineContact.stick_half_width": (LINE.stick_half_width, {"Q": 0.1}),
+    "bonded_onset": (reference.bonded_onset, UNCOUPLED),
+    "contact_modulus": (reference.contact_modulus, {"E1": 1.0, "nu1": 0.3, "E2": 1.0, "nu2": 0.3}),
+    "critical_friction": (reference.critical_friction, {"A": 1.0, "B": 0.5}),
+    "foundation_rod": (reference.foundation_rod, {"nodes": 3, "EA": 1.0, "h": 0.1}),
+    "gross_slip_bound": (reference.gross_slip_bound, {"f": 0.5, "P0": 1.0, "Q1": 1.0}),
+    "half_plane_contact": (reference.half_plane_contact, {"nodes": 3, "half_length": 1.0, "E_star": 1.0, "R": 5.0}),
+    "half_plane_influence": (reference.half_plane_influence, {"nodes": 3, "E_star": 1.0}),
+    "masing_dissipation": (reference.masing_dissipation, {"k": [1.0, 2.0], "bound": [0.5, 0.5], "X": 1.0}),
+    "patch_limit": (reference.patch_limit, {"f": 0.5, "p": 1.0, "tau": 1.0}),
+    "rod_dissipation": (reference.rod_dissipation, ROD),
+    "rod_end_displacement": (reference.rod_end_displacement, ROD),
+    "single_node_dissipation": (reference.single_node_dissipation, {**NODE, "load_factor": 1.0}),
+    "single_node_limit": (reference.single_node_limit, NODE),
+    "sliding_corner_exponent": (reference.sliding_corner_exponent, {"f": 0.3}),
+    "tilted_bar": (reference.tilted_bar, {"k": 1.0, "angle": 0.5}),
+    "two_node_limits": (reference.two_node_limits, PAIR),
+    "uncoupled_limit": (reference.uncoupled_limit, UNCOUPLED),
+}
+LABELS = {"argument", "file", "executor"}  # arguments that are no input of the problem: a word for messages, a stream, somebody else's object
+MADE_BY_US = {  # results, which no user makes
+    *("GuaranteeCheck", "GuaranteedLimit", "Onset", "OnsetEvent", "Outcome", "SafeSlip", "ShakedownLimit", "SteadyState", "Trajectory", "Verdict"),
+    *("Attempt", "ComplementarityProblem", "ContactArrays", "CornerMode", "Increment", "TwoNodeLimits"),
+}
+MAY_BE_NAN = {"v", "w", "q", "p", "previous_slip"}  # in a claimed state, which is then infinitely wrong
+
+
+class TooLong(BaseException):
+    """The call did not come back."""
+
+
+@contextmanager
+def alarm():
+    def ring(*_):
+        raise TooLong
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, SECONDS)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def arguments(function):
+    return [name for name in inspect.signature(function).parameters if name not in LABELS]
+
+
+def public():
+    """Names of all public functions, constructors and methods that take an argument."""
+    for room in (fo, reference, models, study):
+        for name in room.__all__:
+            thing = getattr(room, name)
+            if inspect.isfunction(thing) or (inspect.isclass(thing) and not issubclass(thing, Exception) and name not in MADE_BY_US):
+                if arguments(thing):
+                    yield name
+            for member, method in vars(thing).items() if inspect.isclass(thing) else ():
+                function = getattr(method, "__func__", method)
+                if not member.startswith("_") and inspect.isfunction(function) and set(arguments(function)) - {"self", "cls"}:
+                    yield f"{name}.{member}"
+
+
+def test_everything_public_is_called():
+    assert set(public()) <= set(CALLS)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_an_odd_value_gives_an_answer_or_an_error_of_ours(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    function, good = CALLS[name]
+    with pytest.raises(fo.ModelError) if name == "ContactSystem.load" else alarm():
+        function(**good)
+    taken = arguments(fo.PunchOnHalfPlane if name == "PunchOnHalfPlane" else function)
+    faults = []
+    for argument in taken:
+        for label, value in (MAYBE | NEVER).items():
+            try:
+                with alarm():
+                    function(**{**good, argument: value})
+            except fo.FrictoptError as error:
+                if len(str(error)) > 1000:
+                    faults.append(f"{argument}={label}: a message of {len(str(error))} characters")
+            except (Exception, TooLong) as error:
+                faults.append(f"{argument}={label}: {type(error).__name__}: {str(error)[:100]}")
+            else:
+                if label in NEVER and not (name == "referee" and argument in MAY_BE_NAN and label == "nan in a list"):
+                    faults.append(f"{argument}={label}: accepted")
+    assert not faults, "\n" + "\n".join(faults)

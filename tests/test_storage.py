@@ -1,0 +1,281 @@
+"""Files of a contact system: what was saved comes back bit by bit or is refused, whatever happened to the file."""
+
+import os
+import tracemalloc
+import zipfile
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.io import mmwrite
+from scipy.sparse import csr_matrix
+
+import frictopt as fo
+from frictopt.contact import storage
+from systems import random_system
+
+SOME = replace(random_system(np.random.default_rng(1), 3), gap=[0.0, 0.5, 0.25], E_star=3.0)
+NAMES = st.text(st.characters(categories=["L", "N", "P", "S", "Zs"]).filter(str.isprintable), min_size=1, max_size=12)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("files")
+
+
+def content(system):
+    arrays = {name: getattr(system, name).tobytes() for name in ("A", "B", "C", "x", "gap")}
+    return {**arrays, "E_star": system.E_star, **{f"bonded {name}": (q.tobytes(), p.tobytes()) for name, (q, p) in system.bonded.items()}}
+
+
+def saved(path, system=SOME, **changes):
+    """A saved system, with members of the archive replaced, left out (None), or packed tighter (`compress`)."""
+    system.save(path)
+    pack = np.savez_compressed if changes.pop("compress", False) else np.savez
+    if changes or pack is np.savez_compressed:
+        with np.load(path) as archive:
+            members = {**archive, **changes}
+        pack(path, **{name: value for name, value in members.items() if value is not None})
+    return path
+
+
+def refused(path):
+    """The message with which a file or folder is refused, before memory is spent on what it claims."""
+    tracemalloc.start()
+    try:
+        with pytest.raises(fo.ModelError) as caught:
+            fo.ContactSystem.load(path)
+        assert tracemalloc.get_traced_memory()[1] < 1e7
+    finally:
+        tracemalloc.stop()
+    assert str(path) in str(caught.value)
+    return str(caught.value)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    nodes=st.integers(1, 6),
+    seed=st.integers(0, 10**6),
+    scale=st.sampled_from([1e-12, 1.0, 1e12]),
+    gap=st.booleans(),
+    modulus=st.none() | st.floats(1e-9, 1e9),
+    names=st.lists(NAMES, min_size=1, max_size=4, unique=True),
+)
+def test_saved_systems_come_back_bit_by_bit(folder, nodes, seed, scale, gap, modulus, names):
+    rng = np.random.default_rng(seed)
+    system = random_system(rng, nodes)
+    bonded = {name: (rng.normal(size=nodes), rng.normal(size=nodes)) for name in names}
+    blocks = (scale * block for block in (system.A, system.B, system.C))
+    system = fo.ContactSystem(*blocks, system.x, bonded, rng.random(nodes) if gap else None, modulus)
+    system.save(folder / "a system")
+    again = fo.ContactSystem.load(folder / "a system")
+    assert content(again) == content(system) and list(again.bonded) == names
+
+
+def test_load_cases_of_like_names_are_kept_apart(tmp_path):
+    names = ["P", "P.npy", "p", "P ", "a/b", "a\\b", "../P", "/P", "A", "format", "digest", "bonded.P", ".npy", "é", "e\u0301"]
+    system = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {name: ([float(k)], [-float(k)]) for k, name in enumerate(names)})
+    system.save(tmp_path / "a")
+    assert content(fo.ContactSystem.load(tmp_path / "a")) == content(system)
+
+
+@pytest.mark.parametrize("compress", [False, True])
+def test_a_damaged_archive_gives_the_saved_content_or_an_error(folder, compress):
+    """Bytes changed, cut off or put in at random; the same seed each time."""
+    path = saved(folder / f"damaged {compress}.npz", compress=compress)
+    whole, rng, answers = path.read_bytes(), np.random.default_rng(2), {"same": 0, "refused": 0}
+    for _ in range(1000):
+        damaged = bytearray(whole)
+        place = int(rng.integers(len(whole)))
+        match rng.integers(5):
+            case 0:
+                del damaged[place:]
+            case 1:
+                damaged[place:place] = rng.bytes(rng.integers(1, 9))
+            case _:
+                for spot in rng.integers(len(whole), size=rng.integers(1, 4)):
+                    damaged[spot] ^= 1 << rng.integers(8)
+        path.write_bytes(damaged)
+        try:
+            assert content(fo.ContactSystem.load(path)) == content(SOME)
+            answers["same"] += 1
+        except fo.ModelError as error:
+            assert str(path) in str(error)
+            answers["refused"] += 1
+    assert answers["refused"] > 700
+
+
+@pytest.mark.parametrize("change", [{"A": 2 * SOME.A}, {"cases": np.array(["P", "Q"])}, {"E_star": np.array(4.0)}, {"format": np.array("another")}])
+def test_a_sound_archive_of_changed_content_is_refused(tmp_path, change):
+    refused(saved(tmp_path / "a.npz", **change))
+
+
+def test_an_archive_of_another_version_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(storage, "_FORMAT", "frictopt contact system 99")
+    SOME.save(tmp_path / "a.npz")
+    monkeypatch.undo()
+    refused(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"A": None},
+        {"digest": None},
+        {"other": np.eye(2)},
+        {"A": np.array([{}], dtype=object)},
+        {"E_star": np.array("x")},
+        {"E_star": np.array(1j)},
+        {"cases": np.array(1.0)},
+        {"bonded": np.zeros((2, 2))},
+        {"digest": np.zeros(3)},
+    ],
+)
+def test_archives_that_are_no_contact_system_are_refused(tmp_path, change):
+    refused(saved(tmp_path / "a.npz", **change))
+
+
+def test_foreign_files_are_refused(tmp_path):
+    text, foreign = tmp_path / "a.npz", tmp_path / "b.npz"
+    text.write_text("not an archive")
+    np.savez(foreign, A=np.eye(2))
+    for path in (text, foreign, tmp_path / "none"):
+        refused(path)
+
+
+@pytest.mark.parametrize("shape", ["(1000000, 1000000)", "(30000, 30000)", f"({10**30}, 2)", "(4294967296, 4294967296)", "(-3, -3)", "(3,) * 99"])
+def test_an_archive_that_claims_more_than_it_holds_is_refused(tmp_path, shape):
+    header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}".ljust(117) + "\n"
+    member = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header.encode() + bytes(72)
+    source, path = saved(tmp_path / "whole.npz"), tmp_path / "claim.npz"
+    with zipfile.ZipFile(source) as whole, zipfile.ZipFile(path, "w") as claim:
+        for name in whole.namelist():
+            claim.writestr(name, member if name == "A.npy" else whole.read(name))
+    refused(path)
+
+
+def test_a_small_file_that_unpacks_to_gigabytes_is_refused_unread(tmp_path):
+    source, path = saved(tmp_path / "whole.npz"), tmp_path / "bomb.npz"
+    with zipfile.ZipFile(source) as whole, zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as bomb:
+        for name in whole.namelist():
+            bomb.writestr(name, whole.read(name) if name != "A.npy" else bytes(10**8))
+    assert path.stat().st_size < 10**6 and "compressed" in refused(path)
+
+
+def test_files_that_cannot_be_written_or_named_are_refused(tmp_path):
+    os.mkfifo(tmp_path / "pipe")  # opening it would wait for somebody at its other end
+    for path in (tmp_path / "no folder" / "a.npz", tmp_path, "a\0b", None, 3, tmp_path / "pipe"):
+        with pytest.raises(fo.ModelError, match="path"):
+            SOME.save(path)
+        with pytest.raises(fo.ModelError, match="path"):
+            fo.ContactSystem.load(path)
+
+
+def market(folder, system=SOME, **files):
+    """A folder of Matrix Market files, with the text of some replaced."""
+    folder.mkdir(exist_ok=True)
+    mmwrite(folder / "A.mtx", system.A, symmetry="symmetric")
+    mmwrite(folder / "B.mtx", csr_matrix(system.B))
+    mmwrite(folder / "C.mtx", csr_matrix(system.C), symmetry="symmetric")
+    mmwrite(folder / "x.mtx", system.x[:, None])
+    mmwrite(folder / "gap.mtx", system.gap[:, None])
+    mmwrite(folder / "E_star.mtx", np.array([[system.E_star]]))
+    for name, pair in system.bonded.items():
+        mmwrite(folder / f"bonded.{name}.mtx", np.column_stack(pair))
+    for name, text in files.items():
+        (folder / f"{name.replace('_', '.')}.mtx").write_text(text)
+    return folder
+
+
+def test_matrix_market_folder_dense_sparse_and_symmetric(tmp_path):
+    again = fo.ContactSystem.load(market(tmp_path))
+    assert np.allclose(again.S, SOME.S, rtol=1e-14, atol=0) and again.E_star == SOME.E_star
+    assert np.array_equal(again.gap, SOME.gap) and set(again.bonded) == {"mean", "cyclic"}
+    assert all(np.allclose(again.bonded[name], SOME.bonded[name], rtol=1e-14, atol=0) for name in again.bonded)
+
+
+HEAD = "%%MatrixMarket matrix coordinate {} general\n"
+ARRAY = "%%MatrixMarket matrix array real general\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("A", "rubbish"),
+        ("A", ""),
+        ("A", HEAD.format("pattern") + "3 3 3\n1 1\n2 2\n3 3\n"),
+        ("A", HEAD.format("complex") + "3 3 1\n1 1 1.0 1.0\n"),
+        ("A", HEAD.format("real") + "1000000000 1000000000 1\n1 1 1.0\n"),
+        ("A", HEAD.format("real") + "50000 50000 1\n1 1 1.0\n"),
+        ("A", HEAD.format("real") + "3 3 1000000000000\n1 1 1.0\n"),
+        ("A", HEAD.format("real") + f"{10**30} 3 1\n1 1 1.0\n"),
+        ("A", HEAD.format("real") + f"3 3 {10**30}\n1 1 1.0\n"),
+        ("A", HEAD.format("real") + "3 3 1\n7 7 1.0\n"),
+        ("B", HEAD.format("real") + "3 3 1\n0 1 1e-3\n"),
+        ("B", HEAD.format("real") + "3 3 1\n1.5 1 1e-3\n"),
+        ("A", HEAD.format("real").replace("general", "symmetric") + "3 3 4\n1 1 1\n2 2 1\n3 3 1\n1 2 1\n"),
+        ("A", HEAD.format("real").replace("matrix coo", "vector coo") + "3 3 0\n"),
+        ("A", ARRAY.replace("general", "symmetric") + "3 3\n1.0\n"),
+        ("A", ARRAY + "30000 30000\n1.0\n"),
+        ("A", ARRAY + "3 3\n1.0\n"),
+        ("x", HEAD.format("real") + "1000000000 1 1\n1 1 1.0\n"),
+        ("x", HEAD.format("real").replace("general", "symmetric") + "3 1 1\n1 1 1.0\n"),
+        ("x", ARRAY + "3 1\n0.0\nnan\n2.0\n"),
+        ("gap", ARRAY + "1 3\n0\n0\n0\n"),
+        ("E_star", ARRAY + "3 1\n1\n1\n1\n"),
+        ("bonded_mean", ARRAY + "2 3\n1\n1\n1\n1\n1\n1\n"),
+    ],
+)
+def test_matrix_market_files_that_are_not_what_they_are_called_are_refused(tmp_path, name, text):
+    message = refused(market(tmp_path / "folder", **{name: text}))
+    assert f"{name.replace('_', '.')}.mtx" in message or name == "E_star"
+
+
+def test_a_matrix_that_memory_does_not_hold_is_refused(tmp_path, monkeypatch):
+    def no_memory(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(storage, "_matrix", no_memory)
+    assert "x.mtx" in refused(market(tmp_path / "folder"))
+
+
+def test_half_a_matrix_that_is_not_square_is_refused(tmp_path):
+    one = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0])}, E_star=1.0)
+    folder = market(tmp_path / "folder", one, bonded_P=ARRAY.replace("general", "symmetric") + "1 2\n1.0\n")
+    assert "bonded.P.mtx" in refused(folder)
+
+
+def test_matrix_market_folders_of_other_things_are_refused(tmp_path):
+    assert "bonded_Q" in refused(saved_other(tmp_path / "names"))
+    (tmp_path / "empty").mkdir()
+    assert "A, B, C, x" in refused(tmp_path / "empty")
+    folder = market(tmp_path / "pipe")
+    (folder / "A.mtx").unlink()
+    os.mkfifo(folder / "A.mtx")
+    assert "A.mtx" in refused(folder)
+
+
+def saved_other(folder):
+    market(folder)
+    mmwrite(folder / "bonded_Q.mtx", np.eye(2))
+    return folder
+
+
+def test_damaged_matrix_market_files_end_in_a_system_or_an_error(tmp_path):
+    """A text carries no digest: a changed digit is another system, anything else an error of ours."""
+    folder, rng = market(tmp_path / "folder"), np.random.default_rng(0)
+    files = sorted(folder.glob("*.mtx"))
+    for _ in range(600):
+        path = files[rng.integers(len(files))]
+        whole = path.read_bytes()
+        damaged = bytearray(whole)
+        for spot in rng.integers(len(whole), size=rng.integers(1, 4)):
+            damaged[spot] ^= 1 << rng.integers(8)
+        path.write_bytes(damaged if rng.integers(4) else damaged[: rng.integers(len(whole))])
+        try:
+            assert isinstance(fo.ContactSystem.load(folder), fo.ContactSystem)
+        except fo.ModelError:
+            pass
+        path.write_bytes(whole)
