@@ -1,10 +1,6 @@
 """The increments' cvxpy problems: names, DPP, fall-back, convergence, printing; the complementarity form."""
 
 import io
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import cvxpy as cp
 import numpy as np
@@ -271,26 +267,6 @@ def test_solvers_print_nothing(capfd):
             for engine in (FrozenBoundIncrement, ExactIncrement):
                 engine(contact, friction, simplify=False).solve(slip, load)
     assert capfd.readouterr() == ("", "")
-
-
-IN_THREADS = """
-from concurrent.futures import ThreadPoolExecutor
-import numpy as np
-import frictopt as fo
-from systems import CYCLE, random_system
-contact = random_system(np.random.default_rng(3), 3)
-with ThreadPoolExecutor(4) as threads:
-    made = [threads.submit(fo.march, contact, CYCLE, 0.4, 1.0, cycles=5, engine="qp", steps=10, simplify=False) for _ in range(8)]
-    assert len({path.result().slip.tobytes() for path in made}) == 1
-print("said afterwards", flush=True)
-"""
-
-
-def test_increments_in_threads_leave_the_output_of_the_process_alone():
-    folder = Path(__file__).parent
-    paths = os.pathsep.join([str(folder.parent), str(folder)])
-    done = subprocess.run([sys.executable, "-c", IN_THREADS], env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True, timeout=300)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "said afterwards\n", "")
 
 
 def test_cvxpy_is_asked_with_every_option_accepted():
