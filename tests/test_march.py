@@ -10,7 +10,6 @@ import frictopt as fo
 from frictopt.path import steady_state
 from systems import CYCLE, random_system, system
 
-
 IN_THREADS = """
 from concurrent.futures import ThreadPoolExecutor
 import numpy as np
