@@ -22,16 +22,16 @@ from ..models import shakedown_limit
 from .execute import execute
 from .run import Contact, Run, one_thread, run_key
 from .starts import Start, checked_starts
-from .store import Store
+from .store import TYPES, Store
 
 __all__ = ["Interrupted", "dissipation_study"]
 
 _MOST_WORKERS = 1000  # more is a slip of the pen
-_TYPES = {"seed": "Int64", "cycles": "Int64", "slipping": "Int64", "open": "Int64"}
 _COLUMNS = (
     *("load_factor", "load_ratio", "start", "family", "seed", "amplitude", "outcome", "dissipation", "dissipation_scaled", "first_cycle"),
     *("largest_share", "cycles", "slipping", "open", "residual", "engine", "seconds", "error"),
 )
+_TYPES = {"seed": "Int64", "family": "str", **TYPES}
 
 
 class Interrupted(UserWarning):
@@ -156,7 +156,7 @@ class _Campaign:
                 own = {"load_ratio": factor / limit if limit > 0 and np.isfinite(limit) else np.nan, "start": start.name, "family": start.family}
                 scaled = {"seed": start.seed, "dissipation_scaled": rows[key]["dissipation"] * scale}
                 records.append({**rows[key], **own, **scaled})
-        table = pd.DataFrame(records, columns=list(_COLUMNS)).astype(_TYPES)
+        table = pd.DataFrame(records, columns=list(_COLUMNS)).astype({name: _TYPES.get(name, "float64") for name in _COLUMNS})
         table.attrs = {"shakedown_limit": float(limit), "missing": len(self.keys) - len(records)}
         return table
 

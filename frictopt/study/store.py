@@ -18,9 +18,9 @@ import pandas as pd
 from ..errors import StoreError
 from ..path import Outcome
 
-__all__ = ["DamagedRows", "Store", "read_store"]
+__all__ = ["TYPES", "DamagedRows", "Store", "read_store"]
 
-_TYPES: dict[str, type] = {
+_COLUMNS: dict[str, type] = {
     "key": str,
     "load_factor": float,
     "start": str,
@@ -37,19 +37,21 @@ _TYPES: dict[str, type] = {
     "seconds": float,
     "error": str,
 }
-_NAMES = ", ".join(_TYPES)
+TYPES = {name: {str: "str", float: "float64", int: "Int64"}[kind] for name, kind in _COLUMNS.items()}
+"""What the columns are in a DataFrame."""
+_NAMES = ", ".join(_COLUMNS)
 _SQL = {str: "text", float: "real", int: "integer"}
 _MAY_LACK = ("amplitude", "dissipation", "first_cycle", "largest_share", "cycles", "slipping", "open", "residual", "seconds")  # where a run failed
 _NEVER_NEGATIVE = ("load_factor", "amplitude", "dissipation", "largest_share", "cycles", "slipping", "open", "residual")
 _SOUND = " AND ".join(  # what holds of every row
-    [f"typeof({name}) = '{_SQL[kind]}'" for name, kind in _TYPES.items() if name not in _MAY_LACK]
-    + [f"typeof({name}) IN ('{_SQL[_TYPES[name]]}', 'null')" for name in _MAY_LACK]
+    [f"typeof({name}) = '{_SQL[kind]}'" for name, kind in _COLUMNS.items() if name not in _MAY_LACK]
+    + [f"typeof({name}) IN ('{_SQL[_COLUMNS[name]]}', 'null')" for name in _MAY_LACK]
     + [f"coalesce({name}, 0) >= 0" for name in _NEVER_NEGATIVE]
     + [f"outcome IN {('FAILED', *Outcome.__members__)}", "(outcome = 'FAILED') = (error <> '')"]
     + [f"(outcome = 'FAILED' OR {name} IS NOT NULL)" for name in _MAY_LACK]
 )
-_COLUMNS = ", ".join(f"{name} {_SQL[kind]}" for name, kind in _TYPES.items())
-_SCHEMA = f"CREATE TABLE runs ({_COLUMNS}, checksum integer NOT NULL, PRIMARY KEY (key), CHECK ({_SOUND})) WITHOUT ROWID"
+_DECLARED = ", ".join(f"{name} {_SQL[kind]}" for name, kind in _COLUMNS.items())
+_SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer NOT NULL, PRIMARY KEY (key), CHECK ({_SOUND})) WITHOUT ROWID"
 _MAGIC, _APPLICATION = b"SQLite format 3\0", b"FriO"  # how a file of sqlite begins, and its bytes 68 to 71 where it is a store
 _PATIENCE = 60  # seconds to wait for another writer, which needs less than a millisecond for a row
 _AT_ONCE = 500  # keys in one question: sqlite takes 999
@@ -76,7 +78,7 @@ class Store:
     """
 
     def __init__(self, path: str | os.PathLike[str], *, make: bool = True) -> None:
-        self.path = _checked_path(path)
+        self.path = _checked_path(path, make)
         with _our_error(self.path):
             if make:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -100,8 +102,6 @@ class Store:
             ask("COMMIT")
         if ask("SELECT sql FROM sqlite_master WHERE name = 'runs'").fetchall() != [(_SCHEMA,)]:
             raise StoreError(f"store: {str(self.path)!r} has other columns, of another version of frictopt; give another file")
-        if (said := ask("PRAGMA quick_check(1)").fetchall()) != [("ok",)]:
-            raise sqlite3.DatabaseError(str(said[0][0]))
         if make:
             self._mode("WAL")  # a commit takes 0.02 ms instead of 0.7
             ask("PRAGMA synchronous = NORMAL")
@@ -130,7 +130,7 @@ class Store:
         with _our_error(self.path):
             for values in self._all(keys):
                 if values[-1] == _checksum(values[:-1]):
-                    rows[values[0]] = {name: _given_back(value, kind) for value, (name, kind) in zip(values, _TYPES.items(), strict=False)}
+                    rows[values[0]] = {name: _given_back(value, kind) for value, (name, kind) in zip(values, _COLUMNS.items(), strict=False)}
                 else:
                     damaged += 1
         if damaged:
@@ -157,7 +157,7 @@ class Store:
         with _our_error(self.path):
             if self.path.stat().st_ino != self._file:
                 raise OSError("another file is in its place")
-            values = tuple(_kept(row[name], kind) for name, kind in _TYPES.items())
+            values = tuple(_kept(row[name], kind) for name, kind in _COLUMNS.items())
             question = f"INSERT OR REPLACE INTO runs VALUES ({', '.join('?' * len(values))}, ?)"
             self._connection.execute(question, (*values, _checksum(values)))
 
@@ -183,16 +183,18 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
     """
     with closing(Store(path, make=False)) as store:
         rows = store.read()
-    return pd.DataFrame(list(rows.values()), columns=list(_TYPES)).astype({name: "Int64" for name, kind in _TYPES.items() if kind is int})
+    return pd.DataFrame(list(rows.values()), columns=list(_COLUMNS)).astype(TYPES)
 
 
-def _checked_path(path: Any) -> Path:
+def _checked_path(path: Any, make: bool) -> Path:
     """The absolute path of a store, or of nothing; whatever else is there is looked at, without being opened by sqlite, and refused."""
     try:
         if not os.fspath(path):
             raise ValueError("no name")
         found = Path(path).expanduser().absolute()
         if not found.exists():
+            if not make:
+                raise FileNotFoundError("there is none")
             return found
         regular = stat.S_ISREG(found.stat().st_mode)
         head = b""
@@ -200,7 +202,7 @@ def _checked_path(path: Any) -> Path:
             with found.open("rb") as file:
                 head = file.read(72)
     except (OSError, TypeError, ValueError, RuntimeError) as error:  # RuntimeError: a home that nobody has
-        raise StoreError(f"store: {path!r} cannot be a file ({error}); give the name of a file that exists or can be made") from error
+        raise StoreError(f"store: {path!r} is no file of runs ({error}); give the name of one, or to a study that of one that can be made") from error
     if not regular or (head and not (head.startswith(_MAGIC) and head[68:] == _APPLICATION)):  # an empty file: killed before its first row
         what = "a file that is no store" if regular else "a folder" if found.is_dir() else "no file"
         raise StoreError(f"store: {str(found)!r} is {what}; it is left as it is, give another name")
