@@ -5,7 +5,6 @@ Run with `python -m studies dissipation [--quick] [--workers 2] [--store FILE]`.
 
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -84,7 +83,7 @@ def starts_of(parameters: Parameters, case: Case) -> list[study.Start]:
 
 
 @cache
-def runs_of(parameters: Parameters, workers: int = 1, store: Path | None = None) -> pd.DataFrame:
+def runs_of(parameters: Parameters, workers: int = 1, store: str | None = None) -> pd.DataFrame:
     """One row for each friction, load factor and start."""
     parts = []
     for case in cases_of(parameters):
@@ -217,9 +216,9 @@ _LIMITS = {
     "guaranteed": "upper bound of the guaranteed limit lambda_1, sigma / (P / 2a)",
     "residual": "residual of both",
 }
-_OPTIONS = {
+_OPTIONS: dict[str, dict[str, Any]] = {
     "workers": {"type": at_least_one, "default": 1, "metavar": "N", "help": "processes; by default this one alone"},
-    "store": {"type": Path, "metavar": "FILE", "help": "keeps each run as it finishes; started again, only what is missing is run"},
+    "store": {"metavar": "FILE", "help": "keeps each run as it finishes; started again, only what is missing is run"},
 }
 
 
