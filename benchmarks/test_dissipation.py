@@ -59,7 +59,7 @@ def test_store(study, record_property, tmp_path, monkeypatch):
     shares = []
     for number in range(3):
         spent.clear()
-        seconds = study(workers=1, store=tmp_path / str(number))
+        seconds = study(workers=1, store=tmp_path / f"{number}.sqlite")
         shares.append(sum(spent) / seconds)
     cost = statistics.median(shares)
     record_property("cost", cost)

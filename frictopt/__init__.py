@@ -7,7 +7,7 @@ give the steady state that a transient reaches.
 
 from . import reference
 from .contact import ContactSystem, LoadCycle, Onset, OnsetEvent, Verdict, onset, referee
-from .errors import FrictoptError, ModelError, NoContinuation, SolverError
+from .errors import FrictoptError, ModelError, NoContinuation, SolverError, StoreError
 from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction
 from .models import (
     GuaranteedLimit,
@@ -21,7 +21,7 @@ from .models import (
     shakedown_limit,
 )
 from .path import Outcome, SteadyState, steady_state
-from .study import GuaranteeCheck, Trajectory, dissipation_study, march, verify_guaranteed
+from .study import GuaranteeCheck, Trajectory, dissipation_study, march, read_store, verify_guaranteed
 
 __version__ = "0.1.0"
 
@@ -47,6 +47,7 @@ __all__ = [
     "ShakedownModel",
     "SolverError",
     "SteadyState",
+    "StoreError",
     "Support",
     "Traction",
     "Trajectory",
@@ -55,6 +56,7 @@ __all__ = [
     "guaranteed_limit",
     "march",
     "onset",
+    "read_store",
     "referee",
     "reference",
     "safe_slip",

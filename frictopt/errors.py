@@ -4,7 +4,9 @@ Every message names the argument or quantity, its value, and what to change. Err
 its solvers) never leak: they are either handled or turned into one of these.
 """
 
-__all__ = ["FrictoptError", "ModelError", "NoContinuation", "SolverError"]
+from typing import Any
+
+__all__ = ["FrictoptError", "ModelError", "NoContinuation", "SolverError", "StoreError"]
 
 
 class FrictoptError(Exception):
@@ -21,3 +23,15 @@ class SolverError(FrictoptError, RuntimeError):
 
 class NoContinuation(FrictoptError, RuntimeError):
     """The quasi-static path ends: at this load no rates obey the law, or more than one set of rates does; the message names load and nodes."""
+
+
+class StoreError(FrictoptError, OSError):
+    """A store cannot be read or written: the file is not ours, it is damaged, or the disk is full. What was written before is kept.
+
+    Attributes
+    ----------
+    table
+        DataFrame of the runs that are finished, those in the store and those that could not be written; None where none was asked for yet.
+    """
+
+    table: Any = None

@@ -1,11 +1,10 @@
 """Steady dissipation of the paper's scene: thousands of transients from many residual slips, below and above the shakedown limit.
 
-Run with `python -m studies dissipation [--quick] [--workers 2] [--store FOLDER]`. Its columns of seconds depend on the machine.
+Run with `python -m studies dissipation [--quick] [--workers 2] [--store FILE]`. Its columns of seconds depend on the machine.
 """
 
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ import frictopt as fo
 from frictopt import study
 
 from .paper import LOADS, force_unit, slip_unit
-from .tables import Study, Table, at_least_one, writable
+from .tables import Study, Table, at_least_one
 
 __all__ = [
     "FAMILIES",
@@ -84,7 +83,7 @@ def starts_of(parameters: Parameters, case: Case) -> list[study.Start]:
 
 
 @cache
-def runs_of(parameters: Parameters, workers: int | None = None, store: Path | None = None) -> pd.DataFrame:
+def runs_of(parameters: Parameters, workers: int = 1, store: str | None = None) -> pd.DataFrame:
     """One row for each friction, load factor and start."""
     parts = []
     for case in cases_of(parameters):
@@ -217,9 +216,9 @@ _LIMITS = {
     "guaranteed": "upper bound of the guaranteed limit lambda_1, sigma / (P / 2a)",
     "residual": "residual of both",
 }
-_OPTIONS = {
-    "workers": {"type": at_least_one, "metavar": "N", "help": "processes; by default one for each core"},
-    "store": {"type": writable, "metavar": "FOLDER", "help": "keeps each run as it finishes; started again, only what is missing is run"},
+_OPTIONS: dict[str, dict[str, Any]] = {
+    "workers": {"type": at_least_one, "default": 1, "metavar": "N", "help": "processes; by default this one alone"},
+    "store": {"metavar": "FILE", "help": "keeps each run as it finishes; started again, only what is missing is run"},
 }
 
 

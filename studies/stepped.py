@@ -41,7 +41,7 @@ FULL = Parameters()
 QUICK = Parameters(runs=dissipation.QUICK)
 
 
-def reruns(parameters: Parameters, workers: int | None = None) -> pd.DataFrame:
+def reruns(parameters: Parameters, workers: int = 1) -> pd.DataFrame:
     """One row for each chosen run and number of increments."""
     runs = dissipation.runs_of(parameters.runs, workers=workers)
     runs = runs[(runs["family"] != "overload") & (runs["outcome"] != "FAILED")]
@@ -109,7 +109,7 @@ RERUNS = Table(
     full=FULL,
     quick=QUICK,
     compute=reruns,
-    options={"workers": {"type": at_least_one, "metavar": "N", "help": "processes; by default one for each core"}},
+    options={"workers": {"type": at_least_one, "default": 1, "metavar": "N", "help": "processes; by default this one alone"}},
 )
 
 STUDY = Study("studies.stepped", __doc__, "few runs on a coarse mesh", (RERUNS,), summary=_convergence)

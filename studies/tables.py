@@ -220,7 +220,7 @@ class Study:
         except KeyboardInterrupt:
             print(f"{self.module}: interrupted; finished tables, and finished runs in a store, are kept", file=sys.stderr)
             return INTERRUPTED
-        except (OSError, argparse.ArgumentTypeError) as error:
+        except (OSError, argparse.ArgumentTypeError, fo.ModelError) as error:
             print(f"{self.module}: error: {error}", file=sys.stderr)
             return 1
         return 0

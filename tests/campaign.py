@@ -1,13 +1,13 @@
-"""A campaign in a process of its own, to be killed: `python campaign.py STORE TABLE`."""
+"""A campaign in a process of its own, to be killed: `python campaign.py STORE TABLE`. It says when it starts a worker and which runs it has kept."""
 
-import os
 import sys
 from pathlib import Path
 
 import numpy as np
 
 import frictopt as fo
-from frictopt.study import random_slips
+from frictopt.study import execute, random_slips
+from frictopt.study.store import Store
 from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(0), 10)
@@ -19,11 +19,19 @@ def study(**options):
     return fo.dissipation_study(CONTACT, CYCLE, 0.3, FACTORS, STARTS, **options)
 
 
-def end(*_):
-    """Set-up of a worker for which there is no memory."""
-    os._exit(1)
+def telling(word, method, name):
+    """A method that says what it has done."""
+
+    def told(self, *args, **options):
+        method(self, *args, **options)
+        sys.stdout.write(f"{word} {name(self, *args)}\n")  # at once: threads say something, too
+        sys.stdout.flush()
+
+    return told
 
 
 if __name__ == "__main__":
     store, table = map(Path, sys.argv[1:])
-    study(workers=2, store=store).to_parquet(table)
+    Store.write = telling("kept", Store.write, lambda _, row: row["key"])
+    execute._Worker.__init__ = telling("worker", execute._Worker.__init__, lambda worker, *_: worker.pid)
+    study(workers=2, store=store).to_pickle(table)

@@ -1,4 +1,4 @@
-"""A campaign whose processes are killed without warning, at random moments."""
+"""A campaign whose processes are killed without warning, at random moments, or interrupted."""
 
 import os
 import random
@@ -6,32 +6,63 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pandas as pd
 import psutil
-import pyarrow.parquet as pq
 import pytest
 
 import campaign
+import frictopt as fo
 
 ROOT = Path(__file__).parent.parent
-PATIENCE = 600  # seconds, until a process that hangs is an error
+PATIENCE = 120  # seconds, until a process that hangs is an error
 
 
 @pytest.fixture(scope="module")
 def undisturbed():
-    return campaign.study(workers=1)
+    return campaign.study()
 
 
-def begun(folder, target):
-    """A campaign in its own process, with at least `target` runs in its store."""
-    folder.mkdir()
-    command = [sys.executable, str(ROOT / "tests" / "campaign.py"), str(folder / "store"), str(folder / "table")]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    driver = psutil.Popen(command, cwd=ROOT, env=environment, stderr=subprocess.PIPE, preexec_fn=hear_interrupts)
-    until(lambda: kept(folder) >= target or driver.poll() is not None)
-    return driver
+class Campaign:
+    """A campaign in its own process, in a group of its own like the job of a shell."""
+
+    def __init__(self, folder):
+        command = [sys.executable, str(ROOT / "tests" / "campaign.py"), str(folder / "store"), str(folder / "table")]
+        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        self.driver = subprocess.Popen(command, env=environment, start_new_session=True, preexec_fn=hear_interrupts, **pipes)
+        self.kept, self.workers = [], []
+
+    def listen(self, done):
+        """Follow what it says, until that is enough or all."""
+        while not done(self) and (line := self.driver.stdout.readline()):
+            word, name = line.split()
+            if word == "kept":
+                self.kept.append(name)
+            else:
+                self.workers.append(psutil.Process(int(name)))
+
+    def interrupt(self):
+        """What Ctrl-C does: every process of the group hears it."""
+        os.killpg(self.driver.pid, signal.SIGINT)
+
+    def end(self):
+        """Wait for its end, and that of its workers: its exit status, and what it said of errors."""
+        errors = self.driver.communicate(timeout=PATIENCE)[1]
+        assert not psutil.wait_procs(self.workers, timeout=PATIENCE)[1]
+        return self.driver.returncode, errors
+
+
+@pytest.fixture
+def begin(tmp_path):
+    """Begin a campaign; it is killed with the test."""
+    begun = []
+    yield lambda: begun.append(Campaign(tmp_path)) or begun[-1]
+    for run in begun:
+        run.driver.kill()
+        run.driver.communicate()
 
 
 def hear_interrupts():
@@ -39,99 +70,69 @@ def hear_interrupts():
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def kept(folder):
-    """Number of runs in a store."""
-    store = folder / "store"
-    while True:
-        try:
-            lines = sum(journal.read_bytes().count(b"\n") for journal in store.glob(".*.journal"))
-            return lines + sum(pq.read_metadata(part).num_rows for part in store.glob("[!.]*.parquet"))
-        except FileNotFoundError:  # a journal was folded meanwhile
-            continue
-
-
-def until(done):
-    end = time.monotonic() + PATIENCE
-    while not done():
-        assert time.monotonic() < end
-        time.sleep(0.002)
-
-
-def workers(driver):
-    return [child for child in driver.children() if "spawn_main" in " ".join(child.cmdline())]
-
-
 def same(table, undisturbed):
     pd.testing.assert_frame_equal(table.drop(columns="seconds"), undisturbed.drop(columns="seconds"), check_exact=True)
 
 
-def killed_driver(folder, target, undisturbed):
-    """Kill the driver: every part of its store stays and is right, its workers end, and the study started again completes the table."""
-    driver = begun(folder, target)
-    left, before = workers(driver), kept(folder)
-    driver.kill()
-    driver.communicate()
-    assert not psutil.wait_procs(left, timeout=PATIENCE)[1]
-    assert 0 < before <= kept(folder)
-    same(campaign.study(workers=1, store=folder / "store"), undisturbed)
-    return before
+@pytest.mark.slow
+def test_twelve_kills_lose_no_finished_run(begin, tmp_path, undisturbed):
+    """Of the driver, and by turns of one of its workers before, whom it replaces; each driver goes on where the last one was killed."""
+    chance, known = random.Random(0), set()
+    for number in range(12):
+        run, first = begin(), chance.randint(1, 60)
+        run.listen(lambda run, first=first: len(run.kept) >= first and len(run.workers) == 2)
+        if number % 2:
+            chance.choice(run.workers).kill()
+            run.listen(lambda run: len(run.workers) == 3)
+        run.driver.kill()
+        assert run.end()[0] == -signal.SIGKILL
+        known |= set(run.kept)
+        kept = fo.read_store(tmp_path / "store")
+        assert kept.key.is_unique and known <= set(kept.key)
+    assert 12 < len(known) < len(undisturbed)
+    same(campaign.study(store=tmp_path / "store"), undisturbed)
+    assert len(fo.read_store(tmp_path / "store")) == len(undisturbed)
 
 
-def killed_worker(folder, target, undisturbed, number=0):
-    """Kill a worker: the driver goes on with new ones and ends with the whole table."""
-    driver = begun(folder, target)
-    found = workers(driver)
-    if found:
-        found[number % len(found)].kill()
-    _, errors = driver.communicate(timeout=PATIENCE)
-    assert driver.returncode == 0, errors.decode()
-    same(pd.read_parquet(folder / "table"), undisturbed)
-    return len(found)
+def test_killed_workers_lose_no_run(begin, tmp_path, undisturbed):
+    run = begin()
+    run.listen(lambda run: len(run.kept) >= 100 and len(run.workers) == 2)
+    for worker in run.workers:
+        worker.kill()
+    run.listen(lambda run: len(run.workers) == 4)
+    assert run.end() == (0, "")
+    same(pd.read_pickle(tmp_path / "table"), undisturbed)
 
 
-def test_a_killed_driver_loses_no_finished_run(tmp_path, undisturbed):
-    assert 0 < killed_driver(tmp_path / "run", random.Random(0).randint(1, len(undisturbed) - 100), undisturbed) < len(undisturbed)
-
-
-def test_a_killed_worker_loses_no_run(tmp_path, undisturbed):
-    assert killed_worker(tmp_path / "run", random.Random(5).randint(1, len(undisturbed) - 300), undisturbed)
-
-
-def test_ctrl_c_on_the_whole_group_ends_with_a_usable_table(tmp_path, undisturbed):
-    driver = begun(tmp_path / "run", 200)
-    for process in (driver, *workers(driver)):
-        process.send_signal(signal.SIGINT)
-    _, errors = driver.communicate(timeout=PATIENCE)
-    assert driver.returncode == 0 and b"Interrupted: dissipation_study: interrupted" in errors and b"Traceback" not in errors
-    table = pd.read_parquet(tmp_path / "run" / "table")
-    assert 200 <= len(table) == len(undisturbed) - table.attrs["missing"] < len(undisturbed)
+@pytest.mark.parametrize(("workers", "runs"), [(1, 0), (2, 0), (2, 200)])
+def test_ctrl_c_ends_with_a_usable_table(begin, tmp_path, undisturbed, workers, runs):
+    """While workers still import, too."""
+    run = begin()
+    run.listen(lambda run: len(run.workers) >= workers and len(run.kept) >= runs)
+    run.interrupt()
+    status, errors = run.end()
+    assert status == 0 and "Interrupted: dissipation_study: interrupted" in errors and "Traceback" not in errors
+    table = pd.read_pickle(tmp_path / "table")
+    assert len(run.kept) <= len(table) == len(undisturbed) - table.attrs["missing"] < len(undisturbed)
     keys = ["load_factor", "start"]
     same(table, undisturbed.set_index(keys).loc[pd.MultiIndex.from_frame(table[keys])].reset_index()[table.columns])
 
 
-@pytest.mark.parametrize("pause", [0.01, 0.02, 0.03])
-def test_a_second_ctrl_c_ends_it_too(tmp_path, pause):
+@pytest.mark.parametrize("pause", [0.0, 0.01, 0.02, 0.03])
+def test_a_second_ctrl_c_ends_it_too(begin, pause):
     """Whatever the second one interrupts, the first one's orderly end among it, no process waits for another one for ever."""
-    driver = begun(tmp_path / "run", 20)
-    left = workers(driver)
-    for _ in range(2):
-        driver.send_signal(signal.SIGINT)
-        time.sleep(pause)
-    driver.communicate(timeout=60)
-    assert not psutil.wait_procs(left, timeout=60)[1]
+    run = begin()
+    run.listen(lambda run: len(run.kept) >= 20 and len(run.workers) == 2)
+    run.interrupt()
+    time.sleep(pause)
+    with suppress(ProcessLookupError):  # it is quick
+        run.interrupt()
+    run.end()
 
 
-def test_ctrl_c_is_not_heard_by_workers_that_still_import(tmp_path):
-    driver = begun(tmp_path / "run", 0)
-    until(lambda: workers(driver) or driver.poll() is not None)
-    for process in (*workers(driver), driver):
-        process.send_signal(signal.SIGINT)
-    _, errors = driver.communicate(timeout=PATIENCE)
-    assert driver.returncode == 0 and b"Interrupted: dissipation_study: interrupted" in errors and b"Traceback" not in errors
-
-
-def test_workers_that_die_at_once_end_in_rows_that_say_so(tmp_path, monkeypatch):
-    monkeypatch.setattr("frictopt.study.execute._set_up", campaign.end)
+@pytest.mark.parametrize("program", ["/bin/false", "/no/such/python"])
+def test_workers_that_die_at_once_end_in_rows_that_say_so(tmp_path, monkeypatch, program):
+    monkeypatch.setattr(sys, "executable", program)
     table = campaign.study(workers=2, store=tmp_path / "store")
     assert (table.outcome == "FAILED").all() and table.error.str.contains("its worker died").all()
-    assert not kept(tmp_path)
+    assert not len(fo.read_store(tmp_path / "store"))

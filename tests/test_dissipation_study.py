@@ -1,4 +1,3 @@
-import errno
 import io
 import re
 import sys
@@ -13,7 +12,7 @@ import pytest
 from distributed import Client, LocalCluster
 
 import frictopt as fo
-from frictopt.study import Start, dissipation, given_slips, no_slip, overloads, random_slips, run, safe_slips, store
+from frictopt.study import Start, dissipation, given_slips, no_slip, overloads, random_slips, run, safe_slips
 from systems import CYCLE, random_system, system
 
 ONE = (2.0, 0.5, 0.1, 1.0, 1.0, 0.2)  # one node, A, B, q0, p0, q1, p1
@@ -119,13 +118,13 @@ def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact,
 
 
 def test_a_study_started_again_runs_only_what_is_missing(contact, factors, starts, table, tmp_path, monkeypatch):
-    folder, followed = tmp_path / "runs", []
+    store, followed = tmp_path / "runs.sqlite", []
     monkeypatch.setattr(run, "steady_state", lambda *args, **options: followed.append(args) or fo.steady_state(*args, **options))
 
     def study(**changes):
         followed.clear()
         values = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts} | changes
-        return fo.dissipation_study(**values, workers=1, store=folder)
+        return fo.dissipation_study(**values, workers=1, store=store)
 
     half = study(initial_slips=starts[::2])
     assert len(followed) == len(half) == 30
@@ -133,7 +132,7 @@ def test_a_study_started_again_runs_only_what_is_missing(contact, factors, start
     assert len(followed) == len(table) - 30
     pd.testing.assert_frame_equal(study(), study(), check_exact=True)
     assert not followed
-    assert len(pd.read_parquet(folder)) == len(table)
+    assert len(fo.read_store(store)) == len(table)
     for change in ({"friction": 0.41}, {"system": contact.with_gap(0.01 * np.ones(4))}, {"cycle": fo.LoadCycle(CYCLE.mean, CYCLE.corners[::-1])}):
         study(initial_slips=no_slip(), **change)
         assert len(followed) == len(factors)
@@ -147,83 +146,6 @@ def test_equal_runs_are_followed_once(contact, factors, monkeypatch):
     assert len(followed) == 1 and table.start.tolist() == ["one", "other"] and table.dissipation.nunique() == 1
 
 
-@pytest.mark.parametrize("harm", ["cut", "empty", "bit", "other table"])
-def test_a_damaged_part_is_named_set_aside_and_its_runs_repeated(contact, factors, tmp_path, harm):
-    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "workers": 1, "store": tmp_path}
-    good = fo.dissipation_study(**study)
-    (part,) = tmp_path.glob("*.parquet")
-    content = part.read_bytes()
-    if harm == "cut":
-        part.write_bytes(content[: len(content) // 2])
-    elif harm == "empty":
-        part.write_bytes(b"")
-    elif harm == "bit":
-        where = content.index(b"CYCLIC_SLIP")
-        part.write_bytes(content[:where] + b"CYCLIC_SLAP" + content[where + 11 :])
-    else:
-        pd.DataFrame({"key": [part.stem]}).to_parquet(part)
-    with pytest.warns(fo.study.DamagedPart, match=part.name):
-        again = fo.dissipation_study(**study)
-    pd.testing.assert_frame_equal(results(again), results(good), check_exact=True)
-    assert [path.name for path in tmp_path.glob("_*")] == [f"_damaged-{part.name}"]
-    pd.testing.assert_frame_equal(fo.dissipation_study(**study), again, check_exact=True)  # without a warning
-
-
-def test_a_journal_holds_each_run_until_it_is_folded_into_a_part(contact, factors, starts, table, tmp_path, monkeypatch):
-    """Lines that were cut short are repeated in silence, damaged ones with a warning."""
-    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "workers": 1, "store": tmp_path}
-    with monkeypatch.context() as patch:
-        patch.setattr(store.Store, "fold", lambda _: None)  # as if the study were killed before
-        fo.dissipation_study(**study)
-    (journal,) = tmp_path.iterdir()
-    lines = journal.read_text().splitlines(keepends=True)
-    assert len(lines) == len(table) and journal.name.startswith(".")
-    lines[3] = lines[3].replace('"cycles"', '"cickles"')
-    journal.write_text("".join(lines)[:-9])
-    followed = []
-    monkeypatch.setattr(run, "steady_state", lambda *args, **options: followed.append(args) or fo.steady_state(*args, **options))
-    with pytest.warns(fo.study.DamagedPart, match=r"journal is damaged \(a line holds other columns\)"):
-        again = fo.dissipation_study(**study)
-    assert len(followed) == 2
-    pd.testing.assert_frame_equal(results(again), results(table), check_exact=True)
-    assert [path.suffix for path in tmp_path.iterdir()] == [".parquet"]
-
-
-def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(contact, factors, starts, table, tmp_path, monkeypatch):
-    dumps, written = store.json.dumps, []
-
-    def until_full(row):
-        if len(written) == 5:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        written.append(dumps(row))
-        return written[-1]
-
-    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "store": tmp_path}
-    with monkeypatch.context() as patch:
-        patch.setattr(store.json, "dumps", until_full)
-        with pytest.raises(fo.study.StoreError, match=r"No space left on device.*make room") as caught:
-            fo.dissipation_study(**study, workers=1)
-    assert len(caught.value.table) == 6
-    followed = []
-    monkeypatch.setattr(run, "steady_state", lambda *args, **options: followed.append(args) or fo.steady_state(*args, **options))
-    pd.testing.assert_frame_equal(results(fo.dissipation_study(**study, workers=1)), results(table), check_exact=True)
-    assert len(followed) == len(table) - 5
-
-
-def test_a_disk_that_is_full_when_a_part_is_written_keeps_the_journal(contact, factors, table, starts, tmp_path, monkeypatch):
-    def full(*_args, **_options):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "store": tmp_path, "workers": 1}
-    with monkeypatch.context() as patch:
-        patch.setattr(store.pq, "write_table", full)
-        with pytest.raises(fo.study.StoreError, match="No space left on device") as caught:
-            fo.dissipation_study(**study)
-    assert len(caught.value.table) == len(table)
-    monkeypatch.setattr(run, "steady_state", full)
-    pd.testing.assert_frame_equal(results(fo.dissipation_study(**study)), results(table), check_exact=True)
-
-
 def test_an_interrupt_leaves_the_finished_rows(contact, factors, starts, table, tmp_path, monkeypatch):
     followed = []
 
@@ -233,7 +155,7 @@ def test_an_interrupt_leaves_the_finished_rows(contact, factors, starts, table, 
         followed.append(args)
         return fo.steady_state(*args, **options)
 
-    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "store": tmp_path}
+    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "store": tmp_path / "runs.sqlite"}
     with monkeypatch.context() as patch:
         patch.setattr(run, "steady_state", until_interrupted)
         with pytest.warns(fo.study.Interrupted, match=f"{len(table) - 7} runs are not in the table"):
@@ -273,6 +195,8 @@ def test_progress_is_silent_but_on_a_terminal(contact, factors, capsys, monkeypa
         ("two starts are called 'none'", {"initial_slips": no_slip() + no_slip()}),
         ("a float among starts", {"initial_slips": [*no_slip(), 1.0]}),
         ("workers: 0", {"workers": 0}),
+        ("workers: None", {"workers": None}),
+        ("workers: 9223372036854775808", {"workers": 2**63}),
         ("executor: a str", {"executor": "dask"}),
         ("progress", {"progress": "yes"}),
         ("friction", {"friction": -1.0}),
@@ -289,9 +213,3 @@ def test_bad_input_is_refused_by_name(contact, argument, change):
 def test_workers_and_an_executor_exclude_each_other(contact):
     with ThreadPoolExecutor(1) as threads, pytest.raises(fo.ModelError, match="workers: 2 beside an executor"):
         fo.dissipation_study(contact, CYCLE, 0.4, [0.5], executor=threads, workers=2)
-
-
-def test_a_store_that_is_a_file_is_refused(contact, tmp_path):
-    (tmp_path / "runs").write_text("text")
-    with pytest.raises(fo.study.StoreError, match="cannot be made into a folder"):
-        fo.dissipation_study(contact, CYCLE, 0.4, [0.5], store=tmp_path / "runs")

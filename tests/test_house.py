@@ -28,7 +28,7 @@ ALLOWED = {  # libraries beyond the standard one, by layer
     "fem": {"numpy", "scipy", "skfem"},
     "models": {"numpy", "scipy", "cvxpy", "pandas"},
     "path": {"numpy", "scipy", "numba"},
-    "study": {"numpy", "pandas", "pyarrow", "threadpoolctl", "tqdm"},
+    "study": {"numpy", "pandas", "threadpoolctl", "tqdm"},
 }
 FILES = sorted(PACKAGE.rglob("*.py"))
 IDS = [str(path.relative_to(PACKAGE)) for path in FILES]

@@ -75,7 +75,7 @@ def test_below_onset_nothing_moves(engine, simplify):
         q, p = -contact.A @ slip + 0.1 * rng.normal(size=nodes), 1.0 - contact.B @ slip
         found = engine(contact, 0.9, simplify=simplify).solve(slip, (q, p))
         assert found.slip.tobytes() == slip.tobytes() and not found.gap.any() and not found.status.any()
-        assert found.solver == "closed form" if simplify else found.solver in ("HIGHS_MIP", "OSQP", "CLARABEL")
+        assert found.solver == "closed form" if simplify else found.solver in ("HIGHS_MIP", "CLARABEL")
         assert ("nothing slips and nothing opens" in str(found.left_out)) == simplify
 
 
@@ -214,4 +214,4 @@ def test_results_are_read_only():
 
 
 def test_policy_lists_its_solvers():
-    assert policy.QP_SOLVERS == ("OSQP", "CLARABEL") and set(policy.MILP_SOLVERS) <= set(policy._OPTIONS)
+    assert policy.QP_SOLVERS == ("CLARABEL", "HIGHS_QP") and set(policy.MILP_SOLVERS) <= set(policy._OPTIONS)

@@ -1,9 +1,26 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import frictopt as fo
 from frictopt.path import steady_state
 from systems import CYCLE, random_system, system
+
+IN_THREADS = """
+from concurrent.futures import ThreadPoolExecutor
+import numpy as np
+import frictopt as fo
+from systems import CYCLE, random_system
+contact = random_system(np.random.default_rng(3), 3)
+with ThreadPoolExecutor(4) as threads:
+    made = [threads.submit(fo.march, contact, CYCLE, 0.4, 1.0, cycles=5, engine="qp", steps=10, simplify=False) for _ in range(8)]
+    assert len({path.result().slip.tobytes() for path in made}) == 1
+print("said afterwards", flush=True)
+"""
 
 
 def test_the_exact_path_as_a_trajectory(punch, paper_cycle):
@@ -74,3 +91,10 @@ def test_bad_input_is_refused(change, message):
     contact = random_system(np.random.default_rng(0), 3)
     with pytest.raises(fo.ModelError, match=message):
         fo.march(**{"system": contact, "cycle": CYCLE, "friction": 0.3, "load_factor": 1.0, **change})
+
+
+def test_increments_in_threads_leave_the_output_of_the_process_alone():
+    folder = Path(__file__).parent
+    paths = os.pathsep.join([str(folder.parent), str(folder)])
+    done = subprocess.run([sys.executable, "-c", IN_THREADS], env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True, timeout=300)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "said afterwards\n", "")

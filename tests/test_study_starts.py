@@ -37,6 +37,7 @@ def test_random_slips_have_their_amplitude_no_mean_and_a_seed_each(punch):
     ("message", "make"),
     [
         ("count", lambda scene: random_slips(scene, [1.0], 0)),
+        ("count: 9223372036854775808", lambda scene: random_slips(scene, [1.0], 2**63)),
         ("amplitudes", lambda scene: random_slips(scene, [-1.0], 1)),
         ("amplitudes", lambda scene: random_slips(scene, 1.0, 1)),
         ("seed", lambda scene: random_slips(scene, [1.0], 1, seed=-1)),
@@ -45,6 +46,7 @@ def test_random_slips_have_their_amplitude_no_mean_and_a_seed_each(punch):
         ("multiples", lambda _: safe_slips([np.nan])),
         ("slips", lambda _: given_slips([1.0, 2.0])),
         ("family", lambda _: Start("", "name")),
+        (r"name of a start: '\\ud800'", lambda _: Start("family", "\ud800")),
         ("give one of them", lambda _: Start("mine", "name", slip=[1.0], safe_multiple=1.0)),
     ],
 )

@@ -75,7 +75,7 @@ class ComplementarityProblem:
         Parameters
         ----------
         solver
-            One of "OSQP", "CLARABEL"; by default each in this order until an answer passes.
+            One of "CLARABEL", "HIGHS_QP"; by default each in this order until an answer passes.
 
         Raises
         ------

@@ -50,7 +50,7 @@ class FrozenBoundIncrement:
         Leave out what the increment does not need: the program where the trial state obeys the law, the gaps where nothing opens, half
         of a contact that is mirror-symmetric with its slip and its load.
     solver
-        One of "OSQP", "CLARABEL"; by default each in this order until an answer passes.
+        One of "CLARABEL", "HIGHS_QP"; by default each in this order until an answer passes.
     sweeps
         Largest number of quadratic programs for one increment.
     relaxation

@@ -1,11 +1,7 @@
 """The one place that runs solvers: options, order of fall-back, and a record of every attempt."""
 
-import ctypes
-import os
-import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
@@ -46,15 +42,14 @@ _OPTIONS: MappingProxyType[str, dict[str, Any]] = MappingProxyType(
         "HIGHS": {"highs_options": {"solver": "simplex", "simplex_strategy": 4, "presolve": "off", **_HIGHS}},
         "HIGHS_IPM": {"highs_options": {"solver": "ipm", **_HIGHS}},
         "CLARABEL": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 200, "max_threads": 1, "time_limit": 600.0},
-        # OSQP: steps adapted by count, not by the clock, so that runs repeat; polishing asked for, or cvxpy drops it in later solves.
-        "OSQP": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20000, "polishing": True, "adaptive_rho": 1, "adaptive_rho_interval": 50},
+        "HIGHS_QP": {"highs_options": _HIGHS},
         "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
         "HIGHS_MIP_LOOSE": {"highs_options": {**_HIGHS_MIP, **_LOOSE}},
     }
 )
 LP_SOLVERS = ("HIGHS", "CLARABEL", "HIGHS_IPM")
 """Solvers of the linear programs, in the order in which they are tried."""
-QP_SOLVERS = ("OSQP", "CLARABEL")
+QP_SOLVERS = ("CLARABEL", "HIGHS_QP")
 """Solvers of the convex quadratic programs, in the order in which they are tried."""
 MILP_SOLVERS = ("HIGHS_MIP", "HIGHS_MIP_LOOSE")
 """Solvers of the mixed-integer programs (whose objectives count, so that a gap of 0.5 is none), in the order in which they are tried."""
@@ -216,25 +211,8 @@ def solver_order(solver: str | None, kind: Kind = Kind.LP) -> Sequence[str]:
     return (solver,)
 
 
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Send what the process prints below Python to nowhere: OSQP reports that it has nothing to polish even when it is not verbose."""
-    library = ctypes.CDLL(None) if os.name == "posix" else ctypes.cdll.msvcrt
-    sys.stdout.flush()
-    library.fflush(None)
-    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
-    try:
-        yield
-    finally:
-        library.fflush(None)
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(nowhere)
-
-
 def _run(problem: cp.Problem, name: str) -> tuple[Status, str]:
-    with warnings.catch_warnings(), _quiet() if name == "OSQP" else nullcontext():
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # cvxpy warns of inaccurate answers; here the residual decides, and the status is recorded
         try:
             problem.solve(solver=name.split("_")[0], warm_start=False, enforce_dpp=True, **_OPTIONS[name])

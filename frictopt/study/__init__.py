@@ -4,15 +4,14 @@ from .dissipation import Interrupted, dissipation_study
 from .guarantee import GuaranteeCheck, verify_guaranteed
 from .march import march
 from .starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
-from .store import DamagedPart, StoreError
+from .store import DamagedRows, read_store
 from .trajectory import Trajectory
 
 __all__ = [
-    "DamagedPart",
+    "DamagedRows",
     "GuaranteeCheck",
     "Interrupted",
     "Start",
-    "StoreError",
     "Trajectory",
     "dissipation_study",
     "given_slips",
@@ -20,6 +19,7 @@ __all__ = [
     "no_slip",
     "overloads",
     "random_slips",
+    "read_store",
     "safe_slips",
     "verify_guaranteed",
 ]

@@ -4,7 +4,7 @@ import os
 import warnings
 from collections.abc import Container, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -17,22 +17,21 @@ from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, finite_numbers, flag, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.system import checked_system
-from ..errors import ModelError, SolverError
+from ..errors import ModelError, SolverError, StoreError
 from ..models import shakedown_limit
 from .execute import execute
 from .run import Contact, Run, one_thread, run_key
 from .starts import Start, checked_starts
-from .store import Store, StoreError
+from .store import TYPES, Store
 
 __all__ = ["Interrupted", "dissipation_study"]
 
-_WORTH_A_WORKER = 300  # runs of 125 nodes, about 3 seconds; they take longer with the square of the nodes, and a process takes seconds to start
-
-_TYPES = {"seed": "Int64", "cycles": "Int64", "slipping": "Int64", "open": "Int64"}
+_MOST_WORKERS = 1000  # more is a slip of the pen
 _COLUMNS = (
     *("load_factor", "load_ratio", "start", "family", "seed", "amplitude", "outcome", "dissipation", "dissipation_scaled", "first_cycle"),
     *("largest_share", "cycles", "slipping", "open", "residual", "engine", "seconds", "error"),
 )
+_TYPES = {"seed": "Int64", "family": "str", **TYPES}
 
 
 class Interrupted(UserWarning):
@@ -47,7 +46,7 @@ def dissipation_study(
     initial_slips: Any = None,
     *,
     executor: Executor | None = None,
-    workers: int | None = None,
+    workers: int = 1,
     store: str | os.PathLike[str] | None = None,
     progress: bool = True,
 ) -> pd.DataFrame:
@@ -68,11 +67,12 @@ def dissipation_study(
         Starts, as `no_slip`, `safe_slips`, `random_slips`, `overloads` and `given_slips` of `frictopt.study` make them (lists to be added up); or an
         array (starts, N) of residual slips, length; None: none. Slips that stress the contact more than 1e18 times as much as the loads fail.
     executor
-        Any executor of `concurrent.futures`' interface (such as a dask client's `get_executor()`); by default processes of our own.
+        Any executor of `concurrent.futures`' interface (such as a dask client's `get_executor()`), instead of workers.
     workers
-        Number of these processes; 1: no other process than this one. By default one for each core, and not more than are worth their start.
+        Number of processes, up to 1,000; 1: this one alone. More pay from a few seconds of work on, which is what they take to start.
     store
-        Folder that keeps each run as it finishes, by content: a study started again runs only what is missing.
+        File that keeps each run as it finishes, by content: a study started again runs only what is missing. Several studies may share it, on a
+        disk of this machine. `read_store` reads it.
     progress
         Whether to show count, rate and time left; on a terminal only.
 
@@ -89,10 +89,9 @@ def dissipation_study(
     Raises
     ------
     ModelError
-        Bad input, an executor that takes no runs, or processes that each come upon this call again, in a script that does not have it under
-        `if __name__ == "__main__":`.
+        Bad input, or an executor that takes no runs.
     StoreError
-        A run cannot be written, or a damaged one not be set aside; `table` of the error holds what is finished.
+        The store is no file of ours, is damaged, or a run cannot be written; `table` of the error holds what is finished.
     """
     f = np.array(friction_coefficients(friction, checked_system(system).nodes))
     checked_cycle(cycle)
@@ -100,32 +99,28 @@ def dissipation_study(
     starts = checked_starts(initial_slips, system.nodes)
     if executor is not None and not hasattr(executor, "submit"):
         raise ModelError(f"executor: a {type(executor).__name__}; give an executor of concurrent.futures, or of dask by client.get_executor()")
-    if executor is not None and workers is not None:
+    if whole_number("workers", workers, least=1, most=_MOST_WORKERS) > 1 and executor is not None:
         raise ModelError(f"workers: {workers!r} beside an executor, which has its own; leave one of them out")
-    count = None if workers is None else whole_number("workers", workers, least=1)
-    progress, kept = flag("progress", progress), None if store is None else Store(store)
+    flag("progress", progress)
     rows: dict[str, dict[str, Any]] = {}
-    with one_thread():
+    with ExitStack() as stack:
+        kept = None if store is None else stack.enter_context(closing(Store(store)))
+        stack.enter_context(one_thread())
         campaign = _Campaign(_contact(system, cycle, f), factors, starts)
         try:
             if kept is not None:
                 rows.update(kept.read(set(campaign.keys)))
             with _progress(len(set(campaign.keys)), len(rows), progress) as bar:
-                missing = campaign.missing(rows)
-                worth = 1 + int(len(missing) * (system.nodes / 125) ** 2 / _WORTH_A_WORKER)
-                some = min(_cores(), worth) if count is None else count
-                with closing(execute(campaign.contact, missing, executor, some)) as finished:
+                with closing(execute(campaign.contact, campaign.missing(rows), executor, workers)) as finished:
                     for row, answered in finished:
                         rows[row["key"]] = row
                         if kept is not None and answered:
                             kept.write(row)
                         bar.update()
-            if kept is not None:
-                kept.fold()
         except StoreError as error:
             error.table = campaign.table(rows)
             raise
-        except KeyboardInterrupt:  # what the journal of the store holds, the next study finds there
+        except KeyboardInterrupt:
             left = len(set(campaign.keys) - rows.keys())
             warnings.warn(f"dissipation_study: interrupted, {left} runs are not in the table", Interrupted, stacklevel=2)
     return campaign.table(rows)
@@ -161,7 +156,7 @@ class _Campaign:
                 own = {"load_ratio": factor / limit if limit > 0 and np.isfinite(limit) else np.nan, "start": start.name, "family": start.family}
                 scaled = {"seed": start.seed, "dissipation_scaled": rows[key]["dissipation"] * scale}
                 records.append({**rows[key], **own, **scaled})
-        table = pd.DataFrame(records, columns=list(_COLUMNS)).astype(_TYPES)
+        table = pd.DataFrame(records, columns=list(_COLUMNS)).astype({name: _TYPES.get(name, "float64") for name in _COLUMNS})
         table.attrs = {"shakedown_limit": float(limit), "missing": len(self.keys) - len(records)}
         return table
 
@@ -182,10 +177,6 @@ def _checked_factors(load_factors: Any) -> list[float]:
     if len(set(factors)) < len(factors):
         raise ModelError("load_factors: one of them is there twice; give each once")
     return factors
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _progress(total: int, done: int, show: bool) -> Any:

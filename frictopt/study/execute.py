@@ -1,25 +1,24 @@
 """Where the runs of a campaign are followed: in this process, in processes of our own, or by an executor of the caller's."""
 
 import os
+import pickle
 import signal
 import sys
-import threading
-from collections.abc import Generator, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager, suppress
-from multiprocessing import get_context
-from multiprocessing.connection import Connection
-from types import FrameType
+from collections.abc import Generator, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from contextlib import suppress
+from queue import SimpleQueue
+from subprocess import PIPE, Popen
+from threading import Event, Thread
 from typing import Any
 
 from ..errors import ModelError
 from .run import Contact, Run, failed, follow
 
-__all__ = ["Finished", "execute"]
+__all__ = ["Finished", "execute", "serve"]
 
 _BATCH = 16  # runs that share one sending of the arrays to an executor of the caller's
-_PATIENCE = 3  # times in a row that all workers may die without finishing a run
-_UNGUARDED = 77  # exit status of a worker that comes upon the call that started it
+_PATIENCE = 3  # times in a row that a worker may die
 
 Finished = tuple[dict[str, Any], bool]
 """The row of a run, and whether it answers for the run: a worker that died does not."""
@@ -53,7 +52,7 @@ def _by_executor(contact: Contact, runs: Sequence[Run], executor: Executor) -> G
                 lost += [(run, error) for run in batch]
         for future in as_completed(futures):
             yield from _rows(future, futures[future])
-        yield from ((failed(run, _died(error)), False) for run, error in lost)
+        yield from ((failed(run, _died(repr(error))), False) for run, error in lost)
     finally:
         for future in futures:
             future.cancel()
@@ -75,105 +74,124 @@ def _rows(future: "Future[list[dict[str, Any]]]", batch: Sequence[Run]) -> list[
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # whatever a foreign executor raises, cancelled futures and exits too, is about these runs alone
-        return [(failed(run, _died(error)), False) for run in batch]
+        return [(failed(run, _died(repr(error))), False) for run in batch]
     return [(row, True) for row in rows]
 
 
 def _by_processes(contact: Contact, runs: Sequence[Run], workers: int) -> Generator[Finished]:
-    if _in_a_script_run_again():
-        sys.exit(_UNGUARDED)
-    waiting = {run.key: run for run in runs}
-    fruitless, error = 0, ""
-    while waiting and fruitless < _PATIENCE:
-        before = len(waiting)
-        theirs, ours = get_context("spawn").Pipe(duplex=False)
-        pool = ProcessPoolExecutor(min(workers, before), get_context("spawn"), _set_up, (contact, theirs))
-        try:
-            futures = {}
-            try:
-                with _without_interrupt():
-                    for run in waiting.values():
-                        futures[pool.submit(_follow_here, run)] = run.key
-            except BrokenExecutor:
-                pass  # those handed out say so too
-            for future in as_completed(futures):
-                try:
-                    row = future.result()
-                except BrokenExecutor as broken:
-                    error = _died(broken)
-                    continue
-                del waiting[futures[future]]
-                yield row, True
-        finally:
-            ours.close()  # first of all: however this ends, no worker is left over, for which the interpreter would wait at its end
-            pool.shutdown(wait=False, cancel_futures=True)
-            theirs.close()
-        fruitless = fruitless + 1 if len(waiting) == before else 0
-        if fruitless == 1:
-            _check_guard(workers)
-    for run in waiting.values():
-        yield failed(run, error), False
-
-
-def _in_a_script_run_again() -> bool:
-    """Whether a new process is running the caller's script, as it does before anything else, and not what it was started for."""
-    frame: FrameType | None = sys._getframe()
-    while frame is not None:
-        if frame.f_code.co_name == "<module>" and frame.f_globals.get("__name__") == "__mp_main__":
-            return True
-        frame = frame.f_back
-    return False
-
-
-def _check_guard(workers: int) -> None:
-    """Check, after workers died before their first run, that a new process can run the caller's script without coming upon the study again."""
-    probe = get_context("spawn").Process(target=_nothing)
-    probe.start()
-    probe.join()
-    if probe.exitcode == _UNGUARDED:
-        raise ModelError(
-            f"workers: {workers} processes, and each of them runs this script and comes upon this study again; "
-            'put the call under `if __name__ == "__main__":`, or give workers=1'
-        )
-
-
-def _nothing() -> None:
-    """What a process does that is only to begin."""
-
-
-@contextmanager
-def _without_interrupt() -> Iterator[None]:
-    """Context that Ctrl-C waits for: processes that begin in it never hear it, not even while they import, before `_set_up`."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows has no such mask
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    team = _Team(contact, runs)
+    size = min(workers, len(runs))
     try:
-        yield
+        for _ in range(size):
+            Thread(target=team.lead, daemon=True).start()  # a daemon: the interpreter does not wait for it at its end
+        for _ in range(size):
+            while (answer := team.answers.get()) is not None:
+                if isinstance(answer, Exception):
+                    raise answer
+                yield answer
+        for run in team.waiting:
+            yield failed(run, _died("as all others did")), False
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        team.over.set()  # first of all: whatever else is interrupted, no worker is replaced any more
+        for worker in team.workers:
+            worker.kill()
 
 
-def _died(error: BaseException) -> str:
-    return f"not followed, its worker died ({type(error).__name__}: {error}); start again, with fewer workers if memory is short"
+class _Team:
+    """Workers, and what their threads share: the runs that wait, and the answers, where None is the last one of a thread."""
+
+    def __init__(self, contact: Contact, runs: Sequence[Run]) -> None:
+        self.contact, self.waiting, self.over = contact, iter(runs), Event()
+        self.answers: SimpleQueue[Finished | Exception | None] = SimpleQueue()
+        self.workers: list[_Worker] = []
+
+    def lead(self) -> None:
+        """Hand runs to a worker, one by one; where it dies, another one begins the run again."""
+        worker: _Worker | None = None
+        deaths, run = 0, next(self.waiting, None)
+        try:
+            while run is not None and not self.over.is_set():
+                try:
+                    if worker is None:
+                        worker = self._hired()
+                        worker.send(self.contact)
+                    worker.send(run)
+                    self.answers.put(worker.answer())
+                except (OSError, EOFError, pickle.UnpicklingError) as error:
+                    deaths += 1
+                    if worker is not None:
+                        worker.end()
+                        worker = None
+                    if deaths < _PATIENCE:
+                        continue
+                    self.answers.put((failed(run, _died(repr(error))), False))
+                    break
+                deaths, run = 0, next(self.waiting, None)
+        except Exception as error:
+            self.answers.put(error)
+        finally:
+            if worker is not None:
+                worker.end()
+            self.answers.put(None)
+
+    def _hired(self) -> "_Worker":
+        code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve()"
+        worker = _Worker([sys.executable, "-c", code], stdin=PIPE, stdout=PIPE, start_new_session=True)
+        self.workers.append(worker)
+        if self.over.is_set():  # too late to be among those that the end kills
+            worker.kill()
+        return worker
 
 
-_contact: Contact
+class _Worker(Popen[bytes]):
+    """A process that follows runs.
+
+    It knows nothing of the caller's script. It has a session of its own, so that it does not hear Ctrl-C, and it ends with its input, which ends with
+    its parent.
+    """
+
+    def send(self, thing: Contact | Run) -> None:
+        """Give it its contact, first of all, or the next run."""
+        assert self.stdin
+        pickle.dump(thing, self.stdin)
+        self.stdin.flush()
+
+    def answer(self) -> Any:
+        """Wait for what comes of a run."""
+        assert self.stdout
+        return pickle.load(self.stdout)
+
+    def end(self) -> None:
+        """End it at once."""
+        with suppress(OSError), self:  # what it has not read
+            self.kill()
 
 
-def _set_up(contact: Contact, campaign: "Connection[Any, Any]") -> None:
-    """Make a worker ready: it keeps the arrays, leaves Ctrl-C to its parent, and ends with the campaign or the parent, however that ends."""
-    global _contact
-    _contact = contact
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with, args=(campaign,), daemon=True).start()
+def serve() -> None:
+    """Be a worker: follow the runs that come in, until there are no more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without sessions
+    replies = os.fdopen(os.dup(1), "wb")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # of this process: what a library prints does not get among the replies
+    asked: SimpleQueue[Any] = SimpleQueue()
+    Thread(target=_receive, args=(asked,), daemon=True).start()
+    contact = asked.get()
+    while True:
+        reply: Finished | Exception
+        try:
+            reply = follow(contact, [asked.get()])[0], True
+        except Exception as error:
+            reply = error
+        pickle.dump(reply, replies)
+        replies.flush()
 
 
-def _end_with(campaign: "Connection[Any, Any]") -> None:
-    with suppress(OSError):
-        campaign.poll(None)  # until the other end is closed: nothing is ever sent
-    os._exit(1)
+def _receive(asked: "SimpleQueue[Any]") -> None:
+    try:
+        while True:
+            asked.put(pickle.load(sys.stdin.buffer))
+    finally:
+        os._exit(0)  # at once, whatever is being followed
 
 
-def _follow_here(run: Run) -> dict[str, Any]:
-    return follow(_contact, [run])[0]
+def _died(reason: str) -> str:
+    return f"not followed, its worker died ({reason}); start again, with fewer workers if memory is short"

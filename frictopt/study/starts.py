@@ -15,6 +15,7 @@ from ..models import safe_slip, shakedown_limit
 __all__ = ["Start", "checked_starts", "given_slips", "no_slip", "overloads", "random_slips", "safe_part", "safe_slips"]
 
 _MODES = 6  # Chebyshev polynomials that make up a smooth slip
+_MOST = 100_000  # slips of a kind and amplitude, which fill a memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,8 @@ class Start:
     Raises
     ------
     ModelError
-        Names that are no texts, numbers that are not finite, a seed that is no whole number, a slip and a multiple of the safe slip at once.
+        Names that are no printable texts, numbers that are not finite, a seed that is no whole number, or both a slip and a multiple of the safe
+        slip.
     """
 
     family: str
@@ -51,8 +53,9 @@ class Start:
 
     def __post_init__(self) -> None:
         for label in ("family", "name"):
-            if not isinstance(getattr(self, label), str) or not getattr(self, label):
-                raise ModelError(f"{label} of a start: {getattr(self, label)!r}; give a text")
+            text = getattr(self, label)
+            if not isinstance(text, str) or not text or not text.isprintable():
+                raise ModelError(f"{label} of a start: {text!r}; give a printable text")
         if self.slip is not None:
             object.__setattr__(self, "slip", finite_array(f"slip of start {self.name!r}", self.slip, (None,)))
         if self.safe_multiple is not None:
@@ -104,7 +107,7 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     amplitudes
         Root mean square of the slips over the nodes, length.
     count
-        Number of slips of each kind and amplitude.
+        Number of slips of each kind and amplitude, at most 100,000.
     seed
         Seed of the first slip; each has one of its own.
 
@@ -115,7 +118,7 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     """
     if checked_system(system).nodes < 2:
         raise ModelError("system: one node; a slip of one node is a number, give it by given_slips")
-    whole_number("count", count, least=1)
+    whole_number("count", count, least=1, most=_MOST)
     whole_number("seed", seed, least=0, most=LARGEST_SEED)
     position = np.interp(system.x, [system.x[0], system.x[-1]], [-1.0, 1.0])
     modes = np.polynomial.chebyshev.chebvander(position, _MODES)[:, 1:]

@@ -1,187 +1,238 @@
-"""Runs of a campaign on disk, each by the key of its content: parquet parts, and a journal of the runs since the last part.
+"""Runs of a campaign on disk: one sqlite file with one table, a row for each run by the key of its content.
 
-A line of a journal costs a tenth of what a part costs, so that each run can be kept as it finishes. A journal is folded into the next part, by
-whoever writes it: journals that a killed study left are taken over, by their name, by the next one.
+Each row is a transaction of its own, so that a writer that is killed, and others that write at the same time, are sqlite's business.
 """
 
-import json
 import os
-import uuid
+import sqlite3
+import stat
 import warnings
-from collections.abc import Container, Iterator
-from contextlib import suppress
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 
-from ..errors import FrictoptError
+from ..errors import StoreError
+from ..path import Outcome
 
-__all__ = ["COLUMNS", "DamagedPart", "Store", "StoreError"]
+__all__ = ["TYPES", "DamagedRows", "Store", "read_store"]
 
-COLUMNS = pa.schema(
-    [
-        ("key", pa.string()),
-        ("load_factor", pa.float64()),
-        ("start", pa.string()),
-        ("amplitude", pa.float64()),
-        ("outcome", pa.string()),
-        ("dissipation", pa.float64()),
-        ("first_cycle", pa.float64()),
-        ("largest_share", pa.float64()),
-        ("cycles", pa.int64()),
-        ("slipping", pa.int64()),
-        ("open", pa.int64()),
-        ("residual", pa.float64()),
-        ("engine", pa.string()),
-        ("seconds", pa.float64()),
-        ("error", pa.string()),
-    ]
+_COLUMNS: dict[str, type] = {
+    "key": str,
+    "load_factor": float,
+    "start": str,
+    "amplitude": float,
+    "outcome": str,
+    "dissipation": float,
+    "first_cycle": float,
+    "largest_share": float,
+    "cycles": int,
+    "slipping": int,
+    "open": int,
+    "residual": float,
+    "engine": str,
+    "seconds": float,
+    "error": str,
+}
+TYPES = {name: {str: "str", float: "float64", int: "Int64"}[kind] for name, kind in _COLUMNS.items()}
+"""What the columns are in a DataFrame."""
+_NAMES = ", ".join(_COLUMNS)
+_SQL = {str: "text", float: "real", int: "integer"}
+_MAY_LACK = ("amplitude", "dissipation", "first_cycle", "largest_share", "cycles", "slipping", "open", "residual", "seconds")  # where a run failed
+_NEVER_NEGATIVE = ("load_factor", "amplitude", "dissipation", "largest_share", "cycles", "slipping", "open", "residual")
+_SOUND = " AND ".join(  # what holds of every row
+    [f"typeof({name}) = '{_SQL[kind]}'" for name, kind in _COLUMNS.items() if name not in _MAY_LACK]
+    + [f"typeof({name}) IN ('{_SQL[_COLUMNS[name]]}', 'null')" for name in _MAY_LACK]
+    + [f"coalesce({name}, 0) >= 0" for name in _NEVER_NEGATIVE]
+    + [f"outcome IN {('FAILED', *Outcome.__members__)}", "(outcome = 'FAILED') = (error <> '')"]
+    + [f"(outcome = 'FAILED' OR {name} IS NOT NULL)" for name in _MAY_LACK]
 )
-"""What is kept of a run."""
-
-_PART = 64  # runs
-
-
-class StoreError(FrictoptError, OSError):
-    """A run cannot be written: the disk is full, or the folder is not ours to write. What was written before is kept.
-
-    Attributes
-    ----------
-    table
-        The runs that are finished, those on disk and those that could not be written.
-    """
-
-    table: pd.DataFrame | None = None
+_DECLARED = ", ".join(f"{name} {_SQL[kind]}" for name, kind in _COLUMNS.items())
+_SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer NOT NULL, PRIMARY KEY (key), CHECK ({_SOUND})) WITHOUT ROWID"
+_MAGIC, _APPLICATION = b"SQLite format 3\0", b"FriO"  # how a file of sqlite begins, and its bytes 68 to 71 where it is a store
+_PATIENCE = 60  # seconds to wait for another writer, which needs less than a millisecond for a row
+_AT_ONCE = 500  # keys in one question: sqlite takes 999
 
 
-class DamagedPart(UserWarning):
-    """A part of a store could not be read; it was set aside, and its runs are repeated."""
+class DamagedRows(UserWarning):
+    """Rows of a store are not what was written; they do not count, and a study repeats their runs."""
 
 
 class Store:
-    """A folder of parts, which `pandas.read_parquet` reads as one table, and of journals, whose names begin with a dot.
+    """An open store.
 
     Parameters
     ----------
-    folder
-        Where they are; made if it does not exist.
+    path
+        Its file, made if it does not exist.
+    make
+        Whether it may be made and written.
 
     Raises
     ------
     StoreError
-        The folder cannot be made.
+        The file is no store, is damaged, or cannot be made.
     """
 
-    def __init__(self, folder: str | os.PathLike[str]) -> None:
+    def __init__(self, path: str | os.PathLike[str], *, make: bool = True) -> None:
+        self.path = _checked_path(path, make)
+        with _our_error(self.path):
+            if make:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+            address = f"{self.path.as_uri()}?mode={'rwc' if make else 'ro'}"
+            self._connection = sqlite3.connect(address, uri=True, timeout=_PATIENCE, isolation_level=None)
         try:
-            if not os.fspath(folder):
-                raise ValueError("no name")
-            self.folder = Path(folder).expanduser()
-            self.folder.mkdir(parents=True, exist_ok=True)
-        except (OSError, TypeError, ValueError, RuntimeError) as error:  # RuntimeError: a home that nobody has
-            raise StoreError(f"store: {folder!r} cannot be made into a folder ({error}); give a folder that exists or can be made") from error
-        self._journals = [self._new_journal()]  # the one that is written, and those taken over
-        self._rows: list[dict[str, Any]] = []  # what is in them
+            with _our_error(self.path):
+                self._open(make)
+        except BaseException:
+            self._connection.close()
+            raise
 
-    def read(self, keys: Container[str]) -> dict[str, dict[str, Any]]:
-        """The rows of these runs that the store has, by key; damaged parts are set aside, with a warning that names them.
+    def _open(self, make: bool) -> None:
+        ask = self._connection.execute
+        self._connection.text_factory = lambda text: text.decode(errors="replace")  # then the checksum tells
+        if make:
+            ask("BEGIN IMMEDIATE")
+            if not ask("SELECT * FROM sqlite_master").fetchall():
+                ask(_SCHEMA)
+                ask(f"PRAGMA application_id = {int.from_bytes(_APPLICATION, 'big')}")
+            ask("COMMIT")
+        if ask("SELECT sql FROM sqlite_master WHERE name = 'runs'").fetchall() != [(_SCHEMA,)]:
+            raise StoreError(f"store: {str(self.path)!r} has other columns, of another version of frictopt; give another file")
+        if make:
+            self._mode("WAL")  # a commit takes 0.02 ms instead of 0.7
+            ask("PRAGMA synchronous = NORMAL")
+        self._file = self.path.stat().st_ino
+
+    def close(self) -> None:
+        """Close the file: it is then one file again, unless others have it open."""
+        self._mode("DELETE")
+        self._connection.close()
+
+    def _mode(self, journal: str) -> None:
+        with suppress(sqlite3.Error):  # in use by others: any mode will do
+            self._connection.execute("PRAGMA busy_timeout = 0")
+            self._connection.execute(f"PRAGMA journal_mode = {journal}")
+        self._connection.execute(f"PRAGMA busy_timeout = {1000 * _PATIENCE}")
+
+    def read(self, keys: Iterable[str] | None = None) -> dict[str, dict[str, Any]]:
+        """The rows of these runs (None: of all) that the store has, by key; damaged ones are left out, with a warning.
 
         Raises
         ------
         StoreError
-            The folder cannot be read.
+            The file cannot be read.
         """
-        try:
-            return {row["key"]: row for row in self._all_rows() if row["key"] in keys}
-        except OSError as error:
-            raise self._failed("read", error) from error
+        rows, damaged = {}, 0
+        with _our_error(self.path):
+            for values in self._all(keys):
+                if values[-1] == _checksum(values[:-1]):
+                    rows[values[0]] = {name: _given_back(value, kind) for value, (name, kind) in zip(values, _COLUMNS.items(), strict=False)}
+                else:
+                    damaged += 1
+        if damaged:
+            warnings.warn(f"store: {str(self.path)!r}: {damaged} rows are damaged and do not count", DamagedRows, stacklevel=3)
+        return rows
 
-    def write(self, row: dict[str, Any]) -> None:
-        """Keep the row of one run.
-
-        Raises
-        ------
-        StoreError
-            It cannot be written.
-        """
-        try:
-            with self._journals[0].open("a", encoding="utf-8") as journal:
-                journal.write(json.dumps(row) + "\n")
-        except OSError as error:
-            raise self._failed("written", error) from error
-        self._rows.append(row)
-        if len(self._rows) >= _PART:
-            self.fold()
-
-    def fold(self) -> None:
-        """Write what the journals hold as a part, whole or not at all, and begin a new journal.
-
-        Raises
-        ------
-        StoreError
-            It cannot be written; the journals stay.
-        """
-        if not self._rows:
+    def _all(self, keys: Iterable[str] | None) -> Iterator[tuple[Any, ...]]:
+        question = f"SELECT {_NAMES}, CASE WHEN {_SOUND} THEN checksum END FROM runs"
+        if keys is None:
+            yield from self._connection.execute(f"{question} ORDER BY key")
             return
-        part = self.folder / f"{uuid.uuid4().hex}.parquet"
-        temporary = part.with_name(f".{part.name}")
-        try:
-            pq.write_table(pa.Table.from_pylist(self._rows, schema=COLUMNS), temporary, write_page_checksum=True)
-            temporary.replace(part)
-            for journal in self._journals:
-                journal.unlink(missing_ok=True)
-        except OSError as error:
-            with suppress(OSError):
-                temporary.unlink(missing_ok=True)
-            raise self._failed("written", error) from error
-        self._journals, self._rows = [self._new_journal()], []
+        wanted = list(keys)
+        for some in (wanted[first : first + _AT_ONCE] for first in range(0, len(wanted), _AT_ONCE)):
+            yield from self._connection.execute(f"{question} WHERE key IN ({', '.join('?' * len(some))})", some)
 
-    def _new_journal(self) -> Path:
-        return self.folder / f".{uuid.uuid4().hex}.journal"
+    def write(self, row: Mapping[str, Any]) -> None:
+        """Keep the row of one run, in place of one with its key.
 
-    def _failed(self, what: str, error: OSError) -> StoreError:
-        remedy = "make room" if self.folder.is_dir() else "leave the folder where it is"
-        return StoreError(
-            f"store: {str(self.folder)!r} cannot be {what} ({error}); {remedy} and start again, finished runs are kept in the folder "
-            "and in `table` of this error"
-        )
+        Raises
+        ------
+        StoreError
+            It cannot be written, or is none.
+        """
+        with _our_error(self.path):
+            if self.path.stat().st_ino != self._file:
+                raise OSError("another file is in its place")
+            values = tuple(_kept(row[name], kind) for name, kind in _COLUMNS.items())
+            question = f"INSERT OR REPLACE INTO runs VALUES ({', '.join('?' * len(values))}, ?)"
+            self._connection.execute(question, (*values, _checksum(values)))
 
-    def _all_rows(self) -> Iterator[dict[str, Any]]:
-        for part in sorted(self.folder.glob("[!._]*.parquet")):
-            try:
-                with part.open("rb") as file:
-                    yield from pq.ParquetFile(file, page_checksum_verification=True).read().cast(COLUMNS).to_pylist()
-            except FileNotFoundError:
-                continue  # set aside by another study
-            except (OSError, ValueError, pa.ArrowException) as error:
-                aside = part.with_name(f"_damaged-{part.name}")
-                part.replace(aside)
-                self._warn(part.name, f"{error}".partition("\n")[0] or type(error).__name__, f"set aside as {aside.name}")
-        for journal in sorted(self.folder.glob(".*.journal")):
-            yield from self._taken_over(journal)
 
-    def _taken_over(self, journal: Path) -> Iterator[dict[str, Any]]:
-        """The rows of a journal that another study left; should it go on writing, it begins a new one."""
-        own = self._new_journal()
-        try:
-            journal.rename(own)
-        except FileNotFoundError:
-            return  # folded or taken by another study
-        self._journals.append(own)
-        for line in own.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True):
-            try:
-                row = json.loads(line) if line.endswith("\n") else None  # else its writer was stopped within the line
-                if row is not None and set(row) != set(COLUMNS.names):
-                    raise ValueError("a line holds other columns")
-            except (ValueError, TypeError) as error:
-                self._warn(journal.name, str(error), "the line is left out")
-                continue
-            if row is not None:
-                self._rows.append(row)
-                yield row
+def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
+    """All runs that a store holds.
 
-    def _warn(self, name: str, reason: str, done: str) -> None:
-        warnings.warn(f"store: {name} is damaged ({reason}); {done}, its runs are repeated", DamagedPart, stacklevel=5)
+    Parameters
+    ----------
+    path
+        File that `dissipation_study` was given as `store`; a study may be writing to it.
+
+    Returns
+    -------
+    DataFrame
+        One row for each run, ordered by key. Columns: key, digest of the run's content (contact, cycle, friction, load factor and start); the others
+        as in the table of `dissipation_study`, the start by the name that it had when the run was kept.
+
+    Raises
+    ------
+    StoreError
+        There is no such file, it is no store, or it is damaged.
+    """
+    with closing(Store(path, make=False)) as store:
+        rows = store.read()
+    return pd.DataFrame(list(rows.values()), columns=list(_COLUMNS)).astype(TYPES)
+
+
+def _checked_path(path: Any, make: bool) -> Path:
+    """The absolute path of a store, or of nothing; whatever else is there is looked at, without being opened by sqlite, and refused."""
+    try:
+        if not os.fspath(path):
+            raise ValueError("no name")
+        found = Path(path).expanduser().absolute()
+        if not found.exists():
+            if not make:
+                raise FileNotFoundError("there is none")
+            return found
+        regular = stat.S_ISREG(found.stat().st_mode)
+        head = b""
+        if regular:
+            with found.open("rb") as file:
+                head = file.read(72)
+    except (OSError, TypeError, ValueError, RuntimeError) as error:  # RuntimeError: a home that nobody has
+        raise StoreError(f"store: {path!r} is no file of runs ({error}); give the name of one, or to a study that of one that can be made") from error
+    if not regular or (head and not (head.startswith(_MAGIC) and head[68:] == _APPLICATION)):  # an empty file: killed before its first row
+        what = "a file that is no store" if regular else "a folder" if found.is_dir() else "no file"
+        raise StoreError(f"store: {str(found)!r} is {what}; it is left as it is, give another name")
+    return found
+
+
+@contextmanager
+def _our_error(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except (sqlite3.Error, OSError, ValueError) as error:
+        if isinstance(error, StoreError):
+            raise
+        damaged = isinstance(error, sqlite3.DatabaseError) and not isinstance(error, sqlite3.OperationalError)
+        remedy = "move it away and start again" if damaged else "make room, or see that it and its folder stay and can be written, and start again"
+        raise StoreError(
+            f"store: {str(path)!r} {'is damaged' if damaged else 'cannot be used'} ({error}); {remedy}; what is finished is in `table` of this error"
+        ) from error
+
+
+def _kept(value: Any, kind: type) -> Any:
+    """A value as sqlite gives it back: it knows neither NaN nor the sign of zero."""
+    if value is None or value != value:
+        return None
+    return kind(value) + 0.0 if kind is float else kind(value)
+
+
+def _given_back(value: Any, kind: type) -> Any:
+    return float("nan") if value is None and kind is float else value
+
+
+def _checksum(values: tuple[Any, ...]) -> int:
+    return zlib.crc32(repr(values).encode())

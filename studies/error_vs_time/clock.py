@@ -22,7 +22,7 @@ _MARKED = {  # functions that belong to a stage; the time outside of all of them
     "solve": (
         f"{_CONIC}.highs_conif.HIGHS.solve_via_data",
         f"{_CONIC}.clarabel_conif.CLARABEL.solve_via_data",
-        f"{_QP}.osqp_qpif.OSQP.solve_via_data",
+        f"{_QP}.highs_qpif.HIGHS.solve_via_data",
         "frictopt.models.exact_increment.settle",
         "frictopt.models.frozen_bound.settle",
         "frictopt.models.status_search.settle",

@@ -1,0 +1,293 @@
+"""The file that keeps the runs of a campaign: what it holds, what is left alone, and what is not believed."""
+
+import os
+import resource
+import sqlite3
+import subprocess
+import sys
+import threading
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import frictopt as fo
+from frictopt.study import DamagedRows, execute, run
+from frictopt.study.store import Store
+from systems import CYCLE, random_system
+
+ROOT = Path(__file__).parent.parent
+CONTACT = random_system(np.random.default_rng(3), 3)
+FACTORS = np.linspace(0.1, 2.0, 20)
+
+
+def study(**options):
+    return fo.dissipation_study(CONTACT, CYCLE, 0.4, FACTORS, **options)
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    return study()
+
+
+@pytest.fixture
+def file(tmp_path, undisturbed):
+    """A store with all runs."""
+    same(study(store=tmp_path / "runs.sqlite"), undisturbed)
+    return tmp_path / "runs.sqlite"
+
+
+@pytest.fixture
+def followed(monkeypatch):
+    """The load factors of the runs that are followed from now on."""
+    seen = []
+    monkeypatch.setattr(run, "steady_state", lambda *args, **options: seen.append(args[3]) or fo.steady_state(*args, **options))
+    return seen
+
+
+def same(table, other):
+    pd.testing.assert_frame_equal(table.drop(columns="seconds"), other.drop(columns="seconds"), check_exact=True)
+
+
+def changed(file, statement, *values):
+    """Change a store behind its back."""
+    with sqlite3.connect(file) as connection:
+        connection.execute("PRAGMA ignore_check_constraints = 1")
+        connection.execute(statement, values)
+    connection.close()
+
+
+def test_the_file_holds_every_run_with_all_its_digits(file, undisturbed):
+    """To be read by anything that reads sqlite, among it pandas."""
+    table = fo.read_store(file)
+    by_load = table.sort_values("load_factor", ignore_index=True)
+    columns = [name for name in table.columns if name not in ("key", "seconds")]
+    pd.testing.assert_frame_equal(by_load[columns], undisturbed[columns], check_exact=True)
+    assert table.key.is_unique and table.key.is_monotonic_increasing
+    with sqlite3.connect(file) as connection:
+        raw = pd.read_sql("SELECT * FROM runs ORDER BY load_factor", connection)
+    connection.close()
+    assert raw.dissipation.tolist() == undisturbed.dissipation.tolist()
+    assert [path.name for path in file.parent.iterdir()] == ["runs.sqlite"]
+
+
+def test_runs_that_failed_are_kept_with_their_error(tmp_path):
+    wedge = fo.ContactSystem([[1.0]], [[0.5]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])})
+    pushed = fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}])
+    tables = [fo.dissipation_study(wedge, pushed, 3.0, [5.0], store=tmp_path / "runs") for _ in range(2)]
+    pd.testing.assert_frame_equal(*tables, check_exact=True)
+    kept = fo.read_store(tmp_path / "runs")
+    assert (
+        kept.outcome.tolist() == ["FAILED"] and kept.error[0].startswith("NoContinuation") and kept[["dissipation", "cycles"]].isna().all(axis=None)
+    )
+
+
+def test_a_store_without_a_name_is_refused_and_one_at_home_is_found(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path / "home"))
+    with pytest.raises(fo.StoreError, match="store: ''"):
+        study(store="")
+    study(store="~/runs")
+    assert [path.name for path in tmp_path.iterdir()] == ["home"] and len(fo.read_store("~/runs")) == len(FACTORS)
+
+
+def text(path):
+    path.write_text("text")
+
+
+def table(path):
+    pd.DataFrame({"key": [1]}).to_parquet(path)
+
+
+def database(path):
+    with sqlite3.connect(path) as connection:
+        connection.execute("CREATE TABLE runs (key text)")
+    connection.close()
+
+
+@pytest.mark.parametrize("make", [text, table, database, Path.mkdir, os.mkfifo], ids=["text", "parquet", "sqlite", "folder", "pipe"])
+def test_what_is_no_store_is_named_and_left_as_it_is(tmp_path, make):
+    foreign = tmp_path / "foreign"
+    make(foreign)
+    before = foreign.stat(), foreign.read_bytes() if foreign.is_file() else None
+    for use in (lambda: study(store=foreign), lambda: fo.read_store(foreign)):
+        with pytest.raises(fo.StoreError, match=r"store: .*foreign.*give another name"):
+            use()
+    after = foreign.stat(), foreign.read_bytes() if foreign.is_file() else None
+    assert (after[0].st_mtime_ns, after[0].st_size, after[1]) == (before[0].st_mtime_ns, before[0].st_size, before[1])
+    assert [path.name for path in tmp_path.iterdir()] == ["foreign"]
+
+
+def test_files_beside_a_store_are_left_alone(tmp_path):
+    for make, name in ((text, "runs.txt"), (table, "runs.parquet"), (table, "x.parquet"), (database, "other.sqlite"), (text, ".x.journal")):
+        make(tmp_path / name)
+    before = {path.name: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
+    for _ in range(2):
+        study(store=tmp_path / "runs.sqlite")
+    after = {path.name: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
+    assert after.pop("runs.sqlite") and after == before
+
+
+def test_a_store_of_another_version_is_refused(file):
+    changed(file, "ALTER TABLE runs ADD COLUMN more real")
+    for use in (lambda: study(store=file), lambda: fo.read_store(file)):
+        with pytest.raises(fo.StoreError, match=r"runs\.sqlite' has other columns"):
+            use()
+
+
+def test_a_missing_store_is_not_made_by_reading(tmp_path):
+    with pytest.raises(fo.StoreError, match="runs"):
+        fo.read_store(tmp_path / "runs")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("path", ["/proc/runs.sqlite", "a\0b", "/dev/null", 3, b"runs"])
+def test_a_store_that_cannot_be_made_is_named(path):
+    with pytest.raises(fo.StoreError, match=r"store: .*(runs|x00|null|3)"):
+        study(store=path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "dissipation = 1000 * dissipation + 1",
+        "dissipation = -1.0",
+        "outcome = NULL",
+        "outcome = 'SHAKE'",
+        "dissipation = NULL",
+        "cycles = 'many'",
+        "cycles = cycles + 1",
+        "start = x'ff'",
+        "start = CAST(x'ff' AS text)",
+        "checksum = 0",
+    ],
+)
+def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(file, undisturbed, followed, change):
+    victim = fo.read_store(file).query("dissipation > 0").key.iloc[0]
+    changed(file, f"UPDATE runs SET {change} WHERE key = ?", victim)
+    with pytest.warns(DamagedRows, match=r"runs\.sqlite': 1 rows"):
+        assert len(fo.read_store(file)) == len(FACTORS) - 1
+    with pytest.warns(DamagedRows):
+        same(study(store=file), undisturbed)
+    assert len(followed) == 1 and len(fo.read_store(file)) == len(FACTORS)
+
+
+def test_rows_that_no_run_can_have_are_refused_by_the_file_itself(file):
+    """With a checksum that fits, too."""
+    sound = fo.read_store(file).iloc[0].to_dict()
+    store = Store(file)
+    store.write(sound)
+    for change in ({"dissipation": -1.0}, {"outcome": None}, {"outcome": "SHAKE"}, {"residual": np.nan}, {"error": "none"}, {"outcome": "FAILED"}):
+        with pytest.raises(fo.StoreError, match=r"runs\.sqlite"):
+            store.write(sound | change)
+    store.close()
+    assert len(fo.read_store(file)) == len(FACTORS)
+
+
+def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(file, tmp_path, undisturbed):
+    """Bits flipped and ends cut off at random places."""
+    content, rng = file.read_bytes(), np.random.default_rng(0)
+    harmed, told = tmp_path / "harmed.sqlite", 0
+    for number in range(150):
+        place = int(rng.integers(len(content)))
+        harm = bytearray(content)
+        harm[place] ^= 1 << int(rng.integers(8))
+        harmed.write_bytes(content[:place] if number % 5 == 0 and place else bytes(harm))
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", DamagedRows)
+                same(study(store=harmed), undisturbed)
+                assert len(fo.read_store(harmed)) >= len(FACTORS)
+        except fo.StoreError as error:
+            told += 1
+            assert "harmed.sqlite" in str(error)
+        for left in tmp_path.glob("harmed*"):
+            left.unlink()
+    assert told > 10
+
+
+def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(tmp_path, undisturbed, followed, monkeypatch):
+    """The file may not grow any more after five runs."""
+    write, limits = Store.write, resource.getrlimit(resource.RLIMIT_FSIZE)
+    done = []
+
+    def until_full(self, row):
+        done.append(row)
+        if len(done) == 6:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
+        write(self, row)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Store, "write", until_full)
+        try:
+            with pytest.raises(fo.StoreError, match=r"runs\.sqlite.*make room") as caught:
+                study(store=tmp_path / "runs.sqlite")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    same(caught.value.table, undisturbed.head(6))
+    followed.clear()
+    same(study(store=tmp_path / "runs.sqlite"), undisturbed)
+    assert followed == FACTORS[5:].tolist()
+
+
+@pytest.mark.parametrize("again", [False, True])
+def test_a_store_that_goes_away_leaves_the_finished_rows_in_the_error(tmp_path, monkeypatch, again, undisturbed):
+    follow, done = execute.follow, []
+
+    def until_gone(*args):
+        done.append(args)
+        if len(done) == 4:
+            (tmp_path / "store" / "runs").rename(tmp_path / "store" / "elsewhere")
+            if again:
+                (tmp_path / "store" / "runs").write_text("")
+        return follow(*args)
+
+    monkeypatch.setattr(execute, "follow", until_gone)
+    with pytest.raises(fo.StoreError, match="stay") as caught:
+        study(store=tmp_path / "store" / "runs")
+    same(caught.value.table, undisturbed.head(4))
+
+
+def test_studies_that_write_by_turns_keep_each_run_once(undisturbed, tmp_path, monkeypatch):
+    write, turns = Store.write, threading.Barrier(2, timeout=60)
+
+    def by_turns(self, row):
+        turns.wait()
+        write(self, row)
+
+    monkeypatch.setattr(Store, "write", by_turns)
+    with ThreadPoolExecutor(2) as threads:
+        tables = [future.result() for future in [threads.submit(study, store=tmp_path / "runs") for _ in range(2)]]
+    for made in tables:
+        same(made, undisturbed)
+    kept = fo.read_store(tmp_path / "runs")
+    assert kept.key.is_unique and len(kept) == len(FACTORS)
+
+
+def test_a_store_can_be_read_while_it_is_written(tmp_path, monkeypatch):
+    write, seen = Store.write, []
+
+    def watched(self, row):
+        write(self, row)
+        seen.append(len(fo.read_store(self.path)))
+
+    monkeypatch.setattr(Store, "write", watched)
+    study(store=tmp_path / "runs")
+    assert seen == list(range(1, len(FACTORS) + 1))
+
+
+def test_studies_of_other_processes_share_a_store(tmp_path):
+    store = tmp_path / "runs"
+    command = [sys.executable, str(ROOT / "tests" / "campaign.py"), str(store)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    both = [subprocess.Popen([*command, str(tmp_path / name)], env=environment) for name in ("one", "other")]
+    assert [process.wait(timeout=600) for process in both] == [0, 0]
+    one, other = (pd.read_pickle(tmp_path / name) for name in ("one", "other"))
+    same(one, other)
+    kept = fo.read_store(store)
+    assert kept.key.is_unique and len(kept) == len(one) == 1200
+    assert sorted(kept.dissipation) == sorted(one.dissipation)
