@@ -15,6 +15,8 @@ import pytest
 
 import campaign
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parent.parent
 PATIENCE = 600  # seconds, until a process that hangs is an error
 

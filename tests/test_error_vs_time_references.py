@@ -14,6 +14,8 @@ from studies.error_vs_time.lemke import Lemke
 from studies.increments import LOADS
 from systems import CYCLE, linprog_limit, random_system, system
 
+pytestmark = pytest.mark.slow
+
 
 def fastened(contact):
     """The contact with a further node that takes up any slip: then it is no restriction that slips add up to zero."""
