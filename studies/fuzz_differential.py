@@ -99,10 +99,20 @@ class Scene:
         limit = self.limit.load_factor
         return self.case.share * (limit if np.isfinite(limit) and limit > 1e-6 else 1.0)
 
-    @cached_property
+    @property
     def steady(self) -> fo.SteadyState:
         """The steady state, with everything left out that can be."""
-        return fo.steady_state(*self.args, self.load_factor, initial_slip=self.case.start, most_cycles=_MOST)
+        if isinstance(self._steady, fo.FrictoptError):
+            raise self._steady
+        return self._steady
+
+    @cached_property
+    def _steady(self) -> fo.SteadyState | fo.FrictoptError:
+        """The same, or why there is none: a refusal may take long, and all questions meet it."""
+        try:
+            return fo.steady_state(*self.args, self.load_factor, initial_slip=self.case.start, most_cycles=_MOST)
+        except fo.FrictoptError as error:
+            return error
 
     @cached_property
     def marched(self) -> fo.Trajectory:

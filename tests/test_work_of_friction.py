@@ -56,14 +56,14 @@ def test_a_study_tabulates_the_same_work_for_mirror_images(punch):
 def test_one_node_that_rubs_beside_others_that_came_to_rest(node):
     """60 nodes that do not feel each other, A = 1, f p = 1/2. q^w = 3/4 s at one of them: it slips by 1/2 each way, W = 1/2, wherever it is.
 
-    Another slid once on its way to the mean load, which was asymmetric as well; a symmetric load at all nodes makes none slip.
+    Its counterpart on the other side keeps a slip of -1/4, the mirror image of its own in the last two segments, which other loads leave alone.
     """
     n = 60
     identity, none, shape = np.eye(n), np.zeros(n), np.linspace(-0.1, 0.1, n)
     loads = {"P": (none, np.ones(n)), "R": (identity[node], none), "s": (shape, none)}
     contact = fo.ContactSystem(identity, 0 * identity, identity, np.arange(60.0), loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"R": 0.75}, {"R": -0.75}, {}, {"s": 1.0}])
-    steady = fo.steady_state(contact, cycle, 0.5, 1.0, initial_slip=-0.25 * identity[1])
+    steady = fo.steady_state(contact, cycle, 0.5, 1.0, initial_slip=-0.25 * identity[n - 1 - node])
     assert steady.outcome is fo.Outcome.CYCLIC_SLIP
     assert steady.dissipation_per_node == pytest.approx(0.5 * identity[node], abs=1e-12)
 
