@@ -1,7 +1,6 @@
-"""Small contact systems for the tests, and an independent linear program."""
+"""Small contact systems for the tests."""
 
 import numpy as np
-from scipy.optimize import linprog
 
 import frictopt as fo
 
@@ -52,20 +51,3 @@ def mirrored(rng, nodes, gap=False, coupling=1.0):
     opening = 0.3 * np.maximum(even[1], 0.0) if gap else None
     x = np.arange(nodes) - (nodes - 1) / 2
     return fo.ContactSystem(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], x, bonded, opening)
-
-
-def linprog_limit(contact, cycle, friction):
-    """lambda_2 from all K corners and the raw slips, by scipy: (status, value) with status 0 optimal, 2 infeasible, 3 unbounded."""
-    n = contact.nodes
-    f = np.broadcast_to(friction, n)
-    q0, p0 = cycle.mean_reaction(contact)
-    rows, right = [], []
-    for q1, p1 in zip(*cycle.corner_reactions(contact), strict=True):
-        rows += [
-            np.column_stack([-contact.A - f[:, None] * contact.B, -q1 - f * p1]),
-            np.column_stack([contact.A - f[:, None] * contact.B, q1 - f * p1]),
-        ]
-        right += [q0 + f * p0, f * p0 - q0]
-    tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    answer = linprog(np.r_[np.zeros(n), -1.0], np.vstack(rows), np.concatenate(right), bounds=[(None, None)] * n + [(0, None)], options=tight)
-    return answer.status, (answer.x[-1] if answer.status == 0 else np.nan)
