@@ -9,6 +9,7 @@ not matter. The same cases run in the tests, fewer of them.
 import argparse
 import re
 import secrets
+import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -73,6 +74,7 @@ class _Found:
         wrong = finding.outcome == "wrong"
         if wrong:
             tqdm.write(f"WRONG, seed {finding.seed}, {finding.check}: {finding.text}")
+            sys.stdout.flush()  # of a run that takes a night and is looked at before it ends
         key = finding.check, finding.outcome, f"{finding.text} (seed {finding.seed})" if wrong else _pattern(finding.text)
         self.refused.setdefault(key, [0, finding.seed])[0] += 1
 
