@@ -1,14 +1,21 @@
 """Random contacts by the thousand: every answer is held against an independent one, or is an error of frictopt that says what to do.
 
-Run with `python -m studies fuzz [--quick] [--cases N] [--seed S]`; it prints the counts in Markdown. The same cases run in the tests, fewer of them.
+Run with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential]`; it prints what is wrong with its seed, and the
+counts in Markdown, and its exit status is 1 where anything is wrong. Without a seed it draws one of its own, and prints it: each run explores.
+The part "answers" asks small contacts, ordinary and extreme; "differential" asks contacts of 3 to 130 nodes everything twice, in ways that must
+not matter. The same cases run in the tests, fewer of them.
 """
 
 import argparse
 import re
+import secrets
+import sys
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
+from typing import Any
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -16,65 +23,96 @@ from tqdm import tqdm
 
 from .fuzz_cases import random_case
 from .fuzz_checks import CHECKS, Finding, findings
+from .fuzz_differential import DIFFERENTIAL, differences
+from .fuzz_scenes import random_scene
 from .tables import Study, Table, at_least_one, markdown, seed_number
 
-__all__ = ["COUNTS", "FULL", "QUICK", "REFUSALS", "STUDY", "Parameters", "counts", "refusals", "short"]
+__all__ = ["COUNTS", "FULL", "PARTS", "QUICK", "REFUSALS", "STUDY", "Parameters", "counts", "refusals", "short"]
+
+PARTS: Mapping[str, Mapping[str, Any]] = {"answers": CHECKS, "differential": DIFFERENTIAL}
+"""Part -> its questions."""
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """Which cases."""
+    """Which cases, and which parts are asked of each."""
 
     cases: int = 10_000
     seed: int = 0  # of the first case; the others count on
+    parts: tuple[str, ...] = tuple(PARTS)
 
 
 FULL = Parameters()
 QUICK = Parameters(cases=100)
 
 
+@dataclass
+class _Asked:
+    """What came of one question, over all cases."""
+
+    outcomes: Counter[str] = field(default_factory=Counter)
+    compared: int = 0
+    residual: float = 0.0
+    seconds: float = 0.0
+
+
+@dataclass
+class _Found:
+    """What came of a run: by question; and of what was no answer, how often and the first seed, by question, outcome and message."""
+
+    asked: dict[str, _Asked]
+    refused: dict[tuple[str, str, str], list[int]] = field(default_factory=dict)
+
+    def add(self, finding: Finding, seconds: float) -> None:
+        asked = self.asked[finding.check]
+        asked.outcomes[finding.outcome] += 1
+        asked.compared += finding.compared
+        asked.seconds += seconds
+        if finding.outcome == "answer":
+            asked.residual = max(asked.residual, finding.residual)
+            return
+        wrong = finding.outcome == "wrong"
+        if wrong:
+            tqdm.write(f"WRONG, seed {finding.seed}, {finding.check}: {finding.text}")
+            sys.stdout.flush()  # of a run that takes a night and is looked at before it ends
+        key = finding.check, finding.outcome, f"{finding.text} (seed {finding.seed})" if wrong else _pattern(finding.text)
+        self.refused.setdefault(key, [0, finding.seed])[0] += 1
+
+
 @cache
-def _run(parameters: Parameters) -> tuple[tuple[Finding, ...], dict[str, float]]:
-    """All findings, and the seconds that each question took."""
-    found: list[Finding] = []
-    seconds = dict.fromkeys(CHECKS, 0.0)
+def _run(parameters: Parameters) -> _Found:
+    found = _Found({check: _Asked() for part in parameters.parts for check in PARTS[part]})
     with threadpool_limits(1):
         for seed in tqdm(range(parameters.seed, parameters.seed + parameters.cases), desc="fuzzing", disable=None):
             start = time.perf_counter()
-            for finding in findings(random_case(seed)):
-                found.append(finding)
-                seconds[finding.check] += time.perf_counter() - start
+            for finding in _findings(seed, parameters.parts):
+                found.add(finding, time.perf_counter() - start)
                 start = time.perf_counter()
-    return tuple(found), seconds
+    return found
+
+
+def _findings(seed: int, parts: Sequence[str]) -> Iterator[Finding]:
+    if "answers" in parts:
+        yield from findings(random_case(seed))
+    if "differential" in parts:
+        yield from differences(random_scene(seed))
 
 
 def counts(parameters: Parameters) -> pd.DataFrame:
     """One row per question."""
-    found, seconds = _run(parameters)
     rows = []
-    for check in CHECKS:
-        asked = [finding for finding in found if finding.check == check]
-        outcomes = [finding.outcome for finding in asked]
-        row = {"question": check, "cases": len(asked), "answers": outcomes.count("answer"), "compared": sum(finding.compared for finding in asked)}
-        row |= {error: outcomes.count(error) for error in ("ModelError", "NoContinuation", "SolverError", "wrong")}
-        row["residual"] = max((finding.residual for finding in asked if finding.outcome == "answer"), default=0.0)
-        rows.append(row | {"seconds": seconds[check]})
+    for check, asked in _run(parameters).asked.items():
+        row = {"question": check, "cases": asked.outcomes.total(), "answers": asked.outcomes["answer"], "compared": asked.compared}
+        row |= {outcome: asked.outcomes[outcome] for outcome in ("ModelError", "NoContinuation", "SolverError", "wrong")}
+        rows.append(row | {"residual": asked.residual, "seconds": asked.seconds})
     return pd.DataFrame(rows)
 
 
 def refusals(parameters: Parameters) -> pd.DataFrame:
     """One row per question, kind of error and message, numbers left out; what is wrong comes first, one row each."""
-    found, _ = _run(parameters)
-    rows = [
-        {"question": f.check, "outcome": f.outcome, "message": f.text if f.outcome == "wrong" else _pattern(f.text), "seed": f.seed, "residual": 0.0}
-        for f in found
-        if f.outcome != "answer"
-    ]
-    table = pd.DataFrame(rows, columns=["question", "outcome", "message", "seed", "residual"])
-    grouped = table.groupby(["question", "outcome", "message"], sort=False).agg(
-        cases=("seed", "size"), seed=("seed", "first"), residual=("residual", "max")
-    )
-    return grouped.reset_index().sort_values(["outcome", "cases"], ascending=False, key=lambda c: c == "wrong" if c.name == "outcome" else c)
+    columns = ["question", "outcome", "message", "cases", "seed", "residual"]
+    table = pd.DataFrame([(*key, *number, 0.0) for key, number in _run(parameters).refused.items()], columns=columns)
+    return table.sort_values(["outcome", "cases"], ascending=False, key=lambda c: c == "wrong" if c.name == "outcome" else c)
 
 
 def _pattern(message: str) -> str:
@@ -117,16 +155,19 @@ class _Random(Study):
 
     def parser(self) -> argparse.ArgumentParser:
         parser = super().parser()
-        parser.add_argument("--cases", type=at_least_one, default=FULL.cases, metavar="N", help=f"number of random contacts (default {FULL.cases})")
-        parser.add_argument("--seed", type=seed_number, default=FULL.seed, metavar="N", help=f"seed of the first one (default {FULL.seed})")
+        parser.add_argument("--cases", type=at_least_one, metavar="N", help=f"number of random contacts of each part (default {FULL.cases})")
+        parser.add_argument("--seed", type=seed_number, metavar="N", help="seed of the first one (default: another one each time, which is printed)")
+        parser.add_argument("--only", choices=tuple(PARTS), help="the questions of one part")
         return parser
 
     def run(self, argv: Sequence[str] | None = None) -> int:
         options = self.parser().parse_args(argv)
-        quick = options.quick and (options.cases, options.seed) == (FULL.cases, FULL.seed)  # numbers that are asked for go before
-        tables = [replace(table, full=Parameters(options.cases, options.seed)) for table in self.tables]
-        tables = tables if quick else [replace(table, quick=table.full) for table in tables]
-        return Study.run(replace(self, tables=tables), argv)
+        cases = options.cases or (QUICK if options.quick else FULL).cases
+        seed = secrets.randbelow(10**9) if options.seed is None else options.seed
+        parameters = Parameters(cases, seed, (options.only,) if options.only else tuple(PARTS))
+        print(f"seeds {seed} to {seed + cases - 1}")
+        status = Study.run(replace(self, tables=[replace(table, full=parameters, quick=parameters) for table in self.tables]), argv)
+        return status or int(any(asked.outcomes["wrong"] for asked in _run(parameters).asked.values()))
 
 
 STUDY = _Random("studies.fuzz", __doc__, "few cases, in seconds", (COUNTS, REFUSALS), summary=lambda tables: short(tables[COUNTS.name]))

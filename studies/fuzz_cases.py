@@ -26,13 +26,15 @@ class Case:
     seed
         What it was made from.
     system, cycle
-        The contact and its load cycle, with load cases "mean", "a" and "b".
+        The contact and its load cycle, with the load case "mean" and cyclic ones.
     friction
         (N,) coefficients of friction.
     share
         Load factor over the shakedown limit.
     start
         (N,) initial slip, or None.
+    family
+        What kind of contact it is.
     """
 
     seed: int
@@ -41,6 +43,7 @@ class Case:
     friction: Any
     share: float
     start: Any
+    family: str = "small"
 
 
 def random_case(seed: int, nodes: int | None = None) -> Case:

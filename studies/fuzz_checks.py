@@ -1,8 +1,9 @@
 """What is asked of a random case, and how each answer is held against an independent one."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from .fuzz_cases import Case
 from .fuzz_guaranteed import followed, guaranteed, guaranteed_transformed
 from .fuzz_known import Known, NotAsked, Wrong, same, transformed
 
-__all__ = ["CHECKS", "Finding", "findings"]
+__all__ = ["CHECKS", "Finding", "asked", "findings"]
 
 _STEPS = (7, 30, 131, 1009)  # increments from corner to corner; without common divisors, or all may miss an event by the same way
 _FEW = 3  # nodes up to which all statuses are tried
@@ -49,18 +50,22 @@ class Finding:
 
 def findings(case: Case, checks: Sequence[str] | None = None) -> Iterator[Finding]:
     """Ask every question of a case, or some of them, by name."""
-    known = Known(case)
-    for name in CHECKS if checks is None else checks:
+    return asked({name: CHECKS[name] for name in (CHECKS if checks is None else checks)}, Known(case), case.seed)
+
+
+def asked(questions: Mapping[str, Callable[[Any], tuple[float, bool]]], subject: Any, seed: int) -> Iterator[Finding]:
+    """Ask questions, by name, of a subject made from a seed."""
+    for name, question in questions.items():
         try:
-            residual, compared = CHECKS[name](known)
-            yield Finding(name, case.seed, "answer", residual, compared, "")
+            residual, compared = question(subject)
+            yield Finding(name, seed, "answer", residual, compared, "")
         except NotAsked:
             continue
         except fo.FrictoptError as error:
             kind = next(kind for kind in (fo.ModelError, fo.NoContinuation, fo.SolverError) if isinstance(error, kind))
-            yield Finding(name, case.seed, kind.__name__, float("nan"), False, str(error))
+            yield Finding(name, seed, kind.__name__, float("nan"), False, str(error))
         except Exception as error:  # a wrong answer, or an error that is not ours: both must not be
-            yield Finding(name, case.seed, "wrong", float("nan"), False, f"{type(error).__name__}: {error}")
+            yield Finding(name, seed, "wrong", float("nan"), False, f"{type(error).__name__}: {error}")
 
 
 def _limit(known: Known) -> tuple[float, bool]:

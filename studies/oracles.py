@@ -41,7 +41,7 @@ def units(system: fo.ContactSystem, cycle: fo.LoadCycle) -> tuple[float, float]:
 def _rows(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> tuple[Any, Any, Any]:
     """Safe means `slope v + rate lam + level >= 0`: all corners, both senses, and pressure; in the units of `units`."""
     force, length = units(system, cycle)
-    A, B, f = system.A * length / force, system.B * length / force, np.asarray(friction)
+    A, B, f = system.A * length / force, system.B * length / force, np.broadcast_to(friction, system.nodes)
     q0, p0 = (values / force for values in cycle.mean_reaction(system))
     slopes, rates, levels = [], [], []
     for q1, p1 in zip(*cycle.corner_reactions(system), strict=True):

@@ -1,4 +1,4 @@
-"""Small contact systems for the tests, and an independent linear program."""
+"""Small contact systems for the tests."""
 
 import numpy as np
 from scipy.optimize import linprog

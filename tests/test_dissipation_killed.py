@@ -16,6 +16,8 @@ import pytest
 import campaign
 import frictopt as fo
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parent.parent
 PATIENCE = 120  # seconds, until a process that hangs is an error
 

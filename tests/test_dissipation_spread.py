@@ -15,6 +15,8 @@ import frictopt as fo
 from frictopt.study import execute, no_slip
 from systems import CYCLE, random_system
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parent.parent
 CONTACT = random_system(np.random.default_rng(3), 3)
 FACTORS = np.linspace(0.1, 2.0, 20)  # more than one batch

@@ -12,7 +12,10 @@ from frictopt.reference import bonded_onset, two_node_limits
 from studies.error_vs_time import condensation, exact, limits
 from studies.error_vs_time.lemke import Lemke
 from studies.increments import LOADS
-from systems import CYCLE, linprog_limit, random_system, system
+from studies.oracles import largest_load_factor
+from systems import CYCLE, random_system, system
+
+pytestmark = pytest.mark.slow
 
 
 def fastened(contact):
@@ -32,8 +35,8 @@ def vertices(contact, friction):
 @pytest.mark.parametrize("seed", range(4))
 def test_exact_limit_is_that_of_an_independent_program(seed):
     contact = fastened(random_system(np.random.default_rng(seed), 2))
-    status, expected = linprog_limit(contact, CYCLE, 0.4)
-    assert status == 0
+    expected = largest_load_factor(contact, CYCLE, 0.4)
+    assert np.isfinite(expected)
     proven = []
     for active in vertices(contact, 0.4):
         try:
@@ -48,7 +51,7 @@ def test_exact_limit_is_that_of_an_independent_program(seed):
 @pytest.mark.parametrize("seed", range(4))
 def test_exact_margin_is_that_of_an_independent_program(seed):
     contact = fastened(random_system(np.random.default_rng(seed), 2))
-    f, factor, n = 0.4, 0.8 * linprog_limit(contact, CYCLE, 0.4)[1], contact.nodes
+    f, factor, n = 0.4, 0.8 * largest_load_factor(contact, CYCLE, 0.4), contact.nodes
     q0, p0 = CYCLE.mean_reaction(contact)
     matrix, right = [], []
     for q1, p1 in zip(*CYCLE.corner_reactions(contact), strict=True):

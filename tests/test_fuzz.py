@@ -17,7 +17,10 @@ from frictopt.reference import single_node_limit
 from studies import fuzz, oracles
 from studies.fuzz_cases import random_case
 from studies.fuzz_checks import CHECKS, findings
+from studies.fuzz_differential import DIFFERENTIAL
 from systems import CYCLE, random_system, system
+
+pytestmark = pytest.mark.slow
 
 ADVICE = r"hold|lower|reduce|give|check|take|press|allow|differ too much|bring|or use"
 
@@ -173,15 +176,33 @@ def test_steps_against_the_other_enumeration():
         assert np.allclose(force * found[1], np.r_[expected[2], expected[3]], atol=1e-9)
 
 
-def test_the_study_counts_what_it_finds(tmp_path, capsys):
-    assert fuzz.STUDY.run(["--cases", "12", "--seed", "40", "--data", str(tmp_path)]) == 0
+@pytest.mark.parametrize(("options", "questions"), [([], [*CHECKS, *DIFFERENTIAL]), (["--only", "differential"], list(DIFFERENTIAL))])
+def test_the_study_counts_what_it_finds(options, questions, tmp_path, capsys):
+    assert fuzz.STUDY.run(["--cases", "12", "--seed", "40", "--data", str(tmp_path), *options]) == 0
     table, refused = (pd.read_parquet(kind.path(tmp_path)) for kind in (fuzz.COUNTS, fuzz.REFUSALS))
-    assert list(table["question"]) == list(CHECKS) and (table["wrong"] == 0).all()
+    assert list(table["question"]) == questions and (table["wrong"] == 0).all()
     outcomes = table[["answers", "ModelError", "NoContinuation", "SolverError", "wrong"]].sum(axis=1)
     assert (outcomes == table["cases"]).all() and table["cases"].max() == 12 and table["residual"].max() <= 1e-9
     assert refused["cases"].sum() == table["cases"].sum() - table["answers"].sum()
     printed = capsys.readouterr().out
-    assert printed.count("\n| ") == len(CHECKS) + 1
+    assert printed.count("\n| ") == len(questions) + 1 and printed.startswith("seeds 40 to 51\n")
+
+
+def test_a_run_without_a_seed_explores_and_says_where(tmp_path, capsys):
+    firsts = set()
+    for _ in range(2):
+        assert fuzz.STUDY.run(["--cases", "1", "--only", "answers", "--data", str(tmp_path)]) == 0
+        firsts.add(int(re.match(r"seeds (\d+) to (\d+)\n", capsys.readouterr().out)[1]))
+    assert len(firsts) == 2
+
+
+def test_what_is_wrong_is_printed_with_its_seed_and_ends_in_an_exit_status(tmp_path, capsys, monkeypatch):
+    honest = fo.shakedown_limit
+    monkeypatch.setattr(fo, "shakedown_limit", lambda *args, **options: replace(limit := honest(*args, **options), load_factor=2 * limit.load_factor))
+    assert fuzz.STUDY.run(["--cases", "1", "--seed", "21", "--only", "answers", "--data", str(tmp_path)]) == 1
+    assert "WRONG, seed 21, shakedown limit: " in capsys.readouterr().out
+    refused = pd.read_parquet(fuzz.REFUSALS.path(tmp_path))
+    assert refused["outcome"].iloc[0] == "wrong" and "(seed 21)" in refused["message"].iloc[0]
 
 
 @pytest.mark.parametrize("options", [["--cases", "0"], ["--cases", "-1"], ["--seed", "-1"], ["--seed", "x"]])
@@ -192,5 +213,5 @@ def test_numbers_that_mean_nothing_are_refused(options, capsys):
 
 
 def test_numbers_that_are_asked_for_go_before_the_quick_size(tmp_path):
-    assert fuzz.STUDY.run(["--quick", "--cases", "3", "--data", str(tmp_path)]) == 0
+    assert fuzz.STUDY.run(["--quick", "--cases", "3", "--seed", "5", "--data", str(tmp_path)]) == 0
     assert pd.read_parquet(fuzz.COUNTS.path(tmp_path))["cases"].max() == 3

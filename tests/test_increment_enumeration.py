@@ -9,6 +9,8 @@ from frictopt.models import ExactIncrement, FrozenBoundIncrement
 from frictopt.models.increment_bounds import EnergyBounds
 from frictopt.models.status import State
 
+pytestmark = pytest.mark.slow
+
 SLIDING = {n: np.r_[np.ones(n), np.zeros(n)][:, None] for n in (2, 3)}
 LIFTING = {n: np.r_[np.zeros(n), np.ones(n)][:, None] for n in (2, 3)}
 FREE = {n: np.hstack([SLIDING[n], LIFTING[n], np.r_[np.zeros(n), np.arange(n)][:, None]]) for n in (2, 3)}

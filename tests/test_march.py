@@ -66,6 +66,15 @@ def test_separation_shows_in_the_gap():
     assert np.abs(path.energy_error).max() < 1e-12
 
 
+@pytest.mark.parametrize(("engine", "steps"), [("path", None), ("qp", 1), ("qp", 3), ("milp", 1), ("milp", 3)])
+def test_a_node_that_slips_only_while_it_is_open_does_no_work(engine, steps):
+    """Pressure alone sticks; the gap drags it sideways through B, without touching anything, and B w = -A v until it closes again."""
+    contact = fo.ContactSystem([[1.0]], [[0.3]], [[1.0]], [0.0], {"P": ([0.0], [1.0])})
+    path = fo.march(contact, fo.LoadCycle({"P": 1.0}, [{"P": -2.0}, {}]), 0.5, 1.0, cycles=2, engine=engine, steps=steps)
+    assert path.gap.max() == pytest.approx(1 / (1 - 0.3**2)) and path.slip.min() == pytest.approx(-0.3 / (1 - 0.3**2))
+    assert not path.work.any()
+
+
 def test_states_cannot_be_changed(punch, paper_cycle):
     path = fo.march(punch(16), paper_cycle, 0.7, 1.0, cycles=1)
     with pytest.raises(ValueError, match="read-only"):

@@ -12,6 +12,8 @@ from paper_figures import style
 from paper_figures.__main__ import FIGURES, main, make
 from studies import dissipation, limits
 
+pytestmark = pytest.mark.slow
+
 NAMES = [
     *("scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"),
     *("guaranteed_limit", "slip_plane", "dissipation", "shakedown_share", "amplitude", "two_states"),

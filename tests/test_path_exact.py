@@ -157,6 +157,7 @@ def test_the_papers_scene_from_random_starts(punch, paper_cycle, elements, ratio
     assert (ratio < 1) or outcomes == {Outcome.CYCLIC_SLIP}
 
 
+@pytest.mark.slow
 def test_an_extrapolated_steady_state_is_where_the_cycles_go(punch, paper_cycle):
     """Slow convergence: the fixed point of the affine map against a few hundred cycles more."""
     contact = punch(40, 20.0)

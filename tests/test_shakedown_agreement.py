@@ -22,7 +22,7 @@ def changed(contact, S=1.0, mean=1.0, cyclic=1.0, shift=None):
     return fo.ContactSystem(S * contact.A, S * contact.B, S * contact.C, contact.x, loads)
 
 
-@pytest.mark.parametrize("elements", [16, 40, 124, 256])
+@pytest.mark.parametrize("elements", [16, 40, 124, pytest.param(256, marks=pytest.mark.slow)])
 def test_all_solvers_and_models_agree(punch, paper_cycle, elements):
     contact = punch(elements, 20.0)
     ways = [{}, {"solver": "CLARABEL"}, {"simplify": False}]

@@ -8,6 +8,8 @@ import frictopt as fo
 from studies import __main__ as studies
 from studies import dissipation, limits, paper, stepped
 
+pytestmark = pytest.mark.slow
+
 TABLES = {
     "runs": dissipation.RUNS,
     "limits": dissipation.LIMITS,

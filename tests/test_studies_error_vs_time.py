@@ -1,5 +1,7 @@
 """The study of error against run time at quick size: its clock, its fronts recomputed, its errors against theory."""
 
+from contextlib import redirect_stdout
+from io import StringIO
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +14,8 @@ from studies.error_vs_time.clock import STAGES, mark, timed
 from studies.error_vs_time.report import fronts
 from studies.error_vs_time.ways import ROUNDING, Question, Way, measured, not_dominated
 
+pytestmark = pytest.mark.slow
+
 QUICK = error_vs_time.QUICK
 QUESTION = ["computation", "quantity", "scene"]
 
@@ -20,11 +24,9 @@ QUESTION = ["computation", "quantity", "scene"]
 def made(tmp_path_factory):
     """The two tables, and what the command printed."""
     folder = tmp_path_factory.mktemp("data")
-    printed = []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("builtins.print", lambda *texts, **_: printed.append(" ".join(map(str, texts))))
+    with redirect_stdout(StringIO()) as printed:
         assert error_vs_time.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    return *(pd.read_parquet(table.path(folder)) for table in (error_vs_time.ERROR, error_vs_time.LAW)), "\n".join(printed)
+    return *(pd.read_parquet(table.path(folder)) for table in (error_vs_time.ERROR, error_vs_time.LAW)), printed.getvalue()
 
 
 @pytest.fixture(scope="module")

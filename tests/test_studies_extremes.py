@@ -1,7 +1,9 @@
 """The study of extremes at quick size: nothing wrong, and every refusal says what to do."""
 
 import re
+from contextlib import redirect_stdout
 from dataclasses import replace
+from io import StringIO
 
 import numpy as np
 import pandas as pd
@@ -12,17 +14,18 @@ from studies import extremes
 from studies.extreme_cases import probes
 from studies.extreme_probes import Answer, Probe
 
+pytestmark = pytest.mark.slow
+
 ADVICE = r"hold the punch|hold it, or load it less|lower it|bring the stiffness|take a load factor further"
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """The quick table, and what the command prints."""
-    folder, printed = tmp_path_factory.mktemp("data"), []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("builtins.print", lambda *values: printed.extend(values))
+    folder = tmp_path_factory.mktemp("data")
+    with redirect_stdout(StringIO()) as printed:
         assert extremes.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    return pd.read_parquet(extremes.EXTREMES.path(folder)), "\n".join(printed)
+    return pd.read_parquet(extremes.EXTREMES.path(folder)), printed.getvalue()
 
 
 def test_no_row_is_wrong_and_every_answer_has_a_small_residual(made):

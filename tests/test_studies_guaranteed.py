@@ -8,6 +8,8 @@ import frictopt as fo
 from frictopt.reference import two_node_limits
 from studies import guaranteed, paper
 
+pytestmark = pytest.mark.slow
+
 TABLES = {"friction": guaranteed.FRICTION, "corner": guaranteed.CORNER, "bound": guaranteed.BOUND, "plane": guaranteed.PLANE}
 
 

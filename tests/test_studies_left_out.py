@@ -5,6 +5,8 @@ import pytest
 
 from studies import left_out
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def table(tmp_path_factory):

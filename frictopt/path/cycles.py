@@ -86,7 +86,7 @@ class Run:
         stress = path.stress((before + after) / 2)
         lost = abs(float(state.supplied[0] - work.sum() - stress @ (after - before)))
         scale = max(self.force * self.length, float(work.sum()), float(np.abs(stress) @ np.abs(before)))
-        return Cycle(work, int(state.trace[1]), corners, before, after, lost / scale)
+        return Cycle(work, int(state.trace[1]), corners, before, after, lost / max(scale, np.finfo(float).tiny))
 
     def _violation(self, cycle: Cycle) -> float:
         """Violation of the contact law at the corners of a cycle."""

@@ -1,0 +1,110 @@
+"""Would the tests see it? Faults of one line each, planted one at a time in a copy of the repository, and the tests that should fail of them.
+
+Run with `python benchmarks/mutants.py [NAME ...]`; all of them take about an hour. A fault that no test sees has "SURVIVED", and the exit status
+counts these. A text that does not stand exactly once in the package is "gone": it has been written anew, and the table wants a new line.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+PATIENCE = 900  # seconds, of tests that a fault makes hang
+
+
+class Fault(NamedTuple):
+    name: str
+    meaning: str
+    old: str  # text that stands once in the package, or once in the files of `where`
+    new: str
+    tests: str  # globs in tests/
+    where: str = "**/*.py"
+
+
+PATH = "test_path_*.py test_left_out.py test_march.py test_work_of_friction.py test_fuzz.py test_differential.py"
+LIMITS = "test_guaranteed*.py test_shakedown*.py test_safe_slip.py test_fuzz.py test_differential.py"
+CONDENSED = "test_condense.py test_contact_model.py test_punch.py test_studies_extremes.py"
+MARCH = "test_march.py test_increment_engines.py test_work_of_friction.py"
+CHECKED = "test_march.py test_punch.py test_dissipation_study.py test_guaranteed.py test_bad_input*.py"
+FAULTS = [
+    Fault("P1", "work by the pressure before", "0.5 * (before + state.r[nodes + node])", "before", PATH),
+    Fault("P2", "work by six tenths of the two pressures", "f[node] * 0.5 * (before", "f[node] * 0.6 * (before", PATH),
+    Fault("P3", "twice the friction bound", "bound = f[node] * r[nodes + node]", "bound = 2.0 * f[node] * r[nodes + node]", PATH),
+    Fault("P5", "extrapolated cycles may go through other events", "back > _PERIODIC or events != self.hashes[-1]", "back > _PERIODIC", PATH),
+    Fault("P6", "extrapolated rest need not touch its bounds", "if self._just_safe(fixed) else None", "", PATH),
+    Fault("P7", "little work is conclusive", "return self._slips(work) or", "return True or", PATH),
+    Fault("P9", "Lemke's answer counts as the only one", "bool(candidates) and _is_positive_definite(M)", "bool(candidates)", PATH),
+    Fault("P10", "events of the rate problem count as proven", "self.state.trace[2] += not solutions.complete", "pass", PATH),
+    Fault("G1", "distance of the node from its bounds not judged", "slip), off, gap, beyond)", "slip), gap, beyond)", LIMITS),
+    Fault("G2", "duality gap not judged", "slip), off, gap, beyond)", "slip), off, beyond)", LIMITS),
+    Fault("G3", "bound of a mechanism that has not settled", "np.where(done & (resistance <", "np.where((resistance <", LIMITS),
+    Fault("G5", "sign of the derived bounds", "centre, reach = -ends @ Z", "centre, reach = ends @ Z", LIMITS),
+    Fault("L1", "least for largest load", "corners = forward.argmax(axis=0)", "corners = forward.argmin(axis=0)", LIMITS),
+    Fault("L3", "defect of the mechanism not added", "resistance / drive + task.defect(interface, motion, slip)", "resistance / drive", LIMITS),
+    Fault("L4", "the limit itself is not safe", "state.margin >= -max(_ROUNDING, state.residual)", "state.margin >= 0", LIMITS),
+    Fault("L5", "wrong node limits an uncoupled contact", "int(limits.argmin())", "int(limits.argmax())", LIMITS),
+    Fault("C1", "referee takes B for its transpose", "pw - v @ system.B.T", "pw - v @ system.B", "test_referee.py"),
+    Fault("C2", "referee takes friction the wrong way", "np.where(moved > 0, f * p", "np.where(moved < 0, f * p", "test_referee.py"),
+    Fault("C3", "a node at its bound that the load relieves", "np.where(slack < -floor, 0.0,", "np.where(slack < floor, 0.0,", "test_onset.py"),
+    Fault("F1", "inaccurate elimination is let pass", "_ACCURACY = 1e-7", "_ACCURACY = 1e-2", CONDENSED),
+    Fault("F2", "reordered interface is not noticed", "if not (np.array_equal(factors.", "if False and not (np.array_equal(factors.", CONDENSED),
+    Fault("F3", "flat elements are let pass", "(turns > 0).all(axis=0)", "(turns >= 0).all(axis=0)", "test_contact_model.py test_punch.py"),
+    Fault("I6", "a node that opens in an increment does work", " * (new.status != 2)", "", MARCH),
+    Fault("M1", "cycles begin one state late", "self.corners) + 1e-9) - 1", "self.corners) + 1e-9)", MARCH),
+    Fault("M2", "energy by twice the loads", "(load[1:] + load[:-1]) / 2", "(load[1:] + load[:-1])", MARCH),
+    Fault("K1", "True is a whole number", "isinstance(value, bool) or not isinstance(value, int", "not isinstance(value, int", CHECKED),
+    Fault("S1", "overload is not part of a run's key", '("overload", start.overload)', '("overload", None)', "test_dissipation_study.py"),
+]  # fmt: skip
+
+
+def planted(fault: Fault, copy: Path) -> tuple[Path, str] | None:
+    """The file that the fault goes in and its content before; None where its text does not stand exactly once."""
+    files = [path for path in (copy / "frictopt").glob(fault.where) if fault.old in path.read_text()]
+    text = files[0].read_text() if len(files) == 1 else ""
+    if text.count(fault.old) != 1:
+        return None
+    files[0].write_text(text.replace(fault.old, fault.new))
+    return files[0], text
+
+
+def passes(copy: Path, tests: str, caches: Path) -> bool:
+    """Whether these tests pass in the copy, which compiles what it has changed."""
+    files = [str(path) for glob in tests.split() for path in sorted((copy / "tests").glob(glob))]
+    command = [sys.executable, "-B", "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *files]
+    environment = os.environ | {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(caches), "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        return subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=PATIENCE).returncode == 0
+    except subprocess.TimeoutExpired:
+        return False
+
+
+def main(names: list[str]) -> int:
+    """Plant the named faults, or all; returns how many survived."""
+    chosen = [fault for fault in FAULTS if not names or fault.name in names]
+    if unknown := set(names) - {fault.name for fault in FAULTS}:
+        raise SystemExit(f"unknown faults {sorted(unknown)}; known are {[fault.name for fault in FAULTS]}")
+    survived = 0
+    with tempfile.TemporaryDirectory() as folder:
+        copy, warm = Path(folder) / "copy", Path(folder) / "warm"
+        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".*", "__pycache__", "data", "*.nb?"))
+        sound = {tests: passes(copy, tests, warm) for tests in sorted({fault.tests for fault in chosen})}
+        for number, fault in enumerate(chosen):
+            place, said = planted(fault, copy), "gone"
+            if place is not None:
+                file, before = place
+                cold = Path(folder) / f"cold{number}" if file.parent.name == "path" else warm  # compiled code of other sources
+                alive = sound[fault.tests] and passes(copy, fault.tests, cold)
+                file.write_text(before)
+                survived += alive
+                said = "SURVIVED" if alive else "killed" if sound[fault.tests] else "not asked, its tests fail without it"
+                said += f" ({file.relative_to(copy)})"
+            print(f"{fault.name:4} {said}: {fault.meaning}", flush=True)
+    return survived
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))

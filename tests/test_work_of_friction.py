@@ -1,0 +1,103 @@
+"""The work of friction is physics: it does not know from which side a contact is looked at, in which units, or how it was computed."""
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+
+BEGINS_SYMMETRIC = [{"sigma": -1.0}, {"sigma": 1.0}]
+
+
+def cycle_with_shear(Q):
+    """Bulk stress to and fro, then a shear that the contact's mirror image sees as -Q."""
+    return fo.LoadCycle({"P": 1.0}, [*BEGINS_SYMMETRIC, {"sigma": 1.0, "Q": Q}])
+
+
+def work_from_states(path):
+    """(cycles, N) work of friction from reactions and slips alone, both linear from state to state: the integral of -q dv."""
+    spent = -(path.q[1:] + path.q[:-1]) / 2 * np.diff(path.slip, axis=0)
+    so_far = np.vstack([0 * spent[:1], np.cumsum(spent, axis=0)])
+    ends = np.searchsorted(path.time, np.arange(0, path.time[-1] + 0.5, path.corners) + 1e-9) - 1
+    return np.diff(so_far[ends], axis=0)
+
+
+@pytest.mark.parametrize("f", [0.3, 0.5])
+@pytest.mark.parametrize("Q", [0.02, 0.1])
+def test_mirror_images_dissipate_the_same(punch, f, Q):
+    contact = punch(64)
+    factor = 1.1 * fo.shakedown_limit(contact, cycle_with_shear(Q), f).load_factor
+    seen, image = (fo.steady_state(contact, cycle_with_shear(sign * Q), f, factor) for sign in (1, -1))
+    assert seen.outcome is image.outcome is fo.Outcome.CYCLIC_SLIP
+    assert image.dissipation == pytest.approx(seen.dissipation, rel=1e-6)
+    assert image.first_cycle == pytest.approx(seen.first_cycle, rel=1e-9)
+    assert image.dissipation_per_node[::-1] == pytest.approx(seen.dissipation_per_node, rel=1e-6, abs=1e-9 * seen.dissipation)
+
+
+@pytest.mark.parametrize("Q", [0.1, -0.1])
+def test_work_is_that_of_the_reactions_on_the_slips(punch, Q):
+    contact = punch(64)
+    path = fo.march(contact, cycle_with_shear(Q), 0.5, 0.69, cycles=6)
+    expected = work_from_states(path)
+    assert expected[-1].sum() > 1e-5
+    assert np.allclose(path.cycle_work, expected, rtol=0, atol=1e-10 * expected.sum())
+    assert (np.diff(path.work, axis=0) >= -1e-15).all()
+    assert np.abs(path.energy_error).max() < 1e-10 * expected.sum()
+    steady = fo.steady_state(contact, cycle_with_shear(Q), 0.5, 0.69)
+    assert steady.dissipation_per_node == pytest.approx(expected[-1], rel=1e-6, abs=1e-9 * steady.dissipation)
+
+
+def test_a_study_tabulates_the_same_work_for_mirror_images(punch):
+    contact, factors = punch(64), [0.69, 0.9]
+    seen, image = (fo.dissipation_study(contact, cycle_with_shear(Q), 0.5, factors) for Q in (0.1, -0.1))
+    assert image["dissipation"].to_numpy() == pytest.approx(seen["dissipation"].to_numpy(), rel=1e-6)
+
+
+@pytest.mark.parametrize("node", [0, 30, 59])
+def test_one_node_that_rubs_beside_others_that_came_to_rest(node):
+    """60 nodes that do not feel each other, A = 1, f p = 1/2. q^w = 3/4 s at one of them: it slips by 1/2 each way, W = 1/2, wherever it is.
+
+    Its counterpart on the other side keeps a slip of -1/4, the mirror image of its own in the last two segments, which other loads leave alone.
+    """
+    n = 60
+    identity, none, shape = np.eye(n), np.zeros(n), np.linspace(-0.1, 0.1, n)
+    loads = {"P": (none, np.ones(n)), "R": (identity[node], none), "s": (shape, none)}
+    contact = fo.ContactSystem(identity, 0 * identity, identity, np.arange(60.0), loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"R": 0.75}, {"R": -0.75}, {}, {"s": 1.0}])
+    steady = fo.steady_state(contact, cycle, 0.5, 1.0, initial_slip=-0.25 * identity[n - 1 - node])
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP
+    assert steady.dissipation_per_node == pytest.approx(0.5 * identity[node], abs=1e-12)
+
+
+@pytest.mark.parametrize("stress", [1.0, 1e9])  # of the unit of "sigma"
+@pytest.mark.parametrize("length", [1.0, 1e-7, 1e9])  # of the unit of "d"
+def test_units_of_the_load_cases_do_not_matter(stress, length):
+    """A stress that rises and falls steadily beside a displacement that goes to and fro."""
+    A, B = np.array([[2.0, -0.5], [-0.5, 2.0]]), 0.3 * np.array([[0.0, 1.0], [-1.0, 0.0]])
+    sigma, d = np.array([[0.05, -0.05], [0.1, 0.1]]), np.array([[2.0, 1.0], [0.2, -0.3]])
+
+    def steady(stress, length):
+        loads = {"P": (np.zeros(2), np.ones(2)), "sigma": tuple(sigma / stress), "d": tuple(d / length)}
+        contact = fo.ContactSystem(A, B, A, np.arange(2.0), loads)
+        up = [{"sigma": stress * k / 8, "d": length * (-1) ** k if 0 < k < 8 else 0.0} for k in range(9)]
+        return fo.steady_state(contact, fo.LoadCycle({"P": 1.0}, up + up[-2:0:-1]), 0.5, 0.5)
+
+    found, expected = steady(stress, length), steady(1.0, 1.0)
+    assert expected.dissipation > 1
+    assert found.outcome is expected.outcome
+    assert found.dissipation_per_node == pytest.approx(expected.dissipation_per_node, rel=1e-9)
+    assert found.first_cycle == pytest.approx(expected.first_cycle, rel=1e-9)
+
+
+@pytest.mark.parametrize("size", [1e7, 1e12])
+@pytest.mark.parametrize("ask", [fo.march, fo.steady_state])
+def test_a_start_that_is_too_large_is_answered_or_named(punch, ask, size):
+    """Of a start of 1e7 slip scales the stresses drown those of the loads in their rounding; the loads are not to blame."""
+    contact = punch(16)
+    scale = float(contact.bonded["P"][1].mean()) / contact.stiffness_scale
+    try:
+        found = ask(contact, fo.LoadCycle({"P": 1.0}, BEGINS_SYMMETRIC), 0.5, 0.3, initial_slip=size * scale * np.sin(np.arange(17.0)))
+    except fo.FrictoptError as error:
+        assert "initial_slip" in str(error), error
+        assert f"{size * scale * np.abs(np.sin(np.arange(17.0))).max():.0e}"[-4:] in str(error), error  # its order of magnitude
+    else:
+        assert 0 <= found.residual <= 1e-9
