@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, flag, frozen
+from ..contact.checks import Array, finite_number, flag, frozen
 from ..contact.mirror import is_uncoupled
 from .apex_bounds import apex_bounds
 from .apex_search import ApexClaim, ApexSearch, two_corners
@@ -105,6 +105,7 @@ class GuaranteedLimit(Portable):
 
         Slip goes on from it at a load factor just above or, of a load that presses the contact, just below. None where the limit is not 0.
         """
+        most = finite_number("most", most, above=0.0)
         if self._above is None:
             return None
         load_factor = min(most, self._above[0])
