@@ -35,7 +35,7 @@ _MARKED = {  # functions that belong to a stage; the time outside of all of them
         "frictopt.models.outcome.MarginState",
         "frictopt.models.shakedown._judged",
         "frictopt.path.exact.referee",
-        "frictopt.path.steady.referee",
+        "frictopt.path.cycles.referee",
         "frictopt.study.trajectory.referee",
     ),
 }
