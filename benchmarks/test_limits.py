@@ -13,7 +13,7 @@ OPTIONS = {"defaults": {}, "ours": OURS}
 @pytest.mark.parametrize("options", OPTIONS)
 @pytest.mark.parametrize("simplify", [True, False])
 def test_compiled_limit_against_bare_highs(compare, system, cycle, options, simplify):
-    model = fo.ShakedownModel(system, cycle, simplify=simplify, corners="ruling")
+    model = fo.ShakedownModel(system, cycle, simplify=simplify)
     limit = model.solve(0.7)
     program = LinearProgram.of(limit.problem)
     assert -highs_cost(highs(program, OPTIONS[options])) == pytest.approx(limit.problem.value, rel=1e-7)
