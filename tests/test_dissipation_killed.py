@@ -19,6 +19,7 @@ import frictopt as fo
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parent.parent
+pytestmark = pytest.mark.slow
 PATIENCE = 120  # seconds, until a process that hangs is an error
 
 
@@ -76,7 +77,6 @@ def same(table, undisturbed):
     pd.testing.assert_frame_equal(table.drop(columns="seconds"), undisturbed.drop(columns="seconds"), check_exact=True)
 
 
-@pytest.mark.slow
 def test_twelve_kills_lose_no_finished_run(begin, tmp_path, undisturbed):
     """Of the driver, and by turns of one of its workers before, whom it replaces; each driver goes on where the last one was killed."""
     chance, known = random.Random(0), set()
@@ -136,5 +136,5 @@ def test_a_second_ctrl_c_ends_it_too(begin, pause):
 def test_workers_that_die_at_once_end_in_rows_that_say_so(tmp_path, monkeypatch, program):
     monkeypatch.setattr(sys, "executable", program)
     table = campaign.study(workers=2, store=tmp_path / "store")
-    assert (table.outcome == "FAILED").all() and table.error.str.contains("its worker died").all()
+    assert len(table) == 1200 and (table.outcome == "FAILED").all() and table.error.str.contains("its worker died").all()
     assert not len(fo.read_store(tmp_path / "store"))

@@ -280,6 +280,7 @@ def test_a_store_can_be_read_while_it_is_written(tmp_path, monkeypatch):
     assert seen == list(range(1, len(FACTORS) + 1))
 
 
+@pytest.mark.slow
 def test_studies_of_other_processes_share_a_store(tmp_path):
     store = tmp_path / "runs"
     command = [sys.executable, str(ROOT / "tests" / "campaign.py"), str(store)]

@@ -78,6 +78,7 @@ def test_an_overload_counts_in_units_of_the_runs_own_load_factor(contact, factor
     assert row.first_cycle == steady.first_cycle != table[table.family == "none"].iloc[2].first_cycle
 
 
+@pytest.mark.slow
 def test_processes_threads_and_foreign_executors_give_the_same_table(contact, factors, starts, table):
     with ThreadPoolExecutor(3) as threads, ProcessPoolExecutor(2, get_context("spawn")) as processes:
         for options in ({"workers": 2}, {"executor": threads}, {"executor": processes}, {}):
@@ -85,6 +86,7 @@ def test_processes_threads_and_foreign_executors_give_the_same_table(contact, fa
             pd.testing.assert_frame_equal(results(other), results(table), check_exact=True)
 
 
+@pytest.mark.slow
 def test_a_dask_cluster_of_separate_processes_gives_the_same_table(contact, factors, starts, table):
     patient = {f"distributed.comm.timeouts.{what}": "300s" for what in ("connect", "tcp")}  # machines may be busy
     with (

@@ -51,7 +51,7 @@ _SOUND = " AND ".join(  # what holds of every row
     + [f"(outcome = 'FAILED' OR {name} IS NOT NULL)" for name in _MAY_LACK]
 )
 _DECLARED = ", ".join(f"{name} {_SQL[kind]}" for name, kind in _COLUMNS.items())
-_SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer NOT NULL, PRIMARY KEY (key), CHECK ({_SOUND})) WITHOUT ROWID"
+_SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer NOT NULL, PRIMARY KEY (key), CONSTRAINT sound CHECK ({_SOUND})) WITHOUT ROWID"
 _MAGIC, _APPLICATION = b"SQLite format 3\0", b"FriO"  # how a file of sqlite begins, and its bytes 68 to 71 where it is a store
 _PATIENCE = 60  # seconds to wait for another writer, which needs less than a millisecond for a row
 _AT_ONCE = 500  # keys in one question: sqlite takes 999
