@@ -146,9 +146,11 @@ def test_a_missing_store_is_not_made_by_reading(tmp_path):
 
 
 @pytest.mark.parametrize("path", ["/proc/runs.sqlite", "a\0b", "/dev/null", 3, b"runs"])
-def test_a_store_that_cannot_be_made_is_named(path):
+def test_a_store_that_cannot_be_made_is_named(path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     with pytest.raises(fo.StoreError, match=r"store: .*(runs|x00|null|3)"):
         study(store=path)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(

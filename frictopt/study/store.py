@@ -192,6 +192,8 @@ def _checked_path(path: Any, make: bool) -> Path:
         if not os.fspath(path):
             raise ValueError("no name")
         found = Path(path).expanduser().absolute()
+        if "\0" in str(found):
+            raise ValueError("a name with a null character, at which sqlite would cut it off")
         if not found.exists():
             if not make:
                 raise FileNotFoundError("there is none")
