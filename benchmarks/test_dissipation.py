@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 import frictopt as fo
-from frictopt.study.store import Store
+from frictopt.campaign.store import Store
 from studies import dissipation, paper
 
 PARAMETERS = replace(dissipation.FULL, frictions=(0.7,))

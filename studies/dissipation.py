@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 
 import frictopt as fo
-from frictopt import study
 
 from .paper import LOADS, force_unit, slip_unit
 from .tables import Study, Table, at_least_one
@@ -71,14 +70,14 @@ def cases_of(parameters: Parameters) -> list[Case]:
     return [Case(system, f, fo.shakedown_limit(system, LOADS, f).load_factor) for f in parameters.frictions]
 
 
-def starts_of(parameters: Parameters, case: Case) -> list[study.Start]:
+def starts_of(parameters: Parameters, case: Case) -> list[fo.Start]:
     """All starts, the same at each load factor."""
     amplitudes = [amplitude * slip_unit(case.system) for amplitude in parameters.amplitudes]
     return (
-        study.no_slip()
-        + study.safe_slips(parameters.safe)
-        + study.random_slips(case.system, amplitudes, parameters.count)
-        + study.overloads(parameters.overloads)
+        fo.no_slip()
+        + fo.safe_slips(parameters.safe)
+        + fo.random_slips(case.system, amplitudes, parameters.count)
+        + fo.overloads(parameters.overloads)
     )
 
 

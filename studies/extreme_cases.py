@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import frictopt as fo
-from frictopt.models import ExactIncrement, FrozenBoundIncrement
+from frictopt.increments import ExactIncrement, FrozenBoundIncrement
 from frictopt.path import ExactPath
 from frictopt.reference import single_node_limit
 

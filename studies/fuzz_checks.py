@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import frictopt as fo
-from frictopt.models import ExactIncrement, FrozenBoundIncrement
+from frictopt.increments import ExactIncrement, FrozenBoundIncrement
 
 from . import oracles
 from .fuzz_cases import Case

@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 import frictopt as fo
-from frictopt.study import Start
+from frictopt.campaign import Start
 
 from . import dissipation
 from .paper import LOADS, work_unit

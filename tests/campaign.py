@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 import frictopt as fo
-from frictopt.study import execute, random_slips
-from frictopt.study.store import Store
+from frictopt.campaign import execute, random_slips
+from frictopt.campaign.store import Store
 from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(0), 10)

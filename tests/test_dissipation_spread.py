@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.study import execute, no_slip
+from frictopt.campaign import execute, no_slip
 from systems import CYCLE, random_system
 
 pytestmark = pytest.mark.slow

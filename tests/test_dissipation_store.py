@@ -15,8 +15,8 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.study import DamagedRows, execute, run
-from frictopt.study.store import Store
+from frictopt.campaign import DamagedRows, execute, run
+from frictopt.campaign.store import Store
 from systems import CYCLE, random_system
 
 ROOT = Path(__file__).parent.parent

@@ -12,7 +12,7 @@ import pytest
 from distributed import Client, LocalCluster
 
 import frictopt as fo
-from frictopt.study import Start, dissipation, given_slips, no_slip, overloads, random_slips, run, safe_slips
+from frictopt.campaign import Start, dissipation, given_slips, no_slip, overloads, random_slips, run, safe_slips
 from systems import CYCLE, random_system, system
 
 ONE = (2.0, 0.5, 0.1, 1.0, 1.0, 0.2)  # one node, A, B, q0, p0, q1, p1
@@ -112,7 +112,7 @@ def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact,
     def fail(*_args, **_options):
         raise fo.SolverError("no solver answered")
 
-    monkeypatch.setattr("frictopt.study.starts.safe_slip", fail)
+    monkeypatch.setattr("frictopt.campaign.starts.safe_slip", fail)
     monkeypatch.setattr(dissipation, "shakedown_limit", fail)
     table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], no_slip() + safe_slips(), workers=1)
     assert table.error.tolist() == ["", "SolverError: no solver answered"]
@@ -160,7 +160,7 @@ def test_an_interrupt_leaves_the_finished_rows(contact, factors, starts, table, 
     study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "store": tmp_path / "runs.sqlite"}
     with monkeypatch.context() as patch:
         patch.setattr(run, "steady_state", until_interrupted)
-        with pytest.warns(fo.study.Interrupted, match=f"{len(table) - 7} runs are not in the table"):
+        with pytest.warns(fo.Interrupted, match=f"{len(table) - 7} runs are not in the table"):
             part = fo.dissipation_study(**study, workers=1)
     pd.testing.assert_frame_equal(results(part), results(table.head(7)), check_exact=True)
     assert part.attrs["missing"] == len(table) - 7

@@ -108,7 +108,7 @@ def test_refinement_solves_a_nearly_singular_system_and_refuses_a_singular_one()
 def test_exact_increment_refuses_wrong_statuses(punch):
     contact = punch(8)
     load = tuple(mean + 2.0 * corner[0] for mean, corner in zip(LOADS.mean_reaction(contact), LOADS.corner_reactions(contact), strict=True))
-    after = fo.models.FrozenBoundIncrement(contact, 0.7).solve(np.zeros(9), load)
+    after = fo.FrozenBoundIncrement(contact, 0.7).solve(np.zeros(9), load)
     status = np.sign(after.slip)
     assert np.any(status) and not np.all(status)
     assert np.allclose(exact.exact_increment(contact, 0.7, np.zeros(9), load, status), after.slip, rtol=0, atol=1e-12)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from enumeration import admissible_states
-from frictopt.models import FrozenBoundIncrement
+from frictopt.increments import FrozenBoundIncrement
 from frictopt.reference import single_node_limit
 from studies import fuzz, oracles
 from studies.fuzz_cases import random_case

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.models import LP_SOLVERS
-from frictopt.models import solve as policy
+from frictopt.solve import LP_SOLVERS
+from frictopt.solve import solvers as policy
 from systems import CYCLE, FIRST_PAIR, system
 
 

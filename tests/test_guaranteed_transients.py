@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.models import safe_vertices
+from frictopt.limits import safe_vertices
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 

@@ -12,23 +12,28 @@ import frictopt
 from frictopt import errors
 
 PACKAGE = Path(frictopt.__file__).parent
+_BASE = {"errors", "contact", "reference"}
 BELOW = {
     "errors": set(),
     "contact": {"errors"},
     "reference": {"errors", "contact"},
-    "fem": {"errors", "contact", "reference"},
-    "models": {"errors", "contact", "reference"},
-    "path": {"errors", "contact", "reference"},
-    "study": {"errors", "contact", "reference", "fem", "models", "path"},
+    "fem": _BASE,
+    "solve": _BASE,
+    "limits": _BASE | {"solve"},
+    "increments": _BASE | {"solve"},
+    "path": _BASE,
+    "campaign": _BASE | {"solve", "limits", "increments", "path"},
 }
 ALLOWED = {  # libraries beyond the standard one, by layer
     "errors": set(),
     "contact": {"numpy"},
     "reference": {"numpy"},
     "fem": {"numpy", "scipy", "skfem"},
-    "models": {"numpy", "scipy", "cvxpy", "pandas"},
+    "solve": {"numpy", "scipy", "cvxpy", "pandas"},
+    "limits": {"numpy", "scipy", "cvxpy", "pandas"},
+    "increments": {"numpy", "scipy", "cvxpy", "pandas"},
     "path": {"numpy", "scipy", "numba"},
-    "study": {"numpy", "pandas", "threadpoolctl", "tqdm"},
+    "campaign": {"numpy", "pandas", "threadpoolctl", "tqdm"},
 }
 FILES = sorted(PACKAGE.rglob("*.py"))
 IDS = [str(path.relative_to(PACKAGE)) for path in FILES]
@@ -100,12 +105,24 @@ def test_all_errors_have_one_base():
         assert issubclass(getattr(errors, name), frictopt.FrictoptError)
 
 
-def test_a_hand_written_system_needs_no_figures_and_no_cluster():
-    code = (
-        "import sys, numpy as np, frictopt.contact as c, frictopt.models as m\n"
-        "one = np.eye(2)\n"
-        "s = c.ContactSystem(one, 0.1 * one, one, [0, 1], {'P': ([0, 0], [1, 1]), 'Q': ([1, 0], [0, 0])})\n"
-        "m.shakedown_limit(s, c.LoadCycle({'P': 1.0}, [{'Q': 1.0}, {'Q': -1.0}]), 0.5)\n"
-        "assert not {'matplotlib', 'distributed', 'tqdm'} & set(sys.modules)\n"
+def loaded(code):
+    """Libraries that a program has imported at its end."""
+    return set(
+        subprocess.run([sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules)"], check=True, capture_output=True, text=True).stdout.split()
     )
-    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+SYSTEM = (
+    "import numpy as np, frictopt as fo\n"
+    "one = np.eye(2)\n"
+    "s = fo.ContactSystem(one, 0.1 * one, one, [0, 1], {'P': ([0, 0], [1, 1]), 'Q': ([1, 0], [0, 0])})\n"
+    "fo.reference.critical_friction(1.0, 0.5)\n"
+)
+
+
+def test_a_room_is_imported_when_it_is_first_used():
+    heavy = {"numpy", "scipy", "cvxpy", "numba", "skfem", "pandas", "matplotlib", "distributed", "tqdm"}
+    limit = "fo.shakedown_limit(s, fo.LoadCycle({'P': 1.0}, [{'Q': 1.0}, {'Q': -1.0}]), 0.5)"
+    assert not heavy & loaded("import frictopt")
+    assert heavy & loaded(SYSTEM) == {"numpy"}
+    assert heavy & loaded(SYSTEM + limit) == {"numpy", "scipy", "cvxpy", "pandas"}

@@ -5,9 +5,9 @@ import pytest
 
 from enumeration import admissible_states, distance, random_increment
 from frictopt.errors import NoContinuation, SolverError
-from frictopt.models import ExactIncrement, FrozenBoundIncrement
-from frictopt.models.increment_bounds import EnergyBounds
-from frictopt.models.status import State
+from frictopt.increments import ExactIncrement, FrozenBoundIncrement
+from frictopt.increments.increment_bounds import EnergyBounds
+from frictopt.increments.newton import State
 
 pytestmark = pytest.mark.slow
 

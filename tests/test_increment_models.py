@@ -8,9 +8,9 @@ import pytest
 
 import frictopt as fo
 from enumeration import admissible_states, distance, random_increment
-from frictopt.models import ExactIncrement, FrozenBoundIncrement, complementarity_problem, frozen_bound
-from frictopt.models import solve as policy
-from frictopt.models.status import solve_status
+from frictopt.increments import ExactIncrement, FrozenBoundIncrement, complementarity_problem, frozen_bound
+from frictopt.increments.newton import solve_status
+from frictopt.solve import solvers as policy
 from systems import random_system, system
 
 

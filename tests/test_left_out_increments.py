@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.models import ExactIncrement, FrozenBoundIncrement
+from frictopt.increments import ExactIncrement, FrozenBoundIncrement
 from systems import mirrored, odd, random_system
 
 ENGINES = pytest.mark.parametrize("engine", [ExactIncrement, FrozenBoundIncrement])

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.models import solve as policy
-from frictopt.models.apex_bounds import apex_bounds
-from frictopt.models.task import Task, cycle_loads
+from frictopt.limits.posed import Task, cycle_loads
+from frictopt.limits.screening import apex_bounds
+from frictopt.solve import solvers as policy
 from systems import CYCLE, FIRST_PAIR, random_system, system
 from test_guaranteed import least_by_node, random_cycle
 

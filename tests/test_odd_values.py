@@ -17,7 +17,8 @@ import pytest
 from scipy.sparse import csr_matrix
 
 import frictopt as fo
-from frictopt import models, path, reference, study
+from frictopt import reference
+from frictopt.path import ExactPath
 from systems import CYCLE, FIRST_PAIR, system
 
 SECONDS = 10  # that a call with an odd value may take, on a busy machine
@@ -95,7 +96,7 @@ PAIR = {name: [value, value] for name, value in NODE.items()} | {"A": [[1.0, -0.
 UNCOUPLED = {name: PAIR[name] for name in ("q0", "p0", "q1", "p1", "f")}
 ROD = {"F0": 1.0, "EA": 2.0, "tau": 3.0, "h": 0.5}
 INCREMENT = {"slip": SLIP, "bonded": BONDED}
-EXACT = models.ExactIncrement(CONTACT, FRICTION)
+EXACT = fo.ExactIncrement(CONTACT, FRICTION)
 CORNER = reference.bonded_corner()[0]
 
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
@@ -159,21 +160,21 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "shakedown_limit": (fo.shakedown_limit, ASKED),
     "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
     "verify_guaranteed": (fo.verify_guaranteed, {**ASKED, "starts": 2, "moved": 1}),
-    "ComplementarityProblem.solve": (models.complementarity_problem(UNCOUPLED_CONTACT, FRICTION, **INCREMENT, separation=False).solve, {}),
-    "ExactIncrement": (models.ExactIncrement, {"system": CONTACT, "friction": FRICTION}),
+    "ComplementarityProblem.solve": (fo.complementarity_problem(UNCOUPLED_CONTACT, FRICTION, **INCREMENT, separation=False).solve, {}),
+    "ExactIncrement": (fo.ExactIncrement, {"system": CONTACT, "friction": FRICTION}),
     "ExactIncrement.another": (EXACT.another, {"increment": EXACT.solve(**INCREMENT), **INCREMENT}),
     "ExactIncrement.solve": (EXACT.solve, INCREMENT),
-    "FrozenBoundIncrement": (models.FrozenBoundIncrement, {"system": CONTACT, "friction": FRICTION}),
-    "FrozenBoundIncrement.solve": (models.FrozenBoundIncrement(CONTACT, FRICTION).solve, INCREMENT),
-    "complementarity_problem": (models.complementarity_problem, {"system": CONTACT, "friction": FRICTION, **INCREMENT}),
-    "safe_vertices": (models.safe_vertices, {**ASKED, "load_factor": 0.1, "directions": [[1.0, 0.0]]}),
-    "ExactPath": (path.ExactPath, {**ASKED, "load_factor": 0.5}),
-    "Start": (study.Start, {"family": "given", "name": "one"}),
-    "Start.slip_at": (study.safe_slips()[0].slip_at, {**ASKED, "load_factor": 0.1}),
-    "given_slips": (study.given_slips, {"slips": [SLIP]}),
-    "overloads": (study.overloads, {"factors": [2.0]}),
-    "random_slips": (study.random_slips, {"system": CONTACT, "amplitudes": [1.0], "count": 1}),
-    "safe_slips": (study.safe_slips, {}),
+    "FrozenBoundIncrement": (fo.FrozenBoundIncrement, {"system": CONTACT, "friction": FRICTION}),
+    "FrozenBoundIncrement.solve": (fo.FrozenBoundIncrement(CONTACT, FRICTION).solve, INCREMENT),
+    "complementarity_problem": (fo.complementarity_problem, {"system": CONTACT, "friction": FRICTION, **INCREMENT}),
+    "safe_vertices": (fo.safe_vertices, {**ASKED, "load_factor": 0.1, "directions": [[1.0, 0.0]]}),
+    "ExactPath": (ExactPath, {**ASKED, "load_factor": 0.5}),
+    "Start": (fo.Start, {"family": "given", "name": "one"}),
+    "Start.slip_at": (fo.safe_slips()[0].slip_at, {**ASKED, "load_factor": 0.1}),
+    "given_slips": (fo.given_slips, {"slips": [SLIP]}),
+    "overloads": (fo.overloads, {"factors": [2.0]}),
+    "random_slips": (fo.random_slips, {"system": CONTACT, "amplitudes": [1.0], "count": 1}),
+    "safe_slips": (fo.safe_slips, {}),
     "CornerMode.airy": (CORNER.airy, {"r": 1.0, "theta": 0.1}),
     "CornerMode.stress": (CORNER.stress, {"r": 1.0, "theta": 0.1}),
     "LineContact": (reference.LineContact, {"P": 1.0, "R": 2.0, "E_star": 3.0, "f": 0.5}),
@@ -233,7 +234,7 @@ def arguments(function):
 
 def public():
     """Names of all public functions, constructors and methods that take an argument."""
-    for room in (fo, reference, models, study):
+    for room in (fo, reference):
         for name in room.__all__:
             thing = getattr(room, name)
             if inspect.isfunction(thing) or (inspect.isclass(thing) and not issubclass(thing, Exception) and name not in MADE_BY_US):

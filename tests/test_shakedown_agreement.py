@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.models import LP_SOLVERS
-from frictopt.models import solve as policy
-from frictopt.models.safe import SafeProblem
+from frictopt.limits.safe_set import SafeProblem
+from frictopt.solve import LP_SOLVERS
+from frictopt.solve import solvers as policy
 from systems import CYCLE, linprog_limit, random_system
 
 

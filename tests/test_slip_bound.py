@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.models import solve as policy
+from frictopt.solve import solvers as policy
 from systems import CYCLE, linprog_limit, mirrored, random_system
 
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.study import Start, given_slips, no_slip, overloads, random_slips, safe_slips
+from frictopt.campaign import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.study import Start, given_slips, no_slip, overloads, random_slips, safe_slips
+from frictopt.campaign import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from systems import CYCLE, random_system
 
 

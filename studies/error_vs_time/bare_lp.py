@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from frictopt.models.solve import _OPTIONS
+from frictopt.solve.solvers import _OPTIONS
 
 from .clock import mark
 from .ways import Way, installed

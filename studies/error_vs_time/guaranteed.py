@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 import frictopt as fo
-from frictopt.models.task import Task, cycle_loads
+from frictopt.limits.posed import Task, cycle_loads
 
 from ..paper import LOADS
 from .bare_lp import LinearProgram, highs, highs_cost, highs_vertex

@@ -10,9 +10,9 @@ import numpy as np
 from scipy.sparse import csc_matrix, identity, triu
 
 import frictopt as fo
-from frictopt.models import ExactIncrement, FrozenBoundIncrement
-from frictopt.models.solve import QP_SOLVERS
+from frictopt.increments import ExactIncrement, FrozenBoundIncrement
 from frictopt.path import ExactPath
+from frictopt.solve.solvers import QP_SOLVERS
 
 from ..paper import LOADS
 from .clock import mark

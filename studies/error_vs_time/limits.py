@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import frictopt as fo
-from frictopt.models import LP_SOLVERS
+from frictopt.solve import LP_SOLVERS
 
 from ..paper import LOADS
 from .bare_lp import OURS, LinearProgram, highs, highs_vertex, ways

@@ -22,11 +22,11 @@ import numpy as np
 
 from ..contact.checks import Array
 from ..errors import NoContinuation, SolverError
+from ..solve.solvers import Kind, NoOptimum, solve
 from .balance import shortfall
 from .energy_form import EnergyForm
 from .increment import Law, PosedIncrement
 from .reference_reaction import ReferenceProblem
-from .solve import Kind, NoOptimum, solve
 
 __all__ = ["Bounds", "EnergyBounds"]
 

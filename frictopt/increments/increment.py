@@ -12,10 +12,10 @@ from ..contact import ContactSystem, friction_coefficients, referee
 from ..contact.checks import Array, finite_array, frozen
 from ..contact.system import checked_system
 from ..errors import ModelError
-from .explain import explain
-from .portable import Portable
-from .solve import Attempt
-from .status import State, classified
+from ..solve.explain import explain
+from ..solve.portable import Portable
+from ..solve.solvers import Attempt
+from .newton import State, classified
 
 __all__ = ["Increment", "Law", "PosedIncrement"]
 

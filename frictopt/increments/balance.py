@@ -6,7 +6,7 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array
-from .solve import solve
+from ..solve.solvers import solve
 
 __all__ = ["shortfall"]
 

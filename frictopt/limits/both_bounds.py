@@ -14,9 +14,9 @@ from enum import Enum
 import cvxpy as cp
 import numpy as np
 
-from .interface import Interface
-from .rows import LoadRows
-from .safe import SafeProblem, safe_rows
+from .ruling_corners import LoadRows
+from .safe_set import SafeProblem, safe_rows
+from .scaling import Interface
 from .slip_bound import SlipBound
 
 __all__ = ["Aim", "apex_problem", "set_apex"]

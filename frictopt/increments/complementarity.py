@@ -22,10 +22,10 @@ import pandas as pd
 from ..contact import ContactSystem
 from ..contact.checks import Array, flag
 from ..errors import NoContinuation, SolverError
-from .explain import explain
+from ..solve.explain import explain
+from ..solve.solvers import Kind, NoOptimum, solve
 from .increment import Increment, Law, PosedIncrement
-from .solve import Kind, NoOptimum, solve
-from .status import Status, guessed
+from .newton import Status, guessed
 from .status_search import StatusSearch
 
 __all__ = ["ComplementarityProblem", "complementarity_problem"]

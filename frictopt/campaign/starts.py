@@ -10,7 +10,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, finite_array, finite_number, finite_numbers, frozen, whole_number
 from ..contact.system import checked_system
 from ..errors import ModelError
-from ..models import safe_slip, shakedown_limit
+from ..limits import safe_slip, shakedown_limit
 
 __all__ = ["Start", "checked_starts", "given_slips", "no_slip", "overloads", "random_slips", "safe_part", "safe_slips"]
 

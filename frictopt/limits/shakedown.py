@@ -10,17 +10,17 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, flag, frozen, listed
-from .explain import Units, explain
-from .interface import Interface
+from ..solve.explain import Units, explain
+from ..solve.portable import Portable
+from ..solve.solvers import TOLERANCE, Attempt, solve, solver_order
+from .closed_form import uncoupled_limit
+from .kinds import LimitKind, MarginState, classify, reason
 from .mechanism import Mechanism, expand_duals
-from .outcome import LimitKind, MarginState, classify, reason
-from .portable import Portable
-from .rows import load_factor_unit
-from .safe import SafeProblem, shakedown_problem
+from .posed import Task, cycle_loads
+from .ruling_corners import load_factor_unit
+from .safe_set import SafeProblem, shakedown_problem
+from .scaling import Interface
 from .slip_bound import slip_bounds
-from .solve import TOLERANCE, Attempt, solve, solver_order
-from .task import Task, cycle_loads
-from .uncoupled import uncoupled_limit
 
 __all__ = ["ShakedownLimit", "ShakedownModel", "shakedown_limit"]
 

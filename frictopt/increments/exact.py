@@ -19,12 +19,12 @@ import pandas as pd
 from ..contact import ContactSystem
 from ..contact.checks import Array, flag, shown
 from ..errors import ModelError, NoContinuation, SolverError
-from .explain import explain
+from ..solve.explain import explain
+from ..solve.solvers import TOLERANCE, Attempt, Kind, NoOptimum, solve, solver_order
 from .halved import HalvedIncrement
 from .increment import Increment, Law, PosedIncrement
 from .increment_bounds import EnergyBounds
-from .solve import TOLERANCE, Attempt, Kind, NoOptimum, solve, solver_order
-from .status import BACKWARD, FORWARD, OPEN, STICK, State, Status, classified, settle
+from .newton import BACKWARD, FORWARD, OPEN, STICK, State, Status, classified, settle
 from .status_search import StatusSearch
 
 __all__ = ["ExactIncrement"]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.checks import Array
-from .interface import Interface, Loads
+from .scaling import Interface, Loads
 
 __all__ = ["LoadRows", "load_factor_unit", "load_rows"]
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, frozen
-from .interface import Interface
-from .safe import safe_rows
-from .solve import NoOptimum, solve
-from .task import Task, cycle_loads
+from ..solve.solvers import NoOptimum, solve
+from .posed import Task, cycle_loads
+from .safe_set import safe_rows
+from .scaling import Interface
 
 __all__ = ["safe_vertices"]
 

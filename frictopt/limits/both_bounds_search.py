@@ -7,14 +7,14 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array, frozen
-from .apex import Aim, apex_problem, set_apex
-from .explain import Units
-from .interface import Interface
-from .rows import LoadRows
-from .safe import SafeProblem
-from .solve import TOLERANCE, Attempt, solve
-from .task import Task
-from .vertex import Program
+from ..solve.explain import Units
+from ..solve.polish import Program
+from ..solve.solvers import TOLERANCE, Attempt, solve
+from .both_bounds import Aim, apex_problem, set_apex
+from .posed import Task
+from .ruling_corners import LoadRows
+from .safe_set import SafeProblem
+from .scaling import Interface
 
 __all__ = ["ApexClaim", "ApexSearch", "two_corners"]
 

@@ -8,9 +8,9 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
-from .interface import Loads
-from .rows import LoadRows
-from .safe import SafeProblem
+from .ruling_corners import LoadRows
+from .safe_set import SafeProblem
+from .scaling import Loads
 
 __all__ = ["Mechanism", "expand_duals"]
 

@@ -18,7 +18,7 @@ from ..contact.checks import Array, finite_numbers, flag, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.system import checked_system
 from ..errors import ModelError, SolverError, StoreError
-from ..models import shakedown_limit
+from ..limits import shakedown_limit
 from .execute import execute
 from .run import Contact, Run, one_thread, run_key
 from .starts import Start, checked_starts
@@ -64,7 +64,7 @@ def dissipation_study(
     load_factors
         Load factors, each >= 0.
     initial_slips
-        Starts, as `no_slip`, `safe_slips`, `random_slips`, `overloads` and `given_slips` of `frictopt.study` make them (lists to be added up); or an
+        Starts, as `no_slip`, `safe_slips`, `random_slips`, `overloads` and `given_slips` make them (lists to be added up); or an
         array (starts, N) of residual slips, length; None: none. Slips that stress the contact more than 1e18 times as much as the loads fail.
     executor
         Any executor of `concurrent.futures`' interface (such as a dask client's `get_executor()`), instead of workers.

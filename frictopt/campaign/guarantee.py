@@ -11,7 +11,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
 from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation
-from ..models import GuaranteedLimit, guaranteed_limit, safe_vertices
+from ..limits import GuaranteedLimit, guaranteed_limit, safe_vertices
 from ..path import Outcome, steady_state
 
 __all__ = ["GuaranteeCheck", "verify_guaranteed"]

@@ -5,8 +5,8 @@ import numpy as np
 from ..contact import ContactSystem
 from ..contact.checks import Array
 from ..contact.mirror import is_uncoupled
-from .interface import NULL, Loads
 from .mechanism import Mechanism
+from .scaling import NULL, Loads
 
 __all__ = ["uncoupled_limit"]
 

@@ -7,12 +7,12 @@ import numpy as np
 
 from ..contact.checks import Array
 from ..contact.diagnosis import mean_load_diagnosis
-from .interface import Interface, Loads
+from ..solve.solvers import TOLERANCE, Answer, solve
 from .mechanism import expand_duals
-from .rows import LoadRows
-from .safe import SafeProblem, margin_problem
-from .solve import TOLERANCE, Answer, solve
-from .task import Task
+from .posed import Task
+from .ruling_corners import LoadRows
+from .safe_set import SafeProblem, margin_problem
+from .scaling import Interface, Loads
 
 __all__ = ["LimitKind", "MarginState", "classify", "reason", "solve_margin"]
 

@@ -17,11 +17,11 @@ import pandas as pd
 from ..contact import ContactSystem
 from ..contact.checks import Array, finite_number, flag, whole_number
 from ..errors import SolverError
-from .explain import explain
+from ..solve.explain import explain
+from ..solve.solvers import TOLERANCE, Attempt, Kind, NoOptimum, solve, solver_order
 from .halved import HalvedIncrement
 from .increment import Increment, Law, PosedIncrement
-from .solve import TOLERANCE, Attempt, Kind, NoOptimum, solve, solver_order
-from .status import State, guessed, settle
+from .newton import State, guessed, settle
 from .status_search import StateClaim
 
 __all__ = ["FrozenBoundIncrement"]

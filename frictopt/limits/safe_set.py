@@ -15,10 +15,10 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array
-from .interface import Interface
-from .rows import LoadRows
+from ..solve.polish import polish
+from .ruling_corners import LoadRows
+from .scaling import Interface
 from .slip_bound import SlipBound
-from .vertex import polish
 
 __all__ = ["SafeProblem", "margin_problem", "safe_rows", "shakedown_problem"]
 

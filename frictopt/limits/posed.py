@@ -9,11 +9,11 @@ from ..contact.checks import Array, flag
 from ..contact.cycle import checked_cycle
 from ..contact.mirror import is_mirror_symmetric
 from ..errors import ModelError
-from .interface import Interface, Loads, scaled_interface
+from ..solve.solvers import TOLERANCE
 from .mechanism import Mechanism
-from .rows import LoadRows, load_rows
+from .ruling_corners import LoadRows, load_rows
+from .scaling import Interface, Loads, scaled_interface
 from .slip_bound import SlipBound, scaled_slip_bound
-from .solve import TOLERANCE
 
 __all__ = ["Task", "cycle_loads"]
 

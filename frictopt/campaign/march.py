@@ -8,7 +8,7 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, choice, flag, whole_number
 from ..errors import ModelError, SolverError
-from ..models import ExactIncrement, FrozenBoundIncrement
+from ..increments import ExactIncrement, FrozenBoundIncrement
 from ..path import ExactPath
 from .trajectory import Trajectory
 

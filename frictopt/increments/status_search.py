@@ -7,7 +7,7 @@ import cvxpy as cp
 import numpy as np
 
 from .increment import PosedIncrement
-from .status import State, Status, settle
+from .newton import State, Status, settle
 
 __all__ = ["StateClaim", "StatusSearch"]
 

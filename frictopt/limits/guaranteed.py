@@ -11,15 +11,15 @@ import pandas as pd
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, flag, frozen
 from ..contact.mirror import is_uncoupled
-from .apex_bounds import apex_bounds
-from .apex_search import ApexClaim, ApexSearch, two_corners
-from .explain import Units, explain
-from .outcome import LimitKind
-from .portable import Portable
+from ..solve.explain import Units, explain
+from ..solve.portable import Portable
+from ..solve.solvers import Attempt, solver_order
+from .both_bounds_search import ApexClaim, ApexSearch, two_corners
+from .kinds import LimitKind
+from .posed import Task, cycle_loads
+from .screening import apex_bounds
 from .shakedown import ShakedownLimit, ShakedownModel
 from .slip_bound import slip_bounds
-from .solve import Attempt, solver_order
-from .task import Task, cycle_loads
 
 __all__ = ["GuaranteedLimit", "GuaranteedModel", "guaranteed_limit"]
 

@@ -10,9 +10,9 @@ from ..contact import ContactSystem
 from ..contact.checks import Array
 from ..contact.mirror import EXACT, EXACT_LOAD, MirrorHalf, is_mirror_symmetric, mirror_half
 from ..errors import NoContinuation, SolverError
+from ..solve.solvers import TOLERANCE
 from .increment import Increment, Law, PosedIncrement
-from .solve import TOLERANCE
-from .status import State
+from .newton import State
 
 __all__ = ["HalvedIncrement"]
 

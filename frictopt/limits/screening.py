@@ -13,8 +13,8 @@ nodes at once where friction is not too large. Elsewhere nothing is said of the 
 import numpy as np
 
 from ..contact.checks import Array
-from .interface import Interface
-from .rows import LoadRows
+from .ruling_corners import LoadRows
+from .scaling import Interface
 
 __all__ = ["apex_bounds"]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contact.checks import Array, finite_array, real_array
 from ..errors import ModelError
-from .interface import Interface
+from .scaling import Interface
 
 __all__ = ["SlipBound", "scaled_slip_bound", "slip_bounds"]
 

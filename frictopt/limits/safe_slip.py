@@ -9,13 +9,13 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen
-from .explain import Units, explain
+from ..solve.explain import Units, explain
+from ..solve.portable import Portable
+from ..solve.solvers import Attempt
+from .kinds import solve_margin
 from .mechanism import Mechanism
-from .outcome import solve_margin
-from .portable import Portable
+from .posed import Task, cycle_loads
 from .slip_bound import slip_bounds
-from .solve import Attempt
-from .task import Task, cycle_loads
 
 __all__ = ["SafeSlip", "safe_slip"]
 

@@ -1,0 +1,20 @@
+"""Limits of a load cycle as linear programs: shakedown, safe residual slip, guaranteed limit."""
+
+from .guaranteed import GuaranteedLimit, GuaranteedModel, guaranteed_limit
+from .kinds import LimitKind
+from .safe_slip import SafeSlip, safe_slip
+from .safe_vertices import safe_vertices
+from .shakedown import ShakedownLimit, ShakedownModel, shakedown_limit
+
+__all__ = [
+    "GuaranteedLimit",
+    "GuaranteedModel",
+    "LimitKind",
+    "SafeSlip",
+    "ShakedownLimit",
+    "ShakedownModel",
+    "guaranteed_limit",
+    "safe_slip",
+    "safe_vertices",
+    "shakedown_limit",
+]

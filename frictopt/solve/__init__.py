@@ -1,0 +1,11 @@
+"""The one place that solves cvxpy problems: solvers in order, polish, record, and printing a model by its names."""
+
+from .solvers import LP_SOLVERS, MILP_SOLVERS, QP_SOLVERS, TOLERANCE, Attempt
+
+__all__ = [
+    "LP_SOLVERS",
+    "MILP_SOLVERS",
+    "QP_SOLVERS",
+    "TOLERANCE",
+    "Attempt",
+]
