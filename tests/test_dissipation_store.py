@@ -190,6 +190,7 @@ def test_rows_that_no_run_can_have_are_refused_by_the_file_itself(file):
     assert len(fo.read_store(file)) == len(FACTORS)
 
 
+@pytest.mark.slow
 def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(file, tmp_path, undisturbed):
     """Bits flipped and ends cut off at random places."""
     content, rng = file.read_bytes(), np.random.default_rng(0)

@@ -87,6 +87,7 @@ def test_an_inaccurate_sweep_is_refined(monkeypatch):
     assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
 
 
+@pytest.mark.slow
 def test_sweeps_converge_to_the_state_and_too_few_say_so():
     contact, friction, slip, load = hard_case()
     states = admissible_states(contact, friction, slip, load)
@@ -110,6 +111,7 @@ def test_the_exact_state_is_not_needed_for_the_sweeps_to_converge(monkeypatch):
     assert frozen.r * posed.force == pytest.approx(np.r_[state[2], state[3]], abs=1e-5)
 
 
+@pytest.mark.slow
 def test_nodes_that_open_as_others_slip_get_their_gaps(monkeypatch):
     """Trial pressures all positive, so that the first sweep knows no gaps; with no correction of its status the next one must."""
     monkeypatch.setattr(frozen_bound, "_CORRECTIONS", 0)

@@ -102,6 +102,7 @@ def test_bad_input_is_refused(change, message):
         fo.march(**{"system": contact, "cycle": CYCLE, "friction": 0.3, "load_factor": 1.0, **change})
 
 
+@pytest.mark.slow
 def test_increments_in_threads_leave_the_output_of_the_process_alone():
     folder = Path(__file__).parent
     paths = os.pathsep.join([str(folder.parent), str(folder)])

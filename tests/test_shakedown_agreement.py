@@ -139,6 +139,7 @@ def test_corners_that_rule_no_node_are_counted_and_change_nothing(punch, corners
     assert limit.left_out == ((f"corners: {idle} of {corners} rule no node",) if idle else ())
 
 
+@pytest.mark.slow
 def test_many_corners_take_memory_for_their_loads_alone():
     """Three nodes and 100,000 corners: rows of all of them would be a program of 600,000."""
     rng = np.random.default_rng(0)
