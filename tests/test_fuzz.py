@@ -199,10 +199,10 @@ def test_a_run_without_a_seed_explores_and_says_where(tmp_path, capsys):
 def test_what_is_wrong_is_printed_with_its_seed_and_ends_in_an_exit_status(tmp_path, capsys, monkeypatch):
     honest = fo.shakedown_limit
     monkeypatch.setattr(fo, "shakedown_limit", lambda *args, **options: replace(limit := honest(*args, **options), load_factor=2 * limit.load_factor))
-    assert fuzz.STUDY.run(["--cases", "1", "--seed", "21", "--only", "answers", "--data", str(tmp_path)]) == 1
-    assert "WRONG, seed 21, shakedown limit: " in capsys.readouterr().out
+    assert fuzz.STUDY.run(["--cases", "1", "--seed", "22", "--only", "answers", "--data", str(tmp_path)]) == 1
+    assert "WRONG, seed 22, shakedown limit: " in capsys.readouterr().out
     refused = pd.read_parquet(fuzz.REFUSALS.path(tmp_path))
-    assert refused["outcome"].iloc[0] == "wrong" and "(seed 21)" in refused["message"].iloc[0]
+    assert refused["outcome"].iloc[0] == "wrong" and "(seed 22)" in refused["message"].iloc[0]
 
 
 @pytest.mark.parametrize("options", [["--cases", "0"], ["--cases", "-1"], ["--seed", "-1"], ["--seed", "x"]])

@@ -11,36 +11,36 @@ from frictopt.path.cycles import Cycle, Run
 
 
 class Mapped(Run):
-    """Cycles that map the slip x by a given function instead of following a contact; slips are in units of the slip scale."""
+    """Cycles that map the slips x by a given function instead of following a contact; slips are in units of the slip scale."""
 
-    def __init__(self, cycle_map, start, *, safe=None, signature=lambda x: 0):
-        self.path = SimpleNamespace(x=start, nodes=1, friction=np.ones(1), state=SimpleNamespace(gap=np.zeros(1)), moved=self._moved)
+    def __init__(self, cycle_map, start, *, safe=lambda *x: False, signature=lambda *x: 0):
+        start = np.atleast_1d(np.array(start, dtype=float))
+        self.path = SimpleNamespace(x=start, nodes=len(start), friction=np.ones(1), state=SimpleNamespace(gap=np.zeros(0)), moved=self._moved)
         self.stops = self.turns = [0]
         self.force = self.length = 1.0
-        self.cycles, self.energy, self.waited, self.last = 0, 0.0, 0, []
-        self._map, self._inside, self._signature = cycle_map, safe or (lambda x: False), signature
+        self.cycles, self.energy, self.tried, self.pause, self.last = 0, 0.0, 0, 0, []
+        self._map, self._inside, self._signature = cycle_map, safe, signature
 
     def _moved(self, u):
-        return SimpleNamespace(**{**vars(self.path), "x": u[0]})
+        return SimpleNamespace(**{**vars(self.path), "x": np.array(u)})
 
     def _one(self, path):
         before = path.x
-        path.x = self._map(before)
+        path.x = np.atleast_1d(self._map(*before)).astype(float)
         self.cycles += 1
-        ends = [np.array([x, 0.0]) for x in (before, path.x)]
-        return Cycle(np.ones(1), self._signature(before), [(ends[1], ends[1])], *ends, 0.0)
+        return Cycle(np.ones(1), self._signature(*before), [(path.x, path.x)], before, path.x, 0.0)
 
     def _safe(self, u):
-        return self._inside(u[0])
+        return self._inside(*u)
 
     def _ratchets(self):
         return False
 
     def _at_rest(self, path, cycle, extrapolated):
-        return Outcome.SHAKEDOWN, cycle.after[0]
+        return Outcome.SHAKEDOWN, cycle.after
 
     def _result(self, path, outcome, cycle, change, extrapolated):
-        return outcome, cycle.after[0]
+        return outcome, cycle.after
 
     def found(self, cycles):
         for _ in range(cycles):
@@ -65,6 +65,26 @@ def test_the_limit_of_other_events_is_not_that_of_the_cycles():
 
     _, limit = Mapped(bent, 50.0).found(100)
     assert limit == pytest.approx(0.6, abs=1e-9)
+
+
+def test_events_that_lie_ahead_of_the_last_cycles_are_seen():
+    """Two slips decay, one slowly, one fast; once the slow one is more than three times the fast one, a third node is dragged along and stays."""
+
+    def dragging(slow, fast, dragged):
+        return 0.9 * slow, 0.5 * fast, dragged + 0.1 * max(slow - 3 * fast, 0.0)
+
+    slow, fast, expected = 1.0, 8.0, 0.0
+    for _ in range(400):
+        slow, fast, expected = dragging(slow, fast, expected)
+    run = Mapped(dragging, [1.0, 8.0, 0.0])
+    _, limit = run.found(100)
+    assert expected > 0.1 and limit == pytest.approx([0.0, 0.0, expected], abs=1e-9) and run.cycles < 60
+
+
+@pytest.mark.parametrize("turned", [np.array([[0.0, -0.9], [0.9, 0.0]]), np.diag([-0.9, 0.5]), np.diag([0.9, 0.89])])
+def test_affine_maps_that_turn_or_have_rates_next_to_each_other(turned):
+    _, limit = Mapped(lambda *x: turned @ x + (1.0, 2.0), [30.0, 40.0]).found(300)
+    assert limit == pytest.approx(np.linalg.solve(np.eye(2) - turned, (1.0, 2.0)), abs=2e-9)
 
 
 def test_a_safe_slip_beyond_the_one_where_cycles_come_to_rest_is_not_their_limit():

@@ -22,7 +22,7 @@ TOLERANCE = 1e-9
 _PERIODIC = 1e-10  # change of slip over a cycle, over the slip scale, that counts as none
 _REPEATS = 1e-13  # the same, where no factor by which the changes shrink is needed to tell that the limit is reached
 _SAFE = 1e-10  # excess over the friction bound, over the force scale, that counts as none
-_NEAR = 1e-3  # share of the way from an extrapolated limit to the last state at which the map is tried
+_NEAR = 1e-3  # share of the way from an extrapolated limit to other states at which the map is tried too
 _AFFINE = 1e-3  # deviation of the map from an affine one, over the last change, that is rounding there
 _WINDOW = 12  # cycles that an extrapolation looks back on
 _LEAST = 4  # cycles with the same events before the first extrapolation
@@ -64,7 +64,7 @@ class Run:
         self.cycles = 0
         self.first = np.nan
         self.energy = 0.0
-        self.waited = 0  # cycles with the same events since the first extrapolation; every other one is worth the next attempt
+        self.tried = self.pause = 0  # extrapolations that failed since the events are the same, and cycles before the next one
         self.last: list[Cycle] = []
 
     def cycle(self) -> None:
@@ -120,8 +120,15 @@ class Run:
         if self._ratchets():
             return self._result(self.path, Outcome.RATCHETING, last, 0.0, False)
         same = next((k for k, other in enumerate(reversed(self.last)) if other.signature != last.signature), len(self.last))
-        self.waited = self.waited + 1 if same > _LEAST else 0
-        return self._extrapolated(same) if same >= _LEAST and self.waited % 2 == 0 else None
+        if same < _LEAST:
+            self.tried = self.pause = 0
+        elif self.pause:
+            self.pause -= 1
+        else:
+            self.tried += 1
+            self.pause = self.tried
+            return self._extrapolated(same)
+        return None
 
     def reason(self, most_cycles: int) -> str:
         """Why no steady state is proven, and what to change."""
@@ -160,27 +167,36 @@ class Run:
     def _extrapolated(self, same: int) -> SteadyState | None:
         """The limit of the cycles, extrapolated from the last ones that went through the same events, if it is proven to be their limit.
 
-        Every one of the last cycles came closer to it, a cycle from it comes back to it, and a cycle from a state close to it, on the line to the
-        last state, goes where an affine map would take it: no other events lie between.
+        A cycle from the limit comes back to it. The states to come are sums of modes that decay, and means of the limit, of the last state and of a
+        few states between (`_slower_modes`). Cycles from these show that the map is affine there, and so it is for all to come: no other events
+        lie between them and the limit.
         """
         cycles = self.last[-same:]
-        last, limit = cycles[-1], _fixed_point(np.array([cycles[0].before, *(cycle.after for cycle in cycles)]))
-        distances = [self._distance(cycle.after, limit) for cycle in cycles[-_LEAST:]]
-        if not all(later < earlier for earlier, later in pairwise(distances)):
+        states = np.array([cycles[0].before, *(cycle.after for cycle in cycles)])
+        limit = _fixed_point(states)
+        proof = self.path.moved(limit)
+        modes = None if proof is None else _slower_modes((states - limit) / self.length)
+        if proof is None or modes is None:
             return None
-        proof, probe = self.path.moved(limit), self.path.moved(limit + _NEAR * (last.before - limit))
-        if proof is None or probe is None:
-            return None
+        last = cycles[-1]
+        shares = [(last.before - limit, last.after - limit), *((self.length * before, self.length * after) for before, after in modes)]
+        tried = [(size * before, size * after) for before, after in shares for size in (1.0, _NEAR)][1:]  # the first one is the last cycle itself
         try:
-            proving, near = self._one(proof), self._one(probe)
+            proving = self._one(proof)
+            if self._change(proving) > _PERIODIC:
+                return None
+            for before, after in tried:
+                probe = self.path.moved(limit + before)
+                if probe is None:
+                    return None
+                off = self._distance(self._one(probe).after, limit + after)
+                if off > _PERIODIC + _AFFINE * self._distance(before, after):
+                    return None
         except NoContinuation:
-            return None
-        back, off = self._change(proving), self._distance(near.after, limit + _NEAR * (last.after - limit))
-        if max(back, off - _AFFINE * _NEAR * self._change(last)) > _PERIODIC:
             return None
         if self._safe(limit):
             return self._at_rest(proof, proving, True)
-        return self._periodic(proof, proving, back, True) if self._conclusive(proving) else None
+        return self._periodic(proof, proving, self._change(proving), True) if self._conclusive(proving) else None
 
     def _safe(self, u: Array) -> bool:
         """Whether the slip keeps every node closed and within its bound at every corner."""
@@ -252,3 +268,30 @@ def _fixed_point(iterates: Array) -> Array:
     weights = np.linalg.lstsq(differences.T, -steps[0], rcond=1e-12)[0] if scale.min() > 0 else np.zeros(len(differences))
     fixed: Array = iterates[0] + weights @ steps[:-1]
     return fixed
+
+
+def _slower_modes(distances: Array) -> list[tuple[Array, Array]] | None:
+    """States around a fixed point, before and after a cycle, that span all states to come; from distances to it (rows).
+
+    The k-th distance to come is `sum of rate_i^k mode_i` with 1 > rate_1 > ... > rate_m >= 0, which is `rate_m^k` times the last distance and
+    `rate_i^k - rate_(i + 1)^k` times the sum of the first i modes, i < m. With these sums times c_i the factors are weights of a mean, together
+    with one >= 0 of the fixed point, where the sum of `(rate_i^k - rate_(i + 1)^k) / c_i` is at most `1 - rate_m^k` for all k; c_i = 1 always does.
+
+    None where the distances do not decay without turning: a rate is complex, negative or not below 1.
+    """
+    left, sizes, right = np.linalg.svd(distances[:-1].T, full_matrices=False)
+    kept = sizes > _PERIODIC
+    basis = left[:, kept]
+    rates, vectors = np.linalg.eig(basis.T @ distances[1:].T @ right[kept].T / sizes[kept])
+    modes = basis @ vectors * np.linalg.solve(vectors, basis.T @ distances[-2])
+    counted = np.abs(modes).max(axis=0, initial=0.0) > _PERIODIC
+    rates, modes = rates[counted], modes[:, counted]
+    if not len(rates) or np.any(np.abs(rates.imag) > 0) or np.any(rates.real < 0) or np.any(rates.real >= 1):
+        return None
+    order = np.argsort(-rates.real)
+    rates, modes = rates.real[order], modes.real[:, order]
+    powers = rates ** np.unique(np.geomspace(1, 1e6, 200).round())[:, None]
+    shares = (-np.diff(powers, axis=1) / (1 - powers[:, -1:])).max(axis=0) * (len(rates) - 1)
+    shares = shares if shares.max(initial=0.0) < 1 else np.ones_like(shares)
+    before, after = (shares * np.cumsum(part, axis=1)[:, :-1] for part in (modes, modes * rates))
+    return list(zip(before.T, after.T, strict=True))
