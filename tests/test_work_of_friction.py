@@ -88,6 +88,25 @@ def test_units_of_the_load_cases_do_not_matter(stress, length):
     assert found.first_cycle == pytest.approx(expected.first_cycle, rel=1e-9)
 
 
+def test_a_steady_state_is_the_one_that_the_cycles_come_to():
+    """Others are steady as well, next to it: coming back to itself does not make a state that of this start. After 20 cycles this one has settled."""
+    A = 2.2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
+    B = 0.4 * (np.eye(3, k=1) - np.eye(3, k=-1))
+    loads = {
+        "mean": ([-0.0776, 0.0, 0.0776], [1.2917, 0.7968, 1.2917]),
+        "a": ([-0.4529, 0.0, 0.4529], [-0.0272, -0.1348, -0.0272]),
+        "b": ([1.9426, -0.4638, 1.2569], [-0.8819, 0.0319, 0.4238]),
+    }
+    contact = fo.ContactSystem(A, B, A + 0.5 * np.eye(3), np.arange(3.0), loads)
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 0.93, "b": -1.3972}, {"a": -0.2141, "b": -2.1851}, {"a": -0.22, "b": 0.2561}])
+    start = np.array([-5.4455, 2.4687, -5.4534])
+    steady = fo.steady_state(contact, cycle, 0.5354, 0.3966, initial_slip=start)
+    path = fo.march(contact, cycle, 0.5354, 0.3966, initial_slip=start, cycles=60)
+    assert path.cycle_work[-1] == pytest.approx(path.cycle_work[-20], rel=1e-9)
+    assert steady.dissipation_per_node == pytest.approx(path.cycle_work[-1], rel=1e-8, abs=1e-12)
+    assert steady.slip == pytest.approx(path.slip[-1], abs=1e-8)
+
+
 @pytest.mark.parametrize("size", [1e7, 1e12])
 @pytest.mark.parametrize("ask", [fo.march, fo.steady_state])
 def test_a_start_that_is_too_large_is_answered_or_named(punch, ask, size):
