@@ -201,3 +201,11 @@ def test_a_tilted_interface_is_refused():
     punch, block = (fo.Body(type(body.mesh)(turn @ body.mesh.p, body.mesh.t).with_boundaries(body.mesh.boundaries)) for body in bodies())
     with pytest.raises(fo.ModelError, match="interface: y varies"):
         fo.ContactModel(punch, block, supports=[fo.Support("block", "bottom")], loads=LOADS)
+
+
+@pytest.mark.parametrize("order", [[0, 1, 2, 3], [3, 2, 1, 0]])
+def test_a_quadrilateral_with_a_straight_corner_is_refused(order):
+    """Its map from the square is singular there."""
+    points = np.array([[0.0, 1.0, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    with pytest.raises(fo.ModelError, match="mesh: 1 elements"):
+        fo.Body(MeshQuad(points, np.array(order)[:, None]))
