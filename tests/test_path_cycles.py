@@ -81,6 +81,47 @@ def test_events_that_lie_ahead_of_the_last_cycles_are_seen():
     assert expected > 0.1 and limit == pytest.approx([0.0, 0.0, expected], abs=1e-9) and run.cycles < 60
 
 
+def limit_of(cycle_map, start, cycles=2000):
+    for _ in range(cycles):
+        start = cycle_map(*start)
+    return start
+
+
+def test_states_that_turn_round_their_limit_may_meet_other_events():
+    """By 5 degrees a cycle; a third node is dragged along from 63 degrees on."""
+    turn = 0.97 * np.array([[np.cos(0.0873), -np.sin(0.0873)], [np.sin(0.0873), np.cos(0.0873)]])
+
+    def turning(x, y, dragged):
+        return *(turn @ (x, y)), dragged + 0.1 * max(y - 2 * x, 0.0)
+
+    expected = limit_of(turning, (1.0, 0.0, 0.0))
+    assert expected[2] > 0.1
+    _, limit = Mapped(turning, [1.0, 0.0, 0.0]).found(2000)
+    assert limit == pytest.approx(expected, abs=1e-8)
+
+
+def test_states_that_change_sides_may_meet_other_events():
+    """One slip changes its sign in each cycle; a third node is dragged along once it is less than half of the other."""
+
+    def changing(x, y, dragged):
+        return -0.9 * x, 0.95 * y, dragged + 0.1 * max(min(-x, y + 2 * x), 0.0)
+
+    expected = limit_of(changing, (1.0, 1.0, 0.0))
+    assert expected[2] > 0.01
+    _, limit = Mapped(changing, [1.0, 1.0, 0.0]).found(2000)
+    assert limit == pytest.approx(expected, abs=1e-8)
+
+
+def test_a_limit_that_does_not_come_back_is_none():
+    """Closer to 0 than 1e-6 other events lead away from it, by much less than the map is off elsewhere."""
+
+    def leading(x):
+        return 0.8 * x if x > 1e-6 else 4e-9 + 0.796 * x
+
+    _, limit = Mapped(leading, 50.0).found(300)
+    assert limit == pytest.approx(4e-9 / 0.204, abs=1e-9)
+
+
 @pytest.mark.parametrize("turned", [np.array([[0.0, -0.9], [0.9, 0.0]]), np.diag([-0.9, 0.5]), np.diag([0.9, 0.89])])
 def test_affine_maps_that_turn_or_have_rates_next_to_each_other(turned):
     _, limit = Mapped(lambda *x: turned @ x + (1.0, 2.0), [30.0, 40.0]).found(300)
