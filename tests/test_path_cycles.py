@@ -172,6 +172,16 @@ def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch):
         with pytest.raises(fo.SolverError, match="energy"):
             fo.march(contact, paper_cycle, friction, factor, cycles=2)
 
+    def exchanged(path, bonded, where):
+        """What one node does too much another one takes back."""
+        go(path, bonded, where)
+        path.state.work[[0, 8]] += (1e-3 * truth.dissipation, -1e-3 * truth.dissipation)
+
+    monkeypatch.setattr(ExactPath, "go", exchanged)
+    for run in (fo.steady_state, fo.march):
+        with pytest.raises(fo.SolverError, match="energy"):
+            run(contact, paper_cycle, friction, factor)
+
 
 @pytest.mark.parametrize("elements", [16, 40])
 @pytest.mark.parametrize(("friction", "ratio", "seed"), [(0.9, 0.9, 1), (0.9, 1.05, 2), (1.2, 0.9, 3), (1.2, 1.05, 4)])

@@ -43,7 +43,8 @@ class Cycle:
     before, after
         (2N,) `u` at its beginning and at its end.
     energy
-        Energy that is unaccounted for: work of the loads less work of friction less elastic energy gained, over the largest energy involved.
+        Energy that is unaccounted for: work of the loads less work of friction less elastic energy gained; or negative work of friction at a node.
+        Over the largest energy involved.
     """
 
     work: Array
@@ -86,6 +87,7 @@ class Run:
         stress = path.stress((before + after) / 2)
         lost = abs(float(state.supplied[0] - work.sum() - stress @ (after - before)))
         scale = max(self.force * self.length, float(work.sum()), float(np.abs(stress) @ np.abs(before)))
+        lost = max(lost, -float(work.min()))
         return Cycle(work, int(state.trace[1]), corners, before, after, lost / max(scale, np.finfo(float).tiny))
 
     def _violation(self, cycle: Cycle) -> float:
