@@ -24,6 +24,7 @@ _REPEATS = 1e-13  # the same, where no factor by which the changes shrink is nee
 _SAFE = 1e-10  # excess over the friction bound, over the force scale, that counts as none
 _NEAR = 1e-3  # share of the way from an extrapolated limit to other states at which the map is tried too
 _AFFINE = 1e-3  # deviation of the map from an affine one, over the last change, that is rounding there
+_FIT = 1e-6  # deviation of a state from the linear map that is fitted to all, over its distance from the limit, that is rounding
 _WINDOW = 12  # cycles that an extrapolation looks back on
 _LEAST = 4  # cycles with the same events before the first extrapolation
 
@@ -173,14 +174,17 @@ class Run:
         few states between (`_slower_modes`). Cycles from these show that the map is affine there, and so it is for all to come: no other events
         lie between them and the limit.
         """
-        cycles = self.last[-same:]
-        states = np.array([cycles[0].before, *(cycle.after for cycle in cycles)])
-        limit = _fixed_point(states)
-        proof = self.path.moved(limit)
-        modes = None if proof is None else _slower_modes((states - limit) / self.length)
+        last, proof, modes = self.last[-1], None, None
+        for count in range(same, _LEAST - 1, -2):  # the first ones may have gone through the same events and yet by another map: in another order
+            cycles = self.last[-count:]
+            states = np.array([cycles[0].before, *(cycle.after for cycle in cycles)])
+            limit = _fixed_point(states)
+            modes = _slower_modes((states - limit) / self.length)
+            proof = None if modes is None else self.path.moved(limit)
+            if proof is not None:
+                break
         if proof is None or modes is None:
             return None
-        last = cycles[-1]
         shares = [(last.before - limit, last.after - limit), *((self.length * before, self.length * after) for before, after in modes)]
         tried = [(size * before, size * after) for before, after in shares for size in (1.0, _NEAR)][1:]  # the first one is the last cycle itself
         try:
@@ -279,12 +283,16 @@ def _slower_modes(distances: Array) -> list[tuple[Array, Array]] | None:
     `rate_i^k - rate_(i + 1)^k` times the sum of the first i modes, i < m. With these sums times c_i the factors are weights of a mean, together
     with one >= 0 of the fixed point, where the sum of `(rate_i^k - rate_(i + 1)^k) / c_i` is at most `1 - rate_m^k` for all k; c_i = 1 always does.
 
-    None where the distances do not decay without turning: a rate is complex, negative or not below 1.
+    None where one linear map does not make all of them, or where they do not decay without turning: a rate is complex, negative or not below 1.
     """
     left, sizes, right = np.linalg.svd(distances[:-1].T, full_matrices=False)
     kept = sizes > _PERIODIC
     basis = left[:, kept]
-    rates, vectors = np.linalg.eig(basis.T @ distances[1:].T @ right[kept].T / sizes[kept])
+    step = basis.T @ distances[1:].T @ right[kept].T / sizes[kept]
+    off = np.abs(distances[1:].T - basis @ step @ basis.T @ distances[:-1].T).max(axis=0)
+    if np.any(off > _PERIODIC + _FIT * np.abs(distances[:-1]).max(axis=1)):
+        return None
+    rates, vectors = np.linalg.eig(step)
     modes = basis @ vectors * np.linalg.solve(vectors, basis.T @ distances[-2])
     counted = np.abs(modes).max(axis=0, initial=0.0) > _PERIODIC
     rates, modes = rates[counted], modes[:, counted]
