@@ -21,7 +21,7 @@ def test_ways_that_must_not_matter(first):
     assert sum(finding.compared for finding in found) > 0.7 * len(found)
 
 
-@pytest.mark.parametrize("seed", [128, 161, 168, 171, 228, 232, 103374, 200331, 204869])
+@pytest.mark.parametrize("seed", [128, 161, 168, 171, 228, 232, 901005, 103374, 200331, 204869])
 def test_cases_that_were_once_wrong(seed):
     """Of the package (units of load cases; contacts that become symmetric; 103374, 200331, 204869: an extrapolated state beside that to which the
     cycles go), and of the question (168, 232: increments do not say when in them a node opens).

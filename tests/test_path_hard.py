@@ -57,6 +57,16 @@ def test_a_first_cycle_without_work_is_no_shakedown():
     assert steady.outcome is Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(0.045)
 
 
+def test_a_first_cycle_that_comes_back_without_work_is_no_shakedown():
+    """From the mean load a node lifts off at once; from the last corner, sheared, it slips first: `q = 0.6 (1 - t)` meets `f p = 1 - 1.25 t`."""
+    loads = {"N": ([0.0], [1.0]), "T": ([1.0], [0.0])}
+    contact = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    steady = steady_state(contact, fo.LoadCycle({"N": 1.0}, [{"N": -1.5}, {"N": 1.0}, {"N": 1.0, "T": 0.6}]), 0.5, 1.0)
+    begin, end = 0.4 / 0.65, 0.8  # of slip: at the bound, and without pressure
+    work = 0.65 * ((end - 0.625 * end**2) - (begin - 0.625 * begin**2))
+    assert steady.outcome is Outcome.CYCLIC_SLIP and steady.first_cycle == 0 and steady.dissipation == pytest.approx(work)
+
+
 def test_dissipation_does_not_drown_in_that_of_a_far_start():
     loads = {"P": ([0, 0], [1, 1]), "L": ([1, 0.2], [0.1, 0])}
     contact = fo.ContactSystem([[2, -1], [-1, 2]], [[0.1, 0.3], [-0.3, 0.1]], 2 * np.eye(2), [0, 1], loads)

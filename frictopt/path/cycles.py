@@ -65,15 +65,19 @@ class Run:
         self.length = self.force / path.system.stiffness_scale
         self.cycles = 0
         self.first = np.nan
+        self.latest: Cycle
         self.energy = 0.0
         self.tried = self.pause = 0  # extrapolations that failed since the events are the same, and cycles before the next one
         self.last: list[Cycle] = []
 
     def cycle(self) -> None:
-        """Follow one cycle."""
-        self.last = [*self.last[-_WINDOW:], self._one(self.path)]
-        self.energy = max(self.energy, self.last[-1].energy)
-        self.first = float(self.last[-1].work.sum()) if self.cycles == 1 else self.first
+        """Follow one cycle. The first one, which starts at the mean load and not at the last corner, says nothing of those to come."""
+        self.latest = self._one(self.path)
+        self.energy = max(self.energy, self.latest.energy)
+        if self.cycles == 1:
+            self.first = float(self.latest.work.sum())
+        else:
+            self.last = [*self.last[-_WINDOW:], self.latest]
 
     def _one(self, path: ExactPath) -> Cycle:
         state = path.state
@@ -112,10 +116,12 @@ class Run:
 
     def steady(self) -> SteadyState | None:
         """The steady state, if it is proven by now."""
-        last = self.last[-1]
-        change = self._change(last)
+        last = self.latest
         if self._safe(last.after):
             return self._at_rest(self.path, last, False)
+        if not self.last:
+            return None
+        change = self._change(last)
         if not last.work.any() and change <= _PERIODIC:
             return self._result(self.path, Outcome.SHAKEDOWN, last, 0.0, False)
         if change <= _PERIODIC and self._left() <= TOLERANCE and self._conclusive(last):
@@ -135,7 +141,7 @@ class Run:
 
     def reason(self, most_cycles: int) -> str:
         """Why no steady state is proven, and what to change."""
-        last = self.last[-1]
+        last = self.latest
         change = self._change(last)
         text = f"none proven within most_cycles = {most_cycles} cycles (the slip changes by {change:.1e} slip scales a cycle)"
         if self.path.far_start:
