@@ -9,10 +9,10 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.reference import bonded_onset, two_node_limits
-from studies.error_vs_time import condensation, exact, limits
-from studies.error_vs_time.lemke import Lemke
 from studies.increments import LOADS
-from studies.oracles import largest_load_factor
+from studies.validation.error_vs_time import condensation, exact, limits
+from studies.validation.error_vs_time.lemke import Lemke
+from studies.validation.oracles import largest_load_factor
 from systems import CYCLE, random_system, system
 
 pytestmark = pytest.mark.slow
@@ -172,7 +172,7 @@ def test_complementarity_problem_of_the_rival_is_that_of_an_increment(monkeypatc
     corners = [mean + factor * np.concatenate(pair) for pair in zip(*CYCLE.corner_reactions(contact), strict=True)]
     force = np.abs(mean[n:]).mean()
     carried = np.r_[np.zeros(n), np.full(n, force)] - contact.S[:, :n] @ start
-    monkeypatch.setattr("studies.error_vs_time.lemke.installed", lambda _: SimpleNamespace(lcp_lemke=enumerated))
+    monkeypatch.setattr("studies.validation.error_vs_time.lemke.installed", lambda _: SimpleNamespace(lcp_lemke=enumerated))
     work = Lemke(contact, 0.4, force).cycle_work(start, [carried, mean, *corners * 2], 3, 2)
     march = fo.march(contact, CYCLE, 0.4, factor, initial_slip=start, cycles=2, engine="qp", steps=3)
     assert march.cycle_work[-1].sum() > 1e-3 and work == pytest.approx(march.cycle_work[-1].sum(), rel=1e-9)

@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from studies import error_vs_time
-from studies.error_vs_time import clock, study
-from studies.error_vs_time.clock import STAGES, mark, timed
-from studies.error_vs_time.report import fronts
-from studies.error_vs_time.ways import ROUNDING, Question, Way, measured, not_dominated
+from studies.validation import error_vs_time
+from studies.validation.error_vs_time import clock, study
+from studies.validation.error_vs_time.clock import STAGES, mark, timed
+from studies.validation.error_vs_time.report import fronts
+from studies.validation.error_vs_time.ways import ROUNDING, Question, Way, measured, not_dominated
 
 pytestmark = pytest.mark.slow
 

@@ -14,7 +14,7 @@ from frictopt.increments import ExactIncrement, FrozenBoundIncrement
 from frictopt.path import ExactPath
 from frictopt.solve.solvers import QP_SOLVERS
 
-from ..paper import LOADS
+from ...paper import LOADS
 from .clock import mark
 from .exact import exact_increment
 from .lemke import Lemke

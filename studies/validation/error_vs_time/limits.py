@@ -10,7 +10,7 @@ import numpy as np
 import frictopt as fo
 from frictopt.solve import LP_SOLVERS
 
-from ..paper import LOADS
+from ...paper import LOADS
 from .bare_lp import OURS, LinearProgram, highs, highs_vertex, ways
 from .exact import exact_margin, exact_shakedown_limit, fractions
 from .parameters import Parameters

@@ -11,7 +11,7 @@ from scipy.sparse import csc_matrix
 import frictopt as fo
 from frictopt.limits.posed import Task, cycle_loads
 
-from ..paper import LOADS
+from ...paper import LOADS
 from .bare_lp import LinearProgram, highs, highs_cost, highs_vertex
 from .exact import exact_guaranteed_limit
 from .parameters import Parameters

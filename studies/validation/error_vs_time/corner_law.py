@@ -14,7 +14,7 @@ import pandas as pd
 import frictopt as fo
 from frictopt.reference import bonded_corner, sliding_corner_exponent
 
-from ..paper import LOADS
+from ...paper import LOADS
 from .clock import timed
 from .parameters import Parameters
 

@@ -10,7 +10,7 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-from ..tables import Table
+from ...tables import Table
 from . import condensation, guaranteed, increments, limits, transients
 from .corner_law import corner_law
 from .parameters import FULL, QUICK, Parameters

@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from ..tables import markdown, two_digits
+from ...tables import markdown, two_digits
 from .clock import STAGES
 from .ways import ROUNDING
 

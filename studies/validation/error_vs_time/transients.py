@@ -8,7 +8,7 @@ import numpy as np
 
 import frictopt as fo
 
-from ..paper import LOADS
+from ...paper import LOADS
 from .clock import mark
 from .lemke import Lemke
 from .parameters import Parameters
