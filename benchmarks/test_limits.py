@@ -5,9 +5,9 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
-from studies.error_vs_time.bare_lp import OURS, LinearProgram, highs, highs_cost
+from studies.validation.error_vs_time.bare_lp import SIMPLEX, LinearProgram, highs, highs_cost
 
-OPTIONS = {"defaults": {}, "ours": OURS}
+OPTIONS = {"defaults": {}, "primal simplex": SIMPLEX}
 
 
 @pytest.mark.parametrize("options", OPTIONS)

@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 
 import frictopt as fo
 from frictopt.path import ExactPath
-from studies.error_vs_time.lemke import Lemke
+from studies.validation.error_vs_time.lemke import Lemke
 
 FRICTION = 0.7
 

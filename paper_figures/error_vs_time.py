@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from studies.error_vs_time import ERROR
-from studies.error_vs_time.ways import ROUNDING
 from studies.tables import Table
+from studies.validation.error_vs_time import ERROR
+from studies.validation.error_vs_time.ways import ROUNDING
 
 from .style import GREY, SERIES, WIDE, new_figure, whole_decades
 

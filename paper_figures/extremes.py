@@ -8,8 +8,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from studies.extremes import EXTREMES
 from studies.tables import Table
+from studies.validation.extremes.study import EXTREMES
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure
 

@@ -6,8 +6,8 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from studies.error_vs_time import ERROR, LAW
 from studies.tables import Table
+from studies.validation.error_vs_time import ERROR, LAW
 
 from .style import GREY, SERIES, WIDE, new_figure, panel_label, whole_decades
 

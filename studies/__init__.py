@@ -1,1 +1,1 @@
-"""Numerical studies of the paper's scene, one a file: each computes tables and writes them with their provenance."""
+"""Numerical studies, one a file or folder: each computes tables and writes them with their provenance."""

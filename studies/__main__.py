@@ -3,8 +3,11 @@
 import sys
 from collections.abc import Sequence
 
-from . import dissipation, error_vs_time, extremes, fuzz, guaranteed, increments, left_out, limits, stepped
+from . import dissipation, guaranteed, increments, limits, stepped
 from .tables import Study
+from .validation import error_vs_time, left_out
+from .validation.extremes import study as extremes
+from .validation.fuzz import study as fuzz
 
 __all__ = ["STUDIES", "main"]
 

@@ -238,7 +238,3 @@ STUDY = Study(
     (RUNS, LIMITS, SPREAD, FAMILIES, STATES),
     summary=lambda tables: tables[SPREAD.name].drop(columns=["load_factor", "failed"]).to_string(index=False, float_format="{:.4g}".format),
 )
-
-
-if __name__ == "__main__":
-    raise SystemExit(STUDY.run())

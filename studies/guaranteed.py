@@ -193,7 +193,3 @@ BOUND = Table(
 PLANE = Table("guaranteed_plane", "one point of a polyline in the plane of slips", _PLANE, full=FULL, quick=QUICK, compute=plane_of_slips)
 
 STUDY = Study("studies.guaranteed", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, BOUND, PLANE))
-
-
-if __name__ == "__main__":
-    raise SystemExit(STUDY.run())

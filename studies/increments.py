@@ -216,7 +216,3 @@ CYCLE = Table("increments_cycle", "one node at one instant of the steady cycle",
 CORNER = Table("increments_corner", "one node after one event of the exact path", _HISTORY, full=FULL, quick=QUICK, compute=corner_history)
 
 STUDY = Study("studies.increments", __doc__, "coarse meshes and few increments, in seconds", (ERROR, CYCLE, CORNER))
-
-
-if __name__ == "__main__":
-    raise SystemExit(STUDY.run())

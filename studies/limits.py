@@ -193,7 +193,3 @@ REACTIONS = Table(
 )
 
 STUDY = Study("studies.limits", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, REACTIONS))
-
-
-if __name__ == "__main__":
-    raise SystemExit(STUDY.run())

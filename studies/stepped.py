@@ -113,7 +113,3 @@ RERUNS = Table(
 )
 
 STUDY = Study("studies.stepped", __doc__, "few runs on a coarse mesh", (RERUNS,), summary=_convergence)
-
-
-if __name__ == "__main__":
-    raise SystemExit(STUDY.run())

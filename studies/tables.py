@@ -1,6 +1,7 @@
 """Tables of the studies: where they are kept, and what they say about their own origin."""
 
 import argparse
+import ast
 import hashlib
 import json
 import os
@@ -11,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from importlib.metadata import version
+from importlib.util import resolve_name
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -163,7 +165,7 @@ class Table(Generic[P]):
         return self.make(parameters, folder) if table is None else table
 
     def _origin(self, parameters: P) -> dict[str, Any]:
-        versions = {"frictopt": f"{fo.__version__}+{_source_digest()}"} | {name: version(name) for name in _LIBRARIES}
+        versions = {"frictopt": f"{fo.__version__}+{_source_digest(self.compute.__module__)}"} | {name: version(name) for name in _LIBRARIES}
         origin = {"table": self.name, "about": self.about, "columns": dict(self.columns), "parameters": asdict(parameters), "versions": versions}
         return dict(json.loads(json.dumps(origin)))  # as the file gives it back: tuples are lists
 
@@ -236,14 +238,34 @@ class Study:
             print(self.summary(made))
 
 
+def _source_digest(study: str) -> str:
+    """Digest of the code of frictopt and of the module that computes a table, with all that it imports from the studies: a table outlives neither."""
+    files = {*Path(fo.__file__).parent.rglob("*.py"), *(Path(str(sys.modules[name].__file__)) for name in _imported(study, set()))}
+    return hashlib.sha256("".join(_code(path.read_text(encoding="utf-8")) for path in sorted(files)).encode()).hexdigest()[:12]
+
+
+def _imported(name: str, found: set[str]) -> set[str]:
+    """Adds the module of that name, if it is one of the studies, and all of them that it imports."""
+    module = sys.modules.get(name)
+    if module is None or name in found or name.partition(".")[0] != __package__:
+        return found
+    found.add(name)
+    for node in ast.walk(ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            start = resolve_name("." * node.level + (node.module or ""), module.__package__)
+            for other in (start, *(f"{start}.{alias.name}" for alias in node.names)):
+                _imported(other, found)
+    return found
+
+
 @cache
-def _source_digest() -> str:
-    """Digest of the sources of frictopt and of the studies: a table outlives neither."""
-    digest = hashlib.sha256()
-    for folder in (Path(fo.__file__).parent, Path(__file__).parent):
-        for path in sorted(folder.rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:12]
+def _code(source: str) -> str:
+    """What a source does: its syntax without docstrings (and other bare texts) and comments."""
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            node.body = [line for line in node.body if not (isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant))]
+    return ast.dump(tree)
 
 
 def _same_origin(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> bool:

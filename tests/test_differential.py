@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from studies.fuzz_differential import DIFFERENTIAL, differences
-from studies.fuzz_scenes import FAMILIES, random_scene
+from studies.validation.fuzz.differential import DIFFERENTIAL, differences
+from studies.validation.fuzz.scenes import FAMILIES, random_scene
 
 pytestmark = pytest.mark.slow
 

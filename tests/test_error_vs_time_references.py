@@ -9,10 +9,10 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.reference import bonded_onset, two_node_limits
-from studies.error_vs_time import condensation, exact, limits
-from studies.error_vs_time.lemke import Lemke
 from studies.increments import LOADS
-from studies.oracles import largest_load_factor
+from studies.validation.error_vs_time import condensation, exact, limits
+from studies.validation.error_vs_time.lemke import Lemke
+from studies.validation.oracles import largest_load_factor
 from systems import CYCLE, random_system, system
 
 pytestmark = pytest.mark.slow
@@ -140,16 +140,17 @@ def test_exact_onset_is_the_closed_form(punch):
 
 
 def test_refined_stiffness_is_that_of_rational_elimination():
-    task = condensation.elimination(fo.PunchOnHalfPlane(elements=2, growth=3.0))
-    K_ii, K_ir, K_rr = task.blocks
+    """And all that is compared is the same stiffness: the package's from its own assembly, the rivals' from scikit-fem's."""
+    scene = fo.PunchOnHalfPlane(elements=2, growth=3.0)
+    K_ii, K_ir, K_rr = blocks = condensation.assembled(scene)
     interior, coupling = exact.fractions(K_ii.toarray()), exact.fractions(K_ir.toarray())
     solution = np.column_stack([exact.refined(interior, column) for column in coupling.T])
     rational = exact.fractions(K_rr) - coupling.T @ solution
     doubles = rational.astype(float)
     beyond = (rational - exact.fractions(doubles)).astype(float)
-    scale, refined = np.abs(doubles).max(), condensation.refined_stiffness(task.blocks)
+    scale, refined = np.abs(doubles).max(), condensation.refined_stiffness(blocks)
     assert np.abs(refined - doubles - beyond).max() < 100 * np.finfo(np.longdouble).eps * scale
-    for S in (task.ours(), *(condensation.multiple_right_hand_sides(task.blocks, name) for name in condensation.ORDERINGS)):
+    for S in (scene.condense().S, *(condensation.multiple_right_hand_sides(blocks, name) for name in condensation.ORDERINGS)):
         assert np.abs(S - doubles).max() < 1e-13 * scale
 
 
@@ -172,7 +173,7 @@ def test_complementarity_problem_of_the_rival_is_that_of_an_increment(monkeypatc
     corners = [mean + factor * np.concatenate(pair) for pair in zip(*CYCLE.corner_reactions(contact), strict=True)]
     force = np.abs(mean[n:]).mean()
     carried = np.r_[np.zeros(n), np.full(n, force)] - contact.S[:, :n] @ start
-    monkeypatch.setattr("studies.error_vs_time.lemke.installed", lambda _: SimpleNamespace(lcp_lemke=enumerated))
+    monkeypatch.setattr("studies.validation.error_vs_time.lemke.installed", lambda _: SimpleNamespace(lcp_lemke=enumerated))
     work = Lemke(contact, 0.4, force).cycle_work(start, [carried, mean, *corners * 2], 3, 2)
     march = fo.march(contact, CYCLE, 0.4, factor, initial_slip=start, cycles=2, engine="qp", steps=3)
     assert march.cycle_work[-1].sum() > 1e-3 and work == pytest.approx(march.cycle_work[-1].sum(), rel=1e-9)

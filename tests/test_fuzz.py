@@ -14,10 +14,11 @@ import frictopt as fo
 from enumeration import admissible_states
 from frictopt.increments import FrozenBoundIncrement
 from frictopt.reference import single_node_limit
-from studies import fuzz, oracles
-from studies.fuzz_cases import random_case
-from studies.fuzz_checks import CHECKS, findings
-from studies.fuzz_differential import DIFFERENTIAL
+from studies.validation import oracles
+from studies.validation.fuzz import study as fuzz
+from studies.validation.fuzz.cases import random_case
+from studies.validation.fuzz.checks import CHECKS, findings
+from studies.validation.fuzz.differential import DIFFERENTIAL
 from systems import CYCLE, random_system, system
 
 pytestmark = pytest.mark.slow

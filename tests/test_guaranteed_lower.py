@@ -8,9 +8,9 @@ import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
-from studies import lower_bound as study
-from studies import oracles
-from studies.lower_bound import lower_bound, periodic_bounds
+from studies.validation import lower_bound as study
+from studies.validation import oracles
+from studies.validation.lower_bound import lower_bound, periodic_bounds
 from systems import CYCLE, FIRST_PAIR, SECOND_PAIR, random_system, system
 
 STICK, FORWARD, BACKWARD, OPEN = 0, 1, -1, 2

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from studies import oracles
+from studies.validation import oracles
 from systems import random_system
 
 PRESSED = fo.LoadCycle({"mean": 1.0}, [{"press": 1.0, "shear": 1.0}, {"press": 1.0, "shear": -1.0}])

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from studies.oracles import largest_load_factor
+from studies.validation.oracles import largest_load_factor
 from systems import CYCLE, random_system
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.reference import single_node_limit, two_node_limits, uncoupled_limit
-from studies.oracles import largest_load_factor
+from studies.validation.oracles import largest_load_factor
 from systems import CYCLE, random_system, system
 
 EXACT = 1e-9

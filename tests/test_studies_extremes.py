@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from studies import extremes
-from studies.extreme_cases import probes
-from studies.extreme_probes import Answer, Probe
+from studies.validation.extremes import study as extremes
+from studies.validation.extremes.cases import probes
+from studies.validation.extremes.probes import Answer, Probe
 
 pytestmark = pytest.mark.slow
 

@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from studies import left_out
+from studies.validation import left_out
 
 pytestmark = pytest.mark.slow
 

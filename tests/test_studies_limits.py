@@ -1,7 +1,6 @@
 """The study of limits at quick size: facts of the scene that do not depend on the stored numbers, and the origin of its tables."""
 
-import os
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict
 from importlib.metadata import version
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 
 import frictopt as fo
 from studies import limits, paper
-from studies.tables import Table, data_folder
+from studies.tables import data_folder
 
 pytestmark = pytest.mark.slow
 
@@ -146,84 +145,3 @@ def test_tables_say_where_they_come_from(tables):
 def test_full_study_covers_what_the_quick_one_does():
     assert set(limits.FULL.frictions) >= set(limits.QUICK.frictions) and max(limits.FULL.frictions) == 3
     assert data_folder(True) == data_folder(False) / "quick"
-
-
-@dataclass(frozen=True)
-class Count:
-    """Parameters of a table that costs nothing."""
-
-    rows: int = 3
-
-
-@pytest.fixture
-def counted():
-    """A table, and the list of the parameters that it was computed with."""
-    calls = []
-
-    def compute(parameters):
-        calls.append(parameters)
-        return pd.DataFrame({"square": [row**2 for row in range(parameters.rows)]})
-
-    return Table("squares", "a square", {"square": "number"}, full=Count(), quick=Count(2), compute=compute), calls
-
-
-def test_stored_table_is_used_again(counted, tmp_path):
-    table, calls = counted
-    made = table.load(Count(), tmp_path)
-    again = table.load(Count(), tmp_path)
-    assert len(calls) == 1
-    pd.testing.assert_frame_equal(made, again)
-    assert made.attrs == again.attrs
-
-
-def test_other_parameters_or_version_ask_for_a_new_table(counted, tmp_path, monkeypatch):
-    table, calls = counted
-    table.load(Count(), tmp_path)
-    assert len(table.load(Count(5), tmp_path)) == 5
-    monkeypatch.setattr(fo, "__version__", "0.0.0")
-    assert table.load(Count(5), tmp_path).attrs["versions"]["frictopt"].startswith("0.0.0+")
-    monkeypatch.setattr("studies.tables._source_digest", lambda: "other sources")
-    assert table.load(Count(5), tmp_path).attrs["versions"]["frictopt"] == "0.0.0+other sources"
-    assert calls == [Count(), Count(5), Count(5), Count(5)]
-
-
-def test_other_columns_or_a_spoilt_file_ask_for_a_new_table(counted, tmp_path):
-    table, calls = counted
-    table.load(Count(), tmp_path)
-    assert replace(table, columns={"square": "another meaning"}).stored(Count(), tmp_path) is None
-    table.path(tmp_path).write_bytes(b"half a table")
-    assert table.stored(Count(), tmp_path) is None
-    assert len(table.load(Count(), tmp_path)) == 3 and len(calls) == 2
-
-
-def test_failed_write_leaves_the_old_table(counted, tmp_path):
-    table, _ = counted
-    table.make(Count(), tmp_path)
-    before = table.path(tmp_path).read_bytes()
-    unwritable = replace(table, compute=lambda _: pd.DataFrame({"square": [1, "one"]}))
-    with pytest.raises((ValueError, TypeError)):
-        unwritable.make(Count(), tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["squares.parquet"]
-    assert table.path(tmp_path).read_bytes() == before
-
-
-def test_interrupted_write_leaves_the_old_table(counted, tmp_path, monkeypatch):
-    table, _ = counted
-    table.make(Count(), tmp_path)
-
-    def fail(source, target):
-        assert len(pd.read_parquet(source)) == 5, "the new table is complete before it takes the old one's place"
-        raise OSError("disk full")
-
-    monkeypatch.setattr(os, "replace", fail)
-    with pytest.raises(OSError, match="disk full"):
-        table.make(Count(5), tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["squares.parquet"]
-    assert len(pd.read_parquet(table.path(tmp_path))) == 3
-
-
-def test_columns_must_be_described(counted, tmp_path):
-    table, _ = counted
-    with pytest.raises(ValueError, match=r"squares: computed columns \['square'\]"):
-        replace(table, columns={"square": "number", "cube": "number"}).make(Count(), tmp_path)
-    assert not list(tmp_path.iterdir())

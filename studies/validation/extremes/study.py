@@ -14,9 +14,9 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from .extreme_cases import probes
-from .extreme_probes import Answer, Probe, Sizes
-from .tables import Study, Table, markdown
+from ...tables import Study, Table, markdown
+from .cases import probes
+from .probes import Answer, Probe, Sizes
 
 __all__ = ["EXTREMES", "FULL", "QUICK", "STUDY", "Parameters", "judged", "short"]
 
@@ -101,8 +101,4 @@ _COLUMNS = {
 
 EXTREMES = Table("extremes", "one question at one extreme", _COLUMNS, full=FULL, quick=QUICK, compute=at_the_edge)
 
-STUDY = Study("studies.extremes", __doc__, "coarse meshes, in seconds", (EXTREMES,), summary=lambda tables: short(tables[EXTREMES.name]))
-
-
-if __name__ == "__main__":
-    raise SystemExit(STUDY.run())
+STUDY = Study("studies.validation.extremes", __doc__, "coarse meshes, in seconds", (EXTREMES,), summary=lambda tables: short(tables[EXTREMES.name]))

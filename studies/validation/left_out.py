@@ -17,8 +17,8 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from .paper import LOADS
-from .tables import Study, Table, markdown, two_digits
+from ..paper import LOADS
+from ..tables import Study, Table, markdown, two_digits
 
 __all__ = ["FULL", "QUICK", "SAVED", "STUDY", "Parameters"]
 
@@ -188,8 +188,6 @@ _SAVED = {
 }
 SAVED = Table("left_out", "one computation on one scene", _SAVED, full=FULL, quick=QUICK, compute=saved)
 
-STUDY = Study("studies.left_out", __doc__, "small contacts, each timed once, in seconds", (SAVED,), lambda tables: _report(tables[SAVED.name]))
-
-
-if __name__ == "__main__":
-    raise SystemExit(STUDY.run())
+STUDY = Study(
+    "studies.validation.left_out", __doc__, "small contacts, each timed once, in seconds", (SAVED,), lambda tables: _report(tables[SAVED.name])
+)

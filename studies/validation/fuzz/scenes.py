@@ -10,7 +10,7 @@ import numpy as np
 import frictopt as fo
 from frictopt.reference import half_plane_influence
 
-from .fuzz_cases import Case
+from .cases import Case
 
 __all__ = ["FAMILIES", "random_scene"]
 

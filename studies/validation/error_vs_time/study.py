@@ -1,8 +1,8 @@
-"""The two tables of the study."""
+"""The tables of the study."""
 
 import os
 import platform
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.metadata import version
 from pathlib import Path
 
@@ -10,14 +10,15 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-from ..tables import Table
+from ...tables import Table
 from . import condensation, guaranteed, increments, limits, transients
+from .calls import first_and_second
 from .corner_law import corner_law
 from .parameters import FULL, QUICK, Parameters
 from .scenes import punch
 from .ways import RIVALS, Question, absent, measured
 
-__all__ = ["ERROR", "LAW", "error_against_time", "machine", "questions"]
+__all__ = ["CALLS", "ERROR", "LAW", "error_against_time", "machine", "questions"]
 
 
 def questions(parameters: Parameters) -> Iterator[Question]:
@@ -44,10 +45,19 @@ def error_against_time(parameters: Parameters) -> pd.DataFrame:
     return table
 
 
+def calls(parameters: Parameters) -> pd.DataFrame:
+    """First and second calls, one thread."""
+    return _one_thread(first_and_second, parameters)
+
+
 def law(parameters: Parameters) -> pd.DataFrame:
     """The law of the corner, one thread."""
+    return _one_thread(corner_law, parameters)
+
+
+def _one_thread(compute: Callable[[Parameters], pd.DataFrame], parameters: Parameters) -> pd.DataFrame:
     with threadpool_limits(1):
-        table = corner_law(parameters)
+        table = compute(parameters)
     table.attrs = {"machine": machine()}
     return table
 
@@ -73,16 +83,17 @@ _ERROR = {
     "outcome": "'answer', or why there is none",
     "error": "relative error, at least 2.2e-16; inf without an answer",
     "residual": "what frictopt itself says of its answer; NaN of what nobody judges",
-    "seconds": "run time, one thread: median of the repetitions, the sum of its six parts; inf without an answer",
-    "mesh": "of it: meshes, supports, load cases and their checks, s; on an interface once condensed: 0",
-    "assembly": "of it: stiffness matrices, and everything else up to the elimination, s",
-    "condensation": "of it: ordering and elimination, s",
-    "compile": "of it: matrices and models up to the call of a solver, s",
-    "solve": "of it: solver, or path, s",
-    "verify": "of it: referee, bounds from the other side, checks of the condensed system, s; rivals have none",
+    "seconds": "run time, one thread: median of the repetitions; inf without an answer",
     "repetitions": "timed runs after one that is not timed; fewer of what takes long",
     "on_front": "no other way to answer is as fast and as accurate and better in one; errors below 1e-12 count as equal",
     "ahead": "a rival on the front: frictopt has no answer as fast and as accurate",
+}
+_CALLS = {
+    "nodes": "node pairs of the interface",
+    "call": "what is called",
+    "first": "run time of the first call, its model built in it, s: median of the repetitions, one thread",
+    "second": "run time of another call on the same model, s; NaN where there is none to keep",
+    "residual": "what frictopt says of the answer; NaN where nothing is solved",
 }
 _LAW = {
     "friction": "coefficient of friction",
@@ -98,4 +109,5 @@ _LAW = {
 }
 
 ERROR = Table("error_vs_time", "one way to answer one question at one setting", _ERROR, full=FULL, quick=QUICK, compute=error_against_time)
+CALLS = Table("error_vs_time_calls", "one call on one mesh", _CALLS, full=FULL, quick=QUICK, compute=calls)
 LAW = Table("error_vs_time_law", "shakedown limit on one mesh at one friction", _LAW, full=FULL, quick=QUICK, compute=law)

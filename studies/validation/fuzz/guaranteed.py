@@ -8,9 +8,9 @@ import numpy as np
 
 import frictopt as fo
 
-from . import oracles
-from .fuzz_known import Known, NotAsked, Wrong, same, transformed
-from .lower_bound import lower_bound
+from .. import oracles
+from ..lower_bound import lower_bound
+from .known import Known, NotAsked, Wrong, same, transformed
 
 __all__ = ["followed", "guaranteed", "guaranteed_transformed"]
 

@@ -5,20 +5,19 @@ from typing import Any
 
 import pandas as pd
 
-from ..tables import markdown, two_digits
-from .clock import STAGES
+from ...tables import markdown, two_digits
 from .ways import ROUNDING
 
-__all__ = ["fronts", "law", "parts", "report"]
+__all__ = ["calls", "fronts", "law", "report"]
 
 
 def report(tables: Mapping[str, pd.DataFrame]) -> str:
-    """All three short tables, with the machine and the rivals that were absent."""
+    """The short tables, with the machine and the rivals that were absent."""
     error, corner = tables["error_vs_time"], tables["error_vs_time_law"]
     installed = ", ".join(f"{name} {number}" for name, number in error.attrs["rivals"].items())
     missing = ", ".join(error.attrs["absent"]) or "none"
     head = f"{error.attrs['machine']}; medians; rivals: {installed}; not installed and skipped: {missing}."
-    return "\n\n".join(["", head, fronts(error), parts(error), law(corner)])
+    return "\n\n".join(["", head, fronts(error), calls(tables["error_vs_time_calls"]), law(corner)])
 
 
 def fronts(table: pd.DataFrame) -> str:
@@ -30,12 +29,11 @@ def fronts(table: pd.DataFrame) -> str:
     return markdown(["computation", "frictopt: error, time", "fastest rival as accurate", "rivals ahead of frictopt"], rows)
 
 
-def parts(table: pd.DataFrame) -> str:
-    """What frictopt's times are made of, on the finest mesh, in ms."""
-    finest = table["nodes"].max()
-    best = [_best(question) for question in _questions(table) if question["nodes"].iloc[0] in (0, finest)]
-    rows = [[_name(row), *(_milliseconds(row[stage]) for stage in (*STAGES, "seconds"))] for row in best]
-    return markdown(["ms", *STAGES, "sum"], rows)
+def calls(table: pd.DataFrame) -> str:
+    """First and second calls on the finest mesh, in ms."""
+    finest = table[table["nodes"] == table["nodes"].max()]
+    rows = [[row.call, _milliseconds(row.first), _milliseconds(row.second)] for row in finest.itertuples()]
+    return markdown([f"ms, N = {finest['nodes'].iloc[0]}", "first call", "second call"], rows)
 
 
 def law(table: pd.DataFrame) -> str:
@@ -103,4 +101,4 @@ def _seconds(value: float) -> str:
 
 
 def _milliseconds(value: float) -> str:
-    return two_digits(1e3 * value) if value else ""
+    return two_digits(1e3 * value) if value == value else ""

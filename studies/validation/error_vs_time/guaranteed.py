@@ -9,11 +9,10 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 import frictopt as fo
-from frictopt.limits.posed import Task, cycle_loads
 
-from ..paper import LOADS
+from ...paper import LOADS
 from .bare_lp import LinearProgram, highs, highs_cost, highs_vertex
-from .exact import exact_guaranteed_limit
+from .exact import exact_guaranteed_limit, safe_rows
 from .parameters import Parameters
 from .scenes import Scene
 from .ways import Question, Way
@@ -33,7 +32,7 @@ class NodePrograms:
     Attributes
     ----------
     programs
-        Node -> its linear program, in the package's units, nothing left out; the load factor is the last unknown.
+        Node -> its linear program; the load factor is the last unknown, after the slips, which add up to zero.
     load_unit
         Unit of the load factor.
     """
@@ -44,20 +43,19 @@ class NodePrograms:
     @classmethod
     def of(cls, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> "NodePrograms":
         """The programs of a contact."""
-        task = Task(system, cycle, cycle_loads(system, cycle), np.full(system.nodes, friction), False)
-        interface = task.interface()
-        rows, n = task.rows(interface), system.nodes
-        lift, shear = rows.friction[:, None] * interface.normal, interface.shear
-        matrix = csc_matrix(np.hstack([np.vstack([-lift - shear, shear - lift]), np.concatenate([rows.forward, rows.backward])[:, None]]))
-        right = np.concatenate([rows.g_mean + rows.q_mean, rows.g_mean - rows.q_mean])
-        cost = np.eye(matrix.shape[1])[-1]
+        n, (slips, mean, cyclic) = system.nodes, (rows.astype(float) for rows in safe_rows(system, cycle, friction)[:3])
+        load_unit = np.abs(mean).max() / np.abs(cyclic).max()
+        matrix = csc_matrix(np.column_stack([-slips / np.abs(slips).max(), cyclic / np.abs(cyclic).max()]))
+        right = -mean / np.abs(mean).max()
+        cost = np.eye(n)[-1]
         lower = np.where(cost > 0, 0.0, -np.inf)
         programs = {}
-        for node in np.flatnonzero(rows.corners[0] != rows.corners[1]).tolist():
+        q, p = cycle.corner_reactions(system)
+        for node in np.flatnonzero((q + friction * p).argmin(axis=0) != (friction * p - q).argmin(axis=0)).tolist():
             floor = np.full(len(right), -np.inf)
             floor[[node, n + node]] = right[[node, n + node]]
             programs[node] = LinearProgram(cost, matrix, right, lower, floor)
-        return cls(programs, rows.load_unit)
+        return cls(programs, load_unit)
 
     def least(self, options: dict[str, Any]) -> tuple[float, int, Any]:
         """The least load factor over the nodes, its node, and HiGHS with the answer; programs without an optimum are passed over."""
@@ -80,7 +78,7 @@ def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
     exact = exact_guaranteed_limit(system, LOADS, friction, node, highs_vertex(solver)).value
 
     def ours(method: str, run: Any) -> Way:
-        return Way(method, "solver", "HIGHS", run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual, rest="compile")
+        return Way(method, "solver", "HIGHS", run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual)
 
     ways = [
         ours("frictopt, first time", partial(fo.guaranteed_limit, system, LOADS, friction)),

@@ -10,10 +10,10 @@ import numpy as np
 import frictopt as fo
 from frictopt.increments import ExactIncrement, FrozenBoundIncrement
 
-from . import oracles
-from .fuzz_cases import Case
-from .fuzz_guaranteed import followed, guaranteed, guaranteed_transformed
-from .fuzz_known import Known, NotAsked, Wrong, same, transformed
+from .. import oracles
+from .cases import Case
+from .guaranteed import followed, guaranteed, guaranteed_transformed
+from .known import Known, NotAsked, Wrong, same, transformed
 
 __all__ = ["CHECKS", "Finding", "asked", "findings"]
 

@@ -14,7 +14,7 @@ import pandas as pd
 import frictopt as fo
 from frictopt.reference import bonded_corner, sliding_corner_exponent
 
-from ..paper import LOADS
+from ...paper import LOADS
 from .clock import timed
 from .parameters import Parameters
 
@@ -26,9 +26,9 @@ def corner_law(parameters: Parameters) -> pd.DataFrame:
     rows: list[dict[str, Any]] = []
     for grading in parameters.law_gradings:
         scene = fo.PunchOnHalfPlane(elements=parameters.law_elements, grading=grading)
-        condensed = timed(scene.condense, "assembly", 1)
+        condensed = timed(scene.condense, 1)
         for friction in parameters.law_frictions:
-            limit = timed(partial(fo.shakedown_limit, condensed.answer, LOADS, friction), "compile", 1)
+            limit = timed(partial(fo.shakedown_limit, condensed.answer, LOADS, friction), 1)
             rows.append(
                 {
                     "friction": friction,

@@ -9,8 +9,8 @@ import numpy as np
 
 import frictopt as fo
 
-from . import oracles
-from .fuzz_cases import Case
+from .. import oracles
+from .cases import Case
 
 __all__ = ["Known", "NotAsked", "Wrong", "same", "transformed"]
 

@@ -1,4 +1,4 @@
-"""Bare calls of solvers of linear programs, on the matrices that the package compiles."""
+"""Bare calls of solvers of linear programs."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -8,17 +8,15 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from frictopt.solve.solvers import _OPTIONS
-
-from .clock import mark
 from .ways import Way, installed
 
-__all__ = ["OURS", "LinearProgram", "clarabel", "highs", "highs_cost", "highs_vertex", "osqp", "ways"]
+__all__ = ["SIMPLEX", "LinearProgram", "clarabel", "highs", "highs_cost", "highs_vertex", "osqp", "ways"]
 
 Array = np.ndarray[Any, Any]
 
-OURS: dict[str, Any] = _OPTIONS["HIGHS"]["highs_options"]
-"""Options with which the package calls HiGHS."""
+_TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+SIMPLEX: dict[str, Any] = {"solver": "simplex", "simplex_strategy": 4, "presolve": "off", **_TIGHT}
+"""Options of HiGHS that suit these programs, whose rows are dense: primal simplex without presolve, tight tolerances."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,12 +31,18 @@ class LinearProgram:
 
     @classmethod
     def of(cls, problem: Any) -> "LinearProgram":
-        """The matrices to which cvxpy compiles a solved problem."""
+        """The matrices to which cvxpy compiles a problem."""
         data, _, _ = problem.get_problem_data("HIGHS")
         columns = data["A"].shape[1]
         lower = data["lower_bounds"]
         floor = np.full(len(data["b"]), -np.inf)
         return cls(data["c"], data["A"].tocsc(), data["b"], np.full(columns, -np.inf) if lower is None else lower, floor)
+
+    @classmethod
+    def maximum(cls, matrix: Array, right: Array) -> "LinearProgram":
+        """Maximise the last unknown subject to `matrix z >= right`."""
+        cost = -np.eye(matrix.shape[1])[-1]
+        return cls(cost, csc_matrix(-matrix), -right, np.full(len(cost), -np.inf), np.full(len(right), -np.inf))
 
     @cached_property
     def with_bounds(self) -> tuple[csc_matrix, Array]:
@@ -57,18 +61,17 @@ def highs(program: LinearProgram, options: dict[str, Any]) -> Any:
         No optimum.
     """
     highspy = installed("highspy")
-    with mark("compile"):
-        model = highspy.HighsModel()
-        lp = model.lp_
-        lp.num_row_, lp.num_col_ = program.matrix.shape
-        lp.col_cost_, lp.col_lower_, lp.col_upper_ = program.cost, program.lower, np.full(len(program.cost), np.inf)
-        lp.row_lower_, lp.row_upper_ = program.floor, program.right
-        lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-        lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = program.matrix.indptr, program.matrix.indices, program.matrix.data
-        solver = highspy.Highs()
-        for name, value in {"output_flag": False, **options}.items():
-            solver.setOptionValue(name, value)
-        solver.passModel(model)
+    model = highspy.HighsModel()
+    lp = model.lp_
+    lp.num_row_, lp.num_col_ = program.matrix.shape
+    lp.col_cost_, lp.col_lower_, lp.col_upper_ = program.cost, program.lower, np.full(len(program.cost), np.inf)
+    lp.row_lower_, lp.row_upper_ = program.floor, program.right
+    lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
+    lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = program.matrix.indptr, program.matrix.indices, program.matrix.data
+    solver = highspy.Highs()
+    for name, value in {"output_flag": False, **options}.items():
+        solver.setOptionValue(name, value)
+    solver.passModel(model)
     solver.run()
     _accept(solver.getModelStatus() == highspy.HighsModelStatus.kOptimal, solver.getModelStatus())
     return solver
@@ -95,12 +98,11 @@ def clarabel(program: LinearProgram, tolerance: float) -> float:
     """
     package = installed("clarabel")
     matrix, right = program.with_bounds
-    with mark("compile"):
-        settings = package.DefaultSettings()
-        settings.verbose, settings.max_threads = False, 1
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
-        cones = [package.NonnegativeConeT(len(right))]
-        solver = package.DefaultSolver(csc_matrix((len(program.cost),) * 2), program.cost, matrix, right, cones, settings)
+    settings = package.DefaultSettings()
+    settings.verbose, settings.max_threads = False, 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    cones = [package.NonnegativeConeT(len(right))]
+    solver = package.DefaultSolver(csc_matrix((len(program.cost),) * 2), program.cost, matrix, right, cones, settings)
     answer = solver.solve()
     _accept(str(answer.status) in ("Solved", "AlmostSolved"), answer.status)
     return float(answer.obj_val)
@@ -116,18 +118,17 @@ def osqp(program: LinearProgram, tolerance: float) -> float:
     """
     package = installed("osqp")
     matrix, right = program.with_bounds
-    with mark("compile"):
-        solver = package.OSQP()
-        tolerances = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 20000, "polishing": True, "verbose": False}
-        solver.setup(csc_matrix((len(program.cost),) * 2), program.cost, matrix, np.full(len(right), -np.inf), right, **tolerances)
+    solver = package.OSQP()
+    tolerances = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 20000, "polishing": True, "verbose": False}
+    solver.setup(csc_matrix((len(program.cost),) * 2), program.cost, matrix, np.full(len(right), -np.inf), right, **tolerances)
     answer = solver.solve(raise_error=False)
     _accept(str(answer.info.status).startswith("solved"), answer.info.status)
     return float(program.cost @ answer.x)
 
 
 def ways(program: LinearProgram, tolerances: tuple[float, ...], error: Callable[[float], float]) -> Iterator[Way]:
-    """The bare solvers at these tolerances, HiGHS with its defaults and with our options too; `error` judges the optimal cost."""
-    settings = {"defaults": {}, "options of frictopt": OURS}
+    """The bare solvers at these tolerances, HiGHS with its defaults and with options that suit them too; `error` judges the optimal cost."""
+    settings = {"defaults": {}, "primal simplex": SIMPLEX}
     for tolerance in tolerances:
         settings[f"{tolerance:.0e}"] = {"primal_feasibility_tolerance": tolerance, "dual_feasibility_tolerance": tolerance}
     for name, options in settings.items():

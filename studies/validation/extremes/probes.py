@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import frictopt as fo
 
-from .paper import LOADS
+from ...paper import LOADS
 
 __all__ = ["SHEAR", "Answer", "Probe", "Sizes", "nearly_separated"]
 

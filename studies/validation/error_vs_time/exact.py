@@ -14,7 +14,17 @@ import numpy as np
 
 import frictopt as fo
 
-__all__ = ["ExactLimit", "NotProven", "exact_guaranteed_limit", "exact_increment", "exact_margin", "exact_shakedown_limit", "fractions", "refined"]
+__all__ = [
+    "ExactLimit",
+    "NotProven",
+    "exact_guaranteed_limit",
+    "exact_increment",
+    "exact_margin",
+    "exact_shakedown_limit",
+    "fractions",
+    "refined",
+    "safe_rows",
+]
 
 Array = np.ndarray[Any, Any]
 
@@ -90,7 +100,7 @@ def exact_shakedown_limit(system: fo.ContactSystem, cycle: fo.LoadCycle, frictio
     NotProven
         No vertex near the proposed one is the optimum.
     """
-    matrix, right, cyclic, _ = _safe_rows(system, cycle, friction)
+    matrix, right, cyclic, _ = safe_rows(system, cycle, friction)
     return _maximum(np.column_stack([matrix, -cyclic]), right, active)
 
 
@@ -99,7 +109,7 @@ def exact_margin(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float,
 
     Parameters and errors as of `exact_shakedown_limit`.
     """
-    matrix, right, cyclic, bound = _safe_rows(system, cycle, friction)
+    matrix, right, cyclic, bound = safe_rows(system, cycle, friction)
     reserve = np.array([bound] * len(right), dtype=object)
     return _maximum(np.column_stack([matrix, -reserve]), right + Fraction(load_factor) * cyclic, active)
 
@@ -109,7 +119,7 @@ def exact_guaranteed_limit(system: fo.ContactSystem, cycle: fo.LoadCycle, fricti
 
     Parameters and errors as of `exact_shakedown_limit`; `active` has both rows of the node.
     """
-    matrix, right, cyclic, _ = _safe_rows(system, cycle, friction)
+    matrix, right, cyclic, _ = safe_rows(system, cycle, friction)
     both = [node, system.nodes + node]  # an equation is two rows, of which the vertex has the one with a multiplier that is not negative
     matrix, right = np.concatenate([matrix, -matrix[both]]), np.concatenate([right, -right[both]])
     falling = np.column_stack([matrix, np.concatenate([cyclic, -cyclic[both]])])  # in minus the load factor
@@ -146,7 +156,7 @@ def exact_increment(system: fo.ContactSystem, friction: float, slip: Array, bond
     return np.asarray(before + change, dtype=float)
 
 
-def _safe_rows(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> tuple[Array, Array, Array, Fraction]:
+def safe_rows(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> tuple[Array, Array, Array, Fraction]:
     """Rows `matrix z >= right + load_factor * cyclic` of safe slips in z, the first N - 1 slips, and the mean friction bound.
 
     The last slip is minus the sum of the others: a punch that only its loads hold may slide as a whole, which stresses nothing, and which doubles

@@ -11,10 +11,10 @@ from frictopt.increments import ExactIncrement, FrozenBoundIncrement
 from frictopt.path import ExactPath
 from frictopt.reference import single_node_limit
 
-from . import oracles
-from .extreme_guarantees import guarantee_probes
-from .extreme_probes import SHEAR, Answer, Probe, Sizes, nearly_separated
-from .paper import LOADS
+from ...paper import LOADS
+from .. import oracles
+from .guarantees import guarantee_probes
+from .probes import SHEAR, Answer, Probe, Sizes, nearly_separated
 
 __all__ = ["probes"]
 

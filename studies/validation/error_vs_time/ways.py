@@ -10,7 +10,7 @@ import numpy as np
 
 import frictopt as fo
 
-from .clock import STAGES, timed
+from .clock import timed
 
 __all__ = ["EPSILON", "RIVALS", "ROUNDING", "Question", "Way", "absent", "installed", "measured", "not_dominated"]
 
@@ -42,8 +42,6 @@ class Way:
         What the package itself says of its answer; None of what nobody judges.
     rival
         Package whose bare call it is; empty for frictopt.
-    rest
-        Stage of the time that `clock` knows no better.
     """
 
     method: str
@@ -53,7 +51,6 @@ class Way:
     error: Callable[[Any], float]
     residual: Callable[[Any], float] | None = None
     rival: str = ""
-    rest: str = "solve"
 
 
 @dataclass(frozen=True)
@@ -94,7 +91,7 @@ def installed(name: str) -> Any:
 
 
 def measured(question: Question, repetitions: int) -> list[dict[str, Any]]:
-    """One row per way whose package is installed: its error, its run time by stages, and whether no other way beats it."""
+    """One row per way whose package is installed: its error, its run time, and whether no other way beats it."""
     rows = []
     for way in question.ways:
         if way.rival and installed(way.rival) is None:
@@ -133,12 +130,12 @@ def _row(question: Question, way: Way, repetitions: int) -> dict[str, Any]:
         "setting": way.setting,
     }
     try:
-        run = timed(way.run, way.rest, repetitions)
+        run = timed(way.run, repetitions)
         error = float(way.error(run.answer))
         if not np.isfinite(error):
             raise ArithmeticError("the answer is not finite")
     except (fo.FrictoptError, ArithmeticError) as failure:
-        none = {"error": np.inf, "residual": np.nan, "seconds": np.inf, **dict.fromkeys(STAGES, np.nan), "repetitions": 0}
+        none = {"error": np.inf, "residual": np.nan, "seconds": np.inf, "repetitions": 0}
         return {**named, "outcome": f"{type(failure).__name__}: {failure}", **none}
     return {
         **named,
@@ -146,7 +143,6 @@ def _row(question: Question, way: Way, repetitions: int) -> dict[str, Any]:
         "error": max(error, EPSILON),
         "residual": way.residual(run.answer) if way.residual else np.nan,
         "seconds": run.seconds,
-        **{stage: run.stages.get(stage, 0.0) for stage in STAGES},
         "repetitions": run.repetitions,
     }
 

@@ -9,9 +9,9 @@ import numpy as np
 
 import frictopt as fo
 
-from .fuzz_cases import Case
-from .fuzz_checks import Finding, asked
-from .fuzz_known import NotAsked, Wrong, same
+from .cases import Case
+from .checks import Finding, asked
+from .known import NotAsked, Wrong, same
 
 __all__ = ["DIFFERENTIAL", "Scene", "Seen", "described", "differences"]
 

@@ -9,9 +9,9 @@ from scipy.spatial import ConvexHull
 
 import frictopt as fo
 
-from . import oracles
-from .extreme_probes import SHEAR, Answer, Probe, Sizes, nearly_separated
-from .paper import LOADS
+from ...paper import LOADS
+from .. import oracles
+from .probes import SHEAR, Answer, Probe, Sizes, nearly_separated
 
 __all__ = ["guarantee_probes"]
 

@@ -10,14 +10,14 @@ import numpy as np
 import frictopt as fo
 from frictopt.solve import LP_SOLVERS
 
-from ..paper import LOADS
-from .bare_lp import OURS, LinearProgram, highs, highs_vertex, ways
-from .exact import exact_margin, exact_shakedown_limit, fractions
+from ...paper import LOADS
+from .bare_lp import SIMPLEX, LinearProgram, highs, highs_vertex, ways
+from .exact import exact_margin, exact_shakedown_limit, fractions, safe_rows
 from .parameters import Parameters
 from .scenes import Scene
 from .ways import Question, Way
 
-__all__ = ["exact_onset", "proposed_vertex", "questions"]
+__all__ = ["exact_onset", "questions"]
 
 Array = np.ndarray[Any, Any]
 
@@ -40,10 +40,11 @@ def exact_onset(system: fo.ContactSystem, friction: float) -> float:
     return float(min(-slack / rate for slack, rate in zip(slacks, rates, strict=True) if rate < 0))
 
 
-def proposed_vertex(problem: Any, nodes: int) -> Array:
+def _vertex(slips: Any, last: Any, right: Any) -> Array:
     """(N,) rows of the vertex that HiGHS finds, of the N rows against forward slip and the N against backward slip."""
-    rows = highs_vertex(highs(LinearProgram.of(problem), OURS))
-    return rows[rows < 2 * nodes]
+    slips, last, right = (values.astype(float) for values in (slips, last, right))
+    matrix = np.column_stack([slips / np.abs(slips).max(), last / np.abs(last).max()])
+    return highs_vertex(highs(LinearProgram.maximum(matrix, right / np.abs(right).max()), SIMPLEX))
 
 
 def _onset(parameters: Parameters, scene: Scene) -> Question:
@@ -55,17 +56,17 @@ def _onset(parameters: Parameters, scene: Scene) -> Question:
 
 def _limit(parameters: Parameters, scene: Scene) -> Question:
     system, friction = scene.system, parameters.friction
-    whole = fo.shakedown_limit(system, LOADS, friction, simplify=False)
-    exact = exact_shakedown_limit(system, LOADS, friction, proposed_vertex(whole.problem, system.nodes)).value
+    slips, mean, cyclic, _ = safe_rows(system, LOADS, friction)
+    exact = exact_shakedown_limit(system, LOADS, friction, _vertex(slips, -cyclic, mean)).value
     compiled = {solver: fo.ShakedownModel(system, LOADS, solver=solver) for solver in LP_SOLVERS}
     kept = fo.ShakedownModel(system, LOADS, simplify=False)
     first = partial(fo.shakedown_limit, system, LOADS, friction)
     found = first()
     problem: Any = found.problem  # solved, because the contact is coupled
-    unit = found.load_factor / float(problem.var_dict["load_factor"].value)
+    unit = found.load_factor / problem.value
 
     def way(method: str, knob: str, setting: str, run: Any) -> Way:
-        return Way(method, knob, setting, run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual, rest="compile")
+        return Way(method, knob, setting, run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual)
 
     ours = [way("frictopt, first time", "solver", "HIGHS", first)]
     ours += [way("frictopt, compiled", "solver", solver, partial(model.solve, friction)) for solver, model in compiled.items()]
@@ -76,12 +77,15 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
 
 def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
     system, friction, factor = scene.system, parameters.friction, parameters.margin_share * scene.limit
-    whole = fo.safe_slip(system, LOADS, friction, factor, simplify=False)
-    exact = exact_margin(system, LOADS, friction, factor, proposed_vertex(whole.problem, system.nodes)).value
+    slips, mean, cyclic, bound = safe_rows(system, LOADS, friction)
+    right = mean + Fraction(factor) * cyclic
+    exact = exact_margin(system, LOADS, friction, factor, _vertex(slips, np.full(len(right), -bound), right)).value
     ours = []
     for solver in LP_SOLVERS:
         run = partial(fo.safe_slip, system, LOADS, friction, factor, solver=solver)
-        ours.append(Way("frictopt", "solver", solver, run, lambda safe: abs(safe.margin / exact - 1), lambda safe: safe.residual, rest="compile"))
+        ours.append(Way("frictopt", "solver", solver, run, lambda safe: abs(safe.margin / exact - 1), lambda safe: safe.residual))
     found = fo.safe_slip(system, LOADS, friction, factor)
-    bare = ways(LinearProgram.of(found.problem), parameters.tolerances, lambda cost: abs(-cost / exact - 1))
+    problem: Any = found.problem
+    unit = found.margin / problem.value
+    bare = ways(LinearProgram.of(problem), parameters.tolerances, lambda cost: abs(-cost * unit / exact - 1))
     return Question("safe slip", "margin", scene.name, system.nodes, _VERTEX, [*ours, *bare])

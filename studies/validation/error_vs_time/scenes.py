@@ -6,7 +6,7 @@ from math import pi
 import frictopt as fo
 from frictopt.reference import LineContact, half_plane_contact
 
-from ..paper import LOADS
+from ...paper import LOADS
 from .parameters import Parameters
 
 __all__ = ["CYLINDER", "CYLINDER_LOADS", "SHEAR", "Scene", "cylinder", "punch"]

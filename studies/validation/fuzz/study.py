@@ -21,11 +21,11 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-from .fuzz_cases import random_case
-from .fuzz_checks import CHECKS, Finding, findings
-from .fuzz_differential import DIFFERENTIAL, differences
-from .fuzz_scenes import random_scene
-from .tables import Study, Table, at_least_one, markdown, seed_number
+from ...tables import Study, Table, at_least_one, markdown, seed_number
+from .cases import random_case
+from .checks import CHECKS, Finding, findings
+from .differential import DIFFERENTIAL, differences
+from .scenes import random_scene
 
 __all__ = ["COUNTS", "FULL", "PARTS", "QUICK", "REFUSALS", "STUDY", "Parameters", "counts", "refusals", "short"]
 
@@ -170,8 +170,4 @@ class _Random(Study):
         return status or int(any(asked.outcomes["wrong"] for asked in _run(parameters).asked.values()))
 
 
-STUDY = _Random("studies.fuzz", __doc__, "few cases, in seconds", (COUNTS, REFUSALS), summary=lambda tables: short(tables[COUNTS.name]))
-
-
-if __name__ == "__main__":
-    raise SystemExit(STUDY.run())
+STUDY = _Random("studies.validation.fuzz", __doc__, "few cases, in seconds", (COUNTS, REFUSALS), summary=lambda tables: short(tables[COUNTS.name]))

@@ -10,12 +10,10 @@ import numpy as np
 from scipy.sparse import csc_matrix, identity, triu
 
 import frictopt as fo
-from frictopt.increments import ExactIncrement, FrozenBoundIncrement
 from frictopt.path import ExactPath
-from frictopt.solve.solvers import QP_SOLVERS
+from frictopt.solve import QP_SOLVERS
 
-from ..paper import LOADS
-from .clock import mark
+from ...paper import LOADS
 from .exact import exact_increment
 from .lemke import Lemke
 from .parameters import Parameters
@@ -86,12 +84,11 @@ class FrozenBound:
 
 def osqp(program: FrozenBound, tolerance: float) -> Array:
     """By OSQP, polished, each program started from the last one."""
-    with mark("compile"):
-        rows = len(program.hessian)
-        solver = installed("osqp").OSQP()
-        tolerances = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 20000, "polishing": True, "verbose": False}
-        hessian, bounds = csc_matrix(triu(program.hessian)), (np.zeros(rows), np.full(rows, np.inf))
-        solver.setup(hessian, np.zeros(rows), identity(rows, format="csc"), *bounds, **tolerances)
+    rows = len(program.hessian)
+    solver = installed("osqp").OSQP()
+    tolerances = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 20000, "polishing": True, "verbose": False}
+    hessian, bounds = csc_matrix(triu(program.hessian)), (np.zeros(rows), np.full(rows, np.inf))
+    solver.setup(hessian, np.zeros(rows), identity(rows, format="csc"), *bounds, **tolerances)
 
     def solve(cost: Array) -> Array:
         solver.update(q=cost)
@@ -103,12 +100,11 @@ def osqp(program: FrozenBound, tolerance: float) -> Array:
 def clarabel(program: FrozenBound, tolerance: float) -> Array:
     """By Clarabel, which starts each program afresh."""
     package, rows = installed("clarabel"), len(program.hessian)
-    with mark("compile"):
-        settings = package.DefaultSettings()
-        settings.verbose, settings.max_threads = False, 1
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
-        hessian, signs = csc_matrix(triu(program.hessian)), -identity(rows, format="csc")
-        solver = package.DefaultSolver(hessian, np.zeros(rows), signs, np.zeros(rows), [package.NonnegativeConeT(rows)], settings)
+    settings = package.DefaultSettings()
+    settings.verbose, settings.max_threads = False, 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    hessian, signs = csc_matrix(triu(program.hessian)), -identity(rows, format="csc")
+    solver = package.DefaultSolver(hessian, np.zeros(rows), signs, np.zeros(rows), [package.NonnegativeConeT(rows)], settings)
 
     def solve(cost: Array) -> Array:
         solver.update(q=cost)
@@ -139,7 +135,7 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
     path.go(path.corners[0], "the way to the first corner")
     before, bonded = path.state.u.copy(), path.corners[1]
     slip, pair = before[:n], (bonded[:n], bonded[n:])
-    engines = {solver: FrozenBoundIncrement(system, friction, solver=solver) for solver in QP_SOLVERS}
+    engines = {solver: fo.FrozenBoundIncrement(system, friction, solver=solver) for solver in QP_SOLVERS}
     after = engines[QP_SOLVERS[0]].solve(slip, pair)
     exact = exact_increment(system, friction, slip, pair, np.sign(after.slip - slip))
 
@@ -148,12 +144,12 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
 
     def ours(method: str, solver: str, engine: Any) -> Way:
         run = partial(engine.solve, slip, pair)
-        return Way(method, "solver", solver, run, lambda made: error(made.slip), lambda made: made.residual, rest="compile")
+        return Way(method, "solver", solver, run, lambda made: error(made.slip), lambda made: made.residual)
 
     ways = [ours("frictopt, frozen bounds (QP)", solver, engine) for solver, engine in engines.items()]
     ways.append(Way("frictopt, exact path", "none", "events", partial(_followed, path, before), lambda u: error(u[:n])))
     if elements in parameters.milp_elements:
-        ways.append(ours("frictopt, complementarity (MILP)", "HIGHS", ExactIncrement(system, friction)))
+        ways.append(ours("frictopt, complementarity (MILP)", "HIGHS", fo.ExactIncrement(system, friction)))
     if installed("quantecon"):
         lemke = Lemke(system, friction, float(np.abs(bonded[n:]).mean()))
         ways.append(Way("Lemke", "none", "pivots", partial(lemke.increment, slip, bonded), lambda made: error(made[0]), rival="quantecon"))

@@ -8,8 +8,7 @@ import numpy as np
 
 import frictopt as fo
 
-from ..paper import LOADS
-from .clock import mark
+from ...paper import LOADS
 from .lemke import Lemke
 from .parameters import Parameters
 from .scenes import CYLINDER, CYLINDER_LOADS, SHEAR, Scene, cylinder
@@ -34,14 +33,10 @@ def cylinders(parameters: Parameters) -> Iterator[Question]:
     exact = CYLINDER.dissipation(SHEAR)
 
     def followed(cells: int) -> fo.Trajectory:
-        with mark("assembly"):
-            system = cylinder(cells)
-        return fo.march(system, CYLINDER_LOADS, CYLINDER.f, SHEAR, cycles=_CYCLES)
+        return fo.march(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR, cycles=_CYCLES)
 
     def proven(cells: int) -> fo.SteadyState:
-        with mark("assembly"):
-            system = cylinder(cells)
-        return fo.steady_state(system, CYLINDER_LOADS, CYLINDER.f, SHEAR)
+        return fo.steady_state(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR)
 
     def ways(run: Any, work: Any) -> list[Way]:
         def way(cells: int) -> Way:

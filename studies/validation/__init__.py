@@ -1,0 +1,1 @@
+"""Studies that hold the package against answers from elsewhere: oracles, random contacts, extremes, bare calls of other packages."""

@@ -1,0 +1,1 @@
+"""Random contacts by the thousand; `study` says how to run them."""
