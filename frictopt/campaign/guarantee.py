@@ -1,7 +1,7 @@
 """Putting the guaranteed limit to the test: transients from its witness just above it, and from many starts just below."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
+from ..contact.show import Shown
 from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, guaranteed_limit, safe_vertices
@@ -24,8 +25,8 @@ _BEYOND = 3.0  # largest factor by which starts lie beyond vertices
 _DECADES = -1.0, 2.0  # of the size of random slips, over the largest slip of the witness
 
 
-@dataclass(frozen=True, eq=False)
-class GuaranteeCheck:
+@dataclass(frozen=True, eq=False, repr=False)
+class GuaranteeCheck(Shown):
     """What transients say about a guaranteed limit.
 
     Attributes
@@ -33,16 +34,17 @@ class GuaranteeCheck:
     limit
         The limit in question.
     runs
-        One row for each transient. Columns load_factor, share (of the limit; inf where that is 0), start ("witness", "moved witness", "vertex",
-        "beyond vertex", "random"), moved (of a witness: largest change of slip over largest slip), outcome (name of an `Outcome`, or
-        "NO_CONTINUATION" where the path ends before), dissipation (work of friction per cycle for ever; NaN without an outcome), cycles.
+        DataFrame, one row for each transient. Columns: load_factor; share, it over the limit (inf where that is 0); start, "witness",
+        "moved witness", "vertex", "beyond vertex" or "random"; moved, of a witness the largest change of slip over the largest slip; outcome, the
+        name of an `Outcome`, or "NO_CONTINUATION" if the path ends before; dissipation, work of friction per cycle in the steady state; cycles;
+        residual. Dissipation and residual are NaN without an outcome.
     starts
         (rows of runs, N) the initial slips, length.
     """
 
     limit: GuaranteedLimit
-    runs: pd.DataFrame = field(repr=False)
-    starts: Array = field(repr=False)
+    runs: pd.DataFrame
+    starts: Array
 
     @property
     def dies_out(self) -> bool:
@@ -63,9 +65,18 @@ class GuaranteeCheck:
         return int((self.runs["outcome"] == _UNDECIDED).sum())
 
     @property
+    def residual(self) -> float:
+        """Largest residual of the limit and of the transients that have an outcome."""
+        return float(np.nanmax([self.limit.residual, *self.runs["residual"]]))
+
+    @property
     def counterexamples(self) -> Array:
         """(M, N) starts that keep slipping below the limit, length."""
         return frozen(self.starts[self._persisting(below=True)])
+
+    def _answer(self) -> Mapping[str, Any]:
+        said = {name: getattr(self, name) for name in ("dies_out", "persists", "undecided", "residual")}
+        return {"load_factor": self.limit.load_factor, "runs": len(self.runs), **said}
 
     def _persisting(self, *, below: bool) -> np.ndarray:
         runs = self.runs
@@ -176,10 +187,10 @@ def _starts(
 def _run(
     system: ContactSystem, cycle: LoadCycle, friction: Any, limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array
 ) -> dict[str, Any]:
-    outcome, dissipation, cycles = _UNDECIDED, np.nan, 0
+    outcome, dissipation, cycles, residual = _UNDECIDED, np.nan, 0, np.nan
     try:
         steady = steady_state(system, _from_its_middle(cycle, load_factor), friction, 1.0, initial_slip=slip)
-        outcome, dissipation, cycles = steady.outcome.name, steady.dissipation, steady.cycles
+        outcome, dissipation, cycles, residual = steady.outcome.name, steady.dissipation, steady.cycles, steady.residual
     except NoContinuation:
         pass
     return {
@@ -190,6 +201,7 @@ def _run(
         "outcome": outcome,
         "dissipation": dissipation,
         "cycles": cycles,
+        "residual": residual,
     }
 
 

@@ -67,6 +67,16 @@ class Start:
         if self.seed is not None:
             object.__setattr__(self, "seed", whole_number(f"seed of start {self.name!r}", self.seed, least=0, most=LARGEST_SEED))
 
+    def _content(self) -> tuple[Any, ...]:
+        slip = None if self.slip is None else tuple(self.slip.tolist())
+        return self.family, self.name, slip, self.safe_multiple, self.overload, self.seed
+
+    def __eq__(self, other: object) -> bool:
+        return self._content() == other._content() if isinstance(other, Start) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._content())
+
     def slip_at(self, system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float) -> Array | None:
         """(N,) residual slip with which the run at a load factor starts, length; None for none.
 

@@ -1,20 +1,21 @@
 """The states that a transient goes through."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from ..contact import ContactSystem, Verdict, referee
 from ..contact.checks import Array
+from ..contact.show import Shown, frame
 
 __all__ = ["Trajectory"]
 
 
-@dataclass(frozen=True, eq=False)
-class Trajectory:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Shown):
     """T states of a transient: one after each event of the exact path, or one after each increment.
 
     Attributes
@@ -44,18 +45,18 @@ class Trajectory:
         What the scene did not need.
     """
 
-    system: ContactSystem = field(repr=False)
-    friction: Array = field(repr=False)
+    system: ContactSystem
+    friction: Array
     corners: int
-    time: Array = field(repr=False)
-    bonded_q: Array = field(repr=False)
-    bonded_p: Array = field(repr=False)
-    slip: Array = field(repr=False)
-    gap: Array = field(repr=False)
-    q: Array = field(repr=False)
-    p: Array = field(repr=False)
-    status: np.ndarray[Any, np.dtype[np.int8]] = field(repr=False)
-    work: Array = field(repr=False)
+    time: Array
+    bonded_q: Array
+    bonded_p: Array
+    slip: Array
+    gap: Array
+    q: Array
+    p: Array
+    status: np.ndarray[Any, np.dtype[np.int8]]
+    work: Array
     engine: str
     left_out: tuple[str, ...]
 
@@ -121,10 +122,15 @@ class Trajectory:
         ends = np.searchsorted(self.time, np.arange(0, self.time[-1] + 0.5, self.corners) + 1e-9) - 1
         return np.diff(self.work[ends], axis=0)
 
-    def tidy(self) -> pd.DataFrame:
-        """One row for each state and node: state, time, node, x, slip, gap, q, p, status, work."""
+    def to_frame(self) -> Any:
+        """The DataFrame of all states and nodes: columns state, time, node, x, slip, gap, q, p, status, work."""
         states, nodes = self.slip.shape
         columns = {name: getattr(self, name).ravel() for name in ("slip", "gap", "q", "p", "status", "work")}
         state = np.repeat(np.arange(states), nodes)
         node = np.tile(np.arange(nodes), states)
-        return pd.DataFrame({"state": state, "time": self.time[state], "node": node, "x": self.system.x[node], **columns})
+        return frame({"state": state, "time": self.time[state], "node": node, "x": self.system.x[node], **columns})
+
+    def _answer(self) -> Mapping[str, Any]:
+        cycles = max(0, int(self.time[-1])) // self.corners
+        size = {"states": len(self.time), "nodes": self.system.nodes, "cycles": cycles}
+        return {**size, "work": float(self.work[-1].sum()), "engine": self.engine, "residual": self.residual}

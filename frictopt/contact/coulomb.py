@@ -1,5 +1,6 @@
 """Coulomb's law: friction coefficients and the referee that judges every claimed state (Flicek et al. 2015, section 2)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from ..errors import ModelError
 from .checks import Array, finite_array, finite_number, real_array
+from .show import Shown
 from .system import ContactSystem, checked_system
 
 __all__ = ["Verdict", "friction_coefficients", "referee"]
@@ -28,8 +30,8 @@ def friction_coefficients(friction: Any, nodes: int) -> Array:
     return np.broadcast_to(array, (nodes,))
 
 
-@dataclass(frozen=True)
-class Verdict:
+@dataclass(frozen=True, repr=False)
+class Verdict(Shown):
     """Largest violation of each line of the contact law, dimensionless; 0 is a perfect state.
 
     Attributes
@@ -56,6 +58,9 @@ class Verdict:
         """The worst of the four; NaN anywhere counts as infinitely wrong."""
         worst = max(self.equilibrium, self.contact, self.bound, self.direction, key=lambda value: np.inf if np.isnan(value) else value)
         return float(np.inf if np.isnan(worst) else worst)
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {"residual": self.residual, **vars(self)}
 
 
 def referee(

@@ -13,7 +13,7 @@ from .system import ContactSystem, checked_system
 __all__ = ["LoadCycle", "checked_cycle"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class LoadCycle:
     """A mean load and the corners of a closed cycle around it; between corners the load is linear in time.
 
@@ -45,6 +45,12 @@ class LoadCycle:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (dict(self.mean), [dict(corner) for corner in self.corners])
+
+    def __hash__(self) -> int:
+        return hash((frozenset(self.mean.items()), tuple(frozenset(corner.items()) for corner in self.corners)))
+
+    def __repr__(self) -> str:
+        return f"LoadCycle(mean={dict(self.mean)}, corners={[dict(corner) for corner in self.corners]})"
 
     def mean_reaction(self, system: ContactSystem) -> tuple[Array, Array]:
         """(N,) reactions `q0, p0` of the closed, unslipped contact under the mean load."""

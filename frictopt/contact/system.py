@@ -11,14 +11,15 @@ import numpy as np
 from ..errors import ModelError
 from . import storage
 from .checks import Array, check_name, checked_loads, finite_array, finite_number, frozen, real_array, shown
+from .show import Shown
 
 __all__ = ["ContactSystem", "checked_system"]
 
 _SYMMETRY = 1e-10  # asymmetry and negative curvature up to this share of the largest entry count as rounding of a condensation
 
 
-@dataclass(frozen=True, eq=False)
-class ContactSystem:
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactSystem(Shown):
     """N node pairs of two elastic bodies, condensed to their interface (Flicek et al. 2015, section 2).
 
     The reactions `r = [q, p]` of body 2 on body 1 (per unit depth) follow from the relative motion `u = [v, w - gap]` of body 1 with
@@ -88,8 +89,8 @@ class ContactSystem:
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.A, self.B, self.C, self.x, dict(self.bonded), self.gap, self.E_star)
 
-    def __repr__(self) -> str:
-        return f"ContactSystem(nodes={self.nodes}, x={self.x[0]:g} .. {self.x[-1]:g}, loads={sorted(self.bonded)}, gap={bool(self.gap.any())})"
+    def _answer(self) -> Mapping[str, Any]:
+        return {"nodes": self.nodes, "x": f"{self.x[0]:g} .. {self.x[-1]:g}", "loads": sorted(self.bonded), "gap": bool(self.gap.any())}
 
     @property
     def nodes(self) -> int:

@@ -260,6 +260,7 @@ class Run:
             outcome=outcome,
             dissipation=float(cycle.work.sum()),
             dissipation_per_node=frozen(cycle.work),
+            x=path.system.x,
             slip=frozen(cycle.after[: path.nodes]),
             open=self._open(cycle),
             first_cycle=self.first,

@@ -1,12 +1,14 @@
 """What becomes of a contact in the long run, and what is known of it."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
 from ..contact.checks import Array
+from ..contact.show import Shown, frame
 
 __all__ = ["Outcome", "SteadyState"]
 
@@ -19,8 +21,8 @@ class Outcome(Enum):
     RATCHETING = "the contact slips for ever and its slip drifts by the same amount in every cycle"
 
 
-@dataclass(frozen=True, eq=False)
-class SteadyState:
+@dataclass(frozen=True, eq=False, repr=False)
+class SteadyState(Shown):
     """The steady state that a transient reaches, proven by a cycle that starts from it and comes back.
 
     Attributes
@@ -31,6 +33,8 @@ class SteadyState:
         Work of friction per cycle in the steady state, >= 0, force times length per depth; exactly 0 after shakedown.
     dissipation_per_node
         (N,) its share at each node.
+    x
+        (N,) coordinates of the nodes along the interface, length.
     slip
         (N,) slip at the last corner of the cycle, length (for ratcheting: after the last cycle that was followed).
     open
@@ -55,9 +59,10 @@ class SteadyState:
 
     outcome: Outcome
     dissipation: float
-    dissipation_per_node: Array = field(repr=False)
-    slip: Array = field(repr=False)
-    open: np.ndarray[Any, np.dtype[np.bool_]] = field(repr=False)
+    dissipation_per_node: Array
+    x: Array
+    slip: Array
+    open: np.ndarray[Any, np.dtype[np.bool_]]
     first_cycle: float
     cycles: int
     events: int
@@ -65,3 +70,10 @@ class SteadyState:
     extrapolated: bool
     unproven: int
     left_out: tuple[str, ...]
+
+    def to_frame(self) -> Any:
+        """The DataFrame of the nodes: columns node, x, slip, open, dissipation (work of friction per cycle)."""
+        return frame({"node": range(len(self.x)), "x": self.x, "slip": self.slip, "open": self.open, "dissipation": self.dissipation_per_node})
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("outcome", "dissipation", "cycles", "residual", "unproven")}
