@@ -92,6 +92,20 @@ def dissipation_study(
         Bad input, or an executor that takes no runs.
     StoreError
         The store is no file of ours, is damaged, or a run cannot be written; `table` of the error holds what is finished.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> starts = fo.no_slip() + fo.overloads([1.5])
+    >>> table = fo.dissipation_study(rod, cycle, friction=0.5, load_factors=[0.4, 1.0], initial_slips=starts, progress=False)
+    >>> table[["load_factor", "start", "outcome", "dissipation"]].round(6)
+       load_factor           start      outcome  dissipation
+    0          0.4            none    SHAKEDOWN          0.0
+    1          0.4  overload x 1.5    SHAKEDOWN          0.0
+    2          1.0            none  CYCLIC_SLIP          1.0
+    3          1.0  overload x 1.5  CYCLIC_SLIP          1.0
     """
     f = np.array(friction_coefficients(friction, checked_system(system).nodes))
     checked_cycle(cycle)

@@ -40,6 +40,17 @@ class GuaranteeCheck(Shown):
         residual. Dissipation and residual are NaN without an outcome.
     starts
         (rows of runs, N) the initial slips, length.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> check = fo.verify_guaranteed(pair, cycle, friction=0.6, starts=4, moved=0)
+    >>> sorted(check.runs.loc[check.runs["share"] < 1, "outcome"].unique())
+    ['SHAKEDOWN']
     """
 
     limit: GuaranteedLimit
@@ -130,6 +141,17 @@ def verify_guaranteed(
         Bad input, a limit of other input, one that is not finite, or one of a contact that no load above 0 leaves safe.
     SolverError
         The limit or a transient does not pass its checks.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> check = fo.verify_guaranteed(pair, cycle, friction=0.6, starts=4, moved=0)
+    >>> check.dies_out, check.persists
+    (True, True)
     """
     starts, moved = whole_number("starts", starts, least=0), whole_number("moved", moved, least=0)
     tolerance, below = finite_number("tolerance", tolerance, least=0.0), finite_number("below", below, above=0.0, below=1.0)

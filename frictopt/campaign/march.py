@@ -65,6 +65,18 @@ def march(
         The exact path ends.
     SolverError
         An increment has no answer that passes the checks, or the states violate the contact law or, on the exact path, the balance of energy.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> path = fo.march(rod, cycle, friction=0.5, load_factor=1.0, cycles=2)
+    >>> path.cycle_work.sum(axis=1).round(6).tolist()
+    [0.75, 1.0]
+    >>> increments = fo.march(rod, cycle, friction=0.5, load_factor=1.0, cycles=1, engine="qp", steps=2)
+    >>> bool(abs(increments.slip[-1] - path.slip[-1]).max() < 1e-6)
+    True
     """
     whole_number("cycles", cycles, least=0)
     choice("engine", engine, ("path", *_ENGINES))

@@ -42,6 +42,15 @@ class Start:
     ModelError
         Names that are no printable texts, numbers that are not finite, a seed that is no whole number, or both a slip and a multiple of the safe
         slip.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> start = fo.Start("assembly", "as assembled", slip=[0.01, -0.01])
+    >>> start
+    Start(family='assembly', name='as assembled', safe_multiple=None, overload=None, seed=None)
+    >>> start == fo.Start("assembly", "as assembled", slip=[0.01, -0.01])
+    True
     """
 
     family: str
@@ -95,12 +104,26 @@ class Start:
 
 
 def no_slip() -> list[Start]:
-    """The start without residual slip."""
+    """The start without residual slip.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.no_slip()
+    [Start(family='none', name='none', safe_multiple=None, overload=None, seed=None)]
+    """
     return [Start("none", "none")]
 
 
 def safe_slips(multiples: Iterable[float] = (1.0,)) -> list[Start]:
-    """Multiples of the safe slip with the largest margin at each load factor."""
+    """Multiples of the safe slip with the largest margin at each load factor.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> [start.name for start in fo.safe_slips([1.0, -1.0])]
+    ['safe x 1', 'safe x -1']
+    """
     return [Start("safe", f"safe x {number:g}", safe_multiple=number) for number in finite_numbers("multiples", multiples)]
 
 
@@ -125,6 +148,13 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     ------
     ModelError
         A contact of one node, bad amplitudes, counts or seeds.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> [start.name for start in fo.random_slips(rod, amplitudes=[0.1], count=2)]
+    ['smooth 0.1 #0', 'smooth 0.1 #1', 'rough 0.1 #2', 'rough 0.1 #3']
     """
     if checked_system(system).nodes < 2:
         raise ModelError("system: one node; a slip of one node is a number, give it by given_slips")
@@ -151,12 +181,26 @@ def safe_part(system: ContactSystem, cycle: LoadCycle, friction: Any, load_facto
 
 
 def overloads(factors: Iterable[float]) -> list[Start]:
-    """No residual slip, but one cycle at a higher load first; its load factor in units of the run's own."""
+    """No residual slip, but one cycle at a higher load first; its load factor in units of the run's own.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.overloads([2.0])
+    [Start(family='overload', name='overload x 2', safe_multiple=None, overload=2.0, seed=None)]
+    """
     return [Start("overload", f"overload x {factor:g}", overload=factor) for factor in finite_numbers("factors", factors, least=0.0)]
 
 
 def given_slips(slips: Any, *, family: str = "given") -> list[Start]:
-    """Residual slips of your own, (starts, N), length."""
+    """Residual slips of your own, (starts, N), length.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> [start.name for start in fo.given_slips([[0.1, 0.0], [0.0, 0.1]], family="measured")]
+    ['measured 0', 'measured 1']
+    """
     rows = finite_array("slips", list(slips) if isinstance(slips, Iterator) else slips, (None, None))
     return [Start(family, f"{family} {number}", slip) for number, slip in enumerate(rows)]
 

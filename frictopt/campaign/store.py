@@ -180,6 +180,21 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
     ------
     StoreError
         There is no such file, it is no store, or it is damaged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     store = Path(folder) / "runs.sqlite"
+    ...     table = fo.dissipation_study(rod, cycle, 0.5, [1.0], store=store, progress=False)
+    ...     kept = fo.read_store(store)
+    >>> kept[["load_factor", "outcome"]]
+       load_factor      outcome
+    0          1.0  CYCLIC_SLIP
     """
     with closing(Store(path, make=False)) as store:
         rows = store.read()

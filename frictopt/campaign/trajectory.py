@@ -43,6 +43,18 @@ class Trajectory(Shown):
         Who followed it: "path", "qp" or "milp".
     left_out
         What the scene did not need.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> path = fo.march(rod, cycle, friction=0.5, load_factor=1.0, cycles=1)
+    >>> path.residual < 1e-9
+    True
+    >>> path.to_frame().query("node == 0 and time == 2.0")[["slip", "gap", "q", "p"]].round(6)  # at the second corner
+        slip  gap    q    p
+    28  -0.5  0.0  0.5  1.0
     """
 
     system: ContactSystem

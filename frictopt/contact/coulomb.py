@@ -21,6 +21,12 @@ def friction_coefficients(friction: Any, nodes: int) -> Array:
     ------
     ModelError
         Not a real finite number or array, negative, or of a length other than 1 and N.
+
+    Examples
+    --------
+    >>> from frictopt.contact import friction_coefficients
+    >>> friction_coefficients(0.5, nodes=3).tolist()
+    [0.5, 0.5, 0.5]
     """
     array = finite_array("friction", friction)
     if array.shape not in ((), (nodes,)):
@@ -46,6 +52,13 @@ class Verdict(Shown):
     direction
         Friction that does not oppose the slip since the previous state: the smaller of the slip and of the distance of q from the bound that
         opposes it.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> verdict = fo.Verdict(equilibrium=1e-15, contact=0.0, bound=0.2, direction=0.0)
+    >>> verdict.residual
+    0.2
     """
 
     equilibrium: float
@@ -101,6 +114,16 @@ def referee(
     ------
     ModelError
         Bad friction or arrays that do not match the system.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> bonded = node.reaction({"P": 1.0, "Q": 0.8})
+    >>> fo.referee(node, bonded, 0.5, v=[0.0], w=[0.0], q=[0.8], p=[1.0])  # stuck beyond its bound
+    Verdict(residual=0.3, equilibrium=0, contact=0, bound=0.3, direction=0)
+    >>> fo.referee(node, bonded, 0.5, v=[-0.3], w=[0.0], q=[0.5], p=[1.0]).residual < 1e-12
+    True
     """
     f = friction_coefficients(friction, checked_system(system).nodes)
     if not isinstance(bonded, tuple | list) or len(bonded) != 2:

@@ -30,6 +30,15 @@ class LoadCycle:
     ------
     ModelError
         No corner, a name that is not a text, an amplitude that is not finite; and, when used, a load case that the system lacks.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+    >>> cycle
+    LoadCycle(mean={'P': 1.0}, corners=[{'sigma': -1.0}, {'sigma': 1.0}])
+    >>> cycle == fo.LoadCycle({"P": 1}, [{"sigma": -1}, {"sigma": 1}])
+    True
     """
 
     mean: Mapping[str, float]

@@ -34,6 +34,13 @@ class OnsetEvent(Shown):
         Index of the node, None if it never happens; of simultaneous nodes the one of lowest index.
     sense
         +1: the node slips along +x (q = -f p), -1: along -x (q = +f p), 0: it separates, or the event never happens.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> fo.onset(node, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}]), friction=0.5).separation
+    OnsetEvent(corner=0, event=separation, load_factor=inf, node=None, sense=0)
     """
 
     corner: int
@@ -60,6 +67,14 @@ class Onset(Shown):
     residual
         Largest violation of the contact law by the bonded contact at the first event under each corner, in units of the largest nodal force there.
         It is above rounding only if the mean load alone already violates the law.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> first = fo.onset(node, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -1.0}]), friction=0.5)
+    >>> [event.load_factor for event in first.slips], first.slip.load_factor, first.mean_admissible
+    ([0.25, 0.5], 0.25, True)
     """
 
     slips: tuple[OnsetEvent, ...]

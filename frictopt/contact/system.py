@@ -49,6 +49,22 @@ class ContactSystem(Shown):
     ModelError
         Wrong shape or type, entries not finite, S not symmetric or not positive semi-definite up to rounding, negative gap, x not
         increasing, no load case. Rounding asymmetry is removed: A and C are stored symmetrised.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])},
+    ... )
+    >>> system
+    ContactSystem(nodes=2, x=0 .. 1, loads=['P', 'Q'], gap=False)
+    >>> q, p = system.reaction({"P": 2.0, "Q": 0.5})
+    >>> q.tolist(), p.tolist()
+    ([0.5, 0.5], [2.0, 2.0])
     """
 
     A: Array

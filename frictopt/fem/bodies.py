@@ -35,6 +35,14 @@ class Body:
     ModelError
         Elements turned inside out or without area, elements other than linear triangles or quadrilaterals, or a mesh that does not hang together
         through common edges.
+
+    Examples
+    --------
+    >>> from skfem import MeshQuad
+    >>> import frictopt as fo
+    >>> mesh = MeshQuad.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0]).with_boundaries({"contact": lambda x: x[1] == 0})
+    >>> fo.Body(mesh, fo.Material(E=70e9, nu=0.33)).boundary_nodes("contact", "interface").size
+    3
     """
 
     mesh: Any
@@ -91,6 +99,14 @@ class Support:
     ------
     ModelError
         No such body or directions, a place that is neither a text nor a point.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.Support("block", "bottom", "y")
+    Support(body='block', where='bottom', directions='y')
+    >>> fo.Support("block", (0, -1), "x")
+    Support(body='block', where=(0.0, -1.0), directions='x')
     """
 
     body: BodyName
@@ -114,6 +130,12 @@ class Traction:
     ------
     ModelError
         No such body, a boundary that is no text, tractions that are not finite.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.Traction("punch", "top", y=-1e6)  # a pressure
+    Traction(body='punch', boundary='top', x=0.0, y=-1000000.0)
     """
 
     body: BodyName

@@ -33,6 +33,15 @@ class Material:
     ------
     ModelError
         E not positive, nu outside (-1, 0.5).
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> steel = fo.Material(E=210e9, nu=0.3)
+    >>> round(steel.plane_modulus / 1e9, 2)
+    230.77
+    >>> steel == fo.Material(210e9)
+    True
     """
 
     E: float = 1.0

@@ -40,6 +40,26 @@ class ContactModel:
     ModelError
         Bodies without the interface or with nodes that do not match, an unknown boundary, a load case without traction, a support on the punch's
         interface, rigid motions that no support prevents.
+
+    Examples
+    --------
+    >>> from skfem import MeshQuad
+    >>> import frictopt as fo
+    >>> x = [0.0, 0.5, 1.0]
+    >>> upper = MeshQuad.init_tensor(x, [0.0, 1.0]).with_boundaries({"contact": lambda x: x[1] == 0, "top": lambda x: x[1] == 1})
+    >>> lower = MeshQuad.init_tensor(x, [-1.0, 0.0]).with_boundaries({"contact": lambda x: x[1] == 0, "bottom": lambda x: x[1] == -1})
+    >>> model = fo.ContactModel(
+    ...     punch=fo.Body(upper),
+    ...     block=fo.Body(lower),
+    ...     supports=[fo.Support("block", "bottom")],
+    ...     loads={"P": [fo.Traction("punch", "top", y=-1.0)]},
+    ... )
+    >>> system = model.condense()
+    >>> system
+    ContactSystem(nodes=3, x=0 .. 1, loads=['P'], gap=False)
+    >>> q, p = system.bonded["P"]
+    >>> round(float(p.sum()), 6)  # the whole pressure
+    1.0
     """
 
     punch: Body

@@ -52,6 +52,17 @@ class PunchOnHalfPlane:
     ------
     ModelError
         Sizes not positive, odd or tiny numbers of elements, a block narrower than the punch, a body of more than a million nodes.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> scene = fo.PunchOnHalfPlane(elements=4, growth=2.0)
+    >>> system = scene.condense()
+    >>> system
+    ContactSystem(nodes=5, x=-1 .. 1, loads=['P', 'Q', 'sigma'], gap=False)
+    >>> q, p = system.bonded["P"]
+    >>> round(float(p.sum()), 6)  # the whole pressure, 2 a
+    2.0
     """
 
     elements: int = 124

@@ -75,6 +75,18 @@ class ExactPath:
     ------
     ModelError
         Bad input.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> from frictopt.path import ExactPath
+    >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0)
+    >>> path.start()
+    >>> path.run_cycle()
+    >>> path.visited, round(float(path.state.u[0]), 6)  # slip of the first node at the second corner
+    (2, -0.5)
     """
 
     def __init__(

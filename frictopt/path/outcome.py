@@ -14,7 +14,14 @@ __all__ = ["Outcome", "SteadyState"]
 
 
 class Outcome(Enum):
-    """What becomes of a contact in the long run."""
+    """What becomes of a contact in the long run.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> print(fo.Outcome.SHAKEDOWN.value)
+    the contact stops slipping: its residual slip keeps every later cycle without dissipation
+    """
 
     SHAKEDOWN = "the contact stops slipping: its residual slip keeps every later cycle without dissipation"
     CYCLIC_SLIP = "the contact slips to and fro for ever, the same in every cycle"
@@ -55,6 +62,19 @@ class SteadyState(Shown):
         Number of events on the way whose rates are not proven to be the only ones; 0: the whole transient is proven.
     left_out
         What the scene did not need.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
+    >>> steady.to_frame()[["node", "dissipation"]].round(6)
+       node  dissipation
+    0     0          1.0
+    1     1          0.0
+    2     2          0.0
+    3     3          0.0
     """
 
     outcome: Outcome

@@ -59,6 +59,17 @@ def steady_state(
         The path ends before, or no steady state is proven within `most_cycles`.
     SolverError
         The states violate the contact law or the balance of energy by more than the tolerance.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
+    >>> steady.outcome.name, round(steady.dissipation, 6)
+    ('CYCLIC_SLIP', 1.0)
+    >>> fo.reference.rod_dissipation(F0=1.0, EA=1.0, tau=0.5, h=1.0)
+    1.0
     """
     whole_number("most_cycles", most_cycles, least=1)
     path = ExactPath(system, cycle, friction, load_factor, initial_slip)

@@ -35,6 +35,12 @@ def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
     References
     ----------
     K. L. Johnson (1985), Contact Mechanics, Cambridge University Press.
+
+    Examples
+    --------
+    >>> from frictopt.reference import contact_modulus
+    >>> round(contact_modulus(E1=210e9, nu1=0.3, E2=210e9, nu2=0.3) / 1e9, 2)
+    115.38
     """
     E1, E2 = finite_number("E1", E1, above=0.0), finite_number("E2", E2, above=0.0)
     nu1, nu2 = finite_number("nu1", nu1, above=-1.0), finite_number("nu2", nu2, above=-1.0)
@@ -73,6 +79,13 @@ class LineContact:
     R. D. Mindlin (1949), Compliance of elastic bodies in contact, Journal of Applied Mechanics 16, 259-268. R. D. Mindlin and H. Deresiewicz
     (1953), Elastic spheres in contact under varying oblique forces, Journal of Applied Mechanics 20, 327-344: cycles and their work, for
     spheres. K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the cylinder.
+
+    Examples
+    --------
+    >>> from frictopt.reference import LineContact
+    >>> contact = LineContact(P=1.0, R=10.0, E_star=100.0, f=0.5)
+    >>> round(contact.half_width, 4), round(contact.stick_half_width(0.25), 4), f"{contact.dissipation(0.25):.4e}"
+    (0.3568, 0.2523, '9.0484e-05')
     """
 
     P: float

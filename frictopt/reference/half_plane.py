@@ -43,6 +43,12 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     References
     ----------
     K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the line load on a half-plane.
+
+    Examples
+    --------
+    >>> from frictopt.reference import half_plane_influence
+    >>> half_plane_influence(nodes=2, E_star=1.0).round(4).tolist()
+    [[1.3962, 0.5137], [0.5137, 1.3962]]
     """
     N, E_star = whole_number("nodes", nodes, least=2, most=10_000), finite_number("E_star", E_star, above=0.0)
     d = np.arange(1.0, N)  # distance in cells
@@ -94,6 +100,13 @@ def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: floa
     References
     ----------
     K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the line load, the cylinder and the flat punch.
+
+    Examples
+    --------
+    >>> from frictopt.reference import half_plane_contact
+    >>> arrays = half_plane_contact(nodes=4, half_length=1.0, E_star=1.0)
+    >>> arrays["bonded"]["P"][1].round(4).tolist()  # pressed like a rigid punch: more at the edges
+    [0.3458, 0.1542, 0.1542, 0.3458]
     """
     G, half = half_plane_influence(nodes, E_star), finite_number("half_length", half_length, above=0.0)
     curvature = 0.0 if R is None else 1 / finite_number("R", R, above=0.0)
