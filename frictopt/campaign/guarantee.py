@@ -1,4 +1,4 @@
-"""Putting the guaranteed limit to the test: transients from its witness just above it, and from many starts just below."""
+"""Verification of the guaranteed limit: transients from its witness just above it, and from many starts just below."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ _DECADES = -1.0, 2.0  # of the size of random slips, over the largest slip of th
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GuaranteeCheck(Shown):
-    """What transients say about a guaranteed limit.
+    """The verification of a guaranteed limit by transients.
 
     Attributes
     ----------
@@ -59,12 +59,12 @@ class GuaranteeCheck(Shown):
 
     @property
     def dies_out(self) -> bool:
-        """Whether below the limit every transient that has an outcome stops slipping."""
+        """Whether every transient below the limit stops slipping; those without an outcome do not count."""
         return not self._persisting(below=True).any()
 
     @property
     def persists(self) -> bool:
-        """Whether above the limit a transient from the witness, or from one moved by less than the tolerance, slips for ever.
+        """Whether a transient above the limit slips for ever, from the witness or from a slip that differs from it by less than the tolerance.
 
         Where lambda_2 rules (`limit.node` is None) there is no witness, and a contact that lifts off may stop slipping above it.
         """
@@ -72,7 +72,7 @@ class GuaranteeCheck(Shown):
 
     @property
     def undecided(self) -> int:
-        """Number of transients whose path ends before they have an outcome."""
+        """Number of transients without an outcome, because their path ends."""
         return int((self.runs["outcome"] == _UNDECIDED).sum())
 
     @property

@@ -1,4 +1,4 @@
-"""Where the transients of a campaign start: families of residual slips, and overloads."""
+"""The starts of the transients of a campaign: families of residual slips, and overloads."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -20,22 +20,22 @@ _MOST = 100_000  # slips of a kind and amplitude, which fill a memory
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """One way to start a transient.
+    """The start of a transient: a residual slip, an overload, or both.
 
     Attributes
     ----------
     family
-        What kind of start it is: "none", "safe", "smooth", "rough", "overload", "given", or a name of your own.
+        Family of starts: "none", "safe", "smooth", "rough", "overload", "given", or a name of your own.
     name
         Its name in tables.
     slip
-        (N,) residual slip from assembly, length; None for none, or where the linear program gives it.
+        (N,) residual slip from assembly, length; None: no slip, or a multiple of the safe slip.
     safe_multiple
-        Multiple of the linear program's safe slip at the run's load factor (at the shakedown limit where that is lower); None for a slip of its own.
+        Multiple of the safe slip at the load factor of the run (at the shakedown limit if that is lower); None: `slip` is given, or there is none.
     overload
-        Load factor of one cycle before all others, in units of the run's own; None for no overload.
+        Load factor of one extra cycle before all others, over that of the run; None: no overload.
     seed
-        Seed of a random slip; None for one that is not random.
+        Seed of a random slip; None: the slip is not random.
 
     Raises
     ------
@@ -87,7 +87,7 @@ class Start:
         return hash(self._content())
 
     def slip_at(self, system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float) -> Array | None:
-        """(N,) residual slip with which the run at a load factor starts, length; None for none.
+        """(N,) residual slip with which the run at a load factor starts, length; None: no slip.
 
         Raises
         ------
@@ -131,7 +131,7 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     """Random residual slips: for each amplitude `count` smooth ones and as many rough ones.
 
     Smooth ones are sums of the Chebyshev polynomials 1 to 6 along the interface with normally distributed coefficients, rough ones are independent
-    from node to node; both without the mean, which only moves one body along the other.
+    from node to node; both have zero mean, because the mean only slides one body along the other.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     count
         Number of slips of each kind and amplitude, at most 100,000.
     seed
-        Seed of the first slip; each has one of its own.
+        Seed of the first slip; the next slips have the next seeds.
 
     Raises
     ------
@@ -181,7 +181,7 @@ def safe_part(system: ContactSystem, cycle: LoadCycle, friction: Any, load_facto
 
 
 def overloads(factors: Iterable[float]) -> list[Start]:
-    """No residual slip, but one cycle at a higher load first; its load factor in units of the run's own.
+    """Starts without residual slip that begin with one overload cycle; each factor multiplies the load factor of the run.
 
     Examples
     --------
@@ -193,7 +193,7 @@ def overloads(factors: Iterable[float]) -> list[Start]:
 
 
 def given_slips(slips: Any, *, family: str = "given") -> list[Start]:
-    """Residual slips of your own, (starts, N), length.
+    """Starts from residual slips of your own, (starts, N), length.
 
     Examples
     --------
@@ -206,7 +206,7 @@ def given_slips(slips: Any, *, family: str = "given") -> list[Start]:
 
 
 def checked_starts(initial_slips: Any, nodes: int) -> Sequence[Start]:
-    """Starts for a contact of N nodes, from any number of them in a row, from an array of slips (starts, N), or from None.
+    """Check starts for a contact of N nodes: a sequence of `Start`, an array of slips (starts, N), or None.
 
     Raises
     ------

@@ -58,7 +58,7 @@ _AT_ONCE = 500  # keys in one question: sqlite takes 999
 
 
 class DamagedRows(UserWarning):
-    """Rows of a store are not what was written; they do not count, and a study repeats their runs."""
+    """Rows of a store are damaged. They are ignored, and a study repeats their runs."""
 
 
 class Store:

@@ -1,4 +1,4 @@
-"""The states that a transient goes through."""
+"""The states of a transient."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,22 +27,22 @@ class Trajectory(Shown):
     corners
         Number of corners of the load cycle, K.
     time
-        (T,) load corners visited: -1 at the artificial load that carries the initial slip, 0 at the mean load, k at the k-th corner visited,
-        linear in between.
+        (T,) number of corners visited: -1 at the artificial load that carries the initial slip, 0 at the mean load, k at the k-th corner, and
+        linear between them.
     bonded_q, bonded_p
-        (T, N) bonded reactions: the load, force per depth.
+        (T, N) bonded reactions of the load, force per depth.
     slip, gap
         (T, N) slip v along +x and gap w, length.
     q, p
         (T, N) reactions along +x and in compression, force per depth.
     status
-        (T, N) 0 stick, +1 and -1 slip along +x and against it, 2 open: until the next event, or over the increment that ends here.
+        (T, N) 0 stick, +1 and -1 slip along +x and against it, 2 open: until the next event (path), or over the increment that ends here.
     work
         (T, N) work of friction so far, >= 0, force times length per depth.
     engine
-        Who followed it: "path", "qp" or "milp".
+        Engine that computed the states: "path", "qp" or "milp".
     left_out
-        What the scene did not need.
+        Sentences that say what was left out.
 
     Examples
     --------
@@ -97,15 +97,15 @@ class Trajectory(Shown):
     def residual(self) -> float:
         """Largest violation of the contact law over all states and, on the exact path, of the balance of energy.
 
-        In increments energy is balanced only as far as their size allows: there `energy_error` tells the error of the steps.
+        In increments the balance of energy has an error of their size, which `energy_error` tells.
         """
         return max(self.verdict.residual, self.energy_residual) if self.engine == "path" else self.verdict.residual
 
     @cached_property
     def energy_residual(self) -> float:
-        """Largest energy that is unaccounted for, or negative work of friction at a node, over the largest energy of the transient.
+        """Largest error of the energy balance, or negative work of friction at a node, over the largest energy of the transient.
 
-        That is the largest of the elastic energies, the work of friction, and the force scale times the slip scale.
+        The largest energy is that of the elastic energies, the work of friction, and the force scale times the slip scale.
         """
         unit = self._force**2 / self.system.stiffness_scale
         scale = max(unit, float(self.energy.max()), float(self.work[-1].sum()))
@@ -119,9 +119,9 @@ class Trajectory(Shown):
 
     @cached_property
     def energy_error(self) -> Array:
-        """(T,) energy that is unaccounted for: work of friction, plus elastic energy gained, plus work against the bonded reactions.
+        """(T,) error of the energy balance: work of friction, plus elastic energy gained, plus work against the bonded reactions.
 
-        Loads taken linear and forces at their mean between states, which for the exact path they are: there it is rounding.
+        Loads are taken as linear between states. On the exact path they are, and the error is rounding.
         """
         u, load = np.hstack([self.slip, self.gap]), np.hstack([self.bonded_q, self.bonded_p])
         against = ((load[1:] + load[:-1]) / 2 * np.diff(u, axis=0)).sum(axis=1)

@@ -1,4 +1,4 @@
-"""Coulomb's law: friction coefficients and the referee that judges every claimed state (Flicek et al. 2015, section 2)."""
+"""Coulomb's law: friction coefficients and the residual of every claimed state (Flicek et al. 2015, section 2)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ class Verdict(Shown):
     bound
         `|q| - f p`, in units of the mean normal force.
     direction
-        Friction that does not oppose the slip since the previous state: the smaller of the slip and of the distance of q from the bound that
+        Friction that does not oppose the slip since the previous state: the smaller of that slip and the distance of q from the bound that
         opposes it.
 
     Examples
@@ -68,7 +68,7 @@ class Verdict(Shown):
 
     @property
     def residual(self) -> float:
-        """The worst of the four; NaN anywhere counts as infinitely wrong."""
+        """The largest of the four violations; inf if any of them is NaN."""
         worst = max(self.equilibrium, self.contact, self.bound, self.direction, key=lambda value: np.inf if np.isnan(value) else value)
         return float(np.inf if np.isnan(worst) else worst)
 
@@ -88,22 +88,22 @@ def referee(
     previous_slip: Any = None,
     force_scale: float | None = None,
 ) -> Verdict:
-    """Judge a claimed state, or T of them at once, by every line of the contact law.
+    """Compute the residual of a claimed state, or of T states at once, in every line of the contact law.
 
     Parameters
     ----------
     system
         The contact.
     bonded
-        `(q^w, p^w)`, bonded reactions of the load at which the state is claimed, (N,) or (T, N), force per depth.
+        `(q^w, p^w)`, bonded reactions of the load of that state, (N,) or (T, N), force per depth.
     friction
         Coefficient of friction, one or one per node.
     v, w, q, p
-        The claimed slip, gap and reactions, (N,) or (T, N); gap is the total one, initial gap included.
+        The claimed slip, gap and reactions, (N,) or (T, N); `w` includes the initial gap.
     previous_slip
-        Slip at the state before, (N,) or (T, N); None when no slip has taken place.
+        Slip at the previous state, (N,) or (T, N); None: the slip has not changed.
     force_scale
-        Force by which violations are divided; by default the mean of |p^w|.
+        Unit of the forces; by default the mean of |p^w|.
 
     Returns
     -------

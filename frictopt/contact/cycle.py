@@ -1,4 +1,4 @@
-"""Load cycles: a static load and the corners that a cyclic one visits."""
+"""Load cycles: a static load and the corners of a cyclic load."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Files of a contact system: npz archives that prove their content, and Matrix Market folders written by other codes."""
+"""Files of a contact system: npz archives with a digest of their content, and Matrix Market folders of other codes."""
 
 import hashlib
 import zipfile
@@ -20,7 +20,7 @@ _MOST_NODES = 20_000  # of a folder: S takes 13 GB then, and a short file can cl
 
 
 def write(path: str | Path, values: Mapping[str, Any], bonded: Mapping[str, tuple[Array, Array]]) -> None:
-    """Write an npz archive, exactly under that name: each value (None as an empty array), names of the load cases, (cases, 2, N) reactions q, p."""
+    """Write an npz archive, under exactly that name: each value (None as an empty array), names of the load cases, (cases, 2, N) reactions q, p."""
     plain = {name: np.array([] if value is None else value) for name, value in values.items()}
     arrays = {"format": np.array(_FORMAT), **plain, "cases": np.array(list(bonded)), "bonded": np.array(list(bonded.values()))}
     try:
@@ -100,7 +100,7 @@ def _read_folder(path: Path) -> dict[str, Any]:
 def _read_matrix_market(path: Path, shape: tuple[int | None, int]) -> Array:
     """Read a matrix of real numbers of that shape (None: any number of rows up to the most).
 
-    Not by scipy, whose reader brings the process down on some damaged files.
+    The reader of scipy is not used, because it crashes the process on some damaged files.
     """
     try:
         if not path.is_file():

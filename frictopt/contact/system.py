@@ -41,7 +41,7 @@ class ContactSystem(Shown):
     gap
         (N,) initial gap `g0 >= 0`, length; None, or empty, for a complete contact (no gap).
     E_star
-        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area: only a unit, in which results are made dimensionless.
+        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It only serves as a unit of dimensionless results.
         None: not known.
 
     Raises
@@ -140,7 +140,7 @@ class ContactSystem(Shown):
         return q, p
 
     def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
-        """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0): the bonded ones, less the push of the initial gap."""
+        """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0), from the bonded reactions and the initial gap."""
         q, p = self.reaction(loads)
         if not self.gap.any():
             return q, p
@@ -152,7 +152,7 @@ class ContactSystem(Shown):
         Raises
         ------
         ModelError
-            No mapping, or a load case that is none, see `ContactSystem`.
+            Not a mapping, or a bad load case, see `ContactSystem`.
         """
         return replace(self, bonded={**self.bonded, **_checked_bonded("cases", cases, self.nodes)})
 

@@ -1,4 +1,4 @@
-"""What a contact model is made of: bodies, supports and tractions."""
+"""The parts of a contact model: bodies, supports and tractions."""
 
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
@@ -28,13 +28,13 @@ class Body:
     material
         Its material.
     element
-        "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5 (linear triangles do, whatever is chosen).
+        "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5 (linear triangles always do).
 
     Raises
     ------
     ModelError
-        Elements turned inside out or without area, elements other than linear triangles or quadrilaterals, or a mesh that does not hang together
-        through common edges.
+        Elements that are not convex or have no area, elements other than linear triangles or quadrilaterals, or a mesh of several parts
+        that share no edge.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class Body:
             raise ModelError(f"mesh: {self.mesh.p.shape[1] - len(np.unique(self.mesh.t))} nodes belong to no element; remove them")
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:
-        """Nodes on the boundary of that name; `argument` is what an error message calls it."""
+        """Nodes on the boundary of that name; error messages call it `argument`."""
         boundaries = self.mesh.boundaries or {}
         if not isinstance(name, str) or name not in boundaries:
             raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}")
@@ -84,7 +84,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Support:
-    """Nodes of one body that are held.
+    """A support: nodes of one body whose displacements are zero.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ class Traction:
 
 
 def _check_elements(mesh: Any) -> None:
-    """Check that all elements are convex and not turned inside out."""
+    """Check that all elements are convex and have area."""
     if not np.isfinite(mesh.p).all():
         raise ModelError(f"mesh: node {int(np.argwhere(~np.isfinite(mesh.p))[0][1])} has coordinates that are not finite")
     corners = mesh.p[:, mesh.t]

@@ -1,4 +1,4 @@
-"""What becomes of a contact in the long run, and what is known of it."""
+"""The steady state of a contact and its outcome."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ __all__ = ["Outcome", "SteadyState"]
 
 
 class Outcome(Enum):
-    """What becomes of a contact in the long run.
+    """The long-run behaviour of a contact.
 
     Examples
     --------
@@ -35,11 +35,11 @@ class SteadyState(Shown):
     Attributes
     ----------
     outcome
-        What becomes of the contact.
+        The long-run behaviour.
     dissipation
         Work of friction per cycle in the steady state, >= 0, force times length per depth; exactly 0 after shakedown.
     dissipation_per_node
-        (N,) its share at each node.
+        (N,) work of friction per cycle at each node.
     x
         (N,) coordinates of the nodes along the interface, length.
     slip
@@ -47,21 +47,21 @@ class SteadyState(Shown):
     open
         (N,) whether the node is open at some corner of the steady cycle at which the load turns.
     first_cycle
-        Work of friction in the first cycle; the one of an overload does not count.
+        Work of friction in the first cycle (of the load cycle itself, not of an overload).
     cycles
-        Cycles followed, those of proofs and of extrapolations that failed included.
+        Number of cycles followed, including those of proofs and of failed extrapolations.
     events
-        Changes of status followed.
+        Number of changes of status.
     residual
-        Largest of: the violation of the contact law at the corners of the proving cycle; the change of slip over that cycle; and the energy that is
-        unaccounted for in any cycle (work of the loads less work of friction less elastic energy gained), over the largest energy in it. Forces in
-        units of the largest nodal force of the load cycle, slips in units of that over the stiffness scale. At most 1e-9.
+        Largest of three errors: the violation of the contact law at the corners of the proving cycle; the change of slip over that cycle; and the
+        error of the energy balance of any cycle, over the largest energy in it. Forces are in units of the largest nodal force of the load cycle,
+        slips in units of that force over the stiffness scale. At most 1e-9.
     extrapolated
-        Whether the steady state is the fixed point of the cycle's affine map rather than reached cycle by cycle.
+        True if the state is the extrapolated fixed point of the cycle map, False if the transient reached it cycle by cycle.
     unproven
-        Number of events on the way whose rates are not proven to be the only ones; 0: the whole transient is proven.
+        Number of events whose rates are not proven to be unique; 0: the whole transient is proven.
     left_out
-        What the scene did not need.
+        Sentences that say which corners were left out.
 
     Examples
     --------

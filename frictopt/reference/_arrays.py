@@ -1,4 +1,4 @@
-"""What the closed-form scenes hand out: the plain arrays of a contact system."""
+"""The result of the closed-form scenes: the plain arrays of a contact system."""
 
 from typing import TypedDict
 

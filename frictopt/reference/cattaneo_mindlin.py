@@ -131,13 +131,13 @@ class LineContact:
         """Shear traction q at x, length, any shape, when the shear force passes Q in a cycle between `-Q0` and `Q0 >= 0`, stress.
 
         After a reversal the bounds are twice as far away, so the change of traction is twice that of a first loading to half the change of
-        force; `rising` tells the way up to `Q0` from the way down.
+        force; `rising` says whether the force rises to `Q0` or falls.
         """
         Q, Q0 = finite_number("Q", Q), finite_number("Q0", Q0)
         if self._share("Q", Q) > self._share("Q0", Q0):
             raise ModelError(f"Q: {Q:g} is not reached; give a force between -Q0 and Q0, here Q0 = {Q0:g}")
-        way = -1.0 if flag("rising", rising) else 1.0
-        return way * (self.shear(x, abs(Q0)) - 2 * self.shear(x, (abs(Q0) - way * Q) / 2))
+        sense = -1.0 if flag("rising", rising) else 1.0
+        return sense * (self.shear(x, abs(Q0)) - 2 * self.shear(x, (abs(Q0) - sense * Q) / 2))
 
     def slip(self, x: ArrayLike, Q: float) -> Array:
         """Slip v at x, length, any shape, when the shear force first reaches Q: against Q, zero for `|x| <= c`, nan outside the contact, length.

@@ -160,8 +160,8 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
 def foundation_rod(nodes: int, EA: float, h: float) -> ContactArrays:
     """Rod of equal elements on a foundation, as a contact system with the load cases "pressure" and "force".
 
-    Every node answers for a length h of the rod, the loaded one at the left end too. Slip does not change the pressure (`B = 0`), and nothing
-    but friction holds the rod, so that A lets it slide as a whole. The normal stiffness is of no account as long as the rod is pressed down.
+    Every node carries a length h of the rod, including the loaded one at the left end. Slip does not change the pressure (`B = 0`). Only friction
+    holds the rod, so A allows it to slide as a whole. The normal stiffness does not matter as long as the rod is pressed down.
 
     Parameters
     ----------
@@ -175,8 +175,8 @@ def foundation_rod(nodes: int, EA: float, h: float) -> ContactArrays:
     Returns
     -------
     ContactArrays
-        Arguments of a contact system. Load cases: "pressure", force per length and depth between rod and foundation, of which friction makes
-        `tau = f * pressure`; "force", along +x on the first node, which the glued foundation answers with -1.
+        Arguments of a contact system. Load cases: "pressure", force per length and depth between rod and foundation, with the friction
+        `tau = f * pressure`; "force", along +x on the first node, with the bonded reaction -1.
 
     Raises
     ------
