@@ -122,7 +122,7 @@ def test_an_overload_is_one_cycle_at_another_load_factor_before_the_others(seed)
     for _ in range(60):
         before = path.state.work.sum()
         for corner in corners:
-            path.go(corner, "")
+            path.follow_to(corner, "")
         work.append(path.state.work.sum() - before)
     steady = steady_state(contact, CYCLE, 0.5, factor, initial_slip=start, overload=2.5 * factor)
     assert steady.first_cycle == pytest.approx(work[0], abs=1e-12)

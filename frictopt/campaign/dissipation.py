@@ -114,7 +114,7 @@ def dissipation_study(
     if executor is not None and not hasattr(executor, "submit"):
         raise ModelError(f"executor: a {type(executor).__name__}; give an executor of concurrent.futures, or of dask by client.get_executor()")
     if whole_number("workers", workers, least=1, most=_MOST_WORKERS) > 1 and executor is not None:
-        raise ModelError(f"workers: {workers!r} beside an executor, which has its own; leave one of them out")
+        raise ModelError(f"workers: {workers!r} and an executor; the executor has its own workers, so give one of the two")
     flag("progress", progress)
     rows: dict[str, dict[str, Any]] = {}
     with ExitStack() as stack:

@@ -219,10 +219,10 @@ def _checked_path(path: Any, make: bool) -> Path:
             with found.open("rb") as file:
                 head = file.read(72)
     except (OSError, TypeError, ValueError, RuntimeError) as error:  # RuntimeError: a home that nobody has
-        raise StoreError(f"store: {path!r} is no file of runs ({error}); give the name of one, or to a study that of one that can be made") from error
+        raise StoreError(f"store: {path!r} is not a store ({error}); give the name of a store, or for a study of a file that can be made") from error
     if not regular or (head and not (head.startswith(_MAGIC) and head[68:] == _APPLICATION)):  # an empty file: killed before its first row
         what = "a file that is no store" if regular else "a folder" if found.is_dir() else "no file"
-        raise StoreError(f"store: {str(found)!r} is {what}; it is left as it is, give another name")
+        raise StoreError(f"store: {str(found)!r} is {what} and has not been changed; give another name")
     return found
 
 

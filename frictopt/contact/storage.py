@@ -85,7 +85,7 @@ def _read_folder(path: Path) -> dict[str, Any]:
     files = {file.stem: file for file in sorted(path.glob("*.mtx"))}
     unknown = [name for name in files if name not in NAMES and not name.startswith("bonded.")]
     if unknown:
-        raise ModelError(f"path: {str(path)!r} holds {', '.join(unknown)}, which mean nothing here; load cases are called bonded.NAME")
+        raise ModelError(f"path: {str(path)!r} holds the unknown files {', '.join(unknown)}; remove them, or call load cases bonded.NAME")
     missing = [name for name in NAMES if name not in files and name not in ("gap", "E_star")]
     if missing:
         raise ModelError(f"path: {str(path)!r} has no {', '.join(missing)}; it needs A, B, C and x, and one bonded.NAME for each load case")
@@ -113,7 +113,7 @@ def _read_matrix_market(path: Path, shape: tuple[int | None, int]) -> Array:
                 raise ValueError(f"size {sizes}, expected {shape[0] or f'at most {_MOST_NODES}'} x {shape[1]}")
             return finite_array("entries", _matrix(head, sizes, np.array(file.read().split(), dtype=np.float64)), shape)
     except (OSError, ValueError, IndexError, MemoryError, ModelError) as error:
-        raise ModelError(f"path: {str(path)!r} is not a Matrix Market file of what its name says ({error}); write it anew") from error
+        raise ModelError(f"path: {str(path)!r} is not a valid Matrix Market file ({error}); write it again") from error
 
 
 def _matrix(head: list[str], sizes: list[int], numbers: Array) -> Array:

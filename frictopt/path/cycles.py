@@ -10,9 +10,9 @@ import numpy as np
 from ..contact import referee
 from ..contact.checks import Array, frozen
 from ..errors import NoContinuation, SolverError
-from .exact import ExactPath
 from .outcome import Outcome, SteadyState
 from .stops import left_out_corners
+from .transient import ExactPath
 
 __all__ = ["TOLERANCE", "Cycle", "Run"]
 
@@ -85,7 +85,7 @@ class Run:
         state.trace[1] = 0
         before, corners = state.u.copy(), []
         for number in self.stops:
-            path.go(path.corners[number], f"the segment to corner {number}")
+            path.follow_to(path.corners[number], f"the segment to corner {number}")
             corners.append((state.u.copy(), state.r.copy()))
         self.cycles += 1
         after, work = state.u.copy(), state.work.copy()
@@ -186,7 +186,7 @@ class Run:
             states = np.array([cycles[0].before, *(cycle.after for cycle in cycles)])
             limit = _fixed_point(states)
             modes = _slower_modes((states - limit) / self.length)
-            proof = None if modes is None else self.path.moved(limit)
+            proof = None if modes is None else self.path.restarted_at(limit)
             if proof is not None:
                 break
         if proof is None or modes is None:
@@ -198,7 +198,7 @@ class Run:
             if self._change(proving) > _PERIODIC:
                 return None
             for before, after in tried:
-                probe = self.path.moved(limit + before)
+                probe = self.path.restarted_at(limit + before)
                 if probe is None:
                     return None
                 off = self._distance(self._one(probe).after, limit + after)

@@ -6,9 +6,9 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import finite_number, flag, whole_number
 from ..errors import NoContinuation
 from .cycles import Run
-from .exact import ExactPath
 from .outcome import SteadyState
 from .stops import turning_corners
+from .transient import ExactPath
 
 __all__ = ["steady_state"]
 
@@ -79,7 +79,7 @@ def steady_state(
         corners = path.corners_at(finite_number("overload", overload, least=0.0))
         path.check_near("overload", corners)
         for number in stops:
-            path.go(corners[number], f"the overload's segment to corner {number}")
+            path.follow_to(corners[number], f"the overload's segment to corner {number}")
     run = Run(path, stops, turning_corners(cycle))
     while run.cycles < most_cycles:
         run.cycle()

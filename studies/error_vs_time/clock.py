@@ -34,7 +34,7 @@ _MARKED = {  # functions that belong to a stage; the time outside of all of them
         "frictopt.increments.increment.referee",
         "frictopt.limits.kinds.MarginState",
         "frictopt.limits.shakedown._judged",
-        "frictopt.path.exact.referee",
+        "frictopt.path.transient.referee",
         "frictopt.path.cycles.referee",
         "frictopt.campaign.trajectory.referee",
     ),

@@ -143,7 +143,7 @@ class ExactPath:
         most = float(np.abs(stress).max())
         if most > _FAR * loads:
             raise ModelError(
-                f"{name}: it stresses the contact {most / loads:.1e} times as much as the loads, which rounding hides then; "
+                f"{name}: it stresses the contact {most / loads:.1e} times as much as the loads, so rounding would hide them; "
                 f"give one of at most {_FAR:g} times, or check the units"
             )
         return most / loads
@@ -157,7 +157,7 @@ class ExactPath:
     def cause_of_rounding(self) -> str:
         """The cause of large rounding errors, as a sentence."""
         if self.far_start:
-            return f"initial_slip: it stresses the contact {self._start_stress:.1e} times as much as the loads, which rounding hides then; give less"
+            return f"initial_slip: it stresses the contact {self._start_stress:.1e} times as much as the loads, so rounding hides them; give less"
         return "stiffnesses or loads differ too much in size"
 
     @property
@@ -172,18 +172,18 @@ class ExactPath:
 
     def start(self) -> None:
         """Follow the path from the artificial load to the mean load."""
-        self.go(self.mean, "the segment from the initial slip to the mean load")
+        self.follow_to(self.mean, "the segment from the initial slip to the mean load")
 
     def run_cycle(self) -> None:
         """Follow the path once through all corners of the cycle."""
         for number, corner in enumerate(self.corners):
-            self.go(corner, f"the segment to corner {number}")
+            self.follow_to(corner, f"the segment to corner {number}")
 
     def stress(self, u: Array) -> Array:
         """(2N,) reactions `S u` that slip and gap `u = [v, w - g0]` add to the bonded ones."""
         return np.asarray(self._S @ u)
 
-    def moved(self, u: Array) -> "ExactPath | None":
+    def restarted_at(self, u: Array) -> "ExactPath | None":
         """A copy at the same load with another slip and gap, (2N,); None if that state violates the contact law."""
         n, copy = self.nodes, object.__new__(ExactPath)
         copy.__dict__.update(self.__dict__, history=[], _record=new_record(0, n))
@@ -205,7 +205,7 @@ class ExactPath:
         )
         return copy if verdict.residual <= _LAWFUL else None
 
-    def go(self, bonded: Array, where: str) -> None:
+    def follow_to(self, bonded: Array, where: str) -> None:
         """Follow the path in a straight line to other bonded reactions (2N,).
 
         Raises
@@ -222,9 +222,7 @@ class ExactPath:
             own = self.state, self._active, self._proof
             code, time = follow(self._S, self.friction, self.bonded, drive, *own, self.force, time, settled, self._record)
             if code == STALLED:
-                raise NoContinuation(
-                    f"{where}: at {time:.9g} of it the path changes its status without end; loads or gaps may differ too much in size"
-                )
+                raise NoContinuation(f"{where}: at {time:.9g} of it the statuses change without end; loads or gaps may differ too much in size")
             settled = True
             if code == FULL:
                 self._keep()
