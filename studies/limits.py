@@ -104,10 +104,10 @@ def _limits(system: fo.ContactSystem, frictions: Iterable[float]) -> pd.DataFram
 def _onsets(system: fo.ContactSystem, friction: float) -> dict[str, Any]:
     """First slip and separation of the bonded contact as the bulk is pulled (plus) and as it is pressed (minus)."""
     row: dict[str, Any] = {}
-    for name, sense in (("plus", 1.0), ("minus", -1.0)):
-        onset = fo.onset(system, LOADS.mean, {"sigma": sense}, friction)
-        row[f"slip_{name}"], row[f"slip_{name}_x"] = onset.slip.load_factor, _place(system, onset.slip.node)
-        row[f"separation_{name}"] = onset.separation.load_factor
+    onset = fo.onset(system, fo.LoadCycle(LOADS.mean, [{"sigma": 1.0}, {"sigma": -1.0}]), friction)
+    for name, slip, separation in zip(("plus", "minus"), onset.slips, onset.separations, strict=True):
+        row[f"slip_{name}"], row[f"slip_{name}_x"] = slip.load_factor, _place(system, slip.node)
+        row[f"separation_{name}"] = separation.load_factor
         row["mean_slips"], row["mean_opens"] = len(onset.mean_slips), len(onset.mean_opens)
     return row
 

@@ -38,7 +38,7 @@ def test_patch_of_uniform_stress(kind, material, element):
     weights = np.array([0.25, 0.55, 0.75, 0.45])
     q, p = system.reaction({"p": 2.0, "tau": 3.0})
     assert np.allclose(p, 2.0 * weights, rtol=1e-12) and np.allclose(np.abs(q), 3.0 * weights, rtol=1e-12)
-    found = fo.onset(system, {"p": 2.0}, {"tau": 1.0}, 0.4)
+    found = fo.onset(system, fo.LoadCycle({"p": 2.0}, [{"tau": 1.0}]), 0.4)
     assert found.slip.load_factor == pytest.approx(patch_limit(0.4, 2.0, 1.0), rel=1e-9)
     if kind is MeshQuad:  # triangles of init_tensor are not mirror images across the interface
         assert np.abs(system.B).max() < 1e-12 * np.abs(system.A).max()

@@ -213,5 +213,5 @@ def test_bad_input_is_refused_by_name(contact, argument, change):
 
 
 def test_workers_and_an_executor_exclude_each_other(contact):
-    with ThreadPoolExecutor(1) as threads, pytest.raises(fo.ModelError, match="workers: 2 beside an executor"):
+    with ThreadPoolExecutor(1) as threads, pytest.raises(fo.ModelError, match="workers: 2 "):
         fo.dissipation_study(contact, CYCLE, 0.4, [0.5], executor=threads, workers=2)

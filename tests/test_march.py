@@ -37,9 +37,9 @@ def test_the_exact_path_as_a_trajectory(punch, paper_cycle):
     assert np.allclose(path.bonded_q[-1], q) and np.allclose(path.bonded_p[-1], p)
 
 
-def test_tidy_has_one_row_for_each_state_and_node(punch, paper_cycle):
+def test_the_frame_has_one_row_for_each_state_and_node(punch, paper_cycle):
     path = fo.march(punch(16), paper_cycle, 0.7, 2.2, cycles=1)
-    table = path.tidy()
+    table = path.to_frame()
     assert list(table.columns) == ["state", "time", "node", "x", "slip", "gap", "q", "p", "status", "work"]
     assert len(table) == path.slip.size
     last = table[table.state == table.state.max()]

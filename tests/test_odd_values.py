@@ -139,7 +139,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "guaranteed_limit": (fo.guaranteed_limit, ASKED),
     "march": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1}),
     "march qp": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1, "engine": "qp", "steps": 2}),
-    "onset": (fo.onset, {"system": CONTACT, "mean": {"mean": 1.0}, "direction": {"cyclic": 1.0}, "friction": FRICTION}),
+    "onset": (fo.onset, ASKED),
     "referee": (
         fo.referee,
         {

@@ -1,12 +1,17 @@
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from systems import random_system, system
+from systems import CYCLE, random_system, system
 
-MEAN, DIRECTION = {"mean": 1.0}, {"cyclic": 1.0}
+ONE_WAY = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
+
+
+def pulled(sigma):
+    return fo.LoadCycle({"P": 1.0}, [{"sigma": sigma}])
 
 
 @pytest.mark.parametrize(
@@ -24,15 +29,22 @@ MEAN, DIRECTION = {"mean": 1.0}, {"cyclic": 1.0}
 )
 def test_onset_over_a_cycle_of_both_senses(data, friction, expected):
     contact = system(*data)
-    both = [fo.onset(contact, MEAN, {"cyclic": sign}, friction).slip.load_factor for sign in (1.0, -1.0)]
-    assert min(both) == pytest.approx(expected, rel=1e-11)
+    found = fo.onset(contact, CYCLE, friction)
+    assert found.slip.load_factor == pytest.approx(expected, rel=1e-11)
+    alone = [fo.onset(contact, fo.LoadCycle({"mean": 1.0}, [corner]), friction) for corner in CYCLE.corners]
+    table = found.to_frame()
+    for event, events in (("slip", [one.slip for one in alone]), ("separation", [one.separation for one in alone])):
+        rows = table[table["event"] == event]
+        assert rows["corner"].tolist() == [0, 1]
+        assert rows["load_factor"].tolist() == [one.load_factor for one in events] and rows["sense"].tolist() == [one.sense for one in events]
+        assert [None if pd.isna(node) else node for node in rows["node"]] == [one.node for one in events]
 
 
 @settings(max_examples=40, deadline=None)
 @given(nodes=st.integers(1, 5), seed=st.integers(0, 10**6), friction=st.floats(0.05, 3.0))
 def test_onset_is_the_first_violation(nodes, seed, friction):
     contact = random_system(np.random.default_rng(seed), nodes)
-    found = fo.onset(contact, MEAN, DIRECTION, friction)
+    found = fo.onset(contact, ONE_WAY, friction)
 
     def slips(lam):
         q, p = contact.reaction({"mean": 1.0, "cyclic": lam})
@@ -48,35 +60,37 @@ def test_onset_is_the_first_violation(nodes, seed, friction):
             assert not any(violated(t * event.load_factor) for t in np.linspace(0, 1 - 1e-9, 20)) or not found.mean_admissible
             assert violated(event.load_factor * (1 + 1e-9) + 1e-12)
     if found.slip.node is not None and found.mean_admissible:
+        assert found.residual < 1e-12
         q, p = contact.reaction({"mean": 1.0, "cyclic": found.slip.load_factor})
         assert q[found.slip.node] == pytest.approx(-found.slip.sense * friction * p[found.slip.node], abs=1e-9)
 
 
 def test_an_inadmissible_mean_load_is_said():
     contact = system(np.eye(3), np.zeros((3, 3)), (0.9, 0.0, 0.0), (1.0, 1.0, -0.1), 0.1, 0.0)
-    found = fo.onset(contact, MEAN, DIRECTION, 0.5)
+    found = fo.onset(contact, ONE_WAY, 0.5)
     assert found.mean_slips == (0, 2) and found.mean_opens == (2,) and not found.mean_admissible
     assert (found.slip.load_factor, found.slip.node, found.slip.sense) == (0.0, 0, -1)
     assert found.separation.load_factor == 0.0
+    assert found.residual == pytest.approx(0.4)  # node 0: q - f p = 0.9 - 0.5 * 1.0, over the largest force, 1
 
 
 def test_a_node_at_its_bound_that_the_load_relieves_waits_for_its_other_bound():
     """Node 0 starts at q = -f p and is drawn to q = +f p, which it reaches at lam = 2; node 1, with q = .5 and f p = 1, never gets there."""
     contact = system(np.eye(2), np.zeros((2, 2)), (-1.0, 0.5), (2.0, 2.0), (1.0, 0.0), 0.0)
-    found = fo.onset(contact, MEAN, DIRECTION, 0.5)
+    found = fo.onset(contact, ONE_WAY, 0.5)
     assert found.mean_admissible and (found.slip.load_factor, found.slip.node, found.slip.sense) == (2.0, 0, -1)
     touching = system([[1.0]], [[0.0]], 0.0, 0.0, 0.0, 1.0)  # no pressure yet, but the load presses
-    assert fo.onset(touching, MEAN, DIRECTION, 0.5).separation.load_factor == np.inf
+    assert fo.onset(touching, ONE_WAY, 0.5).separation.load_factor == np.inf
 
 
 def test_a_node_at_its_bound_that_the_load_leaves_there_does_not_slip():
     contact = system([[1.0]], [[0.0]], -1.0, 2.0, -0.5, 1.0)
-    assert fo.onset(contact, MEAN, DIRECTION, 0.5).slip.load_factor == np.inf
+    assert fo.onset(contact, ONE_WAY, 0.5).slip.load_factor == np.inf
 
 
 def test_mirror_images_name_the_first_node_whatever_the_rounding(punch):
     contact = punch(16)
-    assert fo.onset(contact, {"P": 1.0}, {"sigma": 1.0}, 1.0).slip.node == 0
+    assert fo.onset(contact, pulled(1.0), 1.0).slip.node == 0
 
 
 def test_under_pressure_alone_the_edges_slip_below_their_traction_ratio(punch):
@@ -84,14 +98,14 @@ def test_under_pressure_alone_the_edges_slip_below_their_traction_ratio(punch):
     q, p = contact.bonded["P"]
     ratio = abs(q[0]) / p[0]
     assert 0.59 < ratio < 0.68
-    assert fo.onset(contact, {"P": 1.0}, {"sigma": 1.0}, ratio * 0.999).mean_slips == (0, 16)
-    assert fo.onset(contact, {"P": 1.0}, {"sigma": 1.0}, ratio * 1.001).mean_admissible
+    assert fo.onset(contact, pulled(1.0), ratio * 0.999).mean_slips == (0, 16)
+    assert fo.onset(contact, pulled(1.0), ratio * 1.001).mean_admissible
 
 
 def test_unknown_loads_and_bad_friction_are_refused(punch):
     with pytest.raises(fo.ModelError, match="load case 'tau': unknown"):
-        fo.onset(punch(16), {"P": 1.0}, {"tau": 1.0}, 0.5)
+        fo.onset(punch(16), fo.LoadCycle({"P": 1.0}, [{"tau": 1.0}]), 0.5)
     with pytest.raises(fo.ModelError, match="friction: -1"):
-        fo.onset(punch(16), {"P": 1.0}, {"sigma": 1.0}, -1)
-    with pytest.raises(fo.ModelError, match="mean"):
-        fo.onset(punch(16), {"P": np.nan}, {"sigma": 1.0}, 0.5)
+        fo.onset(punch(16), pulled(1.0), -1)
+    with pytest.raises(fo.ModelError, match="cycle: a dict"):
+        fo.onset(punch(16), {"P": 1.0}, 0.5)

@@ -15,13 +15,15 @@ class Mapped(Run):
 
     def __init__(self, cycle_map, start, *, safe=lambda *x: False, signature=lambda *x: 0):
         start = np.atleast_1d(np.array(start, dtype=float))
-        self.path = SimpleNamespace(x=start, nodes=len(start), friction=np.ones(1), state=SimpleNamespace(gap=np.zeros(0)), moved=self._moved)
+        self.path = SimpleNamespace(
+            x=start, nodes=len(start), friction=np.ones(1), state=SimpleNamespace(gap=np.zeros(0)), restarted_at=self._restarted_at
+        )
         self.stops = self.turns = [0]
         self.force = self.length = 1.0
         self.cycles, self.energy, self.tried, self.pause, self.last = 0, 0.0, 0, 0, []
         self._map, self._inside, self._signature = cycle_map, safe, signature
 
-    def _moved(self, u):
+    def _restarted_at(self, u):
         return SimpleNamespace(**{**vars(self.path), "x": np.array(u)})
 
     def _one(self, path):
@@ -158,15 +160,15 @@ def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch):
     factor = 1.3 * fo.shakedown_limit(contact, paper_cycle, friction).load_factor
     truth = fo.steady_state(contact, paper_cycle, friction, factor)
     assert truth.dissipation > 0 and truth.residual < 1e-12
-    go = ExactPath.go
+    follow_to = ExactPath.follow_to
 
     for share in (0.5, 1 + 1e-5):
 
         def wrong(path, bonded, where, share=share):
-            go(path, bonded, where)
+            follow_to(path, bonded, where)
             path.state.work[:] *= share
 
-        monkeypatch.setattr(ExactPath, "go", wrong)
+        monkeypatch.setattr(ExactPath, "follow_to", wrong)
         with pytest.raises(fo.SolverError, match="energy"):
             fo.steady_state(contact, paper_cycle, friction, factor)
         with pytest.raises(fo.SolverError, match="energy"):

@@ -35,7 +35,7 @@ def test_the_path_is_the_limit_of_ever_finer_increments(seed, nodes):
     """Enumeration of all statuses is first order in its step: a quarter of the step, a quarter of the error."""
     rng = np.random.default_rng(seed)
     contact = random_system(rng, nodes, coupling=0.7)
-    factor, start = 1.5 * fo.onset(contact, {"mean": 1.0}, {"cyclic": 1.0}, 0.4).slip.load_factor + 0.5, rng.normal(size=nodes)
+    factor, start = 1.5 * fo.onset(contact, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.4).slip.load_factor + 0.5, rng.normal(size=nodes)
     path = ExactPath(contact, CYCLE, 0.4, factor, start)
     path.start()
     path.run_cycle()

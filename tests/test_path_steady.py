@@ -70,7 +70,7 @@ def test_sliders_in_parallel():
 
 def test_below_onset_nothing_moves(punch, paper_cycle):
     contact, friction = punch(16), 0.9
-    onset = min(fo.onset(contact, {"P": 1.0}, {"sigma": sign}, friction).slip.load_factor for sign in (1.0, -1.0))
+    onset = fo.onset(contact, paper_cycle, friction).slip.load_factor
     steady = steady_state(contact, paper_cycle, friction, 0.999 * onset)
     assert steady.outcome is Outcome.SHAKEDOWN and steady.dissipation == 0.0 and not steady.slip.any() and steady.events == 0
 
@@ -122,7 +122,7 @@ def test_an_overload_is_one_cycle_at_another_load_factor_before_the_others(seed)
     for _ in range(60):
         before = path.state.work.sum()
         for corner in corners:
-            path.go(corner, "")
+            path.follow_to(corner, "")
         work.append(path.state.work.sum() - before)
     steady = steady_state(contact, CYCLE, 0.5, factor, initial_slip=start, overload=2.5 * factor)
     assert steady.first_cycle == pytest.approx(work[0], abs=1e-12)

@@ -52,8 +52,8 @@ def dissipation_study(
 ) -> pd.DataFrame:
     """Follow a transient to its steady state from every start at every load factor (Flicek et al. 2015, section 5).
 
-    A run that fails is a row with its error. Ctrl-C ends the study with the rows finished so far, and a warning. The table is the same, but for the
-    seconds, however the runs are spread.
+    A run that fails is a row with its error. Ctrl-C ends the study with a warning; the table then holds the finished runs. The number of
+    processes changes nothing in the table but the seconds.
 
     Parameters
     ----------
@@ -64,22 +64,22 @@ def dissipation_study(
     load_factors
         Load factors, each >= 0.
     initial_slips
-        Starts, as `no_slip`, `safe_slips`, `random_slips`, `overloads` and `given_slips` make them (lists to be added up); or an
-        array (starts, N) of residual slips, length; None: none. Slips that stress the contact more than 1e18 times as much as the loads fail.
+        Starts, as `no_slip`, `safe_slips`, `random_slips`, `overloads` and `given_slips` make them (add their lists); or an
+        array (starts, N) of residual slips, length; None: no slip. Slips that stress the contact more than 1e18 times as much as the loads fail.
     executor
         Any executor of `concurrent.futures`' interface (such as a dask client's `get_executor()`), instead of workers.
     workers
-        Number of processes, up to 1,000; 1: this one alone. More pay from a few seconds of work on, which is what they take to start.
+        Number of processes, up to 1,000; 1: this process only. Processes take a few seconds to start.
     store
-        File that keeps each run as it finishes, by content: a study started again runs only what is missing. Several studies may share it, on a
-        disk of this machine. `read_store` reads it.
+        File that keeps each finished run by its content: a study that is started again computes only the missing runs. Several studies may share the
+        file on a disk of this machine. `read_store` reads it.
     progress
-        Whether to show count, rate and time left; on a terminal only.
+        Show count, rate and time left, on a terminal only.
 
     Returns
     -------
     DataFrame
-        One row for each run, ordered by load factor and start as given. Columns: load_factor; load_ratio, it over the shakedown limit (NaN where that
+        One row for each run, ordered by load factor and start as given. Columns: load_factor; load_ratio, over the shakedown limit (NaN if the limit
         is not finite); start, family, seed, see `Start`; amplitude, root mean square of the initial slip; outcome, the name of an `Outcome`, or
         "FAILED"; dissipation, work of friction per cycle in the steady state; dissipation_scaled, `W E* / P^2` with P the total normal force of the
         mean load (NaN if the system does not know its `E_star`); first_cycle, work in the first cycle; largest_share, that of the node that
@@ -92,6 +92,20 @@ def dissipation_study(
         Bad input, or an executor that takes no runs.
     StoreError
         The store is no file of ours, is damaged, or a run cannot be written; `table` of the error holds what is finished.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> starts = fo.no_slip() + fo.overloads([1.5])
+    >>> table = fo.dissipation_study(rod, cycle, friction=0.5, load_factors=[0.4, 1.0], initial_slips=starts, progress=False)
+    >>> table[["load_factor", "start", "outcome", "dissipation"]].round(6)
+       load_factor           start      outcome  dissipation
+    0          0.4            none    SHAKEDOWN          0.0
+    1          0.4  overload x 1.5    SHAKEDOWN          0.0
+    2          1.0            none  CYCLIC_SLIP          1.0
+    3          1.0  overload x 1.5  CYCLIC_SLIP          1.0
     """
     f = np.array(friction_coefficients(friction, checked_system(system).nodes))
     checked_cycle(cycle)
@@ -100,7 +114,7 @@ def dissipation_study(
     if executor is not None and not hasattr(executor, "submit"):
         raise ModelError(f"executor: a {type(executor).__name__}; give an executor of concurrent.futures, or of dask by client.get_executor()")
     if whole_number("workers", workers, least=1, most=_MOST_WORKERS) > 1 and executor is not None:
-        raise ModelError(f"workers: {workers!r} beside an executor, which has its own; leave one of them out")
+        raise ModelError(f"workers: {workers!r} and an executor; the executor has its own workers, so give one of the two")
     flag("progress", progress)
     rows: dict[str, dict[str, Any]] = {}
     with ExitStack() as stack:

@@ -1,7 +1,7 @@
-"""Putting the guaranteed limit to the test: transients from its witness just above it, and from many starts just below."""
+"""Verification of the guaranteed limit: transients from its witness just above it, and from many starts just below."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
+from ..contact.show import Shown
 from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, guaranteed_limit, safe_vertices
@@ -24,34 +25,46 @@ _BEYOND = 3.0  # largest factor by which starts lie beyond vertices
 _DECADES = -1.0, 2.0  # of the size of random slips, over the largest slip of the witness
 
 
-@dataclass(frozen=True, eq=False)
-class GuaranteeCheck:
-    """What transients say about a guaranteed limit.
+@dataclass(frozen=True, eq=False, repr=False)
+class GuaranteeCheck(Shown):
+    """The verification of a guaranteed limit by transients.
 
     Attributes
     ----------
     limit
         The limit in question.
     runs
-        One row for each transient. Columns load_factor, share (of the limit; inf where that is 0), start ("witness", "moved witness", "vertex",
-        "beyond vertex", "random"), moved (of a witness: largest change of slip over largest slip), outcome (name of an `Outcome`, or
-        "NO_CONTINUATION" where the path ends before), dissipation (work of friction per cycle for ever; NaN without an outcome), cycles.
+        DataFrame, one row for each transient. Columns: load_factor; share, it over the limit (inf where that is 0); start, "witness",
+        "moved witness", "vertex", "beyond vertex" or "random"; moved, of a witness the largest change of slip over the largest slip; outcome, the
+        name of an `Outcome`, or "NO_CONTINUATION" if the path ends before; dissipation, work of friction per cycle in the steady state; cycles;
+        residual. Dissipation and residual are NaN without an outcome.
     starts
         (rows of runs, N) the initial slips, length.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> check = fo.verify_guaranteed(pair, cycle, friction=0.6, starts=4, moved=0)
+    >>> sorted(check.runs.loc[check.runs["share"] < 1, "outcome"].unique())
+    ['SHAKEDOWN']
     """
 
     limit: GuaranteedLimit
-    runs: pd.DataFrame = field(repr=False)
-    starts: Array = field(repr=False)
+    runs: pd.DataFrame
+    starts: Array
 
     @property
     def dies_out(self) -> bool:
-        """Whether below the limit every transient that has an outcome stops slipping."""
+        """Whether every transient below the limit stops slipping; those without an outcome do not count."""
         return not self._persisting(below=True).any()
 
     @property
     def persists(self) -> bool:
-        """Whether above the limit a transient from the witness, or from one moved by less than the tolerance, slips for ever.
+        """Whether a transient above the limit slips for ever, from the witness or from a slip that differs from it by less than the tolerance.
 
         Where lambda_2 rules (`limit.node` is None) there is no witness, and a contact that lifts off may stop slipping above it.
         """
@@ -59,13 +72,22 @@ class GuaranteeCheck:
 
     @property
     def undecided(self) -> int:
-        """Number of transients whose path ends before they have an outcome."""
+        """Number of transients without an outcome, because their path ends."""
         return int((self.runs["outcome"] == _UNDECIDED).sum())
+
+    @property
+    def residual(self) -> float:
+        """Largest residual of the limit and of the transients that have an outcome."""
+        return float(np.nanmax([self.limit.residual, *self.runs["residual"]]))
 
     @property
     def counterexamples(self) -> Array:
         """(M, N) starts that keep slipping below the limit, length."""
         return frozen(self.starts[self._persisting(below=True)])
+
+    def _answer(self) -> Mapping[str, Any]:
+        said = {name: getattr(self, name) for name in ("dies_out", "persists", "undecided", "residual")}
+        return {"load_factor": self.limit.load_factor, "runs": len(self.runs), **said}
 
     def _persisting(self, *, below: bool) -> np.ndarray:
         runs = self.runs
@@ -119,6 +141,17 @@ def verify_guaranteed(
         Bad input, a limit of other input, one that is not finite, or one of a contact that no load above 0 leaves safe.
     SolverError
         The limit or a transient does not pass its checks.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> check = fo.verify_guaranteed(pair, cycle, friction=0.6, starts=4, moved=0)
+    >>> check.dies_out, check.persists
+    (True, True)
     """
     starts, moved = whole_number("starts", starts, least=0), whole_number("moved", moved, least=0)
     tolerance, below = finite_number("tolerance", tolerance, least=0.0), finite_number("below", below, above=0.0, below=1.0)
@@ -176,10 +209,10 @@ def _starts(
 def _run(
     system: ContactSystem, cycle: LoadCycle, friction: Any, limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array
 ) -> dict[str, Any]:
-    outcome, dissipation, cycles = _UNDECIDED, np.nan, 0
+    outcome, dissipation, cycles, residual = _UNDECIDED, np.nan, 0, np.nan
     try:
         steady = steady_state(system, _from_its_middle(cycle, load_factor), friction, 1.0, initial_slip=slip)
-        outcome, dissipation, cycles = steady.outcome.name, steady.dissipation, steady.cycles
+        outcome, dissipation, cycles, residual = steady.outcome.name, steady.dissipation, steady.cycles, steady.residual
     except NoContinuation:
         pass
     return {
@@ -190,6 +223,7 @@ def _run(
         "outcome": outcome,
         "dissipation": dissipation,
         "cycles": cycles,
+        "residual": residual,
     }
 
 

@@ -34,8 +34,8 @@ def march(
 ) -> Trajectory:
     """Follow a transient from an initial slip through a number of load cycles.
 
-    It begins at the artificial load that carries the initial slip with q = 0 and, at every node, p equal to the mean of |p^w| under the mean load;
-    goes in a straight line to the mean load, and then visits the corners in their order, again and again.
+    The load path starts at an artificial load that carries the initial slip with q = 0 and, at every node, p equal to the mean of |p^w| under the
+    mean load. It goes in a straight line to the mean load, and then visits the corners in their order, again and again.
 
     Parameters
     ----------
@@ -46,16 +46,16 @@ def march(
     load_factor
         Load factor, >= 0.
     initial_slip
-        (N,) slip left from assembly, length; None for none.
+        (N,) residual slip from assembly, length; None: no slip.
     cycles
         Number of cycles.
     engine
         "path": exactly, from event to event; "qp": in increments, by quadratic programs with a frozen friction bound; "milp": in increments, by
         complementarity conditions with booleans.
     steps
-        Increments from corner to corner, for the engines that need it.
+        Number of increments from corner to corner, for the engines "qp" and "milp".
     simplify
-        Leave out what the scene does not need, see `ExactPath` and the increments.
+        Leave out what cannot change the answer, see the increments; the exact path leaves out nothing.
 
     Raises
     ------
@@ -64,7 +64,19 @@ def march(
     NoContinuation
         The exact path ends.
     SolverError
-        An increment has no answer that passes the checks, or the states violate the contact law or, on the exact path, the balance of energy.
+        An increment has no valid answer, or the residual of the states exceeds the tolerance.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> path = fo.march(rod, cycle, friction=0.5, load_factor=1.0, cycles=2)
+    >>> path.cycle_work.sum(axis=1).round(6).tolist()
+    [0.75, 1.0]
+    >>> increments = fo.march(rod, cycle, friction=0.5, load_factor=1.0, cycles=1, engine="qp", steps=2)
+    >>> bool(abs(increments.slip[-1] - path.slip[-1]).max() < 1e-6)
+    True
     """
     whole_number("cycles", cycles, least=0)
     choice("engine", engine, ("path", *_ENGINES))

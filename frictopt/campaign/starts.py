@@ -1,4 +1,4 @@
-"""Where the transients of a campaign start: families of residual slips, and overloads."""
+"""The starts of the transients of a campaign: families of residual slips, and overloads."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -20,28 +20,37 @@ _MOST = 100_000  # slips of a kind and amplitude, which fill a memory
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """One way to start a transient.
+    """The start of a transient: a residual slip, an overload, or both.
 
     Attributes
     ----------
     family
-        What kind of start it is: "none", "safe", "smooth", "rough", "overload", "given", or a name of your own.
+        Family of starts: "none", "safe", "smooth", "rough", "overload", "given", or a name of your own.
     name
         Its name in tables.
     slip
-        (N,) residual slip from assembly, length; None for none, or where the linear program gives it.
+        (N,) residual slip from assembly, length; None: no slip, or a multiple of the safe slip.
     safe_multiple
-        Multiple of the linear program's safe slip at the run's load factor (at the shakedown limit where that is lower); None for a slip of its own.
+        Multiple of the safe slip at the load factor of the run (at the shakedown limit if that is lower); None: `slip` is given, or there is none.
     overload
-        Load factor of one cycle before all others, in units of the run's own; None for no overload.
+        Load factor of one extra cycle before all others, over that of the run; None: no overload.
     seed
-        Seed of a random slip; None for one that is not random.
+        Seed of a random slip; None: the slip is not random.
 
     Raises
     ------
     ModelError
         Names that are no printable texts, numbers that are not finite, a seed that is no whole number, or both a slip and a multiple of the safe
         slip.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> start = fo.Start("assembly", "as assembled", slip=[0.01, -0.01])
+    >>> start
+    Start(family='assembly', name='as assembled', safe_multiple=None, overload=None, seed=None)
+    >>> start == fo.Start("assembly", "as assembled", slip=[0.01, -0.01])
+    True
     """
 
     family: str
@@ -67,8 +76,18 @@ class Start:
         if self.seed is not None:
             object.__setattr__(self, "seed", whole_number(f"seed of start {self.name!r}", self.seed, least=0, most=LARGEST_SEED))
 
+    def _content(self) -> tuple[Any, ...]:
+        slip = None if self.slip is None else tuple(self.slip.tolist())
+        return self.family, self.name, slip, self.safe_multiple, self.overload, self.seed
+
+    def __eq__(self, other: object) -> bool:
+        return self._content() == other._content() if isinstance(other, Start) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._content())
+
     def slip_at(self, system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float) -> Array | None:
-        """(N,) residual slip with which the run at a load factor starts, length; None for none.
+        """(N,) residual slip with which the run at a load factor starts, length; None: no slip.
 
         Raises
         ------
@@ -85,12 +104,26 @@ class Start:
 
 
 def no_slip() -> list[Start]:
-    """The start without residual slip."""
+    """The start without residual slip.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.no_slip()
+    [Start(family='none', name='none', safe_multiple=None, overload=None, seed=None)]
+    """
     return [Start("none", "none")]
 
 
 def safe_slips(multiples: Iterable[float] = (1.0,)) -> list[Start]:
-    """Multiples of the safe slip with the largest margin at each load factor."""
+    """Multiples of the safe slip with the largest margin at each load factor.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> [start.name for start in fo.safe_slips([1.0, -1.0])]
+    ['safe x 1', 'safe x -1']
+    """
     return [Start("safe", f"safe x {number:g}", safe_multiple=number) for number in finite_numbers("multiples", multiples)]
 
 
@@ -98,7 +131,7 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     """Random residual slips: for each amplitude `count` smooth ones and as many rough ones.
 
     Smooth ones are sums of the Chebyshev polynomials 1 to 6 along the interface with normally distributed coefficients, rough ones are independent
-    from node to node; both without the mean, which only moves one body along the other.
+    from node to node; both have zero mean, because the mean only slides one body along the other.
 
     Parameters
     ----------
@@ -109,12 +142,19 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     count
         Number of slips of each kind and amplitude, at most 100,000.
     seed
-        Seed of the first slip; each has one of its own.
+        Seed of the first slip; the next slips have the next seeds.
 
     Raises
     ------
     ModelError
         A contact of one node, bad amplitudes, counts or seeds.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> [start.name for start in fo.random_slips(rod, amplitudes=[0.1], count=2)]
+    ['smooth 0.1 #0', 'smooth 0.1 #1', 'rough 0.1 #2', 'rough 0.1 #3']
     """
     if checked_system(system).nodes < 2:
         raise ModelError("system: one node; a slip of one node is a number, give it by given_slips")
@@ -141,18 +181,32 @@ def safe_part(system: ContactSystem, cycle: LoadCycle, friction: Any, load_facto
 
 
 def overloads(factors: Iterable[float]) -> list[Start]:
-    """No residual slip, but one cycle at a higher load first; its load factor in units of the run's own."""
+    """Starts without residual slip that begin with one overload cycle; each factor multiplies the load factor of the run.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.overloads([2.0])
+    [Start(family='overload', name='overload x 2', safe_multiple=None, overload=2.0, seed=None)]
+    """
     return [Start("overload", f"overload x {factor:g}", overload=factor) for factor in finite_numbers("factors", factors, least=0.0)]
 
 
 def given_slips(slips: Any, *, family: str = "given") -> list[Start]:
-    """Residual slips of your own, (starts, N), length."""
+    """Starts from residual slips of your own, (starts, N), length.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> [start.name for start in fo.given_slips([[0.1, 0.0], [0.0, 0.1]], family="measured")]
+    ['measured 0', 'measured 1']
+    """
     rows = finite_array("slips", list(slips) if isinstance(slips, Iterator) else slips, (None, None))
     return [Start(family, f"{family} {number}", slip) for number, slip in enumerate(rows)]
 
 
 def checked_starts(initial_slips: Any, nodes: int) -> Sequence[Start]:
-    """Starts for a contact of N nodes, from any number of them in a row, from an array of slips (starts, N), or from None.
+    """Check starts for a contact of N nodes: a sequence of `Start`, an array of slips (starts, N), or None.
 
     Raises
     ------

@@ -58,7 +58,7 @@ _AT_ONCE = 500  # keys in one question: sqlite takes 999
 
 
 class DamagedRows(UserWarning):
-    """Rows of a store are not what was written; they do not count, and a study repeats their runs."""
+    """Rows of a store are damaged. They are ignored, and a study repeats their runs."""
 
 
 class Store:
@@ -180,6 +180,21 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
     ------
     StoreError
         There is no such file, it is no store, or it is damaged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     store = Path(folder) / "runs.sqlite"
+    ...     table = fo.dissipation_study(rod, cycle, 0.5, [1.0], store=store, progress=False)
+    ...     kept = fo.read_store(store)
+    >>> kept[["load_factor", "outcome"]]
+       load_factor      outcome
+    0          1.0  CYCLIC_SLIP
     """
     with closing(Store(path, make=False)) as store:
         rows = store.read()
@@ -204,10 +219,10 @@ def _checked_path(path: Any, make: bool) -> Path:
             with found.open("rb") as file:
                 head = file.read(72)
     except (OSError, TypeError, ValueError, RuntimeError) as error:  # RuntimeError: a home that nobody has
-        raise StoreError(f"store: {path!r} is no file of runs ({error}); give the name of one, or to a study that of one that can be made") from error
+        raise StoreError(f"store: {path!r} is not a store ({error}); give the name of a store, or for a study of a file that can be made") from error
     if not regular or (head and not (head.startswith(_MAGIC) and head[68:] == _APPLICATION)):  # an empty file: killed before its first row
         what = "a file that is no store" if regular else "a folder" if found.is_dir() else "no file"
-        raise StoreError(f"store: {str(found)!r} is {what}; it is left as it is, give another name")
+        raise StoreError(f"store: {str(found)!r} is {what} and has not been changed; give another name")
     return found
 
 

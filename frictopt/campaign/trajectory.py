@@ -1,20 +1,21 @@
-"""The states that a transient goes through."""
+"""The states of a transient."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from ..contact import ContactSystem, Verdict, referee
 from ..contact.checks import Array
+from ..contact.show import Shown, frame
 
 __all__ = ["Trajectory"]
 
 
-@dataclass(frozen=True, eq=False)
-class Trajectory:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Shown):
     """T states of a transient: one after each event of the exact path, or one after each increment.
 
     Attributes
@@ -26,36 +27,48 @@ class Trajectory:
     corners
         Number of corners of the load cycle, K.
     time
-        (T,) load corners visited: -1 at the artificial load that carries the initial slip, 0 at the mean load, k at the k-th corner visited,
-        linear in between.
+        (T,) number of corners visited: -1 at the artificial load that carries the initial slip, 0 at the mean load, k at the k-th corner, and
+        linear between them.
     bonded_q, bonded_p
-        (T, N) bonded reactions: the load, force per depth.
+        (T, N) bonded reactions of the load, force per depth.
     slip, gap
         (T, N) slip v along +x and gap w, length.
     q, p
         (T, N) reactions along +x and in compression, force per depth.
     status
-        (T, N) 0 stick, +1 and -1 slip along +x and against it, 2 open: until the next event, or over the increment that ends here.
+        (T, N) 0 stick, +1 and -1 slip along +x and against it, 2 open: until the next event (path), or over the increment that ends here.
     work
         (T, N) work of friction so far, >= 0, force times length per depth.
     engine
-        Who followed it: "path", "qp" or "milp".
+        Engine that computed the states: "path", "qp" or "milp".
     left_out
-        What the scene did not need.
+        Sentences that say what was left out.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> path = fo.march(rod, cycle, friction=0.5, load_factor=1.0, cycles=1)
+    >>> path.residual < 1e-9
+    True
+    >>> path.to_frame().query("node == 0 and time == 2.0")[["slip", "gap", "q", "p"]].round(6)  # at the second corner
+        slip  gap    q    p
+    28  -0.5  0.0  0.5  1.0
     """
 
-    system: ContactSystem = field(repr=False)
-    friction: Array = field(repr=False)
+    system: ContactSystem
+    friction: Array
     corners: int
-    time: Array = field(repr=False)
-    bonded_q: Array = field(repr=False)
-    bonded_p: Array = field(repr=False)
-    slip: Array = field(repr=False)
-    gap: Array = field(repr=False)
-    q: Array = field(repr=False)
-    p: Array = field(repr=False)
-    status: np.ndarray[Any, np.dtype[np.int8]] = field(repr=False)
-    work: Array = field(repr=False)
+    time: Array
+    bonded_q: Array
+    bonded_p: Array
+    slip: Array
+    gap: Array
+    q: Array
+    p: Array
+    status: np.ndarray[Any, np.dtype[np.int8]]
+    work: Array
     engine: str
     left_out: tuple[str, ...]
 
@@ -84,15 +97,15 @@ class Trajectory:
     def residual(self) -> float:
         """Largest violation of the contact law over all states and, on the exact path, of the balance of energy.
 
-        In increments energy is balanced only as far as their size allows: there `energy_error` tells the error of the steps.
+        In increments the balance of energy has an error of their size, which `energy_error` tells.
         """
         return max(self.verdict.residual, self.energy_residual) if self.engine == "path" else self.verdict.residual
 
     @cached_property
     def energy_residual(self) -> float:
-        """Largest energy that is unaccounted for, or negative work of friction at a node, over the largest energy of the transient.
+        """Largest error of the energy balance, or negative work of friction at a node, over the largest energy of the transient.
 
-        That is the largest of the elastic energies, the work of friction, and the force scale times the slip scale.
+        The largest energy is that of the elastic energies, the work of friction, and the force scale times the slip scale.
         """
         unit = self._force**2 / self.system.stiffness_scale
         scale = max(unit, float(self.energy.max()), float(self.work[-1].sum()))
@@ -106,9 +119,9 @@ class Trajectory:
 
     @cached_property
     def energy_error(self) -> Array:
-        """(T,) energy that is unaccounted for: work of friction, plus elastic energy gained, plus work against the bonded reactions.
+        """(T,) error of the energy balance: work of friction, plus elastic energy gained, plus work against the bonded reactions.
 
-        Loads taken linear and forces at their mean between states, which for the exact path they are: there it is rounding.
+        Loads are taken as linear between states. On the exact path they are, and the error is rounding.
         """
         u, load = np.hstack([self.slip, self.gap]), np.hstack([self.bonded_q, self.bonded_p])
         against = ((load[1:] + load[:-1]) / 2 * np.diff(u, axis=0)).sum(axis=1)
@@ -121,10 +134,15 @@ class Trajectory:
         ends = np.searchsorted(self.time, np.arange(0, self.time[-1] + 0.5, self.corners) + 1e-9) - 1
         return np.diff(self.work[ends], axis=0)
 
-    def tidy(self) -> pd.DataFrame:
-        """One row for each state and node: state, time, node, x, slip, gap, q, p, status, work."""
+    def to_frame(self) -> Any:
+        """The DataFrame of all states and nodes: columns state, time, node, x, slip, gap, q, p, status, work."""
         states, nodes = self.slip.shape
         columns = {name: getattr(self, name).ravel() for name in ("slip", "gap", "q", "p", "status", "work")}
         state = np.repeat(np.arange(states), nodes)
         node = np.tile(np.arange(nodes), states)
-        return pd.DataFrame({"state": state, "time": self.time[state], "node": node, "x": self.system.x[node], **columns})
+        return frame({"state": state, "time": self.time[state], "node": node, "x": self.system.x[node], **columns})
+
+    def _answer(self) -> Mapping[str, Any]:
+        cycles = max(0, int(self.time[-1])) // self.corners
+        size = {"states": len(self.time), "nodes": self.system.nodes, "cycles": cycles}
+        return {**size, "work": float(self.work[-1].sum()), "engine": self.engine, "residual": self.residual}

@@ -95,7 +95,7 @@ def finite_numbers(name: str, values: Any, *, least: float = -np.inf) -> list[fl
 
 
 def listed(name: str, values: Any) -> list[Any]:
-    """Check that `values` is a row of things, in anything that can be gone through but a text, bytes, a mapping or a masked or sparse array."""
+    """Check that `values` is an iterable, but no text, bytes, mapping, masked or sparse array, and return it as a list."""
     if isinstance(values, str | bytes | Mapping) or hasattr(values, "toarray") or not np.iterable(values) or _unfit(values):
         raise ModelError(f"{name}: {shown(values)}; give a list")
     return list(values)
@@ -131,14 +131,14 @@ def flag(name: str, value: Any) -> bool:
 
 
 def whole_number(name: str, value: Any, *, least: int, most: int = 10**6) -> int:
-    """Check that `value` is an integer from `least` to `most`; by default `most` is a million, more than any count that can be worked off."""
+    """Check that `value` is an integer from `least` to `most`; by default `most` is a million, more than any count that makes sense."""
     if not isinstance(value, int | np.integer) or isinstance(value, bool | np.timedelta64) or not least <= value <= most:
         raise ModelError(f"{name}: {shown(value)}; it must be a whole number of at least {least} and at most {most}")
     return int(value)
 
 
 def shown(value: Any) -> str:
-    """A value as an error message shows it: short, whatever the value is."""
+    """The value as a short text for an error message."""
     try:
         text = " ".join(repr(value).split())
     except Exception:  # an integer too long to print, or a foreign object whose repr fails
@@ -147,7 +147,7 @@ def shown(value: Any) -> str:
 
 
 def _unfit(values: Any) -> bool:
-    """Whether numpy would take something for numbers that is none: a masked array or raw bytes, however deep in lists."""
+    """Whether lists hold, at any depth, a masked array or raw bytes, which numpy would silently convert to numbers."""
     if isinstance(values, list | tuple):
         return any(map(_unfit, values))
     return isinstance(values, np.ma.MaskedArray | bytearray | memoryview)

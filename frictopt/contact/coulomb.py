@@ -1,5 +1,6 @@
-"""Coulomb's law: friction coefficients and the referee that judges every claimed state (Flicek et al. 2015, section 2)."""
+"""Coulomb's law: friction coefficients and the residual of every claimed state (Flicek et al. 2015, section 2)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from ..errors import ModelError
 from .checks import Array, finite_array, finite_number, real_array
+from .show import Shown
 from .system import ContactSystem, checked_system
 
 __all__ = ["Verdict", "friction_coefficients", "referee"]
@@ -19,6 +21,12 @@ def friction_coefficients(friction: Any, nodes: int) -> Array:
     ------
     ModelError
         Not a real finite number or array, negative, or of a length other than 1 and N.
+
+    Examples
+    --------
+    >>> from frictopt.contact import friction_coefficients
+    >>> friction_coefficients(0.5, nodes=3).tolist()
+    [0.5, 0.5, 0.5]
     """
     array = finite_array("friction", friction)
     if array.shape not in ((), (nodes,)):
@@ -28,8 +36,8 @@ def friction_coefficients(friction: Any, nodes: int) -> Array:
     return np.broadcast_to(array, (nodes,))
 
 
-@dataclass(frozen=True)
-class Verdict:
+@dataclass(frozen=True, repr=False)
+class Verdict(Shown):
     """Largest violation of each line of the contact law, dimensionless; 0 is a perfect state.
 
     Attributes
@@ -42,8 +50,15 @@ class Verdict:
     bound
         `|q| - f p`, in units of the mean normal force.
     direction
-        Friction that does not oppose the slip since the previous state: the smaller of the slip and of the distance of q from the bound that
+        Friction that does not oppose the slip since the previous state: the smaller of that slip and the distance of q from the bound that
         opposes it.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> verdict = fo.Verdict(equilibrium=1e-15, contact=0.0, bound=0.2, direction=0.0)
+    >>> verdict.residual
+    0.2
     """
 
     equilibrium: float
@@ -53,9 +68,12 @@ class Verdict:
 
     @property
     def residual(self) -> float:
-        """The worst of the four; NaN anywhere counts as infinitely wrong."""
+        """The largest of the four violations; inf if any of them is NaN."""
         worst = max(self.equilibrium, self.contact, self.bound, self.direction, key=lambda value: np.inf if np.isnan(value) else value)
         return float(np.inf if np.isnan(worst) else worst)
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {"residual": self.residual, **vars(self)}
 
 
 def referee(
@@ -70,22 +88,22 @@ def referee(
     previous_slip: Any = None,
     force_scale: float | None = None,
 ) -> Verdict:
-    """Judge a claimed state, or T of them at once, by every line of the contact law.
+    """Compute the residual of a claimed state, or of T states at once, in every line of the contact law.
 
     Parameters
     ----------
     system
         The contact.
     bonded
-        `(q^w, p^w)`, bonded reactions of the load at which the state is claimed, (N,) or (T, N), force per depth.
+        `(q^w, p^w)`, bonded reactions of the load of that state, (N,) or (T, N), force per depth.
     friction
         Coefficient of friction, one or one per node.
     v, w, q, p
-        The claimed slip, gap and reactions, (N,) or (T, N); gap is the total one, initial gap included.
+        The claimed slip, gap and reactions, (N,) or (T, N); `w` includes the initial gap.
     previous_slip
-        Slip at the state before, (N,) or (T, N); None when no slip has taken place.
+        Slip at the previous state, (N,) or (T, N); None: the slip has not changed.
     force_scale
-        Force by which violations are divided; by default the mean of |p^w|.
+        Unit of the forces; by default the mean of |p^w|.
 
     Returns
     -------
@@ -96,6 +114,16 @@ def referee(
     ------
     ModelError
         Bad friction or arrays that do not match the system.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> bonded = node.reaction({"P": 1.0, "Q": 0.8})
+    >>> fo.referee(node, bonded, 0.5, v=[0.0], w=[0.0], q=[0.8], p=[1.0])  # stuck beyond its bound
+    Verdict(residual=0.3, equilibrium=0, contact=0, bound=0.3, direction=0)
+    >>> fo.referee(node, bonded, 0.5, v=[-0.3], w=[0.0], q=[0.5], p=[1.0]).residual < 1e-12
+    True
     """
     f = friction_coefficients(friction, checked_system(system).nodes)
     if not isinstance(bonded, tuple | list) or len(bonded) != 2:

@@ -1,4 +1,4 @@
-"""Load cycles: a static load and the corners that a cyclic one visits."""
+"""Load cycles: a static load and the corners of a cyclic load."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from .system import ContactSystem, checked_system
 __all__ = ["LoadCycle", "checked_cycle"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class LoadCycle:
     """A mean load and the corners of a closed cycle around it; between corners the load is linear in time.
 
@@ -30,6 +30,15 @@ class LoadCycle:
     ------
     ModelError
         No corner, a name that is not a text, an amplitude that is not finite; and, when used, a load case that the system lacks.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+    >>> cycle
+    LoadCycle(mean={'P': 1.0}, corners=[{'sigma': -1.0}, {'sigma': 1.0}])
+    >>> cycle == fo.LoadCycle({"P": 1}, [{"sigma": -1}, {"sigma": 1}])
+    True
     """
 
     mean: Mapping[str, float]
@@ -45,6 +54,12 @@ class LoadCycle:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (dict(self.mean), [dict(corner) for corner in self.corners])
+
+    def __hash__(self) -> int:
+        return hash((frozenset(self.mean.items()), tuple(frozenset(corner.items()) for corner in self.corners)))
+
+    def __repr__(self) -> str:
+        return f"LoadCycle(mean={dict(self.mean)}, corners={[dict(corner) for corner in self.corners]})"
 
     def mean_reaction(self, system: ContactSystem) -> tuple[Array, Array]:
         """(N,) reactions `q0, p0` of the closed, unslipped contact under the mean load."""

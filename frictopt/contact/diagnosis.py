@@ -1,4 +1,4 @@
-"""What the mean load alone does to a contact, in words: why there may be no limit, or no state to begin a transient from."""
+"""Diagnosis of the mean load in sentences: why a contact has no limit, or no state from which a transient can start."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ _RANGES = 4  # ranges of x that a text names
 
 
 def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Any) -> str:
-    """Say what is wrong with the mean load, with the remedy; or that nothing is.
+    """Say what is wrong with the mean load and how to mend it, or that nothing is wrong.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Any) 
 
 
 def open_nodes(system: ContactSystem, p: Array) -> np.ndarray | None:
-    """(N,) which nodes are open where no node slips and the closed contact would have the normal reactions p (N,); None where no state is found.
+    """(N,) which nodes are open where no node slips and the closed contact would have the normal reactions p (N,); None if no state is found.
 
     The state is that of the complementarity problem `p + C w >= 0, w >= 0, w (p + C w) = 0`; its set of open nodes is iterated until it repeats.
     """
@@ -99,7 +99,7 @@ def _without_pressure(system: ContactSystem, p: Array, floor: float) -> str:
 
 
 def _slides(system: ContactSystem, f: Array, q: Array, p: Array) -> str:
-    """Where a slide of all nodes meets no stiffness, no slip changes the sums of q and of p, and friction must carry the shear force alone."""
+    """The sentence that the body slides as a whole, or nothing. It can if slip leaves the sums of q and p unchanged: only friction carries them."""
     stiff = max(float(np.abs(system.A).max()), float(np.abs(system.C).max()))
     sums = (system.A.sum(axis=0), system.B.sum(axis=0), system.B.sum(axis=1), system.C.sum(axis=0))
     shear, most = abs(float(q.sum())), float(f.max() * p.sum())
@@ -121,7 +121,7 @@ def _beyond_bounds(system: ContactSystem, f: Array, q: Array, p: Array, floor: f
 
 
 def _share(system: ContactSystem, which: np.ndarray) -> str:
-    """How many nodes, and where."""
+    """Number and places of the nodes, as a text."""
     numbers = np.flatnonzero(which)
     runs = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
     ranges = [f"{system.x[run[0]]:.4g}" + (f" .. {system.x[run[-1]]:.4g}" if len(run) > 1 else "") for run in runs[:_RANGES]]

@@ -1,4 +1,4 @@
-"""Onset of slip and separation of the bonded contact under a monotonic load (Flicek et al. 2015, section 3)."""
+"""Onset of slip and separation of the bonded contact, corner by corner of a load cycle (Flicek et al. 2015, section 3)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from .checks import Array, checked_loads
+from .checks import Array
 from .coulomb import friction_coefficients
+from .cycle import LoadCycle, checked_cycle
+from .show import Shown, frame
 from .system import ContactSystem, checked_system
 
 __all__ = ["Onset", "OnsetEvent", "onset"]
@@ -16,93 +18,168 @@ _TIE = 1e-9  # events this close (relative) count as simultaneous; the node of l
 _ROUNDING = 1e-12  # violations of the mean load below this share of the mean normal force are rounding
 
 
-@dataclass(frozen=True)
-class OnsetEvent:
-    """The first event of its kind.
+@dataclass(frozen=True, repr=False)
+class OnsetEvent(Shown):
+    """The first event of its kind on the way to one corner.
 
     Attributes
     ----------
+    corner
+        Number of the corner, from 0.
+    event
+        "slip" or "separation".
     load_factor
         Load factor at which it happens, inf if it never does, 0 if the mean load alone already brings it about.
     node
         Index of the node, None if it never happens; of simultaneous nodes the one of lowest index.
     sense
-        +1: the node slips along +x (q = -f p), -1: along -x (q = +f p), 0: it separates, or never does anything.
+        +1: the node slips along +x (q = -f p), -1: along -x (q = +f p), 0: it separates, or the event never happens.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> fo.onset(node, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}]), friction=0.5).separation
+    OnsetEvent(corner=0, event=separation, load_factor=inf, node=None, sense=0)
     """
 
+    corner: int
+    event: str
     load_factor: float
     node: int | None
     sense: int
 
+    def _answer(self) -> Mapping[str, Any]:
+        return vars(self)
 
-@dataclass(frozen=True, eq=False)
-class Onset:
-    """What the bonded contact does first under `mean + load_factor * direction`.
+
+@dataclass(frozen=True, repr=False)
+class Onset(Shown):
+    """What the bonded contact does first under `mean + load_factor * corner`, for each corner of a load cycle.
 
     Attributes
     ----------
-    slip, separation
-        First slip and first separation.
+    slips, separations
+        First slip and first separation under each of the K corners.
     mean_slips, mean_opens
-        Indices of the nodes at which the mean load alone already exceeds the friction bound, or pulls. Where there are any, the bonded contact
-        cannot carry the mean load and its onset says nothing about loads above it: apply the mean load by a path first.
+        Indices of the nodes at which the mean load alone already exceeds the friction bound, or pulls. If there are any, the bonded contact
+        cannot carry the mean load, and its onset says nothing about loads above it: apply the mean load by a path first.
+    residual
+        Largest violation of the contact law by the bonded contact at the first event under each corner, in units of the largest nodal force there.
+        It is above rounding only if the mean load alone already violates the law.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> first = fo.onset(node, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -1.0}]), friction=0.5)
+    >>> [event.load_factor for event in first.slips], first.slip.load_factor, first.mean_admissible
+    ([0.25, 0.5], 0.25, True)
     """
 
-    slip: OnsetEvent
-    separation: OnsetEvent
+    slips: tuple[OnsetEvent, ...]
+    separations: tuple[OnsetEvent, ...]
     mean_slips: tuple[int, ...]
     mean_opens: tuple[int, ...]
+    residual: float
+
+    @property
+    def slip(self) -> OnsetEvent:
+        """The first slip under any corner; of simultaneous ones that of the first corner."""
+        return _earliest(self.slips)
+
+    @property
+    def separation(self) -> OnsetEvent:
+        """The first separation under any corner; of simultaneous ones that of the first corner."""
+        return _earliest(self.separations)
 
     @property
     def mean_admissible(self) -> bool:
         """Whether the mean load alone obeys the law at every node of the bonded contact."""
         return not (self.mean_slips or self.mean_opens)
 
+    def to_frame(self) -> Any:
+        """The DataFrame of all 2K events, by corner: columns corner, event, load_factor, node (NA if it never happens), sense."""
+        events = [event for pair in zip(self.slips, self.separations, strict=True) for event in pair]
+        return frame({name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__}, {"node": "Int64"})
 
-def onset(system: ContactSystem, mean: Mapping[str, float], direction: Mapping[str, float], friction: Any) -> Onset:
-    """Find the first slip and the first separation of the bonded contact as the load grows along `mean + lam * direction`, `lam >= 0`.
+    def _answer(self) -> Mapping[str, Any]:
+        return {"slip": self.slip, "separation": self.separation, "mean_slips": self.mean_slips, "mean_opens": self.mean_opens}
+
+    def _repr_html_(self) -> str:
+        return str(self.to_frame().to_html(index=False))
+
+
+def onset(system: ContactSystem, cycle: LoadCycle, friction: Any) -> Onset:
+    """Find the first slip and the first separation of the bonded contact as the load grows towards each corner, `mean + lam * corner`, `lam >= 0`.
 
     Closed form, node by node: forward slip starts where `q + f p = 0`, backward slip where `f p - q = 0`, separation where `p = 0`.
 
     Parameters
     ----------
-    system
-        The contact.
-    mean, direction
-        Load case name -> amplitude.
+    system, cycle
+        The contact and its load cycle.
     friction
         Coefficient of friction, one or one per node.
 
     Raises
     ------
     ModelError
-        Unknown load case, amplitudes not finite, bad friction.
+        Bad friction, no load cycle, or a load case that the system lacks.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 2.0]), "Q": ([1.0, 1.0], [0.0, 0.0])}
+    >>> system = fo.ContactSystem([[2, -1], [-1, 2]], [[0, 0], [0, 0]], [[2, 0], [0, 2]], [0, 1], bonded)
+    >>> first = fo.onset(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), friction=0.5)
+    >>> first.slip
+    OnsetEvent(corner=0, event=slip, load_factor=0.5, node=0, sense=-1)
+    >>> first.to_frame()
+       corner       event  load_factor  node  sense
+    0       0        slip          0.5     0     -1
+    1       0  separation          inf  <NA>      0
+    2       1        slip          0.5     0      1
+    3       1  separation          inf  <NA>      0
     """
     f = friction_coefficients(friction, checked_system(system).nodes)
-    q0, p0 = system.closed_reaction(checked_loads("mean", mean))
-    q1, p1 = system.reaction(checked_loads("direction", direction))
+    q0, p0 = checked_cycle(cycle).mean_reaction(system)
     floor = _ROUNDING * float(np.abs(p0).mean())
-    slacks = np.array([q0 + f * p0, f * p0 - q0, p0])
-    rates = np.array([q1 + f * p1, f * p1 - q1, p1])
-    return Onset(
-        slip=_first(slacks[:2], rates[:2], floor, senses=(+1, -1)),
-        separation=_first(slacks[2:], rates[2:], floor, senses=(0,)),
-        mean_slips=_below(slacks[:2].min(axis=0), floor),
-        mean_opens=_below(slacks[2], floor),
-    )
+    mean = np.array([q0 + f * p0, f * p0 - q0, p0])
+    slips, separations, residual = [], [], 0.0
+    for corner, (q1, p1) in enumerate(zip(*cycle.corner_reactions(system), strict=True)):
+        rates = np.array([q1 + f * p1, f * p1 - q1, p1])
+        slips.append(_first(corner, "slip", mean[:2], rates[:2], floor, senses=(+1, -1)))
+        separations.append(_first(corner, "separation", mean[2:], rates[2:], floor, senses=(0,)))
+        lam = min(slips[-1].load_factor, separations[-1].load_factor)
+        lam = lam if np.isfinite(lam) else 0.0
+        unit = max(lam, 1.0)  # the load itself may be too large for a number
+        residual = max(residual, _violation(f, q0 / unit + lam / unit * q1, p0 / unit + lam / unit * p1))
+    return Onset(tuple(slips), tuple(separations), _below(mean[:2].min(axis=0), floor), _below(mean[2], floor), residual)
 
 
-def _first(slack: Array, rate: Array, floor: float, senses: tuple[int, ...]) -> OnsetEvent:
+def _first(corner: int, event: str, slack: Array, rate: Array, floor: float, senses: tuple[int, ...]) -> OnsetEvent:
     """First zero of `slack + lam * rate`, rows by sense, columns by node."""
     with np.errstate(divide="ignore", invalid="ignore"):
         factor = np.where(slack < -floor, 0.0, np.where(rate < 0, np.maximum(slack, 0.0) / -rate, np.inf))
     first = float(factor.min())
     if not np.isfinite(first):
-        return OnsetEvent(np.inf, None, 0)
+        return OnsetEvent(corner, event, np.inf, None, 0)
     tied = factor <= first * (1 + _TIE)
     node = int(np.argmax(tied.any(axis=0)))
-    return OnsetEvent(first, node, senses[int(np.argmax(tied[:, node]))])
+    return OnsetEvent(corner, event, first, node, senses[int(np.argmax(tied[:, node]))])
 
 
 def _below(slack: Array, floor: float) -> tuple[int, ...]:
     return tuple(int(i) for i in np.flatnonzero(slack < -floor))
+
+
+def _earliest(events: tuple[OnsetEvent, ...]) -> OnsetEvent:
+    first = min(event.load_factor for event in events)
+    return next(event for event in events if event.load_factor <= first * (1 + _TIE))
+
+
+def _violation(f: Array, q: Array, p: Array) -> float:
+    """Violation of the contact law by reactions of the contact that is closed and does not slip."""
+    force = float(max(np.abs(q).max(), np.abs(p).max(), (f * np.abs(p)).max())) or 1.0
+    return float(max((np.abs(q) - f * p).max(), -p.min(), 0.0)) / force

@@ -1,4 +1,4 @@
-"""Files of a contact system: npz archives that prove their content, and Matrix Market folders written by other codes."""
+"""Files of a contact system: npz archives with a digest of their content, and Matrix Market folders of other codes."""
 
 import hashlib
 import zipfile
@@ -20,7 +20,7 @@ _MOST_NODES = 20_000  # of a folder: S takes 13 GB then, and a short file can cl
 
 
 def write(path: str | Path, values: Mapping[str, Any], bonded: Mapping[str, tuple[Array, Array]]) -> None:
-    """Write an npz archive, exactly under that name: each value (None as an empty array), names of the load cases, (cases, 2, N) reactions q, p."""
+    """Write an npz archive, under exactly that name: each value (None as an empty array), names of the load cases, (cases, 2, N) reactions q, p."""
     plain = {name: np.array([] if value is None else value) for name, value in values.items()}
     arrays = {"format": np.array(_FORMAT), **plain, "cases": np.array(list(bonded)), "bonded": np.array(list(bonded.values()))}
     try:
@@ -85,7 +85,7 @@ def _read_folder(path: Path) -> dict[str, Any]:
     files = {file.stem: file for file in sorted(path.glob("*.mtx"))}
     unknown = [name for name in files if name not in NAMES and not name.startswith("bonded.")]
     if unknown:
-        raise ModelError(f"path: {str(path)!r} holds {', '.join(unknown)}, which mean nothing here; load cases are called bonded.NAME")
+        raise ModelError(f"path: {str(path)!r} holds the unknown files {', '.join(unknown)}; remove them, or call load cases bonded.NAME")
     missing = [name for name in NAMES if name not in files and name not in ("gap", "E_star")]
     if missing:
         raise ModelError(f"path: {str(path)!r} has no {', '.join(missing)}; it needs A, B, C and x, and one bonded.NAME for each load case")
@@ -100,7 +100,7 @@ def _read_folder(path: Path) -> dict[str, Any]:
 def _read_matrix_market(path: Path, shape: tuple[int | None, int]) -> Array:
     """Read a matrix of real numbers of that shape (None: any number of rows up to the most).
 
-    Not by scipy, whose reader brings the process down on some damaged files.
+    The reader of scipy is not used, because it crashes the process on some damaged files.
     """
     try:
         if not path.is_file():
@@ -113,7 +113,7 @@ def _read_matrix_market(path: Path, shape: tuple[int | None, int]) -> Array:
                 raise ValueError(f"size {sizes}, expected {shape[0] or f'at most {_MOST_NODES}'} x {shape[1]}")
             return finite_array("entries", _matrix(head, sizes, np.array(file.read().split(), dtype=np.float64)), shape)
     except (OSError, ValueError, IndexError, MemoryError, ModelError) as error:
-        raise ModelError(f"path: {str(path)!r} is not a Matrix Market file of what its name says ({error}); write it anew") from error
+        raise ModelError(f"path: {str(path)!r} is not a valid Matrix Market file ({error}); write it again") from error
 
 
 def _matrix(head: list[str], sizes: list[int], numbers: Array) -> Array:

@@ -11,14 +11,15 @@ import numpy as np
 from ..errors import ModelError
 from . import storage
 from .checks import Array, check_name, checked_loads, finite_array, finite_number, frozen, real_array, shown
+from .show import Shown
 
 __all__ = ["ContactSystem", "checked_system"]
 
 _SYMMETRY = 1e-10  # asymmetry and negative curvature up to this share of the largest entry count as rounding of a condensation
 
 
-@dataclass(frozen=True, eq=False)
-class ContactSystem:
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactSystem(Shown):
     """N node pairs of two elastic bodies, condensed to their interface (Flicek et al. 2015, section 2).
 
     The reactions `r = [q, p]` of body 2 on body 1 (per unit depth) follow from the relative motion `u = [v, w - gap]` of body 1 with
@@ -40,7 +41,7 @@ class ContactSystem:
     gap
         (N,) initial gap `g0 >= 0`, length; None, or empty, for a complete contact (no gap).
     E_star
-        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area: only a unit, in which results are made dimensionless.
+        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It only serves as a unit of dimensionless results.
         None: not known.
 
     Raises
@@ -48,6 +49,22 @@ class ContactSystem:
     ModelError
         Wrong shape or type, entries not finite, S not symmetric or not positive semi-definite up to rounding, negative gap, x not
         increasing, no load case. Rounding asymmetry is removed: A and C are stored symmetrised.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])},
+    ... )
+    >>> system
+    ContactSystem(nodes=2, x=0 .. 1, loads=['P', 'Q'], gap=False)
+    >>> q, p = system.reaction({"P": 2.0, "Q": 0.5})
+    >>> q.tolist(), p.tolist()
+    ([0.5, 0.5], [2.0, 2.0])
     """
 
     A: Array
@@ -88,8 +105,8 @@ class ContactSystem:
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.A, self.B, self.C, self.x, dict(self.bonded), self.gap, self.E_star)
 
-    def __repr__(self) -> str:
-        return f"ContactSystem(nodes={self.nodes}, x={self.x[0]:g} .. {self.x[-1]:g}, loads={sorted(self.bonded)}, gap={bool(self.gap.any())})"
+    def _answer(self) -> Mapping[str, Any]:
+        return {"nodes": self.nodes, "x": f"{self.x[0]:g} .. {self.x[-1]:g}", "loads": sorted(self.bonded), "gap": bool(self.gap.any())}
 
     @property
     def nodes(self) -> int:
@@ -123,7 +140,7 @@ class ContactSystem:
         return q, p
 
     def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
-        """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0): the bonded ones, less the push of the initial gap."""
+        """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0), from the bonded reactions and the initial gap."""
         q, p = self.reaction(loads)
         if not self.gap.any():
             return q, p
@@ -135,7 +152,7 @@ class ContactSystem:
         Raises
         ------
         ModelError
-            No mapping, or a load case that is none, see `ContactSystem`.
+            Not a mapping, or a bad load case, see `ContactSystem`.
         """
         return replace(self, bonded={**self.bonded, **_checked_bonded("cases", cases, self.nodes)})
 

@@ -1,4 +1,4 @@
-"""What a contact model is made of: bodies, supports and tractions."""
+"""The parts of a contact model: bodies, supports and tractions."""
 
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
@@ -28,13 +28,21 @@ class Body:
     material
         Its material.
     element
-        "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5 (linear triangles do, whatever is chosen).
+        "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5 (linear triangles always do).
 
     Raises
     ------
     ModelError
-        Elements turned inside out or without area, elements other than linear triangles or quadrilaterals, or a mesh that does not hang together
-        through common edges.
+        Elements that are not convex or have no area, elements other than linear triangles or quadrilaterals, or a mesh of several parts
+        that share no edge.
+
+    Examples
+    --------
+    >>> from skfem import MeshQuad
+    >>> import frictopt as fo
+    >>> mesh = MeshQuad.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0]).with_boundaries({"contact": lambda x: x[1] == 0})
+    >>> fo.Body(mesh, fo.Material(E=70e9, nu=0.33)).boundary_nodes("contact", "interface").size
+    3
     """
 
     mesh: Any
@@ -57,7 +65,7 @@ class Body:
             raise ModelError(f"mesh: {self.mesh.p.shape[1] - len(np.unique(self.mesh.t))} nodes belong to no element; remove them")
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:
-        """Nodes on the boundary of that name; `argument` is what an error message calls it."""
+        """Nodes on the boundary of that name; error messages call it `argument`."""
         boundaries = self.mesh.boundaries or {}
         if not isinstance(name, str) or name not in boundaries:
             raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}")
@@ -76,7 +84,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Support:
-    """Nodes of one body that are held.
+    """A support: nodes of one body whose displacements are zero.
 
     Parameters
     ----------
@@ -91,6 +99,14 @@ class Support:
     ------
     ModelError
         No such body or directions, a place that is neither a text nor a point.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.Support("block", "bottom", "y")
+    Support(body='block', where='bottom', directions='y')
+    >>> fo.Support("block", (0, -1), "x")
+    Support(body='block', where=(0.0, -1.0), directions='x')
     """
 
     body: BodyName
@@ -114,6 +130,12 @@ class Traction:
     ------
     ModelError
         No such body, a boundary that is no text, tractions that are not finite.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.Traction("punch", "top", y=-1e6)  # a pressure
+    Traction(body='punch', boundary='top', x=0.0, y=-1000000.0)
     """
 
     body: BodyName
@@ -130,7 +152,7 @@ class Traction:
 
 
 def _check_elements(mesh: Any) -> None:
-    """Check that all elements are convex and not turned inside out."""
+    """Check that all elements are convex and have area."""
     if not np.isfinite(mesh.p).all():
         raise ModelError(f"mesh: node {int(np.argwhere(~np.isfinite(mesh.p))[0][1])} has coordinates that are not finite")
     corners = mesh.p[:, mesh.t]

@@ -15,7 +15,7 @@ def schur_complement(K: csr_matrix, F: Array, order: np.ndarray, kept: int) -> t
 
     With the kept unknowns last, the trailing blocks of the factors are the factors of the Schur complement,
     `S = K_rr - K_ri K_ii^-1 K_ir = L_rr U_rr`: no right-hand side per kept unknown is needed. S may be singular (a body that its
-    supports do not hold), so the trailing diagonal is shifted for the factorisation and the shift taken off again.
+    supports do not hold), so the factorisation shifts the trailing diagonal, and the shift is removed afterwards.
 
     Parameters
     ----------

@@ -33,6 +33,15 @@ class Material:
     ------
     ModelError
         E not positive, nu outside (-1, 0.5).
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> steel = fo.Material(E=210e9, nu=0.3)
+    >>> round(steel.plane_modulus / 1e9, 2)
+    230.77
+    >>> steel == fo.Material(210e9)
+    True
     """
 
     E: float = 1.0
@@ -83,8 +92,8 @@ def body_stiffness(mesh: Any, material: Material, element: ElementName = "linear
 
     Three scalar gradient products give all four blocks, which is several times faster than one vector-valued form. With "mean_dilatation" the
     first Lame constant resists the mean of div u over an element instead of div u itself (selective integration; Nagtegaal, Parks & Rice 1974,
-    Hughes 1980): an element then keeps its volume without going rigid. It has no zero-energy modes, since the second constant acts in full;
-    triangles have a uniform div u, so that they stay as they are.
+    Hughes 1980): an element can then keep its volume without locking. There are no zero-energy modes, because the second constant acts in full.
+    In a triangle div u is uniform, so nothing changes there.
     """
     basis = Basis(mesh, ELEMENTS[type(mesh)]())
     xx, yy, yx = (form.assemble(basis) for form in (_gradient_xx, _gradient_yy, _gradient_yx))

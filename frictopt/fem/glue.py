@@ -16,7 +16,7 @@ __all__ = ["GluedBodies"]
 
 
 class GluedBodies:
-    """The punch's interface moves with the block's, plus the relative motion `u_rel = [v, w]`.
+    """Two bodies whose interface moves together, except for the relative motion `u_rel = [v, w]` of the punch.
 
     Unknowns: x, then y displacements of the glued nodes (the block's, then the punch's off the interface), then v, then w.
 

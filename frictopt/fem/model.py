@@ -1,4 +1,4 @@
-"""A contact of two meshed bodies: what a user describes, and its checks."""
+"""A contact of two meshed bodies: its description by the user, and the checks of it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -29,9 +29,9 @@ class ContactModel:
     punch, block
         The bodies 1 and 2. Both meshes name the interface, and their nodes on it coincide.
     supports
-        What is held. The glued bodies must be held against all rigid motions; the punch alone need not be.
+        Supports. They must prevent all rigid motions of the glued bodies; the punch alone may be free.
     loads
-        Load case name -> the tractions that make it up.
+        Load case name -> its tractions.
     interface
         Name of the interface's boundary in both meshes.
 
@@ -40,6 +40,26 @@ class ContactModel:
     ModelError
         Bodies without the interface or with nodes that do not match, an unknown boundary, a load case without traction, a support on the punch's
         interface, rigid motions that no support prevents.
+
+    Examples
+    --------
+    >>> from skfem import MeshQuad
+    >>> import frictopt as fo
+    >>> x = [0.0, 0.5, 1.0]
+    >>> upper = MeshQuad.init_tensor(x, [0.0, 1.0]).with_boundaries({"contact": lambda x: x[1] == 0, "top": lambda x: x[1] == 1})
+    >>> lower = MeshQuad.init_tensor(x, [-1.0, 0.0]).with_boundaries({"contact": lambda x: x[1] == 0, "bottom": lambda x: x[1] == -1})
+    >>> model = fo.ContactModel(
+    ...     punch=fo.Body(upper),
+    ...     block=fo.Body(lower),
+    ...     supports=[fo.Support("block", "bottom")],
+    ...     loads={"P": [fo.Traction("punch", "top", y=-1.0)]},
+    ... )
+    >>> system = model.condense()
+    >>> system
+    ContactSystem(nodes=3, x=0 .. 1, loads=['P'], gap=False)
+    >>> q, p = system.bonded["P"]
+    >>> round(float(p.sum()), 6)  # the whole pressure
+    1.0
     """
 
     punch: Body
@@ -117,15 +137,15 @@ class ContactModel:
         )
 
     def _balanced(self, S: Array, R: Array) -> tuple[Array, Array]:
-        """S and R without the rounding that elimination leaves against rigid motions that the punch's own supports allow.
+        """S and R without the rounding errors of the elimination in the rigid motions of the punch.
 
-        S has no stiffness against them, and on them the reactions of each load case do as much work as the load on the punch, with the
-        opposite sign. How far they are from it tells how accurate the elimination was.
+        Only the rigid motions count that the punch's own supports allow. S must have no stiffness against them, and in each of them the reactions of
+        a load case must do the work of the load on the punch, with the opposite sign. The deviation measures the accuracy of the elimination.
 
         Raises
         ------
         ModelError
-            Accuracy is lost.
+            The deviation exceeds the tolerance.
         """
         contact, mesh = self.block.mesh.p[:, self.interface_nodes("block")], self.punch.mesh
         free = self._free_motions([support for support in self.supports if support.body == "punch"])

@@ -25,8 +25,8 @@ class PunchOnHalfPlane:
     """A rectangular punch on a block that stands for a half-plane, meshed in quadrilaterals; the default has the paper's size.
 
     The contact is `-half_width <= x <= half_width`, y = 0. Load cases, each of unit traction: "P", pressure on the top of the punch;
-    "sigma", tension on the two sides of the block; "Q", shear along +x on the top of the punch. A load factor on "sigma" with a mean of
-    one "P" is therefore `sigma / (P / 2a)` in the words of a total normal force P.
+    "sigma", tension on the two sides of the block; "Q", shear along +x on the top of the punch. A load factor on "sigma" over a mean of
+    one "P" is therefore `sigma / (P / 2a)`, with P the total normal force.
 
     Parameters
     ----------
@@ -46,12 +46,23 @@ class PunchOnHalfPlane:
     support
         Bottom of the block: "rollers" (free to slide, one node held) or "clamped".
     element
-        "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5, and on which the answer depends less on nu.
+        "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5; the answer then depends less on nu.
 
     Raises
     ------
     ModelError
         Sizes not positive, odd or tiny numbers of elements, a block narrower than the punch, a body of more than a million nodes.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> scene = fo.PunchOnHalfPlane(elements=4, growth=2.0)
+    >>> system = scene.condense()
+    >>> system
+    ContactSystem(nodes=5, x=-1 .. 1, loads=['P', 'Q', 'sigma'], gap=False)
+    >>> q, p = system.bonded["P"]
+    >>> round(float(p.sum()), 6)  # the whole pressure, 2 a
+    2.0
     """
 
     elements: int = 124
@@ -165,8 +176,8 @@ class PunchOnHalfPlane:
     def condense(self) -> ContactSystem:
         """Mesh, assemble and condense to the contact's interface.
 
-        The scene is its own mirror image, so the mean of the condensed system and its image is returned: that removes the asymmetry of
-        rounding, which would otherwise limit the accuracy of what is computed with half the unknowns.
+        The scene is mirror-symmetric. The result is the mean of the condensed system and its mirror image: this removes the asymmetry of rounding,
+        which would limit the accuracy of all that is computed from half of the contact.
         """
         system = self.model().condense()
         parity = {"P": -1, "sigma": -1, "Q": 1}  # of the shear reactions; that of the pressures is the opposite

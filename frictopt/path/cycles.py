@@ -1,4 +1,4 @@
-"""The cycles of a transient: what each did, and whether the last ones prove a steady state."""
+"""The cycles of a transient, and the proof of its steady state from the last ones."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,21 +10,21 @@ import numpy as np
 from ..contact import referee
 from ..contact.checks import Array, frozen
 from ..errors import NoContinuation, SolverError
-from .exact import ExactPath
 from .outcome import Outcome, SteadyState
 from .stops import left_out_corners
+from .transient import ExactPath
 
 __all__ = ["TOLERANCE", "Cycle", "Run"]
 
 TOLERANCE = 1e-9
 """Largest residual with which a steady state leaves the package."""
 
-_PERIODIC = 1e-10  # change of slip over a cycle, over the slip scale, that counts as none
-_REPEATS = 1e-13  # the same, where no factor by which the changes shrink is needed to tell that the limit is reached
-_SAFE = 1e-10  # excess over the friction bound, over the force scale, that counts as none
-_NEAR = 1e-3  # share of the way from an extrapolated limit to other states at which the map is tried too
-_AFFINE = 1e-3  # deviation of the map from an affine one, over the last change, that is rounding there
-_FIT = 1e-6  # deviation of a state from the linear map that is fitted to all, over its distance from the limit, that is rounding
+_PERIODIC = 1e-10  # largest change of slip over a cycle, in slip scales, of a periodic state
+_REPEATS = 1e-13  # the same, below which the limit is reached whatever the factor by which the changes shrink
+_SAFE = 1e-10  # largest excess over the friction bound, in force scales, of a safe slip
+_NEAR = 1e-3  # the map is also tried at this share of the distance from an extrapolated limit to other states
+_AFFINE = 1e-3  # largest deviation of the map from an affine one, over the last change, that counts as rounding
+_FIT = 1e-6  # largest deviation of a state from the linear map fitted to all states, over its distance from the limit, that counts as rounding
 _WINDOW = 12  # cycles that an extrapolation looks back on
 _LEAST = 4  # cycles with the same events before the first extrapolation
 
@@ -38,14 +38,14 @@ class Cycle:
     work
         (N,) work of friction.
     signature
-        Of the changes of status, without their order within a segment.
+        Number that stands for the changes of status, without their order within a segment.
     corners
         `u, r`, (2N,) each, at the corners.
     before, after
         (2N,) `u` at its beginning and at its end.
     energy
-        Energy that is unaccounted for: work of the loads less work of friction less elastic energy gained; or negative work of friction at a node.
-        Over the largest energy involved.
+        Error of the energy balance (work of the loads, less work of friction, less elastic energy gained), or negative work of friction at a node,
+        over the largest energy in the balance.
     """
 
     work: Array
@@ -85,7 +85,7 @@ class Run:
         state.trace[1] = 0
         before, corners = state.u.copy(), []
         for number in self.stops:
-            path.go(path.corners[number], f"the segment to corner {number}")
+            path.follow_to(path.corners[number], f"the segment to corner {number}")
             corners.append((state.u.copy(), state.r.copy()))
         self.cycles += 1
         after, work = state.u.copy(), state.work.copy()
@@ -115,7 +115,7 @@ class Run:
         return self._distance(cycle.after, cycle.before)
 
     def steady(self) -> SteadyState | None:
-        """The steady state, if it is proven by now."""
+        """The steady state; None if the cycles so far do not prove one."""
         last = self.latest
         if self._safe(last.after):
             return self._at_rest(self.path, last, False)
@@ -154,7 +154,7 @@ class Run:
         )
 
     def _left(self) -> float:
-        """How far the transient may still be from its limit: the last change, continued by the factor at which the changes shrink."""
+        """Estimated distance from the limit: the sum of all changes to come if they shrink by the largest factor of the last cycles."""
         changes = [self._change(cycle) for cycle in self.last[-3:]]
         if changes[-1] <= _REPEATS:
             return changes[-1]
@@ -162,7 +162,7 @@ class Run:
         return changes[-1] * factor / (1 - factor) if factor < 1 else np.inf
 
     def _ratchets(self) -> bool:
-        """Whether slip drifts by the same amount in every cycle, a motion that stresses nothing and leaves all gaps as they are."""
+        """Whether slip drifts by the same amount in every cycle, by a motion that adds no stress and leaves all gaps unchanged."""
         if len(self.last) < 3 or len({cycle.signature for cycle in self.last[-3:]}) > 1:
             return False
         path, n, (before, last) = self.path, self.path.nodes, self.last[-2:]
@@ -174,19 +174,19 @@ class Run:
         return bool(steady and size > rounding / _PERIODIC and not (resisted or drift[n:].any()))
 
     def _extrapolated(self, same: int) -> SteadyState | None:
-        """The limit of the cycles, extrapolated from the last ones that went through the same events, if it is proven to be their limit.
+        """The limit extrapolated from the last cycles with the same events; None if it is not proven to be their limit.
 
-        A cycle from the limit comes back to it. The states to come are sums of modes that decay, and means of the limit, of the last state and of a
-        few states between (`_slower_modes`). Cycles from these show that the map is affine there, and so it is for all to come: no other events
-        lie between them and the limit.
+        The proof has two parts. First, a cycle from the limit comes back to it. Second, the map of one cycle is affine for all states to come: these
+        are weighted means of the limit, the last state and a few states between (`_slower_modes`), and a cycle from each of these ends where an
+        affine map sends it.
         """
         last, proof, modes = self.last[-1], None, None
-        for count in range(same, _LEAST - 1, -2):  # the first ones may have gone through the same events and yet by another map: in another order
+        for count in range(same, _LEAST - 1, -2):  # the first cycles may belong to another map: the same events in another order
             cycles = self.last[-count:]
             states = np.array([cycles[0].before, *(cycle.after for cycle in cycles)])
             limit = _fixed_point(states)
             modes = _slower_modes((states - limit) / self.length)
-            proof = None if modes is None else self.path.moved(limit)
+            proof = None if modes is None else self.path.restarted_at(limit)
             if proof is not None:
                 break
         if proof is None or modes is None:
@@ -198,7 +198,7 @@ class Run:
             if self._change(proving) > _PERIODIC:
                 return None
             for before, after in tried:
-                probe = self.path.moved(limit + before)
+                probe = self.path.restarted_at(limit + before)
                 if probe is None:
                     return None
                 off = self._distance(self._one(probe).after, limit + after)
@@ -223,10 +223,10 @@ class Run:
         return bool(cycle.work.max() > TOLERANCE * self.force * self.length * min(1.0, float(self.path.friction.max())))
 
     def _conclusive(self, cycle: Cycle) -> bool:
-        """Whether a cycle that comes back says what becomes of the contact: it slips, or some node lifts off or moves without friction.
+        """Whether a periodic cycle decides the outcome: it dissipates, or some node lifts off or has no friction.
 
-        Of a contact whose nodes all stay closed and rub, a small work says nothing, since it may be on its way to nothing: there the slip must be
-        safe.
+        If all nodes stay closed and have friction, a small work decides nothing, because it may still decay to zero. Shakedown then needs a safe
+        slip.
         """
         return self._slips(cycle) or bool((self.path.friction == 0).any()) or bool(self._open(cycle).any())
 
@@ -237,7 +237,7 @@ class Run:
         return opened
 
     def _periodic(self, path: ExactPath, cycle: Cycle, change: float, extrapolated: bool) -> SteadyState:
-        """The steady state of a cycle that comes back; where nodes lift off and land, without more work than its tolerance, it is shakedown."""
+        """The steady state of a periodic cycle; it is shakedown if nodes only lift off and land, with work below the tolerance."""
         if self._slips(cycle):
             return self._result(path, Outcome.CYCLIC_SLIP, cycle, change, extrapolated)
         return self._result(path, Outcome.SHAKEDOWN, replace(cycle, work=0 * cycle.work), change, extrapolated)
@@ -260,6 +260,7 @@ class Run:
             outcome=outcome,
             dissipation=float(cycle.work.sum()),
             dissipation_per_node=frozen(cycle.work),
+            x=path.system.x,
             slip=frozen(cycle.after[: path.nodes]),
             open=self._open(cycle),
             first_cycle=self.first,
@@ -289,7 +290,7 @@ def _slower_modes(distances: Array) -> list[tuple[Array, Array]] | None:
     `rate_i^k - rate_(i + 1)^k` times the sum of the first i modes, i < m. With these sums times c_i the factors are weights of a mean, together
     with one >= 0 of the fixed point, where the sum of `(rate_i^k - rate_(i + 1)^k) / c_i` is at most `1 - rate_m^k` for all k; c_i = 1 always does.
 
-    None where one linear map does not make all of them, or where they do not decay without turning: a rate is complex, negative or not below 1.
+    None if no single linear map fits all distances, or if they do not decay monotonically: a rate is complex, negative or not below 1.
     """
     left, sizes, right = np.linalg.svd(distances[:-1].T, full_matrices=False)
     kept = sizes > _PERIODIC

@@ -1,63 +1,88 @@
-"""What becomes of a contact in the long run, and what is known of it."""
+"""The steady state of a contact and its outcome."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
 from ..contact.checks import Array
+from ..contact.show import Shown, frame
 
 __all__ = ["Outcome", "SteadyState"]
 
 
 class Outcome(Enum):
-    """What becomes of a contact in the long run."""
+    """The long-run behaviour of a contact.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> print(fo.Outcome.SHAKEDOWN.value)
+    the contact stops slipping: its residual slip keeps every later cycle without dissipation
+    """
 
     SHAKEDOWN = "the contact stops slipping: its residual slip keeps every later cycle without dissipation"
     CYCLIC_SLIP = "the contact slips to and fro for ever, the same in every cycle"
     RATCHETING = "the contact slips for ever and its slip drifts by the same amount in every cycle"
 
 
-@dataclass(frozen=True, eq=False)
-class SteadyState:
+@dataclass(frozen=True, eq=False, repr=False)
+class SteadyState(Shown):
     """The steady state that a transient reaches, proven by a cycle that starts from it and comes back.
 
     Attributes
     ----------
     outcome
-        What becomes of the contact.
+        The long-run behaviour.
     dissipation
         Work of friction per cycle in the steady state, >= 0, force times length per depth; exactly 0 after shakedown.
     dissipation_per_node
-        (N,) its share at each node.
+        (N,) work of friction per cycle at each node.
+    x
+        (N,) coordinates of the nodes along the interface, length.
     slip
         (N,) slip at the last corner of the cycle, length (for ratcheting: after the last cycle that was followed).
     open
         (N,) whether the node is open at some corner of the steady cycle at which the load turns.
     first_cycle
-        Work of friction in the first cycle; the one of an overload does not count.
+        Work of friction in the first cycle (of the load cycle itself, not of an overload).
     cycles
-        Cycles followed, those of proofs and of extrapolations that failed included.
+        Number of cycles followed, including those of proofs and of failed extrapolations.
     events
-        Changes of status followed.
+        Number of changes of status.
     residual
-        Largest of: the violation of the contact law at the corners of the proving cycle; the change of slip over that cycle; and the energy that is
-        unaccounted for in any cycle (work of the loads less work of friction less elastic energy gained), over the largest energy in it. Forces in
-        units of the largest nodal force of the load cycle, slips in units of that over the stiffness scale. At most 1e-9.
+        Largest of three errors: the violation of the contact law at the corners of the proving cycle; the change of slip over that cycle; and the
+        error of the energy balance of any cycle, over the largest energy in it. Forces are in units of the largest nodal force of the load cycle,
+        slips in units of that force over the stiffness scale. At most 1e-9.
     extrapolated
-        Whether the steady state is the fixed point of the cycle's affine map rather than reached cycle by cycle.
+        True if the state is the extrapolated fixed point of the cycle map, False if the transient reached it cycle by cycle.
     unproven
-        Number of events on the way whose rates are not proven to be the only ones; 0: the whole transient is proven.
+        Number of events whose rates are not proven to be unique; 0: the whole transient is proven.
     left_out
-        What the scene did not need.
+        Sentences that say which corners were left out.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
+    >>> steady.to_frame()[["node", "dissipation"]].round(6)
+       node  dissipation
+    0     0          1.0
+    1     1          0.0
+    2     2          0.0
+    3     3          0.0
     """
 
     outcome: Outcome
     dissipation: float
-    dissipation_per_node: Array = field(repr=False)
-    slip: Array = field(repr=False)
-    open: np.ndarray[Any, np.dtype[np.bool_]] = field(repr=False)
+    dissipation_per_node: Array
+    x: Array
+    slip: Array
+    open: np.ndarray[Any, np.dtype[np.bool_]]
     first_cycle: float
     cycles: int
     events: int
@@ -65,3 +90,10 @@ class SteadyState:
     extrapolated: bool
     unproven: int
     left_out: tuple[str, ...]
+
+    def to_frame(self) -> Any:
+        """The DataFrame of the nodes: columns node, x, slip, open, dissipation (work of friction per cycle)."""
+        return frame({"node": range(len(self.x)), "x": self.x, "slip": self.slip, "open": self.open, "dissipation": self.dissipation_per_node})
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("outcome", "dissipation", "cycles", "residual", "unproven")}

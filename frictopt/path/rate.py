@@ -1,8 +1,8 @@
-"""The rate problem at one load: which nodes at a bound slip, stick or open, where the iteration on the signs does not say.
+"""The rate problem at one load: it decides which nodes at a bound slip, stick or open if the iteration on the signs does not.
 
-Nodes strictly inside their bound stick, nodes with a gap stay open; those at a bound have non-negative rates z of slip and gap, and non-negative
-rates `M z + c` of slack and pressure, of which one is zero in each pair. This small complementarity problem is solved by Lemke's method;
-where that fails, or where few nodes may have more than one solution, by a search over all statuses with linear programs as bounds.
+Nodes strictly inside their bound stick, and nodes with a gap stay open. A node at a bound has a non-negative rate z of slip or gap and a non-negative
+rate `M z + c` of slack or pressure; one of the two is zero. Lemke's method solves this small complementarity problem. If it fails, or if there are
+few nodes and the solution may not be unique, a search over all statuses solves it, with linear programs as bounds.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ _ZERO = 1e-9  # complementarity, relative to the size of z and M z + c
 _RANK = 1e-10  # singular values below this share of the largest entry are motions that nothing resists
 _TRIED = 8  # pairs up to which all statuses are tried
 _STARTS = 3  # covering vectors tried by Lemke's method
-_SEARCHED = 16  # pairs up to which a second solution is searched for where there may be one; beyond it is only said that there may
+_SEARCHED = 16  # pairs up to which a second solution is searched for; beyond, the event only counts as unproven
 _PROGRAMS = 400  # linear programs after which the search for solutions gives up
 
 
@@ -33,13 +33,13 @@ class RateProblem:
     M, c
         (n, n), (n,).
     node, kind
-        (n,) node of each pair, and what z > 0 means: +1, -1 slip rate of that sense, 2 rate of opening.
+        (n,) node of each pair, and the meaning of z > 0: +1 or -1 a slip rate of that sense, 2 a rate of opening.
     u_rate
-        (2N, n + 1) rates of `[v, w]` for unit z, and in the last column without any z.
+        (2N, n + 1) rates of `[v, w]`: in column k for unit z_k, in the last column for z = 0.
     free
         Nodes without friction, which slip whenever they are pressed.
     floating, sliding
-        Whether a motion that nothing resists is left by the open and the frictionless nodes, and if all nodes at a bound moved as well.
+        Whether the open and the frictionless nodes can move without resistance; and whether they can if all nodes at a bound move as well.
     """
 
     M: Array
@@ -52,7 +52,7 @@ class RateProblem:
     sliding: bool
 
     def statuses(self, z: Array, before: np.ndarray) -> np.ndarray:
-        """(N,) statuses that a solution stands for; nodes that are not at a bound keep theirs."""
+        """(N,) statuses of the nodes under a solution; nodes that are not at a bound keep theirs."""
         status = before.copy()
         status[self.node] = STICK
         status[self.free] = 1
@@ -112,7 +112,7 @@ def rate_problem(S: Array, f: Array, drive: Array, state: State, force: float) -
 
 
 def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
-    """Solutions of a rate problem: at most two that differ, and whether there can be more."""
+    """Find the solutions of a rate problem: at most two different ones, and whether there can be more."""
     M, c = problem.M, problem.c
     scale = float(np.abs(c).max(initial=0.0)) or 1.0
     stiffness = float(np.abs(np.diag(M)).max(initial=0.0)) or 1.0
@@ -165,9 +165,9 @@ def _is_positive_definite(M: Array) -> bool:
 
 
 def _search(M: Array, c: Array, programs: int) -> tuple[list[Array], bool]:
-    """Search the tree of which z and which slacks are zero, cut off where no rates satisfy the inequalities.
+    """Search the tree of choices of zero z and zero slacks; a branch ends if its inequalities are infeasible.
 
-    Returns at most two solutions, and whether there can be no more than these (or than two).
+    Returns at most two solutions, and whether the search was complete: it proved that there are no others, or it found two.
     """
     n = len(c)
     found: list[Array] = []
@@ -199,7 +199,7 @@ def _search(M: Array, c: Array, programs: int) -> tuple[list[Array], bool]:
 
 
 def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
-    """Complementary pivoting (Lemke 1965) with a lexicographic ratio test; None where it ends in a ray."""
+    """Complementary pivoting (Lemke 1965) with a lexicographic ratio test; None if it ends in a ray."""
     n = len(c)
     if c.min(initial=0.0) >= 0:
         return np.zeros(n)

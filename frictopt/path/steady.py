@@ -1,4 +1,4 @@
-"""The steady state of a transient: does it stop slipping, and if not, how much does it dissipate in a cycle for ever."""
+"""The steady state of a transient: whether it stops slipping, and if not, how much it dissipates per cycle."""
 
 from typing import Any
 
@@ -6,9 +6,9 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import finite_number, flag, whole_number
 from ..errors import NoContinuation
 from .cycles import Run
-from .exact import ExactPath
 from .outcome import SteadyState
 from .stops import turning_corners
+from .transient import ExactPath
 
 __all__ = ["steady_state"]
 
@@ -26,13 +26,13 @@ def steady_state(
 ) -> SteadyState:
     """Follow a transient exactly until its steady state is proven.
 
-    The load cycle maps the slip at its beginning to the slip at its end. Between states whose cycles go through the same events this map is affine,
-    so its fixed point is extrapolated from the last cycles (reduced-rank extrapolation, Sidi 2017). The order of events within a segment does not
-    count: slip zones at two edges grow side by side. The fixed point is accepted only where a cycle from it comes back to it, where every one of the
-    last cycles came closer to it, and where the map is affine between it and the last state, as a cycle from half-way between them shows.
+    The load cycle maps the slip at its beginning to the slip at its end. As long as the events stay the same, this map is affine, and its fixed point
+    is extrapolated from the last cycles (reduced-rank extrapolation, Sidi 2017). The order of events within a segment does not count, because slip
+    zones at two edges grow side by side. The fixed point is accepted only if a cycle from it comes back to it, and if cycles from states between it
+    and the last state show that the map is affine for all states to come.
 
-    Shakedown is reported only of a slip that is safe at every corner, or, where nodes lift off or have no friction, of a state that comes back
-    without work of friction (at each node at most that of a slip of 1e-9 slip scales under the largest force).
+    Shakedown needs a slip that is safe at every corner. If nodes lift off or have no friction, a periodic state without work of friction also counts
+    (at each node at most the work of a slip of 1e-9 slip scales under the largest force).
 
     Parameters
     ----------
@@ -43,11 +43,11 @@ def steady_state(
     load_factor
         Load factor, >= 0.
     initial_slip
-        (N,) slip left from assembly, length; None for none.
+        (N,) residual slip from assembly, length; None: no slip.
     overload
-        Load factor of one cycle before all others, >= 0; None for none.
+        Load factor of one extra cycle before all others, >= 0; None: no such cycle.
     most_cycles
-        Give up after this many.
+        Number of cycles after which to give up.
     simplify
         Leave out corners on the straight segment between their neighbours.
 
@@ -56,9 +56,20 @@ def steady_state(
     ModelError
         Bad input.
     NoContinuation
-        The path ends before, or no steady state is proven within `most_cycles`.
+        The path ends, or no steady state is proven within `most_cycles`.
     SolverError
         The states violate the contact law or the balance of energy by more than the tolerance.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
+    >>> steady.outcome.name, round(steady.dissipation, 6)
+    ('CYCLIC_SLIP', 1.0)
+    >>> fo.reference.rod_dissipation(F0=1.0, EA=1.0, tau=0.5, h=1.0)
+    1.0
     """
     whole_number("most_cycles", most_cycles, least=1)
     path = ExactPath(system, cycle, friction, load_factor, initial_slip)
@@ -68,7 +79,7 @@ def steady_state(
         corners = path.corners_at(finite_number("overload", overload, least=0.0))
         path.check_near("overload", corners)
         for number in stops:
-            path.go(corners[number], f"the overload's segment to corner {number}")
+            path.follow_to(corners[number], f"the overload's segment to corner {number}")
     run = Run(path, stops, turning_corners(cycle))
     while run.cycles < most_cycles:
         run.cycle()

@@ -1,4 +1,4 @@
-"""The corners of a load cycle at which a path turns: one on the straight segment between its neighbours, or repeated, is no stop."""
+"""The corners of a load cycle at which the load path turns; a corner on the straight segment between its neighbours is left out."""
 
 from collections.abc import Sequence
 
@@ -8,14 +8,14 @@ from ..contact import LoadCycle
 
 __all__ = ["left_out_corners", "turning_corners"]
 
-_ROUNDING = 4 * np.finfo(float).eps  # distance from the straight segment, over the largest amplitude of the load case, that is rounding
+_ROUNDING = 4 * np.finfo(float).eps  # distance from the straight segment, over the largest amplitude of the load case, that counts as rounding
 
 
 def turning_corners(cycle: LoadCycle) -> list[int]:
     """Numbers of the corners at which the load changes its direction, the first and the last one in any case.
 
-    A corner between two others is left out only where it lies on the straight segment between them in every load case, each measured by its own
-    largest amplitude: the same loads in other units have the same turns. Where the load turns back the corner stays.
+    A corner is left out only if it lies on the straight segment between its neighbours in every load case. Each load case is measured by its own
+    largest amplitude, so other units give the same corners. A corner at which the load turns back stays.
     """
     cases = sorted({case for corner in cycle.corners for case in corner})
     loads = np.array([[corner.get(case, 0.0) for case in cases] for corner in cycle.corners])
@@ -23,16 +23,16 @@ def turning_corners(cycle: LoadCycle) -> list[int]:
     loads = loads / np.where(largest > 0, largest, 1.0)
     kept, last = [0], len(loads) - 1
     for number in range(1, last):
-        way, part = loads[number + 1] - loads[kept[-1]], loads[number] - loads[kept[-1]]
-        length = float(way @ way)
-        share = float(part @ way) / length if length > 0 else 0.0
-        if not (0 <= share <= 1 and np.abs(part - share * way).max(initial=0.0) <= _ROUNDING):
+        segment, part = loads[number + 1] - loads[kept[-1]], loads[number] - loads[kept[-1]]
+        length = float(segment @ segment)
+        share = float(part @ segment) / length if length > 0 else 0.0
+        if not (0 <= share <= 1 and np.abs(part - share * segment).max(initial=0.0) <= _ROUNDING):
             kept.append(number)
     return [*kept, last] if last > 0 else kept
 
 
 def left_out_corners(stops: Sequence[int], corners: int) -> tuple[str, ...]:
-    """What a cycle that stops at some of its corners leaves out, in words."""
+    """Sentences that say how many corners are left out."""
     if len(stops) == corners:
         return ()
     return (f"corners: {corners - len(stops)} of {corners} are on the straight segment between others, and no stops",)

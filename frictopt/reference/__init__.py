@@ -1,4 +1,4 @@
-"""Closed-form solutions of frictional contact: pure functions with citation and units, the yardstick of the numerical parts of the package.
+"""Closed-form solutions of frictional contact: pure functions with citation and units, which the tests compare the package with.
 
 Limits and dissipation of a load that swings between two corners: bonded reactions `r0 + lam * s * r1` with `s = -1, +1`, tangential parts
 `q0, q1` along +x, normal parts `p0, p1` positive in compression. A limit is finite, inf (no load factor is too large) or nan (nothing is safe, not

@@ -1,4 +1,4 @@
-"""What the closed-form scenes hand out: the plain arrays of a contact system."""
+"""The result of the closed-form scenes: the plain arrays of a contact system."""
 
 from typing import TypedDict
 
@@ -20,6 +20,13 @@ class ContactArrays(TypedDict):
         Load case -> (N,) tangential (along +x) and normal (compression positive) reactions of the glued contact under the unit load, force per depth.
     gap
         (N,) initial gap, length.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> arrays = fo.reference.half_plane_contact(nodes=4, half_length=1.0, E_star=1.0)
+    >>> fo.ContactSystem(**arrays)
+    ContactSystem(nodes=4, x=-0.75 .. 0.75, loads=['P', 'Q'], gap=False)
     """
 
     A: Array

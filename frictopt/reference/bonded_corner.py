@@ -33,6 +33,13 @@ class CornerMode:
         The exponent l of the displacement, dimensionless, in (0, 1).
     symmetric
         Whether the Airy function is even about the bisector (mode I) or odd (mode II).
+
+    Examples
+    --------
+    >>> from frictopt.reference import bonded_corner
+    >>> symmetric, _ = bonded_corner()
+    >>> round(symmetric.traction_ratio, 4)  # the corner sticks if the coefficient of friction is above
+    0.5431
     """
 
     exponent: float
@@ -93,6 +100,12 @@ def bonded_corner() -> tuple[CornerMode, CornerMode]:
     M. L. Williams (1952), Stress singularities resulting from various boundary conditions in angular corners of plates in extension, Journal
     of Applied Mechanics 19, 526-528. C. M. Churchman and D. A. Hills (2006), General results for complete contacts subject to oscillatory shear,
     Journal of the Mechanics and Physics of Solids 54, 1186-1205: its use for complete contacts.
+
+    Examples
+    --------
+    >>> from frictopt.reference import bonded_corner
+    >>> [round(mode.exponent, 4) for mode in bonded_corner()]
+    [0.5445, 0.9085]
     """
     even = bisection(lambda exponent: sin(2 * _HALF_ANGLE * exponent) - exponent, 1 / 3, 2 / 3)
     odd = bisection(lambda exponent: sin(2 * _HALF_ANGLE * exponent) + exponent, 2 / 3, 0.95)  # 1, a rigid rotation, is a root as well

@@ -35,6 +35,12 @@ def patch_limit(f: float, p: float, tau: float) -> float:
     ----------
     A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
     Solids and Structures 44, 8355-8365: uncoupled contacts.
+
+    Examples
+    --------
+    >>> from frictopt.reference import patch_limit
+    >>> patch_limit(f=0.5, p=2.0, tau=4.0)
+    0.25
     """
     shear = abs(finite_number("tau", tau))
     bound = finite_number("f", f, least=0.0) * finite_number("p", p, above=0.0)
@@ -70,6 +76,12 @@ def gross_slip_bound(f: float, P0: float, Q1: float) -> float:
     ----------
     G. Björkman and A. Klarbring (1987), shakedown and residual stresses in frictional systems: every kinematically admissible mechanism
     bounds lambda_2 from above; here it is the slip of the whole punch, to and fro.
+
+    Examples
+    --------
+    >>> from frictopt.reference import gross_slip_bound
+    >>> gross_slip_bound(f=0.5, P0=3.0, Q1=1.0)
+    1.5
     """
     shear = abs(finite_number("Q1", Q1))
     bound = finite_number("f", f, least=0.0) * finite_number("P0", P0, above=0.0)

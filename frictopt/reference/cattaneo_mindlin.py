@@ -35,6 +35,12 @@ def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
     References
     ----------
     K. L. Johnson (1985), Contact Mechanics, Cambridge University Press.
+
+    Examples
+    --------
+    >>> from frictopt.reference import contact_modulus
+    >>> round(contact_modulus(E1=210e9, nu1=0.3, E2=210e9, nu2=0.3) / 1e9, 2)
+    115.38
     """
     E1, E2 = finite_number("E1", E1, above=0.0), finite_number("E2", E2, above=0.0)
     nu1, nu2 = finite_number("nu1", nu1, above=-1.0), finite_number("nu2", nu2, above=-1.0)
@@ -73,6 +79,13 @@ class LineContact:
     R. D. Mindlin (1949), Compliance of elastic bodies in contact, Journal of Applied Mechanics 16, 259-268. R. D. Mindlin and H. Deresiewicz
     (1953), Elastic spheres in contact under varying oblique forces, Journal of Applied Mechanics 20, 327-344: cycles and their work, for
     spheres. K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the cylinder.
+
+    Examples
+    --------
+    >>> from frictopt.reference import LineContact
+    >>> contact = LineContact(P=1.0, R=10.0, E_star=100.0, f=0.5)
+    >>> round(contact.half_width, 4), round(contact.stick_half_width(0.25), 4), f"{contact.dissipation(0.25):.4e}"
+    (0.3568, 0.2523, '9.0484e-05')
     """
 
     P: float
@@ -118,13 +131,13 @@ class LineContact:
         """Shear traction q at x, length, any shape, when the shear force passes Q in a cycle between `-Q0` and `Q0 >= 0`, stress.
 
         After a reversal the bounds are twice as far away, so the change of traction is twice that of a first loading to half the change of
-        force; `rising` tells the way up to `Q0` from the way down.
+        force; `rising` says whether the force rises to `Q0` or falls.
         """
         Q, Q0 = finite_number("Q", Q), finite_number("Q0", Q0)
         if self._share("Q", Q) > self._share("Q0", Q0):
             raise ModelError(f"Q: {Q:g} is not reached; give a force between -Q0 and Q0, here Q0 = {Q0:g}")
-        way = -1.0 if flag("rising", rising) else 1.0
-        return way * (self.shear(x, abs(Q0)) - 2 * self.shear(x, (abs(Q0) - way * Q) / 2))
+        sense = -1.0 if flag("rising", rising) else 1.0
+        return sense * (self.shear(x, abs(Q0)) - 2 * self.shear(x, (abs(Q0) - sense * Q) / 2))
 
     def slip(self, x: ArrayLike, Q: float) -> Array:
         """Slip v at x, length, any shape, when the shear force first reaches Q: against Q, zero for `|x| <= c`, nan outside the contact, length.

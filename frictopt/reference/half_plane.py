@@ -14,13 +14,13 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     """Relative surface displacement of each of N equal cells per force on each cell, the same for shear and for pressure.
 
     A force F per depth on the surface of both half-planes, opposite on the two, moves them apart at the distance y by
-    `-2 F / (pi E_star) log|y|`, up to a motion of the half-planes as wholes which their forces leave open. Force is spread evenly over a cell and
+    `-2 F / (pi E_star) log|y|`, up to a rigid motion of the half-planes, which the forces do not determine. Force is spread evenly over a cell and
     displacement is the mean over a cell, so that with `L'' = log`::
 
         G_ij = -2 / (pi E_star) (L(y + h) - 2 L(y) + L(y - h)) / h^2,    y = x_i - x_j,    L(y) = y^2 log|y| / 2 - 3 y^2 / 4
 
     which is symmetric, and is an energy: `r G r / 2` is the work of the tractions. Forces that add up to zero, `1^T r = 0`, and differences of
-    displacements have a meaning of their own. Else the zero of the displacement matters: with all lengths in units of the interface's, the
+    displacements do not depend on that motion. All else depends on the zero of the displacement: with all lengths in units of the interface's, the
     logarithm vanishes at its far end. That makes G positive definite, and independent of the length.
 
     Parameters
@@ -43,6 +43,12 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     References
     ----------
     K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the line load on a half-plane.
+
+    Examples
+    --------
+    >>> from frictopt.reference import half_plane_influence
+    >>> half_plane_influence(nodes=2, E_star=1.0).round(4).tolist()
+    [[1.3962, 0.5137], [0.5137, 1.3962]]
     """
     N, E_star = whole_number("nodes", nodes, least=2, most=10_000), finite_number("E_star", E_star, above=0.0)
     d = np.arange(1.0, N)  # distance in cells
@@ -57,8 +63,8 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
 def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: float | None = None) -> ContactArrays:
     """Contact of two half-planes of similar material, as a contact system with the load cases "P" and "Q".
 
-    Body 2 is flat. Body 1 is a cylinder of radius R, initial gap `x^2 / (2 R)`, or, without R, touches body 2 along the whole interface and nowhere
-    else, both deforming like half-planes; under P alone, their pressure is that of a rigid flat punch. Shear and pressure do not feel each other
+    Body 2 is flat. Body 1 is a cylinder of radius R with the initial gap `x^2 / (2 R)`. Without R it touches body 2 along the whole interface and
+    nowhere else. Both deform like half-planes; under P alone, their pressure is that of a rigid flat punch. Shear and pressure are uncoupled
     (`B = 0`, exact for materials whose shear does not change the pressure, two equal ones above all) and have one stiffness, `A = C`.
 
     The bodies are free to translate against each other (and do not rotate). Forces r and displacements u, of one direction, then obey
@@ -94,6 +100,13 @@ def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: floa
     References
     ----------
     K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the line load, the cylinder and the flat punch.
+
+    Examples
+    --------
+    >>> from frictopt.reference import half_plane_contact
+    >>> arrays = half_plane_contact(nodes=4, half_length=1.0, E_star=1.0)
+    >>> arrays["bonded"]["P"][1].round(4).tolist()  # pressed like a rigid punch: more at the edges
+    [0.3458, 0.1542, 0.1542, 0.3458]
     """
     G, half = half_plane_influence(nodes, E_star), finite_number("half_length", half_length, above=0.0)
     curvature = 0.0 if R is None else 1 / finite_number("R", R, above=0.0)

@@ -44,6 +44,12 @@ def single_node_limit(A: float, B: float, q0: float, p0: float, q1: float, p1: f
     ----------
     A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
     Solids and Structures 44, 8355-8365: the conditions; the expression is where the two bounds meet.
+
+    Examples
+    --------
+    >>> from frictopt.reference import single_node_limit
+    >>> single_node_limit(A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5)
+    0.5
     """
     A, B, q0, p0, q1, p1, f = _checked(A, B, q0, p0, q1, p1, f)
     return uncoupled_limit(q0, p0, q1, p1, f, d=B / A)
@@ -96,6 +102,12 @@ def single_node_dissipation(A: float, B: float, q0: float, p0: float, q1: float,
     ----------
     A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
     Solids and Structures 44, 8355-8365: the two bounds; the work follows from them by the integration above.
+
+    Examples
+    --------
+    >>> from frictopt.reference import single_node_dissipation
+    >>> single_node_dissipation(A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5, load_factor=1.0)  # 4 f p0 (1 - f p0)
+    1.0
     """
     A, B, q0, p0, q1, p1, f = _checked(A, B, q0, p0, q1, p1, f)
     lam = finite_number("load_factor", load_factor, least=0.0)

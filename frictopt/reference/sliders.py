@@ -43,6 +43,12 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
     ----------
     G. Masing (1926), Eigenspannungen und Verfestigung beim Messing, Proceedings of the 2nd International Congress of Applied Mechanics, Zürich.
     W. D. Iwan (1966), A distributed-element model for hysteresis and its steady-state dynamic response, Journal of Applied Mechanics 33, 893-900.
+
+    Examples
+    --------
+    >>> from frictopt.reference import masing_dissipation
+    >>> masing_dissipation(k=[1.0, 2.0], bound=[0.5, 3.0], X=1.0)  # the second slider sticks
+    1.0
     """
     k, bound = per_node(k=k, bound=bound)
     if k.min() <= 0:
@@ -87,6 +93,14 @@ def rod_end_displacement(F0: float, EA: float, tau: float, h: float = 0.0) -> fl
     ----------
     C.-H. Menq, J. Bielak and J. H. Griffin (1986), The influence of microslip on vibratory response, Journal of Sound and Vibration 107, 279-293:
     the continuous rod, on a foundation that yields before it slips; the discrete one is the sum above.
+
+    Examples
+    --------
+    >>> from frictopt.reference import rod_end_displacement
+    >>> rod_end_displacement(F0=1.0, EA=1.0, tau=0.5)
+    1.0
+    >>> rod_end_displacement(F0=1.0, EA=1.0, tau=0.5, h=1.0)
+    0.5
     """
     F0, EA, tau, h = _rod(F0, EA, tau, h)
     if h == 0:
@@ -128,6 +142,12 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     ----------
     C.-H. Menq, J. Bielak and J. H. Griffin (1986), The influence of microslip on vibratory response, Journal of Sound and Vibration 107, 279-293:
     the continuous rod, on a foundation that yields before it slips; the discrete one is a sum.
+
+    Examples
+    --------
+    >>> from frictopt.reference import rod_dissipation
+    >>> rod_dissipation(F0=1.0, EA=1.0, tau=0.5, h=1.0)
+    1.0
     """
     F0, EA, tau, h = _rod(F0, EA, tau, h)
     if h == 0:
@@ -140,8 +160,8 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
 def foundation_rod(nodes: int, EA: float, h: float) -> ContactArrays:
     """Rod of equal elements on a foundation, as a contact system with the load cases "pressure" and "force".
 
-    Every node answers for a length h of the rod, the loaded one at the left end too. Slip does not change the pressure (`B = 0`), and nothing
-    but friction holds the rod, so that A lets it slide as a whole. The normal stiffness is of no account as long as the rod is pressed down.
+    Every node carries a length h of the rod, including the loaded one at the left end. Slip does not change the pressure (`B = 0`). Only friction
+    holds the rod, so A allows it to slide as a whole. The normal stiffness does not matter as long as the rod is pressed down.
 
     Parameters
     ----------
@@ -155,13 +175,19 @@ def foundation_rod(nodes: int, EA: float, h: float) -> ContactArrays:
     Returns
     -------
     ContactArrays
-        Arguments of a contact system. Load cases: "pressure", force per length and depth between rod and foundation, of which friction makes
-        `tau = f * pressure`; "force", along +x on the first node, which the glued foundation answers with -1.
+        Arguments of a contact system. Load cases: "pressure", force per length and depth between rod and foundation, with the friction
+        `tau = f * pressure`; "force", along +x on the first node, with the bonded reaction -1.
 
     Raises
     ------
     ModelError
         Fewer than one node, values that are not real and finite or not positive.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    ContactSystem(nodes=4, x=0.5 .. 3.5, loads=['force', 'pressure'], gap=False)
     """
     N, EA, h = whole_number("nodes", nodes, least=1, most=10_000), finite_number("EA", EA, above=0.0), finite_number("h", h, above=0.0)
     incidence = np.diff(np.eye(N), axis=0)

@@ -55,6 +55,12 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
     M. Comninou (1976), Stress singularity at a sharp edge in contact problems with friction, Zeitschrift für angewandte Mathematik und Physik 27,
     493-499. C. M. Churchman and D. A. Hills (2006), General results for complete contacts subject to oscillatory shear, Journal of the Mechanics and
     Physics of Solids 54, 1186-1205.
+
+    Examples
+    --------
+    >>> from frictopt.reference import sliding_corner_exponent
+    >>> [round(sliding_corner_exponent(f), 4) for f in (0.0, 0.5, 1.0)]
+    [0.774, 0.5604, 0.3854]
     """
     kappa = finite_number("f", f, least=0.0) * (1 if choice("slip", slip, ("outward", "inward")) == "outward" else -1)
     strongest, weakest = 3 * pi / 4 - 1 / pi, -1 / pi

@@ -27,6 +27,12 @@ class TwoNodeLimits:
         Guaranteed limit: below it the contact shakes down from every start.
     lambda_2
         Shakedown limit: above it the contact shakes down from no start.
+
+    Examples
+    --------
+    >>> from frictopt.reference import TwoNodeLimits
+    >>> TwoNodeLimits(lambda_1=0.5, lambda_2=0.75)
+    TwoNodeLimits(lambda_1=0.5, lambda_2=0.75)
     """
 
     lambda_1: float
@@ -86,6 +92,14 @@ def two_node_limits(A: ArrayLike, B: ArrayLike, q0: ArrayLike, p0: ArrayLike, q1
     Y. J. Ahn, E. Bertocchi and J. R. Barber (2008), Shakedown of coupled two-dimensional discrete frictional systems, Journal of the Mechanics
     and Physics of Solids 56, 3433-3440: three of the four lines meet. G. Björkman and A. Klarbring (1987), shakedown and residual stresses in
     frictional systems: lambda_2 as a linear program, of which this is the solution by hand.
+
+    Examples
+    --------
+    >>> from frictopt.reference import two_node_limits
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> limits = two_node_limits(A, B, q0=0.0, p0=1.0, q1=0.8, p1=[0.4, 0.1], f=0.6)
+    >>> round(limits.lambda_1, 4), round(limits.lambda_2, 4)
+    (0.3919, 0.7261)
     """
     A, B = _stiffness(A), finite_array("B", B, (2, 2))
     q0, p0, q1, p1, f = per_node(2, q0=q0, p0=p0, q1=q1, p1=p1, f=f)

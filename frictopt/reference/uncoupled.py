@@ -40,6 +40,12 @@ def bonded_onset(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: 
     References
     ----------
     R. C. Flicek, D. A. Hills, J. R. Barber and D. Dini (2015), determination of the shakedown limit for large, discrete frictional systems.
+
+    Examples
+    --------
+    >>> from frictopt.reference import bonded_onset
+    >>> bonded_onset(q0=0.0, p0=[1.0, 2.0], q1=[1.0, 1.0], p1=0.0, f=0.5)
+    0.5
     """
     q0, p0, q1, p1, f = per_node(q0=q0, p0=p0, q1=q1, p1=p1, f=f)
     friction(f)
@@ -87,6 +93,12 @@ def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, 
     ----------
     A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
     Solids and Structures 44, 8355-8365: which contacts shake down from every start.
+
+    Examples
+    --------
+    >>> from frictopt.reference import uncoupled_limit
+    >>> uncoupled_limit(q0=0.3, p0=[1.0, 2.0], q1=[1.0, 1.0], p1=0.0, f=0.5)
+    0.5
     """
     q0, p0, q1, p1, f, d = per_node(q0=q0, p0=p0, q1=q1, p1=p1, f=f, d=d)
     friction(f)

@@ -35,6 +35,12 @@ def critical_friction(A: float, B: float) -> float:
     ----------
     A. Klarbring (1990), Examples of non-uniqueness and non-existence of solutions to quasistatic contact problems with friction,
     Ingenieur-Archiv 60, 529-541.
+
+    Examples
+    --------
+    >>> from frictopt.reference import critical_friction
+    >>> critical_friction(A=1.0, B=-0.5)
+    2.0
     """
     A, B = finite_number("A", A, above=0.0), abs(finite_number("B", B))
     return A / B if B else float("inf")
@@ -69,6 +75,13 @@ def tilted_bar(k: float, angle: float) -> tuple[float, float, float]:
     ----------
     A. Klarbring (1990), Examples of non-uniqueness and non-existence of solutions to quasistatic contact problems with friction,
     Ingenieur-Archiv 60, 529-541: a node on inclined springs.
+
+    Examples
+    --------
+    >>> from math import pi
+    >>> from frictopt.reference import tilted_bar
+    >>> [round(value, 12) for value in tilted_bar(k=2.0, angle=pi / 4)]
+    [1.0, 1.0, 1.0]
     """
     k, angle = finite_number("k", k, above=0.0), finite_number("angle", angle, above=0.0)
     if angle >= pi:

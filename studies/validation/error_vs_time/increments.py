@@ -132,7 +132,7 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
     system, friction, n = scene.system, parameters.friction, scene.system.nodes
     path = ExactPath(system, LOADS, friction, parameters.overload * scene.limit)
     path.start()
-    path.go(path.corners[0], "the way to the first corner")
+    path.follow_to(path.corners[0], "the segment to the first corner")
     before, bonded = path.state.u.copy(), path.corners[1]
     slip, pair = before[:n], (bonded[:n], bonded[n:])
     engines = {solver: fo.FrozenBoundIncrement(system, friction, solver=solver) for solver in QP_SOLVERS}
@@ -164,8 +164,8 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
 
 def _followed(path: ExactPath, before: Array) -> Array:
     """(2N,) slip and gap at the second corner, on the exact path from a state at the first."""
-    here = path.moved(before)
+    here = path.restarted_at(before)
     if here is None:
         raise ArithmeticError("the state at the first corner does not obey the contact law")
-    here.go(path.corners[1], "the way to the second corner")
+    here.follow_to(path.corners[1], "the segment to the second corner")
     return np.asarray(here.state.u)

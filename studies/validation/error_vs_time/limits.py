@@ -48,7 +48,7 @@ def _vertex(slips: Any, last: Any, right: Any) -> Array:
 
 
 def _onset(parameters: Parameters, scene: Scene) -> Question:
-    run = partial(fo.onset, scene.system, LOADS.mean, _DIRECTION, parameters.friction)
+    run = partial(fo.onset, scene.system, fo.LoadCycle(LOADS.mean, [_DIRECTION]), parameters.friction)
     exact = exact_onset(scene.system, parameters.friction)
     way = Way("frictopt", "none", "closed form", run, lambda onset: abs(onset.slip.load_factor / exact - 1))
     return Question("onset", "load factor of first slip", scene.name, scene.system.nodes, "closed form in rational arithmetic", [way])

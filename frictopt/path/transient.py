@@ -1,4 +1,4 @@
-"""A transient followed exactly, corner by corner."""
+"""The exact path of one transient, corner by corner."""
 
 from typing import Any
 
@@ -32,19 +32,20 @@ from .rate import find_rates, rate_problem
 
 __all__ = ["ExactPath"]
 
-_LAWFUL = 1e-10  # residual of a state from which a path may be taken up
+_LAWFUL = 1e-10  # largest residual of a state that a path may restart from
 _NO_DRIVE = 1e-15  # change of the bonded reactions, over the force scale, that moves nothing
-_FAR = 1e18  # times the loads, from where the last events before them are still told apart; paths from 1e30 times as far went wrong unnoticed
-_FAR_START = 1e3  # times the loads, from where the rounding of the start is named as the cause of a large residual
+_FAR = 1e18  # largest initial stress over the loads; beyond it rounding hides the events (1e30 gave wrong results)
+_FAR_START = 1e3  # initial stress over the loads, above which an error names it as the cause of a large residual
 _ROWS = 256  # events that the record holds before they are moved to the history
 
 
 class ExactPath:
-    """The transient of one contact under one load cycle, from an initial slip on.
+    """The transient of one contact under one load cycle, from an initial slip.
 
-    Between two load corners the loads are linear, so slip, gap and reactions are piecewise linear in them: the path is followed from event to
-    event, with no time step and no error but rounding. It starts at the artificial load that carries the initial slip with q = 0 and, at every node,
-    p equal to the mean of |p^w| under the mean load, goes in a straight line to the mean load, and then visits the corners again and again.
+    The load path is a chain of straight segments. On each of them slip, gap and reactions are piecewise linear, so the path is followed from event to
+    event. There is no time step, and the only error is rounding. The first segment starts at an artificial load that carries the initial slip with
+    q = 0 and, at every node, p equal to the mean of |p^w| under the mean load. It ends at the mean load. Then the path visits the corners in their
+    order, again and again.
 
     Parameters
     ----------
@@ -64,9 +65,9 @@ class ExactPath:
     state
         Where the path is, see `State`.
     visited
-        Number of corners visited, -1 before the mean load is reached.
+        Number of corners visited so far; -1 until the path reaches the mean load.
     history
-        With `keep`: pieces of times (T,), `u`, `r` (T, 2N), statuses and work (T, N) after each event and at each corner; the time counts the
+        With `keep`: pieces of times (T,), `u`, `r` (T, 2N), statuses and work (T, N), after each event and at each corner. The time counts the
         corners visited.
     fallbacks
         Number of events at which the iteration on the signs did not find the rates.
@@ -75,6 +76,18 @@ class ExactPath:
     ------
     ModelError
         Bad input.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> from frictopt.path import ExactPath
+    >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0)
+    >>> path.start()
+    >>> path.run_cycle()
+    >>> path.visited, round(float(path.state.u[0]), 6)  # slip of the first node at the second corner
+    (2, -0.5)
     """
 
     def __init__(
@@ -119,7 +132,7 @@ class ExactPath:
         return [self.mean + load_factor * corner for corner in self._cyclic]
 
     def check_near(self, name: str, stress: Any) -> float:
-        """Check that reactions (2N,) at which the path starts or turns are not so large that rounding hides the loads; returns their ratio.
+        """Check that reactions (2N,) are not so large that their rounding hides the loads; return their ratio to the loads.
 
         Raises
         ------
@@ -130,26 +143,26 @@ class ExactPath:
         most = float(np.abs(stress).max())
         if most > _FAR * loads:
             raise ModelError(
-                f"{name}: it stresses the contact {most / loads:.1e} times as much as the loads, which rounding hides then; "
+                f"{name}: it stresses the contact {most / loads:.1e} times as much as the loads, so rounding would hide them; "
                 f"give one of at most {_FAR:g} times, or check the units"
             )
         return most / loads
 
     @property
     def far_start(self) -> bool:
-        """Whether the initial slip stresses the contact so much more than the loads that its rounding may be what is seen of them."""
+        """Whether the initial slip stresses the contact so much more than the loads do that its rounding may hide them."""
         return self._start_stress > _FAR_START
 
     @property
     def cause_of_rounding(self) -> str:
-        """What makes rounding large, in words."""
+        """The cause of large rounding errors, as a sentence."""
         if self.far_start:
-            return f"initial_slip: it stresses the contact {self._start_stress:.1e} times as much as the loads, which rounding hides then; give less"
+            return f"initial_slip: it stresses the contact {self._start_stress:.1e} times as much as the loads, so rounding hides them; give less"
         return "stiffnesses or loads differ too much in size"
 
     @property
     def _why_free(self) -> str:
-        """What the mean load does, and what to change where a body has nothing that holds it."""
+        """What the mean load does to a body that nothing holds, and the remedy, as a sentence."""
         return f"{mean_load_diagnosis(self.system, self._cycle, self.friction)}; hold the body by supports, or load it less"
 
     @property
@@ -159,19 +172,19 @@ class ExactPath:
 
     def start(self) -> None:
         """Follow the path from the artificial load to the mean load."""
-        self.go(self.mean, "the segment from the initial slip to the mean load")
+        self.follow_to(self.mean, "the segment from the initial slip to the mean load")
 
     def run_cycle(self) -> None:
         """Follow the path once through all corners of the cycle."""
         for number, corner in enumerate(self.corners):
-            self.go(corner, f"the segment to corner {number}")
+            self.follow_to(corner, f"the segment to corner {number}")
 
     def stress(self, u: Array) -> Array:
         """(2N,) reactions `S u` that slip and gap `u = [v, w - g0]` add to the bonded ones."""
         return np.asarray(self._S @ u)
 
-    def moved(self, u: Array) -> "ExactPath | None":
-        """A copy that stands at the same load with another slip and gap, (2N,); None if the law does not allow it there."""
+    def restarted_at(self, u: Array) -> "ExactPath | None":
+        """A copy at the same load with another slip and gap, (2N,); None if that state violates the contact law."""
         n, copy = self.nodes, object.__new__(ExactPath)
         copy.__dict__.update(self.__dict__, history=[], _record=new_record(0, n))
         r = self.bonded + self.stress(u)
@@ -192,13 +205,13 @@ class ExactPath:
         )
         return copy if verdict.residual <= _LAWFUL else None
 
-    def go(self, bonded: Array, where: str) -> None:
+    def follow_to(self, bonded: Array, where: str) -> None:
         """Follow the path in a straight line to other bonded reactions (2N,).
 
         Raises
         ------
         NoContinuation
-            No rates obey the law at some load on the way, or more than one set of rates does.
+            At some load of the segment no rates obey the law, or more than one set of rates does.
         """
         drive = bonded - self.bonded
         settled = not np.abs(drive).max() > _NO_DRIVE * self.force
@@ -209,9 +222,7 @@ class ExactPath:
             own = self.state, self._active, self._proof
             code, time = follow(self._S, self.friction, self.bonded, drive, *own, self.force, time, settled, self._record)
             if code == STALLED:
-                raise NoContinuation(
-                    f"{where}: at {time:.9g} of it the path changes its status without end; loads or gaps may differ too much in size"
-                )
+                raise NoContinuation(f"{where}: at {time:.9g} of it the statuses change without end; loads or gaps may differ too much in size")
             settled = True
             if code == FULL:
                 self._keep()

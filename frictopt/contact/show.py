@@ -1,0 +1,36 @@
+"""How results show themselves: as one readable line, as a small table in a notebook, and as a DataFrame."""
+
+import html
+from collections.abc import Mapping
+from enum import Enum
+from typing import Any
+
+__all__ = ["Shown", "frame"]
+
+
+class Shown:
+    """Base of results: one line for the console and a table for notebooks, both made of `_answer`."""
+
+    def _answer(self) -> Mapping[str, Any]:
+        """What a reader wants to know first, name -> value."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{name}={_text(value)}' for name, value in self._answer().items())})"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(_text(value))}</td></tr>" for name, value in self._answer().items())
+        return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
+
+
+def frame(columns: Mapping[str, Any], types: Mapping[str, str] | None = None) -> Any:
+    """A pandas DataFrame with these columns; `types` names the types that pandas would not choose itself."""
+    import pandas as pd  # here, for no result needs it before it is asked for a table
+
+    return pd.DataFrame(columns).astype(dict(types or {}))
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return value.name if isinstance(value, Enum) else str(value)

@@ -1,0 +1,95 @@
+"""Results show their answer in one line and in a small table; plain data are equal where their content is."""
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from systems import CYCLE, FIRST_PAIR, system
+
+CONTACT = system(*FIRST_PAIR)
+ASKED = CONTACT, CYCLE, 0.6
+STEADY = fo.steady_state(*ASKED, 1.5)
+PATH = fo.march(*ASKED, 1.5, cycles=2)
+CHECK = fo.verify_guaranteed(*ASKED, starts=3, moved=1)
+FIRST = fo.onset(*ASKED)
+
+
+@pytest.mark.parametrize(
+    ("result", "said"),
+    [
+        (CONTACT, ["nodes=2", "loads=['cyclic', 'mean']"]),
+        (FIRST.slip, ["corner=", f"load_factor={FIRST.slip.load_factor:.6g}"]),
+        (FIRST, ["slip=OnsetEvent", f"load_factor={FIRST.slip.load_factor:.6g}"]),
+        (STEADY, [f"outcome={STEADY.outcome.name}", f"dissipation={STEADY.dissipation:.6g}", "residual="]),
+        (PATH, ["nodes=2", "cycles=2", "engine=path", "residual="]),
+        (PATH.verdict, ["residual=", "direction="]),
+        (CHECK, [f"load_factor={CHECK.limit.load_factor:.6g}", f"runs={len(CHECK.runs)}", f"dies_out={CHECK.dies_out}"]),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_a_result_says_its_answer_in_one_line_and_as_a_table(result, said):
+    line, table = repr(result), result._repr_html_()
+    assert line.startswith(type(result).__name__ + "(") and "\n" not in line and len(line) < 300
+    assert all(part in line for part in said)
+    assert table.count("<table") == table.count("</table>") == 1
+    assert table.count("<tr") >= len(said) and "array" not in table
+
+
+def test_a_table_for_notebooks_shows_names_of_load_cases_as_they_are():
+    contact = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"<b>": ([0.0], [1.0])})
+    assert "&lt;b&gt;" in contact._repr_html_() and "<b>" not in contact._repr_html_()
+
+
+def test_the_frame_of_a_steady_state_has_a_row_for_each_node():
+    table = STEADY.to_frame()
+    assert list(table.columns) == ["node", "x", "slip", "open", "dissipation"] and table["node"].tolist() == [0, 1]
+    assert STEADY.dissipation > 0 and table["dissipation"].sum() == pytest.approx(STEADY.dissipation, rel=1e-14)
+    assert np.array_equal(table["slip"], STEADY.slip) and np.array_equal(table["x"], CONTACT.x)
+    assert np.array_equal(table["open"], STEADY.open) and STEADY.open.any()
+
+
+def test_a_check_has_the_residual_of_its_worst_transient():
+    assert CHECK.runs["residual"].between(0, 1e-9).all()
+    assert CHECK.residual == max(CHECK.limit.residual, CHECK.runs["residual"].max()) > 0
+
+
+def start(**change):
+    return fo.Start(**{"family": "own", "name": "one", "slip": [0.5, 0.0], "overload": 2.0, "seed": 3} | change)
+
+
+@pytest.mark.parametrize(
+    ("make", "others"),
+    [
+        (
+            lambda: fo.LoadCycle({"P": 1}, [{"Q": 1, "R": 2}, {"Q": -1}]),
+            [
+                fo.LoadCycle({"P": 2}, [{"Q": 1, "R": 2}, {"Q": -1}]),
+                fo.LoadCycle({"P": 1}, [{"Q": -1}, {"Q": 1, "R": 2}]),
+                fo.LoadCycle({"P": 1}, [{"Q": 1, "R": 2}]),
+            ],
+        ),
+        (
+            start,
+            [start(slip=[0.0, 0.5]), start(slip=[0.5]), start(slip=None), start(name="two"), start(overload=3.0), start(seed=4), start(family="x")],
+        ),
+        (lambda: start(slip=None, safe_multiple=1.0), [start(slip=None, safe_multiple=2.0)]),
+        (fo.Material, [fo.Material(E=2.0)]),
+        (lambda: fo.Support("block", (0, 1)), [fo.Support("punch", (0, 1))]),
+        (lambda: fo.Traction("block", "top", 1), [fo.Traction("block", "top", 0, 1)]),
+        (lambda: fo.PunchOnHalfPlane(elements=4), [fo.PunchOnHalfPlane(elements=6)]),
+        (lambda: fo.onset(*ASKED), [fo.onset(CONTACT, CYCLE, 0.5)]),
+    ],
+    ids=["LoadCycle", "Start", "safe Start", "Material", "Support", "Traction", "PunchOnHalfPlane", "Onset"],
+)
+def test_plain_data_are_equal_where_their_content_is(make, others):
+    one, same = make(), make()
+    assert one is not same and one == same and hash(one) == hash(same) and len({one, same, *others}) == 1 + len(others)
+    assert all(one != other for other in (*others, None, "one"))
+
+
+def test_a_slip_of_negative_zero_is_zero():
+    assert start(slip=[-0.0, 0.0]) == start(slip=[0.0, 0.0]) and hash(start(slip=[-0.0])) == hash(start(slip=[0.0]))
+
+
+def test_the_line_of_a_load_cycle_makes_it_again():
+    assert eval(repr(CYCLE), {"LoadCycle": fo.LoadCycle}) == CYCLE
