@@ -22,10 +22,10 @@ _MARKED = {  # functions that belong to a stage; the time outside of all of them
     "solve": (
         f"{_CONIC}.highs_conif.HIGHS.solve_via_data",
         f"{_CONIC}.clarabel_conif.CLARABEL.solve_via_data",
-        f"{_QP}.highs_qpif.HIGHS.solve_via_data",
+        f"{_QP}.osqp_qpif.OSQP.solve_via_data",
         "frictopt.increments.exact.settle",
         "frictopt.increments.frozen_bound.settle",
-        "frictopt.increments.status_search.settle",
+        "frictopt.increments.engine.settle",
     ),
     "verify": (
         "frictopt.contact.system.ContactSystem.__post_init__",
