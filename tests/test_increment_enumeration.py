@@ -6,7 +6,6 @@ import pytest
 from enumeration import admissible_states, distance, random_increment
 from frictopt.errors import NoContinuation, SolverError
 from frictopt.increments import ExactIncrement, FrozenBoundIncrement
-from frictopt.increments.increment_bounds import EnergyBounds
 from frictopt.increments.newton import State
 
 pytestmark = pytest.mark.slow
@@ -76,26 +75,20 @@ def test_the_program_decides_and_not_the_guess(monkeypatch):
         assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
 
 
-def test_several_states_are_told_from_one():
+def test_one_of_several_states_is_found():
     several = one = 0
     for contact, friction, slip, load in cases(3, 60, 8.0):
         states = admissible_states(contact, friction, slip, load)
-        engine = ExactIncrement(contact, friction, simplify=False)
-        found = engine.solve(slip, load)
+        found = ExactIncrement(contact, friction, simplify=False).solve(slip, load)
         assert distance(states, found) < 1e-9
-        other = engine.another(found, slip, load)
-        assert (other is not None) == (len(states) > 1)
-        if other is not None:
-            assert distance(states, other) < 1e-9
-            assert np.abs(other.p - found.p).max() + np.abs(other.q - found.q).max() > 1e-6
         several, one = several + (len(states) > 1), one + (len(states) == 1)
     assert several >= 3 and one >= 30
 
 
 @pytest.mark.parametrize("rigid", [LIFTING, FREE], ids=["lifting", "free"])
 def test_bodies_that_only_their_load_holds(rigid):
-    """Where there is a state it is found, or the engine says that it has no bounds; where there is none, it never finds one."""
-    found = none = refused = 0
+    """Where there is a state it is found; where there is none, it never finds one."""
+    found = none = 0
     for contact, friction, slip, load in cases(4, 80, 1.0, rigid):
         states = admissible_states(contact, friction, slip, load)
         try:
@@ -103,34 +96,7 @@ def test_bodies_that_only_their_load_holds(rigid):
         except NoContinuation:
             assert len(states) == 0
             none += 1
-        except SolverError as error:
-            assert "no bound on the motion can be derived" in str(error)
-            refused += 1
         else:
             assert distance(states, state) < 1e-9
             found += 1
-    assert found > 15 and none > 3 and refused < 10
-
-
-@pytest.mark.parametrize("rigid", [None, LIFTING, FREE], ids=["held", "lifting", "free"])
-@pytest.mark.parametrize("most_friction", [0.6, 8.0])
-def test_bounds_hold_for_every_state_whatever_the_friction(rigid, most_friction):
-    checked, tightest = 0, np.inf
-    for contact, friction, slip, load in cases(5, 60, most_friction, rigid):
-        engine = ExactIncrement(contact, friction)
-        posed = engine._law.pose(slip, load)
-        try:
-            bounds = EnergyBounds(engine._law)._derived(posed)
-        except SolverError:
-            continue
-        for state in admissible_states(contact, friction, slip, load):
-            dv, w = (state[0] - slip) / posed.length, state[1] / posed.length
-            q, p = state[2:] / posed.force
-            pairs = (bounds.slip_low, dv), (dv, bounds.slip_high), (w, bounds.gap_high), (bounds.pressure_low, p), (p, bounds.pressure_high)
-            pairs += (friction * p + q, bounds.forward_high), (friction * p - q, bounds.backward_high)
-            for low, high in pairs:
-                assert (low <= high + 1e-9).all()
-                tightest = min(tightest, float(np.min((high - low) / (1e-6 + np.abs(high)))))
-            checked += 1
-    assert checked > 10
-    assert tightest < 0.1  # bounds so near that an error in them shows
+    assert found > 15 and none > 3

@@ -96,7 +96,6 @@ PAIR = {name: [value, value] for name, value in NODE.items()} | {"A": [[1.0, -0.
 UNCOUPLED = {name: PAIR[name] for name in ("q0", "p0", "q1", "p1", "f")}
 ROD = {"F0": 1.0, "EA": 2.0, "tau": 3.0, "h": 0.5}
 INCREMENT = {"slip": SLIP, "bonded": BONDED}
-EXACT = fo.ExactIncrement(CONTACT, FRICTION)
 CORNER = reference.bonded_corner()[0]
 
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
@@ -160,10 +159,9 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "shakedown_limit": (fo.shakedown_limit, ASKED),
     "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
     "verify_guaranteed": (fo.verify_guaranteed, {**ASKED, "starts": 2, "moved": 1}),
-    "ComplementarityProblem.solve": (fo.complementarity_problem(UNCOUPLED_CONTACT, FRICTION, **INCREMENT, separation=False).solve, {}),
+    "ComplementarityProblem.solve": (fo.complementarity_problem(UNCOUPLED_CONTACT, 0.0, **INCREMENT).solve, {}),
     "ExactIncrement": (fo.ExactIncrement, {"system": CONTACT, "friction": FRICTION}),
-    "ExactIncrement.another": (EXACT.another, {"increment": EXACT.solve(**INCREMENT), **INCREMENT}),
-    "ExactIncrement.solve": (EXACT.solve, INCREMENT),
+    "ExactIncrement.solve": (fo.ExactIncrement(CONTACT, FRICTION).solve, INCREMENT),
     "FrozenBoundIncrement": (fo.FrozenBoundIncrement, {"system": CONTACT, "friction": FRICTION}),
     "FrozenBoundIncrement.solve": (fo.FrozenBoundIncrement(CONTACT, FRICTION).solve, INCREMENT),
     "complementarity_problem": (fo.complementarity_problem, {"system": CONTACT, "friction": FRICTION, **INCREMENT}),

@@ -33,7 +33,7 @@ def test_the_report_has_a_line_for_each_scene_and_a_cell_for_each_computation(ta
     [
         ("paper", "shakedown limit", ["mirror"]),
         ("paper", "increments, qp", ["nothing slips", "mirror", "gaps"]),
-        ("paper", "increments, milp", ["mirror", "motions"]),
+        ("paper", "increments, milp", ["nothing slips", "mirror"]),
         ("with shear", "shakedown limit", []),
         ("uncoupled", "shakedown limit", ["linear program"]),
         ("sampled", "safe slip", ["mirror", "14 of 16 rule no node"]),

@@ -1,7 +1,6 @@
 """Mirror symmetry about the middle of the interface, and absence of coupling: what lets a scene be solved with less."""
 
 from collections.abc import Iterable
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -120,15 +119,6 @@ class MirrorHalf:
         v, w = self._parted(u)
         return np.concatenate([v, -self._image(v), w, self._image(w)], axis=-1)
 
-    def whole_even(self, values: np.ndarray) -> np.ndarray:
-        """(..., N) values that are the same at a node and at its image, from those of the half, (..., h)."""
-        return np.concatenate([values, self._image(values)], axis=-1)
-
-    def whole_status(self, status: np.ndarray) -> np.ndarray:
-        """(..., N) statuses of the whole from those of the half, (..., h): slip (+1, -1) turns around, stick (0) and open (2) do not."""
-        image = self._image(status)
-        return np.concatenate([status, np.where(np.abs(image) == 1, -image, image)], axis=-1)
-
     def _image(self, values: np.ndarray) -> np.ndarray:
         return values[..., : self._nodes // 2][..., ::-1]
 
@@ -151,11 +141,6 @@ class MirrorHalf:
         return A, B, C
 
 
-_HALVES: WeakKeyDictionary[ContactSystem, MirrorHalf | None] = WeakKeyDictionary()  # a campaign asks for the same half in every run
-
-
 def mirror_half(system: ContactSystem, friction: Array) -> MirrorHalf | None:
     """Half of the contact if stiffness, gap and friction are mirror-symmetric and it has more than one node, else None."""
-    if system not in _HALVES:
-        _HALVES[system] = MirrorHalf(system) if system.nodes > 1 and is_mirror_symmetric(system, (), np.zeros(system.nodes), EXACT) else None
-    return _HALVES[system] if _same(friction, friction[::-1], float(friction.max()), EXACT) else None
+    return MirrorHalf(system) if system.nodes > 1 and is_mirror_symmetric(system, (), friction, EXACT) else None

@@ -7,8 +7,8 @@ With the slip increment split, `dv = s+ - s-`, the contact law reads `z >= 0, M 
         [      B            -B           C    ]            [    p    ]
 
 (Klarbring & Bjorkman 1988). A z obeys it exactly where the quadratic program `min z' (M z + c), z >= 0, M z + c >= 0` has the minimum 0. That program
-is convex only where the symmetric part of M has no negative eigenvalue: without friction, or for an uncoupled contact whose gaps are no unknowns. It
-is here to be looked at, and to be solved in those cases; a local minimum of a program that is not convex need not be a state of the contact.
+is convex only where the symmetric part of M has no negative eigenvalue: without friction. It is here to be looked at, and to be solved in that case;
+a local minimum of a program that is not convex need not be a state of the contact.
 """
 
 from dataclasses import dataclass, field
@@ -20,18 +20,36 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, flag
+from ..contact.checks import Array
 from ..errors import NoContinuation, SolverError
 from ..solve.explain import explain
 from ..solve.solvers import Kind, NoOptimum, solve
+from .engine import status_program
 from .increment import Increment, Law, PosedIncrement
 from .newton import Status, guessed
-from .status_search import StatusSearch
 
 __all__ = ["ComplementarityProblem", "complementarity_problem"]
 
 _TITLE = "friction increment, complementarity"
 _ROUNDING = 1e-12  # negative eigenvalues up to this share of the largest entry of M are rounding
+
+
+def _complementarity_program(M: Array, c: Array, convex: bool) -> cp.Problem:
+    n = len(c) // 3
+    forward_slip, backward_slip, gap = (cp.Variable(n, name=name) for name in ("forward_slip", "backward_slip", "gap"))
+    z = cp.hstack([forward_slip, backward_slip, gap])
+    forward_slack, backward_slack, p = M[:n] @ z + c[:n], M[n : 2 * n] @ z + c[n : 2 * n], M[2 * n :] @ z + c[2 * n :]
+    rows = {
+        "forward_slip_grows": forward_slip >= 0,
+        "backward_slip_grows": backward_slip >= 0,
+        "no_overlap": gap >= 0,
+        "forward_bound": forward_slack >= 0,
+        "backward_bound": backward_slack >= 0,
+        "no_tension": p >= 0,
+    }
+    symmetric = (M + M.T) / 2
+    work = cp.quad_form(z, cp.psd_wrap(symmetric) if convex else symmetric) + c @ z
+    return cp.Problem(cp.Minimize(work), [row.set_label(name) for name, row in rows.items()])
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,17 +59,11 @@ class ComplementarityProblem:
     Attributes
     ----------
     matrix, constant
-        `M` (3N, 3N) and `c` (3N,), or (2N, 2N) and (2N,) where gaps are no unknowns.
-    problem
-        Its quadratic program, with variables forward_slip, backward_slip and gap.
-    separation
-        Whether gaps are unknowns.
+        `M` (3N, 3N) and `c` (3N,).
     """
 
     matrix: Array
     constant: Array
-    problem: cp.Problem = field(repr=False)
-    separation: bool
     _posed: PosedIncrement = field(repr=False)
 
     @cached_property
@@ -62,12 +74,17 @@ class ComplementarityProblem:
     @property
     def convex(self) -> bool:
         """Whether the quadratic program is convex, up to rounding."""
-        return _is_convex(self.matrix, self.least_eigenvalue)
+        return self.least_eigenvalue >= -_ROUNDING * float(np.abs(self.matrix).max())
+
+    @cached_property
+    def problem(self) -> cp.Problem:
+        """The quadratic program, with variables forward_slip, backward_slip and gap."""
+        return _complementarity_program(self.matrix, self.constant, self.convex)
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the quadratic program by its names."""
         units = dict.fromkeys(("forward_slip", "backward_slip", "gap"), self._posed.length)
-        explain(_TITLE, self.problem, None, units, self._left_out, pd.DataFrame(), file)
+        explain(_TITLE, self.problem, None, units, (), pd.DataFrame(), file)
 
     def solve(self, solver: str | None = None) -> Increment:
         """The state after the increment, where the program is convex.
@@ -75,7 +92,7 @@ class ComplementarityProblem:
         Parameters
         ----------
         solver
-            One of "CLARABEL", "HIGHS_QP"; by default each in this order until an answer passes.
+            One of "OSQP", "CLARABEL"; by default each in this order until an answer passes.
 
         Raises
         ------
@@ -89,26 +106,20 @@ class ComplementarityProblem:
                 f"complementarity program: not convex, the symmetric part of M has the eigenvalue {self.least_eigenvalue:.3g} (in units of the "
                 "stiffness scale), so that a solver's minimum need not be a state of the contact; solve an ExactIncrement or a FrozenBoundIncrement"
             )
-        model = StatusSearch(self.problem, self._posed, self._read_status, self.separation)
+        program = status_program(self.problem, self._posed, self._read_status)
         try:
-            answer = solve(model, model.claim, solver, kind=Kind.QP)
+            answer = solve(program, program.claim, solver, kind=Kind.QP)
         except NoOptimum as error:
-            closed = "" if self.separation else " with every gap closed"
-            raise NoContinuation(f"complementarity program: no state obeys the law under this load{closed} ({error})") from error
-        return self._posed.result(_TITLE, answer.claim.state, 0, answer.solver, answer.attempts, self._left_out, self.problem)
+            raise NoContinuation(f"complementarity program: no state obeys the law under this load ({error})") from error
+        return self._posed.result(_TITLE, answer.claim.state, 0, answer.solver, answer.attempts, (), self.problem)
 
     def _read_status(self) -> Status:
-        law, none = self._posed.law, np.zeros(self._posed.law.nodes)
-        value = {name: np.asarray(variable.value) for name, variable in self.problem.var_dict.items()}
-        u = np.r_[value["forward_slip"] - value["backward_slip"], value.get("gap", none)]
-        return guessed(law.friction, none, u, self._posed.trial + law.S @ u, self.separation)
-
-    @property
-    def _left_out(self) -> tuple[str, ...]:
-        return () if self.separation else ("gaps: no unknowns of the program, by request",)
+        law, value = self._posed.law, {name: variable.value for name, variable in self.problem.var_dict.items()}
+        u = np.r_[value["forward_slip"] - value["backward_slip"], value["gap"]]
+        return guessed(law.friction, law.no_bound, u, self._posed.trial + law.S @ u)
 
 
-def complementarity_problem(system: ContactSystem, friction: Any, slip: Any, bonded: Any, *, separation: bool = True) -> ComplementarityProblem:
+def complementarity_problem(system: ContactSystem, friction: Any, slip: Any, bonded: Any) -> ComplementarityProblem:
     """Build the complementarity problem of one increment.
 
     Parameters
@@ -121,8 +132,6 @@ def complementarity_problem(system: ContactSystem, friction: Any, slip: Any, bon
         (N,) slip before the increment, length.
     bonded
         `(q^w, p^w)`, (N,) bonded reactions of the load after it, force per depth.
-    separation
-        Whether gaps are unknowns; False keeps every node closed (the referee then says whether it is).
 
     Raises
     ------
@@ -131,29 +140,7 @@ def complementarity_problem(system: ContactSystem, friction: Any, slip: Any, bon
     """
     law = Law(system, friction)
     posed = law.pose(slip, bonded)
-    n, f = law.nodes, np.diag(law.friction)
-    one, none = np.eye(n), np.zeros((n, n))
+    f, one, none = np.diag(law.friction), np.eye(law.nodes), np.zeros((law.nodes, law.nodes))
     motion = np.block([[one, -one, none], [none, none, one]])  # u = motion z
     force = np.block([[one, f], [-one, f], [none, one]])  # [f p + q, f p - q, p] = force r
-    kept = (3 if flag("separation", separation) else 2) * n
-    matrix, constant = (force @ law.S @ motion)[:kept, :kept], (force @ posed.trial)[:kept]
-    return ComplementarityProblem(matrix, constant, _program(matrix, constant, n), separation, posed)
-
-
-def _program(matrix: Array, constant: Array, nodes: int) -> cp.Problem:
-    names = ("forward_slip", "backward_slip", "gap")[: len(matrix) // nodes]
-    labels = ("forward_bound", "backward_bound", "no_tension")
-    parts = [cp.Variable(nodes, name=name) for name in names]
-    z = cp.hstack(parts)
-    symmetric = (matrix + matrix.T) / 2
-    if _is_convex(matrix, float(np.linalg.eigvalsh(symmetric)[0])):
-        symmetric = cp.psd_wrap(symmetric)
-    rows = [(part >= 0).set_label(f"{name}_grows") for part, name in zip(parts, names, strict=True)]
-    for k, label in enumerate(labels[: len(parts)]):
-        own = slice(k * nodes, (k + 1) * nodes)
-        rows.append((matrix[own] @ z + constant[own] >= 0).set_label(label))
-    return cp.Problem(cp.Minimize(cp.quad_form(z, symmetric) + constant @ z), rows)
-
-
-def _is_convex(matrix: Array, least_eigenvalue: float) -> bool:
-    return least_eigenvalue >= -_ROUNDING * float(np.abs(matrix).max())
+    return ComplementarityProblem(force @ law.S @ motion, force @ posed.trial, posed)

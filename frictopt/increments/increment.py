@@ -15,7 +15,7 @@ from ..errors import ModelError
 from ..solve.explain import explain
 from ..solve.portable import Portable
 from ..solve.solvers import Attempt
-from .newton import State, classified
+from .newton import State, classified, sticking
 
 __all__ = ["Increment", "Law", "PosedIncrement"]
 
@@ -97,6 +97,11 @@ class Law:
         """Number of node pairs, N."""
         return self.system.nodes
 
+    @property
+    def no_bound(self) -> Array:
+        """(N,) friction bound besides f p: none."""
+        return np.zeros(self.nodes)
+
     def pose(self, slip: Any, bonded: Any) -> "PosedIncrement":
         """The increment from a slip to a load, given by its bonded reactions.
 
@@ -162,6 +167,12 @@ class PosedIncrement:
         q, p = np.split(self.trial, 2)
         return bool(p.min() >= -_STUCK and (np.abs(q) <= self.law.friction * p + _STUCK).all())
 
+    @property
+    def worst_node(self) -> int:
+        """Node at which the trial state violates the law most."""
+        q, p = np.split(self.trial, 2)
+        return int(np.argmax(np.maximum(np.abs(q) - self.law.friction * p, -p)))
+
     def residual(self, state: State) -> float:
         """What the referee says of a state."""
         return self._judged(*self._dimensional(state))
@@ -190,5 +201,5 @@ class PosedIncrement:
     def closed_form(self, title: str) -> Increment:
         """The increment in which nothing moves."""
         why = "optimisation problem: the trial state obeys the law, nothing slips and nothing opens"
-        still = State(np.zeros(self.law.nodes, dtype=np.int8), np.zeros(2 * self.law.nodes), self.trial)
+        still = State(sticking(self.law.nodes), np.zeros(2 * self.law.nodes), self.trial)
         return self.result(title, still, 0, "closed form", (), (why,), None)

@@ -1,17 +1,30 @@
 """The exact state of a contact whose nodes' status is known, and the correction of a status that its own state contradicts."""
 
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
 from ..contact.checks import Array
 
-__all__ = ["BACKWARD", "FORWARD", "OPEN", "STICK", "State", "Status", "classified", "guessed", "settle", "solve_status"]
+__all__ = ["NodeStatus", "State", "Status", "classified", "guessed", "settle", "solve_status", "sticking"]
 
 Status = np.ndarray[Any, np.dtype[np.int8]]
 
-STICK, FORWARD, BACKWARD, OPEN = 0, 1, -1, 2
+
+class NodeStatus(IntEnum):
+    """What a node does."""
+
+    STICK = 0
+    FORWARD = 1
+    """Slips along +x."""
+    BACKWARD = -1
+    """Slips against +x."""
+    OPEN = 2
+
+
+STICK, FORWARD, BACKWARD, OPEN = NodeStatus.STICK, NodeStatus.FORWARD, NodeStatus.BACKWARD, NodeStatus.OPEN
 
 _AT_BOUND = 1e-9  # distance from a bound, in units of the force scale, up to which a node counts as on it
 _WRONG = 1e-13  # dimensionless violations up to this are rounding and no reason to change a status
@@ -26,7 +39,7 @@ class State:
     Attributes
     ----------
     status
-        (N,) 0 stick, +1 and -1 slip along and against +x, 2 open.
+        (N,) `NodeStatus` of every node.
     u
         (2N,) slip increment and total gap `[dv, w]`.
     r
@@ -36,6 +49,11 @@ class State:
     status: Status
     u: Array
     r: Array
+
+
+def sticking(nodes: int) -> Status:
+    """(nodes,) statuses: every node sticks."""
+    return np.full(nodes, STICK, dtype=np.int8)
 
 
 def solve_status(S: Array, friction: Array, bound: Array, trial: Array, status: Status) -> State:
