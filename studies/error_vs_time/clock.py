@@ -30,10 +30,10 @@ _MARKED = {  # functions that belong to a stage; the time outside of all of them
     "verify": (
         "frictopt.contact.system.ContactSystem.__post_init__",
         "frictopt.fem.model.ContactModel._balanced",
-        "frictopt.limits.both_bounds_search.ApexSearch._claimed",
+        "frictopt.limits.both_bounds_search.BothBoundsSearch._claimed",
         "frictopt.increments.increment.referee",
-        "frictopt.limits.kinds.MarginState",
-        "frictopt.limits.shakedown._judged",
+        "frictopt.limits.safe_slip.MarginState",
+        "frictopt.limits.shakedown.judged",
         "frictopt.path.exact.referee",
         "frictopt.path.cycles.referee",
         "frictopt.campaign.trajectory.referee",

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 import frictopt as fo
-from frictopt.limits.posed import Task, cycle_loads
+from frictopt.limits.posed import LimitQuestion, cycle_loads
 
 from ..paper import LOADS
 from .bare_lp import LinearProgram, highs, highs_cost, highs_vertex
@@ -44,12 +44,12 @@ class NodePrograms:
     @classmethod
     def of(cls, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> "NodePrograms":
         """The programs of a contact."""
-        task = Task(system, cycle, cycle_loads(system, cycle), np.full(system.nodes, friction), False)
-        interface = task.interface()
-        rows, n = task.rows(interface), system.nodes
-        lift, shear = rows.friction[:, None] * interface.normal, interface.shear
+        task = LimitQuestion(system, cycle, cycle_loads(system, cycle), np.full(system.nodes, friction), False)
+        scaled = task.scaled()
+        rows, n = task.rows(scaled), system.nodes
+        lift, shear = rows.friction[:, None] * scaled.normal, scaled.shear
         matrix = csc_matrix(np.hstack([np.vstack([-lift - shear, shear - lift]), np.concatenate([rows.forward, rows.backward])[:, None]]))
-        right = np.concatenate([rows.g_mean + rows.q_mean, rows.g_mean - rows.q_mean])
+        right = np.concatenate([rows.fp_mean + rows.q_mean, rows.fp_mean - rows.q_mean])
         cost = np.eye(matrix.shape[1])[-1]
         lower = np.where(cost > 0, 0.0, -np.inf)
         programs = {}
