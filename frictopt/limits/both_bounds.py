@@ -10,6 +10,7 @@ finds how far up such slips go, `max lam` up to the load unit: at load factor 0 
 bounds whatever the cyclic load does.
 """
 
+from dataclasses import replace
 from enum import Enum
 
 import cvxpy as cp
@@ -45,7 +46,7 @@ def both_bounds_problem(scaled: ScaledContact, opening: bool, bound: SlipBound |
         rows["load_factor_at_most_1"] = lam <= 1
     goal = {Aim.LEAST: cp.Minimize(lam), Aim.EXCESS: cp.Minimize(excess), Aim.HIGHEST: cp.Maximize(lam)}[aim]
     constraints = [*safe.problem.constraints, *(row.set_label(name) for name, row in rows.items())]
-    return SafeProblem(cp.Problem(goal, constraints), scaled, bound)
+    return replace(safe, problem=cp.Problem(goal, constraints))
 
 
 def set_node(model: SafeProblem, rows: RulingLoads, node: int) -> None:

@@ -47,7 +47,7 @@ class SafeSymbols:
         """The rows by their names and those of a slip bound; without the rows `no_opening` where friction implies them."""
         kept = [row.set_label(name) for name, row in rows.items() if opening or name != "no_opening"]
         kept += [] if bound is None else bound.rows(self.traction, self.slide)
-        return SafeProblem(cp.Problem(goal, kept), self._contact, bound)
+        return SafeProblem(cp.Problem(goal, kept), self._contact, bound, self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +60,7 @@ class SafeProblem:
     problem: cp.Problem
     scaled: ScaledContact
     bound: SlipBound | None
+    symbols: SafeSymbols
 
     def set(self, rows: RulingLoads, load_factor: float | None = None) -> None:
         """Set the parameters of the rows in place; a load factor moves the cyclic part to the side of the data (margin problem)."""

@@ -1,5 +1,8 @@
 """The shakedown limit lambda_2: the load factor above which no residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987)."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import cvxpy as cp
@@ -8,14 +11,17 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import flag, listed
+from ..solve.explain import Units
 from ..solve.solvers import TOLERANCE, solve, solver_order
 from .closed_form import uncoupled_limit
-from .kinds import classify
+from .kinds import LimitKind, classify
 from .mechanism import expand_duals
+from .own_constraints import OwnRows, Physical, no_limit_under, own_rows
 from .posed import LimitQuestion, cycle_loads
+from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem, SafeSymbols
 from .scaling import ScaledContact
-from .shakedown_result import LimitClaim, ShakedownLimit, judged, no_limit_claim
+from .shakedown_result import LimitClaim, ShakedownLimit, judged, judged_program, no_limit_claim
 from .slip_bound import SlipBound, slip_bounds
 
 __all__ = ["ShakedownModel", "shakedown_limit", "shakedown_problem"]
@@ -74,23 +80,55 @@ class ShakedownModel:
         self._most, self._simplify, self._solver = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify), solver
         self._closed_form = simplify and len(solver_order(solver)) > 1
         self._compiled: dict[tuple[bool, bool], SafeProblem] = {}  # by what friction can change, see `LimitQuestion`
+        self._constrained: tuple[list[Any], SafeProblem, OwnRows] | None = None
 
-    def solve(self, friction: Any) -> ShakedownLimit:
-        """The limit for a coefficient of friction, one or one per node.
+    @property
+    def load_factor(self) -> cp.Expression:
+        """The load factor, an affine cvxpy expression for constraints of your own."""
+        return self._physical.load_factor
+
+    @property
+    def slip(self) -> cp.Expression:
+        """(N,) residual slip, length, an affine cvxpy expression for constraints of your own."""
+        return self._physical.slip
+
+    @property
+    def q(self) -> cp.Expression:
+        """(K, N) shear forces at the corners of the cycle, force per depth, an affine cvxpy expression for constraints of your own."""
+        return self._physical.q
+
+    @property
+    def p(self) -> cp.Expression:
+        """(K, N) normal forces at the corners of the cycle, compression positive, an affine cvxpy expression for constraints of your own."""
+        return self._physical.p
+
+    def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = ()) -> ShakedownLimit:
+        """The limit for a coefficient of friction, one or one per node, under constraints of your own.
+
+        Parameters
+        ----------
+        friction
+            Coefficient of friction, one or one per node.
+        constraints
+            cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or of
+            abs, max, norm1 and the like: the program stays linear, and its multipliers prove the limit. `dual_bound` and `residual` cover them. The
+            whole contact is solved then, and the program is compiled once for the same constraints.
 
         Raises
         ------
         ModelError
-            Bad friction.
+            Bad friction; constraints that are not convex, not linear, or on another model.
         SolverError
             No solver gave an answer that passes the checks.
         """
         task = LimitQuestion(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
+        if len(listed("constraints", constraints)):
+            return self._constrained_program(replace(task, simplify=False), list(constraints))
         closed = _closed_form(task) if self._closed_form else None
         return self._linear_program(task) if closed is None else closed
 
-    def sweep(self, frictions: Any) -> pd.DataFrame:
-        """The limit for many coefficients of friction (each one number or (N,)), one row each.
+    def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
+        """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
 
         Columns: friction (mean over the nodes), load_factor, dual_bound, residual, friction_rate, node and direction of the largest share
         of the mechanism (-1 and 0 without one), solver.
@@ -102,7 +140,7 @@ class ShakedownModel:
         SolverError
             No solver gave an answer that passes the checks.
         """
-        return pd.DataFrame([_row(friction, self.solve(friction)) for friction in listed("frictions", frictions)])
+        return pd.DataFrame([_row(friction, self.solve(friction, constraints)) for friction in listed("frictions", frictions)])
 
     def _linear_program(self, task: LimitQuestion) -> ShakedownLimit:
         kind = task.mirror, task.opening
@@ -124,8 +162,40 @@ class ShakedownModel:
             return None if proof is None else no_limit_claim(task, *proof)
 
         answer = solve(model, claimed, self._solver, no_optimum=no_limit)
-        units = {"load_factor": rows.load_unit, "traction": scaled.unit[scaled.loaded]}
-        return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, units)
+        return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, _units(scaled, rows))
+
+    @cached_property
+    def _whole(self) -> SafeProblem:
+        """The program of the whole contact, with `p >= 0` whatever the friction."""
+        scaled = (task := LimitQuestion(self._system, self._cycle, self._loads, np.zeros(self._system.nodes), False, self._most)).scaled()
+        return shakedown_problem(scaled, True, task.bound(scaled))
+
+    @cached_property
+    def _physical(self) -> Physical:
+        return Physical(self._whole, self._loads)
+
+    def _constrained_program(self, task: LimitQuestion, constraints: list[Any]) -> ShakedownLimit:
+        whole, rows = self._whole, task.rows(self._whole.scaled)
+        if self._constrained is None or [*map(id, self._constrained[0])] != [*map(id, constraints)]:
+            own = own_rows(constraints, self._physical, rows.load_unit)
+            model = replace(whole, problem=cp.Problem(whole.problem.objective, [*whole.problem.constraints, *own.constraints]))
+            self._constrained = constraints, model, own
+        _, model, own = self._constrained
+        model.set(rows)
+
+        def claimed() -> LimitClaim:
+            motion = expand_duals(model, rows, task.system.nodes, task.loads.corners).scaled(rows.load_unit)
+            return judged_program(task, model, rows.load_unit, motion, own.constraints)
+
+        def no_limit() -> LimitClaim | None:
+            proof = classify(task, whole.scaled, self._solver)
+            if proof is not None and proof[0] is LimitKind.NO_SAFE_SLIP:
+                return no_limit_claim(task, *proof)
+            return no_limit_under(own.constraints, task, model.problem, self._solver)
+
+        answer = solve(model, claimed, self._solver, no_optimum=no_limit)
+        own.save()
+        return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, _units(whole.scaled, rows))
 
 
 def shakedown_limit(
@@ -168,6 +238,10 @@ def _closed_form(task: LimitQuestion) -> ShakedownLimit | None:
     if claim.residual > TOLERANCE:
         return None
     return claim.result("closed form", (), ("linear program: the contact is uncoupled (B = 0), the limit has a closed form",), None, {})
+
+
+def _units(scaled: ScaledContact, rows: RulingLoads) -> Units:
+    return {"load_factor": rows.load_unit, "traction": scaled.unit[scaled.loaded]}
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
