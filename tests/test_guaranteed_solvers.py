@@ -36,7 +36,7 @@ def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_
 
     def denies(problem, name):
         status, text = run(problem, name)
-        return (policy.Status.NO_OPTIMUM, "infeasible") if "apex_rows" in problem.param_dict and "excess" not in problem.var_dict else (status, text)
+        return (policy.Status.NO_OPTIMUM, "infeasible") if "node_rows" in problem.param_dict and "excess" not in problem.var_dict else (status, text)
 
     monkeypatch.setattr(policy, "_run", denies)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
@@ -54,7 +54,7 @@ def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):
     model = fo.GuaranteedModel(punch(16), paper_cycle, slip_bound=10.0)
     first, second = model.solve(0.3), model.solve(0.5)
     assert first.problem is second.problem and first.problem.is_dpp()
-    labels = ["no_forward_slip", "no_backward_slip", "forward_slip_bound", "backward_slip_bound", "on_both_bounds", "load_factor_not_negative"]
+    labels = ["no_forward_slip", "no_backward_slip", "load_factor_not_negative", "forward_slip_bound", "backward_slip_bound", "on_both_bounds"]
     assert [constraint.label for constraint in first.problem.constraints] == labels
     text = io.StringIO()
     second.explain(text)

@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits.posed import Task, cycle_loads
-from frictopt.limits.screening import apex_bounds
+from frictopt.limits.posed import LimitQuestion, cycle_loads
+from frictopt.limits.screening import load_factor_bounds
 from frictopt.solve import solvers as policy
 from systems import CYCLE, FIRST_PAIR, random_system, system
 from test_guaranteed import least_by_node, random_cycle
 
 
-def is_apex(problem):
-    return "apex_rows" in problem.param_dict and "excess" not in problem.var_dict
+def is_both_bounds(problem):
+    return "node_rows" in problem.param_dict and "excess" not in problem.var_dict
 
 
 def lying(monkeypatch, lie):
@@ -34,11 +34,11 @@ def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
     contact = system(*FIRST_PAIR)
     right = fo.guaranteed_limit(contact, CYCLE, 0.6)
     inside = fo.safe_slip(contact, CYCLE, 0.6, right.load_factor).slip
-    interface = Task(contact, CYCLE, cycle_loads(contact, CYCLE), 0.6, False).interface()
-    traction = np.linalg.lstsq(interface.slip, inside)[0]
-    assert np.abs(interface.slip @ traction - inside).max() < 1e-12
+    scaled = LimitQuestion(contact, CYCLE, cycle_loads(contact, CYCLE), 0.6, False).scaled()
+    traction = np.linalg.lstsq(scaled.slip, inside)[0]
+    assert np.abs(scaled.slip @ traction - inside).max() < 1e-12
 
-    lying(monkeypatch, lambda problem: problem.var_dict["traction"].save_value(traction) if is_apex(problem) else None)
+    lying(monkeypatch, lambda problem: problem.var_dict["traction"].save_value(traction) if is_both_bounds(problem) else None)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     q, p = limit.reactions
     (first, last), node = limit.corners, limit.node
@@ -52,7 +52,7 @@ def test_a_witness_at_more_than_the_least_load_factor_is_not_accepted(monkeypatc
     right = fo.guaranteed_limit(contact, CYCLE, 0.6)
 
     def largest(problem):
-        if not is_apex(problem):
+        if not is_both_bounds(problem):
             return
         duals = [constraint.dual_value for constraint in problem.constraints]
         cp.Problem(cp.Maximize(problem.var_dict["load_factor"]), problem.constraints).solve(solver="HIGHS")
@@ -71,13 +71,13 @@ def test_multipliers_that_balance_nothing_prove_no_least_load_factor(monkeypatch
     told = []
 
     def largest(problem):
-        if not is_apex(problem):
+        if not is_both_bounds(problem):
             return
         cp.Problem(cp.Maximize(problem.var_dict["load_factor"]), problem.constraints).solve(solver="HIGHS")
         for constraint in problem.constraints:
             constraint.dual_variables[0].save_value(np.zeros(constraint.shape))
             if constraint.label == "on_both_bounds":
-                mean = problem.param_dict["apex_mean"].value
+                mean = problem.param_dict["node_mean"].value
                 constraint.dual_variables[0].save_value(np.array([float(problem.var_dict["load_factor"].value) / mean[0], 0.0]))
                 assert mean[0] > 0
         told.append(problem)
@@ -100,7 +100,7 @@ def test_multipliers_that_stress_the_contact_prove_nothing(monkeypatch):
         for name in ("load_factor", "traction"):
             problem.var_dict[name].save_value(0.9 * problem.var_dict[name].value)
         load_factor = float(problem.var_dict["load_factor"].value)
-        mean = np.r_[value["g_mean"] + value["q_mean"], value["g_mean"] - value["q_mean"]]
+        mean = np.r_[value["fp_mean"] + value["q_mean"], value["fp_mean"] - value["q_mean"]]
         left = mean - load_factor * np.r_[value["forward"], value["backward"]]  # below 0: slip there, if there were no residual slip
         weak, strong = int(left.argmin()), int(left.argmax())
         assert left[weak] < 0 < left[strong]
@@ -123,8 +123,8 @@ def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
     nodes = int(rng.integers(2, 5))
     contact, cycle = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=1.0), random_cycle(rng, 2)
     friction = np.full(nodes, rng.uniform(0.3, 3))
-    task = Task(contact, cycle, cycle_loads(contact, cycle), friction, False)
-    bounds, least = apex_bounds(task.interface(), task.rows(task.interface())), least_by_node(contact, cycle, friction)
+    task = LimitQuestion(contact, cycle, cycle_loads(contact, cycle), friction, False)
+    bounds, least = load_factor_bounds(task.scaled(), task.rows(task.scaled())), least_by_node(contact, cycle, friction)
     assert (bounds <= least * (1 + 1e-8) + 1e-12).all() and (bounds == 0).any()
 
 

@@ -4,7 +4,8 @@ from .guaranteed import GuaranteedLimit, GuaranteedModel, guaranteed_limit
 from .kinds import LimitKind
 from .safe_slip import SafeSlip, safe_slip
 from .safe_vertices import safe_vertices
-from .shakedown import ShakedownLimit, ShakedownModel, shakedown_limit
+from .shakedown import ShakedownModel, shakedown_limit
+from .shakedown_result import ShakedownLimit
 
 __all__ = [
     "GuaranteedLimit",

@@ -10,13 +10,13 @@ from ..contact.checks import Array, frozen
 from ..solve.explain import Units
 from ..solve.polish import Program
 from ..solve.solvers import TOLERANCE, Attempt, solve
-from .both_bounds import Aim, apex_problem, set_apex
-from .posed import Task
-from .ruling_corners import LoadRows
+from .both_bounds import Aim, both_bounds_problem, set_node
+from .posed import LimitQuestion
+from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem
-from .scaling import Interface
+from .scaling import ScaledContact
 
-__all__ = ["ApexClaim", "ApexSearch", "two_corners"]
+__all__ = ["BothBoundsSearch", "NodeClaim", "two_corners"]
 
 _FLOOR = 1e-3  # load factors count relative to themselves from this share of the load unit on
 _TIE = 1e-12  # corners whose rows differ by less than this share rule together
@@ -25,7 +25,7 @@ _COINCIDE = 1e-6  # dimensionless load factors up to this are told from 0 by les
 
 
 @dataclass(frozen=True, eq=False)
-class ApexClaim:
+class NodeClaim:
     """The least load factor at which a node is on both its bounds under a safe slip; inf where there is none.
 
     Attributes
@@ -57,7 +57,7 @@ class ApexClaim:
     above: tuple[float, Array] | None = None
 
 
-class ApexSearch:
+class BothBoundsSearch:
     """The problems of all nodes, compiled once for any friction.
 
     Parameters
@@ -70,34 +70,34 @@ class ApexSearch:
         self._solver = solver
         self._compiled: dict[tuple[bool, Aim], SafeProblem] = {}
 
-    def solve(self, task: Task, interface: Interface, rows: LoadRows, node: int, *, likely: bool) -> ApexClaim:
+    def solve(self, task: LimitQuestion, scaled: ScaledContact, rows: RulingLoads, node: int, *, expect_solution: bool) -> NodeClaim:
         """The claim of one node that passes its checks.
 
-        Whether the node is `likely` to be on both bounds anywhere decides only which of the problems comes first.
+        Whether the node is `expect_solution` to be on both bounds anywhere decides only which of the problems comes first.
 
         Raises
         ------
         SolverError
             No solver gave an answer that passes.
         """
-        denied = None if likely else self._never(task, interface, rows, node)
+        denied = None if expect_solution else self._proof_of_absence(task, scaled, rows, node)
         if denied is not None:
             return denied
-        model = self._model(task, interface, rows, node, Aim.LEAST)
+        model = self._model(task, scaled, rows, node, Aim.LEAST)
 
-        def never() -> ApexClaim | None:
-            return self._never(task, interface, rows, node)
+        def never() -> NodeClaim | None:
+            return self._proof_of_absence(task, scaled, rows, node)
 
         found = self._solved(lambda: self._claimed(task, model, rows, node), model, never)
-        found = replace(found, problem=model.problem, units={"load_factor": rows.load_unit, "traction": interface.unit[interface.loaded]})
-        return found if found.load_factor > 0 else self._beyond_zero(task, interface, rows, found)
+        found = replace(found, problem=model.problem, units={"load_factor": rows.load_unit, "traction": scaled.unit[scaled.loaded]})
+        return found if found.load_factor > 0 else self._beyond_zero(task, scaled, rows, found)
 
-    def _beyond_zero(self, task: Task, interface: Interface, rows: LoadRows, found: ApexClaim) -> ApexClaim:
+    def _beyond_zero(self, task: LimitQuestion, scaled: ScaledContact, rows: RulingLoads, found: NodeClaim) -> NodeClaim:
         """The claim of a limit of 0 itself, if the node can be on both bounds above 0 too; otherwise it is nowhere but where the bounds coincide.
 
         The load factors at which it can are an interval, for the problem is convex. Within, above 0, the node presses at both corners.
         """
-        model = self._model(task, interface, rows, found.node, Aim.HIGHEST)
+        model = self._model(task, scaled, rows, found.node, Aim.HIGHEST)
         highest = self._solved(lambda: self._claimed(task, model, rows, found.node), model)
         attempts = (*found.attempts, *highest.attempts)
         if highest.load_factor > _COINCIDE * rows.load_unit:
@@ -107,18 +107,18 @@ class ApexSearch:
         nothing = np.full_like(found.slip, np.nan)
         return replace(found, load_factor=np.inf, slip=nothing, attempts=attempts, residual=highest.residual, coincide=True)
 
-    def _solved(self, claimed: Callable[[], ApexClaim], model: SafeProblem, never: Callable[[], ApexClaim | None] | None = None) -> ApexClaim:
+    def _solved(self, claimed: Callable[[], NodeClaim], model: SafeProblem, never: Callable[[], NodeClaim | None] | None = None) -> NodeClaim:
         answer = solve(model, claimed, self._solver, no_optimum=never)
         return replace(answer.claim, solver=answer.solver, attempts=answer.attempts)
 
-    def _model(self, task: Task, interface: Interface, rows: LoadRows, node: int, aim: Aim) -> SafeProblem:
+    def _model(self, task: LimitQuestion, scaled: ScaledContact, rows: RulingLoads, node: int, aim: Aim) -> SafeProblem:
         kind = task.opening, aim
         if kind not in self._compiled:
-            self._compiled[kind] = apex_problem(interface, task.opening, task.bound(interface), aim)
-        set_apex(self._compiled[kind], rows, node)
+            self._compiled[kind] = both_bounds_problem(scaled, task.opening, task.bound(scaled), aim)
+        set_node(self._compiled[kind], rows, node)
         return self._compiled[kind]
 
-    def _claimed(self, task: Task, model: SafeProblem, rows: LoadRows, node: int) -> ApexClaim:
+    def _claimed(self, task: LimitQuestion, model: SafeProblem, rows: RulingLoads, node: int) -> NodeClaim:
         corners, factor, slip = _pair(task, node), float(model.value("load_factor")), task.within_bound(model.slip)
         load_factor = (factor if factor > _ZERO else 0.0) * rows.load_unit
         q, p = task.reactions(load_factor, slip)
@@ -127,26 +127,26 @@ class ApexSearch:
         value, bound = Program(model.problem).bounds
         gap = abs(value - bound) / max(abs(value), _FLOOR)
         residual = max(task.violation(load_factor, slip), off, gap)
-        return ApexClaim(node, corners, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)))
+        return NodeClaim(node, corners, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)))
 
-    def _never(self, task: Task, interface: Interface, rows: LoadRows, node: int) -> ApexClaim | None:
+    def _proof_of_absence(self, task: LimitQuestion, scaled: ScaledContact, rows: RulingLoads, node: int) -> NodeClaim | None:
         """Proof that no safe slip at any load factor holds the node on both bounds; None where there is none."""
-        model = self._model(task, interface, rows, node, Aim.EXCESS)
+        model = self._model(task, scaled, rows, node, Aim.EXCESS)
 
         def least_excess() -> tuple[float, float]:
             value, bound = Program(model.problem).bounds
             return -value, -bound
 
-        def claimed() -> ApexClaim:
+        def claimed() -> NodeClaim:
             value, bound = least_excess()
             slip = np.full(task.system.nodes, np.nan)
-            return ApexClaim(node, _pair(task, node), np.inf, slip, 0.0 if bound > TOLERANCE else abs(value - bound))
+            return NodeClaim(node, _pair(task, node), np.inf, slip, 0.0 if bound > TOLERANCE else abs(value - bound))
 
         claim = self._solved(claimed, model)
         return claim if least_excess()[1] > TOLERANCE else None
 
 
-def two_corners(task: Task) -> np.ndarray:
+def two_corners(task: LimitQuestion) -> np.ndarray:
     """(N,) whether a node that is on both its bounds under a safe slip slips to and fro: forward at one corner, backward at another.
 
     Where one corner rules both bounds, the node only lifts off there; without friction it dissipates nothing.
@@ -155,7 +155,7 @@ def two_corners(task: Task) -> np.ndarray:
     return np.asarray((forward & ~backward).any(axis=0) & (backward & ~forward).any(axis=0) & (task.friction > 0))
 
 
-def _rulers(task: Task) -> tuple[np.ndarray, np.ndarray]:
+def _rulers(task: LimitQuestion) -> tuple[np.ndarray, np.ndarray]:
     """(K, N) whether a corner rules the forward and the backward bound of a node, ties included."""
     f, q1, p1 = task.friction, task.loads.q1, task.loads.p1
     floor = _TIE * (np.abs(q1) + f * np.abs(p1)).max(axis=0)
@@ -163,7 +163,7 @@ def _rulers(task: Task) -> tuple[np.ndarray, np.ndarray]:
     return forward >= forward.max(axis=0) - floor, backward >= backward.max(axis=0) - floor
 
 
-def _pair(task: Task, node: int) -> tuple[int, int]:
+def _pair(task: LimitQuestion, node: int) -> tuple[int, int]:
     """The corners of the forward and the backward bound of a node."""
     forward, backward = (rules[:, node] for rules in _rulers(task))
     return int(np.argmax(forward & ~backward)), int(np.argmax(backward & ~forward))

@@ -14,11 +14,12 @@ from ..contact.mirror import is_uncoupled
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
 from ..solve.solvers import Attempt, solver_order
-from .both_bounds_search import ApexClaim, ApexSearch, two_corners
+from .both_bounds_search import BothBoundsSearch, NodeClaim, two_corners
 from .kinds import LimitKind
-from .posed import Task, cycle_loads
-from .screening import apex_bounds
-from .shakedown import ShakedownLimit, ShakedownModel
+from .posed import LimitQuestion, cycle_loads
+from .screening import load_factor_bounds
+from .shakedown import ShakedownModel
+from .shakedown_result import ShakedownLimit
 from .slip_bound import slip_bounds
 
 __all__ = ["GuaranteedLimit", "GuaranteedModel", "guaranteed_limit"]
@@ -52,8 +53,8 @@ class GuaranteedLimit(Portable):
     skipped
         Number of nodes left out because their lower bound is not below the least load factor found.
     residual
-        Largest of: what the referee says of `slip` at every corner, the distance of `node` from its bounds, and the relative distance of the
-        program's dual bound, over all programs solved. At most 1e-9.
+        Largest of: the violations of the contact law by `slip` at the corners, the distance of `node` from its bounds, and the relative distance of
+        the program's dual bound, over all programs solved. At most 1e-9.
     solver, attempts
         Who answered for `node`, and all solver runs.
     left_out
@@ -78,7 +79,7 @@ class GuaranteedLimit(Portable):
     left_out: tuple[str, ...]
     shakedown: ShakedownLimit = field(repr=False)
     problem: cp.Problem | None = field(repr=False)
-    _task: Task = field(repr=False)
+    _task: LimitQuestion = field(repr=False)
     _least: Array = field(repr=False)
     _how: tuple[str, ...] = field(repr=False)
     _units: Units = field(repr=False)
@@ -114,7 +115,7 @@ class GuaranteedLimit(Portable):
 
     def answers(self, system: ContactSystem, cycle: LoadCycle, friction: Any) -> bool:
         """Whether it is the limit of this system, load cycle and friction."""
-        return self._task.same_input(Task(system, cycle, cycle_loads(system, cycle), friction, False))
+        return self._task.same_input(LimitQuestion(system, cycle, cycle_loads(system, cycle), friction, False))
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
@@ -149,7 +150,7 @@ class GuaranteedModel:
         self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
         self._most, self._simplify = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify)
         solver_order(solver)
-        self._search = ApexSearch(solver)
+        self._search = BothBoundsSearch(solver)
 
     def solve(self, friction: Any) -> GuaranteedLimit:
         """The limit for a coefficient of friction, one or one per node.
@@ -162,7 +163,7 @@ class GuaranteedModel:
             No solver gave an answer that passes the checks.
         """
         shakedown = self._shakedown.solve(friction)
-        posed = Task(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
+        posed = LimitQuestion(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
         task = replace(posed, simplify=False)  # a witness is not odd: mirror symmetry only saves nodes
         n, least_found = task.system.nodes, shakedown.load_factor
         both = two_corners(task)
@@ -170,19 +171,19 @@ class GuaranteedModel:
         if np.isnan(least_found) or is_uncoupled(task.system, task.friction):
             least[both], how[both] = least_found, _NOT_NEEDED
             return self._result(task, shakedown, None, least, how, ())
-        interface = task.interface()
-        rows = task.rows(interface)
+        scaled = task.scaled()
+        rows = task.rows(scaled)
         images = both & posed.mirror & (np.arange(n) >= n - n // 2)
         how[images] = _IMAGE
-        bounds = apex_bounds(interface, rows) if self._simplify else np.zeros(n)
-        best: ApexClaim | None = None
-        claims: list[ApexClaim] = []
+        bounds = load_factor_bounds(scaled, rows) if self._simplify else np.zeros(n)
+        best: NodeClaim | None = None
+        claims: list[NodeClaim] = []
         for node in sorted(np.flatnonzero(both & ~images).tolist(), key=lambda i: float(bounds[i])):
             if self._simplify and bounds[node] >= least_found:
                 least[node] = bounds[node]
                 continue
-            likely = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
-            claim = self._search.solve(task, interface, rows, node, likely=likely)
+            expect_solution = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
+            claim = self._search.solve(task, scaled, rows, node, expect_solution=expect_solution)
             claims.append(claim)
             least[node], how[node] = claim.load_factor, _COINCIDE if claim.coincide else _SOLVED if np.isfinite(claim.load_factor) else _NEVER
             if claim.load_factor < least_found:
@@ -191,7 +192,7 @@ class GuaranteedModel:
         return self._result(task, shakedown, best, least, how, tuple(claims))
 
     def _result(
-        self, task: Task, shakedown: ShakedownLimit, best: ApexClaim | None, least: Array, how: np.ndarray, claims: tuple[ApexClaim, ...]
+        self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
     ) -> GuaranteedLimit:
         uncoupled, coincide = is_uncoupled(task.system, task.friction), int((how == _COINCIDE).sum())
         last = claims[-1].problem if claims else None
@@ -261,7 +262,7 @@ def guaranteed_limit(
     return GuaranteedModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)
 
 
-def _reason(shakedown: ShakedownLimit, best: ApexClaim | None, uncoupled: bool, coincide: int) -> str:
+def _reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:
     alone = f"; {coincide} nodes carry nothing at load factor 0, which alone makes no slip" if coincide else ""
     if best is not None:
         (forward, backward), zero = best.corners, " at any load factor above 0, however small" if best.load_factor == 0 else ""

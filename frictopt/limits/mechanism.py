@@ -8,7 +8,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
-from .ruling_corners import LoadRows
+from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem
 from .scaling import Loads
 
@@ -103,16 +103,16 @@ class Mechanism:
         return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
 
 
-def expand_duals(model: SafeProblem, rows: LoadRows, nodes: int, corners: int) -> Mechanism:
+def expand_duals(model: SafeProblem, rows: RulingLoads, nodes: int, corners: int) -> Mechanism:
     """The mechanism of all nodes and corners that the multipliers of the kept rows stand for."""
-    interface, motions = model.interface, []
+    scaled, motions = model.scaled, []
     for dual, corner in zip(model.duals, rows.corners, strict=True):
         motion = np.zeros((corners, nodes))
-        motion[corner, interface.nodes] = dual / interface.unit
+        motion[corner, scaled.nodes] = dual / scaled.unit
         motions.append(motion)
     (forward, backward, opening), hold = motions, np.zeros(nodes)
-    hold[interface.nodes] = model.hold
-    if interface.mirror:
+    hold[scaled.nodes] = model.hold
+    if scaled.mirror:
         forward, backward, opening = (forward + backward[:, ::-1]) / 2, (backward + forward[:, ::-1]) / 2, (opening + opening[:, ::-1]) / 2
         hold = (hold - hold[::-1]) / 2
     return Mechanism(forward, backward, opening, hold)

@@ -11,11 +11,11 @@ from ..contact.mirror import is_mirror_symmetric
 from ..errors import ModelError
 from ..solve.solvers import TOLERANCE
 from .mechanism import Mechanism
-from .ruling_corners import LoadRows, load_rows
-from .scaling import Interface, Loads, scaled_interface
+from .ruling_corners import RulingLoads, ruling_loads
+from .scaling import Loads, ScaledContact, scaled_contact
 from .slip_bound import SlipBound, scaled_slip_bound
 
-__all__ = ["Task", "cycle_loads"]
+__all__ = ["LimitQuestion", "cycle_loads"]
 
 _MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves less of them in its rounding than the proofs need
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
@@ -34,7 +34,7 @@ def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class LimitQuestion:
     """One friction coefficient on one system and load cycle.
 
     Parameters
@@ -66,22 +66,22 @@ class Task:
         object.__setattr__(self, "mirror", worth and is_mirror_symmetric(self.system, reactions, self.friction))
         _check_shear(self.loads.q0, self.force)
 
-    def same_input(self, other: "Task") -> bool:
+    def same_input(self, other: "LimitQuestion") -> bool:
         """Whether another task has the same numbers."""
         mine, others = ((task.system.A, task.system.B, task.system.C, task.system.gap, task.friction, *astuple(task.loads)) for task in (self, other))
         return all(np.array_equal(one, another) for one, another in zip(mine, others, strict=True))
 
-    def interface(self) -> Interface:
+    def scaled(self) -> ScaledContact:
         """Unknowns and units for this task."""
-        return scaled_interface(self.system, self.loads, self.force, self.mirror)
+        return scaled_contact(self.system, self.loads, self.force, self.mirror)
 
-    def rows(self, interface: Interface, loads: Loads | None = None) -> LoadRows:
+    def rows(self, scaled: ScaledContact, loads: Loads | None = None) -> RulingLoads:
         """Right-hand sides for this task, or for other loads on it."""
-        return load_rows(interface, loads or self.loads, self.friction)
+        return ruling_loads(scaled, loads or self.loads, self.friction)
 
-    def bound(self, interface: Interface) -> SlipBound | None:
+    def bound(self, scaled: ScaledContact) -> SlipBound | None:
         """Rows of the slip bound, if there is one."""
-        return None if self.most is None else scaled_slip_bound(interface, self.most)
+        return None if self.most is None else scaled_slip_bound(scaled, self.most)
 
     def reactions(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """(K, N) reactions `q, p` of the closed contact at the corners, under a residual slip."""
@@ -101,7 +101,7 @@ class Task:
         return float(((np.abs(slip) - self.most) / max(float(self.most.max()), float(np.abs(slip).max()), np.finfo(float).tiny)).max())
 
     def violation(self, load_factor: float, slip: Array) -> float:
-        """What is wrong with the claim that the slip is safe: the referee's worst violation over the corners, and the excess over the slip bound."""
+        """How far the slip is from being safe: the largest violation of the contact law over the corners, and the excess over the slip bound."""
         q, p = self.reactions(load_factor, slip)
         mean_q, mean_p = self.system.reaction(self.cycle.mean)
         bonded = mean_q + load_factor * self.loads.q1, mean_p + load_factor * self.loads.p1
@@ -126,21 +126,21 @@ class Task:
         bound = float((self.friction * self.loads.p0).mean())
         return bound if bound > 0 else self.force
 
-    def defect(self, interface: Interface, mechanism: Mechanism, slip: Array) -> float:
+    def defect(self, scaled: ScaledContact, mechanism: Mechanism, slip: Array) -> float:
         """By how much the work bound of a mechanism may be off because its stress is not exactly zero.
 
         Counted for all slips whose tractions are, node by node, at most those of `slip`, or at most `1 + f` times the node's own pressure where
         that is more; and under a slip bound, whose rigid slide is at most that of `slip`, or at most a force over a stiffness of the contact's size.
         """
         stress = mechanism.stress(self.system, self.friction)
-        nodes = interface.nodes[interface.loaded]
-        tractions = np.maximum(np.abs(self.system.A[nodes] @ slip) / interface.unit[interface.loaded], 1.0 + self.friction[nodes])
-        off = float(np.abs(stress @ interface.slip) @ tractions)
-        if self.most is not None and interface.rigid.shape[1]:
-            off += float(np.abs(stress @ interface.rigid) @ np.maximum(np.abs(np.linalg.pinv(interface.rigid) @ slip), 1.0))
+        nodes = scaled.nodes[scaled.loaded]
+        tractions = np.maximum(np.abs(self.system.A[nodes] @ slip) / scaled.unit[scaled.loaded], 1.0 + self.friction[nodes])
+        off = float(np.abs(stress @ scaled.slip) @ tractions)
+        if self.most is not None and scaled.rigid.shape[1]:
+            off += float(np.abs(stress @ scaled.rigid) @ np.maximum(np.abs(np.linalg.pinv(scaled.rigid) @ slip), 1.0))
         return off
 
-    def left_out(self, rows: LoadRows | None) -> tuple[str, ...]:
+    def left_out(self, rows: RulingLoads | None) -> tuple[str, ...]:
         """What the scene did not need, in words."""
         nodes, corners = self.system.nodes, self.loads.corners
         texts = []

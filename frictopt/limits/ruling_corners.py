@@ -6,24 +6,24 @@ from typing import Any
 import numpy as np
 
 from ..contact.checks import Array
-from .scaling import Interface, Loads
+from .scaling import Loads, ScaledContact
 
-__all__ = ["LoadRows", "load_factor_unit", "load_rows"]
+__all__ = ["RulingLoads", "load_factor_unit", "ruling_loads"]
 
 Integers = np.ndarray[Any, np.dtype[np.intp]]
 
 
 @dataclass(frozen=True, eq=False)
-class LoadRows:
+class RulingLoads:
     """Right-hand sides of `q + g >= load_factor * forward`, `g - q >= load_factor * backward` and `p >= load_factor * opening`.
 
-    All in units of the interface, one row of each kind for each kept node. `g = f p` is the friction bound, `forward = -(q1 + f p1)`,
+    All in units of the scaled, one row of each kind for each kept node. `g = f p` is the friction bound, `forward = -(q1 + f p1)`,
     `backward = q1 - f p1`, `opening = -p1`. For a load factor >= 0 the corners of one node and one kind of row differ only in the coefficient of
     the load factor, so the largest one rules and the others are implied. The rows of opening follow from the other two where there is friction.
 
     Attributes
     ----------
-    friction, q_mean, g_mean, p_mean, forward, backward, opening
+    friction, q_mean, fp_mean, p_mean, forward, backward, opening
         (n,) coefficients of the rows; loads divided by the node's unit and forward, backward, opening multiplied by `load_unit`.
     corners
         (n,) corner that each row speaks for, for rows of forward, backward and opening.
@@ -33,7 +33,7 @@ class LoadRows:
 
     friction: Array
     q_mean: Array
-    g_mean: Array
+    fp_mean: Array
     p_mean: Array
     forward: Array
     backward: Array
@@ -42,16 +42,16 @@ class LoadRows:
     load_unit: float
 
 
-def load_rows(interface: Interface, loads: Loads, friction: Array) -> LoadRows:
+def ruling_loads(scaled: ScaledContact, loads: Loads, friction: Array) -> RulingLoads:
     """Rows of the kept nodes, one for each node and sense: those of the ruling corner."""
-    nodes, unit = interface.nodes, interface.unit
+    nodes, unit = scaled.nodes, scaled.unit
     f, q0, p0, q1, p1 = friction[nodes], loads.q0[nodes], loads.p0[nodes], loads.q1[:, nodes], loads.p1[:, nodes]
     forward, backward, opening = -(q1 + f * p1), q1 - f * p1, -p1
-    load_unit = load_factor_unit(loads, friction, interface.force)
-    return LoadRows(
+    load_unit = load_factor_unit(loads, friction, scaled.force)
+    return RulingLoads(
         friction=f,
         q_mean=q0 / unit,
-        g_mean=f * p0 / unit,
+        fp_mean=f * p0 / unit,
         p_mean=p0 / unit,
         forward=forward.max(axis=0) / unit * load_unit,
         backward=backward.max(axis=0) / unit * load_unit,

@@ -1,14 +1,11 @@
-"""The linear programs over safe residual slips, as cvxpy problems (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
+"""What the linear programs over safe residual slips are made of: unknowns, expressions, parameters, and the values of a solution.
 
-A residual slip v is safe at a load factor when it keeps every node closed and stuck at every corner k of the load cycle::
-
-    |q_k| <= f p_k,  p_k >= 0,    q_k = q0 + lam q1_k + A v,    p_k = p0 + lam p1_k + B v
-
-Written out, with the friction bound g = f p, these are the rows of `safe_rows`; those of a slip bound, if there is one, come after them. Variables
-and parameters are dimensionless, see `Interface` and `LoadRows`; friction and loads are parameters, the matrices are not, so one compiled problem
-serves any friction and load.
+A residual slip v is safe at a load factor when it keeps every node closed and stuck at every corner of the load cycle. Unknowns and parameters are
+dimensionless, see `ScaledContact` and `RulingLoads`; friction and loads are parameters, the matrices are not, so one compiled problem serves any
+friction and load.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import cvxpy as cp
@@ -16,11 +13,41 @@ import numpy as np
 
 from ..contact.checks import Array
 from ..solve.polish import polish
-from .ruling_corners import LoadRows
-from .scaling import Interface
+from .ruling_corners import RulingLoads
+from .scaling import ScaledContact
 from .slip_bound import SlipBound
 
-__all__ = ["SafeProblem", "margin_problem", "safe_rows", "shakedown_problem"]
+__all__ = ["SafeProblem", "SafeSymbols"]
+
+
+class SafeSymbols:
+    """Unknowns of a residual slip v, and what stands in the rows of its programs.
+
+    Attributes
+    ----------
+    traction, slide
+        The unknowns: nodal tractions, and rigid slides, which no row feels but those that bound the slip.
+    q, p, fp
+        (n,) shear force q0 + A v, normal force p0 + B v and friction bound f (p0 + B v) of the kept nodes under the mean load.
+    forward, backward, opening
+        (n,) cyclic load at the corners that rule the rows, see `RulingLoads`.
+    """
+
+    def __init__(self, contact: ScaledContact) -> None:
+        n, m = contact.shear.shape
+        self._contact = contact
+        self.traction, self.slide = cp.Variable(m, name="traction"), cp.Variable(contact.rigid.shape[1], name="slide") if contact.rigid.size else None
+        q0, p0, fp0 = (cp.Parameter(n, name=name) for name in ("q_mean", "p_mean", "fp_mean"))
+        friction = cp.Parameter(n, nonneg=True, name="friction")
+        self.q, self.p = q0 + contact.shear @ self.traction, p0 + contact.normal @ self.traction
+        self.fp = fp0 + cp.multiply(friction, contact.normal @ self.traction)
+        self.forward, self.backward, self.opening = (cp.Parameter(n, name=name) for name in ("forward", "backward", "opening"))
+
+    def problem(self, goal: cp.Minimize | cp.Maximize, rows: Mapping[str, cp.Constraint], opening: bool, bound: SlipBound | None) -> "SafeProblem":
+        """The rows by their names and those of a slip bound; without the rows `no_opening` where friction implies them."""
+        kept = [row.set_label(name) for name, row in rows.items() if opening or name != "no_opening"]
+        kept += [] if bound is None else bound.rows(self.traction, self.slide)
+        return SafeProblem(cp.Problem(goal, kept), self._contact, bound, self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,10 +58,11 @@ class SafeProblem:
     """
 
     problem: cp.Problem
-    interface: Interface
+    scaled: ScaledContact
     bound: SlipBound | None
+    symbols: SafeSymbols
 
-    def set(self, rows: LoadRows, load_factor: float | None = None) -> None:
+    def set(self, rows: RulingLoads, load_factor: float | None = None) -> None:
         """Set the parameters of the rows in place; a load factor moves the cyclic part to the side of the data (margin problem)."""
         factor = 1.0 if load_factor is None else load_factor / rows.load_unit
         for name, parameter in self.problem.param_dict.items():
@@ -50,15 +78,15 @@ class SafeProblem:
     @property
     def slip(self) -> Array:
         """(N,) slip of the solution, its rigid slide included, length."""
-        slip = self.interface.slip @ self.value("traction")
-        return np.asarray(slip + self.interface.rigid @ self.value("slide") if "slide" in self.problem.var_dict else slip)
+        slip = self.scaled.slip @ self.value("traction")
+        return np.asarray(slip + self.scaled.rigid @ self.value("slide") if "slide" in self.problem.var_dict else slip)
 
     def dual(self, label: str) -> np.ndarray:
         """Multipliers of a named constraint, >= 0; zeros if the problem does not have it."""
         for constraint in self.problem.constraints:
             if constraint.label == label:
                 return np.asarray(np.maximum(constraint.dual_value, 0.0))
-        return np.zeros(len(self.interface.nodes))
+        return np.zeros(len(self.scaled.nodes))
 
     @property
     def duals(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -74,55 +102,3 @@ class SafeProblem:
     def refine(self) -> None:
         """Move the solution that stands in the problem onto its vertex, see `polish`."""
         polish(self.problem)
-
-
-def shakedown_problem(interface: Interface, opening: bool, bound: SlipBound | None) -> SafeProblem:
-    """Largest load factor at which some residual slip is safe."""
-    load_factor = cp.Variable(name="load_factor")
-    rows = safe_rows(interface, opening, load_factor, bound=bound)
-    problem = cp.Problem(cp.Maximize(load_factor), [*rows, (load_factor >= 0).set_label("load_factor_not_negative")])
-    return SafeProblem(problem, interface, bound)
-
-
-def margin_problem(interface: Interface, opening: bool, bound: SlipBound | None, free_load_factor: bool = False) -> SafeProblem:
-    """Residual slip that stays furthest inside the friction bounds, at a given load factor or at whatever one is best.
-
-    The margin is the reserve of the friction bound (and with little friction, of the pressure), counted in mean friction bounds and capped at 1;
-    negative: there is no safe slip.
-    """
-    load_factor, margin = cp.Variable(name="load_factor"), cp.Variable(name="margin")
-    clearance = cp.Parameter(len(interface.nodes), nonneg=True, name="clearance")
-    rows = safe_rows(interface, opening, load_factor if free_load_factor else 1.0, cp.multiply(clearance, margin), bound)
-    rows += [(margin <= 1).set_label("cap")]
-    rows += [(load_factor >= 0).set_label("load_factor_not_negative")] if free_load_factor else []
-    return SafeProblem(cp.Problem(cp.Maximize(margin), rows), interface, bound)
-
-
-def safe_rows(
-    interface: Interface,
-    opening: bool,
-    load_factor: cp.Expression | float,
-    reserve: cp.Expression | float = 0.0,
-    bound: SlipBound | None = None,
-    excess: cp.Expression | float = 0.0,
-) -> list[cp.Constraint]:
-    """No forward and no backward slip at any node and corner, with a reserve, and slips that exceed their bound by at most `excess`.
-
-    Where there is friction the rows against slip keep the nodes closed as well; for little or none, `opening` adds the rows that say so.
-    """
-    count = len(interface.nodes)
-    traction = cp.Variable(interface.shear.shape[1], name="traction")
-    friction = cp.Parameter(count, nonneg=True, name="friction")
-    q_mean, g_mean = cp.Parameter(count, name="q_mean"), cp.Parameter(count, name="g_mean")
-    forward, backward = cp.Parameter(count, name="forward"), cp.Parameter(count, name="backward")
-
-    q = q_mean + interface.shear @ traction
-    g = g_mean + cp.multiply(friction, interface.normal @ traction)
-    constraints = [
-        (q + g >= forward * load_factor + reserve).set_label("no_forward_slip"),
-        (g - q >= backward * load_factor + reserve).set_label("no_backward_slip"),
-    ]
-    if opening:
-        p = cp.Parameter(count, name="p_mean") + interface.normal @ traction
-        constraints.append((p >= cp.Parameter(count, name="opening") * load_factor + reserve).set_label("no_opening"))
-    return constraints if bound is None else [*constraints, *bound.rows(traction, excess)]

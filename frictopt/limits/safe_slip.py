@@ -5,21 +5,46 @@ from functools import cached_property
 from typing import IO, Any
 
 import cvxpy as cp
+import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
-from ..solve.solvers import Attempt
-from .kinds import solve_margin
-from .mechanism import Mechanism
-from .posed import Task, cycle_loads
-from .slip_bound import slip_bounds
+from ..solve.solvers import TOLERANCE, Answer, Attempt, solve
+from .mechanism import Mechanism, expand_duals
+from .posed import LimitQuestion, cycle_loads
+from .ruling_corners import RulingLoads
+from .safe_set import SafeProblem, SafeSymbols
+from .scaling import Loads, ScaledContact
+from .slip_bound import SlipBound, slip_bounds
 
-__all__ = ["SafeSlip", "safe_slip"]
+__all__ = ["MarginState", "SafeSlip", "margin_problem", "safe_slip", "solve_margin"]
 
 _ROUNDING = 1e-12  # margins this little below zero are zero: those at the shakedown limit itself
+
+
+def margin_problem(contact: ScaledContact, opening: bool, bound: SlipBound | None, free_load_factor: bool) -> SafeProblem:
+    """Residual slip v that stays furthest inside the friction bounds, at a given load factor lam or at whatever one is best.
+
+    In full, with the margin counted in mean friction bounds of the mean load, each `clearance` of its node::
+
+        max margin   s.t.   f p_k - |q_k| >= clearance margin,   margin <= 1   where   q_k = q0 + lam q1_k + A v,   p_k = p0 + lam p1_k + B v
+
+    Negative: there is no safe slip. For forward, backward, opening and the bound see `shakedown_problem`; with little friction p has the margin too.
+    """
+    lam, margin, v = cp.Variable(name="load_factor") if free_load_factor else 1.0, cp.Variable(name="margin"), SafeSymbols(contact)
+    reserve = cp.multiply(cp.Parameter(v.q.size, nonneg=True, name="clearance"), margin)
+    rows = {
+        "no_forward_slip": v.q + v.fp >= v.forward * lam + reserve,
+        "no_backward_slip": v.fp - v.q >= v.backward * lam + reserve,
+        "no_opening": v.p >= v.opening * lam + reserve,
+        "cap": margin <= 1,
+    }
+    if free_load_factor:
+        rows["load_factor_not_negative"] = lam >= 0
+    return v.problem(cp.Maximize(margin), rows, opening, bound)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +81,7 @@ class SafeSlip(Portable):
     attempts: tuple[Attempt, ...] = field(repr=False)
     left_out: tuple[str, ...]
     problem: cp.Problem | None = field(repr=False)
-    _task: Task = field(repr=False)
+    _task: LimitQuestion = field(repr=False)
     _motion: Mechanism = field(repr=False)
     _units: Units = field(repr=False)
 
@@ -106,9 +131,9 @@ def safe_slip(
     """
     loads = cycle_loads(system, cycle)
     load_factor = finite_number("load_factor", load_factor, least=0.0)
-    task = Task(system, cycle, loads, friction, simplify, slip_bounds(slip_bound, system.nodes))
-    interface = task.interface()
-    state, answer, model = solve_margin(task, interface, task.loads, load_factor, solver)
+    task = LimitQuestion(system, cycle, loads, friction, simplify, slip_bounds(slip_bound, system.nodes))
+    scaled = task.scaled()
+    state, answer, model = solve_margin(task, scaled, task.loads, load_factor, solver)
     return SafeSlip(
         exists=bool(state.margin >= -max(_ROUNDING, state.residual)),
         slip=frozen(state.slip),
@@ -117,9 +142,51 @@ def safe_slip(
         residual=state.residual,
         solver=answer.solver,
         attempts=answer.attempts,
-        left_out=task.left_out(task.rows(interface)),
+        left_out=task.left_out(task.rows(scaled)),
         problem=model.problem,
         _task=task,
         _motion=state.motion,
-        _units={"margin": task.mean_bound, "traction": interface.unit[interface.loaded]},
+        _units={"margin": task.mean_bound, "traction": scaled.unit[scaled.loaded]},
     )
+
+
+class MarginState:
+    """Solution of a margin problem: margin, slip, the mechanism of its multipliers, and its residual."""
+
+    def __init__(self, task: LimitQuestion, rows: RulingLoads, loads: Loads, load_factor: float | None, model: SafeProblem) -> None:
+        self.margin = float(model.value("margin"))
+        self.slip: Array = task.within_bound(model.slip)
+        self.load_factor = float(model.value("load_factor")) * rows.load_unit if load_factor is None else load_factor
+        motion = expand_duals(model, rows, task.system.nodes, loads.corners)
+        cap, slips = float(model.dual("cap")), float(motion.total.sum() + motion.opening.sum()) * task.mean_bound
+        self.motion = motion.scaled((1 - cap) / slips if slips > 0 and cap < 1 else 0.0)
+        resistance, drive = self.motion.work(loads, task.friction, task.most)
+        if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
+            drive = min(drive, 0.0)
+        self.bound = cap + resistance - self.load_factor * drive + task.defect(model.scaled, self.motion, self.slip)
+        if not slips > 0 and cap < 1 - TOLERANCE:  # multipliers that do not add up to one bound nothing
+            self.bound = np.inf
+        shortfall = _shortfall(task, loads, self.load_factor, self.slip, self.margin)
+        self.residual = float(np.nan_to_num(max(abs(self.bound - self.margin), shortfall, task.beyond(self.slip)), nan=np.inf))
+
+
+def solve_margin(
+    task: LimitQuestion, scaled: ScaledContact, loads: Loads, load_factor: float | None, solver: str | None
+) -> tuple[MarginState, Answer[MarginState], SafeProblem]:
+    """Largest margin of a safe slip at a load factor, or (None) at the best one, for the loads given."""
+    rows = task.rows(scaled, loads)
+    model = margin_problem(scaled, task.opening, task.bound(scaled), free_load_factor=load_factor is None)
+    model.set(rows, load_factor)
+    model.problem.param_dict["clearance"].value = task.mean_bound / scaled.unit
+
+    answer = solve(model, lambda: MarginState(task, rows, loads, load_factor, model), solver)
+    return answer.claim, answer, model
+
+
+def _shortfall(task: LimitQuestion, loads: Loads, load_factor: float, slip: Array, margin: float) -> float:
+    """By how much the reserve of the slip falls short of the margin, in mean friction bounds, or a node of a safe slip pulls, in force scales."""
+    q = loads.q0 + load_factor * loads.q1 + task.system.A @ slip
+    p = loads.p0 + load_factor * loads.p1 + task.system.B @ slip
+    reserve = float(min((task.friction * p - np.abs(q)).min(), p.min() if task.opening else np.inf))
+    pull = float(-p.min() / task.force) if margin >= 0 else 0.0
+    return max(margin - reserve / task.mean_bound, pull, 0.0)

@@ -9,13 +9,11 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, frozen
 from ..solve.solvers import NoOptimum, solve
-from .posed import Task, cycle_loads
-from .safe_set import safe_rows
-from .scaling import Interface
+from .posed import LimitQuestion, cycle_loads
+from .scaling import ScaledContact
+from .shakedown import shakedown_problem
 
 __all__ = ["safe_vertices"]
-
-_CYCLIC = ("forward", "backward", "opening")  # parameters that the load factor multiplies
 
 
 def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, directions: Any) -> Array:
@@ -46,17 +44,19 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
         No solver gave an answer that passes the checks.
     """
     loads, factor = cycle_loads(system, cycle), finite_number("load_factor", load_factor, least=0.0)
-    task = Task(system, cycle, loads, friction, False)
-    interface = task.interface()
-    rows = task.rows(interface)
-    directions = finite_array("directions", directions, (None, system.nodes))[:, interface.loaded]
-    problem = _vertex_problem(interface, task.opening)
-    for name in problem.param_dict.keys() - {"direction"}:
-        problem.param_dict[name].value = getattr(rows, name) * (factor / rows.load_unit if name in _CYCLIC else 1.0)
+    task = LimitQuestion(system, cycle, loads, friction, False)
+    scaled = task.scaled()
+    rows = task.rows(scaled)
+    directions = finite_array("directions", directions, (None, system.nodes))[:, scaled.loaded]
+    safe = shakedown_problem(scaled, task.opening, None)
+    safe.set(rows)
+    direction, traction = cp.Parameter(scaled.shear.shape[1], name="direction"), safe.problem.var_dict["traction"]
+    at = safe.problem.var_dict["load_factor"] == factor / rows.load_unit
+    problem = cp.Problem(cp.Maximize(direction @ traction), [*safe.problem.constraints, at])
     found = []
-    for direction in directions:
-        problem.param_dict["direction"].value = direction / (np.abs(direction).max(initial=0.0) or 1.0)
-        model = _Vertex(problem, interface, task, factor)
+    for along in directions:
+        direction.value = along / (np.abs(along).max(initial=0.0) or 1.0)
+        model = _Vertex(problem, scaled, task, factor)
         try:
             found.append(solve(model, model.claim).claim.slip)
         except NoOptimum:
@@ -75,8 +75,8 @@ class _Vertex:
     """The problem with its direction set."""
 
     problem: cp.Problem
-    interface: Interface
-    task: Task
+    scaled: ScaledContact
+    task: LimitQuestion
     load_factor: float
 
     def refine(self) -> None:
@@ -84,12 +84,5 @@ class _Vertex:
 
     def claim(self) -> _Claim:
         """The slip that stands in the problem, and by how much it is not safe."""
-        slip = self.interface.slip @ self.problem.var_dict["traction"].value
+        slip = self.scaled.slip @ self.problem.var_dict["traction"].value
         return _Claim(slip, self.task.violation(self.load_factor, slip))
-
-
-def _vertex_problem(interface: Interface, opening: bool) -> cp.Problem:
-    constraints = safe_rows(interface, opening, 1.0)
-    (traction,) = constraints[0].variables()
-    direction = cp.Parameter(traction.size, name="direction")
-    return cp.Problem(cp.Maximize(direction @ traction), constraints)

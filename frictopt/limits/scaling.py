@@ -9,7 +9,7 @@ from scipy.linalg import qr
 from ..contact import ContactSystem
 from ..contact.checks import Array, frozen
 
-__all__ = ["NULL", "Interface", "Loads", "scaled_interface"]
+__all__ = ["NULL", "Loads", "ScaledContact", "scaled_contact"]
 
 NULL = 1e-10
 """Eigenvalues of A below this share of the largest entry of S are rigid sliding, which needs no force."""
@@ -33,8 +33,8 @@ class Loads:
 
 
 @dataclass(frozen=True, eq=False)
-class Interface:
-    """Response of the interface to residual slip, with nodal tractions instead of slips as unknowns.
+class ScaledContact:
+    """Response of the scaled to residual slip, with nodal tractions instead of slips as unknowns.
 
     Slips of a graded mesh span decades and A may be singular (a punch that only its loads hold), so the m unknowns are dimensionless
     tractions t: `v = slip t`, `A v = unit * (shear t)`, `B v = unit * (normal t)`.
@@ -70,7 +70,7 @@ class Interface:
     force: float
 
 
-def scaled_interface(system: ContactSystem, loads: Loads, force: float, mirror: bool) -> Interface:
+def scaled_contact(system: ContactSystem, loads: Loads, force: float, mirror: bool) -> ScaledContact:
     """Choose unknowns and units for a contact under loads of the size of `force`."""
     n, half = system.nodes, system.nodes // 2
     pressure, others = np.abs(loads.p0), np.abs([loads.q0, *loads.q1, *loads.p1]).max(axis=0)
@@ -86,7 +86,7 @@ def scaled_interface(system: ContactSystem, loads: Loads, force: float, mirror: 
     tractions = unit[: len(A_free), None] * basis
     compliance = (vectors[:, ~rigid] / values[~rigid]) @ vectors[:, ~rigid].T
     slip = free @ compliance @ tractions * (1 + mirror)
-    return Interface(
+    return ScaledContact(
         nodes=nodes,
         unit=frozen(unit[nodes]),
         shear=frozen(system.A[nodes] @ slip / unit[nodes, None]),

@@ -13,10 +13,10 @@ nodes at once where friction is not too large. Elsewhere nothing is said of the 
 import numpy as np
 
 from ..contact.checks import Array
-from .ruling_corners import LoadRows
-from .scaling import Interface
+from .ruling_corners import RulingLoads
+from .scaling import ScaledContact
 
-__all__ = ["apex_bounds"]
+__all__ = ["load_factor_bounds"]
 
 _MOST = 300  # iterations
 _SETTLED = 1e-9  # change of a mechanism, over its size, from one iteration to the next that counts as none
@@ -26,20 +26,20 @@ _LARGE = 1e6  # a mechanism of this size is on its way to infinity
 _ROUNDING = 1e-10  # relative, of the bound
 
 
-def apex_bounds(interface: Interface, rows: LoadRows) -> Array:
+def load_factor_bounds(scaled: ScaledContact, rows: RulingLoads) -> Array:
     """(n,) lower bounds of the load factor at which each node can sit on both its bounds; 0 where nothing is known, inf where it never can.
 
     Parameters
     ----------
-    interface
+    scaled
         Unknowns and units of all nodes (no mirror image left out).
     rows
         One row for each node, of its ruling corners.
     """
     n = len(rows.friction)
-    follow, rigid = _response(interface, rows)
+    follow, rigid = _response(scaled, rows)
     total = -np.eye(n)  # columns: the mechanisms, each in units of the force of its nodes; rows: a
-    unit, hold = interface.unit[:, None], np.maximum(rows.g_mean, 0.0)
+    unit, hold = scaled.unit[:, None], np.maximum(rows.fp_mean, 0.0)
     for _ in range(_MOST):
         net = np.abs(_net(follow, rigid, hold, total))
         size = unit * np.abs(total / unit).max(axis=0)
@@ -52,7 +52,7 @@ def apex_bounds(interface: Interface, rows: LoadRows) -> Array:
             break
         total = np.where(done | lost, total, following)
     net = _net(follow, rigid, hold, total)
-    held = total * rows.g_mean[:, None], net * rows.q_mean[:, None]
+    held = total * rows.fp_mean[:, None], net * rows.q_mean[:, None]
     driven = total * (rows.forward + rows.backward)[:, None] / 2, net * (rows.forward - rows.backward)[:, None] / 2
     resistance, drive = (sum(part.sum(axis=0) for part in parts) for parts in (held, driven))
     terms = sum(np.abs(part).sum(axis=0) for part in held)
@@ -61,18 +61,18 @@ def apex_bounds(interface: Interface, rows: LoadRows) -> Array:
     return np.asarray(np.where(done & (resistance < -_ROUNDING * terms), bound, 0.0))
 
 
-def _response(interface: Interface, rows: LoadRows) -> tuple[Array, Array | None]:
+def _response(scaled: ScaledContact, rows: RulingLoads) -> tuple[Array, Array | None]:
     """Matrix from a to the d that balances it, with no net slip of nodes that carry no traction, and the rigid slip (n,) that may be added to d."""
-    n, m = interface.shear.shape
-    others = np.setdiff1d(np.arange(n), interface.loaded)
-    right = np.hstack([interface.normal.T * rows.friction, interface.shear[others].T])
-    solved = -np.linalg.solve(interface.shear[interface.loaded].T, right)
+    n, m = scaled.shear.shape
+    others = np.setdiff1d(np.arange(n), scaled.loaded)
+    right = np.hstack([scaled.normal.T * rows.friction, scaled.shear[others].T])
+    solved = -np.linalg.solve(scaled.shear[scaled.loaded].T, right)
     follow = np.zeros((n, n))
-    follow[interface.loaded] = solved[:, :n]
+    follow[scaled.loaded] = solved[:, :n]
     if n - m != 1:
         return follow, None
     rigid = np.ones(n)
-    rigid[interface.loaded] = solved[:, n]
+    rigid[scaled.loaded] = solved[:, n]
     return follow, rigid if np.all(rigid != 0) else None
 
 

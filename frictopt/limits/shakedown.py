@@ -1,105 +1,53 @@
-"""The shakedown limit lambda_2: the load factor above which no residual slip is safe."""
+"""The shakedown limit lambda_2: the load factor above which no residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987)."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
-from typing import IO, Any
+from typing import Any
 
 import cvxpy as cp
 import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, flag, frozen, listed
-from ..solve.explain import Units, explain
-from ..solve.portable import Portable
-from ..solve.solvers import TOLERANCE, Attempt, solve, solver_order
+from ..contact.checks import flag, listed
+from ..solve.explain import Units
+from ..solve.solvers import TOLERANCE, solve, solver_order
 from .closed_form import uncoupled_limit
-from .kinds import LimitKind, MarginState, classify, reason
-from .mechanism import Mechanism, expand_duals
-from .posed import Task, cycle_loads
-from .ruling_corners import load_factor_unit
-from .safe_set import SafeProblem, shakedown_problem
-from .scaling import Interface
-from .slip_bound import slip_bounds
+from .kinds import LimitKind, classify
+from .mechanism import expand_duals
+from .own_constraints import OwnRows, Physical, no_limit_under, own_rows
+from .posed import LimitQuestion, cycle_loads
+from .ruling_corners import RulingLoads
+from .safe_set import SafeProblem, SafeSymbols
+from .scaling import ScaledContact
+from .shakedown_result import LimitClaim, ShakedownLimit, judged, judged_program, no_limit_claim
+from .slip_bound import SlipBound, slip_bounds
 
-__all__ = ["ShakedownLimit", "ShakedownModel", "shakedown_limit"]
+__all__ = ["ShakedownModel", "shakedown_limit", "shakedown_problem"]
 
 
-@dataclass(frozen=True, eq=False)
-class ShakedownLimit(Portable):
-    """The shakedown limit with its proof from both sides.
+def shakedown_problem(contact: ScaledContact, opening: bool, bound: SlipBound | None) -> SafeProblem:
+    """Largest load factor lam at which some residual slip v keeps every node closed and stuck at every corner k of the load cycle.
 
-    Attributes
-    ----------
-    load_factor
-        lambda_2; inf if every load factor has a safe slip, nan if none has, not even 0.
-    kind, reason
-        Which of these it is, and why in words.
-    slip
-        (N,) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite.
-    dual_bound
-        Upper bound of the limit from the mechanism alone; equals `load_factor` up to `residual`.
-    residual
-        Largest of: what the referee says of `slip` at every corner, and the relative distance of `dual_bound`; without a finite limit, that of the
-        proof. At most 1e-9.
-    solver
-        Who answered: a solver's name, or "closed form".
-    attempts
-        All solver runs, in order.
-    left_out
-        What the scene did not need.
-    problem
-        The solved cvxpy problem; None for a closed form. A later solve of the same `ShakedownModel` overwrites its values.
+    In full::
+
+        max lam   s.t.   |q_k| <= f p_k,  p_k >= 0   where   q_k = q0 + lam q1_k + A v,   p_k = p0 + lam p1_k + B v
+
+    The corners of one row differ only in the coefficient of `lam >= 0`, so the largest one rules and stands for all of them::
+
+        forward = max_k -(q1_k + f p1_k),   backward = max_k (q1_k - f p1_k),   opening = max_k -p1_k
+
+    `p >= 0` follows from the other two where there is friction; for little or none, `opening` keeps its rows. The bound is `abs(v) <= slip_bound`.
     """
-
-    load_factor: float
-    kind: LimitKind
-    reason: str
-    slip: Array = field(repr=False)
-    dual_bound: float
-    residual: float
-    solver: str
-    attempts: tuple[Attempt, ...] = field(repr=False)
-    left_out: tuple[str, ...]
-    problem: cp.Problem | None = field(repr=False)
-    _task: Task = field(repr=False)
-    _motion: Mechanism = field(repr=False)
-    _units: Units = field(repr=False)
-
-    @cached_property
-    def mechanism(self) -> pd.DataFrame:
-        """Which nodes limit the load: columns node, x, corner, direction (+1 slips along +x), share of the total slip; largest first."""
-        return self._motion.table(self._task.system.x)
-
-    @cached_property
-    def friction_rate(self) -> Array:
-        """(N,) rate of the limit with the friction coefficient of each node (their sum: with one coefficient for all).
-
-        Where the mechanism is not unique the limit has a kink, and this is one of its supergradients. NaN without a finite limit.
-        """
-        if not np.isfinite(self.load_factor):
-            return self.slip
-        pressure = self._task.loads.p0 + self._task.system.B @ self.slip
-        return frozen(self._motion.friction_rate(self._task.loads, pressure, self.load_factor))
-
-    @cached_property
-    def load_rates(self) -> pd.DataFrame:
-        """Rate of the limit with each amplitude of the load cycle: columns load, part ("mean" or "corner k"), amplitude, rate.
-
-        NaN without a finite limit.
-        """
-        return self._motion.load_rates(self._task.system, self._task.cycle, self._task.friction, self.load_factor)
-
-    @property
-    def reactions(self) -> tuple[Array, Array]:
-        """(K, N) reactions `q, p` at the corners under the safe slip, at the limit, force per depth; NaN without a finite limit."""
-        if not np.isfinite(self.load_factor):
-            return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
-        return self._task.reactions(self.load_factor, self.slip)
-
-    def explain(self, file: IO[str] | None = None) -> None:
-        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain("shakedown limit", self.problem, self.load_factor, self._units, self.left_out, self.mechanism, file, self.reason)
+    lam, v = cp.Variable(name="load_factor"), SafeSymbols(contact)
+    rows = {
+        "no_forward_slip": v.q + v.fp >= v.forward * lam,
+        "no_backward_slip": v.fp - v.q >= v.backward * lam,
+        "no_opening": v.p >= v.opening * lam,
+        "load_factor_not_negative": lam >= 0,
+    }
+    return v.problem(cp.Maximize(lam), rows, opening, bound)
 
 
 class ShakedownModel:
@@ -131,24 +79,56 @@ class ShakedownModel:
         self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
         self._most, self._simplify, self._solver = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify), solver
         self._closed_form = simplify and len(solver_order(solver)) > 1
-        self._compiled: dict[tuple[bool, bool], SafeProblem] = {}  # by what friction can change, see `Task`
+        self._compiled: dict[tuple[bool, bool], SafeProblem] = {}  # by what friction can change, see `LimitQuestion`
+        self._constrained: tuple[list[Any], SafeProblem, OwnRows] | None = None
 
-    def solve(self, friction: Any) -> ShakedownLimit:
-        """The limit for a coefficient of friction, one or one per node.
+    @property
+    def load_factor(self) -> cp.Expression:
+        """The load factor, an affine cvxpy expression for constraints of your own."""
+        return self._physical.load_factor
+
+    @property
+    def slip(self) -> cp.Expression:
+        """(N,) residual slip, length, an affine cvxpy expression for constraints of your own."""
+        return self._physical.slip
+
+    @property
+    def q(self) -> cp.Expression:
+        """(K, N) shear forces at the corners of the cycle, force per depth, an affine cvxpy expression for constraints of your own."""
+        return self._physical.q
+
+    @property
+    def p(self) -> cp.Expression:
+        """(K, N) normal forces at the corners of the cycle, compression positive, an affine cvxpy expression for constraints of your own."""
+        return self._physical.p
+
+    def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = ()) -> ShakedownLimit:
+        """The limit for a coefficient of friction, one or one per node, under constraints of your own.
+
+        Parameters
+        ----------
+        friction
+            Coefficient of friction, one or one per node.
+        constraints
+            cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or of
+            abs, max, norm1 and the like: the program stays linear, and its multipliers prove the limit. `dual_bound` and `residual` cover them. The
+            whole contact is solved then, and the program is compiled once for the same constraints.
 
         Raises
         ------
         ModelError
-            Bad friction.
+            Bad friction; constraints that are not convex, not linear, or on another model.
         SolverError
             No solver gave an answer that passes the checks.
         """
-        task = Task(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
+        task = LimitQuestion(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
+        if len(listed("constraints", constraints)):
+            return self._constrained_program(replace(task, simplify=False), list(constraints))
         closed = _closed_form(task) if self._closed_form else None
         return self._linear_program(task) if closed is None else closed
 
-    def sweep(self, frictions: Any) -> pd.DataFrame:
-        """The limit for many coefficients of friction (each one number or (N,)), one row each.
+    def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
+        """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
 
         Columns: friction (mean over the nodes), load_factor, dual_bound, residual, friction_rate, node and direction of the largest share
         of the mechanism (-1 and 0 without one), solver.
@@ -160,30 +140,62 @@ class ShakedownModel:
         SolverError
             No solver gave an answer that passes the checks.
         """
-        return pd.DataFrame([_row(friction, self.solve(friction)) for friction in listed("frictions", frictions)])
+        return pd.DataFrame([_row(friction, self.solve(friction, constraints)) for friction in listed("frictions", frictions)])
 
-    def _linear_program(self, task: Task) -> ShakedownLimit:
+    def _linear_program(self, task: LimitQuestion) -> ShakedownLimit:
         kind = task.mirror, task.opening
         if kind not in self._compiled:
-            interface = task.interface()
-            self._compiled[kind] = shakedown_problem(interface, task.opening, task.bound(interface))
+            scaled = task.scaled()
+            self._compiled[kind] = shakedown_problem(scaled, task.opening, task.bound(scaled))
         model = self._compiled[kind]
-        interface = model.interface
-        rows = task.rows(interface)
+        scaled = model.scaled
+        rows = task.rows(scaled)
         model.set(rows)
 
-        def claimed() -> _Claim:
+        def claimed() -> LimitClaim:
             motion = expand_duals(model, rows, task.system.nodes, task.loads.corners)
             load_factor = max(0.0, float(model.value("load_factor"))) * rows.load_unit  # in this order -0 becomes 0
-            return _judged(task, interface, load_factor, task.within_bound(model.slip), motion)
+            return judged(task, scaled, load_factor, task.within_bound(model.slip), motion)
 
-        def no_limit() -> _Claim | None:
-            proof = classify(task, interface, self._solver)
-            return None if proof is None else _no_limit(task, *proof)
+        def no_limit() -> LimitClaim | None:
+            proof = classify(task, scaled, self._solver)
+            return None if proof is None else no_limit_claim(task, *proof)
 
         answer = solve(model, claimed, self._solver, no_optimum=no_limit)
-        units = {"load_factor": rows.load_unit, "traction": interface.unit[interface.loaded]}
-        return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, units)
+        return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, _units(scaled, rows))
+
+    @cached_property
+    def _whole(self) -> SafeProblem:
+        """The program of the whole contact, with `p >= 0` whatever the friction."""
+        scaled = (task := LimitQuestion(self._system, self._cycle, self._loads, np.zeros(self._system.nodes), False, self._most)).scaled()
+        return shakedown_problem(scaled, True, task.bound(scaled))
+
+    @cached_property
+    def _physical(self) -> Physical:
+        return Physical(self._whole, self._loads)
+
+    def _constrained_program(self, task: LimitQuestion, constraints: list[Any]) -> ShakedownLimit:
+        whole, rows = self._whole, task.rows(self._whole.scaled)
+        if self._constrained is None or [*map(id, self._constrained[0])] != [*map(id, constraints)]:
+            own = own_rows(constraints, self._physical, rows.load_unit)
+            model = replace(whole, problem=cp.Problem(whole.problem.objective, [*whole.problem.constraints, *own.constraints]))
+            self._constrained = constraints, model, own
+        _, model, own = self._constrained
+        model.set(rows)
+
+        def claimed() -> LimitClaim:
+            motion = expand_duals(model, rows, task.system.nodes, task.loads.corners).scaled(rows.load_unit)
+            return judged_program(task, model, rows.load_unit, motion, own.constraints)
+
+        def no_limit() -> LimitClaim | None:
+            proof = classify(task, whole.scaled, self._solver)
+            if proof is not None and proof[0] is LimitKind.NO_SAFE_SLIP:
+                return no_limit_claim(task, *proof)
+            return no_limit_under(own.constraints, task, model.problem, self._solver)
+
+        answer = solve(model, claimed, self._solver, no_optimum=no_limit)
+        own.save()
+        return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, _units(whole.scaled, rows))
 
 
 def shakedown_limit(
@@ -217,55 +229,19 @@ def shakedown_limit(
     return ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)
 
 
-@dataclass(frozen=True, eq=False)
-class _Claim:
-    """A claimed limit with what is known against it."""
-
-    task: Task
-    kind: LimitKind
-    load_factor: float
-    slip: Array
-    motion: Mechanism
-    bound: float
-    residual: float
-
-    def result(
-        self, solver: str, attempts: tuple[Attempt, ...], left_out: tuple[str, ...], problem: cp.Problem | None, units: Units
-    ) -> ShakedownLimit:
-        why, slip, bound = reason(self.task, self.kind, self.load_factor), frozen(self.slip), float(self.bound)
-        return ShakedownLimit(
-            self.load_factor, self.kind, why, slip, bound, self.residual, solver, attempts, left_out, problem, self.task, self.motion, units
-        )
-
-
-def _judged(task: Task, interface: Interface, load_factor: float, slip: Array, motion: Mechanism) -> _Claim:
-    """Judge a limit from below by the referee and from above by the mechanism, which is scaled to unit drive."""
-    resistance, drive = motion.work(task.loads, task.friction, task.most)
-    if not drive > 0:
-        return _Claim(task, LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)
-    motion = motion.scaled(1 / drive)
-    bound = resistance / drive + task.defect(interface, motion, slip)
-    gap = abs(bound - load_factor) / max(load_factor, 1e-3 * load_factor_unit(task.loads, task.friction, task.force))
-    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
-    return _Claim(task, LimitKind.FINITE, load_factor, slip, motion, bound, residual)
-
-
-def _no_limit(task: Task, kind: LimitKind, proof: MarginState) -> _Claim:
-    """The claim that there is no finite limit, with the residual of its proof; the mechanism proves that nothing is safe."""
-    value = np.inf if kind is LimitKind.UNBOUNDED else np.nan
-    motion = proof.motion if kind is LimitKind.NO_SAFE_SLIP else proof.motion.scaled(0.0)
-    return _Claim(task, kind, value, np.full(task.system.nodes, np.nan), motion, value, proof.residual)
-
-
-def _closed_form(task: Task) -> ShakedownLimit | None:
+def _closed_form(task: LimitQuestion) -> ShakedownLimit | None:
     """The limit of an uncoupled contact; None where it has no closed form that passes the checks."""
     closed = uncoupled_limit(task.system, task.loads, task.friction)
     if closed is None:
         return None
-    claim = _judged(task, task.interface(), *closed)
+    claim = judged(task, task.scaled(), *closed)
     if claim.residual > TOLERANCE:
         return None
     return claim.result("closed form", (), ("linear program: the contact is uncoupled (B = 0), the limit has a closed form",), None, {})
+
+
+def _units(scaled: ScaledContact, rows: RulingLoads) -> Units:
+    return {"load_factor": rows.load_unit, "traction": scaled.unit[scaled.loaded]}
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:

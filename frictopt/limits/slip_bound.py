@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contact.checks import Array, finite_array, real_array
 from ..errors import ModelError
-from .scaling import Interface
+from .scaling import ScaledContact
 
 __all__ = ["SlipBound", "scaled_slip_bound", "slip_bounds"]
 
@@ -30,21 +30,19 @@ class SlipBound:
     most: Array
     norm: Array
 
-    def rows(self, traction: cp.Variable, excess: cp.Expression | float = 0.0) -> list[cp.Constraint]:
-        """The constraints, exceeded by at most `excess`; a variable `slide` of their own stands for rigid slides, where there are any."""
-        slip = self.slip @ traction
-        if self.rigid.shape[1]:
-            slip = slip + self.rigid @ cp.Variable(self.rigid.shape[1], name="slide")
-        rows = {"forward_slip_bound": slip <= self.most + excess, "backward_slip_bound": slip >= -self.most - excess}
+    def rows(self, traction: cp.Variable, slide: cp.Variable | None) -> list[cp.Constraint]:
+        """The constraints; the slide stands for rigid slides, where there are any."""
+        slip = self.slip @ traction + (0.0 if slide is None else self.rigid @ slide)
+        rows = {"forward_slip_bound": slip <= self.most, "backward_slip_bound": slip >= -self.most}
         return [row.set_label(name) for name, row in rows.items()]
 
 
-def scaled_slip_bound(interface: Interface, most: Array) -> SlipBound:
+def scaled_slip_bound(scaled: ScaledContact, most: Array) -> SlipBound:
     """The rows of a bound (N,) on the slip of each node."""
-    slip, rigid = interface.slip[interface.nodes], interface.rigid[interface.nodes]
+    slip, rigid = scaled.slip[scaled.nodes], scaled.rigid[scaled.nodes]
     norm = np.linalg.norm(np.hstack([slip, rigid]), axis=1)
     norm = np.where(norm > 0, norm, 1.0)  # the middle node of a mirror-symmetric slip has none
-    return SlipBound(slip / norm[:, None], rigid / norm[:, None], most[interface.nodes] / norm, norm)
+    return SlipBound(slip / norm[:, None], rigid / norm[:, None], most[scaled.nodes] / norm, norm)
 
 
 def slip_bounds(slip_bound: Any, nodes: int) -> Array | None:

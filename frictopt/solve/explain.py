@@ -68,7 +68,7 @@ def _problem_lines(problem: cp.Problem, value: float | None, units: Units) -> li
     lines = [f"problem     {problem.status or 'not solved'}, {compiled}"]
     lines[0] += ", mixed-integer" if problem.is_mixed_integer() else ""
     name = objective.name() if isinstance(objective, cp.Variable) else f"an expression of {', '.join(v.name() for v in objective.variables())}"
-    lines.append(f"objective   {type(problem.objective).NAME} {name}")
+    lines.append(f"objective   {type(problem.objective).NAME} {name}{f', in units of {unit:.12g}' if unit != 1 else ''}")
     if not solved:
         lines.append("values      none here: the problem has no optimum, or has been solved for something else since")
     lines.append("variables")

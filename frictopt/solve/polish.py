@@ -5,7 +5,7 @@ import numpy as np
 
 from ..contact.checks import Array
 
-__all__ = ["Program", "on_vertex", "polish"]
+__all__ = ["Program", "on_vertex", "polish", "standard_form"]
 
 
 class Program:
@@ -23,10 +23,10 @@ class Program:
         data = problem.get_problem_data(problem.solver_stats.solver_name, enforce_dpp=True)[0]
         self.matrix, self.right, self.objective = -data["A"].toarray(), -data["b"], -data["c"]
         columns = data["param_prob"].var_id_to_col
-        self._variables = sorted(problem.variables(), key=lambda variable: int(columns[variable.id]))
+        self._variables = sorted((variable for variable in problem.variables() if variable.size), key=lambda variable: int(columns[variable.id]))
         self._constraints = problem.constraints
-        self.z: Array = np.concatenate([np.atleast_1d(variable.value) for variable in self._variables])
-        self.y: Array = np.concatenate([np.atleast_1d(constraint.dual_value) for constraint in self._constraints])
+        self.z: Array = np.concatenate([np.ravel(variable.value, order="F") for variable in self._variables])
+        self.y: Array = np.concatenate([np.ravel(constraint.dual_value, order="F") for constraint in self._constraints])
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -38,9 +38,15 @@ class Program:
     def save(self, z: Array, y: Array) -> None:
         """Put variables and multipliers into the problem."""
         for variable, part in zip(self._variables, _split(z, [v.size for v in self._variables]), strict=True):
-            variable.save_value(part.reshape(variable.shape))
+            variable.save_value(part.reshape(variable.shape, order="F"))
         for constraint, part in zip(self._constraints, _split(y, [c.size for c in self._constraints]), strict=True):
-            constraint.dual_variables[0].save_value(part.reshape(constraint.shape))
+            constraint.dual_variables[0].save_value(part.reshape(constraint.shape, order="F"))
+
+
+def standard_form(problem: cp.Problem) -> tuple[Array, Array, Array]:
+    """Matrix, right-hand side and objective of a linear program, solved or not: `max objective @ z` subject to `matrix @ z >= right`."""
+    data = problem.get_problem_data("HIGHS", enforce_dpp=True)[0]
+    return -data["A"].toarray(), -data["b"], -data["c"]
 
 
 def polish(problem: cp.Problem) -> None:

@@ -1,0 +1,182 @@
+"""A shakedown limit with its proof from both sides: safe from below by the contact law, and from above by the mechanism."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import IO
+
+import cvxpy as cp
+import numpy as np
+import pandas as pd
+
+from ..contact.checks import Array, frozen
+from ..solve.explain import Units, explain
+from ..solve.polish import Program
+from ..solve.portable import Portable
+from ..solve.solvers import Attempt
+from .kinds import LimitKind, reason
+from .mechanism import Mechanism
+from .posed import LimitQuestion
+from .ruling_corners import load_factor_unit
+from .safe_set import SafeProblem
+from .safe_slip import MarginState
+from .scaling import ScaledContact
+
+__all__ = ["LimitClaim", "ShakedownLimit", "judged", "judged_program", "no_limit_claim", "own_names"]
+
+
+@dataclass(frozen=True, eq=False)
+class ShakedownLimit(Portable):
+    """The shakedown limit with its proof from both sides.
+
+    Attributes
+    ----------
+    load_factor
+        lambda_2; inf if every load factor has a safe slip, nan if none has, not even 0.
+    kind, reason
+        Which of these it is, and why in words.
+    slip
+        (N,) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite.
+    dual_bound
+        Upper bound of the limit from the mechanism alone, or with constraints of your own from all multipliers, theirs too; equals
+        `load_factor` up to `residual`.
+    residual
+        Largest of: the violations of the contact law by `slip` at the corners, and the relative distance of `dual_bound`; without a finite limit,
+        that of the proof. At most 1e-9.
+    solver
+        Who answered: a solver's name, or "closed form".
+    attempts
+        All solver runs, in order.
+    left_out
+        What the scene did not need.
+    constraints
+        Names of the constraints of your own: slip, residual and dual bound are those of the program with them.
+    problem
+        The solved cvxpy problem; None for a closed form. Its objective is `load_factor` over the unit that `explain()` prints.
+        A later solve of the same `ShakedownModel` overwrites its values.
+    """
+
+    load_factor: float
+    kind: LimitKind
+    reason: str
+    slip: Array = field(repr=False)
+    dual_bound: float
+    residual: float
+    solver: str
+    attempts: tuple[Attempt, ...] = field(repr=False)
+    left_out: tuple[str, ...]
+    constraints: tuple[str, ...]
+    problem: cp.Problem | None = field(repr=False)
+    _task: LimitQuestion = field(repr=False)
+    _motion: Mechanism = field(repr=False)
+    _units: Units = field(repr=False)
+
+    @cached_property
+    def mechanism(self) -> pd.DataFrame:
+        """Which nodes limit the load: columns node, x, corner, direction (+1 slips along +x), share of the total slip; largest first."""
+        return self._motion.table(self._task.system.x)
+
+    @cached_property
+    def friction_rate(self) -> Array:
+        """(N,) rate of the limit with the friction coefficient of each node (their sum: with one coefficient for all).
+
+        Where the mechanism is not unique the limit has a kink, and this is one of its supergradients. NaN without a finite limit.
+        """
+        if not np.isfinite(self.load_factor):
+            return self.slip
+        pressure = self._task.loads.p0 + self._task.system.B @ self.slip
+        return frozen(self._motion.friction_rate(self._task.loads, pressure, self.load_factor))
+
+    @cached_property
+    def load_rates(self) -> pd.DataFrame:
+        """Rate of the limit with each amplitude of the load cycle: columns load, part ("mean" or "corner k"), amplitude, rate.
+
+        NaN without a finite limit, and with constraints of your own, for those may change with the loads.
+        """
+        load_factor = np.nan if self.constraints else self.load_factor
+        rates = self._motion.load_rates(self._task.system, self._task.cycle, self._task.friction, load_factor)
+        return rates.assign(rate=np.nan) if self.constraints else rates
+
+    @property
+    def reactions(self) -> tuple[Array, Array]:
+        """(K, N) reactions `q, p` at the corners under the safe slip, at the limit, force per depth; NaN without a finite limit."""
+        if not np.isfinite(self.load_factor):
+            return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
+        return self._task.reactions(self.load_factor, self.slip)
+
+    def explain(self, file: IO[str] | None = None) -> None:
+        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
+        explain("shakedown limit", self.problem, self.load_factor, self._units, self.left_out, self.mechanism, file, self.reason)
+
+
+@dataclass(frozen=True, eq=False)
+class LimitClaim:
+    """A claimed limit with what is known against it."""
+
+    task: LimitQuestion
+    kind: LimitKind
+    load_factor: float
+    slip: Array
+    motion: Mechanism
+    bound: float
+    residual: float
+    why: str = ""
+    constraints: tuple[str, ...] = ()
+
+    def result(
+        self, solver: str, attempts: tuple[Attempt, ...], left_out: tuple[str, ...], problem: cp.Problem | None, units: Units
+    ) -> ShakedownLimit:
+        """The limit that is claimed, with how it was found."""
+        why, slip, bound = self.why or reason(self.task, self.kind, self.load_factor), frozen(self.slip), float(self.bound)
+        return ShakedownLimit(
+            self.load_factor,
+            self.kind,
+            why,
+            slip,
+            bound,
+            self.residual,
+            solver,
+            attempts,
+            left_out,
+            self.constraints,
+            problem,
+            self.task,
+            self.motion,
+            units,
+        )
+
+
+def judged(task: LimitQuestion, scaled: ScaledContact, load_factor: float, slip: Array, motion: Mechanism) -> LimitClaim:
+    """Judge a limit from below by the referee and from above by the mechanism, which is scaled to unit drive."""
+    resistance, drive = motion.work(task.loads, task.friction, task.most)
+    if not drive > 0:
+        return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)
+    motion = motion.scaled(1 / drive)
+    bound = resistance / drive + task.defect(scaled, motion, slip)
+    gap = abs(bound - load_factor) / max(load_factor, 1e-3 * load_factor_unit(task.loads, task.friction, task.force))
+    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
+    return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound, residual)
+
+
+def judged_program(task: LimitQuestion, model: SafeProblem, load_unit: float, motion: Mechanism, own: Sequence[cp.Constraint]) -> LimitClaim:
+    """Judge a limit under constraints of the user's own: from above by the multipliers of all rows, theirs too."""
+    load_factor, slip = max(0.0, float(model.value("load_factor"))) * load_unit, task.within_bound(model.slip)
+    bound = Program(model.problem).bounds[1] * load_unit
+    gap = abs(bound - load_factor) / max(load_factor, 1e-3 * load_unit)
+    violations = [float(np.max(row.violation())) for row in own]
+    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap, *violations), nan=np.inf))
+    names = own_names(own)
+    why = f"no residual slip that obeys {', '.join(names)} is safe above it; the dual bound covers them"
+    return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound, residual, why, names)
+
+
+def own_names(own: Sequence[cp.Constraint]) -> tuple[str, ...]:
+    """Names of constraints of the user's own, each once, from their rows."""
+    return tuple(dict.fromkeys(row.label for row in own))
+
+
+def no_limit_claim(task: LimitQuestion, kind: LimitKind, proof: MarginState) -> LimitClaim:
+    """The claim that there is no finite limit, with the residual of its proof; the mechanism proves that nothing is safe."""
+    value = np.inf if kind is LimitKind.UNBOUNDED else np.nan
+    motion = proof.motion if kind is LimitKind.NO_SAFE_SLIP else proof.motion.scaled(0.0)
+    return LimitClaim(task, kind, value, np.full(task.system.nodes, np.nan), motion, value, proof.residual)

@@ -1,0 +1,175 @@
+"""Constraints of the user's own in the shakedown limit, against linear programs over raw slips with every row of every corner."""
+
+import io
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linprog
+
+import frictopt as fo
+from frictopt.solve import solvers as policy
+from systems import CYCLE, mirrored, random_system
+from test_slip_bound import freed
+
+
+def oracle(contact, f, upper=(), equal=(), cycle=CYCLE):
+    """scipy's status and largest load factor over (v, lam), of all corners, with rows `(a, b, right)`: `a @ v + b lam <= right`, or `==`."""
+    (q0, p0), (q1, p1) = cycle.mean_reaction(contact), cycle.corner_reactions(contact)
+    rows = [np.column_stack([s * contact.A - f * contact.B, s * a - f * b]) for s in (1, -1) for a, b in zip(q1, p1, strict=True)]
+    right = [f * p0 - s * q0 for s in (1, -1) for _ in q1]
+    rows += [np.append(a, b)[None] for a, b, _ in upper]
+    right += [[c] for *_, c in upper]
+    also = {"A_eq": np.array([np.append(a, b) for a, b, _ in equal]), "b_eq": [c for *_, c in equal]} if equal else {}
+    n = contact.nodes
+    answer = linprog(-np.eye(n + 1)[-1], np.vstack(rows), np.concatenate(right), **also, bounds=[(None, None)] * n + [(0, None)])
+    return answer.status, -answer.fun if answer.status == 0 else None
+
+
+def agrees(limit, status, value):
+    assert limit.kind is {0: fo.LimitKind.FINITE, 2: fo.LimitKind.NO_SAFE_SLIP, 3: fo.LimitKind.UNBOUNDED}[status] and limit.residual <= 1e-9
+    if status == 0:
+        assert limit.load_factor == pytest.approx(value, rel=1e-7, abs=1e-8) and limit.dual_bound == pytest.approx(value, rel=1e-7, abs=1e-8)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), f=st.floats(0.05, 1.5), free=st.booleans(), size=st.sampled_from([-0.05, 0.0, 0.05, 0.5]))
+def test_slips_at_most_so_large_in_one_direction(seed, nodes, f, free, size):
+    contact = random_system(np.random.default_rng(seed), nodes)
+    contact = freed(contact) if free else contact
+    model = fo.ShakedownModel(contact, CYCLE)
+    agrees(model.solve(f, [model.slip <= size]), *oracle(contact, f, [(row, 0.0, size) for row in np.eye(nodes)]))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    f=st.floats(0.1, 1.0),
+    at=st.sampled_from([0.0, 0.1, 3.0]),
+    simplify=st.booleans(),
+    solver=st.sampled_from([None, "CLARABEL"]),
+)
+def test_an_equation_of_slips_load_factor_and_reactions(seed, f, at, simplify, solver):
+    rng = np.random.default_rng(seed)
+    contact, weights = random_system(rng, 3), rng.normal(size=3)
+    model = fo.ShakedownModel(contact, CYCLE, simplify=simplify, solver=solver)
+    (q0, _), (q1, _) = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact)
+    _, (_, p1) = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact)
+    p0 = CYCLE.mean_reaction(contact)[1]
+    equal = [(weights, 0.3, at)]
+    upper = [(contact.A[0], q1[1, 0], 0.3 - q0[0]), (-contact.B[2], -p1[0, 2], p0[2] - 0.2)]
+    limit = model.solve(f, [weights @ model.slip + 0.3 * model.load_factor == at, model.q[1, 0] <= 0.3, model.p[0, 2] >= 0.2])
+    agrees(limit, *oracle(contact, f, upper, equal))
+    if limit.kind is fo.LimitKind.FINITE:
+        q, p = limit.reactions
+        assert model.q.value == pytest.approx(q, abs=1e-9) and model.p.value == pytest.approx(p, abs=1e-9)
+        assert model.slip.value == pytest.approx(limit.slip, abs=1e-9) and model.load_factor.value == pytest.approx(limit.load_factor, rel=1e-12)
+
+
+def test_a_sum_of_absolute_slips_against_all_its_signs():
+    for seed in range(8):
+        contact = random_system(np.random.default_rng(seed), 3)
+        model = fo.ShakedownModel(contact, CYCLE)
+        signs = [(np.array(s), 0.0, 0.06) for s in np.array(np.meshgrid(*[[-1, 1]] * 3)).reshape(3, -1).T]
+        agrees(model.solve(0.4, [cp.norm1(model.slip) <= 0.06]), *oracle(contact, 0.4, signs))
+        own = cp.Variable(3)  # the same with variables of one's own
+        agrees(model.solve(0.4, [own >= model.slip, own >= -model.slip, cp.sum(own) <= 0.06]), *oracle(contact, 0.4, signs))
+
+
+def test_a_constraint_on_one_side_of_a_mirror_symmetric_contact_is_not_lost(monkeypatch):
+    contact, cycle = mirrored(np.random.default_rng(3), 4), fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"one": -1.0}])
+    model = fo.ShakedownModel(contact, cycle)
+    assert any("mirror" in text for text in model.solve(0.5).left_out)
+    most = 0.5 * model.solve(0.5).slip[0]
+    row = np.eye(4)[0] * np.sign(most)
+    limit = model.solve(0.5, [row @ model.slip <= abs(most)])
+    agrees(limit, *oracle(contact, 0.5, [(row, 0.0, abs(most))], cycle=cycle))
+    assert not any("mirror" in text for text in limit.left_out)
+
+
+def test_an_uncoupled_contact_has_no_closed_form_under_constraints():
+    contact = random_system(np.random.default_rng(0), 3, coupling=0.0)
+    model = fo.ShakedownModel(contact, CYCLE)
+    closed = model.solve(0.4)
+    limit = model.solve(0.4, [model.slip <= -0.15])
+    assert closed.solver == "closed form" and limit.solver != "closed form" and limit.load_factor < closed.load_factor
+    agrees(limit, *oracle(contact, 0.4, [(row, 0.0, -0.15) for row in np.eye(3)]))
+
+
+def test_constraints_that_nothing_obeys_are_named():
+    contact = random_system(np.random.default_rng(1), 3)
+    model = fo.ShakedownModel(contact, CYCLE)
+    above = fo.shakedown_limit(contact, CYCLE, 0.4).load_factor * 1.01
+    harmless, impossible = model.slip <= 10.0, (model.load_factor >= above).set_label("at least the service load")
+    limit = model.solve(0.4, [harmless, impossible])
+    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and np.isnan(limit.load_factor) and np.isnan(limit.slip).all()
+    assert "at least the service load" in limit.reason and "constraints[0]" not in limit.reason
+    assert limit.constraints == ("constraints[0]", "at least the service load")
+    model.solve(0.4, [harmless, model.load_factor >= 0.98 * above]).explain(printed := io.StringIO())
+    for text in ("constraints[0]", "constraints[1]", "the dual bound covers them", "in units of"):
+        assert text in printed.getvalue()
+
+
+def test_units_do_not_matter_and_the_objective_has_the_unit_that_is_printed():
+    contact, base = random_system(np.random.default_rng(5), 4), None
+    for stiff, load in ((1.0, 1.0), (1e12, 1.0), (1.0, 1e9), (1e-9, 1e-3)):
+        loads = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
+        changed = fo.ContactSystem(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads)
+        model = fo.ShakedownModel(changed, CYCLE)
+        limit = model.solve(0.4, [cp.abs(model.slip) <= 0.05 * load / stiff])
+        base = base or limit.load_factor
+        assert limit.load_factor == pytest.approx(base, rel=1e-8) and np.abs(limit.slip).max() <= 0.05 * load / stiff * (1 + 1e-8)
+        limit.explain(printed := io.StringIO())
+        unit = float(printed.getvalue().split("in units of ")[1].split()[0])
+        assert limit.problem.value * unit == pytest.approx(limit.load_factor, rel=1e-10)
+    assert base < fo.shakedown_limit(contact, CYCLE, 0.4).load_factor * 0.999
+
+
+def test_a_sweep_under_constraints_is_one_compiled_problem_and_rates_are_slopes():
+    contact = random_system(np.random.default_rng(1), 3)
+    model = fo.ShakedownModel(contact, CYCLE)
+    constraints = [model.slip <= 0.05, model.load_factor <= 5 - 10 * model.slip[2]]
+    table = model.sweep([0.4 - 1e-5, 0.4, 0.4 + 1e-5], constraints)
+    assert model.solve(0.3, constraints).problem is (limit := model.solve(0.4, constraints)).problem
+    assert limit.friction_rate.sum() == pytest.approx(np.diff(table.load_factor)[0] / 1e-5, rel=1e-3)
+    assert limit.load_rates.rate.isna().all() and not model.solve(0.4).load_rates.rate.isna().any()
+
+
+def test_a_wrong_answer_is_not_believed(monkeypatch):
+    """A solver that drops the constraints, and one that is right but for its multipliers."""
+    contact = random_system(np.random.default_rng(1), 3)
+    model = fo.ShakedownModel(contact, CYCLE)
+    honest, constraints = policy._run, [model.slip <= 0.05]
+
+    def drops(problem, name):
+        answer = honest(cp.Problem(problem.objective, problem.constraints[:-1]), name)
+        problem.constraints[-1].dual_variables[0].save_value(np.zeros(3))
+        problem._status, problem._solver_stats = cp.OPTIMAL, type("Stats", (), {"solver_name": name.split("_")[0]})()
+        return answer
+
+    monkeypatch.setattr(policy, "_run", drops)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        model.solve(0.4, constraints)
+
+
+@pytest.mark.parametrize(
+    ("constraint", "message"),
+    [
+        (lambda model: True, r"constraints\[0\]: True"),
+        (lambda model: model.slip, r"constraints\[0\]"),
+        (lambda model: cp.norm1(model.slip) >= 1, r"constraints\[0\].*not convex"),
+        (lambda model: cp.norm2(model.slip) <= 1, r"constraints\[0\].*SOC cone"),
+        (lambda model: model.slip <= cp.Variable(3, nonneg=True, name="own"), r"constraints\[0\]: variable own"),
+        (lambda model: model.slip <= cp.Parameter(name="most"), r"constraints\[0\]: parameter most"),
+        (lambda model: fo.ShakedownModel(*TWO).slip <= 1, r"constraints\[0\].*another model"),
+    ],
+)
+def test_bad_constraints_are_refused(constraint, message):
+    model = fo.ShakedownModel(*TWO)
+    with pytest.raises(fo.ModelError, match=message):
+        model.solve(0.4, [constraint(model)])
+
+
+TWO = random_system(np.random.default_rng(0), 3), CYCLE
