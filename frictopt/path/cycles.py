@@ -10,6 +10,7 @@ import numpy as np
 from ..contact import referee
 from ..contact.checks import Array, frozen
 from ..errors import NoContinuation, SolverError
+from .extrapolation import PERIODIC, fixed_point, slower_modes
 from .outcome import Outcome, SteadyState
 from .stops import left_out_corners
 from .transient import ExactPath
@@ -19,12 +20,10 @@ __all__ = ["TOLERANCE", "Cycle", "Run"]
 TOLERANCE = 1e-9
 """Largest residual with which a steady state leaves the package."""
 
-_PERIODIC = 1e-10  # largest change of slip over a cycle, in slip scales, of a periodic state
 _REPEATS = 1e-13  # the same, below which the limit is reached whatever the factor by which the changes shrink
 _SAFE = 1e-10  # largest excess over the friction bound, in force scales, of a safe slip
 _NEAR = 1e-3  # the map is also tried at this share of the distance from an extrapolated limit to other states
 _AFFINE = 1e-3  # largest deviation of the map from an affine one, over the last change, that counts as rounding
-_FIT = 1e-6  # largest deviation of a state from the linear map fitted to all states, over its distance from the limit, that counts as rounding
 _WINDOW = 12  # cycles that an extrapolation looks back on
 _LEAST = 4  # cycles with the same events before the first extrapolation
 
@@ -122,9 +121,9 @@ class Run:
         if not self.last:
             return None
         change = self._change(last)
-        if not last.work.any() and change <= _PERIODIC:
+        if not last.work.any() and change <= PERIODIC:
             return self._result(self.path, Outcome.SHAKEDOWN, last, 0.0, False)
-        if change <= _PERIODIC and self._left() <= TOLERANCE and self._conclusive(last):
+        if change <= PERIODIC and self._left() <= TOLERANCE and self._conclusive(last):
             return self._periodic(self.path, last, change, False)
         if self._ratchets():
             return self._result(self.path, Outcome.RATCHETING, last, 0.0, False)
@@ -146,7 +145,7 @@ class Run:
         text = f"none proven within most_cycles = {most_cycles} cycles (the slip changes by {change:.1e} slip scales a cycle)"
         if self.path.far_start:
             return f"{text}; {self.path.cause_of_rounding}"
-        if change > _PERIODIC:
+        if change > PERIODIC:
             return f"{text}; allow more"
         return (
             f"{text}; its work of friction, {last.work.sum():.1e} a cycle, is too little to tell slip from none: take a load factor further from the "
@@ -168,24 +167,24 @@ class Run:
         path, n, (before, last) = self.path, self.path.nodes, self.last[-2:]
         drift = last.after - last.before
         size, rounding = float(np.abs(drift).max()), np.finfo(float).eps * float(np.abs(last.after).max())
-        resisted = float(np.abs(path.stress(drift)).max()) > _PERIODIC * self.force
-        steady = self._distance(drift, before.after - before.before) * self.length <= _PERIODIC * size
-        steady = steady and bool(np.abs(last.work - before.work).max() <= _PERIODIC * last.work.sum())
-        return bool(steady and size > rounding / _PERIODIC and not (resisted or drift[n:].any()))
+        resisted = float(np.abs(path.stress(drift)).max()) > PERIODIC * self.force
+        steady = self._distance(drift, before.after - before.before) * self.length <= PERIODIC * size
+        steady = steady and bool(np.abs(last.work - before.work).max() <= PERIODIC * last.work.sum())
+        return bool(steady and size > rounding / PERIODIC and not (resisted or drift[n:].any()))
 
     def _extrapolated(self, same: int) -> SteadyState | None:
         """The limit extrapolated from the last cycles with the same events; None if it is not proven to be their limit.
 
         The proof has two parts. First, a cycle from the limit comes back to it. Second, the map of one cycle is affine for all states to come: these
-        are weighted means of the limit, the last state and a few states between (`_slower_modes`), and a cycle from each of these ends where an
+        are weighted means of the limit, the last state and a few states between (`slower_modes`), and a cycle from each of these ends where an
         affine map sends it.
         """
         last, proof, modes = self.last[-1], None, None
         for count in range(same, _LEAST - 1, -2):  # the first cycles may belong to another map: the same events in another order
             cycles = self.last[-count:]
             states = np.array([cycles[0].before, *(cycle.after for cycle in cycles)])
-            limit = _fixed_point(states)
-            modes = _slower_modes((states - limit) / self.length)
+            limit = fixed_point(states)
+            modes = slower_modes((states - limit) / self.length)
             proof = None if modes is None else self.path.restarted_at(limit)
             if proof is not None:
                 break
@@ -195,14 +194,14 @@ class Run:
         tried = [(size * before, size * after) for before, after in shares for size in (1.0, _NEAR)][1:]  # the first one is the last cycle itself
         try:
             proving = self._one(proof)
-            if self._change(proving) > _PERIODIC:
+            if self._change(proving) > PERIODIC:
                 return None
             for before, after in tried:
                 probe = self.path.restarted_at(limit + before)
                 if probe is None:
                     return None
                 off = self._distance(self._one(probe).after, limit + after)
-                if off > _PERIODIC + _AFFINE * self._distance(before, after):
+                if off > PERIODIC + _AFFINE * self._distance(before, after):
                     return None
         except NoContinuation:
             return None
@@ -271,44 +270,3 @@ class Run:
             unproven=path.unproven,
             left_out=left_out_corners(self.stops, len(path.corners)),
         )
-
-
-def _fixed_point(iterates: Array) -> Array:
-    """Fixed point of an affine map from some of its iterates (rows), by reduced-rank extrapolation."""
-    steps = np.diff(iterates, axis=0)
-    scale = np.linalg.norm(steps, axis=1, keepdims=True)
-    differences = np.diff(steps, axis=0)
-    weights = np.linalg.lstsq(differences.T, -steps[0], rcond=1e-12)[0] if scale.min() > 0 else np.zeros(len(differences))
-    fixed: Array = iterates[0] + weights @ steps[:-1]
-    return fixed
-
-
-def _slower_modes(distances: Array) -> list[tuple[Array, Array]] | None:
-    """States around a fixed point, before and after a cycle, that span all states to come; from distances to it (rows).
-
-    The k-th distance to come is `sum of rate_i^k mode_i` with 1 > rate_1 > ... > rate_m >= 0, which is `rate_m^k` times the last distance and
-    `rate_i^k - rate_(i + 1)^k` times the sum of the first i modes, i < m. With these sums times c_i the factors are weights of a mean, together
-    with one >= 0 of the fixed point, where the sum of `(rate_i^k - rate_(i + 1)^k) / c_i` is at most `1 - rate_m^k` for all k; c_i = 1 always does.
-
-    None if no single linear map fits all distances, or if they do not decay monotonically: a rate is complex, negative or not below 1.
-    """
-    left, sizes, right = np.linalg.svd(distances[:-1].T, full_matrices=False)
-    kept = sizes > _PERIODIC
-    basis = left[:, kept]
-    step = basis.T @ distances[1:].T @ right[kept].T / sizes[kept]
-    off = np.abs(distances[1:].T - basis @ step @ basis.T @ distances[:-1].T).max(axis=0)
-    if np.any(off > _PERIODIC + _FIT * np.abs(distances[:-1]).max(axis=1)):
-        return None
-    rates, vectors = np.linalg.eig(step)
-    modes = basis @ vectors * np.linalg.solve(vectors, basis.T @ distances[-2])
-    counted = np.abs(modes).max(axis=0, initial=0.0) > _PERIODIC
-    rates, modes = rates[counted], modes[:, counted]
-    if not len(rates) or np.any(np.abs(rates.imag) > 0) or np.any(rates.real < 0) or np.any(rates.real >= 1):
-        return None
-    order = np.argsort(-rates.real)
-    rates, modes = rates.real[order], modes.real[:, order]
-    powers = rates ** np.unique(np.geomspace(1, 1e6, 200).round())[:, None]
-    shares = (-np.diff(powers, axis=1) / (1 - powers[:, -1:])).max(axis=0) * (len(rates) - 1)
-    shares = shares if shares.max(initial=0.0) < 1 else np.ones_like(shares)
-    before, after = (shares * np.cumsum(part, axis=1)[:, :-1] for part in (modes, modes * rates))
-    return list(zip(before.T, after.T, strict=True))

@@ -1,0 +1,53 @@
+"""The limit of states that one affine map makes from each other, and the states that span all to come."""
+
+import numpy as np
+
+from ..contact.checks import Array
+
+__all__ = ["PERIODIC", "fixed_point", "slower_modes"]
+
+PERIODIC = 1e-10
+"""Change of slip over a cycle, over the slip scale, that counts as none."""
+
+_FIT = 1e-6  # largest deviation of a state from the linear map fitted to all states, over its distance from the limit, that counts as rounding
+
+
+def fixed_point(iterates: Array) -> Array:
+    """Fixed point of an affine map from some of its iterates (rows), by reduced-rank extrapolation."""
+    steps = np.diff(iterates, axis=0)
+    scale = np.linalg.norm(steps, axis=1, keepdims=True)
+    differences = np.diff(steps, axis=0)
+    weights = np.linalg.lstsq(differences.T, -steps[0], rcond=1e-12)[0] if scale.min() > 0 else np.zeros(len(differences))
+    fixed: Array = iterates[0] + weights @ steps[:-1]
+    return fixed
+
+
+def slower_modes(distances: Array) -> list[tuple[Array, Array]] | None:
+    """States around a fixed point, before and after a cycle, that span all states to come; from distances to it (rows).
+
+    The k-th distance to come is `sum of rate_i^k mode_i` with 1 > rate_1 > ... > rate_m >= 0, which is `rate_m^k` times the last distance and
+    `rate_i^k - rate_(i + 1)^k` times the sum of the first i modes, i < m. With these sums times c_i the factors are weights of a mean, together
+    with one >= 0 of the fixed point, where the sum of `(rate_i^k - rate_(i + 1)^k) / c_i` is at most `1 - rate_m^k` for all k; c_i = 1 always does.
+
+    None if no single linear map fits all distances, or if they do not decay monotonically: a rate is complex, negative or not below 1.
+    """
+    left, sizes, right = np.linalg.svd(distances[:-1].T, full_matrices=False)
+    kept = sizes > PERIODIC
+    basis = left[:, kept]
+    step = basis.T @ distances[1:].T @ right[kept].T / sizes[kept]
+    off = np.abs(distances[1:].T - basis @ step @ basis.T @ distances[:-1].T).max(axis=0)
+    if np.any(off > PERIODIC + _FIT * np.abs(distances[:-1]).max(axis=1)):
+        return None
+    rates, vectors = np.linalg.eig(step)
+    modes = basis @ vectors * np.linalg.solve(vectors, basis.T @ distances[-2])
+    counted = np.abs(modes).max(axis=0, initial=0.0) > PERIODIC
+    rates, modes = rates[counted], modes[:, counted]
+    if not len(rates) or np.any(np.abs(rates.imag) > 0) or np.any(rates.real < 0) or np.any(rates.real >= 1):
+        return None
+    order = np.argsort(-rates.real)
+    rates, modes = rates.real[order], modes.real[:, order]
+    powers = rates ** np.unique(np.geomspace(1, 1e6, 200).round())[:, None]
+    shares = (-np.diff(powers, axis=1) / (1 - powers[:, -1:])).max(axis=0) * (len(rates) - 1)
+    shares = shares if shares.max(initial=0.0) < 1 else np.ones_like(shares)
+    before, after = (shares * np.cumsum(part, axis=1)[:, :-1] for part in (modes, modes * rates))
+    return list(zip(before.T, after.T, strict=True))
