@@ -1,6 +1,4 @@
-import copy
 import io
-import pickle
 
 import cvxpy as cp
 import numpy as np
@@ -193,15 +191,6 @@ def test_the_mechanism_is_a_proof(punch, paper_cycle):
     assert resistance / drive == pytest.approx(limit.load_factor, rel=1e-7)
 
 
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
-def test_systems_cycles_and_results_can_be_copied_and_sent(punch, paper_cycle, copied):
-    contact, cycle = copied(punch(16)), copied(paper_cycle)
-    limit, safe = copied(fo.shakedown_limit(contact, cycle, 0.7)), copied(fo.safe_slip(contact, cycle, 0.7, 1.0))
-    assert limit.load_factor == fo.shakedown_limit(punch(16), paper_cycle, 0.7).load_factor
-    assert limit.problem is None and safe.problem is None and len(limit.mechanism) and safe.exists
-    limit.explain(io.StringIO())
-
-
 def test_explain_does_not_mix_two_solves(punch, paper_cycle):
     model = fo.ShakedownModel(punch(16), paper_cycle)
     first = model.solve(0.3)
@@ -212,14 +201,6 @@ def test_explain_does_not_mix_two_solves(punch, paper_cycle):
     text = io.StringIO()
     first.explain(text)
     assert "rows bind" not in text.getvalue() and "solved for something else since" in text.getvalue()
-
-
-def test_results_cannot_be_changed(punch, paper_cycle):
-    limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
-    with pytest.raises(AttributeError):
-        limit.load_factor = 3.0
-    with pytest.raises(ValueError, match="read-only"):
-        limit.slip[0] = 1.0
 
 
 def test_a_failing_solver_is_recorded_and_the_next_one_answers(punch, paper_cycle, monkeypatch):
