@@ -176,10 +176,10 @@ def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch):
 
     def exchanged(path, bonded, where):
         """What one node does too much another one takes back."""
-        go(path, bonded, where)
+        follow_to(path, bonded, where)
         path.state.work[[0, 8]] += (1e-3 * truth.dissipation, -1e-3 * truth.dissipation)
 
-    monkeypatch.setattr(ExactPath, "go", exchanged)
+    monkeypatch.setattr(ExactPath, "follow_to", exchanged)
     for run in (fo.steady_state, fo.march):
         with pytest.raises(fo.SolverError, match="energy"):
             run(contact, paper_cycle, friction, factor)
