@@ -109,6 +109,15 @@ def test_the_exact_state_is_not_needed_for_the_sweeps_to_converge(monkeypatch):
     assert frozen.r * posed.force == pytest.approx(np.r_[state[2], state[3]], abs=1e-5)
 
 
+def test_every_sweep_is_polished(punch):
+    """Every sweep is polished, the first and the later ones."""
+    contact = punch(40)
+    engine = FrozenBoundIncrement(contact, 0.7, simplify=False)
+    for sigma in (2.0, 2.5, 3.0, 3.5):
+        found = engine.solve(np.zeros(41), contact.reaction({"P": 1.0, "sigma": sigma}))
+        assert found.solver == "OSQP" and found.attempts[0].residual < 1e-11
+
+
 @pytest.mark.slow
 def test_nodes_that_open_as_others_slip_get_their_gaps(monkeypatch):
     """Trial pressures all positive, so that the first sweep knows no gaps; with no correction of its status the next one must."""

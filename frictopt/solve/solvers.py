@@ -42,7 +42,7 @@ _OPTIONS: MappingProxyType[str, dict[str, Any]] = MappingProxyType(
         "HIGHS": {"highs_options": {"solver": "simplex", "simplex_strategy": 4, "presolve": "off", **_HIGHS}},
         "HIGHS_IPM": {"highs_options": {"solver": "ipm", **_HIGHS}},
         "CLARABEL": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 200, "max_threads": 1, "time_limit": 600.0},
-        # Steps adapted by count, not by the clock, so that runs repeat; polishing asked for by name, or cvxpy drops it in later solves.
+        # Steps adapted by count, not by the clock, so that runs repeat; polished, which cvxpy would leave out of some later solves.
         "OSQP": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20000, "polishing": True, "adaptive_rho": 1, "adaptive_rho_interval": 50},
         "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
         "HIGHS_MIP_LOOSE": {"highs_options": {**_HIGHS_MIP, **_LOOSE}},
