@@ -173,3 +173,17 @@ def test_bad_constraints_are_refused(constraint, message):
 
 
 TWO = random_system(np.random.default_rng(0), 3), CYCLE
+
+
+def test_all_forms_of_a_constraint_say_the_same():
+    model = fo.ShakedownModel(random_system(np.random.default_rng(1), 3), CYCLE)
+    forms = model.slip <= 0.05, cp.NonNeg(0.05 - model.slip), 0.05 >= model.slip, cp.max(model.slip) <= 0.05
+    limits = [model.solve(0.4, [form]).load_factor for form in forms]
+    assert limits == pytest.approx([limits[0]] * len(limits), rel=1e-9) and limits[0] < 0.99 * model.solve(0.4).load_factor
+
+
+def test_a_contact_that_its_load_presses_has_no_limit_under_constraints_that_leave_a_slip():
+    model = fo.ShakedownModel(random_system(np.random.default_rng(0), 2), fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}]))
+    limit = model.solve(0.5, [cp.abs(model.slip) <= 1.0])
+    assert limit.kind is fo.LimitKind.UNBOUNDED and limit.load_factor == np.inf and "constraints[0]" in limit.reason
+    assert model.solve(0.5, [model.load_factor <= 7.0]).load_factor == pytest.approx(7.0, rel=1e-9)

@@ -78,7 +78,7 @@ def own_rows(constraints: Sequence[Any], physical: Physical, load_unit: float) -
         _check(name, constraint, known)
         linear, _ = Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [constraint]))
         for part in linear.constraints:
-            if not isinstance(part, (*_EQUATIONS, *_AT_MOST, _AT_LEAST)):
+            if not isinstance(part, (*_EQUATIONS, _AT_MOST, _AT_LEAST)):
                 raise ModelError(
                     f"{name}: it needs a {type(part).__name__} cone; the limit is a linear program, so that its multipliers prove it: "
                     "give linear constraints, or such of abs, max, min, norm1 and norm_inf"
