@@ -122,8 +122,9 @@ class ShakedownModel:
             No solver gave an answer that passes the checks.
         """
         task = LimitQuestion(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
-        if len(listed("constraints", constraints)):
-            return self._constrained_program(replace(task, simplify=False), list(constraints))
+        own = listed("constraints", constraints)
+        if own:
+            return self._constrained_program(replace(task, simplify=False), own)
         closed = _closed_form(task) if self._closed_form else None
         return self._linear_program(task) if closed is None else closed
 
@@ -140,7 +141,8 @@ class ShakedownModel:
         SolverError
             No solver gave an answer that passes the checks.
         """
-        return pd.DataFrame([_row(friction, self.solve(friction, constraints)) for friction in listed("frictions", frictions)])
+        own = listed("constraints", constraints)
+        return pd.DataFrame([_row(friction, self.solve(friction, own)) for friction in listed("frictions", frictions)])
 
     def _linear_program(self, task: LimitQuestion) -> ShakedownLimit:
         kind = task.mirror, task.opening
