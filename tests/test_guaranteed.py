@@ -95,12 +95,12 @@ def test_any_cycle_against_linear_programs_of_all_corners(seed, nodes, corners, 
         if np.isfinite(limit.load_factor):
             check(limit, contact, cycle, friction)
             assert most is None or np.abs(limit.slip).max() <= most
-        solved = limit.nodes[limit.nodes.how == "solved"]
+        solved = limit.to_frame()[limit.to_frame().how == "solved"]
         assert solved.load_factor.to_numpy() == pytest.approx(least[solved.node], rel=1e-7, abs=1e-8)
-        assert np.isinf(least[limit.nodes.node[limit.nodes.how == "never on both bounds"]]).all()
-        out = limit.nodes[limit.nodes.how == "left out by its bound"]
+        assert np.isinf(least[limit.to_frame().node[limit.to_frame().how == "never on both bounds"]]).all()
+        out = limit.to_frame()[limit.to_frame().how == "left out by its bound"]
         assert (out.load_factor <= least[out.node] * (1 + 1e-8)).all() and len(out) == limit.skipped
-    assert set(limit.nodes.how) <= {"solved", "never on both bounds", "one corner rules both bounds"}
+    assert set(limit.to_frame().how) <= {"solved", "never on both bounds", "one corner rules both bounds"}
 
 
 COARSE = {0.2: 0.1069, 0.3: 0.1457, 0.4: 0.1757, 0.5: 0.1969, 0.6: 0.2090, 0.8: 0.1943}
@@ -125,7 +125,7 @@ def test_the_papers_scene_on_a_coarse_mesh(punch, paper_cycle, simplify):
 def test_bounds_of_the_nodes_hold_on_a_finer_mesh(punch, paper_cycle, friction):
     limit, every = (fo.guaranteed_limit(punch(40), paper_cycle, friction, simplify=simplify) for simplify in (True, False))
     assert limit.load_factor == pytest.approx(every.load_factor, rel=1e-8)
-    assert np.all(limit.nodes.load_factor <= every.nodes.load_factor * (1 + 1e-8) + 1e-12)
+    assert np.all(limit.to_frame().load_factor <= every.to_frame().load_factor * (1 + 1e-8) + 1e-12)
     assert limit.skipped > 0 and len(limit.attempts) < len(every.attempts)
 
 
@@ -193,7 +193,7 @@ def test_a_slip_bound_that_is_not_symmetric_leaves_no_mirror_images(punch, paper
     most[8] = 0.0
     one, other = (fo.guaranteed_limit(punch(16), paper_cycle, 0.5, slip_bound=bound) for bound in (most, most[::-1]))
     assert one.load_factor == pytest.approx(other.load_factor, rel=1e-8) and (one.node, other.node) == (16, 0)
-    assert one.nodes.load_factor[0] > 1.05 * one.load_factor > 1.05 * free.load_factor
+    assert one.to_frame().load_factor[0] > 1.05 * one.load_factor > 1.05 * free.load_factor
 
 
 def test_limitsthat_do_not_exist_are_answers():
@@ -212,7 +212,7 @@ def test_limitsthat_do_not_exist_are_answers():
     assert np.isnan(none.load_factor) and none.proven and none.residual < 1e-9 and none.kind is fo.LimitKind.NO_SAFE_SLIP
     for limit in (never, none):
         limit.explain(io.StringIO())
-        assert len(limit.nodes) == 2
+        assert len(limit.to_frame()) == 2
 
 
 def test_a_slip_that_unloads_the_other_node_leaves_no_guarantee():
@@ -243,7 +243,7 @@ def test_uncoupled_contacts_need_no_program_and_are_proven():
 def test_nodes_without_friction_or_ruled_by_one_corner_are_no_candidates():
     contact = system(np.eye(3), 0.1 * np.ones((3, 3)), 0.0, 1.0, (0.5, 0.0, 0.05), (0.0, 0.0, 0.5))
     limit = fo.guaranteed_limit(contact, CYCLE, [0.5, 0.5, 0.5])
-    assert list(limit.nodes.how[1:]) == ["one corner rules both bounds"] * 2
+    assert list(limit.to_frame().how[1:]) == ["one corner rules both bounds"] * 2
     assert fo.guaranteed_limit(contact, CYCLE, [0.0, 0.5, 0.5]).node is None
 
 

@@ -12,6 +12,8 @@ STEADY = fo.steady_state(*ASKED, 1.5)
 PATH = fo.march(*ASKED, 1.5, cycles=2)
 CHECK = fo.verify_guaranteed(*ASKED, starts=3, moved=1)
 FIRST = fo.onset(*ASKED)
+LIMIT, LOWER, SAFE = fo.shakedown_limit(*ASKED), fo.guaranteed_limit(*ASKED), fo.safe_slip(*ASKED, 0.3)
+MOVED = fo.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.reaction({"mean": 1.0, "cyclic": 1.0}))
 
 
 @pytest.mark.parametrize(
@@ -23,6 +25,10 @@ FIRST = fo.onset(*ASKED)
         (STEADY, [f"outcome={STEADY.outcome.name}", f"dissipation={STEADY.dissipation:.6g}", "residual="]),
         (PATH, ["nodes=2", "cycles=2", "engine=path", "residual="]),
         (PATH.verdict, ["residual=", "direction="]),
+        (LIMIT, [f"load_factor={LIMIT.load_factor:.6g}", "kind=FINITE", "residual=", "reason=no residual slip"]),
+        (LOWER, [f"load_factor={LOWER.load_factor:.6g}", "proven=False", "node=0", "residual="]),
+        (SAFE, ["exists=True", f"margin={SAFE.margin:.6g}", "residual="]),
+        (MOVED, ["nodes=2", f"at_bound={(np.abs(MOVED.status) == 1).sum()}", "open=0", "solver="]),
         (CHECK, [f"load_factor={CHECK.limit.load_factor:.6g}", f"runs={len(CHECK.runs)}", f"dies_out={CHECK.dies_out}"]),
     ],
     ids=lambda value: type(value).__name__,
@@ -46,6 +52,12 @@ def test_the_frame_of_a_steady_state_has_a_row_for_each_node():
     assert STEADY.dissipation > 0 and table["dissipation"].sum() == pytest.approx(STEADY.dissipation, rel=1e-14)
     assert np.array_equal(table["slip"], STEADY.slip) and np.array_equal(table["x"], CONTACT.x)
     assert np.array_equal(table["open"], STEADY.open) and STEADY.open.any()
+
+
+@pytest.mark.parametrize("result", [LIMIT, LOWER, SAFE, MOVED], ids=lambda value: type(value).__name__)
+def test_the_frame_of_a_limit_or_an_increment_has_a_row_for_each_node(result):
+    table = result.to_frame()
+    assert table["node"].tolist() == [0, 1] and np.array_equal(table["slip"], result.slip) and np.abs(result.slip).max() > 0
 
 
 def test_a_check_has_the_residual_of_its_worst_transient():

@@ -1,5 +1,6 @@
 """One friction increment: the problem as posed, in dimensionless units, and the result that every engine returns."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import IO, Any
@@ -10,6 +11,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, friction_coefficients, referee
 from ..contact.checks import Array, finite_array, frozen
+from ..contact.show import Shown, frame
 from ..contact.system import checked_system
 from ..errors import ModelError
 from ..solve.explain import explain
@@ -23,8 +25,8 @@ _TINY = 1e-9  # a mean normal force below this share of the largest reaction is 
 _STUCK = 1e-12  # the law may be violated by this much, in units of the force scale, for a trial state to stand
 
 
-@dataclass(frozen=True, eq=False)
-class Increment(Portable):
+@dataclass(frozen=True, eq=False, repr=False)
+class Increment(Shown, Portable):
     """The state after one increment of load, judged by the referee.
 
     Attributes
@@ -65,6 +67,14 @@ class Increment(Portable):
     problem: cp.Problem | None = field(repr=False)
     _title: str = field(repr=False)
     _units: dict[str, float] = field(repr=False)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each node: node, slip, gap, q, p and status."""
+        return frame({"node": range(len(self.slip)), **{name: getattr(self, name) for name in ("slip", "gap", "q", "p", "status")}})
+
+    def _answer(self) -> Mapping[str, Any]:
+        counts = {name: int((np.abs(self.status) == value).sum()) for name, value in (("at_bound", 1), ("open", 2))}
+        return {"nodes": len(self.slip), **counts, "residual": self.residual, "solver": self.solver}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""

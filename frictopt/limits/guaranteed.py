@@ -1,7 +1,7 @@
 """The guaranteed limit lambda_1: the load factor below which the contact stops slipping from every start."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import IO, Any
 
 import cvxpy as cp
@@ -11,6 +11,7 @@ import pandas as pd
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, flag, frozen
 from ..contact.mirror import is_uncoupled
+from ..contact.show import Shown
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
 from ..solve.solvers import Attempt, solver_order
@@ -28,8 +29,8 @@ _SOLVED, _NEVER, _COINCIDE = "solved", "never on both bounds", "only where it ca
 _LEFT_OUT, _IMAGE, _ONE_CORNER, _NOT_NEEDED = "left out by its bound", "mirror image", "one corner rules both bounds", "not needed"
 
 
-@dataclass(frozen=True, eq=False)
-class GuaranteedLimit(Portable):
+@dataclass(frozen=True, eq=False, repr=False)
+class GuaranteedLimit(Shown, Portable):
     """The guaranteed limit, and a residual slip from which the contact keeps slipping just above it.
 
     Attributes
@@ -85,14 +86,15 @@ class GuaranteedLimit(Portable):
     _units: Units = field(repr=False)
     _above: tuple[float, Array] | None = field(repr=False)
 
-    @cached_property
-    def nodes(self) -> pd.DataFrame:
-        """One row for each node: node, x, load_factor and how it was found.
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each node: node, x, load_factor, how it was found, and the slip of the witness.
 
         load_factor is the least at which a safe slip holds the node on both its bounds, inf if none does; where the node was left out by its bound, a
         lower bound of it.
         """
-        return pd.DataFrame({"node": np.arange(len(self._how)), "x": self._task.system.x, "load_factor": self._least, "how": self._how})
+        return pd.DataFrame(
+            {"node": np.arange(len(self._how)), "x": self._task.system.x, "load_factor": self._least, "how": self._how, "slip": self.slip}
+        )
 
     @property
     def reactions(self) -> tuple[Array, Array]:
@@ -116,6 +118,9 @@ class GuaranteedLimit(Portable):
     def answers(self, system: ContactSystem, cycle: LoadCycle, friction: Any) -> bool:
         """Whether it is the limit of this system, load cycle and friction."""
         return self._task.same_input(LimitQuestion(system, cycle, cycle_loads(system, cycle), friction, False))
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("load_factor", "kind", "proven", "node", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""

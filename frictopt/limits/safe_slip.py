@@ -1,5 +1,6 @@
 """Existence of a safe residual slip at a given load factor."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import IO, Any
@@ -10,6 +11,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen
+from ..contact.show import Shown, frame
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
 from ..solve.solvers import TOLERANCE, Answer, Attempt, solve
@@ -47,8 +49,8 @@ def margin_problem(contact: ScaledContact, opening: bool, bound: SlipBound | Non
     return v.problem(cp.Maximize(margin), rows, opening, bound)
 
 
-@dataclass(frozen=True, eq=False)
-class SafeSlip(Portable):
+@dataclass(frozen=True, eq=False, repr=False)
+class SafeSlip(Shown, Portable):
     """A residual slip that keeps the contact stuck, or the proof that there is none.
 
     Attributes
@@ -93,6 +95,13 @@ class SafeSlip(Portable):
         on them, or with a slip bound too little.
         """
         return None if self.exists else self._motion.table(self._task.system.x)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each node: node, x and slip."""
+        return frame({"node": range(len(self.slip)), "x": self._task.system.x, "slip": self.slip})
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("exists", "margin", "margin_bound", "residual")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""

@@ -1,15 +1,16 @@
 """A shakedown limit with its proof from both sides: safe from below by the contact law, and from above by the mechanism."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import IO
+from typing import IO, Any
 
 import cvxpy as cp
 import numpy as np
 import pandas as pd
 
 from ..contact.checks import Array, frozen
+from ..contact.show import Shown, frame
 from ..solve.explain import Units, explain
 from ..solve.polish import Program
 from ..solve.portable import Portable
@@ -25,8 +26,8 @@ from .scaling import ScaledContact
 __all__ = ["LimitClaim", "ShakedownLimit", "judged", "judged_program", "no_limit_claim", "own_names"]
 
 
-@dataclass(frozen=True, eq=False)
-class ShakedownLimit(Portable):
+@dataclass(frozen=True, eq=False, repr=False)
+class ShakedownLimit(Shown, Portable):
     """The shakedown limit with its proof from both sides.
 
     Attributes
@@ -103,6 +104,13 @@ class ShakedownLimit(Portable):
         if not np.isfinite(self.load_factor):
             return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
         return self._task.reactions(self.load_factor, self.slip)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each node: node, x and the slip that is safe at the limit."""
+        return frame({"node": range(len(self.slip)), "x": self._task.system.x, "slip": self.slip})
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("load_factor", "kind", "dual_bound", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
