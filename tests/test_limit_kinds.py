@@ -49,7 +49,7 @@ def test_every_limit_says_its_kind_and_why(ask, name, contact, cycle, options, k
     if ask is fo.shakedown_limit or limit.node is None:
         for text in texts:
             assert text in limit.reason and text in printed.getvalue()
-    assert limit.reason in repr(limit) and f"LimitKind.{kind.name}" in repr(limit)
+    assert limit.reason in repr(limit) and f"kind={kind.name}" in repr(limit)
 
 
 def test_kinds_are_sentences_with_a_remedy():
