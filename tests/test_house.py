@@ -12,11 +12,13 @@ import frictopt
 from frictopt import errors
 
 PACKAGE = Path(frictopt.__file__).parent
-_BASE = {"errors", "contact", "reference"}
+_ROOT = {"errors", "tolerances"}
+_BASE = _ROOT | {"contact", "reference"}
 BELOW = {
     "errors": set(),
-    "contact": {"errors"},
-    "reference": {"errors", "contact"},
+    "tolerances": set(),
+    "contact": _ROOT,
+    "reference": _ROOT | {"contact"},
     "fem": _BASE,
     "solve": _BASE,
     "limits": _BASE | {"solve"},
@@ -26,6 +28,7 @@ BELOW = {
 }
 ALLOWED = {  # libraries beyond the standard one, by layer
     "errors": set(),
+    "tolerances": set(),
     "contact": {"numpy", "pandas"},  # pandas where a table is asked for
     "reference": {"numpy"},
     "fem": {"numpy", "scipy", "skfem"},

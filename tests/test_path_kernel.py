@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 import frictopt
+from frictopt import tolerances
+from frictopt.path import kernel
 
 PACKAGE = Path(frictopt.__file__).parent
 
@@ -34,6 +36,10 @@ def test_all_compiled_code_stands_in_one_file_that_imports_nothing_of_the_packag
     assert compiled == [PACKAGE / "path" / "kernel.py"]
     for node in ast.walk(ast.parse(compiled[0].read_text(encoding="utf-8"))):
         assert not isinstance(node, ast.ImportFrom) or (node.level == 0 and not node.module.startswith("frictopt"))
+
+
+def test_its_copies_of_the_tolerances_are_true():
+    assert (kernel._ROUNDING, kernel._CONDENSATION) == (tolerances.ROUNDING, tolerances.CONDENSATION)
 
 
 @pytest.mark.slow

@@ -10,12 +10,10 @@ from ..contact.checks import Array, choice, flag, whole_number
 from ..errors import ModelError, SolverError
 from ..increments import ExactIncrement, FrozenBoundIncrement
 from ..path import ExactPath
+from ..tolerances import RESIDUAL
 from .trajectory import Trajectory
 
 __all__ = ["march"]
-
-TOLERANCE = 1e-9
-"""Largest residual with which a trajectory leaves the package."""
 
 _ENGINES = {"qp": FrozenBoundIncrement, "milp": ExactIncrement}
 
@@ -90,9 +88,9 @@ def march(
         if steps is None:
             raise ModelError(f"steps: None; engine={engine!r} needs the number of increments from corner to corner")
         trajectory = _stepped(path, cycle, cycles, engine, whole_number("steps", steps, least=1), simplify)
-    if not trajectory.residual <= TOLERANCE:
+    if not trajectory.residual <= RESIDUAL:
         raise SolverError(
-            f"march: the states violate the contact law or the balance of energy by {trajectory.residual:.1e} (tolerance {TOLERANCE:g}; "
+            f"march: the states violate the contact law or the balance of energy by {trajectory.residual:.1e} (tolerance {RESIDUAL:g}; "
             f"{trajectory.verdict}); {path.cause_of_rounding}"
         )
     return trajectory

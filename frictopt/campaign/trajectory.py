@@ -10,6 +10,7 @@ import numpy as np
 from ..contact import ContactSystem, Verdict, referee
 from ..contact.checks import Array
 from ..contact.show import Shown, frame
+from ..tolerances import SIMULTANEOUS
 
 __all__ = ["Trajectory"]
 
@@ -131,7 +132,7 @@ class Trajectory(Shown):
     @cached_property
     def cycle_work(self) -> Array:
         """(cycles, N) work of friction in each whole cycle."""
-        ends = np.searchsorted(self.time, np.arange(0, self.time[-1] + 0.5, self.corners) + 1e-9) - 1
+        ends = np.searchsorted(self.time, np.arange(0, self.time[-1] + 0.5, self.corners) + SIMULTANEOUS) - 1
         return np.diff(self.work[ends], axis=0)
 
     def to_frame(self) -> Any:

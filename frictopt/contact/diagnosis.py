@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ..tolerances import CONDENSATION
 from .checks import Array
 from .coulomb import friction_coefficients
 from .cycle import LoadCycle, checked_cycle
@@ -11,7 +12,6 @@ from .system import ContactSystem, checked_system
 
 __all__ = ["mean_load_diagnosis", "open_nodes"]
 
-_ROUNDING = 1e-10  # forces below this share of the mean reaction, and stiffness below this share of the largest entry, are rounding
 _MOST_SETS = 100  # changes of the set of open nodes
 _RANGES = 4  # ranges of x that a text names
 
@@ -41,10 +41,10 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Any) 
     glued_q, glued_p = system.reaction(checked_cycle(cycle).mean)
     if not (glued_q.any() or glued_p.any()):
         return "the mean load is zero, and nothing presses the bodies together: give `cycle.mean` a load that does"
-    if glued_p.sum() <= _ROUNDING * np.abs(glued_p).sum():
+    if glued_p.sum() <= CONDENSATION * np.abs(glued_p).sum():
         return _pulls(glued_p)
     q, p = cycle.mean_reaction(system)
-    floor = _ROUNDING * float(np.abs(np.r_[glued_q, glued_p]).mean())
+    floor = CONDENSATION * float(np.abs(np.r_[glued_q, glued_p]).mean())
     slides = _slides(system, f, glued_q, glued_p)
     if (p < -floor).any():
         return "; ".join(text for text in (_opens(system, p, floor), slides) if text)
@@ -58,14 +58,14 @@ def open_nodes(system: ContactSystem, p: Array) -> np.ndarray | None:
     The state is that of the complementarity problem `p + C w >= 0, w >= 0, w (p + C w) = 0`; its set of open nodes is iterated until it repeats.
     """
     force, stiff = float(np.abs(p).max()) or 1.0, float(np.abs(system.C).max()) or 1.0
-    opened = p < -_ROUNDING * force
+    opened = p < -CONDENSATION * force
     for _ in range(_MOST_SETS):
         w = np.zeros(system.nodes)
-        w[opened] = np.linalg.lstsq(system.C[np.ix_(opened, opened)] / stiff, -p[opened] / force, rcond=_ROUNDING)[0]
+        w[opened] = np.linalg.lstsq(system.C[np.ix_(opened, opened)] / stiff, -p[opened] / force, rcond=CONDENSATION)[0]
         left = p / force + system.C @ w / stiff
-        if np.abs(left[opened]).max(initial=0.0) > np.sqrt(_ROUNDING):  # the open part has nothing that holds it
+        if np.abs(left[opened]).max(initial=0.0) > np.sqrt(CONDENSATION):  # the open part has nothing that holds it
             return None
-        again = np.where(opened, w > 0, left < -_ROUNDING)
+        again = np.where(opened, w > 0, left < -CONDENSATION)
         if (again == opened).all():
             return opened
         opened = again
@@ -103,7 +103,7 @@ def _slides(system: ContactSystem, f: Array, q: Array, p: Array) -> str:
     stiff = max(float(np.abs(system.A).max()), float(np.abs(system.C).max()))
     sums = (system.A.sum(axis=0), system.B.sum(axis=0), system.B.sum(axis=1), system.C.sum(axis=0))
     shear, most = abs(float(q.sum())), float(f.max() * p.sum())
-    if max(float(np.abs(part).max()) for part in sums) > _ROUNDING * system.nodes * stiff or shear <= most * (1 + _ROUNDING):
+    if max(float(np.abs(part).max()) for part in sums) > CONDENSATION * system.nodes * stiff or shear <= most * (1 + CONDENSATION):
         return ""
     return f"the body slides as a whole: the mean load has the shear force {shear:.3g}, above f P = {most:.3g}; hold it, or press it"
 

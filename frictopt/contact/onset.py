@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..tolerances import ROUNDING, SIMULTANEOUS
 from .checks import Array
 from .coulomb import friction_coefficients
 from .cycle import LoadCycle, checked_cycle
@@ -13,9 +14,6 @@ from .show import Shown, frame
 from .system import ContactSystem, checked_system
 
 __all__ = ["Onset", "OnsetEvent", "onset"]
-
-_TIE = 1e-9  # events this close (relative) count as simultaneous; the node of lowest index is named
-_ROUNDING = 1e-12  # violations of the mean load below this share of the mean normal force are rounding
 
 
 @dataclass(frozen=True, repr=False)
@@ -144,7 +142,7 @@ def onset(system: ContactSystem, cycle: LoadCycle, friction: Any) -> Onset:
     """
     f = friction_coefficients(friction, checked_system(system).nodes)
     q0, p0 = checked_cycle(cycle).mean_reaction(system)
-    floor = _ROUNDING * float(np.abs(p0).mean())
+    floor = ROUNDING * float(np.abs(p0).mean())
     mean = np.array([q0 + f * p0, f * p0 - q0, p0])
     slips, separations, residual = [], [], 0.0
     for corner, (q1, p1) in enumerate(zip(*cycle.corner_reactions(system), strict=True)):
@@ -165,7 +163,7 @@ def _first(corner: int, event: str, slack: Array, rate: Array, floor: float, sen
     first = float(factor.min())
     if not np.isfinite(first):
         return OnsetEvent(corner, event, np.inf, None, 0)
-    tied = factor <= first * (1 + _TIE)
+    tied = factor <= first * (1 + SIMULTANEOUS)
     node = int(np.argmax(tied.any(axis=0)))
     return OnsetEvent(corner, event, first, node, senses[int(np.argmax(tied[:, node]))])
 
@@ -176,7 +174,7 @@ def _below(slack: Array, floor: float) -> tuple[int, ...]:
 
 def _earliest(events: tuple[OnsetEvent, ...]) -> OnsetEvent:
     first = min(event.load_factor for event in events)
-    return next(event for event in events if event.load_factor <= first * (1 + _TIE))
+    return next(event for event in events if event.load_factor <= first * (1 + SIMULTANEOUS))
 
 
 def _violation(f: Array, q: Array, p: Array) -> float:

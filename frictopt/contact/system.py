@@ -9,13 +9,12 @@ from typing import Any, Self
 import numpy as np
 
 from ..errors import ModelError
+from ..tolerances import CONDENSATION
 from . import storage
 from .checks import Array, check_name, checked_loads, finite_array, finite_number, frozen, real_array, shown
 from .show import Shown
 
 __all__ = ["ContactSystem", "checked_system"]
-
-_SYMMETRY = 1e-10  # asymmetry and negative curvature up to this share of the largest entry count as rounding of a condensation
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -195,7 +194,7 @@ def checked_system(system: Any) -> ContactSystem:
 def _symmetrised(name: str, matrix: Array) -> Array:
     scale = np.abs(matrix).max()
     asymmetry = np.abs(matrix - matrix.T)
-    if asymmetry.max() > _SYMMETRY * scale:
+    if asymmetry.max() > CONDENSATION * scale:
         i, j = np.unravel_index(int(asymmetry.argmax()), matrix.shape)
         raise ModelError(
             f"{name}: not symmetric, {name}[{i}, {j}] = {matrix[i, j]:g} but {name}[{j}, {i}] = {matrix[j, i]:g}; "
@@ -209,7 +208,7 @@ def _check_semi_definite(A: Array, B: Array, C: Array) -> None:
     scale = np.abs(S).max()
     if scale == 0:
         return
-    slack = _SYMMETRY * len(S)
+    slack = CONDENSATION * len(S)
     try:  # a Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the eigenvalues
         np.linalg.cholesky(S / scale + slack * np.eye(len(S)))
     except np.linalg.LinAlgError:

@@ -10,14 +10,12 @@ from scipy.linalg import null_space
 from ..contact import ContactSystem
 from ..contact.checks import Array, check_name, choice, shown
 from ..errors import ModelError
+from ..tolerances import EQUILIBRIUM, SAME_POINT
 from .bodies import Body, BodyName, Support, Traction
 from .glue import GluedBodies
 from .ordering import Integers
 
 __all__ = ["ContactModel"]
-
-_ACCURACY = 1e-7  # error of equilibrium, over the forces, above which a condensation is refused
-_SAME_POINT = 1e-9  # distance below which two nodes coincide, as a share of the size of the interface or the body
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +106,7 @@ class ContactModel:
         if isinstance(support.where, str):
             return self.body(support.body).boundary_nodes(support.where, f"support of the {support.body}")
         distance = np.hypot(*(mesh.p - np.array(support.where)[:, None]))
-        if distance.min() > _SAME_POINT * np.ptp(mesh.p):
+        if distance.min() > SAME_POINT * np.ptp(mesh.p):
             nearest = tuple(float(value) for value in mesh.p[:, distance.argmin()])
             raise ModelError(f"support of the {support.body}: no node at {support.where}; the nearest is at {nearest}")
         return np.array([distance.argmin()])
@@ -160,7 +158,7 @@ class ContactModel:
         scale = np.abs(R).sum(axis=0) + np.abs(loads).sum(axis=0)
         errors = [*(np.abs(excess) / np.where(scale > 0, scale, 1.0)).ravel(), *(np.abs(S @ rigid) / np.abs(S).max()).ravel()]
         error = float(max(errors, default=0.0))
-        if error > _ACCURACY:
+        if error > EQUILIBRIUM:
             raise ModelError(
                 f"model: elimination leaves equilibrium of the punch with an error of {error:.1e}; materials, sizes or elements differ too much: "
                 "bring the stiffness of the two bodies, the lengths, or the element sizes closer together"
@@ -180,13 +178,13 @@ class ContactModel:
             raise ModelError(f"interface: {punch.shape[1]} nodes on the punch, {block.shape[1]} on the block; mesh both with the same nodes")
         length = np.ptp(block[0])
         distance = np.hypot(*(punch - block))
-        if distance.max() > _SAME_POINT * length:
+        if distance.max() > SAME_POINT * length:
             i = int(distance.argmax())
             raise ModelError(
                 f"interface: node {i} is at {tuple(map(float, punch[:, i]))} on the punch, at {tuple(map(float, block[:, i]))} on the block; "
                 "mesh both with the same nodes"
             )
-        if np.ptp(block[1]) > _SAME_POINT * length:
+        if np.ptp(block[1]) > SAME_POINT * length:
             raise ModelError(f"interface: y varies by {np.ptp(block[1]):g} along it; turn the meshes so that it is straight and parallel to x")
         for name, body, side, other in (("punch", self.punch, 1.0, "below"), ("block", self.block, -1.0, "above")):
             mesh = body.mesh
@@ -213,7 +211,7 @@ class ContactModel:
             rows += [{"x": x, "y": y}[direction] for direction in support.directions]
         rigid = np.concatenate(rows)
         scale = np.maximum(np.abs(rigid).max(axis=0), 1.0)  # supports far away turn over long arms
-        return np.asarray(null_space(rigid / scale, rcond=_SAME_POINT) / scale[:, None])
+        return np.asarray(null_space(rigid / scale, rcond=SAME_POINT) / scale[:, None])
 
 
 def _rigid_motions(points: Array, contact: Array) -> Array:

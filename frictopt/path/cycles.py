@@ -10,18 +10,14 @@ import numpy as np
 from ..contact import referee
 from ..contact.checks import Array, frozen
 from ..errors import NoContinuation, SolverError
-from .extrapolation import PERIODIC, fixed_point, slower_modes
+from ..tolerances import PERIODIC, REPEATED, RESIDUAL, SAFE
+from .extrapolation import fixed_point, slower_modes
 from .outcome import Outcome, SteadyState
 from .stops import left_out_corners
 from .transient import ExactPath
 
-__all__ = ["TOLERANCE", "Cycle", "Run"]
+__all__ = ["Cycle", "Run"]
 
-TOLERANCE = 1e-9
-"""Largest residual with which a steady state leaves the package."""
-
-_REPEATS = 1e-13  # the same, below which the limit is reached whatever the factor by which the changes shrink
-_SAFE = 1e-10  # largest excess over the friction bound, in force scales, of a safe slip
 _NEAR = 1e-3  # the map is also tried at this share of the distance from an extrapolated limit to other states
 _AFFINE = 1e-3  # largest deviation of the map from an affine one, over the last change, that counts as rounding
 _WINDOW = 12  # cycles that an extrapolation looks back on
@@ -123,7 +119,7 @@ class Run:
         change = self._change(last)
         if not last.work.any() and change <= PERIODIC:
             return self._result(self.path, Outcome.SHAKEDOWN, last, 0.0, False)
-        if change <= PERIODIC and self._left() <= TOLERANCE and self._conclusive(last):
+        if change <= PERIODIC and self._left() <= RESIDUAL and self._conclusive(last):
             return self._periodic(self.path, last, change, False)
         if self._ratchets():
             return self._result(self.path, Outcome.RATCHETING, last, 0.0, False)
@@ -155,7 +151,7 @@ class Run:
     def _left(self) -> float:
         """Estimated distance from the limit: the sum of all changes to come if they shrink by the largest factor of the last cycles."""
         changes = [self._change(cycle) for cycle in self.last[-3:]]
-        if changes[-1] <= _REPEATS:
+        if changes[-1] <= REPEATED:
             return changes[-1]
         factor = max((later / earlier for earlier, later in pairwise(changes)), default=1.0)
         return changes[-1] * factor / (1 - factor) if factor < 1 else np.inf
@@ -215,11 +211,11 @@ class Run:
         if np.any(u[n:] + path.state.gap > 0):
             return False
         q, p = np.split(np.array(path.corners) + path.stress(u), 2, axis=1)
-        return bool(min((path.friction * p - np.abs(q)).min(), p.min()) >= -_SAFE * path.force)
+        return bool(min((path.friction * p - np.abs(q)).min(), p.min()) >= -SAFE * path.force)
 
     def _slips(self, cycle: Cycle) -> bool:
         """Whether some node's work of friction is more than its tolerance, that of a slip of 1e-9 under the largest force."""
-        return bool(cycle.work.max() > TOLERANCE * self.force * self.length * min(1.0, float(self.path.friction.max())))
+        return bool(cycle.work.max() > RESIDUAL * self.force * self.length * min(1.0, float(self.path.friction.max())))
 
     def _conclusive(self, cycle: Cycle) -> bool:
         """Whether a periodic cycle decides the outcome: it dissipates, or some node lifts off or has no friction.
@@ -250,10 +246,10 @@ class Run:
 
     def _result(self, path: ExactPath, outcome: Outcome, cycle: Cycle, change: float, extrapolated: bool) -> SteadyState:
         residual = max(change, self._violation(cycle), cycle.energy, self.energy)
-        if not residual <= TOLERANCE:
+        if not residual <= RESIDUAL:
             raise SolverError(
                 f"steady state: its states violate the contact law or the balance of energy, or do not come back, by {residual:.1e} (tolerance "
-                f"{TOLERANCE:g}); {path.cause_of_rounding}"
+                f"{RESIDUAL:g}); {path.cause_of_rounding}"
             )
         return SteadyState(
             outcome=outcome,

@@ -3,13 +3,9 @@
 import numpy as np
 
 from ..contact.checks import Array
+from ..tolerances import AFFINE_FIT, PERIODIC, ROUNDING
 
-__all__ = ["PERIODIC", "fixed_point", "slower_modes"]
-
-PERIODIC = 1e-10
-"""Change of slip over a cycle, over the slip scale, that counts as none."""
-
-_FIT = 1e-6  # largest deviation of a state from the linear map fitted to all states, over its distance from the limit, that counts as rounding
+__all__ = ["fixed_point", "slower_modes"]
 
 
 def fixed_point(iterates: Array) -> Array:
@@ -17,7 +13,7 @@ def fixed_point(iterates: Array) -> Array:
     steps = np.diff(iterates, axis=0)
     scale = np.linalg.norm(steps, axis=1, keepdims=True)
     differences = np.diff(steps, axis=0)
-    weights = np.linalg.lstsq(differences.T, -steps[0], rcond=1e-12)[0] if scale.min() > 0 else np.zeros(len(differences))
+    weights = np.linalg.lstsq(differences.T, -steps[0], rcond=ROUNDING)[0] if scale.min() > 0 else np.zeros(len(differences))
     fixed: Array = iterates[0] + weights @ steps[:-1]
     return fixed
 
@@ -36,7 +32,7 @@ def slower_modes(distances: Array) -> list[tuple[Array, Array]] | None:
     basis = left[:, kept]
     step = basis.T @ distances[1:].T @ right[kept].T / sizes[kept]
     off = np.abs(distances[1:].T - basis @ step @ basis.T @ distances[:-1].T).max(axis=0)
-    if np.any(off > PERIODIC + _FIT * np.abs(distances[:-1]).max(axis=1)):
+    if np.any(off > PERIODIC + AFFINE_FIT * np.abs(distances[:-1]).max(axis=1)):
         return None
     rates, vectors = np.linalg.eig(step)
     modes = basis @ vectors * np.linalg.solve(vectors, basis.T @ distances[-2])

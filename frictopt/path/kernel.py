@@ -61,12 +61,12 @@ SETTLED, UNSETTLED, TWOFOLD = 0, 1, 2
 DONE, STALLED, FULL = SETTLED, 3, 4
 """How `follow` ends, besides `UNSETTLED` and `TWOFOLD`: at the end of the segment; after too many events; with the record full."""
 
-AT_BOUND = 1e-11
+_ROUNDING, _CONDENSATION = 1e-12, 1e-10  # copies of `frictopt.tolerances`; a test compares them
+AT_BOUND = 10 * _ROUNDING
 """Slack of a node, over its friction bound and a thousandth of the force scale, that counts as none."""
 
-_SINGULAR = 1e-10  # pivots below this share of the stiffness of the unknown alone mean that no unique rates exist
-_DEFINITE = 1e-10  # pivots below this share of the stiffness of the unknown alone prove nothing
-_RATE = 1e-11  # rates of slack and slip below this share of the drive count as none
+_RATE = 10 * _ROUNDING  # rates of slack and slip below this share of the drive count as none
+_PIVOT = _CONDENSATION  # pivots below this share of the unknown's own stiffness may be zero: then rates are not unique, and nothing is proven
 _BLOCK = 12  # iterations that change all wrong nodes at once; later ones change only the first wrong node (Murty 1974)
 _SINGLE = 200
 
@@ -238,7 +238,7 @@ def _append(S, active, new, factor):
     left, right = np.empty(n), np.empty(n)
     pivot = _border(S, active, new, factor, left, right)
     share = pivot / S[new, new] if S[new, new] > 0.0 else 0.0
-    if abs(share) <= _SINGULAR:
+    if abs(share) <= _PIVOT:
         return 0.0
     inverse = active.inverse
     for a in range(n):
@@ -529,7 +529,7 @@ def _need(S, proof, unknown, weight):
         L[n, a] = entry / L[a, a]
         square += L[n, a] ** 2
     alone = _symmetric_entry(S, unknown, weight, unknown, weight)
-    if not alone - square > _DEFINITE * S[unknown, unknown]:
+    if not alone - square > _PIVOT * S[unknown, unknown]:
         return False
     L[n, n] = np.sqrt(alone - square)
     proof.unknown[n], proof.weight[n], proof.place[unknown] = unknown, weight, n

@@ -12,12 +12,11 @@ import numpy as np
 from scipy.optimize import linprog
 
 from ..contact.checks import Array
+from ..tolerances import CONDENSATION, DISTINCT, PIVOT, RESIDUAL, ROUNDING
 from .kernel import OPEN, STICK, State, at_bound
 
 __all__ = ["RateProblem", "Solutions", "find_rates", "rate_problem"]
 
-_ZERO = 1e-9  # complementarity, relative to the size of z and M z + c
-_RANK = 1e-10  # singular values below this share of the largest entry are motions that nothing resists
 _TRIED = 8  # pairs up to which all statuses are tried
 _STARTS = 3  # covering vectors tried by Lemke's method
 _SEARCHED = 16  # pairs up to which a second solution is searched for; beyond, the event only counts as unproven
@@ -56,7 +55,7 @@ class RateProblem:
         status = before.copy()
         status[self.node] = STICK
         status[self.free] = 1
-        moving = z > _ZERO * max(float(np.abs(z).max(initial=0.0)), np.finfo(float).tiny)
+        moving = z > RESIDUAL * max(float(np.abs(z).max(initial=0.0)), np.finfo(float).tiny)
         for kind in (1, -1, OPEN):  # an open node may have a slip rate as well
             status[self.node[moving & (self.kind == kind)]] = kind
         return status
@@ -103,7 +102,7 @@ def rate_problem(S: Array, f: Array, drive: Array, state: State, force: float) -
     E, R, Z = (np.array(vectors).reshape(-1, 2 * nodes) for vectors in (columns, rows, free))
     block = Z @ S @ Z.T
     loose = np.vstack([Z, np.unique(np.abs(E), axis=0)])
-    floating, sliding = (np.linalg.matrix_rank(part @ S @ part.T, tol=_RANK * float(np.abs(S).max())) < len(part) for part in (Z, loose))
+    floating, sliding = (np.linalg.matrix_rank(part @ S @ part.T, tol=CONDENSATION * float(np.abs(S).max())) < len(part) for part in (Z, loose))
     response = np.linalg.lstsq(block, Z @ np.column_stack([S @ E.T, drive]))[0] if len(Z) else np.zeros((0, len(E) + 1))
     u_rate = np.column_stack([E.T, np.zeros(2 * nodes)]) - Z.T @ response
     slack = R @ (S @ u_rate + np.outer(drive, np.eye(len(E) + 1)[-1]))
@@ -131,7 +130,7 @@ def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
     for z in candidates:
         rates = problem.u_rate @ np.r_[z * scale / stiffness, 1.0]
         size = max(float(np.abs(rates).max()), scale / stiffness)
-        if _solves(M, c, z) and all(np.abs(rates - other).max() > 1e-6 * size for _, other in found):
+        if _solves(M, c, z) and all(np.abs(rates - other).max() > DISTINCT * size for _, other in found):
             found.append((problem.statuses(z, before), rates))
     return Solutions(found[:2], complete)
 
@@ -139,7 +138,7 @@ def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
 def _solves(M: Array, c: Array, z: Array) -> bool:
     slack = M @ z + c
     size = 1.0 + float(np.abs(z).max(initial=0.0))
-    return bool(min(z.min(initial=0.0), slack.min(initial=0.0)) > -_ZERO * size and np.abs(z * slack).max(initial=0.0) <= _ZERO * size)
+    return bool(min(z.min(initial=0.0), slack.min(initial=0.0)) > -RESIDUAL * size and np.abs(z * slack).max(initial=0.0) <= RESIDUAL * size)
 
 
 def _all_statuses(M: Array, c: Array) -> list[Array]:
@@ -184,7 +183,7 @@ def _search(M: Array, c: Array, programs: int) -> tuple[list[Array], bool]:
         if answer.status != 0:
             return found, False
         z = answer.x
-        if _solves(M, c, z) and all(np.abs(z - other).max() > 1e-6 * (1.0 + np.abs(z).max()) for other in found):
+        if _solves(M, c, z) and all(np.abs(z - other).max() > DISTINCT * (1.0 + np.abs(z).max()) for other in found):
             found.append(z)
             if len(found) == 2:
                 return found, True
@@ -217,11 +216,11 @@ def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
             z[basis] = tableau[:, -1]
             return z[n : 2 * n]
         entering = leaving + n if leaving < n else leaving - n
-        positive = np.flatnonzero(tableau[:, entering] > 1e-11)
+        positive = np.flatnonzero(tableau[:, entering] > PIVOT)
         if not len(positive):
             return None
         ratios = np.column_stack([tableau[positive, -1], tableau[positive, :n]]) / tableau[positive, entering][:, None]
-        best = positive[ratios[:, 0] <= ratios[:, 0].min() + 1e-12]
+        best = positive[ratios[:, 0] <= ratios[:, 0].min() + ROUNDING]
         artificial = [i for i in best if basis[i] == 2 * n]
         row = int(artificial[0]) if artificial else int(positive[np.lexsort(ratios.T[::-1])[0]])
     return None

@@ -10,6 +10,7 @@ from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis
 from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation
+from ..tolerances import NO_DRIVE, RESTART
 from .kernel import (
     DONE,
     FULL,
@@ -32,8 +33,6 @@ from .rate import find_rates, rate_problem
 
 __all__ = ["ExactPath"]
 
-_LAWFUL = 1e-10  # largest residual of a state that a path may restart from
-_NO_DRIVE = 1e-15  # change of the bonded reactions, over the force scale, that moves nothing
 _FAR = 1e18  # largest initial stress over the loads; beyond it rounding hides the events (1e30 gave wrong results)
 _FAR_START = 1e3  # initial stress over the loads, above which an error names it as the cause of a large residual
 _ROWS = 256  # events that the record holds before they are moved to the history
@@ -203,7 +202,7 @@ class ExactPath:
             p=r[n:],
             force_scale=self.force,
         )
-        return copy if verdict.residual <= _LAWFUL else None
+        return copy if verdict.residual <= RESTART else None
 
     def follow_to(self, bonded: Array, where: str) -> None:
         """Follow the path in a straight line to other bonded reactions (2N,).
@@ -214,7 +213,7 @@ class ExactPath:
             At some load of the segment no rates obey the law, or more than one set of rates does.
         """
         drive = bonded - self.bonded
-        settled = not np.abs(drive).max() > _NO_DRIVE * self.force
+        settled = not np.abs(drive).max() > NO_DRIVE * self.force
         turn(self._S, self.friction, self.state, self._active)
         clear_proof(self._proof)
         code, time = UNSETTLED, 0.0

@@ -5,9 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..contact.checks import Array
-
-ROUNDING = 1e-12
-"""Share of the terms of a sum below which the sum is rounding."""
+from ..tolerances import ROUNDING
 
 
 def least_ratio(strength: Array, demand: Array, terms: Array) -> float:

@@ -2,7 +2,7 @@
 
 from ..contact.checks import finite_number
 from ..errors import ModelError
-from ._numerics import ROUNDING
+from ..tolerances import ROUNDING
 from .uncoupled import uncoupled_limit
 
 __all__ = ["single_node_dissipation", "single_node_limit"]

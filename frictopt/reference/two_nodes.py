@@ -9,12 +9,11 @@ from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array
 from ..errors import ModelError
+from ..tolerances import CONDENSATION, ROUNDING
 from ._checks import friction, per_node
-from ._numerics import ROUNDING, least_ratio
+from ._numerics import least_ratio
 
 __all__ = ["TwoNodeLimits", "two_node_limits"]
-
-_ASYMMETRY = 1e-9  # largest relative asymmetry of A that passes for rounding of a condensation
 
 
 @dataclass(frozen=True)
@@ -144,7 +143,7 @@ def _first_corner(behind: _Meeting) -> float:
 
 def _stiffness(A: ArrayLike) -> Array:
     matrix = finite_array("A", A, (2, 2))
-    if abs(matrix[0, 1] - matrix[1, 0]) > _ASYMMETRY * np.abs(matrix).max():
+    if abs(matrix[0, 1] - matrix[1, 0]) > 10 * CONDENSATION * np.abs(matrix).max():
         raise ModelError(f"A: {matrix.tolist()} is not symmetric; give the condensed stiffness of the relative tangential motion")
     if matrix[0, 0] <= 0 or _det(*matrix) <= 0:
         raise ModelError(f"A: {matrix.tolist()} is not positive definite; hold both bodies against rigid motion")
