@@ -37,7 +37,7 @@ FAULTS = [
     Fault("P5", "the map need not be affine near a limit", "if off > PERIODIC + _AFFINE *", "if False and off > PERIODIC + _AFFINE *", PATH),
     Fault("P6", "one map need not make all states", "np.any(off > PERIODIC + AFFINE_FIT", "np.any(off < PERIODIC + AFFINE_FIT", PATH),
     Fault("P7", "little work is conclusive", "return self._slips(cycle) or", "return True or", PATH),
-    Fault("P8", "slow cycles are taken for ones that came back", "self._left() <= RESIDUAL and", "", PATH),
+    Fault("P8", "slow cycles are taken for ones that came back", "self._distance_left() <= RESIDUAL and", "", PATH),
     Fault("P11", "states may turn round their limit", "np.any(np.abs(rates.imag) > 0) or", "", PATH),
     Fault("P12", "states may change sides", "np.any(rates.real < 0) or", "", PATH),
     Fault("P13", "lost energy is let pass", "self._violation(cycle), cycle.energy, self.energy)", "self._violation(cycle))", PATH),

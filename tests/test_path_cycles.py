@@ -26,7 +26,7 @@ class Mapped(Run):
     def _restarted_at(self, u):
         return SimpleNamespace(**{**vars(self.path), "x": np.array(u)})
 
-    def _one(self, path):
+    def _follow(self, path):
         before = path.x
         path.x = np.atleast_1d(self._map(*before)).astype(float)
         self.cycles += 1

@@ -48,14 +48,14 @@ def test_the_inverse_follows_any_sequence_of_changes(seed, nodes):
 def test_rates_obey_the_equation_of_each_status(seed, nodes):
     rng = np.random.default_rng(seed)
     S = np.ascontiguousarray(random_system(rng, nodes).S)
-    f, drive = rng.uniform(0.0, 0.6, nodes), rng.normal(size=2 * nodes)
+    f, load_rate = rng.uniform(0.0, 0.6, nodes), rng.normal(size=2 * nodes)
     active, status = act.new_active_set(nodes), rng.choice([0, 1, -1, 2], size=nodes)
     for node in np.flatnonzero(status):
         act.activate(S, f, active, node, status[node])
     u, r = np.empty(2 * nodes), np.empty(2 * nodes)
-    act.solve_rates(S, active, drive, u, r)
+    act.solve_rates(S, active, load_rate, u, r)
     v, w, q, p = u[:nodes], u[nodes:], r[:nodes], r[nodes:]
-    assert np.allclose(r, drive + S @ u)
+    assert np.allclose(r, load_rate + S @ u)
     assert not v[status == 0].any() and not w[status != 2].any()
     slips = np.abs(status) == 1
     assert np.allclose((q + status * f * p)[slips], 0.0, atol=1e-10)
@@ -103,35 +103,35 @@ def test_complementary_pivoting_against_all_bases(seed, n, skew):
         assert np.allclose(_lemke(M, c, cover), expected[0], rtol=1e-8, atol=1e-9 * np.abs(expected[0]).max())
 
 
-def one_node(q, p, w=0.0, A=1.0, B=0.5, C=1.0, drive=(0.0, 0.0), friction=3.0, status=0):
+def one_node(q, p, w=0.0, A=1.0, B=0.5, C=1.0, load_rate=(0.0, 0.0), friction=3.0, status=0):
     S = np.array([[A, B], [B, C]])
     state = act.new_state(np.array([0.0, w]), np.array([q, p]), np.zeros(1))
     state.status[0] = status
-    return find_rates(rate_problem(S, np.array([friction]), np.array(drive), state, 1.0), state.status)
+    return find_rates(rate_problem(S, np.array([friction]), np.array(load_rate), state, 1.0), state.status)
 
 
 def test_wedging():
     """A = 1, B = 1/2, C = 1: beyond f = A/B = 2 backward slip softens, so a load has no rates or two (Klarbring 1990)."""
-    no = one_node(q=1.5, p=0.5, drive=(1.0, 0.0))
+    no = one_node(q=1.5, p=0.5, load_rate=(1.0, 0.0))
     assert not no.found and no.complete
-    two = one_node(q=1.5, p=0.5, drive=(-1.0, 0.0))
+    two = one_node(q=1.5, p=0.5, load_rate=(-1.0, 0.0))
     assert [int(status[0]) for status, _ in two.found] == [0, -1] and two.complete
-    below = one_node(q=0.75, p=0.5, drive=(1.0, 0.0), friction=1.5)
+    below = one_node(q=0.75, p=0.5, load_rate=(1.0, 0.0), friction=1.5)
     assert [int(status[0]) for status, _ in below.found] == [-1]
     assert below.found[0][1][0] == pytest.approx(-1.0 / (1.0 - 1.5 * 0.5))
 
 
 @pytest.mark.parametrize(
-    ("drive", "status"),
+    ("load_rate", "status"),
     [((0.0, 1.0), 0), ((0.0, -1.0), 2), ((1.0, 1.0), -1), ((-1.0, 1.0), 1), ((0.3, 1.0), 0), ((5.0, -0.1), 2)],
 )
-def test_a_node_without_pressure_and_gap(drive, status):
-    found = one_node(q=0.0, p=0.0, B=0.0, friction=0.5, drive=drive).found
+def test_a_node_without_pressure_and_gap(load_rate, status):
+    found = one_node(q=0.0, p=0.0, B=0.0, friction=0.5, load_rate=load_rate).found
     assert [int(s[0]) for s, _ in found] == [status]
 
 
 def test_an_open_node_stays_free():
-    found = one_node(q=0.0, p=0.0, w=0.3, friction=0.5, drive=(0.4, -0.2), status=2).found
+    found = one_node(q=0.0, p=0.0, w=0.3, friction=0.5, load_rate=(0.4, -0.2), status=2).found
     (status, rates) = found[0]
     assert status[0] == 2 and np.allclose(rates, -np.linalg.solve([[1.0, 0.5], [0.5, 1.0]], [0.4, -0.2]))
 

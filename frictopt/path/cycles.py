@@ -1,4 +1,4 @@
-"""The cycles of a transient, and the proof of its steady state from the last ones."""
+"""The cycles of a transient, and the proof of its steady state from the last cycles."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,26 +18,26 @@ from .transient import ExactPath
 
 __all__ = ["Cycle", "Run"]
 
-_NEAR = 1e-3  # the map is also tried at this share of the distance from an extrapolated limit to other states
-_AFFINE = 1e-3  # largest deviation of the map from an affine one, over the last change, that counts as rounding
-_WINDOW = 12  # cycles that an extrapolation looks back on
+_NEAR = 1e-3  # the affine map is also tested at this share of the distance from the extrapolated limit
+_AFFINE = 1e-3  # largest deviation from an affine map, over the change, that is accepted: a new event changes it by more
+_WINDOW = 12  # number of last cycles that an extrapolation uses
 _LEAST = 4  # cycles with the same events before the first extrapolation
 
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """One cycle that was followed.
+    """One load cycle on the path.
 
     Attributes
     ----------
     work
         (N,) work of friction.
     signature
-        Number that stands for the changes of status, without their order within a segment.
+        Number that identifies the changes of status; their order within a segment does not matter.
     corners
         `u, r`, (2N,) each, at the corners.
     before, after
-        (2N,) `u` at its beginning and at its end.
+        (2N,) `u` at the beginning and at the end.
     energy
         Error of the energy balance (work of the loads, less work of friction, less elastic energy gained), or negative work of friction at a node,
         over the largest energy in the balance.
@@ -62,21 +62,21 @@ class Run:
         self.first = np.nan
         self.latest: Cycle
         self.energy = 0.0
-        self.tried = self.pause = 0  # extrapolations that failed since the events are the same, and cycles before the next one
+        self.tried = self.pause = 0  # extrapolations that failed since the events last changed, and cycles until the next one
         self.last: list[Cycle] = []
 
     def cycle(self) -> None:
-        """Follow one cycle. The first one, which starts at the mean load and not at the last corner, says nothing of those to come."""
-        self.latest = self._one(self.path)
+        """Follow one cycle. The first one starts at the mean load, not at the last corner, so no proof uses it."""
+        self.latest = self._follow(self.path)
         self.energy = max(self.energy, self.latest.energy)
         if self.cycles == 1:
             self.first = float(self.latest.work.sum())
         else:
             self.last = [*self.last[-_WINDOW:], self.latest]
 
-    def _one(self, path: ExactPath) -> Cycle:
+    def _follow(self, path: ExactPath) -> Cycle:
         state = path.state
-        state.work[:] = state.supplied[:] = 0.0  # of this cycle alone: next to those of a far start they would drown in rounding
+        state.work[:] = state.supplied[:] = 0.0  # else a small work is lost to rounding next to that of a far start
         state.trace[1] = 0
         before, corners = state.u.copy(), []
         for number in self.stops:
@@ -110,7 +110,7 @@ class Run:
         return self._distance(cycle.after, cycle.before)
 
     def steady(self) -> SteadyState | None:
-        """The steady state; None if the cycles so far do not prove one."""
+        """The steady state, or None if the cycles so far do not prove one."""
         last = self.latest
         if self._safe(last.after):
             return self._at_rest(self.path, last, False)
@@ -119,7 +119,7 @@ class Run:
         change = self._change(last)
         if not last.work.any() and change <= PERIODIC:
             return self._result(self.path, Outcome.SHAKEDOWN, last, 0.0, False)
-        if change <= PERIODIC and self._left() <= RESIDUAL and self._conclusive(last):
+        if change <= PERIODIC and self._distance_left() <= RESIDUAL and self._conclusive(last):
             return self._periodic(self.path, last, change, False)
         if self._ratchets():
             return self._result(self.path, Outcome.RATCHETING, last, 0.0, False)
@@ -148,8 +148,8 @@ class Run:
             "limit"
         )
 
-    def _left(self) -> float:
-        """Estimated distance from the limit: the sum of all changes to come if they shrink by the largest factor of the last cycles."""
+    def _distance_left(self) -> float:
+        """Estimated distance from the limit: the sum of all later changes, if they decay by the largest ratio of the last cycles."""
         changes = [self._change(cycle) for cycle in self.last[-3:]]
         if changes[-1] <= REPEATED:
             return changes[-1]
@@ -157,7 +157,7 @@ class Run:
         return changes[-1] * factor / (1 - factor) if factor < 1 else np.inf
 
     def _ratchets(self) -> bool:
-        """Whether slip drifts by the same amount in every cycle, by a motion that adds no stress and leaves all gaps unchanged."""
+        """Whether slip drifts by the same amount in every cycle, and this drift adds no stress and changes no gap."""
         if len(self.last) < 3 or len({cycle.signature for cycle in self.last[-3:]}) > 1:
             return False
         path, n, (before, last) = self.path, self.path.nodes, self.last[-2:]
@@ -169,14 +169,14 @@ class Run:
         return bool(steady and size > rounding / PERIODIC and not (resisted or drift[n:].any()))
 
     def _extrapolated(self, same: int) -> SteadyState | None:
-        """The limit extrapolated from the last cycles with the same events; None if it is not proven to be their limit.
+        """The steady state extrapolated from the last cycles with the same events, or None if it is not proven to be their limit.
 
-        The proof has two parts. First, a cycle from the limit comes back to it. Second, the map of one cycle is affine for all states to come: these
-        are weighted means of the limit, the last state and a few states between (`slower_modes`), and a cycle from each of these ends where an
-        affine map sends it.
+        The proof has two parts. First, a cycle from the limit comes back to it. Second, the map of one cycle is affine for all later states: they
+        are weighted means of the limit, the last state and a few states between (`slower_modes`), and a cycle from each of these ends where the
+        affine map says.
         """
         last, proof, modes = self.last[-1], None, None
-        for count in range(same, _LEAST - 1, -2):  # the first cycles may belong to another map: the same events in another order
+        for count in range(same, _LEAST - 1, -2):  # the first of these cycles may have another map: the same events in another order
             cycles = self.last[-count:]
             states = np.array([cycles[0].before, *(cycle.after for cycle in cycles)])
             limit = fixed_point(states)
@@ -189,14 +189,14 @@ class Run:
         shares = [(last.before - limit, last.after - limit), *((self.length * before, self.length * after) for before, after in modes)]
         tried = [(size * before, size * after) for before, after in shares for size in (1.0, _NEAR)][1:]  # the first one is the last cycle itself
         try:
-            proving = self._one(proof)
+            proving = self._follow(proof)
             if self._change(proving) > PERIODIC:
                 return None
             for before, after in tried:
                 probe = self.path.restarted_at(limit + before)
                 if probe is None:
                     return None
-                off = self._distance(self._one(probe).after, limit + after)
+                off = self._distance(self._follow(probe).after, limit + after)
                 if off > PERIODIC + _AFFINE * self._distance(before, after):
                     return None
         except NoContinuation:
@@ -214,13 +214,13 @@ class Run:
         return bool(min((path.friction * p - np.abs(q)).min(), p.min()) >= -SAFE * path.force)
 
     def _slips(self, cycle: Cycle) -> bool:
-        """Whether some node's work of friction is more than its tolerance, that of a slip of 1e-9 under the largest force."""
+        """Whether some node's work of friction exceeds the tolerance: the work of a slip of 1e-9 slip scales under the largest force."""
         return bool(cycle.work.max() > RESIDUAL * self.force * self.length * min(1.0, float(self.path.friction.max())))
 
     def _conclusive(self, cycle: Cycle) -> bool:
-        """Whether a periodic cycle decides the outcome: it dissipates, or some node lifts off or has no friction.
+        """Whether a periodic cycle decides between slip and shakedown: it dissipates, or some node lifts off or has no friction.
 
-        If all nodes stay closed and have friction, a small work decides nothing, because it may still decay to zero. Shakedown then needs a safe
+        If all nodes stay closed and have friction, a small work does not decide, because it may still decay to zero. Shakedown then needs a safe
         slip.
         """
         return self._slips(cycle) or bool((self.path.friction == 0).any()) or bool(self._open(cycle).any())
@@ -232,13 +232,13 @@ class Run:
         return opened
 
     def _periodic(self, path: ExactPath, cycle: Cycle, change: float, extrapolated: bool) -> SteadyState:
-        """The steady state of a periodic cycle; it is shakedown if nodes only lift off and land, with work below the tolerance."""
+        """The steady state of a periodic cycle; it is shakedown if the work of friction is below the tolerance."""
         if self._slips(cycle):
             return self._result(path, Outcome.CYCLIC_SLIP, cycle, change, extrapolated)
         return self._result(path, Outcome.SHAKEDOWN, replace(cycle, work=0 * cycle.work), change, extrapolated)
 
     def _at_rest(self, path: ExactPath, cycle: Cycle, extrapolated: bool) -> SteadyState:
-        """Shakedown to a safe slip, which stays the same through all corners."""
+        """Shakedown to a safe slip, which does not change at any corner."""
         u = cycle.after
         resting = [(u, corner + path.stress(u)) for corner in self._loads]
         violation = self._violation(cycle)

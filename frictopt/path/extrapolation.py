@@ -1,4 +1,4 @@
-"""The limit of states that one affine map makes from each other, and the states that span all to come."""
+"""The fixed point of an affine map from its iterates, and states that span all later ones."""
 
 import numpy as np
 
@@ -19,13 +19,14 @@ def fixed_point(iterates: Array) -> Array:
 
 
 def slower_modes(distances: Array) -> list[tuple[Array, Array]] | None:
-    """States around a fixed point, before and after a cycle, that span all states to come; from distances to it (rows).
+    """States around a fixed point, before and after a cycle, whose weighted means are all later states; from the distances to it (rows).
 
-    The k-th distance to come is `sum of rate_i^k mode_i` with 1 > rate_1 > ... > rate_m >= 0, which is `rate_m^k` times the last distance and
-    `rate_i^k - rate_(i + 1)^k` times the sum of the first i modes, i < m. With these sums times c_i the factors are weights of a mean, together
-    with one >= 0 of the fixed point, where the sum of `(rate_i^k - rate_(i + 1)^k) / c_i` is at most `1 - rate_m^k` for all k; c_i = 1 always does.
+    The k-th later distance is `sum of rate_i^k mode_i` with 1 > rate_1 > ... > rate_m >= 0. It is `rate_m^k` times the last distance, plus
+    `rate_i^k - rate_(i + 1)^k` times the sum of the first i modes, for all i < m. The states are these sums, each times a number c_i. The later
+    states are then weighted means of them, of the last state and of the fixed point, if the sum of `(rate_i^k - rate_(i + 1)^k) / c_i` is at most
+    `1 - rate_m^k` for all k. This always holds with c_i = 1; smaller c_i are used where they suffice.
 
-    None if no single linear map fits all distances, or if they do not decay monotonically: a rate is complex, negative or not below 1.
+    Returns None if no single linear map fits all distances, or if they do not decay monotonically: a rate is complex, negative or not below 1.
     """
     left, sizes, right = np.linalg.svd(distances[:-1].T, full_matrices=False)
     kept = sizes > PERIODIC

@@ -1,17 +1,17 @@
-"""The compiled core of the exact path: from one load corner to the next, from event to event.
+"""The compiled kernel of the exact path: it follows one segment of the load path from event to event.
 
-Between two corners the bonded reactions change linearly. With the status of every node known (stick, slip, open) the rates of slip, gap and
-reactions solve one small linear system, and the state moves in a straight line until a node reaches its bound, loses its pressure or closes: an
-event. At an event the statuses are settled anew. The parts, in this order:
+On a segment the bonded reactions change linearly. If the status of every node is known (stick, slip, open), the rates of slip, gap and reactions
+solve one small linear system, and the state changes linearly. This ends at an event: a node reaches its friction bound, loses its pressure or
+closes. Then new statuses are found. The file has four parts:
 
-1. the active set: the inverse of the stiffness of the slipping and open nodes, kept up to date as nodes come and go;
-2. statuses that agree with their rates, by iteration on the signs of the rates;
-3. a proof that these rates are the only ones;
+1. the active set: the inverse of the stiffness of the slipping and open nodes, updated when a node joins or leaves;
+2. statuses that agree with their rates, found by iteration on the signs of the rates;
+3. a proof that these rates are unique;
 4. the path along one segment.
 """
 
-# One file because numba judges whether its compiled code is still valid by the file of the outermost function alone: code or constants that stood in
-# another file could be edited and the old machine code would run on. For the same reason nothing is imported from the package.
+# One file because numba decides by the file of the outermost function whether its compiled code is still valid. If a function or a constant were
+# imported from another file, an edit there would not take effect. For the same reason nothing is imported from the package.
 
 import sys
 from threading import Timer
@@ -23,11 +23,11 @@ from numba import njit
 __all__ = [
     "DONE",
     "FULL",
+    "NOT_UNIQUE",
     "OPEN",
     "SETTLED",
     "STALLED",
     "STICK",
-    "TWOFOLD",
     "UNSETTLED",
     "ActiveSet",
     "Proof",
@@ -35,11 +35,11 @@ __all__ = [
     "State",
     "activate",
     "at_bound",
+    "begin_segment",
     "clear_proof",
     "compiled",
     "deactivate",
     "follow",
-    "impose",
     "new_active_set",
     "new_proof",
     "new_record",
@@ -47,37 +47,37 @@ __all__ = [
     "pivot_share",
     "prove",
     "refresh",
+    "set_statuses",
     "settle",
     "solve_rates",
-    "turn",
 ]
 
 STICK, OPEN = 0, 2
 """Statuses of a node; +1 and -1 are slip along +x and against it."""
 
-SETTLED, UNSETTLED, TWOFOLD = 0, 1, 2
-"""How `settle` ends: with rates that agree with the statuses; without; with rates that may not be the only ones."""
+SETTLED, UNSETTLED, NOT_UNIQUE = 0, 1, 2
+"""Results of `settle`: rates that agree with the statuses; no such rates found; rates that agree, but may not be unique."""
 
 DONE, STALLED, FULL = SETTLED, 3, 4
-"""How `follow` ends, besides `UNSETTLED` and `TWOFOLD`: at the end of the segment; after too many events; with the record full."""
+"""Results of `follow`, besides `UNSETTLED` and `NOT_UNIQUE`: end of the segment; too many events; the record is full."""
 
 _ROUNDING, _CONDENSATION = 1e-12, 1e-10  # copies of `frictopt.tolerances`; a test compares them
 AT_BOUND = 10 * _ROUNDING
-"""Slack of a node, over its friction bound and a thousandth of the force scale, that counts as none."""
+"""Slack of a node, over its friction bound and a thousandth of the force scale, below which the node is at its bound."""
 
-_RATE = 10 * _ROUNDING  # rates of slack and slip below this share of the drive count as none
+_RATE = 10 * _ROUNDING  # rates of slack and slip below this share of the load rate count as zero
 _PIVOT = _CONDENSATION  # pivots below this share of the unknown's own stiffness may be zero: then rates are not unique, and nothing is proven
 _BLOCK = 12  # iterations that change all wrong nodes at once; later ones change only the first wrong node (Murty 1974)
-_SINGLE = 200
+_SINGLE = 200  # of these later iterations
 
 
 class State(NamedTuple):
-    """Where a path is. All arrays are changed in place.
+    """State of a path. All arrays are changed in place.
 
     Attributes
     ----------
     u, r
-        (2N,) slip and gap over initial gap `[v, w - g0]`, reactions `[q, p]`.
+        (2N,) slip and opening `[v, w - g0]`, reactions `[q, p]`.
     gap
         (N,) initial gap.
     status
@@ -85,12 +85,12 @@ class State(NamedTuple):
     work
         (N,) work of friction so far.
     supplied
-        (1,) work of the loads so far: minus the bonded reactions times the change of u.
+        (1,) work of the loads so far: minus the integral of the bonded reactions over u.
     counted
-        (N,) statuses up to which the changes of status are counted in `trace`.
+        (N,) statuses at the last update of the signature.
     trace
-        (3,) number of events; signature of the changes of status, in which their order within a segment does not count; number of events whose
-        rates are not proven to be the only ones.
+        (3,) number of events; signature of the changes of status, which does not depend on their order within a segment; number of events whose
+        rates are not proven to be unique.
     """
 
     u: np.ndarray
@@ -111,13 +111,13 @@ class ActiveSet(NamedTuple):
     size
         (1,) n.
     unknown
-        (2N,) of which the first n count: index of each unknown in `[v, w]`.
+        (2N,) index of each unknown in `[v, w]`; the first n entries are in use.
     weight
-        (2N,) factor of p' in the equation of each unknown: `sense * f` of a slipping node, 0 for the unknowns of an open one.
+        (2N,) factor of p' in the equation of each unknown: `sense * f` for a slipping node, 0 for an open one.
     place
-        (2N,) position of each index of `[v, w]` among the unknowns, -1 if it is none.
+        (2N,) position of each entry of `[v, w]` among the unknowns; -1 if it is not an unknown.
     inverse
-        (2N, 2N) of which the leading (n, n) counts.
+        (2N, 2N) the inverse; the leading (n, n) block is in use.
     """
 
     size: np.ndarray
@@ -135,11 +135,11 @@ class Proof(NamedTuple):
     size
         (1,) n.
     unknown, weight
-        (2N,) of which the first n count: index of each unknown in `[v, w]`, and the factor `sense * f` of dp in its row.
+        (2N,) index of each unknown in `[v, w]`, and the factor `sense * f` of dp in its row; the first n entries are in use.
     place
-        (2N,) position of each index of `[v, w]` among the unknowns, -1 if it is none.
+        (2N,) position of each entry of `[v, w]` among the unknowns; -1 if it is not an unknown.
     factor
-        (2N, 2N) Cholesky factor, of which the leading (n, n) counts.
+        (2N, 2N) Cholesky factor; the leading (n, n) block is in use.
     """
 
     size: np.ndarray
@@ -150,7 +150,7 @@ class Proof(NamedTuple):
 
 
 class Record(NamedTuple):
-    """States at the events: times (T,), `u` and `r` (T, 2N), status and work (T, N), and the number in use (1,)."""
+    """States at the events: times (T,), `u` and `r` (T, 2N), status and work (T, N), and the number of rows in use (1,)."""
 
     time: np.ndarray
     u: np.ndarray
@@ -174,7 +174,7 @@ def new_proof(nodes: int) -> Proof:
 
 
 def new_record(rows: int, nodes: int) -> Record:
-    """An empty record of that many states."""
+    """An empty record for so many states."""
     return Record(
         time=np.zeros(rows),
         u=np.zeros((rows, 2 * nodes)),
@@ -185,11 +185,15 @@ def new_record(rows: int, nodes: int) -> Record:
     )
 
 
-_OPTIONS = {"error_model": "numpy", "no_cfunc_wrapper": True, "fastmath": {"reassoc", "contract"}}  # sums in any order: a tenth of the time
+_OPTIONS = {
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "fastmath": {"reassoc", "contract"},
+}  # sums in any order take a tenth of the time
 
 
 def _entry_point(function):
-    """Compile a function that Python calls, and keep the machine code on disk where some folder can be written."""
+    """Compile a function that Python calls, and keep the machine code on disk if a folder can be written."""
     try:
         return njit(cache=True, **_OPTIONS)(function)
     except RuntimeError:  # numba finds no folder for its cache: package and home are read-only
@@ -197,21 +201,21 @@ def _entry_point(function):
 
 
 # --- 1. The active set -------------------------------------------------------------------------------------------------------
-# A node that slips has one unknown, the rate of its slip, and one equation, `q' + sense f p' = 0` (sense +1 along +x). An open node has two, the
-# rates of slip and gap, and two equations, `q' = 0` and `p' = 0`. Rows and columns are added to the explicit inverse and taken off it at a cost of
-# n^2 instead of the n^3 of a new factorisation. `refresh` at the end of each segment takes off the rounding that gathers.
+# A slipping node has one unknown, its slip rate, and one equation, `q' + sense f p' = 0` (sense +1 along +x). An open node has two unknowns, its
+# rates of slip and gap, and two equations, `q' = 0` and `p' = 0`. Adding or removing an unknown updates the explicit inverse in n^2 operations; a
+# new factorisation would take n^3. `refresh` at the end of each segment corrects the rounding that such updates accumulate.
 
 
 @njit(**_OPTIONS)
 def _equation(S, row, factor, column):
-    """Entry of the stiffness: the equation of unknown `row` with its factor, at unknown `column`."""
+    """Entry of the stiffness: coefficient of unknown `column` in the equation of unknown `row`, whose p' has this factor."""
     nodes = S.shape[0] // 2
     return S[row, column] + (factor * S[nodes + row, column] if factor != 0.0 else 0.0)
 
 
 @njit(**_OPTIONS)
 def _border(S, active, new, factor, left, right):
-    """Row and column that a new unknown adds, times the inverse; returns its pivot."""
+    """Row (`left`) and column (`right`) of a new unknown, multiplied by the inverse; returns the pivot (Schur complement)."""
     n = active.size[0]
     inverse = active.inverse
     column = np.empty(n)
@@ -255,7 +259,7 @@ def _append(S, active, new, factor):
 
 @njit(**_OPTIONS)
 def _remove(active, old):
-    """Take one unknown off; its pivot is the reciprocal of its entry in the inverse."""
+    """Remove one unknown, after a swap with the last one."""
     last = active.size[0] - 1
     inverse, place = active.inverse, active.place[old]
     if place != last:
@@ -265,9 +269,9 @@ def _remove(active, old):
             inverse[a, place], inverse[a, last] = inverse[a, last], inverse[a, place]
         moved = active.unknown[last]
         active.unknown[place], active.weight[place], active.place[moved] = moved, active.weight[last], place
-    corner = inverse[last, last]
+    diagonal = inverse[last, last]
     for a in range(last):
-        scaled = inverse[a, last] / corner
+        scaled = inverse[a, last] / diagonal
         for b in range(last):
             inverse[a, b] -= scaled * inverse[last, b]
     active.place[old] = -1
@@ -276,7 +280,7 @@ def _remove(active, old):
 
 @njit(**_OPTIONS)
 def _clear(active):
-    """Forget all unknowns, of an active set or of a proof."""
+    """Remove all unknowns of an active set or of a proof."""
     for a in range(active.size[0]):
         active.place[active.unknown[a]] = -1
     active.size[0] = 0
@@ -286,7 +290,7 @@ def _clear(active):
 def activate(S, f, active, node, status):
     """Let a sticking node slip or open.
 
-    Returns the smallest pivot in units of the stiffness of the unknown alone; 0 if the rates are not unique, and then the node still sticks.
+    Returns the smallest pivot over the own stiffness of its unknown. If that is zero, the rates are not unique: returns 0, and the node still sticks.
     """
     nodes = S.shape[0] // 2
     if status != OPEN:
@@ -312,23 +316,23 @@ def deactivate(active, node):
 
 @njit(**_OPTIONS)
 def pivot_share(S, f, active, node, status):
-    """Pivot that a sticking node would bring if it slipped, in units of its own stiffness; not positive: slip and stick may both be possible."""
+    """Pivot of a sticking node if it slipped, over its own stiffness; if it is not positive, both slip and stick may obey the law."""
     n = active.size[0]
     left, right = np.empty(n), np.empty(n)
     return _border(S, active, node, status * f[node], left, right) / S[node, node] if S[node, node] > 0.0 else 0.0
 
 
 @_entry_point
-def solve_rates(S, active, drive, u_rate, r_rate):
-    """Rates of `[v, w]` and `[q, p]` under the rate of the bonded reactions `drive`, written into `u_rate` and `r_rate`."""
+def solve_rates(S, active, load_rate, u_rate, r_rate):
+    """Rates of `[v, w]` and `[q, p]` under the rate `load_rate` of the bonded reactions; written into `u_rate` and `r_rate`."""
     n, nodes = active.size[0], S.shape[0] // 2
     right = np.empty(n)
     for a in range(n):
         unknown = active.unknown[a]
-        right[a] = drive[unknown] + (active.weight[a] * drive[nodes + unknown] if active.weight[a] != 0.0 else 0.0)
+        right[a] = load_rate[unknown] + (active.weight[a] * load_rate[nodes + unknown] if active.weight[a] != 0.0 else 0.0)
     for k in range(2 * nodes):
         u_rate[k] = 0.0
-        r_rate[k] = drive[k]
+        r_rate[k] = load_rate[k]
     for a in range(n):
         total = 0.0
         for b in range(n):
@@ -344,24 +348,24 @@ def solve_rates(S, active, drive, u_rate, r_rate):
 
 @njit(**_OPTIONS)
 def _slacks(f, r, node, nodes):
-    """Distances of a node from forward and from backward slip."""
+    """Distances of q from the bound of slip along +x and from that of slip against it."""
     bound = f[node] * r[nodes + node]
     return bound + r[node], bound - r[node]
 
 
 @_entry_point
 def at_bound(f, state, node, force):
-    """Whether a node is at its bound against forward slip, against backward slip, and without both pressure and gap."""
+    """Whether a node is at its bound for slip along +x, at that for slip against it, and at the vertex of the friction cone (no pressure, no gap)."""
     nodes = len(f)
     p, gap = state.r[nodes + node], state.u[nodes + node] + state.gap[node]
-    forward, backward = _slacks(f, state.r, node, nodes)
+    slack_forward, slack_backward = _slacks(f, state.r, node, nodes)
     small = AT_BOUND * (f[node] * p + 1e-3 * force)
-    return forward <= small, backward <= small, p <= AT_BOUND * 1e-3 * force and gap <= 0.0
+    return slack_forward <= small, slack_backward <= small, p <= AT_BOUND * 1e-3 * force and gap <= 0.0
 
 
 @njit(**_OPTIONS)
 def _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u):
-    """Status that a node's rates ask for; its own if they agree with it."""
+    """Status that agrees with the signs of a node's rates; the present one if that does."""
     nodes = len(f)
     status = state.status[node]
     p, p_rate = state.r[nodes + node], r_rate[nodes + node]
@@ -372,17 +376,17 @@ def _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u):
         return OPEN
     if status != STICK:
         return STICK if f[node] > 0.0 and status * u_rate[node] < -least_u else status
-    forward, backward, _ = at_bound(f, state, node, force)
-    if forward and f[node] * p_rate + r_rate[node] < -least_r:
+    at_forward, at_backward, _ = at_bound(f, state, node, force)
+    if at_forward and f[node] * p_rate + r_rate[node] < -least_r:
         return 1
-    if backward and f[node] * p_rate - r_rate[node] < -least_r:
+    if at_backward and f[node] * p_rate - r_rate[node] < -least_r:
         return -1
     return STICK
 
 
 @njit(**_OPTIONS)
-def _change(S, f, state, active, node, wanted):
-    """Give a node another status; returns its pivot share (1 where it comes to stick, 0 where it cannot slip or open and sticks)."""
+def _change_status(S, f, state, active, node, wanted):
+    """Change the status of a node; returns its pivot share: 1 for stick; 0 if its rates would not be unique (then it sticks)."""
     if state.status[node] != STICK:
         deactivate(active, node)
     share = activate(S, f, active, node, wanted) if wanted != STICK else 1.0
@@ -391,19 +395,19 @@ def _change(S, f, state, active, node, wanted):
 
 
 @_entry_point
-def settle(S, f, drive, state, active, force, u_rate, r_rate):
+def settle(S, f, load_rate, state, active, force, u_rate, r_rate):
     """Iterate on the signs of the rates until the statuses of all nodes at a bound agree with them."""
     nodes = len(f)
     largest, stiffness = 0.0, 0.0
     for k in range(2 * nodes):
-        largest = max(largest, abs(drive[k]))
+        largest = max(largest, abs(load_rate[k]))
         stiffness += S[k, k] / (2 * nodes)
     least_r = _RATE * largest
     least_u = least_r / stiffness
     wanted = np.empty(nodes, dtype=np.int8)
-    twofold = False
+    not_unique = False
     for iteration in range(_BLOCK + _SINGLE):
-        solve_rates(S, active, drive, u_rate, r_rate)
+        solve_rates(S, active, load_rate, u_rate, r_rate)
         wrong = 0
         for node in range(nodes):
             wanted[node] = _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u)
@@ -412,38 +416,38 @@ def settle(S, f, drive, state, active, force, u_rate, r_rate):
                 if iteration >= _BLOCK and wrong > 1:
                     wanted[node] = state.status[node]
         if wrong == 0:
-            return TWOFOLD if twofold or _may_be_twofold(S, f, state, active, force) else SETTLED
-        for leaving in range(2):  # first those that come to stick, so that the others meet a smaller set
+            return NOT_UNIQUE if not_unique or _may_also_slip(S, f, state, active, force) else SETTLED
+        for leaving in range(2):  # first the nodes that stick from now on: the active set is smaller for the others
             for node in range(nodes):
                 if wanted[node] != state.status[node] and (wanted[node] == STICK) == (leaving == 0):
-                    share = _change(S, f, state, active, node, wanted[node])
+                    share = _change_status(S, f, state, active, node, wanted[node])
                     if share == 0.0:
                         return UNSETTLED
-                    twofold = twofold or share < 0.0
+                    not_unique = not_unique or share < 0.0
     return UNSETTLED
 
 
 @njit(**_OPTIONS)
-def _may_be_twofold(S, f, state, active, force):
-    """Whether a sticking node at its bound could slip as well: a pivot that is not positive."""
+def _may_also_slip(S, f, state, active, force):
+    """Whether a sticking node at its bound may also slip: its pivot is not positive."""
     for node in range(len(f)):
         if state.status[node] == STICK:
-            forward, backward, _ = at_bound(f, state, node, force)
+            at_forward, at_backward, _ = at_bound(f, state, node, force)
             for sense in (1, -1):
-                if (forward if sense == 1 else backward) and pivot_share(S, f, active, node, sense) <= 0.0:
+                if (at_forward if sense == 1 else at_backward) and pivot_share(S, f, active, node, sense) <= 0.0:
                     return True
     return False
 
 
 @_entry_point
-def turn(S, f, state, active):
-    """At a load corner: let all slipping nodes stick, for the new direction to say which slip; rebuild the inverse for those that stay free."""
+def begin_segment(S, f, state, active):
+    """At a load corner: all slipping nodes stick until `settle` finds which slip under the new load rate; the inverse is computed anew."""
     _clear(active)
     for node in range(len(f)):
         status = state.status[node]
         state.status[node] = STICK
         if status == OPEN or (status != STICK and f[node] == 0.0):
-            _change(S, f, state, active, node, status)
+            _change_status(S, f, state, active, node, status)
         state.counted[node] = state.status[node]
     state.trace[1] *= 1000003
 
@@ -461,7 +465,7 @@ def _reactions(S, bonded, u, r):
 
 @_entry_point
 def refresh(S, f, bonded, state, active):
-    """Recompute the reactions from slip and gap, and take rounding off the bounds of slipping and open nodes by one correction of their slip."""
+    """Recompute the reactions from slip and gap; one correction of slip and gap puts slipping and open nodes back on their bounds."""
     nodes, n = len(f), active.size[0]
     _reactions(S, bonded, state.u, state.r)
     error = np.empty(n)
@@ -483,23 +487,23 @@ def refresh(S, f, bonded, state, active):
 
 
 @_entry_point
-def impose(S, f, state, active, status):
-    """Give all nodes the statuses of a solved rate problem; returns whether they have unique rates."""
+def set_statuses(S, f, state, active, status):
+    """Give all nodes the statuses of a solution of the rate problem; returns whether its rates are unique."""
     _clear(active)
     unique = True
     for node in range(len(f)):
         state.status[node] = STICK
     for node in range(len(f)):
-        if status[node] != STICK and _change(S, f, state, active, node, status[node]) == 0.0:
+        if status[node] != STICK and _change_status(S, f, state, active, node, status[node]) == 0.0:
             unique = False
     return unique
 
 
-# --- 3. A proof that the rates are the only ones -----------------------------------------------------------------------------
-# Let two sets of rates obey the law, with differences dv, dw, dq, dp. A node that slips or sticks at one bound has `dv dq <= -sense f dv dp`, an open
-# one dq = dp = 0, all others dv = dw = 0. So the sum of `dv (dq + sense f dp)` over the former is not positive, and there is no difference if the
-# quadratic form of these rows of the stiffness is positive definite. A form that is positive definite for some nodes is so for fewer: the factor
-# (Cholesky) grows as nodes begin to slip, and serves on when they stop.
+# --- 3. A proof that the rates are unique ------------------------------------------------------------------------------------
+# Let two sets of rates obey the law, with differences dv, dw, dq, dp. A node that slips, or sticks at one bound, has `dv dq <= -sense f dv dp`; an
+# open node has dq = dp = 0; all other nodes have dv = dw = 0. So the sum of `dv (dq + sense f dp)` over the first group is not positive. If the
+# quadratic form of these rows of the stiffness is positive definite, all differences are zero. A form that is positive definite for a set of nodes
+# is so for each of its subsets: the Cholesky factor only grows when nodes begin to slip, and remains valid when they stop.
 
 
 @njit(**_OPTIONS)
@@ -515,8 +519,8 @@ def _symmetric_entry(S, one, weight, other, other_weight):
 
 
 @njit(**_OPTIONS)
-def _need(S, proof, unknown, weight):
-    """Make an unknown part of the proof; returns whether it is, with this weight."""
+def _include(S, proof, unknown, weight):
+    """Add an unknown to the factor; returns whether the form is positive definite with it, and the unknown has this weight."""
     place = proof.place[unknown]
     if place >= 0:
         return proof.weight[place] == weight
@@ -538,36 +542,36 @@ def _need(S, proof, unknown, weight):
 
 
 @njit(**_OPTIONS)
-def _need_all(S, f, state, force, proof):
+def _extend_proof(S, f, state, force, proof):
     nodes = len(f)
     for node in range(nodes):
         status = state.status[node]
-        forward, backward, vertex = at_bound(f, state, node, force)
-        if vertex:  # closed without pressure: it may slip either way or open, which no quadratic form decides
+        at_forward, at_backward, vertex = at_bound(f, state, node, force)
+        if vertex:  # closed without pressure: it may open, or slip along +x or against it, which no quadratic form decides
             return False
-        if status != STICK or forward or backward:
-            if status != OPEN and forward and backward and f[node] > 0.0:
+        if status != STICK or at_forward or at_backward:
+            if status != OPEN and at_forward and at_backward and f[node] > 0.0:
                 return False
-            sense = 0 if status == OPEN else status if status != STICK else 1 if forward else -1
-            if not _need(S, proof, node, sense * f[node]):
+            sense = 0 if status == OPEN else status if status != STICK else 1 if at_forward else -1
+            if not _include(S, proof, node, sense * f[node]):
                 return False
-            if status == OPEN and not _need(S, proof, nodes + node, 0.0):
+            if status == OPEN and not _include(S, proof, nodes + node, 0.0):
                 return False
     return True
 
 
 @njit(**_OPTIONS)
 def prove(S, f, state, force, proof):
-    """Whether the rates at a state are proven to be the only ones; `proof` is added to in place."""
-    if _need_all(S, f, state, force, proof):
+    """Whether the rates at a state are proven to be unique; `proof` is extended in place."""
+    if _extend_proof(S, f, state, force, proof):
         return True
-    _clear(proof)  # what it holds from earlier states may be too much
-    return _need_all(S, f, state, force, proof)
+    _clear(proof)  # unknowns of earlier states may be the reason
+    return _extend_proof(S, f, state, force, proof)
 
 
 @_entry_point
 def clear_proof(proof):
-    """Forget all that is proven."""
+    """Remove all unknowns of a proof."""
     _clear(proof)
 
 
@@ -576,7 +580,7 @@ def clear_proof(proof):
 
 @njit(**_OPTIONS)
 def _next_event(f, state, u_rate, r_rate, force):
-    """Time to the next event and its node; infinity and -1 if there is none."""
+    """Time to the next event, and its node; infinity and -1 if there is none."""
     nodes = len(f)
     first, which = np.inf, -1
     for node in range(nodes):
@@ -589,26 +593,26 @@ def _next_event(f, state, u_rate, r_rate, force):
             if state.r[nodes + node] > AT_BOUND * 1e-3 * force and r_rate[nodes + node] < 0.0:
                 time = state.r[nodes + node] / -r_rate[nodes + node]
             if status == STICK:
-                forward, backward = _slacks(f, state.r, node, nodes)
+                slack_forward, slack_backward = _slacks(f, state.r, node, nodes)
                 small = AT_BOUND * (f[node] * state.r[nodes + node] + 1e-3 * force)
                 bound_rate = f[node] * r_rate[nodes + node]
-                if forward > small and bound_rate + r_rate[node] < 0.0:
-                    time = min(time, forward / -(bound_rate + r_rate[node]))
-                if backward > small and bound_rate - r_rate[node] < 0.0:
-                    time = min(time, backward / -(bound_rate - r_rate[node]))
+                if slack_forward > small and bound_rate + r_rate[node] < 0.0:
+                    time = min(time, slack_forward / -(bound_rate + r_rate[node]))
+                if slack_backward > small and bound_rate - r_rate[node] < 0.0:
+                    time = min(time, slack_backward / -(bound_rate - r_rate[node]))
         if time < first:
             first, which = time, node
     return first, which
 
 
 @njit(**_OPTIONS)
-def _advance(f, bonded, drive, time, state, u_rate, r_rate, step):
-    """Move along constant rates, add up the work of friction and of the loads, and put slipping and open nodes exactly on their bound."""
+def _advance(f, bonded, load_rate, time, state, u_rate, r_rate, step):
+    """Change the state at constant rates, add up the work of friction and of the loads, and put slipping and open nodes exactly on their bounds."""
     nodes = len(f)
     middle = time + 0.5 * step
     for k in range(2 * nodes):
         if u_rate[k] != 0.0:
-            state.supplied[0] -= (bonded[k] + middle * drive[k]) * (step * u_rate[k])
+            state.supplied[0] -= (bonded[k] + middle * load_rate[k]) * (step * u_rate[k])
             state.u[k] += step * u_rate[k]
     for node in range(nodes):
         status = state.status[node]
@@ -624,7 +628,7 @@ def _advance(f, bonded, drive, time, state, u_rate, r_rate, step):
 
 
 @njit(**_OPTIONS)
-def _write(record, state, time):
+def _add_row(record, state, time):
     row = record.used[0]
     record.time[row] = time
     for k in range(len(state.u)):
@@ -638,7 +642,7 @@ def _write(record, state, time):
 
 @njit(**_OPTIONS)
 def _snap(f, state, node, force):
-    """Put the node of an event exactly where it happens: at its bound, without pressure, or closed."""
+    """Put the node of an event exactly on its bound, at zero pressure, or at zero gap."""
     nodes = len(f)
     status = state.status[node]
     if status == OPEN:
@@ -647,13 +651,13 @@ def _snap(f, state, node, force):
         state.r[node] = 0.0
         state.r[nodes + node] = 0.0
     else:
-        forward, backward = _slacks(f, state.r, node, nodes)
-        state.r[node] = -f[node] * state.r[nodes + node] if forward < backward else f[node] * state.r[nodes + node]
+        slack_forward, slack_backward = _slacks(f, state.r, node, nodes)
+        state.r[node] = -f[node] * state.r[nodes + node] if slack_forward < slack_backward else f[node] * state.r[nodes + node]
 
 
 @njit(**_OPTIONS)
 def _count_changes(state):
-    """Add the changes of status since the last count to the signature; a sum, so that their order does not count."""
+    """Add the changes of status since the last update to the signature; it is a sum, so that their order does not matter."""
     for node in range(len(state.status)):
         status, before = state.status[node], state.counted[node]
         if status != before:
@@ -663,38 +667,38 @@ def _count_changes(state):
 
 
 @_entry_point
-def follow(S, f, bonded, drive, state, active, proof, force, start, settled, record):
-    """Follow the path while the bonded reactions go from `bonded` to `bonded + drive`, from the share `start` of that change on.
+def follow(S, f, bonded, load_rate, state, active, proof, force, start, settled, record):
+    """Follow the path while the bonded reactions change from `bonded` to `bonded + load_rate`, from time `start` on (0 to 1 on the segment).
 
     Parameters
     ----------
     S, f
         (2N, 2N) stiffness, (N,) coefficients of friction.
-    bonded, drive
-        (2N,) bonded reactions at the beginning of the segment, and their change over the whole segment.
+    bonded, load_rate
+        (2N,) bonded reactions at the beginning of the segment, and their rate, which is their change over the whole segment.
     state, active
-        Where the path is; changed in place.
+        State and active set of the path; changed in place.
     proof
-        What is proven of the rates; changed in place.
+        Proof that the rates are unique; changed in place.
     force
         Scale of the nodal forces.
     start, settled
-        Where to start, between 0 and 1, and whether the statuses there agree with the rates already.
+        Time to start at, and whether the statuses agree with the rates there already.
     record
-        Where to write the states at the events; of length 0 for none.
+        States at the events; length 0: they are not recorded.
 
     Returns
     -------
     code, time
-        How it ended, and where.
+        `DONE` or the reason to stop, and the time of the stop.
     """
-    u_rate, r_rate = np.empty_like(drive), np.empty_like(drive)
+    u_rate, r_rate = np.empty_like(load_rate), np.empty_like(load_rate)
     time = start
     for _ in range(1000 + 200 * len(f)):
         if settled:
-            solve_rates(S, active, drive, u_rate, r_rate)
+            solve_rates(S, active, load_rate, u_rate, r_rate)
         else:
-            code = settle(S, f, drive, state, active, force, u_rate, r_rate)
+            code = settle(S, f, load_rate, state, active, force, u_rate, r_rate)
             if code != SETTLED:
                 return code, time
             if not prove(S, f, state, force, proof):
@@ -702,14 +706,14 @@ def follow(S, f, bonded, drive, state, active, proof, force, start, settled, rec
         if len(record.time) > 0:
             if record.used[0] == len(record.time):
                 return FULL, time
-            _write(record, state, time)
+            _add_row(record, state, time)
         settled = False
         _count_changes(state)
         step, node = _next_event(f, state, u_rate, r_rate, force)
         if step >= 1.0 - time:
-            _advance(f, bonded, drive, time, state, u_rate, r_rate, 1.0 - time)
+            _advance(f, bonded, load_rate, time, state, u_rate, r_rate, 1.0 - time)
             return DONE, 1.0
-        _advance(f, bonded, drive, time, state, u_rate, r_rate, step)
+        _advance(f, bonded, load_rate, time, state, u_rate, r_rate, step)
         _snap(f, state, node, force)
         time += step
         state.trace[0] += 1
@@ -720,7 +724,7 @@ def follow(S, f, bonded, drive, state, active, proof, force, start, settled, rec
 
 
 def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
-    """A state in which every node sticks and nothing has happened yet; `u`, `r`, `gap` become part of it."""
+    """The first state of a path, in which every node sticks; it takes over the arrays `u`, `r`, `gap`."""
     nodes = len(gap)
     return State(
         u, r, gap, np.zeros(nodes, np.int8), np.zeros(nodes), np.zeros(1), counted=np.zeros(nodes, np.int8), trace=np.zeros(3, dtype=np.int64)
@@ -728,7 +732,7 @@ def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
 
 
 def compiled() -> None:
-    """Compile all entry points, or load them from disk; says so on stderr, once, where it takes longer than a second."""
+    """Compile all entry points, or load them from disk; prints a notice on stderr if this takes longer than a second."""
     if follow.signatures:
         return
     text = "frictopt: compiling the exact path; this takes some seconds, and only once where its machine code can be kept"
@@ -737,10 +741,10 @@ def compiled() -> None:
     notice.start()
     S, f, load = np.eye(2), np.ones(1), np.zeros(2)
     state, active, proof = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1)), new_active_set(1), new_proof(1)
-    turn(S, f, state, active)
+    begin_segment(S, f, state, active)
     clear_proof(proof)
     at_bound(f, state, 0, 1.0)
-    impose(S, f, state, active, state.status)
+    set_statuses(S, f, state, active, state.status)
     follow(S, f, load, load, state, active, proof, 1.0, 0.0, True, new_record(0, 1))
     refresh(S, f, load, state, active)
     notice.cancel()

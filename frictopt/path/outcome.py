@@ -24,13 +24,13 @@ class Outcome(Enum):
     """
 
     SHAKEDOWN = "the contact stops slipping: its residual slip keeps every later cycle without dissipation"
-    CYCLIC_SLIP = "the contact slips to and fro for ever, the same in every cycle"
+    CYCLIC_SLIP = "the contact slips back and forth for ever, the same in every cycle"
     RATCHETING = "the contact slips for ever and its slip drifts by the same amount in every cycle"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SteadyState(Shown):
-    """The steady state that a transient reaches, proven by a cycle that starts from it and comes back.
+    """The steady state that a transient reaches, proven by a cycle that starts from it and returns to it.
 
     Attributes
     ----------

@@ -1,8 +1,8 @@
-"""The rate problem at one load: it decides which nodes at a bound slip, stick or open if the iteration on the signs does not.
+"""The rate problem at one load: which nodes at a bound slip, stick or open, where the iteration on the signs of the rates does not decide.
 
 Nodes strictly inside their bound stick, and nodes with a gap stay open. A node at a bound has a non-negative rate z of slip or gap and a non-negative
-rate `M z + c` of slack or pressure; one of the two is zero. Lemke's method solves this small complementarity problem. If it fails, or if there are
-few nodes and the solution may not be unique, a search over all statuses solves it, with linear programs as bounds.
+rate `M z + c` of slack or pressure, and one of the two is zero. Few such pairs are solved by trying all statuses, more by Lemke's method. If Lemke's
+method fails, or the solution may not be unique, a branch and bound search with linear programs looks for all solutions.
 """
 
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ from .kernel import OPEN, STICK, State, at_bound
 
 __all__ = ["RateProblem", "Solutions", "find_rates", "rate_problem"]
 
-_TRIED = 8  # pairs up to which all statuses are tried
+_TRIED = 8  # number of pairs up to which all statuses are tried
 _STARTS = 3  # covering vectors tried by Lemke's method
-_SEARCHED = 16  # pairs up to which a second solution is searched for; beyond, the event only counts as unproven
+_SEARCHED = 16  # number of pairs up to which a second solution is searched for; with more, the event counts as unproven
 _PROGRAMS = 400  # linear programs after which the search for solutions gives up
 
 
@@ -32,13 +32,13 @@ class RateProblem:
     M, c
         (n, n), (n,).
     node, kind
-        (n,) node of each pair, and the meaning of z > 0: +1 or -1 a slip rate of that sense, 2 a rate of opening.
+        (n,) node of each pair, and the meaning of z > 0: +1 or -1 slip of that sense, 2 opening.
     u_rate
         (2N, n + 1) rates of `[v, w]`: in column k for unit z_k, in the last column for z = 0.
     free
-        Nodes without friction, which slip whenever they are pressed.
+        Closed nodes without friction: their slip rate is not restricted.
     floating, sliding
-        Whether the open and the frictionless nodes can move without resistance; and whether they can if all nodes at a bound move as well.
+        Whether the open and the frictionless nodes can move without resistance; and whether they can if all nodes at a bound move too.
     """
 
     M: Array
@@ -63,13 +63,13 @@ class RateProblem:
 
 @dataclass(frozen=True, eq=False)
 class Solutions:
-    """Solutions found, each as statuses and rates of `[v, w]`, and whether the search was complete."""
+    """Solutions found, each as statuses and rates of `[v, w]`, and whether it is proven that there are no others."""
 
     found: list[tuple[np.ndarray, Array]]
     complete: bool
 
 
-def rate_problem(S: Array, f: Array, drive: Array, state: State, force: float) -> RateProblem:
+def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: float) -> RateProblem:
     """Set up the rate problem for the nodes of a state that are at a bound, under a rate of the bonded reactions."""
     nodes = len(f)
     columns, rows, node, kind, free = [], [], [], [], []
@@ -81,14 +81,14 @@ def rate_problem(S: Array, f: Array, drive: Array, state: State, force: float) -
         return vector
 
     for i in range(nodes):
-        forward, backward, vertex = at_bound(f, state, i, force)
+        at_forward, at_backward, vertex = at_bound(f, state, i, force)
         if state.status[i] == OPEN and not vertex:
             free += [unit(i), unit(nodes + i)]
         elif f[i] == 0.0 and not vertex:
             free.append(unit(i))
             frictionless.append(i)
         else:
-            for sense, touching in ((1, forward), (-1, backward)):
+            for sense, touching in ((1, at_forward), (-1, at_backward)):
                 if touching:
                     columns.append(unit(i, sense))
                     rows.append(unit(i, sense) + f[i] * unit(nodes + i))
@@ -103,15 +103,15 @@ def rate_problem(S: Array, f: Array, drive: Array, state: State, force: float) -
     block = Z @ S @ Z.T
     loose = np.vstack([Z, np.unique(np.abs(E), axis=0)])
     floating, sliding = (np.linalg.matrix_rank(part @ S @ part.T, tol=CONDENSATION * float(np.abs(S).max())) < len(part) for part in (Z, loose))
-    response = np.linalg.lstsq(block, Z @ np.column_stack([S @ E.T, drive]))[0] if len(Z) else np.zeros((0, len(E) + 1))
+    response = np.linalg.lstsq(block, Z @ np.column_stack([S @ E.T, load_rate]))[0] if len(Z) else np.zeros((0, len(E) + 1))
     u_rate = np.column_stack([E.T, np.zeros(2 * nodes)]) - Z.T @ response
-    slack = R @ (S @ u_rate + np.outer(drive, np.eye(len(E) + 1)[-1]))
+    slack = R @ (S @ u_rate + np.outer(load_rate, np.eye(len(E) + 1)[-1]))
     at = np.array(node, dtype=np.intp), np.array(kind, dtype=np.int8)
     return RateProblem(slack[:, :-1], slack[:, -1], *at, u_rate, frictionless, bool(floating), bool(sliding))
 
 
 def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
-    """Find the solutions of a rate problem: at most two different ones, and whether there can be more."""
+    """Find at most two different solutions of a rate problem."""
     M, c = problem.M, problem.c
     scale = float(np.abs(c).max(initial=0.0)) or 1.0
     stiffness = float(np.abs(np.diag(M)).max(initial=0.0)) or 1.0
@@ -142,7 +142,7 @@ def _solves(M: Array, c: Array, z: Array) -> bool:
 
 
 def _all_statuses(M: Array, c: Array) -> list[Array]:
-    """Every complementary solution, by trying which z are positive."""
+    """All solutions, by trying every choice of positive z."""
     found = []
     for moving in product((False, True), repeat=len(c)):
         chosen = np.flatnonzero(moving)
@@ -164,9 +164,9 @@ def _is_positive_definite(M: Array) -> bool:
 
 
 def _search(M: Array, c: Array, programs: int) -> tuple[list[Array], bool]:
-    """Search the tree of choices of zero z and zero slacks; a branch ends if its inequalities are infeasible.
+    """Branch and bound: each branch sets one z or its slack to zero, and ends if its inequalities are infeasible.
 
-    Returns at most two solutions, and whether the search was complete: it proved that there are no others, or it found two.
+    Returns at most two solutions, and whether the search was complete: no others exist, or two were found.
     """
     n = len(c)
     found: list[Array] = []
@@ -198,7 +198,7 @@ def _search(M: Array, c: Array, programs: int) -> tuple[list[Array], bool]:
 
 
 def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
-    """Complementary pivoting (Lemke 1965) with a lexicographic ratio test; None if it ends in a ray."""
+    """Solution by complementary pivoting (Lemke 1965) with a lexicographic ratio test; None if it ends in a ray."""
     n = len(c)
     if c.min(initial=0.0) >= 0:
         return np.zeros(n)

@@ -1,4 +1,4 @@
-"""The exact path of one transient, corner by corner."""
+"""The exact path of one transient, from corner to corner of the load cycle."""
 
 from typing import Any
 
@@ -14,26 +14,26 @@ from ..tolerances import NO_DRIVE, RESTART
 from .kernel import (
     DONE,
     FULL,
+    NOT_UNIQUE,
     OPEN,
     STALLED,
-    TWOFOLD,
     UNSETTLED,
+    begin_segment,
     clear_proof,
     compiled,
     follow,
-    impose,
     new_active_set,
     new_proof,
     new_record,
     new_state,
     refresh,
-    turn,
+    set_statuses,
 )
 from .rate import find_rates, rate_problem
 
 __all__ = ["ExactPath"]
 
-_FAR = 1e18  # largest initial stress over the loads; beyond it rounding hides the events (1e30 gave wrong results)
+_FAR = 1e18  # largest initial stress over the loads: with more, rounding hides the events (1e30 gave wrong results)
 _FAR_START = 1e3  # initial stress over the loads, above which an error names it as the cause of a large residual
 _ROWS = 256  # events that the record holds before they are moved to the history
 
@@ -62,14 +62,14 @@ class ExactPath:
     Attributes
     ----------
     state
-        Where the path is, see `State`.
+        The present state, see `State` in `kernel.py`.
     visited
         Number of corners visited so far; -1 until the path reaches the mean load.
     history
-        With `keep`: pieces of times (T,), `u`, `r` (T, 2N), statuses and work (T, N), after each event and at each corner. The time counts the
-        corners visited.
+        With `keep`: list of tuples of times (T,), `u` and `r` (T, 2N), statuses and work (T, N), after each event and at each corner. The time
+        counts the corners visited.
     fallbacks
-        Number of events at which the iteration on the signs did not find the rates.
+        Number of events at which the iteration on the signs of the rates did not converge.
 
     Raises
     ------
@@ -160,8 +160,8 @@ class ExactPath:
         return "stiffnesses or loads differ too much in size"
 
     @property
-    def _why_free(self) -> str:
-        """What the mean load does to a body that nothing holds, and the remedy, as a sentence."""
+    def _free_body(self) -> str:
+        """The diagnosis of the mean load for a body without supports, and the remedy, as a sentence."""
         return f"{mean_load_diagnosis(self.system, self._cycle, self.friction)}; hold the body by supports, or load it less"
 
     @property
@@ -210,57 +210,57 @@ class ExactPath:
         Raises
         ------
         NoContinuation
-            At some load of the segment no rates obey the law, or more than one set of rates does.
+            At some load of the segment no rates obey the contact law, or more than one set of rates does.
         """
-        drive = bonded - self.bonded
-        settled = not np.abs(drive).max() > NO_DRIVE * self.force
-        turn(self._S, self.friction, self.state, self._active)
+        load_rate = bonded - self.bonded
+        settled = not np.abs(load_rate).max() > NO_DRIVE * self.force
+        begin_segment(self._S, self.friction, self.state, self._active)
         clear_proof(self._proof)
         code, time = UNSETTLED, 0.0
         while code != DONE:
             own = self.state, self._active, self._proof
-            code, time = follow(self._S, self.friction, self.bonded, drive, *own, self.force, time, settled, self._record)
+            code, time = follow(self._S, self.friction, self.bonded, load_rate, *own, self.force, time, settled, self._record)
             if code == STALLED:
                 raise NoContinuation(f"{where}: at {time:.9g} of it the statuses change without end; loads or gaps may differ too much in size")
             settled = True
             if code == FULL:
-                self._keep()
+                self._move_record()
             elif code != DONE:
-                self._decide(drive, code == TWOFOLD, time, where)
+                self._solve_rate_problem(load_rate, code == NOT_UNIQUE, time, where)
         refresh(self._S, self.friction, bonded, self.state, self._active)
-        self._keep()
+        self._move_record()
         self.bonded = bonded
         self.visited += 1
         if len(self._record.time):
             state = self.state
             self.history.append((np.array([float(self.visited)]), *(values[None].copy() for values in (state.u, state.r, state.status, state.work))))
 
-    def _keep(self) -> None:
-        """Move what the record holds to the history."""
+    def _move_record(self) -> None:
+        """Move the recorded states to the history."""
         record = self._record
         used = int(record.used[0])
         if used:
             self.history.append((self.visited + record.time[:used], *(values[:used].copy() for values in record[1:5])))
             record.used[0] = 0
 
-    def _decide(self, drive: Array, twofold: bool, time: float, where: str) -> None:
-        """Settle the statuses by the rate problem."""
-        problem = rate_problem(self._S, self.friction, drive, self.state, self.force)
+    def _solve_rate_problem(self, load_rate: Array, not_unique: bool, time: float, where: str) -> None:
+        """Set the statuses to the solution of the rate problem."""
+        problem = rate_problem(self._S, self.friction, load_rate, self.state, self.force)
         if problem.floating:
-            raise NoContinuation(f"{where}: at {time:.9g} of it the contact slides or opens freely; {self._why_free}")
+            raise NoContinuation(f"{where}: at {time:.9g} of it the contact slides or opens freely; {self._free_body}")
         solutions = find_rates(problem, self.state.status)
         nodes = sorted(set(problem.node.tolist()))
         here = f"{where}: at {time:.9g} of it"
         hint = "often friction is above the critical value there (a node wedges itself where f exceeds A/|B|): lower it"
         if problem.sliding:
-            hint = f"the body may slide or open as a whole ({self._why_free}), or friction is above the critical value there"
+            hint = f"the body may slide or open as a whole ({self._free_body}), or friction is above the critical value there"
         if not solutions.found:
             proof = "no rates obey the law" if solutions.complete else "no rates that obey the law were found"
             raise NoContinuation(f"{here} {proof}; nodes {nodes} are at their bounds and would jump; {hint}")
         if len(solutions.found) > 1:
             both = " or ".join(str([int(status[node]) for node in nodes]) for status, _ in solutions.found)
             raise NoContinuation(f"{here} two sets of rates obey the law: nodes {nodes} may take the statuses {both}; {hint}")
-        if not impose(self._S, self.friction, self.state, self._active, solutions.found[0][0]):
-            raise NoContinuation(f"{here} the contact slides or opens freely, its rates are not unique; {self._why_free}")
-        self.fallbacks += not twofold
+        if not set_statuses(self._S, self.friction, self.state, self._active, solutions.found[0][0]):
+            raise NoContinuation(f"{here} the contact slides or opens freely, its rates are not unique; {self._free_body}")
+        self.fallbacks += not not_unique
         self.state.trace[2] += not solutions.complete
