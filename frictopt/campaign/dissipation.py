@@ -20,13 +20,13 @@ from ..contact.system import checked_system
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import shakedown_limit
 from .execute import execute
-from .run import Contact, Run, one_thread, run_key
+from .run import CampaignContact, Run, one_thread, run_key
 from .starts import Start, checked_starts
 from .store import TYPES, Store
 
 __all__ = ["Interrupted", "dissipation_study"]
 
-_MOST_WORKERS = 1000  # more is a slip of the pen
+_MOST_WORKERS = 1000  # more is taken for a typing error
 _COLUMNS = (
     *("load_factor", "load_ratio", "start", "family", "seed", "amplitude", "outcome", "dissipation", "dissipation_scaled", "first_cycle"),
     *("largest_share", "cycles", "slipping", "open", "residual", "engine", "seconds", "error"),
@@ -53,7 +53,7 @@ def dissipation_study(
     """Follow a transient to its steady state from every start at every load factor (Flicek et al. 2015, section 5).
 
     A run that fails is a row with its error. Ctrl-C ends the study with a warning; the table then holds the finished runs. The number of
-    processes changes nothing in the table but the seconds.
+    processes only changes the column seconds.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def dissipation_study(
     ModelError
         Bad input, or an executor that takes no runs.
     StoreError
-        The store is no file of ours, is damaged, or a run cannot be written; `table` of the error holds what is finished.
+        The store is damaged, is not a store of frictopt, or cannot be written; `table` of the error holds the finished runs.
 
     Examples
     --------
@@ -144,7 +144,7 @@ def dissipation_study(
 class _Campaign:
     """Load factors times starts on one contact."""
 
-    contact: Contact
+    contact: CampaignContact
     factors: Sequence[float]
     starts: Sequence[Start]
 
@@ -175,13 +175,13 @@ class _Campaign:
         return table
 
 
-def _contact(system: ContactSystem, cycle: LoadCycle, friction: Array) -> Contact:
+def _contact(system: ContactSystem, cycle: LoadCycle, friction: Array) -> CampaignContact:
     """The contact with its shakedown limit, if a solver proves one."""
     try:
         limit = shakedown_limit(system, cycle, friction)
     except SolverError:
-        return Contact(system, cycle, friction, np.nan, np.full(system.nodes, np.nan))
-    return Contact(system, cycle, friction, limit.load_factor, limit.slip)
+        return CampaignContact(system, cycle, friction, np.nan, np.full(system.nodes, np.nan))
+    return CampaignContact(system, cycle, friction, limit.load_factor, limit.slip)
 
 
 def _checked_factors(load_factors: Any) -> list[float]:
@@ -189,7 +189,7 @@ def _checked_factors(load_factors: Any) -> list[float]:
     if not factors:
         raise ModelError("load_factors: empty; give at least one")
     if len(set(factors)) < len(factors):
-        raise ModelError("load_factors: one of them is there twice; give each once")
+        raise ModelError("load_factors: a value occurs twice; give each once")
     return factors
 
 

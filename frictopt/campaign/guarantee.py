@@ -18,11 +18,13 @@ from ..path import Outcome, steady_state
 __all__ = ["GuaranteeCheck", "verify_guaranteed"]
 
 _UNDECIDED = "NO_CONTINUATION"
-_SMALL_LOAD = 0.02  # share of lambda_2, or of the load unit, that stands for "just above" a guaranteed limit of 0
-_NEXT_TO = 0.9, 1.1  # of that load factor: of a load that presses the contact, less is worse
-_VERTICES = 0.2  # share of the starts that are vertices of the safe slips, and again of those beyond vertices
-_BEYOND = 3.0  # largest factor by which starts lie beyond vertices
-_DECADES = -1.0, 2.0  # of the size of random slips, over the largest slip of the witness
+_BELOW = 0.98  # load factor of the test below the limit, over the limit
+_MOVED = 1e-3  # largest change of the slip of a moved witness, over its largest slip
+_SMALL_LOAD = 0.02  # load factor just above a guaranteed limit of 0, over lambda_2 or the load unit
+_NEAR = 0.9, 1.1  # multiples of that load factor that are tested: if the load presses the contact, less load can be worse
+_VERTICES = 0.2  # share of the starts at vertices of the set of safe slips; as many starts are beyond these vertices
+_BEYOND = 3.0  # largest multiple of a vertex that is a start
+_DECADES = -1.0, 2.0  # powers of ten of the size of random slips, over the largest slip of the witness
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -32,11 +34,11 @@ class GuaranteeCheck(Shown):
     Attributes
     ----------
     limit
-        The limit in question.
+        The limit that is verified.
     runs
-        DataFrame, one row for each transient. Columns: load_factor; share, it over the limit (inf where that is 0); start, "witness",
-        "moved witness", "vertex", "beyond vertex" or "random"; moved, of a witness the largest change of slip over the largest slip; outcome, the
-        name of an `Outcome`, or "NO_CONTINUATION" if the path ends before; dissipation, work of friction per cycle in the steady state; cycles;
+        DataFrame, one row for each transient. Columns: load_factor; share, load factor over the limit (inf if the limit is 0); start, "witness",
+        "moved witness", "vertex", "beyond vertex" or "random"; moved, for a witness the largest change of slip over the largest slip; outcome, the
+        name of an `Outcome`, or "NO_CONTINUATION" if the path ends early; dissipation, work of friction per cycle in the steady state; cycles;
         residual. Dissipation and residual are NaN without an outcome.
     starts
         (rows of runs, N) the initial slips, length.
@@ -59,14 +61,14 @@ class GuaranteeCheck(Shown):
 
     @property
     def dies_out(self) -> bool:
-        """Whether every transient below the limit stops slipping; those without an outcome do not count."""
+        """Whether every transient below the limit stops slipping; transients without an outcome do not count."""
         return not self._persisting(below=True).any()
 
     @property
     def persists(self) -> bool:
-        """Whether a transient above the limit slips for ever, from the witness or from a slip that differs from it by less than the tolerance.
+        """Whether a transient above the limit slips for ever, from the witness or from a slip close to it.
 
-        Where lambda_2 rules (`limit.node` is None) there is no witness, and a contact that lifts off may stop slipping above it.
+        If the limit is lambda_2 (`limit.node` is None), there is no witness, and a contact that lifts off may stop slipping above it.
         """
         return bool(self._persisting(below=False).any())
 
@@ -103,16 +105,14 @@ def verify_guaranteed(
     limit: GuaranteedLimit | None = None,
     starts: int = 1000,
     moved: int = 5,
-    tolerance: float = 1e-3,
-    below: float = 0.98,
     above: float = 1.02,
     seed: int = 0,
 ) -> GuaranteeCheck:
     """Follow transients from the witness just above the guaranteed limit, and from many starts just below.
 
-    Each transient begins at the middle of the load corners (their mean, which the mean load need not be), where a slip that is safe sticks.
-    Starts below the limit are vertices of the safe slips (of the load itself and of the mean load alone), slips up to three times as far out, and
-    random slips from a tenth to a hundred times the size of the witness. Finding none that persists is evidence, not a proof.
+    Each transient begins at the mean of the load corners, where a contact with a safe slip sticks; the mean load may be another load. The starts
+    below the limit are vertices of the set of safe slips (at the load factor, and under the mean load alone), up to three times these vertices, and
+    random slips of a tenth to a hundred times the size of the witness. If none of them slips for ever, this is evidence, not a proof.
 
     Parameters
     ----------
@@ -125,20 +125,18 @@ def verify_guaranteed(
     starts
         Number of starts below the limit.
     moved
-        Number of starts above the limit besides the witness itself.
-    tolerance
-        Largest change of the witness's slip in these, over its largest slip.
-    below, above
-        Load factors of the two tests over that of the limit. Where that is 0 there is nothing to test below. Above it 2 % of lambda_2 is taken, or of
-        the load factor at which the cyclic reactions reach the mean pressures if that is less; there some starts next to the witness slip for ever,
-        but not all, so that a slip on both bounds at this load factor is followed too, under a tenth less and a tenth more of it.
+        Number of starts above the limit that differ from the witness by up to a thousandth of its largest slip.
+    above
+        Load factor of the test above the limit, over the limit. The test below is at 0.98 times the limit. If the limit is 0 there is no test below,
+        and the test above is at 2 % of lambda_2, or of the load factor at which the cyclic reactions reach the mean pressures if that is less. There
+        only some starts near the witness slip for ever, so a slip on both bounds at this load factor is followed too, at 0.9 and 1.1 times the load.
     seed
         Seed of the random starts.
 
     Raises
     ------
     ModelError
-        Bad input, a limit of other input, one that is not finite, or one of a contact that no load above 0 leaves safe.
+        Bad input, or a limit of other input, that is not finite, or that belongs to a contact without safe slip at any load above 0.
     SolverError
         The limit or a transient does not pass its checks.
 
@@ -154,7 +152,6 @@ def verify_guaranteed(
     (True, True)
     """
     starts, moved = whole_number("starts", starts, least=0), whole_number("moved", moved, least=0)
-    tolerance, below = finite_number("tolerance", tolerance, least=0.0), finite_number("below", below, above=0.0, below=1.0)
     above, rng = finite_number("above", above, above=1.0), np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED))
     limit = guaranteed_limit(checked_system(system), cycle, friction) if limit is None else limit
     if not isinstance(limit, GuaranteedLimit):
@@ -167,11 +164,11 @@ def verify_guaranteed(
         )
     size = float(np.abs(limit.slip).max()) or float(np.abs(cycle.mean_reaction(system)[1]).mean()) / system.stiffness_scale
     high = above * limit.load_factor if limit.load_factor > 0 else _SMALL_LOAD * _least_load(system, cycle, limit.shakedown.load_factor)
-    begins = [(high, "witness", limit.slip), *((high, "moved witness", slip) for slip in _moved(rng, limit.slip, moved, tolerance * size))]
+    begins = [(high, "witness", limit.slip), *((high, "moved witness", slip) for slip in _moved(rng, limit.slip, moved, _MOVED * size))]
     next_to = limit.witness_above_zero(high)
-    begins += [] if next_to is None else [(share * next_to[0], "witness", next_to[1]) for share in _NEXT_TO]
+    begins += [] if next_to is None else [(share * next_to[0], "witness", next_to[1]) for share in _NEAR]
     if limit.load_factor > 0:
-        low = below * limit.load_factor
+        low = _BELOW * limit.load_factor
         begins += [(low, kind, slip) for kind, slip in _starts(rng, system, cycle, friction, low, starts, size)]
     rows = [_run(system, cycle, friction, limit, size, *begin) for begin in begins]
     return GuaranteeCheck(limit, pd.DataFrame(rows), frozen([slip for _, _, slip in begins]))

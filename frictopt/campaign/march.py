@@ -53,7 +53,7 @@ def march(
     steps
         Number of increments from corner to corner, for the engines "qp" and "milp".
     simplify
-        Leave out what cannot change the answer, see the increments; the exact path leaves out nothing.
+        Leave out what cannot change the result, see the increments; the exact path leaves out nothing.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def march(
     NoContinuation
         The exact path ends.
     SolverError
-        An increment has no valid answer, or the residual of the states exceeds the tolerance.
+        An increment has no valid solution, or the residual of the states exceeds the tolerance.
 
     Examples
     --------

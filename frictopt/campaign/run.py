@@ -1,4 +1,4 @@
-"""One run of a campaign: what goes to where it is followed, and the row that comes back."""
+"""One run of a campaign: its input, and the row of results."""
 
 import hashlib
 import time
@@ -16,21 +16,21 @@ from ..errors import FrictoptError
 from ..path import steady_state
 from .starts import Start, root_mean_square, safe_part
 
-__all__ = ["Contact", "Run", "failed", "follow", "one_thread", "run_key"]
+__all__ = ["CampaignContact", "Run", "failed", "follow", "one_thread", "run_key"]
 
-_MEANING = b"steady state 1"  # of what a run is: another meaning asks for all runs again
+_MEANING = b"steady state 1"  # version of the results: if it changes, all runs are computed again
 
 
 @dataclass(frozen=True, eq=False)
-class Contact:
-    """What all runs of a campaign share: plain arrays, so that they travel.
+class CampaignContact:
+    """The input that all runs of a campaign share; it can be pickled.
 
     Attributes
     ----------
     system, cycle, friction
         The contact, its load cycle, and (N,) coefficients of friction.
     limit, safe
-        Shakedown limit (NaN if it is not known) and the (N,) slip that is safe there.
+        Shakedown limit (NaN if it is not known), and the (N,) safe slip at the limit.
     """
 
     system: ContactSystem
@@ -58,15 +58,15 @@ class Run:
 
 
 def run_key(contact: bytes, load_factor: float, start: Start) -> str:
-    """Digest of a run's content; a safe slip counts by its definition, since solvers may find different ones."""
+    """Digest of a run's content; a safe slip enters by its definition, because solvers may find different ones."""
     digest = hashlib.sha256(contact)
     for label, value in (("load", load_factor), ("slip", start.slip), ("safe", start.safe_multiple), ("overload", start.overload)):
         digest.update(label.encode() if value is None else label.encode() + np.asarray(value, dtype=np.float64).tobytes())
     return digest.hexdigest()[:40]
 
 
-def follow(contact: Contact, runs: Sequence[Run]) -> list[dict[str, Any]]:
-    """Follow runs one after the other, with one BLAS thread: the same rows wherever this happens, but for the seconds."""
+def follow(contact: CampaignContact, runs: Sequence[Run]) -> list[dict[str, Any]]:
+    """Follow runs one after the other, with one BLAS thread; the rows do not depend on the machine's load, except for the seconds."""
     with one_thread():
         return [_row(contact, run) for run in runs]
 
@@ -81,7 +81,7 @@ def _libraries() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def _row(contact: Contact, run: Run) -> dict[str, Any]:
+def _row(contact: CampaignContact, run: Run) -> dict[str, Any]:
     begin, slip = time.perf_counter(), np.zeros(contact.system.nodes)
     overload = None if run.start.overload is None else run.start.overload * run.load_factor
     try:
@@ -90,7 +90,7 @@ def _row(contact: Contact, run: Run) -> dict[str, Any]:
     except FrictoptError as error:
         return failed(run, f"{type(error).__name__}: {error}", time.perf_counter() - begin) | {"amplitude": root_mean_square(slip)}
     work = steady.dissipation_per_node
-    return _described(run) | {
+    return _input(run) | {
         "amplitude": root_mean_square(slip),
         "outcome": steady.outcome.name,
         "dissipation": steady.dissipation,
@@ -106,14 +106,14 @@ def _row(contact: Contact, run: Run) -> dict[str, Any]:
     }
 
 
-def _initial_slip(contact: Contact, run: Run) -> Array:
+def _initial_slip(contact: CampaignContact, run: Run) -> Array:
     if run.start.safe_multiple is not None:
         return np.asarray(run.start.safe_multiple * _safe_slip(contact, run.load_factor))
     return np.zeros(contact.system.nodes) if run.start.slip is None else run.start.slip
 
 
 @lru_cache(maxsize=32)
-def _safe_slip(contact: Contact, load_factor: float) -> Array:
+def _safe_slip(contact: CampaignContact, load_factor: float) -> Array:
     return safe_part(contact.system, contact.cycle, contact.friction, load_factor, contact.limit, contact.safe)
 
 
@@ -121,8 +121,8 @@ def failed(run: Run, error: str, seconds: float = np.nan) -> dict[str, Any]:
     """The row of a run that has no result."""
     numbers = dict.fromkeys(("amplitude", "dissipation", "first_cycle", "largest_share", "residual"), np.nan)
     counts = dict.fromkeys(("cycles", "slipping", "open"))
-    return _described(run) | numbers | counts | {"outcome": "FAILED", "engine": "path", "seconds": seconds, "error": error}
+    return _input(run) | numbers | counts | {"outcome": "FAILED", "engine": "path", "seconds": seconds, "error": error}
 
 
-def _described(run: Run) -> dict[str, Any]:
+def _input(run: Run) -> dict[str, Any]:
     return {"key": run.key, "start": run.start.name, "load_factor": run.load_factor}

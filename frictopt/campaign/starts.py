@@ -15,7 +15,7 @@ from ..limits import safe_slip, shakedown_limit
 __all__ = ["Start", "checked_starts", "given_slips", "no_slip", "overloads", "random_slips", "safe_part", "safe_slips"]
 
 _MODES = 6  # Chebyshev polynomials that make up a smooth slip
-_MOST = 100_000  # slips of a kind and amplitude, which fill a memory
+_MOST = 100_000  # slips of a kind and amplitude; more would fill the memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,9 +25,9 @@ class Start:
     Attributes
     ----------
     family
-        Family of starts: "none", "safe", "smooth", "rough", "overload", "given", or a name of your own.
+        Family of starts: "none", "safe", "smooth", "rough", "overload", "given", or your own name.
     name
-        Its name in tables.
+        Name of the start in tables.
     slip
         (N,) residual slip from assembly, length; None: no slip, or a multiple of the safe slip.
     safe_multiple

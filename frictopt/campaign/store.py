@@ -1,6 +1,6 @@
-"""Runs of a campaign on disk: one sqlite file with one table, a row for each run by the key of its content.
+"""Runs of a campaign on disk: one sqlite file with one table, one row for each run; the key is a digest of the run's content.
 
-Each row is a transaction of its own, so that a writer that is killed, and others that write at the same time, are sqlite's business.
+Each row is its own transaction. So sqlite protects the file if a writer is killed, or if several write at the same time.
 """
 
 import os
@@ -38,23 +38,33 @@ _COLUMNS: dict[str, type] = {
     "error": str,
 }
 TYPES = {name: {str: "str", float: "float64", int: "Int64"}[kind] for name, kind in _COLUMNS.items()}
-"""What the columns are in a DataFrame."""
+"""Types of the columns in a DataFrame."""
 _NAMES = ", ".join(_COLUMNS)
 _SQL = {str: "text", float: "real", int: "integer"}
-_MAY_LACK = ("amplitude", "dissipation", "first_cycle", "largest_share", "cycles", "slipping", "open", "residual", "seconds")  # where a run failed
+_NULLABLE = (
+    "amplitude",
+    "dissipation",
+    "first_cycle",
+    "largest_share",
+    "cycles",
+    "slipping",
+    "open",
+    "residual",
+    "seconds",
+)  # in a failed run
 _NEVER_NEGATIVE = ("load_factor", "amplitude", "dissipation", "largest_share", "cycles", "slipping", "open", "residual")
-_SOUND = " AND ".join(  # what holds of every row
-    [f"typeof({name}) = '{_SQL[kind]}'" for name, kind in _COLUMNS.items() if name not in _MAY_LACK]
-    + [f"typeof({name}) IN ('{_SQL[_COLUMNS[name]]}', 'null')" for name in _MAY_LACK]
+_VALID = " AND ".join(  # conditions on every row
+    [f"typeof({name}) = '{_SQL[kind]}'" for name, kind in _COLUMNS.items() if name not in _NULLABLE]
+    + [f"typeof({name}) IN ('{_SQL[_COLUMNS[name]]}', 'null')" for name in _NULLABLE]
     + [f"coalesce({name}, 0) >= 0" for name in _NEVER_NEGATIVE]
     + [f"outcome IN {('FAILED', *Outcome.__members__)}", "(outcome = 'FAILED') = (error <> '')"]
-    + [f"(outcome = 'FAILED' OR {name} IS NOT NULL)" for name in _MAY_LACK]
+    + [f"(outcome = 'FAILED' OR {name} IS NOT NULL)" for name in _NULLABLE]
 )
 _DECLARED = ", ".join(f"{name} {_SQL[kind]}" for name, kind in _COLUMNS.items())
-_SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer NOT NULL, PRIMARY KEY (key), CONSTRAINT sound CHECK ({_SOUND})) WITHOUT ROWID"
-_MAGIC, _APPLICATION = b"SQLite format 3\0", b"FriO"  # how a file of sqlite begins, and its bytes 68 to 71 where it is a store
-_PATIENCE = 60  # seconds to wait for another writer, which needs less than a millisecond for a row
-_AT_ONCE = 500  # keys in one question: sqlite takes 999
+_SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer NOT NULL, PRIMARY KEY (key), CONSTRAINT valid CHECK ({_VALID})) WITHOUT ROWID"
+_MAGIC, _APPLICATION = b"SQLite format 3\0", b"FriO"  # first bytes of a file of sqlite, and bytes 68 to 71 of a store
+_PATIENCE = 60  # seconds to wait for another writer; writing a row takes less than a millisecond
+_AT_ONCE = 500  # keys in one query: sqlite allows 999
 
 
 class DamagedRows(UserWarning):
@@ -67,25 +77,25 @@ class Store:
     Parameters
     ----------
     path
-        Its file, made if it does not exist.
+        File of the store, created if it does not exist.
     make
-        Whether it may be made and written.
+        Whether the file may be created and written.
 
     Raises
     ------
     StoreError
-        The file is no store, is damaged, or cannot be made.
+        The file is not a store, is damaged, or cannot be created.
     """
 
     def __init__(self, path: str | os.PathLike[str], *, make: bool = True) -> None:
         self.path = _checked_path(path, make)
-        with _our_error(self.path):
+        with _as_store_error(self.path):
             if make:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
             address = f"{self.path.as_uri()}?mode={'rwc' if make else 'ro'}"
             self._connection = sqlite3.connect(address, uri=True, timeout=_PATIENCE, isolation_level=None)
         try:
-            with _our_error(self.path):
+            with _as_store_error(self.path):
                 self._open(make)
         except BaseException:
             self._connection.close()
@@ -93,7 +103,7 @@ class Store:
 
     def _open(self, make: bool) -> None:
         ask = self._connection.execute
-        self._connection.text_factory = lambda text: text.decode(errors="replace")  # then the checksum tells
+        self._connection.text_factory = lambda text: text.decode(errors="replace")  # the checksum finds such a row
         if make:
             ask("BEGIN IMMEDIATE")
             if not ask("SELECT * FROM sqlite_master").fetchall():
@@ -108,18 +118,18 @@ class Store:
         self._file = self.path.stat().st_ino
 
     def close(self) -> None:
-        """Close the file: it is then one file again, unless others have it open."""
+        """Close the store; sqlite's extra files are removed, unless others have the store open."""
         self._mode("DELETE")
         self._connection.close()
 
     def _mode(self, journal: str) -> None:
-        with suppress(sqlite3.Error):  # in use by others: any mode will do
+        with suppress(sqlite3.Error):  # in use by others, who work in any mode
             self._connection.execute("PRAGMA busy_timeout = 0")
             self._connection.execute(f"PRAGMA journal_mode = {journal}")
         self._connection.execute(f"PRAGMA busy_timeout = {1000 * _PATIENCE}")
 
     def read(self, keys: Iterable[str] | None = None) -> dict[str, dict[str, Any]]:
-        """The rows of these runs (None: of all) that the store has, by key; damaged ones are left out, with a warning.
+        """Rows of these runs (None: all) that the store holds, by key; damaged rows are left out, with a warning.
 
         Raises
         ------
@@ -127,10 +137,10 @@ class Store:
             The file cannot be read.
         """
         rows, damaged = {}, 0
-        with _our_error(self.path):
+        with _as_store_error(self.path):
             for values in self._all(keys):
                 if values[-1] == _checksum(values[:-1]):
-                    rows[values[0]] = {name: _given_back(value, kind) for value, (name, kind) in zip(values, _COLUMNS.items(), strict=False)}
+                    rows[values[0]] = {name: _from_sqlite(value, kind) for value, (name, kind) in zip(values, _COLUMNS.items(), strict=False)}
                 else:
                     damaged += 1
         if damaged:
@@ -138,28 +148,28 @@ class Store:
         return rows
 
     def _all(self, keys: Iterable[str] | None) -> Iterator[tuple[Any, ...]]:
-        question = f"SELECT {_NAMES}, CASE WHEN {_SOUND} THEN checksum END FROM runs"
+        query = f"SELECT {_NAMES}, CASE WHEN {_VALID} THEN checksum END FROM runs"
         if keys is None:
-            yield from self._connection.execute(f"{question} ORDER BY key")
+            yield from self._connection.execute(f"{query} ORDER BY key")
             return
         wanted = list(keys)
         for some in (wanted[first : first + _AT_ONCE] for first in range(0, len(wanted), _AT_ONCE)):
-            yield from self._connection.execute(f"{question} WHERE key IN ({', '.join('?' * len(some))})", some)
+            yield from self._connection.execute(f"{query} WHERE key IN ({', '.join('?' * len(some))})", some)
 
     def write(self, row: Mapping[str, Any]) -> None:
-        """Keep the row of one run, in place of one with its key.
+        """Write the row of one run; it replaces a row with the same key.
 
         Raises
         ------
         StoreError
-            It cannot be written, or is none.
+            The row cannot be written, or is not valid.
         """
-        with _our_error(self.path):
+        with _as_store_error(self.path):
             if self.path.stat().st_ino != self._file:
                 raise OSError("another file is in its place")
-            values = tuple(_kept(row[name], kind) for name, kind in _COLUMNS.items())
-            question = f"INSERT OR REPLACE INTO runs VALUES ({', '.join('?' * len(values))}, ?)"
-            self._connection.execute(question, (*values, _checksum(values)))
+            values = tuple(_to_sqlite(row[name], kind) for name, kind in _COLUMNS.items())
+            query = f"INSERT OR REPLACE INTO runs VALUES ({', '.join('?' * len(values))}, ?)"
+            self._connection.execute(query, (*values, _checksum(values)))
 
 
 def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
@@ -179,7 +189,7 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
     Raises
     ------
     StoreError
-        There is no such file, it is no store, or it is damaged.
+        The file does not exist, is not a store, or is damaged.
 
     Examples
     --------
@@ -202,7 +212,7 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
 
 
 def _checked_path(path: Any, make: bool) -> Path:
-    """The absolute path of a store, or of nothing; whatever else is there is looked at, without being opened by sqlite, and refused."""
+    """The absolute path of a store or of a file to be created; any other file is refused before sqlite opens it, because sqlite could change it."""
     try:
         if not os.fspath(path):
             raise ValueError("no name")
@@ -218,16 +228,16 @@ def _checked_path(path: Any, make: bool) -> Path:
         if regular:
             with found.open("rb") as file:
                 head = file.read(72)
-    except (OSError, TypeError, ValueError, RuntimeError) as error:  # RuntimeError: a home that nobody has
+    except (OSError, TypeError, ValueError, RuntimeError) as error:  # RuntimeError: unknown home folder
         raise StoreError(f"store: {path!r} is not a store ({error}); give the name of a store, or for a study of a file that can be made") from error
-    if not regular or (head and not (head.startswith(_MAGIC) and head[68:] == _APPLICATION)):  # an empty file: killed before its first row
+    if not regular or (head and not (head.startswith(_MAGIC) and head[68:] == _APPLICATION)):  # empty: its writer was killed before the first row
         what = "a file that is no store" if regular else "a folder" if found.is_dir() else "no file"
         raise StoreError(f"store: {str(found)!r} is {what} and has not been changed; give another name")
     return found
 
 
 @contextmanager
-def _our_error(path: Path) -> Iterator[None]:
+def _as_store_error(path: Path) -> Iterator[None]:
     try:
         yield
     except (sqlite3.Error, OSError, ValueError) as error:
@@ -240,14 +250,14 @@ def _our_error(path: Path) -> Iterator[None]:
         ) from error
 
 
-def _kept(value: Any, kind: type) -> Any:
-    """A value as sqlite gives it back: it knows neither NaN nor the sign of zero."""
+def _to_sqlite(value: Any, kind: type) -> Any:
+    """The value in sqlite, which has neither NaN nor a sign of zero."""
     if value is None or value != value:
         return None
     return kind(value) + 0.0 if kind is float else kind(value)
 
 
-def _given_back(value: Any, kind: type) -> Any:
+def _from_sqlite(value: Any, kind: type) -> Any:
     return float("nan") if value is None and kind is float else value
 
 

@@ -43,7 +43,7 @@ class Trajectory(Shown):
     engine
         Engine that computed the states: "path", "qp" or "milp".
     left_out
-        Sentences that say what was left out.
+        Sentences that list what was left out.
 
     Examples
     --------
@@ -81,7 +81,7 @@ class Trajectory(Shown):
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Violations of the contact law over all states, each against the one before; forces in units of the largest mean pressure of the loads."""
+        """Violations of the contact law over all states, with slip since the state before; unit of force: largest mean pressure of the loads."""
         return referee(
             self.system,
             (self.bonded_q, self.bonded_p),
@@ -98,7 +98,7 @@ class Trajectory(Shown):
     def residual(self) -> float:
         """Largest violation of the contact law over all states and, on the exact path, of the balance of energy.
 
-        In increments the balance of energy has an error of their size, which `energy_error` tells.
+        In increments the balance of energy has an error that depends on their size, see `energy_error`.
         """
         return max(self.verdict.residual, self.energy_residual) if self.engine == "path" else self.verdict.residual
 
@@ -122,7 +122,7 @@ class Trajectory(Shown):
     def energy_error(self) -> Array:
         """(T,) error of the energy balance: work of friction, plus elastic energy gained, plus work against the bonded reactions.
 
-        Loads are taken as linear between states. On the exact path they are, and the error is rounding.
+        The loads are assumed linear between states. On the exact path this holds, and the error is rounding.
         """
         u, load = np.hstack([self.slip, self.gap]), np.hstack([self.bonded_q, self.bonded_p])
         against = ((load[1:] + load[:-1]) / 2 * np.diff(u, axis=0)).sum(axis=1)

@@ -27,7 +27,7 @@ __all__ = [
     "whole_number",
 ]
 
-_LARGEST = 1e150  # squares of anything larger overflow
+_LARGEST = 1e150  # the square of a larger number overflows
 LARGEST_SEED = 2**63 - 1
 """Largest seed of a random choice: the largest whole number that a column of a table holds."""
 
@@ -95,7 +95,7 @@ def finite_numbers(name: str, values: Any, *, least: float = -np.inf) -> list[fl
 
 
 def listed(name: str, values: Any) -> list[Any]:
-    """Check that `values` is an iterable, but no text, bytes, mapping, masked or sparse array, and return it as a list."""
+    """Check that `values` is an iterable, but not a text, bytes, a mapping, a masked or a sparse array, and return it as a list."""
     if isinstance(values, str | bytes | Mapping) or hasattr(values, "toarray") or not np.iterable(values) or _unfit(values):
         raise ModelError(f"{name}: {shown(values)}; give a list")
     return list(values)

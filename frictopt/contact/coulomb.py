@@ -1,4 +1,4 @@
-"""Coulomb's law: friction coefficients and the residual of every claimed state (Flicek et al. 2015, section 2)."""
+"""Coulomb's law: friction coefficients, and the residual of a state (Flicek et al. 2015, section 2)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ def friction_coefficients(friction: Any, nodes: int) -> Array:
 
 @dataclass(frozen=True, repr=False)
 class Verdict(Shown):
-    """Largest violation of each line of the contact law, dimensionless; 0 is a perfect state.
+    """Largest violation of each equation of the contact law, dimensionless; a state that obeys the law exactly has 0.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ def referee(
     previous_slip: Any = None,
     force_scale: float | None = None,
 ) -> Verdict:
-    """Compute the residual of a claimed state, or of T states at once, in every line of the contact law.
+    """Compute the residual of a state, or of T states at once, in every equation of the contact law.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def referee(
     friction
         Coefficient of friction, one or one per node.
     v, w, q, p
-        The claimed slip, gap and reactions, (N,) or (T, N); `w` includes the initial gap.
+        Slip, gap and reactions of the state, (N,) or (T, N); `w` includes the initial gap.
     previous_slip
         Slip at the previous state, (N,) or (T, N); None: the slip has not changed.
     force_scale
@@ -138,7 +138,7 @@ def referee(
         force = finite_number("force_scale", force_scale, above=0.0)
     else:
         force = float(np.abs(pw).mean()) or float(max(np.abs(qw).max(), np.abs(q).max())) or 1.0
-    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite ends as an infinite residual
+    with np.errstate(invalid="ignore", over="ignore"):  # values that are not finite give an infinite residual
         return _verdict(system, f, force, qw, pw, v, w, q, p, v_before)
 
 

@@ -17,7 +17,7 @@ _RANGES = 4  # ranges of x that a text names
 
 
 def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Any) -> str:
-    """Say what is wrong with the mean load and how to mend it, or that nothing is wrong.
+    """Describe what is wrong with the mean load and how to correct it, or that nothing is wrong.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Any) 
 
 
 def open_nodes(system: ContactSystem, p: Array) -> np.ndarray | None:
-    """(N,) which nodes are open where no node slips and the closed contact would have the normal reactions p (N,); None if no state is found.
+    """(N,) whether each node is open if no node slips and the closed contact has the normal reactions p (N,); None if no state is found.
 
     The state is that of the complementarity problem `p + C w >= 0, w >= 0, w (p + C w) = 0`; its set of open nodes is iterated until it repeats.
     """
@@ -63,7 +63,7 @@ def open_nodes(system: ContactSystem, p: Array) -> np.ndarray | None:
         w = np.zeros(system.nodes)
         w[opened] = np.linalg.lstsq(system.C[np.ix_(opened, opened)] / stiff, -p[opened] / force, rcond=CONDENSATION)[0]
         left = p / force + system.C @ w / stiff
-        if np.abs(left[opened]).max(initial=0.0) > np.sqrt(CONDENSATION):  # the open part has nothing that holds it
+        if np.abs(left[opened]).max(initial=0.0) > np.sqrt(CONDENSATION):  # nothing holds the open part
             return None
         again = np.where(opened, w > 0, left < -CONDENSATION)
         if (again == opened).all():
@@ -99,7 +99,7 @@ def _without_pressure(system: ContactSystem, p: Array, floor: float) -> str:
 
 
 def _slides(system: ContactSystem, f: Array, q: Array, p: Array) -> str:
-    """The sentence that the body slides as a whole, or nothing. It can if slip leaves the sums of q and p unchanged: only friction carries them."""
+    """The sentence that the body slides as a whole, or an empty text. It can if slip does not change the sums of q and p: only friction resists."""
     stiff = max(float(np.abs(system.A).max()), float(np.abs(system.C).max()))
     sums = (system.A.sum(axis=0), system.B.sum(axis=0), system.B.sum(axis=1), system.C.sum(axis=0))
     shear, most = abs(float(q.sum())), float(f.max() * p.sum())
@@ -121,7 +121,7 @@ def _beyond_bounds(system: ContactSystem, f: Array, q: Array, p: Array, floor: f
 
 
 def _share(system: ContactSystem, which: np.ndarray) -> str:
-    """Number and places of the nodes, as a text."""
+    """Number and positions of the nodes, as a text."""
     numbers = np.flatnonzero(which)
     runs = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
     ranges = [f"{system.x[run[0]]:.4g}" + (f" .. {system.x[run[-1]]:.4g}" if len(run) > 1 else "") for run in runs[:_RANGES]]

@@ -18,7 +18,7 @@ __all__ = ["Onset", "OnsetEvent", "onset"]
 
 @dataclass(frozen=True, repr=False)
 class OnsetEvent(Shown):
-    """The first event of its kind on the way to one corner.
+    """The first slip or the first separation as the load grows towards one corner.
 
     Attributes
     ----------
@@ -27,9 +27,9 @@ class OnsetEvent(Shown):
     event
         "slip" or "separation".
     load_factor
-        Load factor at which it happens, inf if it never does, 0 if the mean load alone already brings it about.
+        Load factor of the event; inf if it never happens, 0 if it happens under the mean load alone.
     node
-        Index of the node, None if it never happens; of simultaneous nodes the one of lowest index.
+        Index of the node; None if the event never happens. Of several simultaneous nodes, that with the lowest index.
     sense
         +1: the node slips along +x (q = -f p), -1: along -x (q = +f p), 0: it separates, or the event never happens.
 
@@ -53,7 +53,7 @@ class OnsetEvent(Shown):
 
 @dataclass(frozen=True, repr=False)
 class Onset(Shown):
-    """What the bonded contact does first under `mean + load_factor * corner`, for each corner of a load cycle.
+    """First slip and first separation of the bonded contact under `mean + load_factor * corner`, for each corner of a load cycle.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Onset(Shown):
         cannot carry the mean load, and its onset says nothing about loads above it: apply the mean load by a path first.
     residual
         Largest violation of the contact law by the bonded contact at the first event under each corner, in units of the largest nodal force there.
-        It is above rounding only if the mean load alone already violates the law.
+        It exceeds rounding only if the mean load alone violates the law.
 
     Examples
     --------

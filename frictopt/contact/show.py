@@ -1,4 +1,4 @@
-"""How results show themselves: as one readable line, as a small table in a notebook, and as a DataFrame."""
+"""Display of results: one readable line, a small table in a notebook, a DataFrame."""
 
 import html
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ class Shown:
     """Base of results: one line for the console and a table for notebooks, both made of `_answer`."""
 
     def _answer(self) -> Mapping[str, Any]:
-        """What a reader wants to know first, name -> value."""
+        """The most important numbers of the result, name -> value."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
@@ -25,7 +25,7 @@ class Shown:
 
 def frame(columns: Mapping[str, Any], types: Mapping[str, str] | None = None) -> Any:
     """A pandas DataFrame with these columns; `types` names the types that pandas would not choose itself."""
-    import pandas as pd  # here, for no result needs it before it is asked for a table
+    import pandas as pd  # imported here, because only tables need it
 
     return pd.DataFrame(columns).astype(dict(types or {}))
 

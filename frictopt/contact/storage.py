@@ -1,4 +1,4 @@
-"""Files of a contact system: npz archives with a digest of their content, and Matrix Market folders of other codes."""
+"""Files of a contact system: npz archives with a digest of their content, and folders of Matrix Market files from other codes."""
 
 import hashlib
 import zipfile
@@ -16,11 +16,11 @@ __all__ = ["NAMES", "read", "write"]
 NAMES = ("A", "B", "C", "x", "gap", "E_star")
 _FORMAT = "frictopt contact system 2"
 _MEMBERS = ("format", *NAMES, "cases", "bonded", "digest")
-_MOST_NODES = 20_000  # of a folder: S takes 13 GB then, and a short file can claim it
+_MOST_NODES = 20_000  # in a folder: S then takes 13 GB, which a short damaged file could ask for
 
 
 def write(path: str | Path, values: Mapping[str, Any], bonded: Mapping[str, tuple[Array, Array]]) -> None:
-    """Write an npz archive, under exactly that name: each value (None as an empty array), names of the load cases, (cases, 2, N) reactions q, p."""
+    """Write an npz archive under exactly this name: the values (None as an empty array), names of the load cases, (cases, 2, N) reactions q, p."""
     plain = {name: np.array([] if value is None else value) for name, value in values.items()}
     arrays = {"format": np.array(_FORMAT), **plain, "cases": np.array(list(bonded)), "bonded": np.array(list(bonded.values()))}
     try:
@@ -33,7 +33,7 @@ def write(path: str | Path, values: Mapping[str, Any], bonded: Mapping[str, tupl
 
 
 def read(source: str | Path) -> dict[str, Any]:
-    """Read an archive or a folder of Matrix Market files: the arguments of a contact system."""
+    """The arguments of a contact system, from an archive or a folder of Matrix Market files."""
     try:
         path = Path(source)
         exists = path.exists()
@@ -60,21 +60,21 @@ def _read_archive(path: Path) -> dict[str, Any]:
         with zipfile.ZipFile(path) as archive:
             members = {f"{name}.npy" for name in _MEMBERS}
             if {info.filename for info in archive.infolist()} != members or len(archive.infolist()) != len(members):
-                raise ValueError("it does not hold what a contact system is")
-            if any(info.compress_type != zipfile.ZIP_STORED for info in archive.infolist()):  # what is stored claims no more than the file holds
+                raise ValueError("it does not hold the arrays of a contact system")
+            if any(info.compress_type != zipfile.ZIP_STORED for info in archive.infolist()):  # a stored member is not larger than its file
                 raise ValueError("it is compressed")
             arrays = {name: _member(archive, name) for name in _MEMBERS}
         if not np.array_equal(arrays.pop("digest"), _digest(arrays)) or str(arrays.pop("format")) != _FORMAT:
-            raise ValueError("its content is not the one that was saved")
+            raise ValueError("its content has changed since it was saved")
         names, bonded = arrays.pop("cases").tolist(), arrays.pop("bonded")
         modulus = arrays.pop("E_star")
         return {**arrays, "E_star": modulus.item() if modulus.size else None, "bonded": {name: tuple(bonded[k]) for k, name in enumerate(names)}}
-    except Exception as error:  # bytes that anything may have happened to: whatever a reader trips over, the file is damaged or foreign
+    except Exception as error:  # readers raise many kinds of error on a damaged or foreign file
         raise ModelError(f"path: {str(path)!r} is not a contact system ({shown(error)}); give a file as ContactSystem.save writes it") from error
 
 
 def _member(archive: zipfile.ZipFile, name: str) -> np.ndarray:
-    """Read one array; what its head claims beyond the bytes that there are is not believed."""
+    """Read one array; its size is that of the bytes in the archive, whatever the header says."""
     with archive.open(f"{name}.npy") as file:
         np.lib.format.read_magic(file)
         shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
@@ -117,7 +117,7 @@ def _read_matrix_market(path: Path, shape: tuple[int | None, int]) -> Array:
 
 
 def _matrix(head: list[str], sizes: list[int], numbers: Array) -> Array:
-    """The matrix that a Matrix Market file's first line, sizes and numbers mean."""
+    """The matrix from the first line, the sizes and the numbers of a Matrix Market file."""
     rows, columns = sizes[:2]
     if head[4:] == ["symmetric"] and rows != columns:
         raise ValueError("a symmetric matrix is square")

@@ -179,7 +179,7 @@ class ContactSystem(Shown):
         Raises
         ------
         ModelError
-            The file is missing, damaged or not ours, or its content is not a contact system.
+            The file is missing or damaged, or its content is not a contact system.
         """
         return cls(**storage.read(path))
 
