@@ -1,7 +1,7 @@
-"""Would the tests see it? Faults of one line each, planted one at a time in a copy of the repository, and the tests that should fail of them.
+"""Mutation tests: one-line faults, planted one at a time in a copy of the repository, and the tests that should fail because of them.
 
-Run with `python benchmarks/mutants.py [NAME ...]`; all of them take about an hour. A fault that no test sees has "SURVIVED", and the exit status
-counts these. A text that does not stand exactly once there is "gone": it has been written anew, and the table wants a new line.
+Run with `python benchmarks/mutants.py [NAME ...]`; all of them take about an hour. A fault that no test finds has "SURVIVED"; the exit status is the
+number of these. A fault whose text does not occur exactly once is "gone": the code has changed, and the table needs a new line.
 """
 
 import os
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
-PATIENCE = 900  # seconds, of tests that a fault makes hang
+PATIENCE = 900  # seconds, for tests that hang because of a fault
 
 
 class Fault(NamedTuple):

@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 
 from studies.tables import Table
 from studies.validation.error_vs_time import ERROR
-from studies.validation.error_vs_time.ways import ROUNDING
+from studies.validation.error_vs_time.methods import ROUNDING
 
 from .style import GREY, SERIES, WIDE, new_figure, whole_decades
 

@@ -47,7 +47,7 @@ class Parameters:
     amplitudes: tuple[float, ...] = (0.02, 0.06, 0.2, 0.6, 2.0)  # root mean square of random slips, in units of a (P / 2a) / E*
     count: int = 10  # random slips of each kind and amplitude
     overloads: tuple[float, ...] = (1.5, 2.0, 3.0)  # first cycle, over the run's own load factor
-    pair_friction: float = 0.7  # of the two steady states at one load
+    pair_friction: float = 0.7  # friction of the example with two steady states at one load
     pair_ratio: float = 1.2
 
 
@@ -189,12 +189,12 @@ _RUN = _LOAD | {
 }
 _SUMMARY = {
     "runs": "number of runs",
-    "failed": "how many of them have no result",
+    "failed": "number of runs without a result",
     "shakedown": "share of runs that shake down",
     "least": "least W E* / P^2 per steady cycle",
     "median": "its median",
     "most": "its largest value",
-    "residual": "worst residual",
+    "residual": "largest residual",
 }
 _STATE = {
     "state": "'least' or 'most': dissipation among all starts at this load",
@@ -207,7 +207,7 @@ _STATE = {
     "q": "nodal shear force on the punch / (P / 2)",
     "p": "nodal normal force / (P / 2)",
     "status": "0 stick, +1 and -1 slip along +x and against it, 2 open: until the next event",
-    "residual": "worst violation of the contact law over the transient",
+    "residual": "largest violation of the contact law over the transient",
 }
 _LIMITS = {
     "friction": _LOAD["friction"],
@@ -216,8 +216,8 @@ _LIMITS = {
     "residual": "residual of both",
 }
 _OPTIONS: dict[str, dict[str, Any]] = {
-    "workers": {"type": at_least_one, "default": 1, "metavar": "N", "help": "processes; by default this one alone"},
-    "store": {"metavar": "FILE", "help": "keeps each run as it finishes; started again, only what is missing is run"},
+    "workers": {"type": at_least_one, "default": 1, "metavar": "N", "help": "number of processes (default 1: no other process)"},
+    "store": {"metavar": "FILE", "help": "file that keeps each finished run; the next start computes only the missing runs"},
 }
 
 

@@ -1,4 +1,4 @@
-"""Transients of the paper's scene above the shakedown limit: what increments cost and miss against the exact path, and its steady cycle.
+"""Transients of the paper's scene above the shakedown limit: error and time of increments against the exact path, and the steady cycle.
 
 Run with `python -m studies increments [--quick]`. Both engines that march in increments refine every increment to rounding, so the number of
 increments is all there is to choose: no tolerance of a solver shows in the table of errors. Its column of seconds depends on the machine.
@@ -177,8 +177,8 @@ _ERROR = {
     "work": "work of friction in the second cycle / (P^2 / E*), P the total force per depth",
     "error": "|work / that of the exact path - 1|; for the path itself its largest energy residual / work",
     "slip_error": "largest |v - v of the exact path| at the last corner / largest |v of the exact path|",
-    "residual": "worst violation of the contact law over all states",
-    "seconds": "time of two cycles without condensation, one thread: median of the repetitions, one run where it takes over 2 s",
+    "residual": "largest violation of the contact law over all states",
+    "seconds": "time of two cycles without condensation, one thread: median of the repetitions, one run if it takes over 2 s",
 }
 _SHARED = {
     "elements": "elements on the contact, default grading",
@@ -193,7 +193,7 @@ _STATE = {
     "slip": "slip v E* / (a P / 2a), from no initial slip",
 }
 _NODE = {"x": "position / a"}
-_RESIDUAL = {"residual": "worst violation of the contact law over all states of the path"}
+_RESIDUAL = {"residual": "largest violation of the contact law over all states of the path"}
 _CYCLE = (
     _SHARED
     | {"instant": "load corners visited since the beginning of the cycle"}

@@ -126,7 +126,7 @@ def _corner_reactions(scene: fo.PunchOnHalfPlane, system: fo.ContactSystem, limi
     force = force_unit(system)
     mechanism = limit.mechanism
     share = mechanism[mechanism["corner"] == corner].groupby("node")["share"].sum().reindex(range(system.nodes), fill_value=0.0)
-    loaded = p > 1e-9 * np.mean(p)  # where the pressure vanishes so does q, and their ratio says nothing
+    loaded = p > 1e-9 * np.mean(p)  # without pressure q vanishes too, and their ratio has no meaning
     return pd.DataFrame(
         {
             "friction": friction,
@@ -148,27 +148,27 @@ _MESH = {"elements": "elements on the contact", "grading": "grading of the conta
 _LIMIT = {
     "friction": "coefficient of friction",
     "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
-    "residual": "worst violation by the safe slip, or distance of the dual bound, relative",
+    "residual": "largest of the violation by the safe slip and the distance of the dual bound, relative",
     "friction_rate": "d lambda_2 / d friction",
     "node": "node with the largest share of the mechanism",
     "direction": "its slip, +1 along x",
-    "solver": "who found the limit",
+    "solver": "solver of the limit",
 }
 _ONSET = {
-    "slip_plus": "load factor at the first slip, bulk pulled; 0 where the mean load alone slips",
-    "slip_plus_x": "where, x / a; of nodes that slip at once the leftmost",
+    "slip_plus": "load factor at the first slip, bulk pulled; 0 if it happens under the mean load alone",
+    "slip_plus_x": "its position x / a; of simultaneous nodes the leftmost",
     "separation_plus": "load factor at the first separation, bulk pulled",
     "mean_slips": "number of nodes that slip under the mean load alone",
     "mean_opens": "number of nodes that open under the mean load alone",
-    "slip_minus": "load factor at the first slip, bulk pressed; 0 where the mean load alone slips",
-    "slip_minus_x": "where, x / a; of nodes that slip at once the leftmost",
+    "slip_minus": "load factor at the first slip, bulk pressed; 0 if it happens under the mean load alone",
+    "slip_minus_x": "its position x / a; of simultaneous nodes the leftmost",
     "separation_minus": "load factor at the first separation, bulk pressed",
 }
 _MARGIN = {
     "margin": "largest reserve f p - |q| of a safe slip at the stated share of lambda_2, over the mean of f p under the mean load",
     "margin_residual": "residual of the margin",
-    "margin_solver": "who found the margin",
-    "mean_demand": "largest |q| / p of the bonded contact under the mean load: the friction that holds it",
+    "margin_solver": "solver of the margin",
+    "mean_demand": "largest |q| / p of the bonded contact under the mean load: the friction needed to hold it",
 }
 _REACTION = {
     "friction": _LIMIT["friction"],

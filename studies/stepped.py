@@ -1,4 +1,4 @@
-"""A random tenth of the dissipation study, repeated in increments: an engine that shares nothing with the exact path but the contact law.
+"""A random tenth of the dissipation study, repeated in increments: this engine shares only the contact law with the exact path.
 
 Run with `python -m studies stepped [--quick] [--workers 2]`. Increments err at first order in their number. Overloads are not repeated.
 """

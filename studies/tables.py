@@ -1,4 +1,4 @@
-"""Tables of the studies: where they are kept, and what they say about their own origin."""
+"""Tables of the studies: their files, and the record of their origin."""
 
 import argparse
 import ast

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow
 @pytest.mark.parametrize("first", [0, 20, 40, 60, 100, 120])
 def test_ways_that_must_not_matter(first):
     found = [finding for seed in range(first, first + 20) for finding in differences(random_scene(seed))]
-    assert [finding for finding in found if finding.outcome == "wrong"] == []
+    assert [finding for finding in found if finding.result == "wrong"] == []
     assert sum(finding.compared for finding in found) > 0.7 * len(found)
 
 
@@ -26,13 +26,13 @@ def test_cases_that_were_once_wrong(seed):
     """Of the package (units of load cases; contacts that become symmetric; 103374, 200331, 204869: an extrapolated state beside that to which the
     cycles go), and of the question (168, 232: increments do not say when in them a node opens).
     """
-    assert [finding for finding in differences(random_scene(seed)) if finding.outcome == "wrong"] == []
+    assert [finding for finding in differences(random_scene(seed)) if finding.result == "wrong"] == []
 
 
 @pytest.mark.parametrize("seed", [22, 65])
 def test_punches_that_were_once_wrong(seed):
     """Their loads stop being symmetric, and are so again."""
-    assert [finding for finding in differences(random_scene(seed, "punch")) if finding.outcome == "wrong"] == []
+    assert [finding for finding in differences(random_scene(seed, "punch")) if finding.result == "wrong"] == []
 
 
 def test_the_scenes_are_of_all_kinds():
@@ -87,7 +87,7 @@ def test_the_questions_see_a_wrong_answer(check, monkeypatch):
     monkeypatch.setattr(fo, name, lambda *args, **options: lie(honest(*args, **options), next(calls)))
     wrong = 0
     for seed in range(0, 240, 8):
-        wrong += any(finding.check == check and finding.outcome == "wrong" for finding in differences(random_scene(seed, "any")))
+        wrong += any(finding.check == check and finding.result == "wrong" for finding in differences(random_scene(seed, "any")))
         if wrong == 3:
             return
     raise AssertionError(f"only {wrong} of 30 are called wrong")

@@ -33,8 +33,8 @@ ADVICE = r"hold|lower|reduce|give|check|take|press|allow|differ too much|bring|o
 def test_every_answer_is_right_or_an_error_that_says_what_to_do(seed, nodes):
     checks = [check for check in CHECKS if seed % 3 == 0 or check != "guarantee, followed"]  # sixteen transients each
     for finding in findings(random_case(seed, nodes), checks):
-        assert finding.outcome != "wrong", finding
-        if finding.outcome == "answer":
+        assert finding.result != "wrong", finding
+        if finding.result == "answer":
             assert 0 <= finding.residual <= 1e-9, finding
         else:
             assert re.search(ADVICE, finding.text), finding
@@ -62,7 +62,7 @@ def test_every_answer_is_right_or_an_error_that_says_what_to_do(seed, nodes):
 )
 def test_cases_that_were_once_judged_wrong(seed):
     """By the package (11, and 552, which HiGHS never left) or by its judge."""
-    assert [finding for finding in findings(random_case(seed)) if finding.outcome == "wrong"] == []
+    assert [finding for finding in findings(random_case(seed)) if finding.result == "wrong"] == []
 
 
 def test_just_above_a_guarantee_of_none_is_a_finite_load_where_no_load_ends_safe_slip():
@@ -129,7 +129,7 @@ def test_the_oracles_see_a_wrong_answer(check, monkeypatch):
     monkeypatch.setattr(fo, name, lambda *args, **options: lie(honest(*args, **options), next(calls)))
     wrong = 0
     for seed in range(20, 80):
-        wrong += any(finding.outcome == "wrong" for finding in findings(random_case(seed), [check]))
+        wrong += any(finding.result == "wrong" for finding in findings(random_case(seed), [check]))
         if wrong == 3:
             return
     raise AssertionError(f"only {wrong} of 60 are called wrong")
@@ -147,7 +147,7 @@ def test_the_oracles_see_a_wrong_increment_and_a_foreign_error(monkeypatch):
     seed = next(s for s in range(0, 400, 8) if any(f.compared for f in findings(random_case(s), ["frozen-bound increment"])))
     monkeypatch.setattr(FrozenBoundIncrement, "solve", lambda *args: replace(honest(*args), q=2 * honest(*args).q + np.abs(honest(*args).p).max()))
     monkeypatch.setattr(fo, "march", lambda *args, **options: 1 / 0)
-    outcomes = {f.check: f.outcome for f in findings(random_case(seed))}
+    outcomes = {f.check: f.result for f in findings(random_case(seed))}
     assert outcomes["frozen-bound increment"] == outcomes["exact path"] == "wrong"
 
 
@@ -203,7 +203,7 @@ def test_what_is_wrong_is_printed_with_its_seed_and_ends_in_an_exit_status(tmp_p
     assert fuzz.STUDY.run(["--cases", "1", "--seed", "22", "--only", "answers", "--data", str(tmp_path)]) == 1
     assert "WRONG, seed 22, shakedown limit: " in capsys.readouterr().out
     refused = pd.read_parquet(fuzz.REFUSALS.path(tmp_path))
-    assert refused["outcome"].iloc[0] == "wrong" and "(seed 22)" in refused["message"].iloc[0]
+    assert refused["result"].iloc[0] == "wrong" and "(seed 22)" in refused["message"].iloc[0]
 
 
 @pytest.mark.parametrize("options", [["--cases", "0"], ["--cases", "-1"], ["--seed", "-1"], ["--seed", "x"]])

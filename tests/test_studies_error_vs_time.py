@@ -11,8 +11,8 @@ import pytest
 from studies.validation import error_vs_time
 from studies.validation.error_vs_time import clock, study
 from studies.validation.error_vs_time.clock import timed
+from studies.validation.error_vs_time.methods import ROUNDING, Method, Question, measured, not_dominated
 from studies.validation.error_vs_time.report import fronts
-from studies.validation.error_vs_time.ways import ROUNDING, Question, Way, measured, not_dominated
 
 pytestmark = pytest.mark.slow
 
@@ -73,10 +73,10 @@ def test_absent_rivals_are_left_out_and_failures_are_rows(monkeypatch):
     def fail():
         raise ArithmeticError("no optimum")
 
-    def way(name, run, rival=""):
-        return Way(name, "none", "", run, lambda answer: answer, rival=rival)
+    def method(name, run, rival=""):
+        return Method(name, "none", "", run, lambda answer: answer, rival=rival)
 
-    compared = [way("ours", lambda: 0.0), way("bad", fail), way("void", lambda: np.nan), way("other", lambda: 0.1, "no_such_package")]
+    compared = [method("ours", lambda: 0.0), method("bad", fail), method("void", lambda: np.nan), method("other", lambda: 0.1, "no_such_package")]
     made = measured(Question("c", "q", "s", 1, "r", compared), 1)
     assert [row["method"] for row in made] == ["ours", "bad", "void"]
     assert made[0]["on_front"] and made[0]["error"] == np.finfo(float).eps

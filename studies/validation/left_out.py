@@ -1,4 +1,4 @@
-"""What leaving out what a scene does not need saves in time, computation by computation; the answers are the same.
+"""Time saved by `simplify=True`, by computation; the answers are the same.
 
 Run with `python -m studies left_out [--quick]`; it prints the times in Markdown. Times are those of one call as a user makes it, condensation not
 included: models are built and compiled in it. They are processor times, which other work on the machine disturbs least, and depend on the machine.
@@ -37,7 +37,7 @@ class Parameters:
     underload: float = 0.9  # the same of the safe slip
     corners: int = 64  # of the scenes with many
     steps: int = 4  # increments from corner to corner
-    repetitions: int = 7  # of each timing, both ways in turn
+    repetitions: int = 7  # of each timing, with and without simplification in turn
 
 
 FULL = Parameters()
@@ -173,17 +173,17 @@ def _milliseconds(row: Any) -> str:
 
 
 _SAVED = {
-    "scene": "'paper': square punch, bulk stress to and fro; 'with shear': and a shear load with it, not symmetric; 'uncoupled': B = 0; 'sampled': "
+    "scene": "'paper': square punch, alternating bulk stress; 'with shear': a shear load in addition, not symmetric; 'uncoupled': B = 0; 'sampled': "
     "the paper's cycle, sampled at many corners; 'ellipse': bulk stress and shear out of phase; 'slippery middle': f = 0.001 on a fifth of it",
     "nodes": "node pairs of the contact",
     "corners": "corners of the load cycle",
     "computation": "'increments, ...': one cycle in increments, by quadratic or mixed-integer programs",
-    "seconds_all": "processor time of one call with everything kept, one thread, median of the repetitions; one run where it takes over 2 s",
-    "seconds": "the same with what is not needed left out",
+    "seconds_all": "processor time of one call with simplify=False, one thread, median of the repetitions; one run if it takes over 2 s",
+    "seconds": "the same with simplify=True",
     "saved": "ratio of the two",
     "difference": "relative difference of the load factor, of the margin, or of the work of friction",
     "slip_difference": "largest difference of the last slip over its largest value; 0 where slips are not unique",
-    "residual": "worst residual of the two",
+    "residual": "larger residual of the two",
     "left_out": "what was left out",
 }
 SAVED = Table("left_out", "one computation on one scene", _SAVED, full=FULL, quick=QUICK, compute=saved)

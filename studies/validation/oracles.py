@@ -1,6 +1,6 @@
-"""What the answers of frictopt are held against: plain linear programs, all statuses tried, the contact law written down once more.
+"""Independent answers for comparison: plain linear programs, enumeration of all statuses, and the contact law in its own code.
 
-Nothing here uses the package's own methods: only the matrices, the bonded reactions and the numbers that an answer claims.
+Nothing here uses the package's own methods, only the matrices, the bonded reactions and the numbers of an answer.
 """
 
 from collections.abc import Sequence

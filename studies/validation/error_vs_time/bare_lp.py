@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from .ways import Way, installed
+from .methods import Method, installed
 
-__all__ = ["SIMPLEX", "LinearProgram", "clarabel", "highs", "highs_cost", "highs_vertex", "osqp", "ways"]
+__all__ = ["SIMPLEX", "LinearProgram", "clarabel", "highs", "highs_cost", "highs_vertex", "methods", "osqp"]
 
 Array = np.ndarray[Any, Any]
 
@@ -126,16 +126,16 @@ def osqp(program: LinearProgram, tolerance: float) -> float:
     return float(program.cost @ answer.x)
 
 
-def ways(program: LinearProgram, tolerances: tuple[float, ...], error: Callable[[float], float]) -> Iterator[Way]:
+def methods(program: LinearProgram, tolerances: tuple[float, ...], error: Callable[[float], float]) -> Iterator[Method]:
     """The bare solvers at these tolerances, HiGHS with its defaults and with options that suit them too; `error` judges the optimal cost."""
     settings = {"defaults": {}, "primal simplex": SIMPLEX}
     for tolerance in tolerances:
         settings[f"{tolerance:.0e}"] = {"primal_feasibility_tolerance": tolerance, "dual_feasibility_tolerance": tolerance}
     for name, options in settings.items():
-        yield Way("HiGHS", "options or tolerance", name, partial(highs, program, options), lambda solver: error(highs_cost(solver)), rival="highspy")
+        yield Method("HiGHS", "options or tolerance", name, partial(highs, program, options), lambda made: error(highs_cost(made)), rival="highspy")
     for tolerance in tolerances:
-        yield Way("Clarabel", "tolerance", f"{tolerance:.0e}", partial(clarabel, program, tolerance), error, rival="clarabel")
-        yield Way("OSQP", "tolerance", f"{tolerance:.0e}", partial(osqp, program, tolerance), error, rival="osqp")
+        yield Method("Clarabel", "tolerance", f"{tolerance:.0e}", partial(clarabel, program, tolerance), error, rival="clarabel")
+        yield Method("OSQP", "tolerance", f"{tolerance:.0e}", partial(osqp, program, tolerance), error, rival="osqp")
 
 
 def _accept(solved: bool, status: Any) -> None:

@@ -13,8 +13,8 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 import frictopt as fo
 from frictopt.reference import bonded_corner
 
+from .methods import Method, Question
 from .parameters import Parameters
-from .ways import Question, Way
 
 __all__ = ["ORDERINGS", "assembled", "corner_exponent", "multiple_right_hand_sides", "questions", "refined_stiffness"]
 
@@ -101,25 +101,25 @@ def questions(parameters: Parameters) -> Iterator[Question]:
     for elements in parameters.elements:
         yield _elimination(elements)
     exact = bonded_corner()[0].exponent
-    ways = []
+    methods = []
     for grading in parameters.mesh_gradings:
         for elements in parameters.mesh_elements:
             scene = fo.PunchOnHalfPlane(elements=elements, grading=grading)
             error = partial(_exponent_error, exact, scene.corner_size)
-            ways.append(Way("frictopt", f"elements, grading {grading:g}", f"{elements}", scene.condense, error))
+            methods.append(Method("frictopt", f"elements, grading {grading:g}", f"{elements}", scene.condense, error))
     reference = "exponent 0.5445 of the bonded corner of a square punch (closed form), which the reactions near the corner must show"
-    yield Question("condensation", "corner exponent", "paper's scene, any mesh", 0, reference, ways)
+    yield Question("condensation", "corner exponent", "paper's scene, any mesh", 0, reference, methods)
 
 
 def _elimination(elements: int) -> Question:
     scene = fo.PunchOnHalfPlane(elements=elements)
     error = partial(_stiffness_error, refined_stiffness(assembled(scene)))
-    ways = [Way("frictopt", "ordering", "nested dissection", scene.condense, lambda system: error(system.S))]
+    methods = [Method("frictopt", "ordering", "nested dissection", scene.condense, lambda system: error(system.S))]
     for ordering in ORDERINGS:
         run = partial(_plain, scene, ordering)
-        ways.append(Way("scipy, one right-hand side each", "ordering", ordering, run, error, rival="scipy"))
+        methods.append(Method("scipy, one right-hand side each", "ordering", ordering, run, error, rival="scipy"))
     reference = "the same solutions refined by residuals in extended precision"
-    return Question("condensation", "stiffness S", f"paper's scene, {elements} elements", elements + 1, reference, ways)
+    return Question("condensation", "stiffness S", f"paper's scene, {elements} elements", elements + 1, reference, methods)
 
 
 def _plain(scene: fo.PunchOnHalfPlane, ordering: str) -> Array:

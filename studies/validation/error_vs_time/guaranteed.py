@@ -13,9 +13,9 @@ import frictopt as fo
 from ...paper import LOADS
 from .bare_lp import LinearProgram, highs, highs_cost, highs_vertex
 from .exact import exact_guaranteed_limit, safe_rows
+from .methods import Method, Question
 from .parameters import Parameters
 from .scenes import Scene
-from .ways import Question, Way
 
 __all__ = ["OPTIONS", "NodePrograms", "questions"]
 
@@ -77,15 +77,15 @@ def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
     _, node, solver = bare.least({})
     exact = exact_guaranteed_limit(system, LOADS, friction, node, highs_vertex(solver)).value
 
-    def ours(method: str, run: Any) -> Way:
-        return Way(method, "solver", "HIGHS", run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual)
+    def ours(method: str, run: Any) -> Method:
+        return Method(method, "solver", "HIGHS", run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual)
 
-    ways = [
+    methods = [
         ours("frictopt, first time", partial(fo.guaranteed_limit, system, LOADS, friction)),
         ours("frictopt, compiled", partial(model.solve, friction)),
     ]
     for name, options in OPTIONS.items():
         run = partial(bare.least, options)
-        ways.append(Way("HiGHS, a program for each node", "options", name, run, lambda found: abs(found[0] / exact - 1), rival="highspy"))
+        methods.append(Method("HiGHS, a program for each node", "options", name, run, lambda found: abs(found[0] / exact - 1), rival="highspy"))
     reference = "vertex of the program of its node in rational arithmetic, refined to 40 digits and proven optimal"
-    yield Question("lambda_1", "upper bound", scene.name, system.nodes, reference, ways)
+    yield Question("lambda_1", "upper bound", scene.name, system.nodes, reference, methods)

@@ -16,9 +16,9 @@ from frictopt.solve import QP_SOLVERS
 from ...paper import LOADS
 from .exact import exact_increment
 from .lemke import Lemke
+from .methods import Method, Question, installed
 from .parameters import Parameters
 from .scenes import Scene
-from .ways import Question, Way, installed
 
 __all__ = ["FrozenBound", "clarabel", "daqp", "osqp", "questions"]
 
@@ -142,24 +142,24 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
     def error(found: Array) -> float:
         return float(np.abs(found - exact).max() / np.abs(exact - slip).max())
 
-    def ours(method: str, solver: str, engine: Any) -> Way:
+    def ours(method: str, solver: str, engine: Any) -> Method:
         run = partial(engine.solve, slip, pair)
-        return Way(method, "solver", solver, run, lambda made: error(made.slip), lambda made: made.residual)
+        return Method(method, "solver", solver, run, lambda made: error(made.slip), lambda made: made.residual)
 
-    ways = [ours("frictopt, frozen bounds (QP)", solver, engine) for solver, engine in engines.items()]
-    ways.append(Way("frictopt, exact path", "none", "events", partial(_followed, path, before), lambda u: error(u[:n])))
+    methods = [ours("frictopt, frozen bounds (QP)", solver, engine) for solver, engine in engines.items()]
+    methods.append(Method("frictopt, exact path", "none", "events", partial(_followed, path, before), lambda u: error(u[:n])))
     if elements in parameters.milp_elements:
-        ways.append(ours("frictopt, complementarity (MILP)", "HIGHS", fo.ExactIncrement(system, friction)))
+        methods.append(ours("frictopt, complementarity (MILP)", "HIGHS", fo.ExactIncrement(system, friction)))
     if installed("quantecon"):
         lemke = Lemke(system, friction, float(np.abs(bonded[n:]).mean()))
-        ways.append(Way("Lemke", "none", "pivots", partial(lemke.increment, slip, bonded), lambda made: error(made[0]), rival="quantecon"))
+        methods.append(Method("Lemke", "none", "pivots", partial(lemke.increment, slip, bonded), lambda made: error(made[0]), rival="quantecon"))
     program = FrozenBound.of(system, friction, slip, bonded)
     for name, solve in (("OSQP", osqp), ("Clarabel", clarabel), ("DAQP", daqp)):
         for tolerance in parameters.tolerances:
             run = partial(solve, program, tolerance)
-            ways.append(Way(f"{name}, frozen bounds", "tolerance", f"{tolerance:.0e}", run, lambda made: error(slip + made), rival=name.lower()))
+            methods.append(Method(f"{name}, frozen bounds", "tolerance", f"{tolerance:.0e}", run, lambda dv: error(slip + dv), rival=name.lower()))
     reference = "linear system of the final statuses in rational arithmetic, refined to 40 digits; the contact law checked on it"
-    yield Question("increment", "slip", scene.name, n, reference, ways)
+    yield Question("increment", "slip", scene.name, n, reference, methods)
 
 
 def _followed(path: ExactPath, before: Array) -> Array:

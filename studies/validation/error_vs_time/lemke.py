@@ -7,7 +7,7 @@ import numpy as np
 
 import frictopt as fo
 
-from .ways import installed
+from .methods import installed
 
 __all__ = ["Lemke"]
 
@@ -54,9 +54,9 @@ class Lemke:
         return v + slip, r[n:] + self._S[n:, :n] @ slip + self._S[n:, n:] @ z[:n] * self._length
 
     def cycle_work(self, start: Array, loads: list[Array], steps: int, corners: int) -> float:
-        """Work of friction in the last `corners` legs of a way through loads (2N,) with so many increments each.
+        """Work of friction in the last `corners` segments of a load path through loads (2N,), with so many increments each.
 
-        The friction force of an increment is that of the mean of its two pressures. The way begins at the slip `start` (N,).
+        The friction force of an increment is that of the mean of its two pressures. The load path begins with the slip `start` (N,).
         """
         v, p, total = start, loads[0][self._n :] + self._S[self._n :, : self._n] @ start, 0.0
         for number, (before, after) in enumerate(pairwise(loads)):

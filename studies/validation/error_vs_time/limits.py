@@ -1,4 +1,4 @@
-"""Onset, shakedown limit and safe slip: the package's ways with and without compilation, and bare solvers on the same matrices."""
+"""Onset, shakedown limit and safe slip: the package with and without a compiled model, and direct calls of solvers on the same matrices."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -11,11 +11,11 @@ import frictopt as fo
 from frictopt.solve import LP_SOLVERS
 
 from ...paper import LOADS
-from .bare_lp import SIMPLEX, LinearProgram, highs, highs_vertex, ways
+from .bare_lp import SIMPLEX, LinearProgram, highs, highs_vertex, methods
 from .exact import exact_margin, exact_shakedown_limit, fractions, safe_rows
+from .methods import Method, Question
 from .parameters import Parameters
 from .scenes import Scene
-from .ways import Question, Way
 
 __all__ = ["exact_onset", "questions"]
 
@@ -50,8 +50,8 @@ def _vertex(slips: Any, last: Any, right: Any) -> Array:
 def _onset(parameters: Parameters, scene: Scene) -> Question:
     run = partial(fo.onset, scene.system, fo.LoadCycle(LOADS.mean, [_DIRECTION]), parameters.friction)
     exact = exact_onset(scene.system, parameters.friction)
-    way = Way("frictopt", "none", "closed form", run, lambda onset: abs(onset.slip.load_factor / exact - 1))
-    return Question("onset", "load factor of first slip", scene.name, scene.system.nodes, "closed form in rational arithmetic", [way])
+    method = Method("frictopt", "none", "closed form", run, lambda onset: abs(onset.slip.load_factor / exact - 1))
+    return Question("onset", "load factor of first slip", scene.name, scene.system.nodes, "closed form in rational arithmetic", [method])
 
 
 def _limit(parameters: Parameters, scene: Scene) -> Question:
@@ -65,13 +65,13 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
     problem: Any = found.problem  # solved, because the contact is coupled
     unit = found.load_factor / problem.value
 
-    def way(method: str, knob: str, setting: str, run: Any) -> Way:
-        return Way(method, knob, setting, run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual)
+    def ours_with(name: str, knob: str, setting: str, run: Any) -> Method:
+        return Method(name, knob, setting, run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual)
 
-    ours = [way("frictopt, first time", "solver", "HIGHS", first)]
-    ours += [way("frictopt, compiled", "solver", solver, partial(model.solve, friction)) for solver, model in compiled.items()]
-    ours.append(way("frictopt, compiled, nothing left out", "solver", "HIGHS", partial(kept.solve, friction)))
-    bare = ways(LinearProgram.of(problem), parameters.tolerances, lambda cost: abs(-cost * unit / exact - 1))
+    ours = [ours_with("frictopt, first time", "solver", "HIGHS", first)]
+    ours += [ours_with("frictopt, compiled", "solver", solver, partial(model.solve, friction)) for solver, model in compiled.items()]
+    ours.append(ours_with("frictopt, compiled, nothing left out", "solver", "HIGHS", partial(kept.solve, friction)))
+    bare = methods(LinearProgram.of(problem), parameters.tolerances, lambda cost: abs(-cost * unit / exact - 1))
     return Question("lambda_2", "load factor", scene.name, system.nodes, _VERTEX, [*ours, *bare])
 
 
@@ -83,9 +83,9 @@ def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
     ours = []
     for solver in LP_SOLVERS:
         run = partial(fo.safe_slip, system, LOADS, friction, factor, solver=solver)
-        ours.append(Way("frictopt", "solver", solver, run, lambda safe: abs(safe.margin / exact - 1), lambda safe: safe.residual))
+        ours.append(Method("frictopt", "solver", solver, run, lambda safe: abs(safe.margin / exact - 1), lambda safe: safe.residual))
     found = fo.safe_slip(system, LOADS, friction, factor)
     problem: Any = found.problem
     unit = found.margin / problem.value
-    bare = ways(LinearProgram.of(problem), parameters.tolerances, lambda cost: abs(-cost * unit / exact - 1))
+    bare = methods(LinearProgram.of(problem), parameters.tolerances, lambda cost: abs(-cost * unit / exact - 1))
     return Question("safe slip", "margin", scene.name, system.nodes, _VERTEX, [*ours, *bare])

@@ -12,7 +12,7 @@ class Parameters:
     elements: tuple[int, ...] = (16, 40, 124)  # of the paper's scene, default grading: one question each
     friction: float = 0.7
     guaranteed_friction: float = 0.5  # of lambda_1, which falls to 0 near 0.7 on fine meshes
-    repetitions: int = 7  # of a timing, at most: those of one way take 2 s together
+    repetitions: int = 7  # of a timing at most; all repetitions of one method take 2 s together
     # Accuracy of the mesh
     mesh_elements: tuple[int, ...] = (16, 40, 124, 252)
     mesh_gradings: tuple[float, ...] = (1.0, 20.0, 1000.0)

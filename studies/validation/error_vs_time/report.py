@@ -6,7 +6,7 @@ from typing import Any
 import pandas as pd
 
 from ...tables import markdown, two_digits
-from .ways import ROUNDING
+from .methods import ROUNDING
 
 __all__ = ["calls", "fronts", "law", "report"]
 

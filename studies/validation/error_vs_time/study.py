@@ -14,9 +14,9 @@ from ...tables import Table
 from . import condensation, guaranteed, increments, limits, transients
 from .calls import first_and_second
 from .corner_law import corner_law
+from .methods import RIVALS, Question, absent, measured
 from .parameters import FULL, QUICK, Parameters
 from .scenes import punch
-from .ways import RIVALS, Question, absent, measured
 
 __all__ = ["CALLS", "ERROR", "LAW", "error_against_time", "machine", "questions"]
 
@@ -34,7 +34,7 @@ def questions(parameters: Parameters) -> Iterator[Question]:
 
 
 def error_against_time(parameters: Parameters) -> pd.DataFrame:
-    """One row per question and way to answer it; rivals that are not installed are named in `attrs["absent"]`."""
+    """One row per question and method to answer it; rivals that are not installed are named in `attrs["absent"]`."""
     rows = []
     with threadpool_limits(1):
         for question in tqdm(questions(parameters), desc="error against time", disable=None):
@@ -82,18 +82,18 @@ _ERROR = {
     "setting": "its setting",
     "outcome": "'answer', or why there is none",
     "error": "relative error, at least 2.2e-16; inf without an answer",
-    "residual": "what frictopt itself says of its answer; NaN of what nobody judges",
+    "residual": "residual that frictopt reports for its answer; NaN for rivals and closed forms",
     "seconds": "run time, one thread: median of the repetitions; inf without an answer",
-    "repetitions": "timed runs after one that is not timed; fewer of what takes long",
-    "on_front": "no other way to answer is as fast and as accurate and better in one; errors below 1e-12 count as equal",
+    "repetitions": "timed runs, after one that is not timed; fewer if a run takes long",
+    "on_front": "no other method is as fast and as accurate, and better in one of the two; errors below 1e-12 count as equal",
     "ahead": "a rival on the front: frictopt has no answer as fast and as accurate",
 }
 _CALLS = {
     "nodes": "node pairs of the interface",
-    "call": "what is called",
+    "call": "name of the call",
     "first": "run time of the first call, its model built in it, s: median of the repetitions, one thread",
-    "second": "run time of another call on the same model, s; NaN where there is none to keep",
-    "residual": "what frictopt says of the answer; NaN where nothing is solved",
+    "second": "run time of another call on the same model, s; NaN if there is no model to keep",
+    "residual": "residual of the answer; NaN if nothing is solved",
 }
 _LAW = {
     "friction": "coefficient of friction",
@@ -101,13 +101,13 @@ _LAW = {
     "grading": "size of the middle element over that of the corner element",
     "corner_size": "element at the corner of the contact / a",
     "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
-    "residual": "what frictopt says of the limit",
+    "residual": "residual of the limit",
     "seconds": "run time from the scene to the limit, first time, one thread",
     "expected": "exponent of the limit in the corner size: that of the sliding less that of the bonded corner (closed forms)",
     "exponent": "the same between this mesh and the one before; NaN for the coarsest",
     "error": "|exponent - expected|",
 }
 
-ERROR = Table("error_vs_time", "one way to answer one question at one setting", _ERROR, full=FULL, quick=QUICK, compute=error_against_time)
+ERROR = Table("error_vs_time", "one method with one setting for one question", _ERROR, full=FULL, quick=QUICK, compute=error_against_time)
 CALLS = Table("error_vs_time_calls", "one call on one mesh", _CALLS, full=FULL, quick=QUICK, compute=calls)
 LAW = Table("error_vs_time_law", "shakedown limit on one mesh at one friction", _LAW, full=FULL, quick=QUICK, compute=law)

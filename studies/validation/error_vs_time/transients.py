@@ -10,9 +10,9 @@ import frictopt as fo
 
 from ...paper import LOADS
 from .lemke import Lemke
+from .methods import Method, Question, installed
 from .parameters import Parameters
 from .scenes import CYLINDER, CYLINDER_LOADS, SHEAR, Scene, cylinder
-from .ways import Question, Way, installed
 
 __all__ = ["cylinders", "questions", "start_slip"]
 
@@ -38,15 +38,15 @@ def cylinders(parameters: Parameters) -> Iterator[Question]:
     def proven(cells: int) -> fo.SteadyState:
         return fo.steady_state(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR)
 
-    def ways(run: Any, work: Any) -> list[Way]:
-        def way(cells: int) -> Way:
-            return Way("frictopt", "cells", f"{cells}", partial(run, cells), lambda made: abs(work(made) / exact - 1), lambda made: made.residual)
+    def methods(run: Any, work: Any) -> list[Method]:
+        def method(cells: int) -> Method:
+            return Method("frictopt", "cells", f"{cells}", partial(run, cells), lambda made: abs(work(made) / exact - 1), lambda made: made.residual)
 
-        return [way(cells) for cells in parameters.cells]
+        return [method(cells) for cells in parameters.cells]
 
     reference = "closed form of Cattaneo and Mindlin"
-    yield Question("transient", "work in the second cycle", "cylinder on a half-plane", 0, reference, ways(followed, _last_work))
-    yield Question("steady state", "work in a cycle", "cylinder on a half-plane", 0, reference, ways(proven, lambda state: state.dissipation))
+    yield Question("transient", "work in the second cycle", "cylinder on a half-plane", 0, reference, methods(followed, _last_work))
+    yield Question("steady state", "work in a cycle", "cylinder on a half-plane", 0, reference, methods(proven, lambda state: state.dissipation))
 
 
 def start_slip(parameters: Parameters, system: fo.ContactSystem) -> Array:
@@ -63,16 +63,16 @@ def _transient(parameters: Parameters, scene: Scene, elements: int) -> Question:
     def error(work: float) -> float:
         return abs(work / exact - 1)
 
-    def ours(engine: str, steps: int) -> Way:
+    def ours(engine: str, steps: int) -> Method:
         run = partial(march, engine=engine, steps=steps)
-        return Way(f"frictopt, {engine}", _STEPS, f"{steps}", run, lambda made: error(_last_work(made)), lambda made: made.residual)
+        return Method(f"frictopt, {engine}", _STEPS, f"{steps}", run, lambda made: error(_last_work(made)), lambda made: made.residual)
 
-    ways = [Way("frictopt, exact path", "none", "events", march, _energy_error, lambda made: made.residual)]
-    ways += [ours("qp", steps) for steps in parameters.steps]
-    ways += [ours("milp", steps) for steps in parameters.milp_steps if elements in parameters.milp_elements]
-    ways += _lemke(parameters, scene, factor, np.zeros(system.nodes), _CYCLES, error)
+    methods = [Method("frictopt, exact path", "none", "events", march, _energy_error, lambda made: made.residual)]
+    methods += [ours("qp", steps) for steps in parameters.steps]
+    methods += [ours("milp", steps) for steps in parameters.milp_steps if elements in parameters.milp_elements]
+    methods += _lemke(parameters, scene, factor, np.zeros(system.nodes), _CYCLES, error)
     reference = "exact path; that of the path itself is its largest energy residual over the work"
-    return Question("transient", "work in the second cycle", scene.name, system.nodes, reference, ways)
+    return Question("transient", "work in the second cycle", scene.name, system.nodes, reference, methods)
 
 
 def _steady(parameters: Parameters, scene: Scene) -> Question:
@@ -85,16 +85,18 @@ def _steady(parameters: Parameters, scene: Scene) -> Question:
         return abs(work / exact - 1)
 
     run = partial(fo.steady_state, system, LOADS, friction, factor, initial_slip=start)
-    ways = [Way("frictopt, proven", "none", "proof", run, lambda state: error(state.dissipation), lambda state: state.residual)]
+    methods = [Method("frictopt, proven", "none", "proof", run, lambda state: error(state.dissipation), lambda state: state.residual)]
     for cycles in parameters.steady_cycles:
         follow = partial(march, cycles=cycles)
-        ways.append(Way("frictopt, so many cycles", "cycles", f"{cycles}", follow, lambda made: error(_last_work(made)), lambda made: made.residual))
-    ways += _lemke(parameters, scene, factor, start, max(parameters.steady_cycles), error)
+        methods.append(
+            Method("frictopt, so many cycles", "cycles", f"{cycles}", follow, lambda made: error(_last_work(made)), lambda made: made.residual)
+        )
+    methods += _lemke(parameters, scene, factor, start, max(parameters.steady_cycles), error)
     reference = f"work in cycle {parameters.reference_cycles} of the exact path"
-    return Question("steady state", "work in a cycle", scene.name, system.nodes, reference, ways)
+    return Question("steady state", "work in a cycle", scene.name, system.nodes, reference, methods)
 
 
-def _lemke(parameters: Parameters, scene: Scene, factor: float, start: Array, cycles: int, error: Any) -> Iterator[Way]:
+def _lemke(parameters: Parameters, scene: Scene, factor: float, start: Array, cycles: int, error: Any) -> Iterator[Method]:
     """Lemke's method over that many cycles."""
     if installed("quantecon") is None:
         return
@@ -107,7 +109,7 @@ def _lemke(parameters: Parameters, scene: Scene, factor: float, start: Array, cy
     rival = Lemke(system, parameters.friction, force)
     for steps in parameters.steps:
         run = partial(rival.cycle_work, start, loads, steps, len(corners))
-        yield Way(f"Lemke, {cycles} cycles", _STEPS, f"{steps}", run, error, rival="quantecon")
+        yield Method(f"Lemke, {cycles} cycles", _STEPS, f"{steps}", run, error, rival="quantecon")
 
 
 def _last_work(path: fo.Trajectory) -> float:

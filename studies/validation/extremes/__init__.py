@@ -1,1 +1,1 @@
-"""What happens at the edge of what can be asked; `study` says how to ask it."""
+"""Extreme input; see `study` for how to run it."""

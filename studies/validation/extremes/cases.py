@@ -1,4 +1,4 @@
-"""Questions at the edge of what can be asked, each with an answer known from elsewhere."""
+"""Questions with extreme input, each with an independently known answer."""
 
 from collections.abc import Iterator
 from functools import partial

@@ -1,4 +1,4 @@
-"""The guaranteed limit at the edge of what can be asked, against plain linear programs, other units, or with nothing left out."""
+"""The guaranteed limit for extreme input, compared with plain linear programs, other units, or `simplify=False`."""
 
 from collections.abc import Callable, Iterator
 from functools import cache, partial

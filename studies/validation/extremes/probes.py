@@ -1,4 +1,4 @@
-"""A question at the edge of what can be asked: its form, sizes and loads."""
+"""A question with extreme input: its form, sizes and loads."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Answer:
-    """What an answer says: its number, its residual, who gave it, and who was asked before."""
+    """An answer: its number, its residual, its solver, and the number of solvers that failed before."""
 
     number: float
     residual: float

@@ -84,19 +84,19 @@ def short(table: pd.DataFrame) -> str:
 
 
 _COLUMNS = {
-    "extreme": "what is extreme",
-    "value": "how extreme",
-    "question": "what is asked",
-    "verdict": "'right': as the reference has it; 'mesh': an answer of the mesh, whose error is shown; 'unchecked': nothing known to hold it "
-    "against; 'refused': an error of frictopt, with its message; 'wrong': must not be",
+    "extreme": "the extreme quantity",
+    "value": "its value",
+    "question": "the question",
+    "verdict": "'right': agrees with the reference; 'mesh': agrees within the error of the mesh, which is shown; 'unchecked': no reference; "
+    "'refused': an error of frictopt, with its message; 'wrong': must not occur",
     "number": "the answer: a load factor, work of friction per cycle (force times length), 1 or 0 for yes or no, a force over the mean one",
     "residual": "residual of the answer",
-    "solver": "who answered",
-    "fallbacks": "solvers asked before; for a path 1 if some event's rates are not proven to be the only ones",
-    "error": "relative error against the reference",
-    "reference": "where the answer is known from",
+    "solver": "solver of the answer",
+    "fallbacks": "number of solvers that failed before; for a path 1 if the rates of some event are not proven to be unique",
+    "error": "relative difference from the reference",
+    "reference": "source of the reference",
     "seconds": "time of the answer, one thread",
-    "message": "what a refusal says",
+    "message": "message of the error",
 }
 
 EXTREMES = Table("extremes", "one question at one extreme", _COLUMNS, full=FULL, quick=QUICK, compute=at_the_edge)

@@ -1,1 +1,1 @@
-"""Random contacts by the thousand; `study` says how to run them."""
+"""Thousands of random contacts; see `study` for how to run them."""

@@ -1,4 +1,4 @@
-"""What is asked of a random case, and how each answer is held against an independent one."""
+"""The questions that every random case is asked, and how each answer is compared with an independent one."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,32 +17,32 @@ from .known import Known, NotAsked, Wrong, same, transformed
 
 __all__ = ["CHECKS", "Finding", "asked", "findings"]
 
-_STEPS = (7, 30, 131, 1009)  # increments from corner to corner; without common divisors, or all may miss an event by the same way
+_STEPS = (7, 30, 131, 1009)  # increments from corner to corner; without common divisors, so that not all of them miss the same event
 _FEW = 3  # nodes up to which all statuses are tried
-_BRUTE = 16  # cycles followed to see what becomes of a transient
+_BRUTE = 16  # cycles that are followed to find the outcome of a transient
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What came of one question.
+    """The result of one question.
 
     Attributes
     ----------
     check, seed
-        Which question to which case.
-    outcome
+        The question, and the seed of the case.
+    result
         "answer", "wrong", or the name of the error.
     residual
-        That of the answer; nan for none.
+        Residual of the answer; nan if there is none.
     compared
-        Whether an independent answer was at hand.
+        Whether an independent answer was available.
     text
         What is wrong, or the message of the error.
     """
 
     check: str
     seed: int
-    outcome: str
+    result: str
     residual: float
     compared: bool
     text: str
@@ -81,7 +81,7 @@ def _limit(known: Known) -> tuple[float, bool]:
 
 
 def _transformed(known: Known) -> tuple[float, bool]:
-    """The same limit of the same contact, described in other ways."""
+    """The same limit of the same contact in other units, order and orientation."""
     return transformed(known, "limit", fo.shakedown_limit, lambda limit: float(limit.load_factor), known.answered_limit)
 
 

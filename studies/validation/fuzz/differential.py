@@ -1,4 +1,4 @@
-"""Every contact asked twice, in other ways that must not matter, and the path held against work and increments of its own states."""
+"""Every contact solved in two equivalent descriptions, and the exact path compared with the work and the increments of its own states."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ _FEW = 6  # nodes up to which increments are asked, each a program of its own
 
 @dataclass(frozen=True)
 class Seen:
-    """A contact described in another way.
+    """An equivalent description of a contact.
 
     Attributes
     ----------
@@ -250,9 +250,9 @@ DIFFERENTIAL: dict[str, Callable[[Scene], tuple[float, bool]]] = {
     "steady state, marched": _marched,
     "path, in increments": _increments,
 }
-"""Question -> function that asks it in two ways: residual, and whether the two could be compared."""
+"""Question -> function that solves both descriptions: residual, and whether the two could be compared."""
 
 
 def differences(case: Case) -> Iterator[Finding]:
-    """Ask every question of a case in two ways."""
+    """Ask every question of a case in both descriptions."""
     return asked(DIFFERENTIAL, Scene(case), case.seed)

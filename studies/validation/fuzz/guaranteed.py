@@ -62,7 +62,7 @@ def _against_sequences(known: Known, limit: fo.GuaranteedLimit) -> None:
 
 
 def guaranteed_transformed(known: Known) -> tuple[float, bool]:
-    """The same guaranteed limit of the same contact, described in other ways."""
+    """The same guaranteed limit of the same contact in other units, order and orientation."""
     return transformed(known, "guaranteed limit", fo.guaranteed_limit, lambda limit: float(limit.load_factor), known.answered_guarantee)
 
 

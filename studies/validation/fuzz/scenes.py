@@ -56,7 +56,7 @@ def _start(rng: np.random.Generator, system: fo.ContactSystem, symmetric: bool) 
 
 
 def _corners(rng: np.random.Generator, cases: int) -> Any:
-    """(K, cases) amplitudes: symmetric loads that stop being so, one load case on a straight way while another turns, or any."""
+    """(K, cases) amplitudes: symmetric loads that stop being so, one load case on a straight load path while another turns, or any."""
     number = int(rng.integers(2, 6))
     first = np.eye(cases)[0]
     late = first * rng.choice([-1.0, 0.0, 0.5, 1.0], number)[:, None]

@@ -1,9 +1,9 @@
-"""Random contacts by the thousand: every answer is held against an independent one, or is an error of frictopt that says what to do.
+"""Thousands of random contacts: every answer is compared with an independent one, or is an error of frictopt that names a remedy.
 
-Run with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential]`; it prints what is wrong with its seed, and the
-counts in Markdown, and its exit status is 1 where anything is wrong. Without a seed it draws one of its own, and prints it: each run explores.
-The part "answers" asks small contacts, ordinary and extreme; "differential" asks contacts of 3 to 130 nodes everything twice, in ways that must
-not matter. The same cases run in the tests, fewer of them.
+Run with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential]`. It prints wrong answers with their seeds, and the
+counts in Markdown; its exit status is 1 if any answer is wrong. Without a seed it draws a new one and prints it, so each run tests new cases.
+The part "answers" has small contacts, ordinary and extreme. The part "differential" has contacts of 3 to 130 nodes, each solved in two equivalent
+descriptions. The tests run some of the same cases.
 """
 
 import argparse
@@ -38,7 +38,7 @@ class Parameters:
     """Which cases, and which parts are asked of each."""
 
     cases: int = 10_000
-    seed: int = 0  # of the first case; the others count on
+    seed: int = 0  # of the first case; the others have the next seeds
     parts: tuple[str, ...] = tuple(PARTS)
 
 
@@ -48,9 +48,9 @@ QUICK = Parameters(cases=100)
 
 @dataclass
 class _Asked:
-    """What came of one question, over all cases."""
+    """Results of one question over all cases."""
 
-    outcomes: Counter[str] = field(default_factory=Counter)
+    results: Counter[str] = field(default_factory=Counter)
     compared: int = 0
     residual: float = 0.0
     seconds: float = 0.0
@@ -58,24 +58,24 @@ class _Asked:
 
 @dataclass
 class _Found:
-    """What came of a run: by question; and of what was no answer, how often and the first seed, by question, outcome and message."""
+    """Results of a run, by question; and for errors their number and first seed, by question, result and message."""
 
     asked: dict[str, _Asked]
     refused: dict[tuple[str, str, str], list[int]] = field(default_factory=dict)
 
     def add(self, finding: Finding, seconds: float) -> None:
         asked = self.asked[finding.check]
-        asked.outcomes[finding.outcome] += 1
+        asked.results[finding.result] += 1
         asked.compared += finding.compared
         asked.seconds += seconds
-        if finding.outcome == "answer":
+        if finding.result == "answer":
             asked.residual = max(asked.residual, finding.residual)
             return
-        wrong = finding.outcome == "wrong"
+        wrong = finding.result == "wrong"
         if wrong:
             tqdm.write(f"WRONG, seed {finding.seed}, {finding.check}: {finding.text}")
             sys.stdout.flush()  # of a run that takes a night and is looked at before it ends
-        key = finding.check, finding.outcome, f"{finding.text} (seed {finding.seed})" if wrong else _pattern(finding.text)
+        key = finding.check, finding.result, f"{finding.text} (seed {finding.seed})" if wrong else _pattern(finding.text)
         self.refused.setdefault(key, [0, finding.seed])[0] += 1
 
 
@@ -102,17 +102,17 @@ def counts(parameters: Parameters) -> pd.DataFrame:
     """One row per question."""
     rows = []
     for check, asked in _run(parameters).asked.items():
-        row = {"question": check, "cases": asked.outcomes.total(), "answers": asked.outcomes["answer"], "compared": asked.compared}
-        row |= {outcome: asked.outcomes[outcome] for outcome in ("ModelError", "NoContinuation", "SolverError", "wrong")}
+        row = {"question": check, "cases": asked.results.total(), "answers": asked.results["answer"], "compared": asked.compared}
+        row |= {result: asked.results[result] for result in ("ModelError", "NoContinuation", "SolverError", "wrong")}
         rows.append(row | {"residual": asked.residual, "seconds": asked.seconds})
     return pd.DataFrame(rows)
 
 
 def refusals(parameters: Parameters) -> pd.DataFrame:
-    """One row per question, kind of error and message, numbers left out; what is wrong comes first, one row each."""
-    columns = ["question", "outcome", "message", "cases", "seed", "residual"]
+    """One row per question, kind of error and message without its numbers; wrong answers come first, one row each."""
+    columns = ["question", "result", "message", "cases", "seed", "residual"]
     table = pd.DataFrame([(*key, *number, 0.0) for key, number in _run(parameters).refused.items()], columns=columns)
-    return table.sort_values(["outcome", "cases"], ascending=False, key=lambda c: c == "wrong" if c.name == "outcome" else c)
+    return table.sort_values(["result", "cases"], ascending=False, key=lambda c: c == "wrong" if c.name == "result" else c)
 
 
 def _pattern(message: str) -> str:
@@ -127,31 +127,31 @@ def short(table: pd.DataFrame) -> str:
 
 
 _COUNTS = {
-    "question": "what is asked",
+    "question": "the question",
     "cases": "number of cases",
-    "answers": "of these answered, and right as far as could be compared",
-    "compared": "of these held against an independent answer",
-    "ModelError": "cases refused as no contact problem",
+    "answers": "number of answers that are not wrong",
+    "compared": "number of answers that were compared with an independent one",
+    "ModelError": "cases refused, because they are not a contact problem",
     "NoContinuation": "cases whose path ends or is not unique",
     "SolverError": "cases without an answer that passes the checks",
-    "wrong": "answers that an independent one contradicts, and errors that are not frictopt's: must be 0",
-    "residual": "worst residual of an answer",
-    "seconds": "time, with that of the independent answers",
+    "wrong": "answers that an independent one contradicts, and errors of other packages: must be 0",
+    "residual": "largest residual of an answer",
+    "seconds": "time, including the independent answers",
 }
 _REFUSALS = {
-    "question": "what is asked",
-    "outcome": "kind of error, or 'wrong'",
-    "message": "its message, numbers left out",
-    "cases": "how often",
+    "question": "the question",
+    "result": "kind of error, or 'wrong'",
+    "message": "its message without numbers",
+    "cases": "number of cases",
     "seed": "the first case",
     "residual": "0",
 }
-COUNTS = Table("fuzz_counts", "one question to all cases", _COUNTS, full=FULL, quick=QUICK, compute=counts)
+COUNTS = Table("fuzz_counts", "one question, all cases", _COUNTS, full=FULL, quick=QUICK, compute=counts)
 REFUSALS = Table("fuzz_refusals", "one message of an error", _REFUSALS, full=FULL, quick=QUICK, compute=refusals)
 
 
 class _Random(Study):
-    """The study of random contacts, of which the command line says how many and which."""
+    """The study of random contacts; the command line chooses their number and seeds."""
 
     def parser(self) -> argparse.ArgumentParser:
         parser = super().parser()
@@ -167,7 +167,7 @@ class _Random(Study):
         parameters = Parameters(cases, seed, (options.only,) if options.only else tuple(PARTS))
         print(f"seeds {seed} to {seed + cases - 1}")
         status = Study.run(replace(self, tables=[replace(table, full=parameters, quick=parameters) for table in self.tables]), argv)
-        return status or int(any(asked.outcomes["wrong"] for asked in _run(parameters).asked.values()))
+        return status or int(any(asked.results["wrong"] for asked in _run(parameters).asked.values()))
 
 
 STUDY = _Random("studies.validation.fuzz", __doc__, "few cases, in seconds", (COUNTS, REFUSALS), summary=lambda tables: short(tables[COUNTS.name]))

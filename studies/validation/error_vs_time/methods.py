@@ -1,4 +1,4 @@
-"""What is compared: questions, the ways to answer each, and which of these no other one beats."""
+"""Error against run time: questions, methods that answer them, and the methods that no other one beats."""
 
 import importlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -12,39 +12,39 @@ import frictopt as fo
 
 from .clock import timed
 
-__all__ = ["EPSILON", "RIVALS", "ROUNDING", "Question", "Way", "absent", "installed", "measured", "not_dominated"]
+__all__ = ["EPSILON", "RIVALS", "ROUNDING", "Method", "Question", "absent", "installed", "measured", "not_dominated"]
 
 EPSILON = float(np.finfo(float).eps)
-"""Least error that is reported."""
+"""Smallest error that is reported."""
 
 ROUNDING = 1e-12
-"""Errors below it count as equal: condensation leaves some 1e-13 in the stiffness, so that of two smaller ones neither is better."""
+"""Errors below it count as equal, because condensation leaves errors of about 1e-13 in the stiffness."""
 
 RIVALS = ("highspy", "clarabel", "osqp", "daqp", "quantecon", "scipy")
 """Packages whose bare calls are measured in the same run, where they are installed."""
 
 
 @dataclass(frozen=True)
-class Way:
-    """One way to answer a question, at one setting of its own accuracy.
+class Method:
+    """One method to answer a question, with one setting of its accuracy.
 
     Attributes
     ----------
-    method
-        What answers.
+    name
+        Name of the method.
     knob, setting
-        What decides on its accuracy, and how that is set.
+        The parameter that controls its accuracy, and its value.
     run
-        What is timed.
+        The function that is timed.
     error
-        Relative error of what `run` gives.
+        Relative error of the result of `run`.
     residual
-        What the package itself says of its answer; None of what nobody judges.
+        Residual that the package reports for the result; None if it reports none.
     rival
-        Package whose bare call it is; empty for frictopt.
+        Package that is called directly; empty for frictopt.
     """
 
-    method: str
+    name: str
     knob: str
     setting: str
     run: Callable[[], Any]
@@ -55,22 +55,22 @@ class Way:
 
 @dataclass(frozen=True)
 class Question:
-    """The same work for all ways: their errors and run times are compared.
+    """One question that all methods answer: their errors and run times are compared.
 
     Attributes
     ----------
     computation
-        Which of the package's computations.
+        Name of the computation.
     quantity
-        Whose error counts.
+        Quantity whose error is measured.
     scene
-        On what.
+        Name of the scene.
     nodes
-        Node pairs of the interface, 0 where the ways differ in it.
+        Node pairs of the interface, 0 if the methods use different numbers.
     reference
-        What the errors are measured against.
-    ways
-        The ways to answer.
+        Source of the reference value.
+    methods
+        The methods.
     """
 
     computation: str
@@ -78,7 +78,7 @@ class Question:
     scene: str
     nodes: int
     reference: str
-    ways: Sequence[Way]
+    methods: Sequence[Method]
 
 
 @cache
@@ -91,12 +91,12 @@ def installed(name: str) -> Any:
 
 
 def measured(question: Question, repetitions: int) -> list[dict[str, Any]]:
-    """One row per way whose package is installed: its error, its run time, and whether no other way beats it."""
+    """One row per method whose package is installed: its error, its run time, and whether no other method beats it."""
     rows = []
-    for way in question.ways:
-        if way.rival and installed(way.rival) is None:
+    for method in question.methods:
+        if method.rival and installed(method.rival) is None:
             continue
-        rows.append(_row(question, way, repetitions))
+        rows.append(_row(question, method, repetitions))
     front = not_dominated(np.array([row["seconds"] for row in rows]), np.array([max(row["error"], ROUNDING) for row in rows]))
     for row, on_front in zip(rows, front, strict=True):
         row["on_front"] = bool(on_front)
@@ -105,9 +105,9 @@ def measured(question: Question, repetitions: int) -> list[dict[str, Any]]:
 
 
 def not_dominated(seconds: np.ndarray[Any, Any], error: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """(n,) which answers no other one beats: none is as fast and as accurate and better in one of the two.
+    """(n,) whether no other answer beats each one: none is as fast and as accurate, and better in one of the two.
 
-    Of equals the first one counts; what gives no answer (inf) is never one of them.
+    Of equal answers only the first one is kept; a method without an answer (inf) is never kept.
     """
     order = np.lexsort((error, seconds))
     front, best = np.zeros(len(order), dtype=bool), np.inf
@@ -117,21 +117,21 @@ def not_dominated(seconds: np.ndarray[Any, Any], error: np.ndarray[Any, Any]) ->
     return front
 
 
-def _row(question: Question, way: Way, repetitions: int) -> dict[str, Any]:
+def _row(question: Question, method: Method, repetitions: int) -> dict[str, Any]:
     named = {
         "computation": question.computation,
         "quantity": question.quantity,
         "scene": question.scene,
         "nodes": question.nodes,
         "reference": question.reference,
-        "method": way.method,
-        "rival": way.rival,
-        "knob": way.knob,
-        "setting": way.setting,
+        "method": method.name,
+        "rival": method.rival,
+        "knob": method.knob,
+        "setting": method.setting,
     }
     try:
-        run = timed(way.run, repetitions)
-        error = float(way.error(run.answer))
+        run = timed(method.run, repetitions)
+        error = float(method.error(run.answer))
         if not np.isfinite(error):
             raise ArithmeticError("the answer is not finite")
     except (fo.FrictoptError, ArithmeticError) as failure:
@@ -141,7 +141,7 @@ def _row(question: Question, way: Way, repetitions: int) -> dict[str, Any]:
         **named,
         "outcome": "answer",
         "error": max(error, EPSILON),
-        "residual": way.residual(run.answer) if way.residual else np.nan,
+        "residual": method.residual(run.answer) if method.residual else np.nan,
         "seconds": run.seconds,
         "repetitions": run.repetitions,
     }
