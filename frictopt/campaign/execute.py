@@ -42,7 +42,10 @@ def _by_executor(contact: CampaignContact, runs: Sequence[Run], executor: Execut
         for first in range(0, len(runs), _BATCH):
             batch = runs[first : first + _BATCH]
             try:
-                futures[_submitted(executor, contact, batch)] = batch
+                future = executor.submit(follow, contact, batch)
+                if not isinstance(future, Future):
+                    raise TypeError(f"its submit returns a {type(future).__name__}, not a future")
+                futures[future] = batch
             except Exception as error:  # an executor of the caller may raise anything
                 if not futures:
                     raise ModelError(
@@ -56,13 +59,6 @@ def _by_executor(contact: CampaignContact, runs: Sequence[Run], executor: Execut
     finally:
         for future in futures:
             future.cancel()
-
-
-def _submitted(executor: Executor, contact: CampaignContact, batch: Sequence[Run]) -> "Future[list[dict[str, Any]]]":
-    future = executor.submit(follow, contact, batch)
-    if not isinstance(future, Future):
-        raise TypeError(f"its submit returns a {type(future).__name__}, not a future")
-    return future
 
 
 def _rows(future: "Future[list[dict[str, Any]]]", batch: Sequence[Run]) -> list[Finished]:

@@ -1,6 +1,6 @@
 """Verification of the guaranteed limit: transients from its witness just above it, and from many starts just below."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -164,7 +164,8 @@ def verify_guaranteed(
         )
     size = float(np.abs(limit.slip).max()) or float(np.abs(cycle.mean_reaction(system)[1]).mean()) / system.stiffness_scale
     high = above * limit.load_factor if limit.load_factor > 0 else _SMALL_LOAD * _least_load(system, cycle, limit.shakedown.load_factor)
-    begins = [(high, "witness", limit.slip), *((high, "moved witness", slip) for slip in _moved(rng, limit.slip, moved, _MOVED * size))]
+    changes = _MOVED * size * rng.uniform(-1.0, 1.0, (moved, system.nodes))
+    begins = [(high, "witness", limit.slip), *((high, "moved witness", limit.slip + change) for change in changes)]
     next_to = limit.witness_above_zero(high)
     begins += [] if next_to is None else [(share * next_to[0], "witness", next_to[1]) for share in _NEAR]
     if limit.load_factor > 0:
@@ -178,11 +179,6 @@ def _least_load(system: ContactSystem, cycle: LoadCycle, shakedown: float) -> fl
     """The shakedown limit, or the load factor at which the cyclic reactions reach the mean pressures if that is less."""
     force = float(np.abs(cycle.mean_reaction(system)[1]).mean())
     return min(shakedown, force / max(float(np.abs(part).max()) for part in cycle.corner_reactions(system)))
-
-
-def _moved(rng: np.random.Generator, slip: Array, count: int, most: float) -> Iterator[Array]:
-    for _ in range(count):
-        yield slip + most * rng.uniform(-1.0, 1.0, len(slip))
 
 
 def _starts(

@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, choice, flag, whole_number
+from ..contact.checks import Array, choice, flag, frozen, whole_number
 from ..errors import ModelError, SolverError
 from ..increments import ExactIncrement, FrozenBoundIncrement
 from ..path import ExactPath
@@ -80,14 +80,40 @@ def march(
     choice("engine", engine, ("path", *_ENGINES))
     flag("simplify", simplify)
     path = ExactPath(system, cycle, friction, load_factor, initial_slip, keep=True)
+    loads = np.array([path.bonded, path.mean, *path.corners * cycles])
+    left_out: tuple[str, ...] = ()
     if engine == "path":
         if steps is not None:
             raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose engine='qp' or 'milp'")
-        trajectory = _followed(path, cycle, cycles)
+        path.start()
+        for _ in range(cycles):
+            path.run_cycle()
+        time, u, r, status, work = (np.concatenate(parts) for parts in zip(*path.history, strict=True))
+        bonded = _between(loads, time)
     else:
         if steps is None:
             raise ModelError(f"steps: None; engine={engine!r} needs the number of increments from corner to corner")
-        trajectory = _stepped(path, cycle, cycles, engine, whole_number("steps", steps, least=1), simplify)
+        time = np.linspace(-1, len(loads) - 2, (len(loads) - 1) * whole_number("steps", steps, least=1) + 1)
+        bonded = _between(loads, time)
+        u, r, status, work, left_out = _increments(path, bonded, engine, simplify)
+    n = path.nodes
+    status.flags.writeable = False
+    trajectory = Trajectory(
+        system=path.system,
+        friction=path.friction,
+        corners=len(cycle.corners),
+        time=frozen(time),
+        bonded_q=frozen(bonded[:, :n]),
+        bonded_p=frozen(bonded[:, n:]),
+        slip=frozen(u[:, :n]),
+        gap=frozen(u[:, n:] + path.system.gap),
+        q=frozen(r[:, :n]),
+        p=frozen(r[:, n:]),
+        status=status,
+        work=frozen(work),
+        engine=engine,
+        left_out=left_out,
+    )
     if not trajectory.residual <= RESIDUAL:
         raise SolverError(
             f"march: the states violate the contact law or the balance of energy by {trajectory.residual:.1e} (tolerance {RESIDUAL:g}; "
@@ -96,22 +122,14 @@ def march(
     return trajectory
 
 
-def _followed(path: ExactPath, cycle: LoadCycle, cycles: int) -> Trajectory:
-    loads = [path.bonded, path.mean]
-    path.start()
-    for _ in range(cycles):
-        path.run_cycle()
-        loads += path.corners
-    time, u, r, status, work = (np.concatenate(parts) for parts in zip(*path.history, strict=True))
-    bonded = np.array([np.interp(time, np.arange(-1, len(loads) - 1), values) for values in np.array(loads).T]).T
-    return _trajectory(path, cycle, time, bonded, u, r, status, work, "path", ())
+def _between(loads: Array, time: Array) -> Array:
+    """(T, 2N) bonded reactions at each time, linear between the loads (rows), which are at the times -1, 0, 1, ..."""
+    return np.array([np.interp(time, np.arange(-1, len(loads) - 1), values) for values in loads.T]).T
 
 
-def _stepped(path: ExactPath, cycle: LoadCycle, cycles: int, engine: str, steps: int, simplify: bool) -> Trajectory:
+def _increments(path: ExactPath, bonded: Array, engine: str, simplify: bool) -> tuple[Any, Array, Any, Array, tuple[str, ...]]:
+    """`u`, `r`, status and work at each of the loads (rows), from the state of the path on, and what was left out."""
     n = path.nodes
-    corners = [path.bonded, path.mean] + path.corners * cycles
-    time = np.linspace(-1, len(corners) - 2, (len(corners) - 1) * steps + 1)
-    bonded = np.array([np.interp(time, np.arange(-1, len(corners) - 1), values) for values in np.array(corners).T]).T
     increment, left_out = _ENGINES[engine](path.system, path.friction, simplify=simplify), Counter[str]()
     states = [(path.state.u.copy(), path.state.r.copy(), path.state.status.copy(), np.zeros(n))]
     for load in bonded[1:]:
@@ -121,34 +139,4 @@ def _stepped(path: ExactPath, cycle: LoadCycle, cycles: int, engine: str, steps:
         slid = path.friction * (r[n:] + new.p) / 2 * np.abs(new.slip - u[:n]) * (new.status != 2)
         states.append((np.concatenate([new.slip, new.gap - path.system.gap]), np.concatenate([new.q, new.p]), new.status, work + slid))
     u, r, status, work = (np.array(parts) for parts in zip(*states, strict=True))
-    texts = tuple(f"in {count} of {len(time) - 1} increments, {text}" for text, count in left_out.items())
-    return _trajectory(path, cycle, time, bonded, u, r, status, work, engine, texts)
-
-
-def _trajectory(
-    path: ExactPath,
-    cycle: LoadCycle,
-    time: Array,
-    bonded: Array,
-    u: Array,
-    r: Array,
-    status: Any,
-    work: Array,
-    engine: str,
-    left_out: tuple[str, ...],
-) -> Trajectory:
-    n = path.nodes
-    columns = {
-        "time": time,
-        "bonded_q": bonded[:, :n],
-        "bonded_p": bonded[:, n:],
-        "slip": u[:, :n],
-        "gap": u[:, n:] + path.system.gap,
-        "q": r[:, :n],
-        "p": r[:, n:],
-        "status": status,
-        "work": work,
-    }
-    for array in columns.values():
-        array.flags.writeable = False
-    return Trajectory(system=path.system, friction=path.friction, corners=len(cycle.corners), engine=engine, left_out=left_out, **columns)
+    return u, r, status, work, tuple(f"in {count} of {len(bonded) - 1} increments, {text}" for text, count in left_out.items())

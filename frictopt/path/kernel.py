@@ -36,7 +36,6 @@ __all__ = [
     "activate",
     "at_bound",
     "begin_segment",
-    "clear_proof",
     "compiled",
     "deactivate",
     "follow",
@@ -440,9 +439,10 @@ def _may_also_slip(S, f, state, active, force):
 
 
 @_entry_point
-def begin_segment(S, f, state, active):
-    """At a load corner: all slipping nodes stick until `settle` finds which slip under the new load rate; the inverse is computed anew."""
+def begin_segment(S, f, state, active, proof):
+    """At a load corner: all slipping nodes stick until `settle` finds which slip under the new load rate; inverse and proof are computed anew."""
     _clear(active)
+    _clear(proof)
     for node in range(len(f)):
         status = state.status[node]
         state.status[node] = STICK
@@ -567,12 +567,6 @@ def prove(S, f, state, force, proof):
         return True
     _clear(proof)  # unknowns of earlier states may be the reason
     return _extend_proof(S, f, state, force, proof)
-
-
-@_entry_point
-def clear_proof(proof):
-    """Remove all unknowns of a proof."""
-    _clear(proof)
 
 
 # --- 4. The path along one segment -------------------------------------------------------------------------------------------
@@ -741,8 +735,7 @@ def compiled() -> None:
     notice.start()
     S, f, load = np.eye(2), np.ones(1), np.zeros(2)
     state, active, proof = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1)), new_active_set(1), new_proof(1)
-    begin_segment(S, f, state, active)
-    clear_proof(proof)
+    begin_segment(S, f, state, active, proof)
     at_bound(f, state, 0, 1.0)
     set_statuses(S, f, state, active, state.status)
     follow(S, f, load, load, state, active, proof, 1.0, 0.0, True, new_record(0, 1))

@@ -19,7 +19,6 @@ from .kernel import (
     STALLED,
     UNSETTLED,
     begin_segment,
-    clear_proof,
     compiled,
     follow,
     new_active_set,
@@ -214,8 +213,7 @@ class ExactPath:
         """
         load_rate = bonded - self.bonded
         settled = not np.abs(load_rate).max() > NO_DRIVE * self.force
-        begin_segment(self._S, self.friction, self.state, self._active)
-        clear_proof(self._proof)
+        begin_segment(self._S, self.friction, self.state, self._active, self._proof)
         code, time = UNSETTLED, 0.0
         while code != DONE:
             own = self.state, self._active, self._proof
