@@ -26,12 +26,12 @@ class NoContinuation(FrictoptError, RuntimeError):
 
 
 class StoreError(FrictoptError, OSError):
-    """A store cannot be read or written: the file is not ours, it is damaged, or the disk is full. What was written before is kept.
+    """A store cannot be read or written: the file is not a store, it is damaged, or the disk is full. Rows written before are kept.
 
     Attributes
     ----------
     table
-        DataFrame of the runs that are finished, those in the store and those that could not be written; None where none was asked for yet.
+        DataFrame of the finished runs, those in the store and those that could not be written; None if no run was started.
     """
 
     table: Any = None

@@ -1,4 +1,4 @@
-"""Steady dissipation against the load: every start is a mark; between the guaranteed and the shakedown limit the start decides."""
+"""Steady dissipation against the load: every start is a mark; between the guaranteed and the shakedown limit the outcome depends on the start."""
 
 from collections.abc import Mapping
 from typing import Any

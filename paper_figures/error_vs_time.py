@@ -1,4 +1,4 @@
-"""Error against run time of each computation on the finest mesh: frictopt, and bare calls of others on the same work."""
+"""Error against run time of each computation on the finest mesh: frictopt, and direct calls of other packages for the same work."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -31,7 +31,7 @@ _PROGRAMS = ("qp", "milp", "QP", "MILP")
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """One panel for each comparison with others; the line is the front that nobody beats. The last place holds the legend."""
+    """One panel for each comparison with others; the line is the front of undominated methods. The last panel is the legend."""
     table = tables["error"]
     finest = table[table["nodes"] == table["nodes"].max()]
     questions = [(key, rows) for key, rows in finest.groupby(["computation", "quantity"], sort=False) if (rows["rival"] != "").any()]

@@ -31,7 +31,7 @@ _LABELS = {
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """One line for each extreme; the number at the right says how many questions were refused."""
+    """One line for each extreme; the number at the right is the number of refused questions."""
     table = tables["extremes"]
     names = list(dict.fromkeys(table["extreme"]))
     figure = new_figure(WIDE, 88)

@@ -1,4 +1,4 @@
-"""Guaranteed and shakedown limit against friction, corner size and slip bound, with the region where the start decides."""
+"""Guaranteed and shakedown limit against friction, corner size and slip bound, with the region where the outcome depends on the start."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the mesh leaves: corner exponent, dissipation against a closed form, and the law of the shakedown limit at the corner."""
+"""Errors of the mesh: corner exponent, dissipation against a closed form, and the law of the shakedown limit at the corner."""
 
 from collections.abc import Mapping
 from typing import Any

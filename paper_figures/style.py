@@ -74,7 +74,7 @@ def styled() -> Any:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Figure of that size in mm; it belongs to no window and no global list, so nothing is left to close."""
+    """Figure of that size in mm; it has no window and is in no global list, so it need not be closed."""
     return Figure(figsize=(width / 25.4, height / 25.4), layout="constrained")
 
 
@@ -103,7 +103,7 @@ def whole_decades(axes: Any, directions: str) -> None:
 
 
 def output_folder(quick: bool) -> Path:
-    """Where the figures go unless told otherwise; those of quick data have their own folder."""
+    """Default folder of the figures; those of quick data have another one."""
     return OUTPUT / "quick" if quick else OUTPUT
 
 

@@ -37,7 +37,7 @@ _MOST_CYCLES = 200
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     elements: int = 124  # default grading: 50,910 unknowns, 250 on the interface
     frictions: tuple[float, ...] = (0.5, 0.7)

@@ -1,4 +1,4 @@
-"""The guaranteed limit of the paper's scene beside the shakedown limit, and the plane of slips of two nodes by which it is taught.
+"""The guaranteed limit of the paper's scene beside the shakedown limit, and the plane of slips of two nodes that explains it.
 
 Run with `python -m studies guaranteed [--quick]`. All limits of the scene are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
 Between the two limits the start decides whether the contact stops slipping. The guaranteed limit is the upper bound with a witness.
@@ -27,7 +27,7 @@ _SENSES = {1: "forward", -1: "backward"}
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     elements: tuple[int, ...] = (16, 32, 64, 124)  # meshes of the friction table, grading "sine"
     frictions: tuple[float, ...] = tuple(round(float(f), 6) for f in np.arange(0.1, 1.5001, 0.02))

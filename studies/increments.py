@@ -27,7 +27,7 @@ _SLOW = 2.0  # seconds; longer runs are not repeated
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     friction: float = 0.7
     overload: float = 1.4  # load factor over the shakedown limit
@@ -103,7 +103,7 @@ def _error(parameters: Parameters, case: _Case, exact: fo.Trajectory, elements: 
 
 
 def _timed(run: Callable[[], fo.Trajectory], repetitions: int) -> tuple[fo.Trajectory, float]:
-    """What the run gives, and the median of its times."""
+    """Result of the run, and the median of its times."""
     seconds: list[float] = []
     while len(seconds) < repetitions and not any(value > _SLOW for value in seconds):
         start = time.perf_counter()

@@ -26,7 +26,7 @@ def _steps(*runs: tuple[float, float, float]) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     elements: tuple[int, ...] = (16, 32, 64, 124)  # meshes of the friction table: elements on the contact, grading "sine"
     frictions: tuple[float, ...] = _steps((0.1, 0.65, 0.025), (0.655, 0.75, 0.005), (0.775, 1.5, 0.025), (1.6, 3.0, 0.1))

@@ -28,7 +28,7 @@ __all__ = ["FULL", "QUICK", "RERUNS", "STUDY", "Parameters"]
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     runs: dissipation.Parameters = dissipation.FULL
     share: float = 0.1  # of the runs
@@ -82,7 +82,7 @@ def _compared(system: fo.ContactSystem, steps: tuple[int, ...], cycles: int, tas
 
 
 def _convergence(tables: Any) -> str:
-    """How the errors fall with the number of increments."""
+    """Errors against the number of increments."""
     table = tables[RERUNS.name]
     errors = table.pivot_table(index=["friction", "load_ratio", "start", "cycle"], columns="steps", values="error")
     work = table.groupby(["friction", "load_ratio", "start", "cycle"])["work"].first()

@@ -34,12 +34,12 @@ P = TypeVar("P", bound="DataclassInstance")  # parameters of a study: a frozen d
 
 
 def data_folder(quick: bool) -> Path:
-    """Where the tables are kept unless told otherwise; those of a quick run have their own folder."""
+    """Default folder of the tables; quick runs have another one."""
     return DATA / "quick" if quick else DATA
 
 
 def writable(name: str | Path) -> Path:
-    """Type of a command line's option: a folder, made if it does not exist, that can be written in, so that nothing is computed in vain.
+    """Type of a command line's option: a folder that can be written; it is created if it does not exist.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def seed_number(text: str) -> int:
     argparse.ArgumentTypeError
         It is none.
     """
-    return _whole_number(text, 0, 2**62)  # seeds count on from here, in a column of 64 bits
+    return _whole_number(text, 0, 2**62)  # following seeds must fit in a column of 64 bits
 
 
 def _whole_number(text: str, least: int, most: int) -> int:
@@ -167,7 +167,7 @@ class Table(Generic[P]):
     def _origin(self, parameters: P) -> dict[str, Any]:
         versions = {"frictopt": f"{fo.__version__}+{_source_digest(self.compute.__module__)}"} | {name: version(name) for name in _LIBRARIES}
         origin = {"table": self.name, "about": self.about, "columns": dict(self.columns), "parameters": asdict(parameters), "versions": versions}
-        return dict(json.loads(json.dumps(origin)))  # as the file gives it back: tuples are lists
+        return dict(json.loads(json.dumps(origin)))  # as it is read back: tuples become lists
 
 
 @dataclass(frozen=True)
@@ -209,7 +209,7 @@ class Study:
         return parser
 
     def run(self, argv: Sequence[str] | None = None) -> int:
-        """Compute all tables and write them, as the command line says (by default that of the process).
+        """Compute all tables and write them, with the options of the command line (by default that of the process).
 
         Returns
         -------
@@ -239,7 +239,7 @@ class Study:
 
 
 def _source_digest(study: str) -> str:
-    """Digest of the code of frictopt and of the module that computes a table, with all that it imports from the studies: a table outlives neither."""
+    """Digest of the code that makes a table: all of frictopt, the module that computes it, and all studies that this imports."""
     files = {*Path(fo.__file__).parent.rglob("*.py"), *(Path(str(sys.modules[name].__file__)) for name in _imported(study, set()))}
     return hashlib.sha256("".join(_code(path.read_text(encoding="utf-8")) for path in sorted(files)).encode()).hexdigest()[:12]
 
@@ -260,7 +260,7 @@ def _imported(name: str, found: set[str]) -> set[str]:
 
 @cache
 def _code(source: str) -> str:
-    """What a source does: its syntax without docstrings (and other bare texts) and comments."""
+    """The syntax of a source without docstrings (and other bare texts) and comments."""
     tree = ast.parse(source)
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
@@ -269,13 +269,13 @@ def _code(source: str) -> str:
 
 
 def _same_origin(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> bool:
-    """Whether a table need not be made again; new versions of the libraries alone do not ask for it."""
+    """Whether a stored table is still valid; new versions of libraries alone do not make it invalid."""
     same = all(found.get(key) == wanted[key] for key in ("table", "columns", "parameters"))
     return same and found.get("versions", {}).get("frictopt") == wanted["versions"]["frictopt"]
 
 
 def _write(table: pd.DataFrame, path: Path) -> None:
-    """Write to a temporary neighbour and rename it, so that no reader ever sees half a table."""
+    """Write to a temporary file and rename it, so that no reader sees an incomplete table."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     try:

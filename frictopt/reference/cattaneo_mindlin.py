@@ -1,4 +1,4 @@
-"""A cylinder pressed on a half-plane and sheared to and fro: the contact of Hertz, Cattaneo and Mindlin."""
+"""A cylinder pressed on a half-plane and under alternating shear: the contact of Hertz, Cattaneo and Mindlin."""
 
 from dataclasses import dataclass, fields
 from math import log1p, pi, sqrt

@@ -1,1 +1,1 @@
-"""Studies that hold the package against answers from elsewhere: oracles, random contacts, extremes, bare calls of other packages."""
+"""Studies that compare the package with independent answers: oracles, random contacts, extreme input, direct calls of other packages."""

@@ -27,7 +27,7 @@ _SLOW = 2.0  # seconds; longer runs are not repeated
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     elements: tuple[int, ...] = (40, 124)  # of the paper's scene
     fine: int = 124  # elements of the other scenes
@@ -56,7 +56,7 @@ class _Scene:
 
 @dataclass(frozen=True)
 class _Answer:
-    """One number and one state that a computation ends in, with their units, and what was left out."""
+    """A number and a state that are the result of a computation, with their units, and what was left out."""
 
     value: float
     state: Any

@@ -32,7 +32,7 @@ _TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1
 
 
 def units(system: fo.ContactSystem, cycle: fo.LoadCycle) -> tuple[float, float]:
-    """Force and length of the size that a contact's reactions and slips have."""
+    """Force scale and slip scale of a contact."""
     q, p = system.reaction(cycle.mean)
     force = float(np.abs(p).mean()) or float(np.abs(q).mean()) or 1.0
     return force, force / (float(np.trace(system.S)) / (2 * system.nodes) or 1.0)
@@ -70,7 +70,7 @@ def off_bounds(
 
 
 def _slacks(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any) -> tuple[Any, Any]:
-    """Values of the rows, and what rounding can make of them."""
+    """Values of the rows, and their rounding errors."""
     slope, rate, level = _rows(system, cycle, friction)
     v = np.asarray(slip) / units(system, cycle)[1]
     rounding = 8 * np.finfo(float).eps * (np.abs(slope) @ np.abs(v) + np.abs(rate) * load_factor + np.abs(level))
@@ -78,12 +78,12 @@ def _slacks(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_f
 
 
 def _both_bounds(nodes: int, node: int, corners: tuple[int, int]) -> tuple[int, int]:
-    """Which rows are the bound of forward slip at the first corner and of backward slip at the second."""
+    """Rows of the bound of forward slip at the first corner, and of backward slip at the second."""
     return 3 * nodes * corners[0] + node, 3 * nodes * corners[1] + nodes + node
 
 
 def largest_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
-    """lambda_2 by one linear program on the plain rows; inf and nan as in `shakedown_limit`, None where the solver does not say."""
+    """lambda_2 by one linear program on the plain rows; inf and nan as in `shakedown_limit`, None if the solver gives no answer."""
     slope, rate, level = _rows(system, cycle, friction)
     unit = float(np.abs(rate).max()) or 1.0
     answer = _optimum(np.column_stack([slope, rate / unit]), level, (0.0, np.inf))
@@ -94,7 +94,7 @@ def least_on_both_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction
     """Least load factor at which a safe slip holds some node on both its bounds, by one plain linear program per node whose bounds differ in corner.
 
     A node that is there at 0 counts only if it is at a load factor above 0 too (a second program): at 0 both bounds of a node that carries nothing
-    coincide. Inf where no node ever is; None where the solver does not say.
+    coincide. Inf where no node ever is; None if the solver gives no answer.
     """
     slope, rate, level = _rows(system, cycle, friction)
     unit, least = float(np.abs(rate).max()) or 1.0, np.inf
@@ -114,7 +114,7 @@ def least_on_both_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction
 def on_both_bounds(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, node: int, corners: tuple[int, int]
 ) -> Any | None:
-    """(N,) slip that holds a node on both its bounds at these corners, others as far from theirs as can be; None where the solver finds none."""
+    """(N,) slip that holds a node on both its bounds at these corners, the others as far from theirs as possible; None if none is found."""
     slope, rate, level = _rows(system, cycle, friction)
     equal = list(_both_bounds(system.nodes, node, corners))
     others = np.arange(len(slope)) % system.nodes != node
@@ -135,7 +135,7 @@ def _to_and_fro(nodes: int, rate: Any, friction: Any) -> list[tuple[int, tuple[i
 
 
 def largest_margin(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> float | None:
-    """Largest reserve, at most 1, of all rows of safe slip at a load factor, over the force scale; None where the solver does not say."""
+    """Largest reserve, at most 1, of all rows of safe slip at a load factor, over the force scale; None if the solver gives no answer."""
     slope, rate, level = _rows(system, cycle, friction)
     return _optimum(np.column_stack([slope, -np.ones(len(slope))]), level + rate * load_factor, (-np.inf, 1.0))
 
@@ -154,7 +154,9 @@ def _optimum(rows: Any, level: Any, limits: tuple[float, float], equal: Sequence
             if slack.min() > -1e-9 and (np.abs(slack[equal]) < 1e-9).all():
                 return float(answer.x[-1])
         said.append(answer.status)
-    told = [status for status in said if status not in _GAVE_UP] if equal else said  # many nodes are asked: one that gives up must not spoil all
+    told = (
+        [status for status in said if status not in _GAVE_UP] if equal else said
+    )  # there are many nodes, and a program that stops early does not affect the others
     return {2: float("nan"), 3: float("inf")}.get(told[0]) if len(told) > 1 and len(set(told)) == 1 else None
 
 
@@ -230,7 +232,7 @@ class Stepper:
         for number in range(cycles * len(corners) + 1):
             target = mean if number == 0 else corners[(number - 1) % len(corners)]
             work = 0.0
-            for share in (1 - np.cos(np.pi * np.arange(1, steps + 1) / steps)) / 2:  # closer together at the corners, where much happens
+            for share in (1 - np.cos(np.pi * np.arange(1, steps + 1) / steps)) / 2:  # shorter near the corners, where most events are
                 states = self.states(slip, before + share * (target - before))
                 if not states:
                     return None

@@ -1,7 +1,7 @@
-"""Error against run time of every computation, over what decides on its accuracy, with what others offer for the same work in the same run.
+"""Error against run time of every computation, for several settings of its accuracy, compared with other packages in the same run.
 
 Run with `python -m studies error_vs_time [--quick]`; it writes its tables and prints them in short form. Errors are measured against references
-that do not come from the package: closed forms, linear programs and increments in rational arithmetic, elimination in extended precision, and for
+that are independent of the package: closed forms, linear programs and increments in rational arithmetic, elimination in extended precision, and for
 the mesh the singular exponents of the corner. Its times depend on the machine. To add a computation: a function that yields its `Question`, called
 by `study.questions`.
 """

@@ -1,4 +1,4 @@
-"""Bare calls of solvers of linear programs."""
+"""Direct calls of solvers of linear programs."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -127,7 +127,7 @@ def osqp(program: LinearProgram, tolerance: float) -> float:
 
 
 def methods(program: LinearProgram, tolerances: tuple[float, ...], error: Callable[[float], float]) -> Iterator[Method]:
-    """The bare solvers at these tolerances, HiGHS with its defaults and with options that suit them too; `error` judges the optimal cost."""
+    """Direct calls of the solvers at these tolerances, of HiGHS also with its defaults and other options; `error` compares the optimal cost."""
     settings = {"defaults": {}, "primal simplex": SIMPLEX}
     for tolerance in tolerances:
         settings[f"{tolerance:.0e}"] = {"primal_feasibility_tolerance": tolerance, "dual_feasibility_tolerance": tolerance}

@@ -1,4 +1,4 @@
-"""What the first call costs, and what a second one on the same model does."""
+"""Run times of the first call, and of a second call on the same model."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -17,7 +17,7 @@ __all__ = ["first_and_second"]
 
 
 def first_and_second(parameters: Parameters) -> pd.DataFrame:
-    """One row per call on each mesh of the paper's scene, from the mesh to what is solved."""
+    """One row per call on each mesh of the paper's scene, from the mesh to the solved problem."""
     return pd.DataFrame([row for elements in parameters.elements for row in _rows(parameters, elements)])
 
 

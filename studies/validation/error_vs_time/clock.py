@@ -13,7 +13,7 @@ _ENOUGH = 2.0  # seconds that the repetitions may take together; at least one is
 
 @dataclass(frozen=True)
 class Timed:
-    """What a run gives, its median time in seconds, and the number of repetitions."""
+    """The result of a run, its median time in seconds, and the number of repetitions."""
 
     answer: Any
     seconds: float
@@ -21,7 +21,7 @@ class Timed:
 
 
 def timed(run: Callable[[], Any], repetitions: int) -> Timed:
-    """Run once unmeasured, then as often as said, but no longer than 2 s; of an even number, the faster one of the two in the middle counts."""
+    """Run once untimed, then so many times, but for at most 2 s; the median of an even number is the faster of the two middle times."""
     start = time.perf_counter()
     answer = run()
     repetitions = min(repetitions, max(1, int(_ENOUGH / (time.perf_counter() - start))))

@@ -1,4 +1,4 @@
-"""Condensation: its rounding against scikit-fem and scipy on the same mesh, and what the mesh does to the singular corner."""
+"""Condensation: its rounding against scikit-fem and scipy on the same mesh, and the error of the mesh at the singular corner."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -61,7 +61,7 @@ def _stiffness(body: fo.Body) -> tuple[Any, Any]:
 
 
 def multiple_right_hand_sides(blocks: Blocks, ordering: str) -> Array:
-    """Stiffness of the kept unknowns as most write it with scipy: one solution for each of them."""
+    """Stiffness of the kept unknowns by the usual code with scipy: one solution for each of them."""
     K_ii, K_ir, K_rr = blocks
     return np.asarray(K_rr - K_ir.T @ splu(K_ii, **ORDERINGS[ordering]).solve(K_ir.toarray()))
 
@@ -123,7 +123,7 @@ def _elimination(elements: int) -> Question:
 
 
 def _plain(scene: fo.PunchOnHalfPlane, ordering: str) -> Array:
-    """The stiffness from the scene on, as most write it."""
+    """The stiffness of the scene, by the usual code with scipy."""
     return multiple_right_hand_sides(assembled(scene), ordering)
 
 

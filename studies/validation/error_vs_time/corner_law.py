@@ -1,4 +1,4 @@
-"""The law by which the shakedown limit depends on the corner element, for it has no value without one.
+"""The power law of the shakedown limit in the size of the corner element; the limit has no value without a mesh.
 
 At the limit the corner slides, while its bonded tractions grow as `r ** (l_bonded - 1)`: the limit goes with the size h of the corner element as
 `h ** (l_sliding - l_bonded)`, with the exponents of the sliding and of the bonded corner (closed forms), for friction below the traction ratio

@@ -1,4 +1,4 @@
-"""References without rounding: a basis that a solver in doubles proposes, solved in rational arithmetic and then proven.
+"""References without rounding: a solver in doubles proposes a basis, which is solved in rational arithmetic and proven optimal.
 
 Doubles are rational numbers, so the linear program and the contact law that they state have exact answers. A square system is solved by iterative
 refinement: the residual is computed with Python's fractions, without rounding, and each correction in doubles gains some ten digits, until forty are

@@ -1,4 +1,4 @@
-"""The guaranteed limit: the package's search among the nodes, and a bare linear program for each of them."""
+"""The guaranteed limit: the package's search among the nodes, and a direct call of a linear program for each of them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -58,7 +58,7 @@ class NodePrograms:
         return cls(programs, load_unit)
 
     def least(self, options: dict[str, Any]) -> tuple[float, int, Any]:
-        """The least load factor over the nodes, its node, and HiGHS with the answer; programs without an optimum are passed over."""
+        """The least load factor over the nodes, its node, and HiGHS with the answer; programs without an optimum are skipped."""
         found: tuple[float, int, Any] = np.inf, -1, None
         for node, program in self.programs.items():
             try:
@@ -71,7 +71,7 @@ class NodePrograms:
 
 
 def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
-    """The upper bound on one mesh; that no other node has a smaller load factor is HiGHS's word."""
+    """The upper bound on one mesh; HiGHS decides that no other node has a smaller load factor."""
     system, friction = scene.system, parameters.guaranteed_friction
     bare, model = NodePrograms.of(system, LOADS, friction), fo.GuaranteedModel(system, LOADS)
     _, node, solver = bare.least({})

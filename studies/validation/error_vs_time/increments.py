@@ -1,4 +1,4 @@
-"""One increment of friction, from one corner of the load cycle to the next: programs, Lemke's method, and bare quadratic programs."""
+"""One increment of friction, from one corner of the load cycle to the next: programs, Lemke's method, and direct calls of quadratic programs."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -24,7 +24,7 @@ __all__ = ["FrozenBound", "clarabel", "daqp", "osqp", "questions"]
 
 Array = np.ndarray[Any, Any]
 
-_PATIENCE = 5.0  # seconds for a frozen bound to settle
+_PATIENCE = 5.0  # seconds until the frozen bound must have converged
 
 
 @dataclass(frozen=True)

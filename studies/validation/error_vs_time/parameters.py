@@ -21,7 +21,7 @@ class Parameters:
     law_gradings: tuple[float, ...] = (10.0, 100.0, 1000.0, 10000.0)
     law_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5)
     # Settings of solvers and steps
-    tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10)  # of the bare solvers of linear and quadratic programs
+    tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10)  # of the solvers of linear and quadratic programs that are called directly
     margin_share: float = 0.9  # the margin of a safe slip is that at this share of the shakedown limit
     overload: float = 1.4  # load factor of increments and transients over the shakedown limit
     steps: tuple[int, ...] = (5, 10, 20, 40, 80)  # increments from corner to corner

@@ -47,7 +47,7 @@ class Case:
 
 
 def random_case(seed: int, nodes: int | None = None) -> Case:
-    """The case of a seed; of that many nodes, or of a number that the seed says."""
+    """The case of a seed, with so many nodes, or a number that the seed chooses."""
     rng = np.random.default_rng(seed)
     nodes = int(rng.choice(_NODES)) if nodes is None else nodes
     A, B, C = _stiffness(rng, nodes)
@@ -78,7 +78,7 @@ def _stiffness(rng: np.random.Generator, nodes: int) -> tuple[Any, Any, Any]:
     coupling = rng.choice([0.0, 1e-7, 0.3, 0.7, 1.0], p=[0.1, 0.05, 0.35, 0.3, 0.2])
     S[nodes:, :nodes] *= coupling
     S[:nodes, nodes:] *= coupling
-    if rng.random() < 0.15:  # a motion of the punch that nothing holds: sliding, or sliding, lifting and turning
+    if rng.random() < 0.15:  # a rigid motion without supports: sliding, or sliding, lifting and turning
         ones, zeros, turn = np.ones(nodes), np.zeros(nodes), np.arange(nodes) - (nodes - 1) / 2
         motions = [np.r_[ones, zeros], np.r_[zeros, ones], np.r_[zeros, turn]][: rng.choice([1, 3]) if nodes > 2 else 1]
         rigid = np.linalg.qr(np.array(motions).T)[0]

@@ -64,7 +64,7 @@ def asked(questions: Mapping[str, Callable[[Any], tuple[float, bool]]], subject:
         except fo.FrictoptError as error:
             kind = next(kind for kind in (fo.ModelError, fo.NoContinuation, fo.SolverError) if isinstance(error, kind))
             yield Finding(name, seed, kind.__name__, float("nan"), False, str(error))
-        except Exception as error:  # a wrong answer, or an error that is not ours: both must not be
+        except Exception as error:  # a wrong answer, or an error of another package: neither may occur
             yield Finding(name, seed, "wrong", float("nan"), False, f"{type(error).__name__}: {error}")
 
 
@@ -92,7 +92,7 @@ def _safe_slip(known: Known) -> tuple[float, bool]:
     if safe.exists and excess > 1e-8:
         raise Wrong(f"the slip is not safe by {excess:.1e}")
     room = oracles.largest_margin(*known.args, known.load_factor)
-    if room is not None and abs(room) > 1e-8 and safe.exists != (room > 0):  # else closer to the limit than the tolerance of either
+    if room is not None and abs(room) > 1e-8 and safe.exists != (room > 0):  # else the load is closer to the limit than either tolerance
         raise Wrong(f"exists = {safe.exists}, margin {room}")
     return safe.residual, room is not None
 
@@ -112,7 +112,7 @@ def _path(known: Known) -> tuple[float, bool]:
     errors: list[float] = []
     for steps in _STEPS:
         marched = oracles.Stepper(*known.args).march(case.system, case.cycle, known.load_factor, case.start, cycles, steps)
-        if marched is None or marched.states > 1:  # a jump, or two answers: there the path refuses, or passes between two increments
+        if marched is None or marched.states > 1:  # a jump, or two solutions: there the path ends, or passes between two increments
             return path.residual, True
         errors.append(float(np.abs(path.slip[ends] - marched.slip).max()) / size)
         if errors[-1] < 1e-6 or (len(errors) > 1 and errors[-1] < 0.5 * errors[-2] and errors[-1] < 0.1):

@@ -18,10 +18,10 @@ __all__ = ["DIFFERENTIAL", "Scene", "Seen", "described", "differences"]
 SAME = 1e-9
 """Difference between two answers, over the force, length and work of the contact, that counts as none: the residual that an answer may have."""
 
-_SETTLING = 100.0  # slip of a cycle that comes back to 1e-10 slip scales may still be so many times farther from where it goes
-_MOST = 100  # cycles until a steady state is refused
+_SETTLING = 100.0  # a cycle that returns within 1e-10 slip scales may still be so many times farther from its limit
+_MOST = 100  # most cycles to a steady state
 _MOST_MARCHED = 60
-_FEW = 6  # nodes up to which increments are asked, each a program of its own
+_FEW = 6  # nodes up to which increments are computed, each by its own program
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ def _again(scene: Scene, seen: Seen, simplify: bool = True) -> tuple[float, bool
     options = {"initial_slip": seen.start, "most_cycles": _MOST, "simplify": simplify}
     other = fo.steady_state(seen.system, seen.cycle, seen.friction, scene.load_factor, **options)
     residual = max(steady.residual, other.residual)
-    if steady.unproven or other.unproven:  # rates that may not be the only ones: either may be right
+    if steady.unproven or other.unproven:  # the rates may not be unique: either result may be right
         return residual, False
     unit = scene.force * scene.length
     work = seen.force * seen.length
@@ -225,7 +225,7 @@ def _increments(scene: Scene) -> tuple[float, bool]:
     system = scene.case.system
     path = fo.march(*scene.args, scene.load_factor, initial_slip=scene.case.start, cycles=1)
     landed = int(np.searchsorted(path.time, 0.0, side="right")) - 1
-    if path.gap[landed].any():  # no slip alone brings another transient there
+    if path.gap[landed].any():  # another transient reaches this state not by slip alone
         raise NotAsked
     loads = {f"load {k}": (path.bonded_q[k], path.bonded_p[k]) for k in range(landed, len(path.time))}
     names = list(loads)
@@ -234,7 +234,7 @@ def _increments(scene: Scene) -> tuple[float, bool]:
     stepped = fo.march(again, cycle, scene.case.friction, 1.0, initial_slip=path.slip[landed], cycles=1, engine="qp", steps=1)
     for name in ("q", "p"):
         scene.near(f"{name} in increments", getattr(stepped, name)[1:], getattr(path, name)[landed:], scene.force, 1e3 * SAME)
-    shut = (path.p[landed:] > 1e-6 * scene.force).all(axis=0)  # of a node that opens, an increment does not say when it did
+    shut = (path.p[landed:] > 1e-6 * scene.force).all(axis=0)  # an increment does not resolve when a node opens
     work = (path.work[-1] - path.work[landed])[shut]
     scene.near("work in increments", stepped.work[-1][shut], work, scene.force * scene.length, 1e3 * SAME)
     return stepped.residual, True

@@ -15,7 +15,7 @@ from .known import Known, NotAsked, Wrong, same, transformed
 __all__ = ["followed", "guaranteed", "guaranteed_transformed"]
 
 _STARTS = 10  # below the limit
-_FEW, _SECONDS = 3, 5.0  # nodes and corners of cases that are asked for sequences of increments, and seconds for each
+_FEW, _SECONDS = 3, 5.0  # nodes and corners up to which sequences of increments are computed, and seconds for each
 _SMALL = 0.1, 0.02, 1e-3  # load factors next to 0, over lambda_2 or that at which cyclic reactions reach the mean pressure
 _NO_SLIP = (fo.Outcome.SHAKEDOWN.name, "NO_CONTINUATION")
 _MOVED = 5  # starts next to the witness, above the limit
@@ -100,7 +100,7 @@ def _above(known: Known, limit: fo.GuaranteedLimit) -> float:
     if (_ABOVE - 1) * change >= _TOO_LITTLE:
         return _ABOVE
     above = 1 + 10 * _TOO_LITTLE / change
-    if above * limit.load_factor >= limit.shakedown.load_factor:  # where slip goes on in any case
+    if above * limit.load_factor >= limit.shakedown.load_factor:  # slip persists there in any case
         raise NotAsked
     return above
 
@@ -122,7 +122,7 @@ def _persists_next_to(known: Known, limit: fo.GuaranteedLimit, load_factors: Seq
     assert limit.node is not None and limit.corners is not None
     for load_factor in load_factors:
         slip = oracles.on_both_bounds(*known.args, load_factor, limit.node, limit.corners)
-        for next_to in (0.9, 1.1) if slip is not None else ():  # of a load that presses the contact, less is worse
+        for next_to in (0.9, 1.1) if slip is not None else ():  # if the load presses the contact, less load can be worse
             with suppress(fo.NoContinuation):
                 cycle = _about_its_middle(known, next_to * load_factor)
                 if fo.steady_state(known.case.system, cycle, known.case.friction, 1.0, initial_slip=slip).outcome is not fo.Outcome.SHAKEDOWN:

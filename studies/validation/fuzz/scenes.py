@@ -20,11 +20,11 @@ _MATERIALS = (fo.Material(), fo.Material(100.0, 0.1), fo.Material(1e-2, 0.45))
 
 
 def random_scene(seed: int, family: str | None = None) -> Case:
-    """The contact of a seed; of that family, or of one that the seed says.
+    """The contact of a seed, of this family or of one that the seed chooses.
 
     Its load cases are "mean", which presses, and cyclic ones: the first of them is symmetric where the contact is, the others need not be.
     """
-    rng = np.random.default_rng([seed, 3])  # not the numbers of `random_case`
+    rng = np.random.default_rng([seed, 3])  # other random numbers than in `random_case`
     family = str(rng.choice(list(FAMILIES), p=_OFTEN)) if family is None else family
     system = FAMILIES[family](rng)
     symmetric = bool(np.abs(system.B + np.flip(system.B)).max() <= 1e-12 * np.abs(system.A).max() and rng.random() < 0.7)
@@ -143,6 +143,6 @@ FAMILIES: dict[str, Callable[[np.random.Generator], fo.ContactSystem]] = {
     "half-planes": _half_planes,
     "punch": _punch,
 }
-"""Family -> what makes a contact of it."""
+"""Family -> function that makes a contact."""
 
 _OFTEN = (0.4, 0.25, 0.25, 0.1)

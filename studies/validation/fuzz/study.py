@@ -35,7 +35,7 @@ PARTS: Mapping[str, Mapping[str, Any]] = {"answers": CHECKS, "differential": DIF
 
 @dataclass(frozen=True)
 class Parameters:
-    """Which cases, and which parts are asked of each."""
+    """The cases, and the parts that are asked for each."""
 
     cases: int = 10_000
     seed: int = 0  # of the first case; the others have the next seeds
@@ -74,7 +74,7 @@ class _Found:
         wrong = finding.result == "wrong"
         if wrong:
             tqdm.write(f"WRONG, seed {finding.seed}, {finding.check}: {finding.text}")
-            sys.stdout.flush()  # of a run that takes a night and is looked at before it ends
+            sys.stdout.flush()  # so that a long run can be watched
         key = finding.check, finding.result, f"{finding.text} (seed {finding.seed})" if wrong else _pattern(finding.text)
         self.refused.setdefault(key, [0, finding.seed])[0] += 1
 
