@@ -38,7 +38,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     figure = new_figure(WIDE, 112)
     *panels, last = figure.subplots(2, (len(questions) + 2) // 2, sharex=True, sharey=True).ravel()
     for axes, (key, rows) in zip(panels, questions, strict=False):
-        _panel(axes, rows[rows["outcome"] == "answer"])
+        _panel(axes, rows[rows["result"] == "answer"])
         axes.set_title("\n".join(key).replace("lambda_1", r"$\lambda_1$").replace("lambda_2", r"$\lambda_2$"), loc="left")
     whole_decades(panels[0], "x")
     for axes, (_, rows) in zip(panels, questions, strict=False):

@@ -80,7 +80,7 @@ def test_absent_rivals_are_left_out_and_failures_are_rows(monkeypatch):
     made = measured(Question("c", "q", "s", 1, "r", compared), 1)
     assert [row["method"] for row in made] == ["ours", "bad", "void"]
     assert made[0]["on_front"] and made[0]["error"] == np.finfo(float).eps
-    assert [row["outcome"] for row in made[1:]] == ["ArithmeticError: no optimum", "ArithmeticError: the answer is not finite"]
+    assert [row["result"] for row in made[1:]] == ["ArithmeticError: no optimum", "ArithmeticError: the answer is not finite"]
     assert all(np.isinf(row["error"]) and not row["on_front"] for row in made[1:])
 
 
@@ -107,7 +107,7 @@ def test_every_computation_is_there_and_ours_all_answer(table):
     expected = {"condensation", "onset", "lambda_2", "lambda_1", "safe slip", "increment", "transient", "steady state"}
     assert set(table["computation"]) == expected
     ours = table[table["rival"] == ""]
-    assert (ours["outcome"] == "answer").all()
+    assert (ours["result"] == "answer").all()
     assert ours.loc[ours["computation"].isin(expected - {"condensation", "onset"}), "residual"].lt(1e-9).mean() > 0.9
     for elements in QUICK.elements:
         assert set(table.loc[table["nodes"] == elements + 1, "computation"]) == expected

@@ -119,13 +119,13 @@ def two_node_limits(A: ArrayLike, B: ArrayLike, q0: ArrayLike, p0: ArrayLike, q1
 def _facing_and_behind(normal: Array, strength: Array, demand: Array, node: int) -> tuple[_Meeting, _Meeting]:
     """Meetings of the apex of `node` with the line of the other node that faces it and with the one that lies behind it."""
     other = 1 - node
-    forward, backward = normal[:, node]
+    forward_normal, backward_normal = normal[:, node]
     meetings = []
     for line in (0, 1):
         third = normal[line, other]
         # Weights with which the three normals add up to zero: the minors of the determinant. Those of the apex's own lines are made
         # positive; all three then have one sign, and no slip is safe behind the meeting, iff the third line faces the apex.
-        weights = np.array([_det(backward, third), _det(third, forward), _det(forward, backward)])
+        weights = np.array([_det(backward_normal, third), _det(third, forward_normal), _det(forward_normal, backward_normal)])
         weights *= np.sign(weights[0])
         resisting = weights * [*strength[:, node], strength[line, other]]
         closing = float(weights @ [*demand[:, node], demand[line, other]])

@@ -136,10 +136,10 @@ def _row(question: Question, method: Method, repetitions: int) -> dict[str, Any]
             raise ArithmeticError("the answer is not finite")
     except (fo.FrictoptError, ArithmeticError) as failure:
         none = {"error": np.inf, "residual": np.nan, "seconds": np.inf, "repetitions": 0}
-        return {**named, "outcome": f"{type(failure).__name__}: {failure}", **none}
+        return {**named, "result": f"{type(failure).__name__}: {failure}", **none}
     return {
         **named,
-        "outcome": "answer",
+        "result": "answer",
         "error": max(error, EPSILON),
         "residual": method.residual(run.answer) if method.residual else np.nan,
         "seconds": run.seconds,
