@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.mirror import MirrorHalf, mirror_half
+from frictopt.contact.symmetry import halve
 from frictopt.path import ExactPath, cycles
 from frictopt.path.stops import turning_corners
 from systems import mirrored, odd
@@ -32,19 +32,24 @@ def assert_same(lean, full, tolerance):
 
 
 def test_the_half_has_the_stiffness_of_its_motions():
-    """Energy and work of symmetric motions, against the whole; the inverse of each map."""
+    """Energy and reactions of symmetric motions, against the whole; the middle node's gap counts half, and it cannot slip."""
     rng = np.random.default_rng(0)
     for nodes in (2, 5, 6):
         contact = mirrored(rng, nodes, gap=True)
-        half = mirror_half(contact, np.ones(nodes))
-        assert isinstance(half, MirrorHalf) and half.nodes == (nodes + 1) // 2
+        half = halve(contact, np.ones(nodes))
+        kept = half.system.nodes
+        assert kept == (nodes + 1) // 2 and half.source.tolist() == [min(i, nodes - 1 - i) for i in range(nodes)]
         w = rng.normal(size=nodes)
-        symmetric = np.r_[odd(rng, nodes), w + w[::-1]]
-        own = np.r_[symmetric[: half.nodes], symmetric[nodes : nodes + half.nodes]]
-        assert own @ half.system.S @ own == pytest.approx(symmetric @ contact.S @ symmetric / 2)
-        r = contact.S @ symmetric
-        assert half.forces(r) == pytest.approx(half.system.S @ own)
-        assert half.whole_forces(half.forces(r)) == pytest.approx(r) and half.whole_motion(own) == pytest.approx(symmetric)
+        v, w = odd(rng, nodes), w + w[::-1]
+        own = np.r_[v[:kept], w[:kept]]
+        if nodes % 2:
+            own[-1] /= 2
+        assert half.odd(own[:kept]) == pytest.approx(v) and half.gaps(own[kept:]) == pytest.approx(w)
+        assert half.gaps(half.system.gap) == pytest.approx(contact.gap)
+        assert own @ half.system.S @ own == pytest.approx(np.r_[v, w] @ contact.S @ np.r_[v, w] / 2)
+        q, p = np.split(contact.S @ np.r_[v, w], 2)
+        assert half.system.S @ own == pytest.approx(np.r_[half.of(q), half.of(p)])
+        assert half.odd(half.of(q)) == pytest.approx(q) and half.even(half.of(p)) == pytest.approx(p)
 
 
 def test_a_corner_on_the_straight_segment_is_no_stop(punch, paper_cycle):

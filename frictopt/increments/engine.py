@@ -12,7 +12,7 @@ import pandas as pd
 
 from ..contact import ContactSystem
 from ..contact.checks import flag
-from ..contact.mirror import EXACT, EXACT_LOAD, MirrorHalf, is_mirror_symmetric, mirror_half
+from ..contact.symmetry import Part, halve, is_odd, is_symmetric_load
 from ..errors import NoContinuation, SolverError
 from ..solve.explain import explain
 from ..solve.solvers import TOLERANCE
@@ -99,34 +99,31 @@ class IncrementEngine(ABC):
         posed = self._law.pose(slip, bonded)
         if self._simplify and posed.stuck:
             return posed.closed_form(self._title)
-        halved = self._solve_half(posed) if self._simplify else None
-        return self._solve_program(posed) if halved is None else halved
+        symmetric = self._simplify and is_odd(posed.slip) and is_symmetric_load(posed.bonded_q, posed.bonded_p)
+        expanded = self._solve_half(posed) if symmetric else None
+        return self._solve_program(posed) if expanded is None else expanded
 
     @abstractmethod
     def _solve_program(self, posed: PosedIncrement) -> Increment: ...
 
     @cached_property
-    def _half(self) -> "tuple[MirrorHalf, IncrementEngine] | None":
+    def _half(self) -> "tuple[Part, IncrementEngine] | None":
         """Half of a mirror-symmetric contact, and the engine of its increments."""
-        half = mirror_half(self._law.system, self._law.friction)
-        return None if half is None else (half, type(self)(half.system, half.nodal(self._law.friction), **self._options))
+        half = halve(self._law.system, self._law.friction)
+        return None if half is None else (half, type(self)(half.system, half.of(self._law.friction), **self._options))
 
     def _solve_half(self, posed: PosedIncrement) -> Increment | None:
-        """A mirror-symmetric state, from the half; None where slip or load are not symmetric, or the half has no answer: the whole may have one."""
-        slip, bonded = posed.slip, (posed.bonded_q, posed.bonded_p)
-        if self._half is None or np.abs(slip + slip[::-1]).max() > EXACT * np.abs(slip).max():
-            return None
-        if not is_mirror_symmetric(self._law.system, [bonded], self._law.friction, EXACT_LOAD):
+        """A mirror-symmetric state, expanded from the half; None where the half has no answer, because the whole contact may have one."""
+        if self._half is None:
             return None
         half, engine = self._half
-        before = half.odd(slip)
+        before = half.of(posed.slip)
         try:
-            found = engine.solve(before, np.split(half.forces(np.concatenate(bonded)), 2))
+            found = engine.solve(before, (half.of(posed.bonded_q), half.of(posed.bonded_p)))
         except (NoContinuation, SolverError):
             return None
-        u = half.whole_motion(np.r_[found.slip - before, found.gap]) / posed.length
-        r = half.whole_forces(np.r_[found.q, found.p]) / posed.force
-        text = f"mirror symmetry: v is odd, {half.nodes} of {self._law.nodes} nodes are in the program"
-        state = State(sticking(self._law.nodes), u, r)
-        result = posed.result(self._title, state, found.sweeps, found.solver, found.attempts, (text, *found.left_out), found.problem)
+        u = np.r_[half.odd(found.slip - before), half.gaps(found.gap)] / posed.length
+        r = np.r_[half.odd(found.q), half.even(found.p)] / posed.force
+        state, left_out = State(sticking(self._law.nodes), u, r), (*half.left_out, *found.left_out)
+        result = posed.result(self._title, state, found.sweeps, found.solver, found.attempts, left_out, found.problem)
         return replace(result, _units=found._units) if result.residual <= TOLERANCE else None

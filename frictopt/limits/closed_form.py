@@ -4,11 +4,18 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
-from ..contact.mirror import is_uncoupled
 from .mechanism import Mechanism
 from .scaling import NULL, Loads
 
-__all__ = ["uncoupled_limit"]
+__all__ = ["is_uncoupled", "uncoupled_limit"]
+
+_NO_COUPLING = 1e-13  # share of the largest entry of A up to which f B is rounding
+
+
+def is_uncoupled(system: ContactSystem, friction: Array) -> bool:
+    """Whether tangential motion does not change the friction bounds: f B is zero up to rounding, against A."""
+    coupling = float(np.abs(friction[:, None] * system.B).max())
+    return coupling <= _NO_COUPLING * float(np.abs(system.A).max())
 
 
 def uncoupled_limit(system: ContactSystem, loads: Loads, friction: Array) -> tuple[float, Array, Mechanism] | None:

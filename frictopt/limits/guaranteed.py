@@ -10,12 +10,12 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, flag, frozen
-from ..contact.mirror import is_uncoupled
 from ..contact.show import Shown
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
 from ..solve.solvers import Attempt, solver_order
 from .both_bounds_search import BothBoundsSearch, NodeClaim, two_corners
+from .closed_form import is_uncoupled
 from .kinds import LimitKind
 from .posed import LimitQuestion, cycle_loads
 from .screening import load_factor_bounds
@@ -178,7 +178,8 @@ class GuaranteedModel:
             return self._result(task, shakedown, None, least, how, ())
         scaled = task.scaled()
         rows = task.rows(scaled)
-        images = both & posed.mirror & (np.arange(n) >= n - n // 2)
+        source = posed.part.source  # the least load factor of a node is that of its mirror image
+        images = both & (source != np.arange(n))
         how[images] = _IMAGE
         bounds = load_factor_bounds(scaled, rows) if self._simplify else np.zeros(n)
         best: NodeClaim | None = None
@@ -193,8 +194,7 @@ class GuaranteedModel:
             least[node], how[node] = claim.load_factor, _COINCIDE if claim.coincide else _SOLVED if np.isfinite(claim.load_factor) else _NEVER
             if claim.load_factor < least_found:
                 best, least_found = claim, claim.load_factor
-        least[images] = least[::-1][images]
-        return self._result(task, shakedown, best, least, how, tuple(claims))
+        return self._result(task, shakedown, best, np.where(images, least[source], least), how, tuple(claims))
 
     def _result(
         self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]

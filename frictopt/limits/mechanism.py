@@ -103,16 +103,15 @@ class Mechanism:
         return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
 
 
-def expand_duals(model: SafeProblem, rows: RulingLoads, nodes: int, corners: int) -> Mechanism:
-    """The mechanism of all nodes and corners that the multipliers of the kept rows stand for."""
-    scaled, motions = model.scaled, []
+def expand_duals(model: SafeProblem, rows: RulingLoads, corners: int) -> Mechanism:
+    """The mechanism of the whole contact that the multipliers of its part stand for.
+
+    Nodes of one source share its motion. An image slips forward where its source slips backward, and a middle node as far to and fro.
+    """
+    part, nodes, motions = model.scaled.part, len(model.scaled.unit), []
     for dual, corner in zip(model.duals, rows.corners, strict=True):
         motion = np.zeros((corners, nodes))
-        motion[corner, scaled.nodes] = dual / scaled.unit
-        motions.append(motion)
-    (forward, backward, opening), hold = motions, np.zeros(nodes)
-    hold[scaled.nodes] = model.hold
-    if scaled.mirror:
-        forward, backward, opening = (forward + backward[:, ::-1]) / 2, (backward + forward[:, ::-1]) / 2, (opening + opening[:, ::-1]) / 2
-        hold = (hold - hold[::-1]) / 2
-    return Mechanism(forward, backward, opening, hold)
+        motion[corner, np.arange(nodes)] = dual / model.scaled.unit
+        motions.append(part.share * part.even(motion))
+    (one, other, opening), same = motions, (1 + part.sign) / 2
+    return Mechanism(same * one + (1 - same) * other, same * other + (1 - same) * one, opening, part.share * part.odd(model.hold))

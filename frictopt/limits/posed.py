@@ -7,7 +7,7 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
 from ..contact.checks import Array, flag
 from ..contact.cycle import checked_cycle
-from ..contact.mirror import is_mirror_symmetric
+from ..contact.symmetry import Part, halve, whole
 from ..errors import ModelError
 from ..solve.solvers import TOLERANCE
 from .mechanism import Mechanism
@@ -44,9 +44,14 @@ class LimitQuestion:
     friction
         (N,) coefficients of friction.
     simplify
-        Whether to use mirror symmetry.
+        Whether half of a mirror-symmetric contact is enough.
     most
         (N,) largest slip; None for no bound.
+
+    Attributes
+    ----------
+    part
+        The part of the contact that is solved for. What is claimed of the whole contact is judged on the whole contact.
     """
 
     system: ContactSystem
@@ -55,15 +60,14 @@ class LimitQuestion:
     friction: Array
     simplify: bool
     most: Array | None = None
-    mirror: bool = field(init=False)
+    part: Part = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "simplify", flag("simplify", self.simplify))
         object.__setattr__(self, "friction", friction_coefficients(self.friction, self.system.nodes))
         reactions = (self.loads.q0, self.loads.p0), (self.loads.q1, self.loads.p1)
-        even = self.most is None or np.array_equal(self.most, self.most[::-1])
-        worth = self.simplify and self.system.nodes > 1 and even
-        object.__setattr__(self, "mirror", worth and is_mirror_symmetric(self.system, reactions, self.friction))
+        half = halve(self.system, self.friction, reactions, self.most) if self.simplify else None
+        object.__setattr__(self, "part", half or whole(self.system))
         _check_shear(self.loads.q0, self.force)
 
     def same_input(self, other: "LimitQuestion") -> bool:
@@ -73,15 +77,15 @@ class LimitQuestion:
 
     def scaled(self) -> ScaledContact:
         """Unknowns and units for this task."""
-        return scaled_contact(self.system, self.loads, self.force, self.mirror)
+        return scaled_contact(self.part, self.loads.of(self.part), self.force)
 
     def rows(self, scaled: ScaledContact, loads: Loads | None = None) -> RulingLoads:
         """Right-hand sides for this task, or for other loads on it."""
-        return ruling_loads(scaled, loads or self.loads, self.friction)
+        return ruling_loads(scaled, (loads or self.loads).of(self.part), self.part.of(self.friction))
 
     def bound(self, scaled: ScaledContact) -> SlipBound | None:
         """Rows of the slip bound, if there is one."""
-        return None if self.most is None else scaled_slip_bound(scaled, self.most)
+        return None if self.most is None else scaled_slip_bound(scaled, self.part.of(self.most))
 
     def reactions(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """(K, N) reactions `q, p` of the closed contact at the corners, under a residual slip."""
@@ -133,23 +137,19 @@ class LimitQuestion:
         that is more; and under a slip bound, whose rigid slide is at most that of `slip`, or at most a force over a stiffness of the contact's size.
         """
         stress = mechanism.stress(self.system, self.friction)
-        nodes = scaled.nodes[scaled.loaded]
-        tractions = np.maximum(np.abs(self.system.A[nodes] @ slip) / scaled.unit[scaled.loaded], 1.0 + self.friction[nodes])
-        off = float(np.abs(stress @ scaled.slip) @ tractions)
+        nodes = scaled.loaded
+        tractions = np.maximum(np.abs(self.system.A[nodes] @ slip) / scaled.unit[nodes], 1.0 + self.friction[nodes])
+        off = float(np.abs(stress @ scaled.part.odd(scaled.slip.T).T) @ tractions)
         if self.most is not None and scaled.rigid.shape[1]:
-            off += float(np.abs(stress @ scaled.rigid) @ np.maximum(np.abs(np.linalg.pinv(scaled.rigid) @ slip), 1.0))
+            rigid = scaled.part.odd(scaled.rigid.T).T
+            off += float(np.abs(stress @ rigid) @ np.maximum(np.abs(np.linalg.pinv(rigid) @ slip), 1.0))
         return off
 
-    def left_out(self, rows: RulingLoads | None) -> tuple[str, ...]:
+    def left_out(self, rows: RulingLoads) -> tuple[str, ...]:
         """What the scene did not need, in words."""
-        nodes, corners = self.system.nodes, self.loads.corners
-        texts = []
-        if self.mirror:
-            texts.append(f"mirror symmetry: v is odd, {nodes // 2} of {nodes} slips are unknowns, {nodes - nodes // 2} of {nodes} nodes have rows")
-        idle = 0 if rows is None else corners - len(np.union1d(*rows.corners[:2]))
-        if idle:
-            texts.append(f"corners: {idle} of {corners} rule no node")
-        return tuple(texts)
+        corners = self.loads.corners
+        idle = corners - len(np.union1d(*rows.corners[:2]))
+        return (*self.part.left_out, *([f"corners: {idle} of {corners} rule no node"] if idle else []))
 
 
 def _check_shear(q0: Array, force: float) -> None:

@@ -17,7 +17,7 @@ Integers = np.ndarray[Any, np.dtype[np.intp]]
 class RulingLoads:
     """Right-hand sides of `q + g >= load_factor * forward`, `g - q >= load_factor * backward` and `p >= load_factor * opening`.
 
-    All in units of the scaled, one row of each kind for each kept node. `g = f p` is the friction bound, `forward = -(q1 + f p1)`,
+    All in units of the `ScaledContact`, one row of each kind for each node. `g = f p` is the friction bound, `forward = -(q1 + f p1)`,
     `backward = q1 - f p1`, `opening = -p1`. For a load factor >= 0 the corners of one node and one kind of row differ only in the coefficient of
     the load factor, so the largest one rules and the others are implied. The rows of opening follow from the other two where there is friction.
 
@@ -43,16 +43,15 @@ class RulingLoads:
 
 
 def ruling_loads(scaled: ScaledContact, loads: Loads, friction: Array) -> RulingLoads:
-    """Rows of the kept nodes, one for each node and sense: those of the ruling corner."""
-    nodes, unit = scaled.nodes, scaled.unit
-    f, q0, p0, q1, p1 = friction[nodes], loads.q0[nodes], loads.p0[nodes], loads.q1[:, nodes], loads.p1[:, nodes]
-    forward, backward, opening = -(q1 + f * p1), q1 - f * p1, -p1
+    """Rows of the nodes, one for each node and sense: those of the ruling corner."""
+    unit = scaled.unit
+    forward, backward, opening = -(loads.q1 + friction * loads.p1), loads.q1 - friction * loads.p1, -loads.p1
     load_unit = load_factor_unit(loads, friction, scaled.force)
     return RulingLoads(
-        friction=f,
-        q_mean=q0 / unit,
-        fp_mean=f * p0 / unit,
-        p_mean=p0 / unit,
+        friction=friction,
+        q_mean=loads.q0 / unit,
+        fp_mean=friction * loads.p0 / unit,
+        p_mean=loads.p0 / unit,
         forward=forward.max(axis=0) / unit * load_unit,
         backward=backward.max(axis=0) / unit * load_unit,
         opening=opening.max(axis=0) / unit * load_unit,

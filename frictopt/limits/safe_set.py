@@ -28,7 +28,7 @@ class SafeSymbols:
     traction, slide
         The unknowns: nodal tractions, and rigid slides, which no row feels but those that bound the slip.
     q, p, fp
-        (n,) shear force q0 + A v, normal force p0 + B v and friction bound f (p0 + B v) of the kept nodes under the mean load.
+        (n,) shear force q0 + A v, normal force p0 + B v and friction bound f (p0 + B v) of the nodes under the mean load.
     forward, backward, opening
         (n,) cyclic load at the corners that rule the rows, see `RulingLoads`.
     """
@@ -52,7 +52,7 @@ class SafeSymbols:
 
 @dataclass(frozen=True, eq=False)
 class SafeProblem:
-    """A cvxpy problem over safe slips together with the data of its rows, one of each kind for each kept node.
+    """A cvxpy problem over safe slips together with the data of its rows, one of each kind for each node of its part of the contact.
 
     `set`, `refine` and solving change the values that stand in the cvxpy problem.
     """
@@ -77,16 +77,16 @@ class SafeProblem:
 
     @property
     def slip(self) -> Array:
-        """(N,) slip of the solution, its rigid slide included, length."""
+        """(N,) slip of the whole contact in the solution, its rigid slide included, length."""
         slip = self.scaled.slip @ self.value("traction")
-        return np.asarray(slip + self.scaled.rigid @ self.value("slide") if "slide" in self.problem.var_dict else slip)
+        return self.scaled.part.odd(slip + self.scaled.rigid @ self.value("slide") if "slide" in self.problem.var_dict else slip)
 
     def dual(self, label: str) -> np.ndarray:
         """Multipliers of a named constraint, >= 0; zeros if the problem does not have it."""
         for constraint in self.problem.constraints:
             if constraint.label == label:
                 return np.asarray(np.maximum(constraint.dual_value, 0.0))
-        return np.zeros(len(self.scaled.nodes))
+        return np.zeros(len(self.scaled.unit))
 
     @property
     def duals(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -95,7 +95,7 @@ class SafeProblem:
 
     @property
     def hold(self) -> Array:
-        """(n,) forces by which the slip bound holds the kept nodes, along +x positive: multipliers of its rows."""
+        """(n,) forces by which the slip bound holds the nodes of the part, along +x positive: multipliers of its rows."""
         force = self.dual("forward_slip_bound") - self.dual("backward_slip_bound")
         return np.asarray(force if self.bound is None else force / self.bound.norm)
 

@@ -166,7 +166,7 @@ class MarginState:
         self.margin = float(model.value("margin"))
         self.slip: Array = task.within_bound(model.slip)
         self.load_factor = float(model.value("load_factor")) * rows.load_unit if load_factor is None else load_factor
-        motion = expand_duals(model, rows, task.system.nodes, loads.corners)
+        motion = expand_duals(model, rows, loads.corners)
         cap, slips = float(model.dual("cap")), float(motion.total.sum() + motion.opening.sum()) * task.mean_bound
         self.motion = motion.scaled((1 - cap) / slips if slips > 0 and cap < 1 else 0.0)
         resistance, drive = self.motion.work(loads, task.friction, task.most)

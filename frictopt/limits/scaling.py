@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from scipy.linalg import qr
 
-from ..contact import ContactSystem
 from ..contact.checks import Array, frozen
+from ..contact.symmetry import Part
 
 __all__ = ["NULL", "Loads", "ScaledContact", "scaled_contact"]
 
@@ -31,6 +31,10 @@ class Loads:
         """Number of corners, K."""
         return len(self.q1)
 
+    def of(self, part: Part) -> "Loads":
+        """The reactions of the nodes of a part of the contact."""
+        return Loads(part.of(self.q0), part.of(self.p0), part.of(self.q1), part.of(self.p1))
+
 
 @dataclass(frozen=True, eq=False)
 class ScaledContact:
@@ -41,60 +45,50 @@ class ScaledContact:
 
     Attributes
     ----------
-    nodes
-        (n,) nodes whose rows are kept: all, or the left half with the middle of a mirror-symmetric scene.
+    part
+        The part of the contact that is meant, N nodes.
     unit
-        (n,) force unit of each kept node, force per depth.
+        (N,) force unit of each node, force per depth.
     shear, normal
-        (n, m) dimensionless.
+        (N, m) dimensionless.
     slip
-        (N, m) slip of all nodes for unit tractions, length.
+        (N, m) slip for unit tractions, length.
     rigid
         (N, k) slips that need no force, length; k is 0 where there are none.
     loaded
         (m,) node that each traction acts on.
-    mirror
-        Whether v is taken odd and the right half left out.
     force
         Force scale of the loads, force per depth.
     """
 
-    nodes: np.ndarray[Any, np.dtype[np.intp]]
+    part: Part
     unit: Array
     shear: Array
     normal: Array
     slip: Array
     rigid: Array
     loaded: np.ndarray[Any, np.dtype[np.intp]]
-    mirror: bool
     force: float
 
 
-def scaled_contact(system: ContactSystem, loads: Loads, force: float, mirror: bool) -> ScaledContact:
-    """Choose unknowns and units for a contact under loads of the size of `force`."""
-    n, half = system.nodes, system.nodes // 2
+def scaled_contact(part: Part, loads: Loads, force: float) -> ScaledContact:
+    """Choose unknowns and units for (a part of) a contact under its loads, of the size of `force`."""
+    system = part.system
     pressure, others = np.abs(loads.p0), np.abs([loads.q0, *loads.q1, *loads.p1]).max(axis=0)
     unit = np.where(pressure > _SMALL_NODE * force, pressure, np.maximum(others, _SMALL_NODE * force))
-    nodes = np.arange(n - half if mirror else n)
-    free = np.eye(n)[:, : half if mirror else n]  # slips of all nodes for the independent ones
-    if mirror:
-        free = free - free[::-1]
-    A_free = free.T @ system.A @ free
-    values, vectors = np.linalg.eigh(A_free)
+    values, vectors = np.linalg.eigh(system.A)
     rigid = values <= NULL * max(np.abs(system.A).max(), np.abs(system.C).max())
     loaded, basis = _balanced(vectors[:, rigid])
-    tractions = unit[: len(A_free), None] * basis
     compliance = (vectors[:, ~rigid] / values[~rigid]) @ vectors[:, ~rigid].T
-    slip = free @ compliance @ tractions * (1 + mirror)
+    slip = compliance @ (unit[:, None] * basis)
     return ScaledContact(
-        nodes=nodes,
-        unit=frozen(unit[nodes]),
-        shear=frozen(system.A[nodes] @ slip / unit[nodes, None]),
-        normal=frozen(system.B[nodes] @ slip / unit[nodes, None]),
+        part=part,
+        unit=frozen(unit),
+        shear=frozen(system.A @ slip / unit[:, None]),
+        normal=frozen(system.B @ slip / unit[:, None]),
         slip=frozen(slip),
-        rigid=frozen(free @ vectors[:, rigid] * (force / system.stiffness_scale)),
+        rigid=frozen(vectors[:, rigid] * (force / system.stiffness_scale)),
         loaded=loaded,
-        mirror=mirror,
         force=force,
     )
 

@@ -32,7 +32,7 @@ def load_factor_bounds(scaled: ScaledContact, rows: RulingLoads) -> Array:
     Parameters
     ----------
     scaled
-        Unknowns and units of all nodes (no mirror image left out).
+        Unknowns and units of the whole contact.
     rows
         One row for each node, of its ruling corners.
     """

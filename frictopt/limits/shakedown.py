@@ -79,7 +79,7 @@ class ShakedownModel:
         self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
         self._most, self._simplify, self._solver = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify), solver
         self._closed_form = simplify and len(solver_order(solver)) > 1
-        self._compiled: dict[tuple[bool, bool], SafeProblem] = {}  # by what friction can change, see `LimitQuestion`
+        self._compiled: dict[tuple[int, bool], SafeProblem] = {}  # by what friction can change: the part of the contact, and the rows of opening
         self._constrained: tuple[list[Any], SafeProblem, OwnRows] | None = None
 
     @property
@@ -145,7 +145,7 @@ class ShakedownModel:
         return pd.DataFrame([_row(friction, self.solve(friction, own)) for friction in listed("frictions", frictions)])
 
     def _linear_program(self, task: LimitQuestion) -> ShakedownLimit:
-        kind = task.mirror, task.opening
+        kind = task.part.system.nodes, task.opening
         if kind not in self._compiled:
             scaled = task.scaled()
             self._compiled[kind] = shakedown_problem(scaled, task.opening, task.bound(scaled))
@@ -155,7 +155,7 @@ class ShakedownModel:
         model.set(rows)
 
         def claimed() -> LimitClaim:
-            motion = expand_duals(model, rows, task.system.nodes, task.loads.corners)
+            motion = expand_duals(model, rows, task.loads.corners)
             load_factor = max(0.0, float(model.value("load_factor"))) * rows.load_unit  # in this order -0 becomes 0
             return judged(task, scaled, load_factor, task.within_bound(model.slip), motion)
 
@@ -186,7 +186,7 @@ class ShakedownModel:
         model.set(rows)
 
         def claimed() -> LimitClaim:
-            motion = expand_duals(model, rows, task.system.nodes, task.loads.corners).scaled(rows.load_unit)
+            motion = expand_duals(model, rows, task.loads.corners).scaled(rows.load_unit)
             return judged_program(task, model, rows.load_unit, motion, own.constraints)
 
         def no_limit() -> LimitClaim | None:

@@ -15,7 +15,7 @@ __all__ = ["SlipBound", "scaled_slip_bound", "slip_bounds"]
 
 @dataclass(frozen=True, eq=False)
 class SlipBound:
-    """Rows `-most <= slip @ traction + rigid @ slide <= most` of the kept nodes, each divided by its norm; v counts with its rigid slide.
+    """Rows `-most <= slip @ traction + rigid @ slide <= most` of the nodes, each divided by its norm; v counts with its rigid slide.
 
     Attributes
     ----------
@@ -39,10 +39,8 @@ class SlipBound:
 
 def scaled_slip_bound(scaled: ScaledContact, most: Array) -> SlipBound:
     """The rows of a bound (N,) on the slip of each node."""
-    slip, rigid = scaled.slip[scaled.nodes], scaled.rigid[scaled.nodes]
-    norm = np.linalg.norm(np.hstack([slip, rigid]), axis=1)
-    norm = np.where(norm > 0, norm, 1.0)  # the middle node of a mirror-symmetric slip has none
-    return SlipBound(slip / norm[:, None], rigid / norm[:, None], most[scaled.nodes] / norm, norm)
+    norm = np.linalg.norm(np.hstack([scaled.slip, scaled.rigid]), axis=1)
+    return SlipBound(scaled.slip / norm[:, None], scaled.rigid / norm[:, None], most / norm, norm)
 
 
 def slip_bounds(slip_bound: Any, nodes: int) -> Array | None:
