@@ -15,7 +15,7 @@ from .campaign import (
     safe_slips,
     verify_guaranteed,
 )
-from .contact import ContactSystem, LoadCycle, Onset, OnsetEvent, Verdict, onset, referee
+from .contact import Attempt, ContactSystem, LoadCycle, Onset, OnsetEvent, SolveRecord, Verdict, onset, referee
 from .errors import FrictoptError, ModelError, NoContinuation, SolverError, StoreError
 from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction
 from .increments import ComplementarityProblem, ExactIncrement, FrozenBoundIncrement, Increment, complementarity_problem
@@ -36,6 +36,7 @@ from .path import Outcome, SteadyState, steady_state
 __version__: str
 
 __all__ = [
+    "Attempt",
     "Body",
     "ComplementarityProblem",
     "ContactModel",
@@ -61,6 +62,7 @@ __all__ = [
     "SafeSlip",
     "ShakedownLimit",
     "ShakedownModel",
+    "SolveRecord",
     "SolverError",
     "Start",
     "SteadyState",

@@ -106,7 +106,7 @@ def _limits(system: fo.ContactSystem, limit: fo.GuaranteedLimit, friction: float
         "largest_slip": float(np.ptp(limit.slip)) / 2 / slip_unit(system),
         "skipped": limit.skipped,
         "residual": limit.residual,
-        "solver": limit.solver,
+        "solver": limit.record.solver,
     }
 
 

@@ -118,7 +118,7 @@ def _place(system: fo.ContactSystem, node: int | None) -> float:
 
 def _margin(system: fo.ContactSystem, friction: float, load_factor: float) -> dict[str, Any]:
     safe = fo.safe_slip(system, LOADS, friction, load_factor)
-    return {"margin": safe.margin, "margin_residual": safe.residual, "margin_solver": safe.solver}
+    return {"margin": safe.margin, "margin_residual": safe.residual, "margin_solver": safe.record.solver}
 
 
 def _corner_reactions(scene: fo.PunchOnHalfPlane, system: fo.ContactSystem, limit: fo.ShakedownLimit, friction: float, corner: int) -> pd.DataFrame:
@@ -139,7 +139,7 @@ def _corner_reactions(scene: fo.PunchOnHalfPlane, system: fo.ContactSystem, limi
             "slip": limit.slip / slip_unit(system),
             "share": share.to_numpy(),
             "residual": limit.residual,
-            "solver": limit.solver,
+            "solver": limit.record.solver,
         }
     )
 

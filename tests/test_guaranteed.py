@@ -116,9 +116,9 @@ def test_the_papers_scene_on_a_coarse_mesh(punch, paper_cycle, simplify):
         check(limit, punch(16), paper_cycle, friction)
         assert limit.node in (0, 16)
         if simplify:
-            assert limit.skipped == 7 and "7 of 17" in limit.left_out[0] and "8 of 17" in limit.left_out[1]
+            assert limit.skipped == 7 and "7 of 17" in limit.record.left_out[0] and "8 of 17" in limit.record.left_out[1]
         else:
-            assert limit.skipped == 0 and not any("mirror" in text for text in limit.left_out)
+            assert limit.skipped == 0 and not any("mirror" in text for text in limit.record.left_out)
 
 
 @pytest.mark.parametrize("friction", [0.3, 1.0, 1.5])
@@ -126,7 +126,7 @@ def test_bounds_of_the_nodes_hold_on_a_finer_mesh(punch, paper_cycle, friction):
     limit, every = (fo.guaranteed_limit(punch(40), paper_cycle, friction, simplify=simplify) for simplify in (True, False))
     assert limit.load_factor == pytest.approx(every.load_factor, rel=1e-8)
     assert np.all(limit.to_frame().load_factor <= every.to_frame().load_factor * (1 + 1e-8) + 1e-12)
-    assert limit.skipped > 0 and len(limit.attempts) < len(every.attempts)
+    assert limit.skipped > 0 and len(limit.record.attempts) < len(every.record.attempts)
 
 
 @settings(max_examples=5, deadline=None)
@@ -234,8 +234,8 @@ def test_a_slip_that_unloads_the_other_node_leaves_no_guarantee():
 def test_uncoupled_contacts_need_no_program_and_are_proven():
     contact = system(*THREE[0])
     closed, solved = (fo.guaranteed_limit(contact, CYCLE, 0.4, simplify=simplify) for simplify in (True, False))
-    assert closed.problem is None and closed.solver == "closed form" and "uncoupled" in closed.left_out[0]
-    assert solved.solver == "HIGHS"
+    assert closed.problem is None and closed.record.solver == "closed form" and "uncoupled" in closed.record.left_out[0]
+    assert solved.record.solver == "HIGHS"
     for limit in (closed, solved):
         assert limit.proven and limit.load_factor == pytest.approx(0.8, rel=1e-9) and "uncoupled" in limit.reason
 

@@ -16,7 +16,7 @@ from systems import CYCLE, FIRST_PAIR, system
 @pytest.mark.parametrize("solver", LP_SOLVERS)
 def test_each_solver_alone_is_named(punch, paper_cycle, solver):
     limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5, solver=solver)
-    assert limit.solver == solver and {attempt.solver for attempt in limit.attempts} == {solver}
+    assert limit.record.solver == solver and {attempt.solver for attempt in limit.record.attempts} == {solver}
     assert limit.load_factor == pytest.approx(fo.guaranteed_limit(punch(16), paper_cycle, 0.5).load_factor, rel=1e-8)
 
 
@@ -32,7 +32,7 @@ def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_
 
     monkeypatch.setattr(policy, "_run", sloppy)
     limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
-    assert limit.attempts[-1].outcome == "refined on the vertex" and limit.load_factor == pytest.approx(right.load_factor, rel=1e-8)
+    assert limit.record.attempts[-1].outcome == "refined on the vertex" and limit.load_factor == pytest.approx(right.load_factor, rel=1e-8)
 
     def denies(problem, name):
         status, text = run(problem, name)

@@ -72,8 +72,8 @@ def test_below_onset_nothing_moves(engine, simplify):
         q, p = -contact.A @ slip + 0.1 * rng.normal(size=nodes), 1.0 - contact.B @ slip
         found = engine(contact, 0.9, simplify=simplify).solve(slip, (q, p))
         assert found.slip.tobytes() == slip.tobytes() and not found.gap.any() and not found.status.any()
-        assert found.solver == "closed form" if simplify else found.solver in ("HIGHS_MIP", "OSQP", "CLARABEL")
-        assert ("nothing slips and nothing opens" in str(found.left_out)) == simplify
+        assert found.record.solver == "closed form" if simplify else found.record.solver in ("HIGHS_MIP", "OSQP", "CLARABEL")
+        assert ("nothing slips and nothing opens" in str(found.record.left_out)) == simplify
 
 
 @ENGINES

@@ -37,7 +37,7 @@ def test_exactly_one_state_is_found_by_both_engines_below_the_critical_friction(
         exact, frozen = engines[id(contact)]
         found = exact.solve(slip, load)
         assert distance(states, found) < 1e-9 and found.residual < 1e-9
-        assert found.solver == "HIGHS_MIP"
+        assert found.record.solver == "HIGHS_MIP"
         opened, slipped = opened + (found.gap > 0).any(), slipped + (np.abs(found.status) == 1).any()
         try:
             by_sweeps = frozen.solve(slip, load)

@@ -66,7 +66,7 @@ def test_the_next_solver_answers_where_one_fails(monkeypatch):
     run = policy._run
     monkeypatch.setattr(policy, "_run", lambda problem, name: (policy.Status.FAILED, "stopped") if name == "OSQP" else run(problem, name))
     found = FrozenBoundIncrement(contact, friction, simplify=False).solve(slip, load)
-    assert found.solver == "CLARABEL" and [attempt.solver for attempt in found.attempts[:2]] == ["OSQP", "CLARABEL"]
+    assert found.record.solver == "CLARABEL" and [attempt.solver for attempt in found.record.attempts[:2]] == ["OSQP", "CLARABEL"]
     assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
 
 
@@ -82,7 +82,7 @@ def test_an_inaccurate_sweep_is_refined(monkeypatch):
 
     monkeypatch.setattr(policy, "_run", sloppy)
     found = FrozenBoundIncrement(contact, friction, simplify=False).solve(slip, load)
-    assert "refined on the vertex" in [attempt.outcome for attempt in found.attempts]
+    assert "refined on the vertex" in [attempt.outcome for attempt in found.record.attempts]
     assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
 
 
@@ -115,7 +115,7 @@ def test_every_sweep_is_polished(punch):
     engine = FrozenBoundIncrement(contact, 0.7, simplify=False)
     for sigma in (2.0, 2.5, 3.0, 3.5):
         found = engine.solve(np.zeros(41), contact.reaction({"P": 1.0, "sigma": sigma}))
-        assert found.solver == "OSQP" and found.attempts[0].residual < 1e-11
+        assert found.record.solver == "OSQP" and found.record.attempts[0].residual < 1e-11
 
 
 @pytest.mark.slow
@@ -157,7 +157,7 @@ def test_booleans_are_not_believed_before_the_referee(monkeypatch):
     monkeypatch.setattr(policy, "_run", wrong)
     found = ExactIncrement(contact, friction, simplify=False).solve(slip, load)
     assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
-    assert found.attempts[0].residual > 1e-3
+    assert found.record.attempts[0].residual > 1e-3
 
 
 def test_a_claim_that_there_is_no_state_is_checked(monkeypatch):

@@ -22,7 +22,7 @@ def both(contact, cycle, friction, factor, **options):
 
 
 def assert_same(lean, full, tolerance):
-    assert lean.outcome is full.outcome and (lean.open == full.open).all() and full.left_out == ()
+    assert lean.outcome is full.outcome and (lean.open == full.open).all() and full.record.left_out == ()
     assert (lean.unproven == 0) == (full.unproven == 0)
     slip, work = 1.0 + np.abs(full.slip).max(), 1.0 + full.dissipation
     assert lean.slip == pytest.approx(full.slip, abs=tolerance * slip)
@@ -57,7 +57,7 @@ def test_a_corner_on_the_straight_segment_is_no_stop(punch, paper_cycle):
     sampled = fo.LoadCycle({"P": 1.0}, [{"sigma": s} for s in (-1.0, -0.3, -0.3, 0.2, 1.0, 1.0, 0.7, -0.1)])
     lean, full = both(contact, sampled, 0.7, 2.6)
     assert_same(lean, full, 1e-9)
-    assert "corners: 5 of 8" in lean.left_out[-1] and full.dissipation > 0
+    assert "corners: 5 of 8" in lean.record.left_out[-1] and full.dissipation > 0
     turning = fo.steady_state(contact, paper_cycle, 0.7, 2.6)
     assert lean.dissipation == pytest.approx(turning.dissipation, rel=1e-9)
 

@@ -26,11 +26,11 @@ def test_half_of_a_symmetric_increment_is_enough(engine):
         slip = 0.2 * odd(rng, nodes)
         for load in ({"mean": 1.0, "one": 0.7}, {"mean": 1.0, "one": -1.5, "other": 2.5}, {"mean": 0.1, "other": 2.0}):
             found, kept = (one.solve(slip, contact.reaction(load)) for one in (lean, full))
-            assert same(found, kept) and kept.left_out == ()
-            halved += "mirror" in found.left_out[0]
+            assert same(found, kept) and kept.record.left_out == ()
+            halved += "mirror" in found.record.left_out[0]
             stuck = found.status == 0
             assert (found.slip[stuck] == slip[stuck]).all()
-            slip = kept.slip if kept.solver != "closed form" else slip
+            slip = kept.slip if kept.record.solver != "closed form" else slip
             slip = (slip - slip[::-1]) / 2
     assert halved > 10
 
@@ -51,7 +51,7 @@ def test_an_increment_that_is_not_symmetric_is_not_halved(engine):
         (0.3, np.zeros(5), (q, tilted)),
     ):
         found, kept = (engine(contact, friction, simplify=simplify).solve(slip, load) for simplify in (True, False))
-        assert same(found, kept) and not any("mirror" in text for text in found.left_out)
+        assert same(found, kept) and not any("mirror" in text for text in found.record.left_out)
 
 
 @ENGINES
@@ -60,20 +60,20 @@ def test_where_the_half_has_no_answer_the_whole_is_asked(engine, monkeypatch):
     bonded = contact.reaction({"mean": 1.0, "one": 2.0})
     lean, full = (engine(contact, 0.3, simplify=simplify) for simplify in (True, False))
     expected = full.solve(np.zeros(4), bonded)
-    assert "mirror" in lean.solve(np.zeros(4), bonded).left_out[0]
+    assert "mirror" in lean.solve(np.zeros(4), bonded).record.left_out[0]
 
     def none(slip, load):
         raise fo.NoContinuation("no symmetric state")
 
     monkeypatch.setattr(lean._half[1], "solve", none)
     found = lean.solve(np.zeros(4), bonded)
-    assert same(found, expected) and not any("mirror" in text for text in found.left_out)
+    assert same(found, expected) and not any("mirror" in text for text in found.record.left_out)
 
 
 @pytest.mark.parametrize("engine", ["qp", "milp"])
 def test_transients_of_the_paper_scene(engine, punch, paper_cycle):
     contact = punch(8)
     lean, full = (fo.march(contact, paper_cycle, 0.7, 2.5, cycles=1, engine=engine, steps=3, simplify=simplify) for simplify in (True, False))
-    assert full.left_out == () and any("of 9 increments, mirror symmetry: v is odd, 5 of 9 nodes" in text for text in lean.left_out)
+    assert full.record.left_out == () and any("of 9 increments, mirror symmetry: v is odd, 5 of 9 nodes" in text for text in lean.record.left_out)
     for name in ("slip", "q", "p", "work"):
         assert getattr(lean, name) == pytest.approx(getattr(full, name), abs=1e-11)

@@ -202,7 +202,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 }
 LABELS = {"argument", "file", "executor"}  # arguments that are no input of the problem: a word for messages, a stream, somebody else's object
 MADE_BY_US = {  # results, which no user makes
-    *("GuaranteeCheck", "GuaranteedLimit", "LimitKind", "Onset", "OnsetEvent", "Outcome", "SafeSlip", "ShakedownLimit", "SteadyState"),
+    *("GuaranteeCheck", "GuaranteedLimit", "LimitKind", "Onset", "OnsetEvent", "Outcome", "SafeSlip", "ShakedownLimit", "SolveRecord", "SteadyState"),
     *("Trajectory", "Verdict", "Attempt", "ComplementarityProblem", "ContactArrays", "CornerMode", "Increment", "TwoNodeLimits"),
 }
 MAY_BE_NAN = {"v", "w", "q", "p", "previous_slip"}  # in a claimed state, which is then infinitely wrong

@@ -81,12 +81,12 @@ def test_a_sum_of_absolute_slips_against_all_its_signs():
 def test_a_constraint_on_one_side_of_a_mirror_symmetric_contact_is_not_lost(monkeypatch):
     contact, cycle = mirrored(np.random.default_rng(3), 4), fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"one": -1.0}])
     model = fo.ShakedownModel(contact, cycle)
-    assert any("mirror" in text for text in model.solve(0.5).left_out)
+    assert any("mirror" in text for text in model.solve(0.5).record.left_out)
     most = 0.5 * model.solve(0.5).slip[0]
     row = np.eye(4)[0] * np.sign(most)
     limit = model.solve(0.5, [row @ model.slip <= abs(most)])
     agrees(limit, *oracle(contact, 0.5, [(row, 0.0, abs(most))], cycle=cycle))
-    assert not any("mirror" in text for text in limit.left_out)
+    assert not any("mirror" in text for text in limit.record.left_out)
 
 
 def test_an_uncoupled_contact_has_no_closed_form_under_constraints():
@@ -94,7 +94,7 @@ def test_an_uncoupled_contact_has_no_closed_form_under_constraints():
     model = fo.ShakedownModel(contact, CYCLE)
     closed = model.solve(0.4)
     limit = model.solve(0.4, [model.slip <= -0.15])
-    assert closed.solver == "closed form" and limit.solver != "closed form" and limit.load_factor < closed.load_factor
+    assert closed.record.solver == "closed form" and limit.record.solver != "closed form" and limit.load_factor < closed.load_factor
     agrees(limit, *oracle(contact, 0.4, [(row, 0.0, -0.15) for row in np.eye(3)]))
 
 

@@ -1,5 +1,7 @@
 """Results show their answer in one line and in a small table; plain data are equal where their content is."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -39,6 +41,20 @@ def test_a_result_says_its_answer_in_one_line_and_as_a_table(result, said):
     assert all(part in line for part in said)
     assert table.count("<table") == table.count("</table>") == 1
     assert table.count("<tr") >= len(said) and "array" not in table
+
+
+@pytest.mark.parametrize("result", [STEADY, PATH, LIMIT, LOWER, SAFE, MOVED], ids=lambda value: type(value).__name__)
+def test_every_result_has_a_record(result):
+    record = result.record
+    assert 0 < record.residual == result.residual < 1e-9 and record.solver and 0 < record.seconds < 600
+    assert all(isinstance(text, str) for text in record.left_out) and all(isinstance(attempt, fo.Attempt) for attempt in record.attempts)
+    assert (len(record.attempts) > 0) is (result in (LIMIT, LOWER, SAFE, MOVED))
+    assert pickle.loads(pickle.dumps(result)).record == record
+
+
+def test_the_record_of_a_guaranteed_limit_covers_that_of_the_shakedown_limit():
+    inner = LOWER.shakedown.record
+    assert LOWER.record.attempts[: len(inner.attempts)] == inner.attempts and LOWER.record.seconds > inner.seconds
 
 
 def test_a_table_for_notebooks_shows_names_of_load_cases_as_they_are():

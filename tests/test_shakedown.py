@@ -160,8 +160,8 @@ def test_uncoupled_contacts_have_a_closed_form(seed):
     q0, p0, q1, p1 = *contact.bonded["mean"], *contact.bonded["cyclic"]
     expected = uncoupled_limit(q0, p0, q1, p1, 0.4)
     closed, program = (fo.shakedown_limit(contact, CYCLE, 0.4, simplify=simplify) for simplify in (True, False))
-    assert closed.load_factor == pytest.approx(expected, rel=1e-12) and closed.problem is None and "uncoupled" in closed.left_out[0]
-    assert program.load_factor == pytest.approx(expected, rel=EXACT) and program.left_out == ()
+    assert closed.load_factor == pytest.approx(expected, rel=1e-12) and closed.problem is None and "uncoupled" in closed.record.left_out[0]
+    assert program.load_factor == pytest.approx(expected, rel=EXACT) and program.record.left_out == ()
 
 
 @settings(max_examples=15, deadline=None)
@@ -177,7 +177,7 @@ def test_an_uncoupled_punch_without_supports_may_slip_as_a_whole(seed, sideways)
         contact.A - contact.A.mean(axis=0) - contact.A.mean(axis=1)[:, None] + contact.A.mean(), contact.B, contact.C, contact.x, dict(contact.bonded)
     )
     closed = fo.shakedown_limit(contact, CYCLE, 0.4)
-    assert closed.solver == "closed form"
+    assert closed.record.solver == "closed form"
     assert closed.load_factor == pytest.approx(largest_load_factor(contact, CYCLE, 0.4), rel=1e-9)
 
 

@@ -45,14 +45,14 @@ def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(punch, pa
 
     monkeypatch.setattr(policy, "_run", sloppy)
     limit = fo.shakedown_limit(punch(40), paper_cycle, 0.7)
-    assert [attempt.outcome for attempt in limit.attempts] == ["optimal", "refined on the vertex"]
-    assert limit.attempts[0].residual > 1e-7 and limit.residual < 1e-10
+    assert [attempt.outcome for attempt in limit.record.attempts] == ["optimal", "refined on the vertex"]
+    assert limit.record.attempts[0].residual > 1e-7 and limit.residual < 1e-10
 
 
 @pytest.mark.parametrize("solver", LP_SOLVERS)
 def test_each_solver_alone_is_named(punch, paper_cycle, solver):
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7, solver=solver)
-    assert limit.solver == solver and [attempt.solver for attempt in limit.attempts] == [solver]
+    assert limit.record.solver == solver and [attempt.solver for attempt in limit.record.attempts] == [solver]
 
 
 @pytest.mark.parametrize("elements", [16, 40])
@@ -114,10 +114,10 @@ def test_mirror_symmetry_is_used_only_where_scene_loads_and_friction_have_it(pun
     even = np.linspace(-1, 1, 17) ** 2 + 0.5
     uneven = even + 0.1 * (np.arange(17) == 3)
     shear = fo.LoadCycle({"P": 1.0}, [{"Q": 0.2}, {"sigma": 1.0}])
-    assert "mirror" in fo.shakedown_limit(contact, paper_cycle, even).left_out[0]
+    assert "mirror" in fo.shakedown_limit(contact, paper_cycle, even).record.left_out[0]
     for cycle, friction in ((paper_cycle, uneven), (shear, 0.7)):
         limit = fo.shakedown_limit(contact, cycle, friction)
-        assert not any("mirror" in text for text in limit.left_out)
+        assert not any("mirror" in text for text in limit.record.left_out)
         assert limit.load_factor == pytest.approx(fo.shakedown_limit(contact, cycle, friction, simplify=False).load_factor, rel=1e-8)
     model = fo.ShakedownModel(contact, paper_cycle)
     both = [model.solve(friction).load_factor for friction in (even, uneven, even)]
@@ -134,7 +134,7 @@ def test_corners_that_rule_no_node_are_counted_and_change_nothing(punch, corners
     assert limit.problem.constraints[0].size == 17
     (q1, p1), f = cycle.corner_reactions(punch(16)), 0.7
     idle = corners - len(set(np.r_[(-q1 - f * p1).argmax(axis=0), (q1 - f * p1).argmax(axis=0)]))
-    assert limit.left_out == ((f"corners: {idle} of {corners} rule no node",) if idle else ())
+    assert limit.record.left_out == ((f"corners: {idle} of {corners} rule no node",) if idle else ())
 
 
 @pytest.mark.slow
@@ -207,7 +207,7 @@ def test_a_failing_solver_is_recorded_and_the_next_one_answers(punch, paper_cycl
     run = policy._run
     monkeypatch.setattr(policy, "_run", lambda problem, name: (policy.Status.FAILED, "stopped") if name == "HIGHS" else run(problem, name))
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
-    assert limit.solver == "CLARABEL" and [a.outcome for a in limit.attempts] == ["stopped", "optimal"]
+    assert limit.record.solver == "CLARABEL" and [a.outcome for a in limit.record.attempts] == ["stopped", "optimal"]
     with pytest.raises(fo.SolverError, match=r"no answer within the tolerance 1e-09 \(HIGHS: stopped"):
         fo.shakedown_limit(punch(16), paper_cycle, 0.7, solver="HIGHS")
 
@@ -224,7 +224,7 @@ def test_a_wrong_answer_is_not_believed(punch, paper_cycle, monkeypatch):
     monkeypatch.setattr(policy, "_run", slightly_wrong)
     monkeypatch.setattr(SafeProblem, "refine", lambda model: None)
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
-    assert limit.solver == "CLARABEL" and limit.attempts[0].residual > 1e-8
+    assert limit.record.solver == "CLARABEL" and limit.record.attempts[0].residual > 1e-8
 
 
 def test_a_false_claim_of_no_optimum_is_not_believed(punch, paper_cycle, monkeypatch):

@@ -99,7 +99,7 @@ def test_half_of_a_mirror_symmetric_contact_has_the_bound_of_the_whole(seed, nod
     for bound, symmetric in ((most + most[::-1], True), (most, False)):
         half, whole = (fo.shakedown_limit(contact, cycle, 0.5, slip_bound=bound, simplify=simplify) for simplify in (True, False))
         assert half.load_factor == pytest.approx(whole.load_factor, rel=1e-8, abs=1e-9, nan_ok=True)
-        assert any("mirror" in text for text in half.left_out) == symmetric
+        assert any("mirror" in text for text in half.record.left_out) == symmetric
         assert linprog_limit(contact, cycle, 0.5, bound)[1] == pytest.approx(half.load_factor, rel=1e-7, abs=1e-8, nan_ok=True)
 
 

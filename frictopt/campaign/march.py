@@ -1,6 +1,7 @@
 """Transients: the states of a contact over a number of load cycles, by the exact path or in increments."""
 
 from collections import Counter
+from time import perf_counter
 from typing import Any, Literal
 
 import numpy as np
@@ -112,7 +113,8 @@ def march(
         status=status,
         work=frozen(work),
         engine=engine,
-        left_out=left_out,
+        _left_out=left_out,
+        _seconds=perf_counter() - path.started,
     )
     if not trajectory.residual <= RESIDUAL:
         raise SolverError(
@@ -135,7 +137,7 @@ def _increments(path: ExactPath, bonded: Array, engine: str, simplify: bool) -> 
     for load in bonded[1:]:
         u, r, _, work = states[-1]
         new = increment.solve(u[:n], (load[:n], load[n:]))
-        left_out.update(new.left_out)
+        left_out.update(new.record.left_out)
         slid = path.friction * (r[n:] + new.p) / 2 * np.abs(new.slip - u[:n]) * (new.status != 2)
         states.append((np.concatenate([new.slip, new.gap - path.system.gap]), np.concatenate([new.q, new.p]), new.status, work + slid))
     u, r, status, work = (np.array(parts) for parts in zip(*states, strict=True))

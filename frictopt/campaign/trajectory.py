@@ -9,6 +9,7 @@ import numpy as np
 
 from ..contact import ContactSystem, Verdict, referee
 from ..contact.checks import Array
+from ..contact.record import SolveRecord
 from ..contact.show import Shown, frame
 from ..tolerances import SIMULTANEOUS
 
@@ -42,8 +43,6 @@ class Trajectory(Shown):
         (T, N) work of friction so far, >= 0, force times length per depth.
     engine
         Engine that computed the states: "path", "qp" or "milp".
-    left_out
-        Sentences that list what was left out.
 
     Examples
     --------
@@ -71,7 +70,8 @@ class Trajectory(Shown):
     status: np.ndarray[Any, np.dtype[np.int8]]
     work: Array
     engine: str
-    left_out: tuple[str, ...]
+    _left_out: tuple[str, ...]
+    _seconds: float
 
     @cached_property
     def _force(self) -> float:
@@ -101,6 +101,11 @@ class Trajectory(Shown):
         In increments the balance of energy has an error that depends on their size, see `energy_error`.
         """
         return max(self.verdict.residual, self.energy_residual) if self.engine == "path" else self.verdict.residual
+
+    @property
+    def record(self) -> SolveRecord:
+        """How the states were found; the solver is the engine."""
+        return SolveRecord(self.engine, (), self.residual, self._left_out, self._seconds)
 
     @cached_property
     def energy_residual(self) -> float:

@@ -3,6 +3,7 @@
 from .coulomb import Verdict, friction_coefficients, referee
 from .cycle import LoadCycle
 from .onset import Onset, OnsetEvent, onset
+from .record import Attempt, SolveRecord
 from .system import ContactSystem
 
-__all__ = ["ContactSystem", "LoadCycle", "Onset", "OnsetEvent", "Verdict", "friction_coefficients", "onset", "referee"]
+__all__ = ["Attempt", "ContactSystem", "LoadCycle", "Onset", "OnsetEvent", "SolveRecord", "Verdict", "friction_coefficients", "onset", "referee"]

@@ -124,6 +124,7 @@ class IncrementEngine(ABC):
             return None
         u = np.r_[half.odd(found.slip - before), half.gaps(found.gap)] / posed.length
         r = np.r_[half.odd(found.q), half.even(found.p)] / posed.force
-        state, left_out = State(sticking(self._law.nodes), u, r), (*half.left_out, *found.left_out)
-        result = posed.result(self._title, state, found.sweeps, found.solver, found.attempts, left_out, found.problem)
+        state, record = State(sticking(self._law.nodes), u, r), found.record
+        left_out = *half.left_out, *record.left_out
+        result = posed.result(self._title, state, found.sweeps, record.solver, record.attempts, left_out, found.problem)
         return replace(result, _units=found._units) if result.residual <= TOLERANCE else None

@@ -14,8 +14,9 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
+from ..contact.record import Attempt
 from ..errors import SolverError
-from ..solve.solvers import TOLERANCE, Attempt, Kind, NoOptimum, solve, solver_order
+from ..solve.solvers import TOLERANCE, Kind, NoOptimum, solve, solver_order
 from .engine import CORRECTIONS, IncrementEngine, Program, StateClaim
 from .increment import Increment, Law, PosedIncrement
 from .newton import State, guessed, settle

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from time import perf_counter
 from typing import IO, Any
 
 import cvxpy as cp
@@ -11,12 +12,12 @@ import pandas as pd
 
 from ..contact import ContactSystem, friction_coefficients, referee
 from ..contact.checks import Array, finite_array, frozen
-from ..contact.show import Shown, frame
+from ..contact.record import Attempt, Recorded, SolveRecord
+from ..contact.show import frame
 from ..contact.system import checked_system
 from ..errors import ModelError
 from ..solve.explain import explain
 from ..solve.portable import Portable
-from ..solve.solvers import Attempt
 from .newton import State, classified, sticking
 
 __all__ = ["Increment", "Law", "PosedIncrement"]
@@ -26,7 +27,7 @@ _STUCK = 1e-12  # the law may be violated by this much, in units of the force sc
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Increment(Shown, Portable):
+class Increment(Recorded, Portable):
     """The state after one increment of load, judged by the referee.
 
     Attributes
@@ -40,16 +41,10 @@ class Increment(Shown, Portable):
     status
         (N,) what the reactions say, within 1e-9 of the mean normal force: 2 open (no pressure), +1 and -1 on the friction bound that opposes slip
         along +x (q = -f p) and along -x (q = +f p), 0 inside both bounds.
-    residual
-        What the referee says of the state, with the slip before the increment as the previous one. At most 1e-9.
     sweeps
-        Convex programs with frozen friction bound that were solved, 0 where none was.
-    solver
-        Who answered: a solver's name, or "closed form".
-    attempts
-        All solver runs, in order.
-    left_out
-        What the scene did not need.
+        Number of convex programs with frozen friction bound that were solved.
+    record
+        How it was found. Its `residual` is the referee's, with the slip before the increment as the previous one. At most 1e-9.
     problem
         The solved cvxpy problem; None for a closed form. A later solve by the same engine overwrites its values.
     """
@@ -59,11 +54,8 @@ class Increment(Shown, Portable):
     q: Array
     p: Array
     status: np.ndarray[Any, np.dtype[np.int8]]
-    residual: float
     sweeps: int
-    solver: str
-    attempts: tuple[Attempt, ...]
-    left_out: tuple[str, ...]
+    record: SolveRecord
     problem: cp.Problem | None = field(repr=False)
     _title: str = field(repr=False)
     _units: dict[str, float] = field(repr=False)
@@ -74,11 +66,11 @@ class Increment(Shown, Portable):
 
     def _answer(self) -> Mapping[str, Any]:
         counts = {name: int((np.abs(self.status) == value).sum()) for name, value in (("at_bound", 1), ("open", 2))}
-        return {"nodes": len(self.slip), **counts, "residual": self.residual, "solver": self.solver}
+        return {"nodes": len(self.slip), **counts, "residual": self.residual, "solver": self.record.solver}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain(self._title, self.problem, None, self._units, self.left_out, pd.DataFrame(), file)
+        explain(self._title, self.problem, None, self._units, self.record.left_out, pd.DataFrame(), file)
 
 
 class Law:
@@ -142,12 +134,15 @@ class PosedIncrement:
         (N,) slip before the increment, length.
     bonded_q, bonded_p
         (N,) bonded reactions of the load after it, force per depth.
+    started
+        When it was posed, for the record.
     """
 
     law: Law
     slip: Array
     bonded_q: Array
     bonded_p: Array
+    started: float = field(default_factory=perf_counter)
 
     @cached_property
     def reactions(self) -> Array:
@@ -196,7 +191,8 @@ class PosedIncrement:
         status = classified(self.law.friction, state)
         status.flags.writeable = False
         units = dict.fromkeys(("slip_increment", "gap", "forward_slip", "backward_slip"), self.length)
-        return Increment(slip, gap, q, p, status, self._judged(*values), sweeps, solver, attempts, left_out, problem, title, units)
+        record = SolveRecord(solver, attempts, self._judged(*values), left_out, perf_counter() - self.started)
+        return Increment(slip, gap, q, p, status, sweeps, record, problem, title, units)
 
     def _dimensional(self, state: State) -> tuple[Array, Array, Array, Array]:
         dv, w = np.split(state.u, 2)

@@ -7,9 +7,10 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array, frozen
+from ..contact.record import Attempt
 from ..solve.explain import Units
 from ..solve.polish import Program
-from ..solve.solvers import TOLERANCE, Attempt, solve
+from ..solve.solvers import TOLERANCE, solve
 from .both_bounds import Aim, both_bounds_problem, set_node
 from .posed import LimitQuestion
 from .ruling_corners import RulingLoads

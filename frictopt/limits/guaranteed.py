@@ -10,10 +10,10 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, flag, frozen
-from ..contact.show import Shown
+from ..contact.record import Recorded, SolveRecord
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
-from ..solve.solvers import Attempt, solver_order
+from ..solve.solvers import solver_order
 from .both_bounds_search import BothBoundsSearch, NodeClaim, two_corners
 from .closed_form import is_uncoupled
 from .kinds import LimitKind
@@ -30,7 +30,7 @@ _LEFT_OUT, _IMAGE, _ONE_CORNER, _NOT_NEEDED = "left out by its bound", "mirror i
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GuaranteedLimit(Shown, Portable):
+class GuaranteedLimit(Recorded, Portable):
     """The guaranteed limit, and a residual slip from which the contact keeps slipping just above it.
 
     Attributes
@@ -53,13 +53,9 @@ class GuaranteedLimit(Shown, Portable):
         The two load corners at which it is on the bound of forward and of backward slip; None where lambda_2 rules.
     skipped
         Number of nodes left out because their lower bound is not below the least load factor found.
-    residual
-        Largest of: the violations of the contact law by `slip` at the corners, the distance of `node` from its bounds, and the relative distance of
-        the program's dual bound, over all programs solved. At most 1e-9.
-    solver, attempts
-        Who answered for `node`, and all solver runs.
-    left_out
-        What the scene did not need.
+    record
+        How it was found; the solver is that of `node`. Its `residual` is the largest of: the violations of the contact law by `slip` at the corners,
+        the distance of `node` from its bounds, and the relative distance of the program's dual bound, over all programs solved. At most 1e-9.
     shakedown
         The shakedown limit lambda_2, under the same slip bound.
     problem
@@ -74,10 +70,7 @@ class GuaranteedLimit(Shown, Portable):
     node: int | None
     corners: tuple[int, int] | None
     skipped: int
-    residual: float
-    solver: str
-    attempts: tuple[Attempt, ...] = field(repr=False)
-    left_out: tuple[str, ...]
+    record: SolveRecord
     shakedown: ShakedownLimit = field(repr=False)
     problem: cp.Problem | None = field(repr=False)
     _task: LimitQuestion = field(repr=False)
@@ -124,7 +117,7 @@ class GuaranteedLimit(Shown, Portable):
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain("guaranteed limit", self.problem, self.load_factor, self._units, self.left_out, pd.DataFrame(), file, self.reason)
+        explain("guaranteed limit", self.problem, self.load_factor, self._units, self.record.left_out, pd.DataFrame(), file, self.reason)
 
 
 class GuaranteedModel:
@@ -167,8 +160,8 @@ class GuaranteedModel:
         SolverError
             No solver gave an answer that passes the checks.
         """
-        shakedown = self._shakedown.solve(friction)
         posed = LimitQuestion(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
+        shakedown = self._shakedown.solve(friction)
         task = replace(posed, simplify=False)  # a witness is not odd: mirror symmetry only saves nodes
         n, least_found = task.system.nodes, shakedown.load_factor
         both = two_corners(task)
@@ -210,10 +203,12 @@ class GuaranteedModel:
             node=None if best is None else best.node,
             corners=None if best is None else best.corners,
             skipped=int((how == _LEFT_OUT).sum()),
-            residual=max([shakedown.residual, *(claim.residual for claim in claims)]),
-            solver=shakedown.solver if best is None else best.solver,
-            attempts=(*shakedown.attempts, *(attempt for claim in claims for attempt in claim.attempts)),
-            left_out=_left_out(how, len(claims)),
+            record=task.record(
+                shakedown.record.solver if best is None else best.solver,
+                (*shakedown.record.attempts, *(attempt for claim in claims for attempt in claim.attempts)),
+                max([shakedown.residual, *(claim.residual for claim in claims)]),
+                _left_out(how, len(claims)),
+            ),
             shakedown=shakedown,
             problem=last if best is None else best.problem,
             _task=task,

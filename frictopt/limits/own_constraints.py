@@ -9,9 +9,10 @@ import numpy as np
 from cvxpy.reductions.dcp2cone.dcp2cone import Dcp2Cone
 
 from ..contact.checks import Array, shown
+from ..contact.record import Attempt
 from ..errors import ModelError
 from ..solve.polish import Program, polish, standard_form
-from ..solve.solvers import TOLERANCE, Attempt, solve
+from ..solve.solvers import TOLERANCE, solve
 from .kinds import LimitKind
 from .mechanism import Mechanism
 from .posed import LimitQuestion

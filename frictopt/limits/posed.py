@@ -1,12 +1,14 @@
 """A limit problem as posed: system, load cycle and friction, checked, with what the scene does not need found out."""
 
 from dataclasses import astuple, dataclass, field
+from time import perf_counter
 
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
 from ..contact.checks import Array, flag
 from ..contact.cycle import checked_cycle
+from ..contact.record import Attempt, SolveRecord
 from ..contact.symmetry import Part, halve, whole
 from ..errors import ModelError
 from ..solve.solvers import TOLERANCE
@@ -47,6 +49,8 @@ class LimitQuestion:
         Whether half of a mirror-symmetric contact is enough.
     most
         (N,) largest slip; None for no bound.
+    started
+        When it was posed, for the record.
 
     Attributes
     ----------
@@ -60,6 +64,7 @@ class LimitQuestion:
     friction: Array
     simplify: bool
     most: Array | None = None
+    started: float = field(default_factory=perf_counter)
     part: Part = field(init=False)
 
     def __post_init__(self) -> None:
@@ -144,6 +149,10 @@ class LimitQuestion:
             rigid = scaled.part.odd(scaled.rigid.T).T
             off += float(np.abs(stress @ rigid) @ np.maximum(np.abs(np.linalg.pinv(rigid) @ slip), 1.0))
         return off
+
+    def record(self, solver: str, attempts: tuple[Attempt, ...], residual: float, left_out: tuple[str, ...]) -> SolveRecord:
+        """How the question was answered, now."""
+        return SolveRecord(solver, attempts, residual, left_out, perf_counter() - self.started)
 
     def left_out(self, rows: RulingLoads) -> tuple[str, ...]:
         """What the scene did not need, in words."""

@@ -11,10 +11,11 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen
-from ..contact.show import Shown, frame
+from ..contact.record import Recorded, SolveRecord
+from ..contact.show import frame
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
-from ..solve.solvers import TOLERANCE, Answer, Attempt, solve
+from ..solve.solvers import TOLERANCE, Answer, solve
 from .mechanism import Mechanism, expand_duals
 from .posed import LimitQuestion, cycle_loads
 from .ruling_corners import RulingLoads
@@ -50,7 +51,7 @@ def margin_problem(contact: ScaledContact, opening: bool, bound: SlipBound | Non
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SafeSlip(Shown, Portable):
+class SafeSlip(Recorded, Portable):
     """A residual slip that keeps the contact stuck, or the proof that there is none.
 
     Attributes
@@ -64,12 +65,9 @@ class SafeSlip(Shown, Portable):
         With friction below 0.01 somewhere the reserve of p counts as well.
     margin_bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
-    residual
-        Largest of: the shortfall of the slip's reserve, recomputed, and the distance of `margin_bound`. At most 1e-9.
-    solver, attempts
-        Who answered, and all solver runs.
-    left_out
-        What the scene did not need.
+    record
+        How it was found. Its `residual` is the largest of: the shortfall of the slip's reserve, recomputed, and the distance of `margin_bound`. At
+        most 1e-9.
     problem
         The solved cvxpy problem; None in a copy.
     """
@@ -78,10 +76,7 @@ class SafeSlip(Shown, Portable):
     slip: Array = field(repr=False)
     margin: float
     margin_bound: float
-    residual: float
-    solver: str
-    attempts: tuple[Attempt, ...] = field(repr=False)
-    left_out: tuple[str, ...]
+    record: SolveRecord
     problem: cp.Problem | None = field(repr=False)
     _task: LimitQuestion = field(repr=False)
     _motion: Mechanism = field(repr=False)
@@ -105,7 +100,7 @@ class SafeSlip(Shown, Portable):
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain("safe residual slip", self.problem, self.margin, self._units, self.left_out, self._motion.table(self._task.system.x), file)
+        explain("safe residual slip", self.problem, self.margin, self._units, self.record.left_out, self._motion.table(self._task.system.x), file)
 
 
 def safe_slip(
@@ -148,10 +143,7 @@ def safe_slip(
         slip=frozen(state.slip),
         margin=state.margin,
         margin_bound=state.bound,
-        residual=state.residual,
-        solver=answer.solver,
-        attempts=answer.attempts,
-        left_out=task.left_out(task.rows(scaled)),
+        record=task.record(answer.solver, answer.attempts, state.residual, task.left_out(task.rows(scaled))),
         problem=model.problem,
         _task=task,
         _motion=state.motion,

@@ -256,5 +256,5 @@ def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
         "friction_rate": float(limit.friction_rate.sum()),
         "node": -1 if first is None else int(first["node"]),
         "direction": 0 if first is None else int(first["direction"]),
-        "solver": limit.solver,
+        "solver": limit.record.solver,
     }

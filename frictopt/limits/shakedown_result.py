@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 
 from ..contact.checks import Array, frozen
-from ..contact.show import Shown, frame
+from ..contact.record import Attempt, Recorded, SolveRecord
+from ..contact.show import frame
 from ..solve.explain import Units, explain
 from ..solve.polish import Program
 from ..solve.portable import Portable
-from ..solve.solvers import Attempt
 from .kinds import LimitKind, reason
 from .mechanism import Mechanism
 from .posed import LimitQuestion
@@ -27,7 +27,7 @@ __all__ = ["LimitClaim", "ShakedownLimit", "judged", "judged_program", "no_limit
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShakedownLimit(Shown, Portable):
+class ShakedownLimit(Recorded, Portable):
     """The shakedown limit with its proof from both sides.
 
     Attributes
@@ -41,15 +41,9 @@ class ShakedownLimit(Shown, Portable):
     dual_bound
         Upper bound of the limit from the mechanism alone, or with constraints of your own from all multipliers, theirs too; equals
         `load_factor` up to `residual`.
-    residual
-        Largest of: the violations of the contact law by `slip` at the corners, and the relative distance of `dual_bound`; without a finite limit,
-        that of the proof. At most 1e-9.
-    solver
-        Who answered: a solver's name, or "closed form".
-    attempts
-        All solver runs, in order.
-    left_out
-        What the scene did not need.
+    record
+        How it was found. Its `residual` is the largest of: the violations of the contact law by `slip` at the corners, and the relative distance of
+        `dual_bound`; without a finite limit, that of the proof. At most 1e-9.
     constraints
         Names of the constraints of your own: slip, residual and dual bound are those of the program with them.
     problem
@@ -62,10 +56,7 @@ class ShakedownLimit(Shown, Portable):
     reason: str
     slip: Array = field(repr=False)
     dual_bound: float
-    residual: float
-    solver: str
-    attempts: tuple[Attempt, ...] = field(repr=False)
-    left_out: tuple[str, ...]
+    record: SolveRecord
     constraints: tuple[str, ...]
     problem: cp.Problem | None = field(repr=False)
     _task: LimitQuestion = field(repr=False)
@@ -114,7 +105,7 @@ class ShakedownLimit(Shown, Portable):
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain("shakedown limit", self.problem, self.load_factor, self._units, self.left_out, self.mechanism, file, self.reason)
+        explain("shakedown limit", self.problem, self.load_factor, self._units, self.record.left_out, self.mechanism, file, self.reason)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,10 +133,7 @@ class LimitClaim:
             why,
             slip,
             bound,
-            self.residual,
-            solver,
-            attempts,
-            left_out,
+            self.task.record(solver, attempts, self.residual, left_out),
             self.constraints,
             problem,
             self.task,

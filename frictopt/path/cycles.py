@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from ..contact import referee
 from ..contact.checks import Array, frozen
+from ..contact.record import SolveRecord
 from ..errors import NoContinuation, SolverError
 from ..tolerances import PERIODIC, REPEATED, RESIDUAL, SAFE
 from .extrapolation import fixed_point, slower_modes
@@ -261,8 +263,7 @@ class Run:
             first_cycle=self.first,
             cycles=self.cycles,
             events=int(path.state.trace[0]),
-            residual=residual,
             extrapolated=extrapolated,
             unproven=path.unproven,
-            left_out=left_out_corners(self.stops, len(path.corners)),
+            record=SolveRecord("path", (), residual, left_out_corners(self.stops, len(path.corners)), perf_counter() - path.started),
         )

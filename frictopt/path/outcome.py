@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..contact.checks import Array
-from ..contact.show import Shown, frame
+from ..contact.record import Recorded, SolveRecord
+from ..contact.show import frame
 
 __all__ = ["Outcome", "SteadyState"]
 
@@ -29,7 +30,7 @@ class Outcome(Enum):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SteadyState(Shown):
+class SteadyState(Recorded):
     """The steady state that a transient reaches, proven by a cycle that starts from it and returns to it.
 
     Attributes
@@ -52,16 +53,14 @@ class SteadyState(Shown):
         Number of cycles followed, including those of proofs and of failed extrapolations.
     events
         Number of changes of status.
-    residual
-        Largest of three errors: the violation of the contact law at the corners of the proving cycle; the change of slip over that cycle; and the
-        error of the energy balance of any cycle, over the largest energy in it. Forces are in units of the largest nodal force of the load cycle,
-        slips in units of that force over the stiffness scale. At most 1e-9.
+    record
+        How it was found. Its `residual` is the largest of three errors: the violation of the contact law at the corners of the proving cycle; the
+        change of slip over that cycle; and the error of the energy balance of any cycle, over the largest energy in it. Forces are in units of the
+        largest nodal force of the load cycle, slips in units of that force over the stiffness scale. At most 1e-9.
     extrapolated
         True if the state is the extrapolated fixed point of the cycle map, False if the transient reached it cycle by cycle.
     unproven
         Number of events whose rates are not proven to be unique; 0: the whole transient is proven.
-    left_out
-        Sentences that say which corners were left out.
 
     Examples
     --------
@@ -86,10 +85,9 @@ class SteadyState(Shown):
     first_cycle: float
     cycles: int
     events: int
-    residual: float
     extrapolated: bool
     unproven: int
-    left_out: tuple[str, ...]
+    record: SolveRecord
 
     def to_frame(self) -> Any:
         """The DataFrame of the nodes: columns node, x, slip, open, dissipation (work of friction per cycle)."""

@@ -1,5 +1,6 @@
 """The exact path of one transient, from corner to corner of the load cycle."""
 
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -67,6 +68,8 @@ class ExactPath:
     history
         With `keep`: list of tuples of times (T,), `u` and `r` (T, 2N), statuses and work (T, N), after each event and at each corner. The time
         counts the corners visited.
+    started
+        When it was made, for the record.
     fallbacks
         Number of events at which the iteration on the signs of the rates did not converge.
 
@@ -98,6 +101,7 @@ class ExactPath:
         *,
         keep: bool = False,
     ) -> None:
+        self.started = perf_counter()
         nodes = checked_system(system).nodes
         self._cycle = checked_cycle(cycle)
         slip = np.zeros(nodes) if initial_slip is None else finite_array("initial_slip", initial_slip, (nodes,))

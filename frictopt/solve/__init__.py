@@ -1,11 +1,10 @@
 """The one place that solves cvxpy problems: solvers in order, polish, record, and printing a model by its names."""
 
-from .solvers import LP_SOLVERS, MILP_SOLVERS, QP_SOLVERS, TOLERANCE, Attempt
+from .solvers import LP_SOLVERS, MILP_SOLVERS, QP_SOLVERS, TOLERANCE
 
 __all__ = [
     "LP_SOLVERS",
     "MILP_SOLVERS",
     "QP_SOLVERS",
     "TOLERANCE",
-    "Attempt",
 ]

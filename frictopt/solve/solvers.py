@@ -10,6 +10,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import cvxpy as cp
 
 from ..contact.checks import shown
+from ..contact.record import Attempt
 from ..errors import ModelError, SolverError
 
 __all__ = [
@@ -18,7 +19,6 @@ __all__ = [
     "QP_SOLVERS",
     "TOLERANCE",
     "Answer",
-    "Attempt",
     "Claim",
     "Kind",
     "Model",
@@ -108,15 +108,6 @@ class Claim(Protocol):
 
 
 C = TypeVar("C", bound=Claim)
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """One run of one solver: its name, what came of it, and the residual of its answer (inf without one)."""
-
-    solver: str
-    outcome: str
-    residual: float
 
 
 @dataclass(frozen=True)

@@ -84,23 +84,23 @@ def _scenes(parameters: Parameters) -> list[_Scene]:
 
 def _limit(scene: _Scene, parameters: Parameters, limit: float, simplify: bool) -> _Answer:
     found = fo.shakedown_limit(scene.system, scene.cycle, scene.friction, simplify=simplify)
-    return _Answer(found.load_factor, 0.0, found.residual, found.left_out)
+    return _Answer(found.load_factor, 0.0, found.residual, found.record.left_out)
 
 
 def _safe_slip(scene: _Scene, parameters: Parameters, limit: float, simplify: bool) -> _Answer:
     found = fo.safe_slip(scene.system, scene.cycle, scene.friction, parameters.underload * limit, simplify=simplify)
-    return _Answer(found.margin, 0.0, found.residual, found.left_out)
+    return _Answer(found.margin, 0.0, found.residual, found.record.left_out)
 
 
 def _march(scene: _Scene, parameters: Parameters, limit: float, simplify: bool, *, engine: Any) -> _Answer:
     options = {"cycles": 1, "engine": engine, "steps": parameters.steps, "simplify": simplify}
     found = fo.march(scene.system, scene.cycle, scene.friction, parameters.overload * limit, **options)
-    return _Answer(float(found.work[-1].sum()), found.slip[-1], found.residual, found.left_out)
+    return _Answer(float(found.work[-1].sum()), found.slip[-1], found.residual, found.record.left_out)
 
 
 def _steady_state(scene: _Scene, parameters: Parameters, limit: float, simplify: bool) -> _Answer:
     found = fo.steady_state(scene.system, scene.cycle, scene.friction, parameters.overload * limit, simplify=simplify)
-    return _Answer(found.dissipation, found.slip, found.residual, found.left_out)
+    return _Answer(found.dissipation, found.slip, found.residual, found.record.left_out)
 
 
 _COMPUTATIONS: Mapping[str, Callable[..., _Answer]] = {

@@ -32,8 +32,8 @@ def probes(sizes: Sizes) -> Iterator[Probe]:
 
 def _limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
     limit = fo.shakedown_limit(system, cycle, friction)
-    asked = list(dict.fromkeys(attempt.solver for attempt in limit.attempts))
-    return Answer(limit.load_factor, limit.residual, limit.solver, max(len(asked) - 1, 0))
+    asked = list(dict.fromkeys(attempt.solver for attempt in limit.record.attempts))
+    return Answer(limit.load_factor, limit.residual, limit.record.solver, max(len(asked) - 1, 0))
 
 
 def _steady(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, start: Any = None) -> Answer:
@@ -63,14 +63,14 @@ def _limit_probe(extreme: str, value: str, system: fo.ContactSystem, cycle: fo.L
 
 def _exists(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> Answer:
     safe = fo.safe_slip(system, cycle, friction, load_factor)
-    asked = list(dict.fromkeys(attempt.solver for attempt in safe.attempts))
-    return Answer(float(safe.exists), safe.residual, safe.solver, max(len(asked) - 1, 0))
+    asked = list(dict.fromkeys(attempt.solver for attempt in safe.record.attempts))
+    return Answer(float(safe.exists), safe.residual, safe.record.solver, max(len(asked) - 1, 0))
 
 
 def _increment(engine: Any, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> Answer:
     load = oracles.corner_loads(system, cycle, load_factor)[1][1]
     found = engine(system, friction).solve(np.zeros(system.nodes), np.split(load, 2))
-    return Answer(float(found.q @ np.arange(1, system.nodes + 1)) / oracles.units(system, cycle)[0], found.residual, found.solver)
+    return Answer(float(found.q @ np.arange(1, system.nodes + 1)) / oracles.units(system, cycle)[0], found.residual, found.record.solver)
 
 
 def _tried(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> float | None:

@@ -27,8 +27,8 @@ def guarantee_probes(sizes: Sizes) -> Iterator[Probe]:
 
 
 def _answer(limit: fo.GuaranteedLimit) -> Answer:
-    solvers = {attempt.solver for attempt in limit.attempts}
-    return Answer(limit.load_factor, limit.residual, limit.solver, max(len(solvers) - 1, 0))
+    solvers = {attempt.solver for attempt in limit.record.attempts}
+    return Answer(limit.load_factor, limit.residual, limit.record.solver, max(len(solvers) - 1, 0))
 
 
 def _ask(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
