@@ -126,6 +126,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         lambda **options: fo.PunchOnHalfPlane(**options).condense(),
         {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0},
     ),
+    "SafeSlipModel": (fo.SafeSlipModel, {"system": CONTACT, "cycle": CYCLE}),
+    "SafeSlipModel.solve": (fo.SafeSlipModel(CONTACT, CYCLE).solve, {"friction": FRICTION, "load_factor": 0.1}),
     "ShakedownModel": (fo.ShakedownModel, {"system": CONTACT, "cycle": CYCLE}),
     "ShakedownModel.solve": (fo.ShakedownModel(CONTACT, CYCLE).solve, {"friction": FRICTION}),
     "ShakedownModel.sweep": (fo.ShakedownModel(CONTACT, CYCLE).sweep, {"frictions": [0.3, FRICTION]}),

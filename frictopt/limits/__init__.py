@@ -1,8 +1,9 @@
 """Limits of a load cycle as linear programs: shakedown, safe residual slip, guaranteed limit."""
 
-from .guaranteed import GuaranteedLimit, GuaranteedModel, guaranteed_limit
+from .guaranteed import GuaranteedModel, guaranteed_limit
+from .guaranteed_result import GuaranteedLimit
 from .kinds import LimitKind
-from .safe_slip import SafeSlip, safe_slip
+from .safe_slip import SafeSlip, SafeSlipModel, safe_slip
 from .safe_vertices import safe_vertices
 from .shakedown import ShakedownModel, shakedown_limit
 from .shakedown_result import ShakedownLimit
@@ -12,6 +13,7 @@ __all__ = [
     "GuaranteedModel",
     "LimitKind",
     "SafeSlip",
+    "SafeSlipModel",
     "ShakedownLimit",
     "ShakedownModel",
     "guaranteed_limit",

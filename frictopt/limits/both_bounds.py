@@ -18,9 +18,6 @@ import numpy as np
 
 from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem
-from .scaling import ScaledContact
-from .shakedown import shakedown_problem
-from .slip_bound import SlipBound
 
 __all__ = ["Aim", "both_bounds_problem", "set_node"]
 
@@ -33,9 +30,9 @@ class Aim(Enum):
     HIGHEST = "largest load factor, at most the load unit"
 
 
-def both_bounds_problem(scaled: ScaledContact, opening: bool, bound: SlipBound | None, aim: Aim) -> SafeProblem:
-    """The problem of one node at a time; `set_node` sets its parameters."""
-    safe, excess = shakedown_problem(scaled, opening, bound), cp.Variable(name="excess") if aim is Aim.EXCESS else 0.0
+def both_bounds_problem(safe: SafeProblem, aim: Aim) -> SafeProblem:
+    """The problem of one node at a time over the safe slips of a `shakedown_problem`; `set_node` sets its parameters."""
+    excess = cp.Variable(name="excess") if aim is Aim.EXCESS else 0.0
     lam, traction = (safe.problem.var_dict[name] for name in ("load_factor", "traction"))
     node_rows = cp.Parameter((2, traction.size), name="node_rows")  # (f B + A) and (f B - A) of the node
     node_mean, node_cyclic = cp.Parameter(2, name="node_mean"), cp.Parameter(2, name="node_cyclic")

@@ -1,6 +1,6 @@
 """Solving for one node on both its bounds, with proof of the least load factor or of its absence."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import cvxpy as cp
@@ -15,7 +15,6 @@ from .both_bounds import Aim, both_bounds_problem, set_node
 from .posed import LimitQuestion
 from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem
-from .scaling import ScaledContact
 
 __all__ = ["BothBoundsSearch", "NodeClaim", "two_corners"]
 
@@ -39,6 +38,8 @@ class NodeClaim:
         Its largest violation, or the distance from what the multipliers prove.
     solver, attempts, problem, units
         As for `GuaranteedLimit`.
+    values
+        What then stands in the variables of the program over safe slips.
     coincide
         Whether it is on both bounds at load factor 0 alone, where it carries nothing.
     above
@@ -54,6 +55,7 @@ class NodeClaim:
     attempts: tuple[Attempt, ...] = ()
     problem: cp.Problem | None = None
     units: Units = field(default_factory=dict)
+    values: Mapping[cp.Variable, Array] = field(default_factory=dict)
     coincide: bool = False
     above: tuple[float, Array] | None = None
 
@@ -69,9 +71,9 @@ class BothBoundsSearch:
 
     def __init__(self, solver: str | None) -> None:
         self._solver = solver
-        self._compiled: dict[tuple[bool, Aim], SafeProblem] = {}
+        self._compiled: dict[Aim, tuple[SafeProblem, SafeProblem]] = {}
 
-    def solve(self, task: LimitQuestion, scaled: ScaledContact, rows: RulingLoads, node: int, *, expect_solution: bool) -> NodeClaim:
+    def solve(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, node: int, *, expect_solution: bool) -> NodeClaim:
         """The claim of one node that passes its checks.
 
         Whether the node is `expect_solution` to be on both bounds anywhere decides only which of the problems comes first.
@@ -81,24 +83,34 @@ class BothBoundsSearch:
         SolverError
             No solver gave an answer that passes.
         """
-        denied = None if expect_solution else self._proof_of_absence(task, scaled, rows, node)
+        denied = None if expect_solution else self._proof_of_absence(task, safe, rows, node)
         if denied is not None:
             return denied
-        model = self._model(task, scaled, rows, node, Aim.LEAST)
+        model = self._model(task, safe, rows, node, Aim.LEAST)
 
         def never() -> NodeClaim | None:
-            return self._proof_of_absence(task, scaled, rows, node)
+            return self._proof_of_absence(task, safe, rows, node)
 
         found = self._solved(lambda: self._claimed(task, model, rows, node), model, never)
-        found = replace(found, problem=model.problem, units={"load_factor": rows.load_unit, "traction": scaled.unit[scaled.loaded]})
-        return found if found.load_factor > 0 else self._beyond_zero(task, scaled, rows, found)
+        found = replace(
+            found,
+            problem=model.problem,
+            values=safe.values(),
+            units={"load_factor": rows.load_unit, "traction": safe.scaled.unit[safe.scaled.loaded]},
+        )
+        return found if found.load_factor > 0 else self._beyond_zero(task, safe, rows, found)
 
-    def _beyond_zero(self, task: LimitQuestion, scaled: ScaledContact, rows: RulingLoads, found: NodeClaim) -> NodeClaim:
+    def values_of(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
+        """What stands in the variables for a claim, with the parameters of its program set."""
+        self._model(task, safe, rows, claim.node, Aim.LEAST)
+        return claim.values
+
+    def _beyond_zero(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, found: NodeClaim) -> NodeClaim:
         """The claim of a limit of 0 itself, if the node can be on both bounds above 0 too; otherwise it is nowhere but where the bounds coincide.
 
         The load factors at which it can are an interval, for the problem is convex. Within, above 0, the node presses at both corners.
         """
-        model = self._model(task, scaled, rows, found.node, Aim.HIGHEST)
+        model = self._model(task, safe, rows, found.node, Aim.HIGHEST)
         highest = self._solved(lambda: self._claimed(task, model, rows, found.node), model)
         attempts = (*found.attempts, *highest.attempts)
         if highest.load_factor > _COINCIDE * rows.load_unit:
@@ -112,12 +124,11 @@ class BothBoundsSearch:
         answer = solve(model, claimed, self._solver, no_optimum=never)
         return replace(answer.claim, solver=answer.solver, attempts=answer.attempts)
 
-    def _model(self, task: LimitQuestion, scaled: ScaledContact, rows: RulingLoads, node: int, aim: Aim) -> SafeProblem:
-        kind = task.opening, aim
-        if kind not in self._compiled:
-            self._compiled[kind] = both_bounds_problem(scaled, task.opening, task.bound(scaled), aim)
-        set_node(self._compiled[kind], rows, node)
-        return self._compiled[kind]
+    def _model(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, node: int, aim: Aim) -> SafeProblem:
+        if aim not in self._compiled or self._compiled[aim][0] is not safe:
+            self._compiled[aim] = safe, both_bounds_problem(safe, aim)
+        set_node(self._compiled[aim][1], rows, node)
+        return self._compiled[aim][1]
 
     def _claimed(self, task: LimitQuestion, model: SafeProblem, rows: RulingLoads, node: int) -> NodeClaim:
         corners, factor, slip = _pair(task, node), float(model.value("load_factor")), task.within_bound(model.slip)
@@ -127,12 +138,12 @@ class BothBoundsSearch:
         off = max(abs(q[forward, node] + f * p[forward, node]), abs(q[backward, node] - f * p[backward, node])) / task.force
         value, bound = Program(model.problem).bounds
         gap = abs(value - bound) / max(abs(value), _FLOOR)
-        residual = max(task.violation(load_factor, slip), off, gap)
+        residual = max(task.violation(load_factor, slip), off, gap, model.violation())
         return NodeClaim(node, corners, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)))
 
-    def _proof_of_absence(self, task: LimitQuestion, scaled: ScaledContact, rows: RulingLoads, node: int) -> NodeClaim | None:
+    def _proof_of_absence(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, node: int) -> NodeClaim | None:
         """Proof that no safe slip at any load factor holds the node on both bounds; None where there is none."""
-        model = self._model(task, scaled, rows, node, Aim.EXCESS)
+        model = self._model(task, safe, rows, node, Aim.EXCESS)
 
         def least_excess() -> tuple[float, float]:
             value, bound = Program(model.problem).bounds

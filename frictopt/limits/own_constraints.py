@@ -1,7 +1,8 @@
-"""Constraints of the user's own in the linear program of the shakedown limit: rows in its unknowns, and proofs that there is no limit."""
+"""Constraints and objectives of the user's own in the linear programs over safe slips: expressions, rows, and what the multipliers prove."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cvxpy as cp
@@ -13,14 +14,11 @@ from ..contact.record import Attempt
 from ..errors import ModelError
 from ..solve.polish import Program, polish, standard_form
 from ..solve.solvers import TOLERANCE, solve
-from .kinds import LimitKind
-from .mechanism import Mechanism
-from .posed import LimitQuestion
+from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem
 from .scaling import Loads
-from .shakedown_result import LimitClaim, own_names
 
-__all__ = ["OwnRows", "Physical", "no_limit_under", "own_rows"]
+__all__ = ["Contradiction", "Expressions", "Extendable", "Extended", "contradiction", "is_unbounded"]
 
 _EQUATIONS, _AT_MOST, _AT_LEAST = (
     (cp.constraints.Equality, cp.constraints.Zero),
@@ -29,32 +27,56 @@ _EQUATIONS, _AT_MOST, _AT_LEAST = (
 )
 
 
-class Physical:
-    """What a safe-slip program decides on, as affine cvxpy expressions in the user's units.
+class Extendable(ABC):
+    """Base of models that take constraints of the user's own: what they decide on, in the user's units."""
 
-    Attributes
-    ----------
-    load_factor, slip, q, p
-        Scalar, (N,) length, and (K, N) reactions of the closed contact at the corners, force per depth.
-    """
+    @property
+    @abstractmethod
+    def _expressions(self) -> "Expressions": ...
 
-    def __init__(self, safe: SafeProblem, loads: Loads) -> None:
-        scaled, v = safe.scaled, safe.symbols
-        self.load_factor: cp.Expression = cp.Parameter(nonneg=True, name="load_unit") * safe.problem.var_dict["load_factor"]
-        self.slip: cp.Expression = scaled.slip @ v.traction + (0.0 if v.slide is None else scaled.rigid @ v.slide)
-        changes = cp.multiply(scaled.unit, scaled.shear @ v.traction), cp.multiply(scaled.unit, scaled.normal @ v.traction)
-        self.q, self.p = (
-            np.ones((loads.corners, 1)) @ cp.reshape(mean + change, (1, len(mean)), order="C") + cp.Constant(cyclic) * self.load_factor
-            for mean, cyclic, change in zip((loads.q0, loads.p0), (loads.q1, loads.p1), changes, strict=True)
-        )
+    @property
+    def load_factor(self) -> cp.Expression:
+        """The load factor, an affine cvxpy expression for constraints of your own."""
+        return self._expressions.load_factor
+
+    @property
+    def slip(self) -> cp.Expression:
+        """(N,) residual slip, length, an affine cvxpy expression for constraints of your own."""
+        return self._expressions.slip
+
+    @property
+    def q(self) -> cp.Expression:
+        """(K, N) shear forces at the corners of the cycle, force per depth, an affine cvxpy expression for constraints of your own."""
+        return self._expressions.q
+
+    @property
+    def p(self) -> cp.Expression:
+        """(K, N) normal forces at the corners of the cycle, compression positive, an affine cvxpy expression for constraints of your own."""
+        return self._expressions.p
 
 
 @dataclass(frozen=True, eq=False)
-class OwnRows:
-    """Inequalities that say what constraints of the user's own say, well scaled; their own variables are scaled too."""
+class Extended:
+    """A program over safe slips with constraints, and maybe an objective, of the user's own.
 
-    constraints: list[cp.Constraint]
+    Attributes
+    ----------
+    model
+        The program; its rows `own` are those of the user.
+    objective_unit
+        Unit of its objective where that is the user's own, else None.
+    variables
+        The user's variables, and what they are in the well-scaled program.
+    """
+
+    model: SafeProblem
+    objective_unit: float | None
     variables: list[tuple[cp.Variable, cp.Expression]]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the constraints, each once."""
+        return tuple(dict.fromkeys(row.label for row in self.model.own))
 
     def save(self) -> None:
         """Put the values of a solution into the variables of the user."""
@@ -62,26 +84,97 @@ class OwnRows:
             variable.save_value(np.asarray(scaled.value))
 
 
-def own_rows(constraints: Sequence[Any], physical: Physical, load_unit: float) -> OwnRows:
-    """The rows of linear constraints, an equation as two; those of abs, max, norm1 and the like bring variables of their own.
+class Expressions:
+    """What a program over safe slips decides on, as affine cvxpy expressions in the user's units.
+
+    Parameters
+    ----------
+    safe
+        The program of the whole contact, with the rows `no_opening`.
+    loads
+        Reactions of the load cycle.
+    load_factor
+        The load factor, with one parameter.
+
+    Attributes
+    ----------
+    scaled
+        Unknowns and units of the whole contact.
+    load_factor, slip, q, p
+        Scalar, (N,) length, and (K, N) reactions of the closed contact at the corners, force per depth.
+    """
+
+    def __init__(self, safe: SafeProblem, loads: Loads, load_factor: cp.Expression) -> None:
+        scaled, v = safe.scaled, safe.symbols
+        self._safe, self._last = safe, (list[Any](), Extended(safe, None, []))
+        self.scaled = scaled
+        self.load_factor: cp.Expression = load_factor
+        self.slip: cp.Expression = scaled.slip @ v.traction + (0.0 if v.slide is None else scaled.rigid @ v.slide)
+        changes = cp.multiply(scaled.unit, scaled.shear @ v.traction), cp.multiply(scaled.unit, scaled.normal @ v.traction)
+        self.q, self.p = (
+            np.ones((loads.corners, 1)) @ cp.reshape(mean + change, (1, len(mean)), order="C") + cp.Constant(cyclic) * self.load_factor
+            for mean, cyclic, change in zip((loads.q0, loads.p0), (loads.q1, loads.p1), changes, strict=True)
+        )
+
+    def unknown(self, name: str) -> cp.Variable:
+        """An unknown of the program by its name."""
+        return self._safe.problem.var_dict[name]
+
+    def extended(self, constraints: list[Any], objective: Any, rows: RulingLoads, opening: bool, load_factor: float | None = None) -> Extended:
+        """The program with constraints and an objective to be largest (None for its own), compiled once for the same ones, and its parameters set.
+
+        Without the rows `no_opening` where friction implies them.
+
+        Raises
+        ------
+        ModelError
+            What is no cvxpy constraint or expression, not convex, not linear, or on unknowns of another model.
+        """
+        (parameter,) = self.load_factor.parameters()
+        parameter.value = rows.load_unit if load_factor is None else load_factor
+        asked = [*constraints, objective, opening]
+        if [*map(id, self._last[0])] != [*map(id, asked)]:
+            self._last = asked, self._compiled(constraints, objective, opening)
+        self._last[1].model.set(rows, load_factor)
+        return self._last[1]
+
+    def _compiled(self, constraints: list[Any], objective: Any, opening: bool) -> Extended:
+        problem, goal = self._safe.problem, cp.Variable(name="objective")
+        kept = [row for row in problem.constraints if opening or row.label != "no_opening"]
+        known = {variable.id for part in (problem.variables(), self.slip.variables()) for variable in part}
+        named = {f"constraints[{index}]": constraint for index, constraint in enumerate(constraints)}
+        if objective is not None:
+            if not isinstance(objective, cp.Expression) or objective.size != 1:
+                raise ModelError(f"objective: {shown(objective)}; give a scalar cvxpy expression on slip, load_factor, q and p of the model")
+            named["objective"] = goal <= cp.reshape(objective, (), order="C")
+        rows, variables = own_rows(named, known)
+        if objective is None:
+            return Extended(replace(self._safe, problem=cp.Problem(problem.objective, [*kept, *rows]), own=tuple(rows)), None, variables)
+        scaled = next(scaled for variable, scaled in variables if variable is goal)
+        (inner,) = scaled.variables()
+        program = cp.Problem(cp.Maximize(inner), [*kept, *rows])
+        inner.save_value(np.ones(()))
+        return Extended(replace(self._safe, problem=program, own=tuple(rows)), float(scaled.value), variables)
+
+
+def own_rows(constraints: Mapping[str, Any], known: set[int]) -> tuple[list[cp.Constraint], list[tuple[cp.Variable, cp.Expression]]]:
+    """Well-scaled inequalities that say what named linear constraints say (an equation is two), and their variables besides the known ones.
+
+    Constraints of abs, max, norm1 and the like bring variables of their own.
 
     Raises
     ------
     ModelError
         Not a cvxpy constraint, not convex, not linear, or on unknowns of another model.
     """
-    known = {variable.id for part in (physical.load_factor, physical.slip) for variable in part.variables()}
-    (unit,) = physical.load_factor.parameters()
-    unit.value = load_unit
     rows: list[cp.Constraint] = []
-    for index, constraint in enumerate(constraints):
-        name = f"constraints[{index}]"
+    for name, constraint in constraints.items():
         _check(name, constraint, known)
         linear, _ = Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [constraint]))
         for part in linear.constraints:
             if not isinstance(part, (*_EQUATIONS, _AT_MOST, _AT_LEAST)):
                 raise ModelError(
-                    f"{name}: it needs a {type(part).__name__} cone; the limit is a linear program, so that its multipliers prove it: "
+                    f"{name}: it needs a {type(part).__name__} cone; the program is linear, so that its multipliers prove the answer: "
                     "give linear constraints, or such of abs, max, min, norm1 and norm_inf"
                 )
             signs = (1, -1) if isinstance(part, _EQUATIONS) else (-1,) if isinstance(part, _AT_LEAST) else (1,)
@@ -89,7 +182,7 @@ def own_rows(constraints: Sequence[Any], physical: Physical, load_unit: float) -
     return _scaled(rows, known)
 
 
-def _scaled(rows: list[cp.Constraint], known: set[int]) -> OwnRows:
+def _scaled(rows: list[cp.Constraint], known: set[int]) -> tuple[list[cp.Constraint], list[tuple[cp.Variable, cp.Expression]]]:
     """The rows divided by their size, which spreads from the unknowns of the model to the other variables."""
     data = cp.Problem(cp.Minimize(0), rows).get_problem_data("CLARABEL")[0]
     size, constant, columns = abs(data["A"].toarray()), np.abs(data["b"]), data["param_prob"].var_id_to_col
@@ -111,7 +204,7 @@ def _scaled(rows: list[cp.Constraint], known: set[int]) -> OwnRows:
     scaled = [
         (row.expr.tree_copy(swap) / part.reshape(row.shape, order="F") <= 0).set_label(row.label) for row, part in zip(rows, parts, strict=True)
     ]
-    return OwnRows(scaled, [(variable, own[variable.id]) for variable in others])
+    return scaled, [(variable, own[variable.id]) for variable in others]
 
 
 def _check(name: str, constraint: Any, known: set[int]) -> None:
@@ -120,9 +213,11 @@ def _check(name: str, constraint: Any, known: set[int]) -> None:
             f"{name}: {shown(constraint)}; give a cvxpy constraint on slip, load_factor, q and p of the model, such as model.slip <= 1e-3"
         )
     if not constraint.is_dcp(dpp=True):
-        raise ModelError(f"{name}: it is not convex (DCP), or not affine in its parameters (DPP); give a constraint that is")
+        raise ModelError(
+            f"{name}: not convex (an objective: not concave) by the rules of DCP, or not affine in its parameters (DPP); change it so that it is"
+        )
     for variable in constraint.variables():
-        if variable.id not in known and variable.name() in ("load_factor", "traction", "slide"):
+        if variable.id not in known and variable.name() in ("load_factor", "margin", "traction", "slide"):
             raise ModelError(f"{name}: it is on the {variable.name()} of another model; use the expressions of the model that solves")
         if any(variable.attributes.values()):
             raise ModelError(f"{name}: variable {variable.name()} has attributes; give a plain one, and its bounds as constraints")
@@ -131,40 +226,23 @@ def _check(name: str, constraint: Any, known: set[int]) -> None:
             raise ModelError(f"{name}: parameter {parameter.name()} has no value; give it one before solving")
 
 
-def no_limit_under(own: Sequence[cp.Constraint], task: LimitQuestion, problem: cp.Problem, solver: str | None) -> LimitClaim | None:
-    """The claim that a program with constraints of the user's own has no finite limit, and which of them rule; None where neither can be proven."""
-    names, nothing = own_names(own), np.zeros((task.loads.corners, task.system.nodes))
-    excess, unsafe = _least_excess(problem, solver), np.full(task.system.nodes, np.nan)
-    still = Mechanism(nothing, nothing, nothing, nothing[0])
-    if excess.bound > TOLERANCE:
-        parts = np.split(excess.multipliers, np.cumsum([row.size for row in problem.constraints])[:-1])
-        ruling = {row.label for row, part in zip(problem.constraints, parts, strict=True) if part.max(initial=0.0) > TOLERANCE}
-        why = f"no residual slip that is safe at any load factor obeys {', '.join(n for n in names if n in ruling)}: drop or relax them"
-        return LimitClaim(task, LimitKind.NO_SAFE_SLIP, np.nan, unsafe, still, np.nan, excess.residual, why, names)
-    growing = _least_excess(problem, solver, growing=True)
-    if growing.bound > TOLERANCE or growing.value > TOLERANCE or excess.value > TOLERANCE:
-        return None
-    why = f"every load factor has a safe residual slip that obeys {', '.join(names)}"
-    return LimitClaim(task, LimitKind.UNBOUNDED, np.inf, unsafe, still, np.inf, max(excess.residual, growing.residual), why, names)
-
-
 @dataclass(frozen=True, eq=False)
-class Excess:
+class Contradiction:
     """The least excess by which the rows of a linear program cannot hold.
 
     Attributes
     ----------
     value, bound
-        That of a solution, and the least that the multipliers prove.
-    multipliers
-        One for each row.
+        That of a solution, and the least that the multipliers prove: above 0, the rows contradict each other (Farkas's lemma).
+    ruling
+        Names of the rows with multipliers.
     residual, attempts
-        Distance of the two where they do not prove an excess, and the solver runs.
+        Distance of value and bound where they do not prove an excess, and the solver runs.
     """
 
     value: float
     bound: float
-    multipliers: Array
+    ruling: frozenset[str]
     residual: float
     attempts: tuple[Attempt, ...] = ()
 
@@ -172,21 +250,32 @@ class Excess:
 @dataclass(frozen=True, eq=False)
 class _Relaxed:
     problem: cp.Problem
+    labels: list[str]
 
     def refine(self) -> None:
         polish(self.problem)
 
-    def claim(self) -> Excess:
+    def claim(self) -> Contradiction:
         program = Program(self.problem)
         value, bound = (-side for side in program.bounds)
-        return Excess(value, bound, program.y[:-1], 0.0 if bound > TOLERANCE else abs(value - bound))
+        ruling = frozenset(label for label, y in zip(self.labels, program.y[: len(self.labels)], strict=True) if y > TOLERANCE)
+        return Contradiction(value, bound, ruling, 0.0 if bound > TOLERANCE else abs(value - bound))
 
 
-def _least_excess(problem: cp.Problem, solver: str | None, *, growing: bool = False) -> Excess:
+def contradiction(problem: cp.Problem, solver: str | None) -> Contradiction:
     """The least `e >= 0` with `matrix @ z + e >= right`, of a linear program in its standard form.
 
-    A bound above 0 proves that the rows contradict each other (Farkas's lemma). For `growing`, the objective has to grow by 1 while no row
-    falls: a value of 0 proves that a program that has a solution has no largest one.
+    Raises
+    ------
+    SolverError
+        No solver gave an answer that passes the checks.
+    """
+    matrix, right, _ = standard_form(problem)
+    return _least_excess(matrix, right, [row.label for row in problem.constraints for _ in range(row.size)], solver)
+
+
+def is_unbounded(problem: cp.Problem, solver: str | None) -> Contradiction | None:
+    """Proof that a linear program that has a solution has no largest one, for its objective can grow while no row falls; None if it cannot.
 
     Raises
     ------
@@ -194,8 +283,11 @@ def _least_excess(problem: cp.Problem, solver: str | None, *, growing: bool = Fa
         No solver gave an answer that passes the checks.
     """
     matrix, right, objective = standard_form(problem)
-    if growing:
-        matrix, right = np.vstack([matrix, objective]), np.append(np.zeros(len(right)), 1.0)
+    growing = _least_excess(np.vstack([matrix, objective]), np.append(np.zeros(len(right)), 1.0), [], solver)
+    return None if max(growing.bound, growing.value) > TOLERANCE else growing
+
+
+def _least_excess(matrix: Array, right: Array, labels: list[str], solver: str | None) -> Contradiction:
     z, excess = cp.Variable(matrix.shape[1], name="z"), cp.Variable(name="excess")
-    model = _Relaxed(cp.Problem(cp.Minimize(excess), [matrix @ z + excess >= right, excess >= 0]))
+    model = _Relaxed(cp.Problem(cp.Minimize(excess), [matrix @ z + excess >= right, excess >= 0]), labels)
     return solve(model, model.claim, solver).claim

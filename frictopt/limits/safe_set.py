@@ -54,13 +54,14 @@ class SafeSymbols:
 class SafeProblem:
     """A cvxpy problem over safe slips together with the data of its rows, one of each kind for each node of its part of the contact.
 
-    `set`, `refine` and solving change the values that stand in the cvxpy problem.
+    `set`, `refine` and solving change the values that stand in the cvxpy problem. `own` are the rows of the user's own among its constraints.
     """
 
     problem: cp.Problem
     scaled: ScaledContact
     bound: SlipBound | None
     symbols: SafeSymbols
+    own: tuple[cp.Constraint, ...] = ()
 
     def set(self, rows: RulingLoads, load_factor: float | None = None) -> None:
         """Set the parameters of the rows in place; a load factor moves the cyclic part to the side of the data (margin problem)."""
@@ -70,6 +71,14 @@ class SafeProblem:
                 parameter.value = factor * getattr(rows, name)
             elif hasattr(rows, name):
                 parameter.value = getattr(rows, name)
+
+    def violation(self) -> float:
+        """Largest violation of the user's own rows."""
+        return max((float(np.max(row.violation())) for row in self.own), default=0.0)
+
+    def values(self) -> dict[cp.Variable, Array]:
+        """What stands in the variables."""
+        return {variable: variable.value for variable in self.problem.variables()}
 
     def value(self, name: str) -> np.ndarray:
         """Value of a named variable."""

@@ -1,7 +1,7 @@
 """Existence of a safe residual slip at a given load factor."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import IO, Any
 
@@ -10,20 +10,23 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_number, frozen
+from ..contact.checks import Array, finite_number, flag, frozen, listed
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import frame
+from ..errors import ModelError
 from ..solve.explain import Units, explain
+from ..solve.polish import Program
 from ..solve.portable import Portable
-from ..solve.solvers import TOLERANCE, Answer, solve
+from ..solve.solvers import TOLERANCE, Answer, NoOptimum, solve, solver_order
 from .mechanism import Mechanism, expand_duals
+from .own_constraints import Expressions, Extendable, Extended, contradiction
 from .posed import LimitQuestion, cycle_loads
 from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem, SafeSymbols
 from .scaling import Loads, ScaledContact
 from .slip_bound import SlipBound, slip_bounds
 
-__all__ = ["MarginState", "SafeSlip", "margin_problem", "safe_slip", "solve_margin"]
+__all__ = ["MarginState", "SafeSlip", "SafeSlipModel", "margin_problem", "safe_slip", "solve_margin"]
 
 _ROUNDING = 1e-12  # margins this little below zero are zero: those at the shakedown limit itself
 
@@ -68,8 +71,10 @@ class SafeSlip(Recorded, Portable):
     record
         How it was found. Its `residual` is the largest of: the shortfall of the slip's reserve, recomputed, and the distance of `margin_bound`. At
         most 1e-9.
+    constraints
+        Names of the constraints of your own: slip, margin and margin bound are those of the program with them.
     problem
-        The solved cvxpy problem; None in a copy.
+        The solved cvxpy problem; None in a copy. A later solve of the same `SafeSlipModel` overwrites its values.
     """
 
     exists: bool
@@ -77,6 +82,7 @@ class SafeSlip(Recorded, Portable):
     margin: float
     margin_bound: float
     record: SolveRecord
+    constraints: tuple[str, ...]
     problem: cp.Problem | None = field(repr=False)
     _task: LimitQuestion = field(repr=False)
     _motion: Mechanism = field(repr=False)
@@ -84,12 +90,12 @@ class SafeSlip(Recorded, Portable):
 
     @cached_property
     def certificate(self) -> pd.DataFrame | None:
-        """Why no slip is safe (Farkas's lemma); None if one is.
+        """Why no slip is safe (Farkas's lemma); None if one is, and under constraints of your own.
 
         A table like `ShakedownLimit.mechanism`: slips whose friction cannot take up the work of the loads, while no residual slip does work
-        on them, or with a slip bound too little.
+        on them, or with a slip bound too little. Under constraints of your own such slips alone prove nothing: `margin_bound` covers all.
         """
-        return None if self.exists else self._motion.table(self._task.system.x)
+        return None if self.exists or self.constraints else self._motion.table(self._task.system.x)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, x and slip."""
@@ -103,6 +109,92 @@ class SafeSlip(Recorded, Portable):
         explain("safe residual slip", self.problem, self.margin, self._units, self.record.left_out, self._motion.table(self._task.system.x), file)
 
 
+class SafeSlipModel(Extendable):
+    """The safe residual slips of one system under one load cycle, for any friction and load factor, also under constraints of your own.
+
+    Not for use by several threads at once: give each its own.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    slip_bound, simplify, solver
+        See `ShakedownModel`.
+
+    Raises
+    ------
+    ModelError
+        Wrong types, unknown load cases or options, a negative slip bound.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}])
+    >>> model = fo.SafeSlipModel(rod, cycle)
+    >>> round(model.solve(0.5, load_factor=0.8).margin, 6)
+    0.2
+    >>> round(model.solve(0.5, load_factor=0.8, constraints=[model.slip[0] - model.slip[1] <= 0.25]).margin, 6)
+    -0.1
+    """
+
+    def __init__(self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None) -> None:
+        self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
+        self._most, self._simplify, self._solver = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify), solver
+        solver_order(solver)
+
+    @cached_property
+    def _expressions(self) -> Expressions:
+        task = LimitQuestion(self._system, self._cycle, self._loads, np.zeros(self._system.nodes), False, self._most)
+        safe = margin_problem(scaled := task.scaled(), True, task.bound(scaled), free_load_factor=False)
+        return Expressions(safe, self._loads, cp.Parameter(nonneg=True, name="load_factor"))
+
+    @property
+    def margin(self) -> cp.Expression:
+        """The margin, see `SafeSlip`, a cvxpy expression for constraints of your own."""
+        return self._expressions.unknown("margin")
+
+    def solve(self, friction: Any, load_factor: float, constraints: Sequence[cp.Constraint] = ()) -> SafeSlip:
+        """The residual slip with the largest reserve at every node and corner of the cycle, under constraints of your own.
+
+        Parameters
+        ----------
+        friction
+            Coefficient of friction, one or one per node.
+        load_factor
+            Load factor, >= 0.
+        constraints
+            cvxpy constraints on `slip`, `q`, `p` and `margin` of this model, see `ShakedownModel.solve`; `margin_bound` and `residual` cover them.
+
+        Raises
+        ------
+        ModelError
+            Bad input; constraints that no slip obeys, safe or not, or that are not convex, not linear, or on another model.
+        SolverError
+            No solver gave an answer that passes the checks.
+        """
+        load_factor, own = finite_number("load_factor", load_factor, least=0.0), listed("constraints", constraints)
+        task = LimitQuestion(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
+        task = replace(task, simplify=False) if own else task
+        scaled = self._expressions.scaled if own else task.scaled()
+        rows, extended = task.rows(scaled), None
+        if own:
+            extended = self._expressions.extended(own, None, rows, task.opening, load_factor)
+        state, answer, model = solve_margin(task, scaled, task.loads, load_factor, self._solver, extended)
+        return SafeSlip(
+            exists=bool(state.margin >= -max(_ROUNDING, state.residual)),
+            slip=frozen(state.slip),
+            margin=state.margin,
+            margin_bound=state.bound,
+            record=task.record(answer.solver, answer.attempts, state.residual, task.left_out(rows)),
+            constraints=extended.names if extended else (),
+            problem=model.problem,
+            _task=task,
+            _motion=state.motion,
+            _units={"margin": task.mean_bound, "traction": scaled.unit[scaled.loaded]},
+        )
+
+
 def safe_slip(
     system: ContactSystem,
     cycle: LoadCycle,
@@ -114,6 +206,8 @@ def safe_slip(
     solver: str | None = None,
 ) -> SafeSlip:
     """Find the residual slip with the largest reserve at every node and corner of the cycle.
+
+    For constraints of your own see `SafeSlipModel`.
 
     Parameters
     ----------
@@ -133,22 +227,7 @@ def safe_slip(
     SolverError
         No solver gave an answer that passes the checks.
     """
-    loads = cycle_loads(system, cycle)
-    load_factor = finite_number("load_factor", load_factor, least=0.0)
-    task = LimitQuestion(system, cycle, loads, friction, simplify, slip_bounds(slip_bound, system.nodes))
-    scaled = task.scaled()
-    state, answer, model = solve_margin(task, scaled, task.loads, load_factor, solver)
-    return SafeSlip(
-        exists=bool(state.margin >= -max(_ROUNDING, state.residual)),
-        slip=frozen(state.slip),
-        margin=state.margin,
-        margin_bound=state.bound,
-        record=task.record(answer.solver, answer.attempts, state.residual, task.left_out(task.rows(scaled))),
-        problem=model.problem,
-        _task=task,
-        _motion=state.motion,
-        _units={"margin": task.mean_bound, "traction": scaled.unit[scaled.loaded]},
-    )
+    return SafeSlipModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction, load_factor)
 
 
 class MarginState:
@@ -167,20 +246,29 @@ class MarginState:
         self.bound = cap + resistance - self.load_factor * drive + task.defect(model.scaled, self.motion, self.slip)
         if not slips > 0 and cap < 1 - TOLERANCE:  # multipliers that do not add up to one bound nothing
             self.bound = np.inf
+        if model.own:
+            self.bound = Program(model.problem).bounds[1]
         shortfall = _shortfall(task, loads, self.load_factor, self.slip, self.margin)
-        self.residual = float(np.nan_to_num(max(abs(self.bound - self.margin), shortfall, task.beyond(self.slip)), nan=np.inf))
+        self.residual = float(np.nan_to_num(max(abs(self.bound - self.margin), shortfall, task.beyond(self.slip), model.violation()), nan=np.inf))
 
 
 def solve_margin(
-    task: LimitQuestion, scaled: ScaledContact, loads: Loads, load_factor: float | None, solver: str | None
+    task: LimitQuestion, scaled: ScaledContact, loads: Loads, load_factor: float | None, solver: str | None, extended: Extended | None = None
 ) -> tuple[MarginState, Answer[MarginState], SafeProblem]:
-    """Largest margin of a safe slip at a load factor, or (None) at the best one, for the loads given."""
+    """Largest margin of a safe slip at a load factor, or (None) at the best one, for the loads given; maybe under constraints of the user's own."""
     rows = task.rows(scaled, loads)
-    model = margin_problem(scaled, task.opening, task.bound(scaled), free_load_factor=load_factor is None)
+    model = extended.model if extended else margin_problem(scaled, task.opening, task.bound(scaled), free_load_factor=load_factor is None)
     model.set(rows, load_factor)
     model.problem.param_dict["clearance"].value = task.mean_bound / scaled.unit
-
-    answer = solve(model, lambda: MarginState(task, rows, loads, load_factor, model), solver)
+    try:
+        answer = solve(model, lambda: MarginState(task, rows, loads, load_factor, model), solver)
+    except NoOptimum:
+        if extended and (excess := contradiction(model.problem, solver)).bound > TOLERANCE:
+            ruling = ", ".join(name for name in extended.names if name in excess.ruling)
+            raise ModelError(f"{ruling}: no residual slip, safe or not, obeys this at load factor {load_factor:g}; drop or relax it") from None
+        raise
+    if extended:
+        extended.save()
     return answer.claim, answer, model
 
 

@@ -16,12 +16,12 @@ from ..solve.solvers import TOLERANCE, solve, solver_order
 from .closed_form import uncoupled_limit
 from .kinds import LimitKind, classify
 from .mechanism import expand_duals
-from .own_constraints import OwnRows, Physical, no_limit_under, own_rows
+from .own_constraints import Expressions, Extendable
 from .posed import LimitQuestion, cycle_loads
 from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem, SafeSymbols
 from .scaling import ScaledContact
-from .shakedown_result import LimitClaim, ShakedownLimit, judged, judged_program, no_limit_claim
+from .shakedown_result import LimitClaim, ShakedownLimit, judged, judged_extended, no_limit_claim, no_limit_under
 from .slip_bound import SlipBound, slip_bounds
 
 __all__ = ["ShakedownModel", "shakedown_limit", "shakedown_problem"]
@@ -50,7 +50,7 @@ def shakedown_problem(contact: ScaledContact, opening: bool, bound: SlipBound | 
     return v.problem(cp.Maximize(lam), rows, opening, bound)
 
 
-class ShakedownModel:
+class ShakedownModel(Extendable):
     """The shakedown limit of one system under one load cycle, compiled once and solved for any friction.
 
     Not for use by several threads at once: give each its own.
@@ -80,30 +80,9 @@ class ShakedownModel:
         self._most, self._simplify, self._solver = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify), solver
         self._closed_form = simplify and len(solver_order(solver)) > 1
         self._compiled: dict[tuple[int, bool], SafeProblem] = {}  # by what friction can change: the part of the contact, and the rows of opening
-        self._constrained: tuple[list[Any], SafeProblem, OwnRows] | None = None
 
-    @property
-    def load_factor(self) -> cp.Expression:
-        """The load factor, an affine cvxpy expression for constraints of your own."""
-        return self._physical.load_factor
-
-    @property
-    def slip(self) -> cp.Expression:
-        """(N,) residual slip, length, an affine cvxpy expression for constraints of your own."""
-        return self._physical.slip
-
-    @property
-    def q(self) -> cp.Expression:
-        """(K, N) shear forces at the corners of the cycle, force per depth, an affine cvxpy expression for constraints of your own."""
-        return self._physical.q
-
-    @property
-    def p(self) -> cp.Expression:
-        """(K, N) normal forces at the corners of the cycle, compression positive, an affine cvxpy expression for constraints of your own."""
-        return self._physical.p
-
-    def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = ()) -> ShakedownLimit:
-        """The limit for a coefficient of friction, one or one per node, under constraints of your own.
+    def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
+        """The limit for a coefficient of friction, one or one per node, under constraints of your own, or the slip that your objective chooses.
 
         Parameters
         ----------
@@ -113,18 +92,34 @@ class ShakedownModel:
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or of
             abs, max, norm1 and the like: the program stays linear, and its multipliers prove the limit. `dual_bound` and `residual` cover them. The
             whole contact is solved then, and the program is compiled once for the same constraints.
+        objective
+            What shall be largest over the safe slips, instead of the load factor: a concave cvxpy expression on the same, also linear or of abs, max,
+            norm1 and the like, such as `model.load_factor - 0.1 * cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
 
         Raises
         ------
         ModelError
-            Bad friction; constraints that are not convex, not linear, or on another model.
+            Bad friction; constraints that are not convex, not linear, or on another model; an objective that is not so, or has no largest value.
         SolverError
             No solver gave an answer that passes the checks.
+
+        Examples
+        --------
+        The smallest residual slip that is safe at a load factor:
+
+        >>> import cvxpy as cp
+        >>> import frictopt as fo
+        >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+        >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}])
+        >>> model = fo.ShakedownModel(rod, cycle)
+        >>> limit = model.solve(0.5, [model.load_factor == 0.8], objective=-cp.norm1(model.slip))
+        >>> round(limit.objective, 6)
+        -0.3
         """
         task = LimitQuestion(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
         own = listed("constraints", constraints)
-        if own:
-            return self._constrained_program(replace(task, simplify=False), own)
+        if own or objective is not None:
+            return self._extended_program(replace(task, simplify=False), own, objective)
         closed = _closed_form(task) if self._closed_form else None
         return self._linear_program(task) if closed is None else closed
 
@@ -144,12 +139,16 @@ class ShakedownModel:
         own = listed("constraints", constraints)
         return pd.DataFrame([_row(friction, self.solve(friction, own)) for friction in listed("frictions", frictions)])
 
-    def _linear_program(self, task: LimitQuestion) -> ShakedownLimit:
+    def _program(self, task: LimitQuestion) -> SafeProblem:
+        """The program over safe slips, compiled once for all frictions."""
         kind = task.part.system.nodes, task.opening
         if kind not in self._compiled:
             scaled = task.scaled()
             self._compiled[kind] = shakedown_problem(scaled, task.opening, task.bound(scaled))
-        model = self._compiled[kind]
+        return self._compiled[kind]
+
+    def _linear_program(self, task: LimitQuestion) -> ShakedownLimit:
+        model = self._program(task)
         scaled = model.scaled
         rows = task.rows(scaled)
         model.set(rows)
@@ -167,37 +166,30 @@ class ShakedownModel:
         return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, _units(scaled, rows))
 
     @cached_property
-    def _whole(self) -> SafeProblem:
-        """The program of the whole contact, with `p >= 0` whatever the friction."""
-        scaled = (task := LimitQuestion(self._system, self._cycle, self._loads, np.zeros(self._system.nodes), False, self._most)).scaled()
-        return shakedown_problem(scaled, True, task.bound(scaled))
+    def _expressions(self) -> Expressions:
+        task = LimitQuestion(self._system, self._cycle, self._loads, np.zeros(self._system.nodes), False, self._most)
+        safe = shakedown_problem(scaled := task.scaled(), True, task.bound(scaled))
+        return Expressions(safe, self._loads, cp.Parameter(nonneg=True, name="load_unit") * safe.problem.var_dict["load_factor"])
 
-    @cached_property
-    def _physical(self) -> Physical:
-        return Physical(self._whole, self._loads)
-
-    def _constrained_program(self, task: LimitQuestion, constraints: list[Any]) -> ShakedownLimit:
-        whole, rows = self._whole, task.rows(self._whole.scaled)
-        if self._constrained is None or [*map(id, self._constrained[0])] != [*map(id, constraints)]:
-            own = own_rows(constraints, self._physical, rows.load_unit)
-            model = replace(whole, problem=cp.Problem(whole.problem.objective, [*whole.problem.constraints, *own.constraints]))
-            self._constrained = constraints, model, own
-        _, model, own = self._constrained
-        model.set(rows)
+    def _extended_program(self, task: LimitQuestion, constraints: list[Any], objective: Any) -> ShakedownLimit:
+        scaled = self._expressions.scaled
+        rows = task.rows(scaled)
+        extended = self._expressions.extended(constraints, objective, rows, task.opening)
+        model = extended.model
 
         def claimed() -> LimitClaim:
-            motion = expand_duals(model, rows, task.loads.corners).scaled(rows.load_unit)
-            return judged_program(task, model, rows.load_unit, motion, own.constraints)
+            return judged_extended(task, extended, rows.load_unit, expand_duals(model, rows, task.loads.corners).scaled(rows.load_unit))
 
         def no_limit() -> LimitClaim | None:
-            proof = classify(task, whole.scaled, self._solver)
+            proof = classify(task, scaled, self._solver)
             if proof is not None and proof[0] is LimitKind.NO_SAFE_SLIP:
                 return no_limit_claim(task, *proof)
-            return no_limit_under(own.constraints, task, model.problem, self._solver)
+            return no_limit_under(extended, task, self._solver)
 
         answer = solve(model, claimed, self._solver, no_optimum=no_limit)
-        own.save()
-        return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, _units(whole.scaled, rows))
+        extended.save()
+        units = {**_units(scaled, rows), "objective": extended.objective_unit or 1.0}
+        return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, units)
 
 
 def shakedown_limit(

@@ -1,7 +1,7 @@
 """A shakedown limit with its proof from both sides: safe from below by the contact law, and from above by the mechanism."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import IO, Any
 
@@ -12,18 +12,22 @@ import pandas as pd
 from ..contact.checks import Array, frozen
 from ..contact.record import Attempt, Recorded, SolveRecord
 from ..contact.show import frame
+from ..errors import ModelError
 from ..solve.explain import Units, explain
 from ..solve.polish import Program
 from ..solve.portable import Portable
+from ..solve.solvers import TOLERANCE
 from .kinds import LimitKind, reason
 from .mechanism import Mechanism
+from .own_constraints import Extended, contradiction, is_unbounded
 from .posed import LimitQuestion
 from .ruling_corners import load_factor_unit
-from .safe_set import SafeProblem
 from .safe_slip import MarginState
 from .scaling import ScaledContact
 
-__all__ = ["LimitClaim", "ShakedownLimit", "judged", "judged_program", "no_limit_claim", "own_names"]
+__all__ = ["LimitClaim", "ShakedownLimit", "judged", "judged_extended", "no_limit_claim", "no_limit_under"]
+
+_FLOOR = 1e-3  # values count relative to themselves from this share of their unit on
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,7 +49,10 @@ class ShakedownLimit(Recorded, Portable):
         How it was found. Its `residual` is the largest of: the violations of the contact law by `slip` at the corners, and the relative distance of
         `dual_bound`; without a finite limit, that of the proof. At most 1e-9.
     constraints
-        Names of the constraints of your own: slip, residual and dual bound are those of the program with them.
+        Names of the constraints of your own, and "objective" for an objective: slip, residual and dual bound are those of the program with them.
+    objective
+        Largest value of an objective of your own; None without. Then `load_factor` is the one that it chooses, `dual_bound` is an upper bound of the
+        objective, and `friction_rate` is its rate.
     problem
         The solved cvxpy problem; None for a closed form. Its objective is `load_factor` over the unit that `explain()` prints.
         A later solve of the same `ShakedownModel` overwrites its values.
@@ -58,6 +65,7 @@ class ShakedownLimit(Recorded, Portable):
     dual_bound: float
     record: SolveRecord
     constraints: tuple[str, ...]
+    objective: float | None
     problem: cp.Problem | None = field(repr=False)
     _task: LimitQuestion = field(repr=False)
     _motion: Mechanism = field(repr=False)
@@ -105,7 +113,8 @@ class ShakedownLimit(Recorded, Portable):
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain("shakedown limit", self.problem, self.load_factor, self._units, self.record.left_out, self.mechanism, file, self.reason)
+        value = self.load_factor if self.objective is None else self.objective
+        explain("shakedown limit", self.problem, value, self._units, self.record.left_out, self.mechanism, file, self.reason)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +130,7 @@ class LimitClaim:
     residual: float
     why: str = ""
     constraints: tuple[str, ...] = ()
+    objective: float | None = None
 
     def result(
         self, solver: str, attempts: tuple[Attempt, ...], left_out: tuple[str, ...], problem: cp.Problem | None, units: Units
@@ -135,6 +145,7 @@ class LimitClaim:
             bound,
             self.task.record(solver, attempts, self.residual, left_out),
             self.constraints,
+            self.objective,
             problem,
             self.task,
             self.motion,
@@ -149,26 +160,47 @@ def judged(task: LimitQuestion, scaled: ScaledContact, load_factor: float, slip:
         return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)
     motion = motion.scaled(1 / drive)
     bound = resistance / drive + task.defect(scaled, motion, slip)
-    gap = abs(bound - load_factor) / max(load_factor, 1e-3 * load_factor_unit(task.loads, task.friction, task.force))
+    gap = abs(bound - load_factor) / max(load_factor, _FLOOR * load_factor_unit(task.loads, task.friction, task.force))
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
     return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound, residual)
 
 
-def judged_program(task: LimitQuestion, model: SafeProblem, load_unit: float, motion: Mechanism, own: Sequence[cp.Constraint]) -> LimitClaim:
-    """Judge a limit under constraints of the user's own: from above by the multipliers of all rows, theirs too."""
+def judged_extended(task: LimitQuestion, extended: Extended, load_unit: float, motion: Mechanism) -> LimitClaim:
+    """Judge an answer under constraints or an objective of the user's own: from above by the multipliers of all rows, theirs too."""
+    model, names = extended.model, extended.names
     load_factor, slip = max(0.0, float(model.value("load_factor"))) * load_unit, task.within_bound(model.slip)
-    bound = Program(model.problem).bounds[1] * load_unit
-    gap = abs(bound - load_factor) / max(load_factor, 1e-3 * load_unit)
-    violations = [float(np.max(row.violation())) for row in own]
-    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap, *violations), nan=np.inf))
-    names = own_names(own)
-    why = f"no residual slip that obeys {', '.join(names)} is safe above it; the dual bound covers them"
-    return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound, residual, why, names)
+    value, bound = Program(model.problem).bounds
+    gap = abs(bound - value) / max(abs(value), _FLOOR)
+    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap, model.violation()), nan=np.inf))
+    claim = LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound * load_unit, residual, "", names)
+    if extended.objective_unit is None:
+        return replace(claim, why=f"no residual slip that obeys {', '.join(names)} is safe above it; the dual bound covers them")
+    unit, why = extended.objective_unit, "no safe residual slip makes the objective larger; the load factor is the one that it chooses, no limit"
+    return replace(claim, why=why, bound=bound * unit, motion=motion.scaled(unit / load_unit), objective=value * unit)
 
 
-def own_names(own: Sequence[cp.Constraint]) -> tuple[str, ...]:
-    """Names of constraints of the user's own, each once, from their rows."""
-    return tuple(dict.fromkeys(row.label for row in own))
+def no_limit_under(extended: Extended, task: LimitQuestion, solver: str | None) -> LimitClaim | None:
+    """The claim that a program with constraints of the user's own has no finite limit, and which of them rule; None where neither can be proven.
+
+    Raises
+    ------
+    ModelError
+        An objective without a largest value.
+    """
+    problem, names = extended.model.problem, extended.names
+    unsafe, nothing = np.full(task.system.nodes, np.nan), np.zeros((task.loads.corners, task.system.nodes))
+    still, excess = Mechanism(nothing, nothing, nothing, nothing[0]), contradiction(problem, solver)
+    if excess.bound > TOLERANCE:
+        ruling = ", ".join(name for name in names if name in excess.ruling)
+        why = f"no residual slip that is safe at any load factor obeys {ruling}: drop or relax them"
+        return LimitClaim(task, LimitKind.NO_SAFE_SLIP, np.nan, unsafe, still, np.nan, excess.residual, why, names)
+    growing = is_unbounded(problem, solver)
+    if growing is None or excess.value > TOLERANCE:
+        return None
+    if extended.objective_unit is not None:
+        raise ModelError("objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint")
+    why = f"every load factor has a safe residual slip that obeys {', '.join(names)}"
+    return LimitClaim(task, LimitKind.UNBOUNDED, np.inf, unsafe, still, np.inf, max(excess.residual, growing.residual), why, names)
 
 
 def no_limit_claim(task: LimitQuestion, kind: LimitKind, proof: MarginState) -> LimitClaim:

@@ -62,7 +62,7 @@ def explain(
 
 def _problem_lines(problem: cp.Problem, value: float | None, units: Units) -> list[str]:
     objective = problem.objective.expr
-    unit = units.get("load_factor", 1.0) if isinstance(objective, cp.Variable) and objective.name() == "load_factor" else 1.0
+    unit = units.get(objective.name(), 1.0) if isinstance(objective, cp.Variable) and objective.name() != "margin" else 1.0
     solved = objective.value is not None and (value is None or bool(np.isclose(objective.value * unit, value, rtol=1e-12, atol=0.0)))
     compiled = f"convex (DCP) {_yes(problem.is_dcp())}, compiled once for all parameters (DPP) {_yes(problem.is_dpp())}"
     lines = [f"problem     {problem.status or 'not solved'}, {compiled}"]

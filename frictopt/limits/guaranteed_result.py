@@ -1,0 +1,143 @@
+"""A guaranteed limit with its witness, and why it is what it is."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import IO, Any
+
+import cvxpy as cp
+import numpy as np
+import pandas as pd
+
+from ..contact import ContactSystem, LoadCycle
+from ..contact.checks import Array, finite_number, frozen
+from ..contact.record import Recorded, SolveRecord
+from ..solve.explain import Units, explain
+from ..solve.portable import Portable
+from .both_bounds_search import NodeClaim
+from .kinds import LimitKind
+from .posed import LimitQuestion, cycle_loads
+from .shakedown_result import ShakedownLimit
+
+__all__ = ["COINCIDE", "IMAGE", "LEFT_OUT", "NEVER", "NOT_NEEDED", "ONE_CORNER", "SOLVED", "GuaranteedLimit", "left_out", "reason"]
+
+SOLVED, NEVER, COINCIDE = "solved", "never on both bounds", "only where it carries nothing"
+LEFT_OUT, IMAGE, ONE_CORNER, NOT_NEEDED = "left out by its bound", "mirror image", "one corner rules both bounds", "not needed"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GuaranteedLimit(Recorded, Portable):
+    """The guaranteed limit, and a residual slip from which the contact keeps slipping just above it.
+
+    Attributes
+    ----------
+    load_factor
+        lambda_1, never above lambda_2: the least load factor at which a safe slip holds some node on both its bounds, forward slip at one corner and
+        backward slip at another; lambda_2 where none does below. Inf or nan with lambda_2. At 0, where both bounds of a node that carries nothing
+        coincide, it counts only if such slips go on above 0.
+    kind, reason
+        Whether it is finite, and why it is what it is in words.
+    proven
+        Whether it is a theorem that slip stops below it from every start: for uncoupled contacts (Klarbring, Ciavarella & Barber 2007), and where
+        nothing is safe. Otherwise it is an upper bound of the load factor up to which that holds.
+    slip
+        (N,) the witness: safe at the limit, with `node` on both its bounds, length. Where no node comes to be there below lambda_2, the safe slip at
+        lambda_2. NaN where the limit is not finite.
+    node
+        The node that starts to slip to and fro; None where lambda_2 rules.
+    corners
+        The two load corners at which it is on the bound of forward and of backward slip; None where lambda_2 rules.
+    skipped
+        Number of nodes left out because their lower bound is not below the least load factor found.
+    record
+        How it was found; the solver is that of `node`. Its `residual` is the largest of: the violations of the contact law by `slip` at the corners,
+        the distance of `node` from its bounds, and the relative distance of the program's dual bound, over all programs solved. At most 1e-9.
+    constraints
+        Names of the constraints of your own, which the witness and all safe slips obey.
+    shakedown
+        The shakedown limit lambda_2, under the same slip bound and constraints.
+    problem
+        The solved cvxpy problem of `node`, that of lambda_2 where lambda_2 rules; None for a closed form, or in a copy.
+    """
+
+    load_factor: float
+    kind: LimitKind
+    reason: str
+    proven: bool
+    slip: Array = field(repr=False)
+    node: int | None
+    corners: tuple[int, int] | None
+    skipped: int
+    record: SolveRecord
+    constraints: tuple[str, ...]
+    shakedown: ShakedownLimit = field(repr=False)
+    problem: cp.Problem | None = field(repr=False)
+    _task: LimitQuestion = field(repr=False)
+    _least: Array = field(repr=False)
+    _how: tuple[str, ...] = field(repr=False)
+    _units: Units = field(repr=False)
+    _above: tuple[float, Array] | None = field(repr=False)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each node: node, x, load_factor, how it was found, and the slip of the witness.
+
+        load_factor is the least at which a safe slip holds the node on both its bounds, inf if none does; where the node was left out by its bound, a
+        lower bound of it.
+        """
+        return pd.DataFrame(
+            {"node": np.arange(len(self._how)), "x": self._task.system.x, "load_factor": self._least, "how": self._how, "slip": self.slip}
+        )
+
+    @property
+    def reactions(self) -> tuple[Array, Array]:
+        """(K, N) reactions `q, p` at the corners under the witness, at the limit, force per depth; NaN where it is not finite."""
+        if not np.isfinite(self.load_factor):
+            return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
+        return self._task.reactions(self.load_factor, self.slip)
+
+    def witness_above_zero(self, most: float) -> tuple[float, Array] | None:
+        """Where the limit is 0: a load factor above 0, at most `most`, and the (N,) safe slip that holds `node` on both its bounds there, length.
+
+        Slip goes on from it at a load factor just above or, of a load that presses the contact, just below. None where the limit is not 0.
+        """
+        most = finite_number("most", most, above=0.0)
+        if self._above is None:
+            return None
+        load_factor = min(most, self._above[0])
+        share = load_factor / self._above[0]
+        return load_factor, frozen((1 - share) * self.slip + share * self._above[1])
+
+    def answers(self, system: ContactSystem, cycle: LoadCycle, friction: Any) -> bool:
+        """Whether it is the limit of this system, load cycle and friction."""
+        return self._task.same_input(LimitQuestion(system, cycle, cycle_loads(system, cycle), friction, False))
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("load_factor", "kind", "proven", "node", "residual", "reason")}
+
+    def explain(self, file: IO[str] | None = None) -> None:
+        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
+        explain("guaranteed limit", self.problem, self.load_factor, self._units, self.record.left_out, pd.DataFrame(), file, self.reason)
+
+
+def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:
+    """Why the limit is what it is, in words."""
+    alone = f"; {coincide} nodes carry nothing at load factor 0, which alone makes no slip" if coincide else ""
+    under = f" (slips obey {', '.join(shakedown.constraints)})" if shakedown.constraints else ""
+    if best is not None:
+        (forward, backward), zero = best.corners, " at any load factor above 0, however small" if best.load_factor == 0 else ""
+        return f"node {best.node} is on its bound of forward slip at corner {forward} and of backward slip at corner {backward}{zero}{under}{alone}"
+    if shakedown.kind is not LimitKind.FINITE:
+        return shakedown.reason + alone
+    why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is on both its bounds below it"
+    return f"lambda_1 is lambda_2, for {why}: {shakedown.reason}{alone}"
+
+
+def left_out(how: np.ndarray, solved: int) -> tuple[str, ...]:
+    """Which nodes needed no program, in words."""
+    n, count = len(how), {label: int((how == label).sum()) for label in (LEFT_OUT, IMAGE, ONE_CORNER, NOT_NEEDED)}
+    texts = {
+        NOT_NEEDED: "all programs: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or nothing is safe",
+        LEFT_OUT: f"nodes: {count[LEFT_OUT]} of {n} cannot be on both bounds below the limit, by a lower bound; {solved} solved",
+        IMAGE: f"mirror symmetry: {count[IMAGE]} of {n} nodes are images of others",
+        ONE_CORNER: f"nodes: {count[ONE_CORNER]} of {n} can only lift off where they are on both bounds, or have no friction",
+    }
+    return tuple(text for label, text in texts.items() if count[label])
