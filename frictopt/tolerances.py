@@ -31,3 +31,38 @@ AFFINE_FIT = 1e3 * RESIDUAL  # deviation of a state from the linear map fitted t
 NO_DRIVE = ROUNDING / 1e3  # change of the bonded reactions, over the force scale, that moves nothing: it changes their last digit
 DISTINCT = 1e3 * RESIDUAL  # two solutions of a rate problem differ by more: each has errors up to the residual
 PIVOT = 10 * ROUNDING  # pivots of Lemke's tableau up to this count as zero: a pivot adds its rounding to that of the entries
+
+# --- symmetry ---
+
+ASYMMETRY = ROUNDING / 10  # of stiffness, friction, gap and slip, over their largest value: a half adds nothing to the error of the whole
+ASYMMETRY_OF_LOADS = ROUNDING  # the same of reactions, which do not add up from one increment to the next
+
+# --- solve ---
+
+BINDING = 100 * RESIDUAL  # slack below which a row is printed as binding: solvers leave more than the residual before the polish
+
+# --- limits ---
+
+RIGID = CONDENSATION  # eigenvalues of A up to this share of the largest entry of S belong to rigid sliding: the data have this error
+NO_COUPLING = ROUNDING / 10  # f B up to this share of the largest entry of A counts as none: the closed form neglects it
+NO_MARGIN = ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit
+ZERO_LOAD_FACTOR = ROUNDING  # dimensionless load factors up to this are zero
+TIE = ROUNDING  # corners whose rows differ by less than this share rule together
+FLOOR = 1e6 * RESIDUAL  # values count relative to themselves from this share of their unit on: below it, the error of the unit is felt
+COINCIDE = 1e3 * RESIDUAL  # dimensionless load factors up to this cannot be told from zero: residuals move them so far
+NO_PRESSURE = 1e3 * RESIDUAL  # rows are scaled by the pressure of their node unless it is below this share of the mean one: an answer has its error
+SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of its table: they have the error of the answer
+SETTLED = RESIDUAL  # change of a screening mechanism, over its size, that counts as none
+SPARE = 1e3 * RESIDUAL  # share by which a screening mechanism slips more than it must, so that it is admissible before it settles
+SCREENING = CONDENSATION  # relative rounding of a screening bound, which feels the errors of the data
+
+# --- increments ---
+
+STUCK = ROUNDING  # violation of the law, in force scales, with which a trial state stands
+WRONG = ROUNDING / 10  # dimensionless violation that changes no status: less than that of a state that stands
+CONVERGED = 10 * ROUNDING  # change of the frozen bound, in mean normal forces, that counts as none
+SWEEP = 1e3 * RESIDUAL  # violation with which a sweep may end: it only guides the next sweep and the exact state
+AT_BOUND = RESIDUAL  # distance from a bound, in force scales, up to which a node is on it: the state has this error
+NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
+NOT_CONVEX = ROUNDING  # negative eigenvalues up to this share of the largest entry are rounding
+SINGULAR = CONDENSATION  # singular values up to this share of the largest one count as zero

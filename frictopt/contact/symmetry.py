@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from ..tolerances import ASYMMETRY, ASYMMETRY_OF_LOADS
 from .checks import Array, frozen
 from .system import ContactSystem
 
 __all__ = ["Part", "halve", "is_odd", "is_symmetric_load", "whole"]
-
-_ASYMMETRY = 1e-13  # asymmetry of stiffness, friction, gap and slip, over their largest value, below which they count as symmetric
-_ASYMMETRY_OF_LOADS = 1e-12  # the same of reactions: the rounding of a condensation, which does not add up from one increment to the next
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +108,9 @@ def is_odd(slip: Array) -> bool:
 
 def is_symmetric_load(q: Array, p: Array) -> bool:
     """Whether reactions, each (N,) or (K, N), are their own mirror image, up to rounding."""
-    scale = float(max(np.abs(q).max(), np.abs(p).max())) * (_ASYMMETRY_OF_LOADS / _ASYMMETRY)
+    scale = float(max(np.abs(q).max(), np.abs(p).max())) * (ASYMMETRY_OF_LOADS / ASYMMETRY)
     return _same(q, -q[..., ::-1], scale) and _same(p, p[..., ::-1], scale)
 
 
 def _same(one: Array, other: Array, scale: float) -> bool:
-    return bool(np.abs(one - other).max() <= _ASYMMETRY * scale)
+    return bool(np.abs(one - other).max() <= ASYMMETRY * scale)

@@ -24,6 +24,7 @@ from ..contact.checks import Array
 from ..errors import NoContinuation, SolverError
 from ..solve.explain import explain
 from ..solve.solvers import Kind, NoOptimum, solve
+from ..tolerances import NOT_CONVEX
 from .engine import status_program
 from .increment import Increment, Law, PosedIncrement
 from .newton import Status, guessed
@@ -31,7 +32,6 @@ from .newton import Status, guessed
 __all__ = ["ComplementarityProblem", "complementarity_problem"]
 
 _TITLE = "friction increment, complementarity"
-_ROUNDING = 1e-12  # negative eigenvalues up to this share of the largest entry of M are rounding
 
 
 def _complementarity_program(M: Array, c: Array, convex: bool) -> cp.Problem:
@@ -74,7 +74,7 @@ class ComplementarityProblem:
     @property
     def convex(self) -> bool:
         """Whether the quadratic program is convex, up to rounding."""
-        return self.least_eigenvalue >= -_ROUNDING * float(np.abs(self.matrix).max())
+        return self.least_eigenvalue >= -NOT_CONVEX * float(np.abs(self.matrix).max())
 
     @cached_property
     def problem(self) -> cp.Problem:

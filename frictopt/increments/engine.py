@@ -15,7 +15,7 @@ from ..contact.checks import flag
 from ..contact.symmetry import Part, halve, is_odd, is_symmetric_load
 from ..errors import NoContinuation, SolverError
 from ..solve.explain import explain
-from ..solve.solvers import TOLERANCE
+from ..tolerances import RESIDUAL
 from .increment import Increment, Law, PosedIncrement
 from .newton import State, Status, settle, sticking
 
@@ -127,4 +127,4 @@ class IncrementEngine(ABC):
         state, record = State(sticking(self._law.nodes), u, r), found.record
         left_out = *half.left_out, *record.left_out
         result = posed.result(self._title, state, found.sweeps, record.solver, record.attempts, left_out, found.problem)
-        return replace(result, _units=found._units) if result.residual <= TOLERANCE else None
+        return replace(result, _units=found._units) if result.residual <= RESIDUAL else None

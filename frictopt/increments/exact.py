@@ -12,7 +12,8 @@ import numpy as np
 from ..contact import ContactSystem
 from ..contact.checks import finite_number
 from ..errors import NoContinuation, SolverError
-from ..solve.solvers import TOLERANCE, Kind, NoOptimum, solve
+from ..solve.solvers import Kind, NoOptimum, solve
+from ..tolerances import RESIDUAL
 from .engine import IncrementEngine, status_program
 from .increment import Increment, Law, PosedIncrement
 from .newton import NodeStatus, State, Status, classified, settle, sticking
@@ -92,7 +93,7 @@ class ExactIncrement(IncrementEngine):
 
     def _solve_program(self, posed: PosedIncrement) -> Increment:
         guess = self._guess(posed)
-        known = posed.residual(guess) <= TOLERANCE
+        known = posed.residual(guess) <= RESIDUAL
         largest = self._reach * max(1.0, float(np.abs(np.r_[posed.trial, guess.u, guess.r] if known else posed.trial).max()))
         self._set(posed, classified(self._law.friction, guess), largest)
         program = status_program(self._problem, posed, self._read_status)

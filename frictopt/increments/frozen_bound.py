@@ -16,15 +16,14 @@ from ..contact import ContactSystem
 from ..contact.checks import Array
 from ..contact.record import Attempt
 from ..errors import SolverError
-from ..solve.solvers import TOLERANCE, Kind, NoOptimum, solve, solver_order
+from ..solve.solvers import Kind, NoOptimum, solve, solver_order
+from ..tolerances import CONVERGED, RESIDUAL, SWEEP
 from .engine import CORRECTIONS, IncrementEngine, Program, StateClaim
 from .increment import Increment, Law, PosedIncrement
 from .newton import State, guessed, settle
 
 __all__ = ["FrozenBoundIncrement"]
 
-_CONVERGED = 1e-11  # change of the bound, in units of the mean normal force, that counts as none
-_SWEEP = 1e-6  # largest violation with which a sweep may end: it only guides the next one and the exact state
 _SWEEPS = 100  # quadratic programs for one increment at most
 
 
@@ -88,12 +87,12 @@ class FrozenBoundIncrement(IncrementEngine):
             frozen = self._sweep(posed, bound, separation, attempts)
             released = settle(law.S, law.friction, law.no_bound, posed.trial, frozen.status, CORRECTIONS)
             residual = posed.residual(released)
-            if residual <= TOLERANCE:
+            if residual <= RESIDUAL:
                 left_out = () if separation else ("gaps: no unknowns of the program, because the trial pressures are positive",)
                 return posed.result(self._title, released, sweep, attempts[-1].solver, tuple(attempts), left_out, self._problem(separation))
             step = law.friction * np.maximum(frozen.r[n:], 0.0) - bound
             opens = not separation and bool(frozen.r[n:].min() < 0)
-            if np.abs(step).max() <= _CONVERGED and not opens:
+            if np.abs(step).max() <= CONVERGED and not opens:
                 break
             bound, separation = bound + step, separation or opens
         raise SolverError(
@@ -108,7 +107,7 @@ class FrozenBoundIncrement(IncrementEngine):
         problem.param_dict["trial_reaction"].value, problem.param_dict["friction_bound"].value = posed.trial, bound
         program = Program(problem, lambda corrections: _claim(problem, posed, bound, separation, corrections))
         try:
-            answer = solve(program, program.claim, self._solver, kind=Kind.QP, tolerance=_SWEEP)
+            answer = solve(program, program.claim, self._solver, kind=Kind.QP, tolerance=SWEEP)
         except NoOptimum as error:
             raise SolverError(
                 f"friction increment: no state of rest with the friction bound frozen at {bound.sum():.3g} times the mean normal force in sum "

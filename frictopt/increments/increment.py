@@ -18,12 +18,10 @@ from ..contact.system import checked_system
 from ..errors import ModelError
 from ..solve.explain import explain
 from ..solve.portable import Portable
+from ..tolerances import NO_FORCE, STUCK
 from .newton import State, classified, sticking
 
 __all__ = ["Increment", "Law", "PosedIncrement"]
-
-_TINY = 1e-9  # a mean normal force below this share of the largest reaction is rounding and no scale
-_STUCK = 1e-12  # the law may be violated by this much, in units of the force scale, for a trial state to stand
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -154,7 +152,7 @@ class PosedIncrement:
     def force(self) -> float:
         """Unit of force per depth: mean of |p^w|, as the referee's, or of the trial reactions where that is nothing."""
         force = float(np.abs(self.bonded_p).mean())
-        return force if force > _TINY * np.abs(self.reactions).max() else float(np.abs(self.reactions).mean()) or 1.0
+        return force if force > NO_FORCE * np.abs(self.reactions).max() else float(np.abs(self.reactions).mean()) or 1.0
 
     @property
     def length(self) -> float:
@@ -170,7 +168,7 @@ class PosedIncrement:
     def stuck(self) -> bool:
         """Whether the trial state obeys the law: nothing slips, nothing opens."""
         q, p = np.split(self.trial, 2)
-        return bool(p.min() >= -_STUCK and (np.abs(q) <= self.law.friction * p + _STUCK).all())
+        return bool(p.min() >= -STUCK and (np.abs(q) <= self.law.friction * p + STUCK).all())
 
     @property
     def worst_node(self) -> int:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.checks import Array
+from ..tolerances import AT_BOUND, SINGULAR, WRONG
 
 __all__ = ["NodeStatus", "State", "Status", "classified", "guessed", "settle", "solve_status", "sticking"]
 
@@ -26,8 +27,6 @@ class NodeStatus(IntEnum):
 
 STICK, FORWARD, BACKWARD, OPEN = NodeStatus.STICK, NodeStatus.FORWARD, NodeStatus.BACKWARD, NodeStatus.OPEN
 
-_AT_BOUND = 1e-9  # distance from a bound, in units of the force scale, up to which a node counts as on it
-_WRONG = 1e-13  # dimensionless violations up to this are rounding and no reason to change a status
 _LARGE = 1e8  # dimensionless slips of this size come from a singular matrix
 _BLOCK = 12  # corrections that change all wrong nodes at once; later ones change only the first (Murty 1974), lest they repeat themselves
 
@@ -108,21 +107,21 @@ def guessed(friction: Array, bound: Array, u: Array, r: Array, separation: bool 
 def classified(friction: Array, state: State) -> Status:
     """Status that the reactions show; where both bounds of friction are met the slip tells."""
     (dv, _), (q, p) = np.split(state.u, 2), np.split(state.r, 2)
-    forward, backward = friction * p + q <= _AT_BOUND, friction * p - q <= _AT_BOUND
+    forward, backward = friction * p + q <= AT_BOUND, friction * p - q <= AT_BOUND
     status = np.where(forward & backward, np.sign(dv), np.where(forward, FORWARD, np.where(backward, BACKWARD, STICK)))
-    return np.where(p <= _AT_BOUND, OPEN, status).astype(np.int8)
+    return np.where(p <= AT_BOUND, OPEN, status).astype(np.int8)
 
 
 def _wanted(friction: Array, bound: Array, free: np.ndarray, state: State, separation: bool) -> Status:
     """Status that each node's state asks for; its own where they agree."""
     (dv, w), (q, p), status = np.split(state.u, 2), np.split(state.r, 2), state.status
     forward, backward = bound + friction * p + q, bound + friction * p - q
-    stuck = np.where(forward < -_WRONG, FORWARD, np.where(backward < -_WRONG, BACKWARD, STICK))
-    slipping = np.where((status * dv < -_WRONG) & ~free, STICK, status)
+    stuck = np.where(forward < -WRONG, FORWARD, np.where(backward < -WRONG, BACKWARD, STICK))
+    slipping = np.where((status * dv < -WRONG) & ~free, STICK, status)
     wanted = np.where(status == STICK, stuck, slipping)
     if separation:
-        wanted = np.where((status != OPEN) & (p < -_WRONG), OPEN, wanted)
-    return np.where((status == OPEN) & (w < -_WRONG), np.where(free, FORWARD, STICK), np.where(status == OPEN, OPEN, wanted)).astype(np.int8)
+        wanted = np.where((status != OPEN) & (p < -WRONG), OPEN, wanted)
+    return np.where((status == OPEN) & (w < -WRONG), np.where(free, FORWARD, STICK), np.where(status == OPEN, OPEN, wanted)).astype(np.int8)
 
 
 def _solved(matrix: Array, right: Array) -> Array:
@@ -132,4 +131,4 @@ def _solved(matrix: Array, right: Array) -> Array:
             return np.asarray(solution)
     except np.linalg.LinAlgError:
         pass
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-10)[0])
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=SINGULAR)[0])

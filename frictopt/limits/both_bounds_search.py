@@ -10,18 +10,14 @@ from ..contact.checks import Array, frozen
 from ..contact.record import Attempt
 from ..solve.explain import Units
 from ..solve.polish import Program
-from ..solve.solvers import TOLERANCE, solve
+from ..solve.solvers import solve
+from ..tolerances import COINCIDE, FLOOR, RESIDUAL, TIE, ZERO_LOAD_FACTOR
 from .both_bounds import Aim, both_bounds_problem, set_node
 from .posed import LimitQuestion
 from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem
 
 __all__ = ["BothBoundsSearch", "NodeClaim", "two_corners"]
-
-_FLOOR = 1e-3  # load factors count relative to themselves from this share of the load unit on
-_TIE = 1e-12  # corners whose rows differ by less than this share rule together
-_ZERO = 1e-12  # dimensionless load factors up to this are rounding of 0
-_COINCIDE = 1e-6  # dimensionless load factors up to this are told from 0 by less than the residuals allow
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +109,7 @@ class BothBoundsSearch:
         model = self._model(task, safe, rows, found.node, Aim.HIGHEST)
         highest = self._solved(lambda: self._claimed(task, model, rows, found.node), model)
         attempts = (*found.attempts, *highest.attempts)
-        if highest.load_factor > _COINCIDE * rows.load_unit:
+        if highest.load_factor > COINCIDE * rows.load_unit:
             return replace(
                 found, attempts=attempts, residual=max(found.residual, highest.residual), above=(highest.load_factor, frozen(highest.slip))
             )
@@ -132,12 +128,12 @@ class BothBoundsSearch:
 
     def _claimed(self, task: LimitQuestion, model: SafeProblem, rows: RulingLoads, node: int) -> NodeClaim:
         corners, factor, slip = _pair(task, node), float(model.value("load_factor")), task.within_bound(model.slip)
-        load_factor = (factor if factor > _ZERO else 0.0) * rows.load_unit
+        load_factor = (factor if factor > ZERO_LOAD_FACTOR else 0.0) * rows.load_unit
         q, p = task.reactions(load_factor, slip)
         (forward, backward), f = corners, task.friction[node]
         off = max(abs(q[forward, node] + f * p[forward, node]), abs(q[backward, node] - f * p[backward, node])) / task.force
         value, bound = Program(model.problem).bounds
-        gap = abs(value - bound) / max(abs(value), _FLOOR)
+        gap = abs(value - bound) / max(abs(value), FLOOR)
         residual = max(task.violation(load_factor, slip), off, gap, model.violation())
         return NodeClaim(node, corners, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)))
 
@@ -152,10 +148,10 @@ class BothBoundsSearch:
         def claimed() -> NodeClaim:
             value, bound = least_excess()
             slip = np.full(task.system.nodes, np.nan)
-            return NodeClaim(node, _pair(task, node), np.inf, slip, 0.0 if bound > TOLERANCE else abs(value - bound))
+            return NodeClaim(node, _pair(task, node), np.inf, slip, 0.0 if bound > RESIDUAL else abs(value - bound))
 
         claim = self._solved(claimed, model)
-        return claim if least_excess()[1] > TOLERANCE else None
+        return claim if least_excess()[1] > RESIDUAL else None
 
 
 def two_corners(task: LimitQuestion) -> np.ndarray:
@@ -170,7 +166,7 @@ def two_corners(task: LimitQuestion) -> np.ndarray:
 def _rulers(task: LimitQuestion) -> tuple[np.ndarray, np.ndarray]:
     """(K, N) whether a corner rules the forward and the backward bound of a node, ties included."""
     f, q1, p1 = task.friction, task.loads.q1, task.loads.p1
-    floor = _TIE * (np.abs(q1) + f * np.abs(p1)).max(axis=0)
+    floor = TIE * (np.abs(q1) + f * np.abs(p1)).max(axis=0)
     forward, backward = -(q1 + f * p1), q1 - f * p1
     return forward >= forward.max(axis=0) - floor, backward >= backward.max(axis=0) - floor
 

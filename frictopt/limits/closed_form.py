@@ -4,18 +4,17 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
+from ..tolerances import NO_COUPLING, RIGID
 from .mechanism import Mechanism
-from .scaling import NULL, Loads
+from .scaling import Loads
 
 __all__ = ["is_uncoupled", "uncoupled_limit"]
-
-_NO_COUPLING = 1e-13  # share of the largest entry of A up to which f B is rounding
 
 
 def is_uncoupled(system: ContactSystem, friction: Array) -> bool:
     """Whether tangential motion does not change the friction bounds: f B is zero up to rounding, against A."""
     coupling = float(np.abs(friction[:, None] * system.B).max())
-    return coupling <= _NO_COUPLING * float(np.abs(system.A).max())
+    return coupling <= NO_COUPLING * float(np.abs(system.A).max())
 
 
 def uncoupled_limit(system: ContactSystem, loads: Loads, friction: Array) -> tuple[float, Array, Mechanism] | None:
@@ -29,7 +28,7 @@ def uncoupled_limit(system: ContactSystem, loads: Loads, friction: Array) -> tup
         return None
     nodes = system.nodes
     values, vectors = np.linalg.eigh(system.A)
-    rigid = values <= NULL * max(np.abs(system.A).max(), np.abs(system.C).max())
+    rigid = values <= RIGID * max(np.abs(system.A).max(), np.abs(system.C).max())
     floating = bool(rigid.any())
     if floating and (rigid.sum() > 1 or np.ptp(vectors[:, 0]) > 1e-6 / np.sqrt(nodes)):
         return None

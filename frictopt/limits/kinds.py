@@ -6,7 +6,7 @@ from enum import Enum
 import numpy as np
 
 from ..contact.diagnosis import mean_load_diagnosis
-from ..solve.solvers import TOLERANCE
+from ..tolerances import RESIDUAL
 from .posed import LimitQuestion
 from .safe_slip import MarginState, solve_margin
 from .scaling import Loads, ScaledContact
@@ -29,12 +29,12 @@ def classify(task: LimitQuestion, scaled: ScaledContact, solver: str | None) -> 
     """Decide why there is no finite limit, by the margin of two problems that always have an optimum; None if neither reason can be proven."""
     loads = task.loads
     existence, _, _ = solve_margin(task, scaled, loads, None, solver)
-    if existence.margin < -TOLERANCE:
+    if existence.margin < -RESIDUAL:
         return LimitKind.NO_SAFE_SLIP, existence
     alone = Loads(np.zeros_like(loads.q0), np.zeros_like(loads.p0), loads.q1, loads.p1)
     growing = task if task.most is None else replace(task, most=np.zeros_like(task.most))  # a bounded slip cannot grow with the load
     cyclic, _, _ = solve_margin(growing, scaled, alone, task.rows(scaled).load_unit, solver)
-    return (LimitKind.UNBOUNDED, cyclic) if cyclic.margin >= -TOLERANCE else None
+    return (LimitKind.UNBOUNDED, cyclic) if cyclic.margin >= -RESIDUAL else None
 
 
 def reason(task: LimitQuestion, kind: LimitKind, load_factor: float) -> str:

@@ -8,13 +8,12 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
+from ..tolerances import SHARE
 from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem
 from .scaling import Loads
 
 __all__ = ["Mechanism", "expand_duals"]
-
-_SHARE = 1e-9  # rows with a smaller share of the mechanism are left out of its table
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +74,7 @@ class Mechanism:
         parts = []
         whole = float(self.total.sum() + self.opening.sum()) or 1.0
         for direction, motions in ((1, self.forward), (-1, self.backward), (0, self.opening)):
-            corner, node = np.nonzero(motions > _SHARE * whole)
+            corner, node = np.nonzero(motions > SHARE * whole)
             share = motions[corner, node] / whole
             parts.append(pd.DataFrame({"node": node, "x": x[node], "corner": corner, "direction": direction, "share": share}))
         table = pd.concat(parts, ignore_index=True)

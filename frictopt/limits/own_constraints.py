@@ -13,7 +13,8 @@ from ..contact.checks import Array, shown
 from ..contact.record import Attempt
 from ..errors import ModelError
 from ..solve.polish import Program, polish, standard_form
-from ..solve.solvers import TOLERANCE, solve
+from ..solve.solvers import solve
+from ..tolerances import RESIDUAL
 from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem
 from .scaling import Loads
@@ -258,8 +259,8 @@ class _Relaxed:
     def claim(self) -> Contradiction:
         program = Program(self.problem)
         value, bound = (-side for side in program.bounds)
-        ruling = frozenset(label for label, y in zip(self.labels, program.y[: len(self.labels)], strict=True) if y > TOLERANCE)
-        return Contradiction(value, bound, ruling, 0.0 if bound > TOLERANCE else abs(value - bound))
+        ruling = frozenset(label for label, y in zip(self.labels, program.y[: len(self.labels)], strict=True) if y > RESIDUAL)
+        return Contradiction(value, bound, ruling, 0.0 if bound > RESIDUAL else abs(value - bound))
 
 
 def contradiction(problem: cp.Problem, solver: str | None) -> Contradiction:
@@ -284,7 +285,7 @@ def is_unbounded(problem: cp.Problem, solver: str | None) -> Contradiction | Non
     """
     matrix, right, objective = standard_form(problem)
     growing = _least_excess(np.vstack([matrix, objective]), np.append(np.zeros(len(right)), 1.0), [], solver)
-    return None if max(growing.bound, growing.value) > TOLERANCE else growing
+    return None if max(growing.bound, growing.value) > RESIDUAL else growing
 
 
 def _least_excess(matrix: Array, right: Array, labels: list[str], solver: str | None) -> Contradiction:

@@ -11,7 +11,7 @@ from ..contact.cycle import checked_cycle
 from ..contact.record import Attempt, SolveRecord
 from ..contact.symmetry import Part, halve, whole
 from ..errors import ModelError
-from ..solve.solvers import TOLERANCE
+from ..tolerances import RESIDUAL
 from .mechanism import Mechanism
 from .ruling_corners import RulingLoads, ruling_loads
 from .scaling import Loads, ScaledContact, scaled_contact
@@ -101,7 +101,7 @@ class LimitQuestion:
 
     def within_bound(self, slip: Array) -> Array:
         """The slip, cut to its bound where it exceeds it by no more than the tolerance of solvers."""
-        return slip if self.most is None or self.beyond(slip) > TOLERANCE else np.clip(slip, -self.most, self.most)
+        return slip if self.most is None or self.beyond(slip) > RESIDUAL else np.clip(slip, -self.most, self.most)
 
     def beyond(self, slip: Array) -> float:
         """By how much the slip exceeds its bound, over the largest slip or bound; at most 0 if it does not."""

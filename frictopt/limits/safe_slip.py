@@ -17,7 +17,8 @@ from ..errors import ModelError
 from ..solve.explain import Units, explain
 from ..solve.polish import Program
 from ..solve.portable import Portable
-from ..solve.solvers import TOLERANCE, Answer, NoOptimum, solve, solver_order
+from ..solve.solvers import Answer, NoOptimum, solve, solver_order
+from ..tolerances import NO_MARGIN, RESIDUAL
 from .mechanism import Mechanism, expand_duals
 from .own_constraints import Expressions, Extendable, Extended, contradiction
 from .posed import LimitQuestion, cycle_loads
@@ -27,8 +28,6 @@ from .scaling import Loads, ScaledContact
 from .slip_bound import SlipBound, slip_bounds
 
 __all__ = ["MarginState", "SafeSlip", "SafeSlipModel", "margin_problem", "safe_slip", "solve_margin"]
-
-_ROUNDING = 1e-12  # margins this little below zero are zero: those at the shakedown limit itself
 
 
 def margin_problem(contact: ScaledContact, opening: bool, bound: SlipBound | None, free_load_factor: bool) -> SafeProblem:
@@ -182,7 +181,7 @@ class SafeSlipModel(Extendable):
             extended = self._expressions.extended(own, None, rows, task.opening, load_factor)
         state, answer, model = solve_margin(task, scaled, task.loads, load_factor, self._solver, extended)
         return SafeSlip(
-            exists=bool(state.margin >= -max(_ROUNDING, state.residual)),
+            exists=bool(state.margin >= -max(NO_MARGIN, state.residual)),
             slip=frozen(state.slip),
             margin=state.margin,
             margin_bound=state.bound,
@@ -244,7 +243,7 @@ class MarginState:
         if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
             drive = min(drive, 0.0)
         self.bound = cap + resistance - self.load_factor * drive + task.defect(model.scaled, self.motion, self.slip)
-        if not slips > 0 and cap < 1 - TOLERANCE:  # multipliers that do not add up to one bound nothing
+        if not slips > 0 and cap < 1 - RESIDUAL:  # multipliers that do not add up to one bound nothing
             self.bound = np.inf
         if model.own:
             self.bound = Program(model.problem).bounds[1]
@@ -263,7 +262,7 @@ def solve_margin(
     try:
         answer = solve(model, lambda: MarginState(task, rows, loads, load_factor, model), solver)
     except NoOptimum:
-        if extended and (excess := contradiction(model.problem, solver)).bound > TOLERANCE:
+        if extended and (excess := contradiction(model.problem, solver)).bound > RESIDUAL:
             ruling = ", ".join(name for name in extended.names if name in excess.ruling)
             raise ModelError(f"{ruling}: no residual slip, safe or not, obeys this at load factor {load_factor:g}; drop or relax it") from None
         raise

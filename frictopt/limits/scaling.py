@@ -8,13 +8,9 @@ from scipy.linalg import qr
 
 from ..contact.checks import Array, frozen
 from ..contact.symmetry import Part
+from ..tolerances import NO_PRESSURE, RIGID
 
-__all__ = ["NULL", "Loads", "ScaledContact", "scaled_contact"]
-
-NULL = 1e-10
-"""Eigenvalues of A below this share of the largest entry of S are rigid sliding, which needs no force."""
-
-_SMALL_NODE = 1e-6  # rows are divided by the node's mean pressure; by its other reactions where it has less than this share of the average
+__all__ = ["Loads", "ScaledContact", "scaled_contact"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +71,9 @@ def scaled_contact(part: Part, loads: Loads, force: float) -> ScaledContact:
     """Choose unknowns and units for (a part of) a contact under its loads, of the size of `force`."""
     system = part.system
     pressure, others = np.abs(loads.p0), np.abs([loads.q0, *loads.q1, *loads.p1]).max(axis=0)
-    unit = np.where(pressure > _SMALL_NODE * force, pressure, np.maximum(others, _SMALL_NODE * force))
+    unit = np.where(pressure > NO_PRESSURE * force, pressure, np.maximum(others, NO_PRESSURE * force))
     values, vectors = np.linalg.eigh(system.A)
-    rigid = values <= NULL * max(np.abs(system.A).max(), np.abs(system.C).max())
+    rigid = values <= RIGID * max(np.abs(system.A).max(), np.abs(system.C).max())
     loaded, basis = _balanced(vectors[:, rigid])
     compliance = (vectors[:, ~rigid] / values[~rigid]) @ vectors[:, ~rigid].T
     slip = compliance @ (unit[:, None] * basis)

@@ -13,17 +13,14 @@ nodes at once where friction is not too large. Elsewhere nothing is said of the 
 import numpy as np
 
 from ..contact.checks import Array
+from ..tolerances import SCREENING, SETTLED, SPARE
 from .ruling_corners import RulingLoads
 from .scaling import ScaledContact
 
 __all__ = ["load_factor_bounds"]
 
 _MOST = 300  # iterations
-_SETTLED = 1e-9  # change of a mechanism, over its size, from one iteration to the next that counts as none
-_SPARE = 1e-6  # share of a node's slip by which a exceeds abs(d), so that a mechanism is admissible before it settles
-_LEAST = 1e-9  # the same for nodes that hardly slip, of the largest slip
 _LARGE = 1e6  # a mechanism of this size is on its way to infinity
-_ROUNDING = 1e-10  # relative, of the bound
 
 
 def load_factor_bounds(scaled: ScaledContact, rows: RulingLoads) -> Array:
@@ -43,10 +40,10 @@ def load_factor_bounds(scaled: ScaledContact, rows: RulingLoads) -> Array:
     for _ in range(_MOST):
         net = np.abs(_net(follow, rigid, hold, total))
         size = unit * np.abs(total / unit).max(axis=0)
-        following = (1 + _SPARE) * net + _LEAST * size
+        following = (1 + SPARE) * net + SETTLED * size
         np.fill_diagonal(following, -1.0)
         np.fill_diagonal(net, -1.0)
-        done = (net <= total).all(axis=0) & (np.abs(following - total) <= _SETTLED * size).all(axis=0)
+        done = (net <= total).all(axis=0) & (np.abs(following - total) <= SETTLED * size).all(axis=0)
         lost = ~(total.max(axis=0) < _LARGE)
         if (done | lost).all():
             break
@@ -57,8 +54,8 @@ def load_factor_bounds(scaled: ScaledContact, rows: RulingLoads) -> Array:
     resistance, drive = (sum(part.sum(axis=0) for part in parts) for parts in (held, driven))
     terms = sum(np.abs(part).sum(axis=0) for part in held)
     with np.errstate(divide="ignore", invalid="ignore"):
-        bound = np.where(drive < 0, resistance / drive, np.inf) * (1 - _ROUNDING) * rows.load_unit
-    return np.asarray(np.where(done & (resistance < -_ROUNDING * terms), bound, 0.0))
+        bound = np.where(drive < 0, resistance / drive, np.inf) * (1 - SCREENING) * rows.load_unit
+    return np.asarray(np.where(done & (resistance < -SCREENING * terms), bound, 0.0))
 
 
 def _response(scaled: ScaledContact, rows: RulingLoads) -> tuple[Array, Array | None]:

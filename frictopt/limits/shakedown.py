@@ -12,7 +12,8 @@ import pandas as pd
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import flag, listed
 from ..solve.explain import Units
-from ..solve.solvers import TOLERANCE, solve, solver_order
+from ..solve.solvers import solve, solver_order
+from ..tolerances import RESIDUAL
 from .closed_form import uncoupled_limit
 from .kinds import LimitKind, classify
 from .mechanism import expand_duals
@@ -229,7 +230,7 @@ def _closed_form(task: LimitQuestion) -> ShakedownLimit | None:
     if closed is None:
         return None
     claim = judged(task, task.scaled(), *closed)
-    if claim.residual > TOLERANCE:
+    if claim.residual > RESIDUAL:
         return None
     return claim.result("closed form", (), ("linear program: the contact is uncoupled (B = 0), the limit has a closed form",), None, {})
 

@@ -16,7 +16,7 @@ from ..errors import ModelError
 from ..solve.explain import Units, explain
 from ..solve.polish import Program
 from ..solve.portable import Portable
-from ..solve.solvers import TOLERANCE
+from ..tolerances import FLOOR, RESIDUAL
 from .kinds import LimitKind, reason
 from .mechanism import Mechanism
 from .own_constraints import Extended, contradiction, is_unbounded
@@ -26,8 +26,6 @@ from .safe_slip import MarginState
 from .scaling import ScaledContact
 
 __all__ = ["LimitClaim", "ShakedownLimit", "judged", "judged_extended", "no_limit_claim", "no_limit_under"]
-
-_FLOOR = 1e-3  # values count relative to themselves from this share of their unit on
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -160,7 +158,7 @@ def judged(task: LimitQuestion, scaled: ScaledContact, load_factor: float, slip:
         return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)
     motion = motion.scaled(1 / drive)
     bound = resistance / drive + task.defect(scaled, motion, slip)
-    gap = abs(bound - load_factor) / max(load_factor, _FLOOR * load_factor_unit(task.loads, task.friction, task.force))
+    gap = abs(bound - load_factor) / max(load_factor, FLOOR * load_factor_unit(task.loads, task.friction, task.force))
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
     return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound, residual)
 
@@ -170,7 +168,7 @@ def judged_extended(task: LimitQuestion, extended: Extended, load_unit: float, m
     model, names = extended.model, extended.names
     load_factor, slip = max(0.0, float(model.value("load_factor"))) * load_unit, task.within_bound(model.slip)
     value, bound = Program(model.problem).bounds
-    gap = abs(bound - value) / max(abs(value), _FLOOR)
+    gap = abs(bound - value) / max(abs(value), FLOOR)
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap, model.violation()), nan=np.inf))
     claim = LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound * load_unit, residual, "", names)
     if extended.objective_unit is None:
@@ -190,12 +188,12 @@ def no_limit_under(extended: Extended, task: LimitQuestion, solver: str | None) 
     problem, names = extended.model.problem, extended.names
     unsafe, nothing = np.full(task.system.nodes, np.nan), np.zeros((task.loads.corners, task.system.nodes))
     still, excess = Mechanism(nothing, nothing, nothing, nothing[0]), contradiction(problem, solver)
-    if excess.bound > TOLERANCE:
+    if excess.bound > RESIDUAL:
         ruling = ", ".join(name for name in names if name in excess.ruling)
         why = f"no residual slip that is safe at any load factor obeys {ruling}: drop or relax them"
         return LimitClaim(task, LimitKind.NO_SAFE_SLIP, np.nan, unsafe, still, np.nan, excess.residual, why, names)
     growing = is_unbounded(problem, solver)
-    if growing is None or excess.value > TOLERANCE:
+    if growing is None or excess.value > RESIDUAL:
         return None
     if extended.objective_unit is not None:
         raise ModelError("objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint")

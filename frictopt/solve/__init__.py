@@ -1,10 +1,9 @@
 """The one place that solves cvxpy problems: solvers in order, polish, record, and printing a model by its names."""
 
-from .solvers import LP_SOLVERS, MILP_SOLVERS, QP_SOLVERS, TOLERANCE
+from .solvers import LP_SOLVERS, MILP_SOLVERS, QP_SOLVERS
 
 __all__ = [
     "LP_SOLVERS",
     "MILP_SOLVERS",
     "QP_SOLVERS",
-    "TOLERANCE",
 ]

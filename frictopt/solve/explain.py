@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 
 from ..contact.checks import Array
+from ..tolerances import BINDING
 
 __all__ = ["Units", "explain"]
 
 Units: TypeAlias = Mapping[str, float | Array]
 
-_BINDING = 1e-7  # dimensionless slack below which a row counts as binding
 _SHOWN = 8  # rows of the mechanism that are printed
 
 
@@ -95,7 +95,7 @@ def _binding(constraint: cp.Constraint) -> str:
     if low is None or high is None:
         return ""
     slack = np.atleast_1d(high - low)
-    return f", {int((slack < _BINDING).sum())} of {slack.size} rows bind"
+    return f", {int((slack < BINDING).sum())} of {slack.size} rows bind"
 
 
 def _size(shape: tuple[int, ...]) -> str:

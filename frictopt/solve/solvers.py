@@ -12,12 +12,12 @@ import cvxpy as cp
 from ..contact.checks import shown
 from ..contact.record import Attempt
 from ..errors import ModelError, SolverError
+from ..tolerances import RESIDUAL
 
 __all__ = [
     "LP_SOLVERS",
     "MILP_SOLVERS",
     "QP_SOLVERS",
-    "TOLERANCE",
     "Answer",
     "Claim",
     "Kind",
@@ -27,9 +27,6 @@ __all__ = [
     "solve",
     "solver_order",
 ]
-
-TOLERANCE = 1e-9
-"""Largest residual with which an answer leaves the package."""
 
 # Primal simplex without presolve: v = 0 is often feasible and the rows are dense, which makes it 2 to 4 times faster here than the default.
 _HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 600.0, "small_matrix_value": 1e-12}
@@ -125,7 +122,7 @@ def solve(
     solver: str | None = None,
     *,
     kind: Kind = Kind.LP,
-    tolerance: float = TOLERANCE,
+    tolerance: float = RESIDUAL,
     no_optimum: Callable[[], C | None] | None = None,
 ) -> Answer[C]:
     """Solve with the first solver whose answer passes, refined if need be; fall back to the next one otherwise.
