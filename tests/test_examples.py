@@ -7,7 +7,7 @@ from pkgutil import iter_modules
 
 import pytest
 
-ROOMS = [import_module(f"frictopt.{room}") for room in ("contact", "reference", "fem", "path", "campaign")]
+ROOMS = [import_module(f"frictopt.{room}") for room in ("contact", "reference", "fem", "limits", "increments", "path", "campaign")]
 FILES = [f"{room.__name__}.{file.name}" for room in ROOMS for file in iter_modules(room.__path__)]
 PUBLIC = [getattr(room, name) for room in ROOMS for name in room.__all__]
 

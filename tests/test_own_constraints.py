@@ -137,7 +137,7 @@ def test_a_sweep_under_constraints_is_one_compiled_problem_and_rates_are_slopes(
     assert limit.load_rates.rate.isna().all() and not model.solve(0.4).load_rates.rate.isna().any()
 
 
-def test_a_wrong_answer_is_not_believed(monkeypatch):
+def test_a_wrong_answer_is_refused(monkeypatch):
     """A solver that drops the constraints, and one that is right but for its multipliers."""
     contact = random_system(np.random.default_rng(1), 3)
     model = fo.ShakedownModel(contact, CYCLE)

@@ -60,6 +60,21 @@ class ComplementarityProblem:
     ----------
     matrix, constant
         `M` (3N, 3N) and `c` (3N,).
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> load = system.reaction({"P": 1.0, "Q": 1.0})
+    >>> problem = fo.complementarity_problem(system, 0.0, [0.0, 0.0], load)
+    >>> problem.convex, problem.solve().slip.round(6).tolist()
+    (True, [-0.833333, -0.666667])
     """
 
     matrix: Array
@@ -137,6 +152,20 @@ def complementarity_problem(system: ContactSystem, friction: Any, slip: Any, bon
     ------
     ModelError
         Bad input.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> load = system.reaction({"P": 1.0, "Q": 1.0})
+    >>> fo.complementarity_problem(system, 0.5, [0.0, 0.0], load).convex
+    False
     """
     law = Law(system, friction)
     posed = law.pose(slip, bonded)

@@ -58,7 +58,7 @@ class ExactIncrement(IncrementEngine):
     nodes whose status differs from that of a semismooth Newton method: it only says where to look first. Without it contacts of 40 nodes take
     minutes. The effort can grow exponentially with the number of nodes where the guess is wrong.
 
-    Where several states obey the law (above the critical friction) one of them is returned.
+    Where several states obey the law (above the critical friction) one of them is returned. The program takes no constraints of your own.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class ExactIncrement(IncrementEngine):
     friction
         Coefficient of friction, one or one per node.
     simplify
-        Leave out what the increment does not need: the program where the trial state obeys the law; half of a contact that is mirror-symmetric with
+        Leave out what cannot change the answer: the program where the trial state obeys the law; half of a contact that is mirror-symmetric with
         its slip and its load.
     reach
         Largest motion and pressure that the program considers, over those of the trial state or, where it obeys the law, of the Newton state;
@@ -77,6 +77,20 @@ class ExactIncrement(IncrementEngine):
     ------
     ModelError
         Bad input.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> load = system.reaction({"P": 1.0, "Q": 1.0})
+    >>> fo.ExactIncrement(system, friction=0.5).solve([0.0, 0.0], load).slip.round(6).tolist()
+    [-0.326531, -0.122449]
     """
 
     _title = "friction increment, mixed-integer"

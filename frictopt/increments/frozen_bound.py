@@ -45,6 +45,8 @@ class FrozenBoundIncrement(IncrementEngine):
     answer. Otherwise the bound moves to `f p` and the program is solved again. This need not converge where friction and coupling are strong. The
     `problem` of a result is the program of the last sweep, with the bound of that sweep.
 
+    It takes no constraints of your own: they would act as forces that the contact law does not have.
+
     Parameters
     ----------
     system
@@ -52,7 +54,7 @@ class FrozenBoundIncrement(IncrementEngine):
     friction
         Coefficient of friction, one or one per node.
     simplify
-        Leave out what the increment does not need: the program where the trial state obeys the law, the gaps where nothing opens, half
+        Leave out what cannot change the answer: the program where the trial state obeys the law, the gaps where nothing opens, half
         of a contact that is mirror-symmetric with its slip and its load.
     solver
         One of "OSQP", "CLARABEL"; by default each in this order until an answer passes. OSQP may print "Polishing not needed" where nothing slips.
@@ -61,6 +63,20 @@ class FrozenBoundIncrement(IncrementEngine):
     ------
     ModelError
         Bad input.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> load = system.reaction({"P": 1.0, "Q": 1.0})
+    >>> fo.FrozenBoundIncrement(system, friction=0.5).solve([0.0, 0.0], load).slip.round(6).tolist()
+    [-0.326531, -0.122449]
     """
 
     _title = "friction increment, frozen bound"

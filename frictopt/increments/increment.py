@@ -37,7 +37,7 @@ class Increment(Recorded, Portable):
     q, p
         (N,) reactions, tangential (along +x) and normal (compression positive), force per depth.
     status
-        (N,) what the reactions say, within 1e-9 of the mean normal force: 2 open (no pressure), +1 and -1 on the friction bound that opposes slip
+        (N,) status by the reactions, within 1e-9 of the mean normal force: 2 open (no pressure), +1 and -1 on the friction bound that opposes slip
         along +x (q = -f p) and along -x (q = +f p), 0 inside both bounds.
     sweeps
         Number of convex programs with frozen friction bound that were solved.
@@ -45,6 +45,23 @@ class Increment(Recorded, Portable):
         How it was found. Its `residual` is the referee's, with the slip before the increment as the previous one. At most 1e-9.
     problem
         The solved cvxpy problem; None for a closed form. A later solve by the same engine overwrites its values.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> load = system.reaction({"P": 1.0, "Q": 1.0})
+    >>> state = fo.ExactIncrement(system, friction=0.5).solve([0.0, 0.0], load)
+    >>> state.to_frame()[["node", "slip", "q", "p", "status"]].round(6)
+       node      slip         q         p  status
+    0     0 -0.326531  0.469388  0.938776      -1
+    1     1 -0.122449  0.581633  1.163265      -1
     """
 
     slip: Array
@@ -177,13 +194,13 @@ class PosedIncrement:
         return int(np.argmax(np.maximum(np.abs(q) - self.law.friction * p, -p)))
 
     def residual(self, state: State) -> float:
-        """What the referee says of a state."""
+        """Residual of a state, by the referee."""
         return self._judged(*self._dimensional(state))
 
     def result(
         self, title: str, state: State, sweeps: int, solver: str, attempts: tuple[Attempt, ...], left_out: tuple[str, ...], problem: cp.Problem | None
     ) -> Increment:
-        """The state in the caller's units, with what the referee says of it."""
+        """The state in the caller's units, with its residual."""
         values = self._dimensional(state)
         slip, gap, q, p = (frozen(value) for value in values)
         status = classified(self.law.friction, state)

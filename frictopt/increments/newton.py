@@ -80,7 +80,7 @@ def solve_status(S: Array, friction: Array, bound: Array, trial: Array, status: 
 def settle(S: Array, friction: Array, bound: Array, trial: Array, status: Status, changes: int, separation: bool = True) -> State:
     """Correct a status where its own state contradicts it, up to `changes` times (a semismooth Newton method).
 
-    Nodes without any bound of friction are always let slip. Without `separation` no node opens.
+    Nodes without friction always count as slipping. Without `separation` no node opens.
     """
     free = (friction == 0) & (bound == 0)
     status = np.where(free & (status == STICK), FORWARD, status).astype(np.int8)
@@ -105,7 +105,7 @@ def guessed(friction: Array, bound: Array, u: Array, r: Array, separation: bool 
 
 
 def classified(friction: Array, state: State) -> Status:
-    """Status that the reactions show; where both bounds of friction are met the slip tells."""
+    """Status by the reactions; on both bounds of friction at once, by the direction of slip."""
     (dv, _), (q, p) = np.split(state.u, 2), np.split(state.r, 2)
     forward, backward = friction * p + q <= AT_BOUND, friction * p - q <= AT_BOUND
     status = np.where(forward & backward, np.sign(dv), np.where(forward, FORWARD, np.where(backward, BACKWARD, STICK)))

@@ -3,7 +3,8 @@
 from .guaranteed import GuaranteedModel, guaranteed_limit
 from .guaranteed_result import GuaranteedLimit
 from .kinds import LimitKind
-from .safe_slip import SafeSlip, SafeSlipModel, safe_slip
+from .safe_slip import SafeSlipModel, safe_slip
+from .safe_slip_result import SafeSlip
 from .safe_vertices import safe_vertices
 from .shakedown import ShakedownModel, shakedown_limit
 from .shakedown_result import ShakedownLimit

@@ -1,13 +1,13 @@
-"""The load factors at which one node sits on both its bounds while the slip is safe, as a cvxpy problem with the node as a parameter.
+"""The load factors at which one node is on both its bounds while the slip is safe, as a cvxpy problem with the node as a parameter.
 
 The slip is safe at every node, see `shakedown_problem`. The rows of one node are equations: with `k+` and `k-` the corners that rule its forward and
 its backward slip::
 
     min lam    s.t.   v safe at lam,   q = -f p of node i at corner k+,   q = +f p of node i at corner k-,   abs(v) <= slip bound
 
-Where there is no such slip, a second problem proves it: the least excess of the node's rows over what equations would allow is positive. A third one
-finds how far up such slips go, `max lam` up to the load unit: at load factor 0 all corners coincide, and a node that carries nothing there is on both
-bounds whatever the cyclic load does.
+If no such slip exists, a second problem proves it: it minimises the largest violation of the node's equations, and the minimum is positive. A third
+problem finds the largest load factor of such slips, up to the load unit. It is needed where the least one is 0: all corners coincide there, and a
+node without reaction is on both bounds whatever the cyclic load is.
 """
 
 from dataclasses import replace

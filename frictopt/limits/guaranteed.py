@@ -36,8 +36,8 @@ class GuaranteedModel(Extendable):
     slip_bound
         See `ShakedownModel`.
     simplify
-        Leave out what the scene does not need: nodes whose lower bound says that they cannot win, mirror images. The answer is the same either way.
-        An uncoupled contact has lambda_1 = lambda_2 by a theorem, and no programs of its own.
+        Leave out what cannot change the answer: nodes whose lower bound is above the least load factor found, and mirror images. An uncoupled contact
+        has lambda_1 = lambda_2 by a theorem, and needs no program.
     solver
         One of "HIGHS", "CLARABEL", "HIGHS_IPM"; by default each in this order until an answer passes.
 
@@ -45,6 +45,23 @@ class GuaranteedModel(Extendable):
     ------
     ModelError
         Wrong types, unknown load cases or options, a negative slip bound.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> model = fo.GuaranteedModel(system, cycle)
+    >>> [round(model.solve(friction).load_factor, 6) for friction in (0.3, 0.5)]
+    [0.283333, 0.45]
+    >>> round(model.solve(0.5, constraints=[model.slip[1] >= 0.1]).load_factor, 6)
+    0.525
     """
 
     def __init__(self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None) -> None:
@@ -151,14 +168,14 @@ def guaranteed_limit(
 
     It is the least load factor at which a safe slip holds some node on both its bounds, forward slip at one corner and backward slip at another: the
     state in which a cyclic slip begins with no amplitude (for two nodes, the published condition that three of four friction lines meet, Ahn,
-    Bertocchi & Barber 2008). The slip is a witness: just above the limit, a contact that starts near it slips for ever. That nothing slips for ever
-    below the limit is proven for uncoupled contacts (Klarbring, Ciavarella & Barber 2007, where lambda_1 = lambda_2), and otherwise supported by
-    experiment: no transient of many that were followed has done so with all nodes closed. Where nodes lift off in each cycle, slip may go on below
-    it, and below lambda_2.
+    Bertocchi & Barber 2008). The slip is a witness: just above the limit, a contact that starts near it slips for ever. For uncoupled contacts it is
+    a theorem that slip stops below the limit from every start (Klarbring, Ciavarella & Barber 2007; lambda_1 = lambda_2). For coupled contacts it is
+    an observation: in no transient that was followed below the limit with all nodes closed did slip go on. Where nodes lift off in each cycle, slip
+    may go on below the limit, and below lambda_2.
 
-    Where the limit is 0, slips at load factors as small as you like hold the node on both bounds. Its witness at 0 carries nothing there, and slip
-    goes on from starts next to it that depend on the load. Start the transient at a load inside the cycle: from a mean load outside it the first
-    segment can change the slip.
+    If the limit is 0, the node carries no force under the mean load, and safe slips hold it on both bounds at every small load factor. The start from
+    which slip goes on then depends on the load, see `GuaranteedLimit.witness_above_zero`. Start the transient at a load inside the cycle: from a mean
+    load outside it, the first segment can change the slip.
 
     Parameters
     ----------
@@ -167,8 +184,8 @@ def guaranteed_limit(
     friction
         Coefficient of friction, one or one per node.
     slip_bound
-        See `ShakedownModel`. The bound holds for the witness and for the safe slips of lambda_2; slip may grow beyond it in a transient, so that
-        starts within the bound may keep slipping at lower load factors, though at none below the limit without the bound has any been seen to.
+        See `ShakedownModel`. The bound holds for the witness and for the safe slips of lambda_2. In a transient, slip may grow beyond it: starts
+        within the bound may then keep slipping at lower load factors, down to the limit without the bound.
     simplify, solver
         See `GuaranteedModel`.
 
@@ -183,5 +200,20 @@ def guaranteed_limit(
         Bad input.
     SolverError
         No solver gave an answer that passes the checks.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> limit = fo.guaranteed_limit(system, cycle, friction=0.5)
+    >>> round(limit.load_factor, 6), limit.reason
+    (0.45, 'node 0 is on its bound of forward slip at corner 0 and of backward slip at corner 1')
     """
     return GuaranteedModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)

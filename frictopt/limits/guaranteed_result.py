@@ -32,15 +32,15 @@ class GuaranteedLimit(Recorded, Portable):
     ----------
     load_factor
         lambda_1, never above lambda_2: the least load factor at which a safe slip holds some node on both its bounds, forward slip at one corner and
-        backward slip at another; lambda_2 where none does below. Inf or nan with lambda_2. At 0, where both bounds of a node that carries nothing
-        coincide, it counts only if such slips go on above 0.
+        backward slip at another; lambda_2 if no node is on both bounds below it. Inf or nan where lambda_2 is. At load factor 0 both bounds of a node
+        without reaction coincide; the node counts only if such slips exist above 0 too.
     kind, reason
         Whether it is finite, and why it is what it is in words.
     proven
         Whether it is a theorem that slip stops below it from every start: for uncoupled contacts (Klarbring, Ciavarella & Barber 2007), and where
         nothing is safe. Otherwise it is an upper bound of the load factor up to which that holds.
     slip
-        (N,) the witness: safe at the limit, with `node` on both its bounds, length. Where no node comes to be there below lambda_2, the safe slip at
+        (N,) the witness: safe at the limit, with `node` on both its bounds, length. If no node is on both bounds below lambda_2, the safe slip at
         lambda_2. NaN where the limit is not finite.
     node
         The node that starts to slip to and fro; None where lambda_2 rules.
@@ -57,6 +57,25 @@ class GuaranteedLimit(Recorded, Portable):
         The shakedown limit lambda_2, under the same slip bound and constraints.
     problem
         The solved cvxpy problem of `node`, that of lambda_2 where lambda_2 rules; None for a closed form, or in a copy.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> limit = fo.guaranteed_limit(system, cycle, friction=0.5)
+    >>> limit.node, limit.proven, limit.load_factor <= limit.shakedown.load_factor
+    (0, False, True)
+    >>> limit.to_frame()[["node", "load_factor", "how"]].round(6)
+       node  load_factor                    how
+    0     0     0.450000                 solved
+    1     1     1.285715  left out by its bound
     """
 
     load_factor: float

@@ -15,7 +15,14 @@ __all__ = ["LimitKind", "classify", "reason"]
 
 
 class LimitKind(Enum):
-    """What kind of answer a limit is."""
+    """What kind of answer a limit is.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> print(fo.LimitKind.UNBOUNDED.value)
+    there is no limit: check that the corners of the cycle load the contact as they should
+    """
 
     FINITE = "the limit is finite: stay below it"
     UNBOUNDED = "there is no limit: check that the corners of the cycle load the contact as they should"

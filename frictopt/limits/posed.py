@@ -1,4 +1,4 @@
-"""A limit problem as posed: system, load cycle and friction, checked, with what the scene does not need found out."""
+"""A limit problem as posed: system, load cycle and friction, checked, and the part of the contact that is solved for."""
 
 from dataclasses import astuple, dataclass, field
 from time import perf_counter
@@ -19,7 +19,7 @@ from .slip_bound import SlipBound, scaled_slip_bound
 
 __all__ = ["LimitQuestion", "cycle_loads"]
 
-_MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves less of them in its rounding than the proofs need
+_MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
 
 
@@ -76,16 +76,16 @@ class LimitQuestion:
         _check_shear(self.loads.q0, self.force)
 
     def same_input(self, other: "LimitQuestion") -> bool:
-        """Whether another task has the same numbers."""
+        """Whether another question has the same numbers."""
         mine, others = ((task.system.A, task.system.B, task.system.C, task.system.gap, task.friction, *astuple(task.loads)) for task in (self, other))
         return all(np.array_equal(one, another) for one, another in zip(mine, others, strict=True))
 
     def scaled(self) -> ScaledContact:
-        """Unknowns and units for this task."""
+        """Unknowns and units of its programs."""
         return scaled_contact(self.part, self.loads.of(self.part), self.force)
 
     def rows(self, scaled: ScaledContact, loads: Loads | None = None) -> RulingLoads:
-        """Right-hand sides for this task, or for other loads on it."""
+        """Right-hand sides of its programs, or those for other loads."""
         return ruling_loads(scaled, (loads or self.loads).of(self.part), self.part.of(self.friction))
 
     def bound(self, scaled: ScaledContact) -> SlipBound | None:
@@ -155,7 +155,7 @@ class LimitQuestion:
         return SolveRecord(solver, attempts, residual, left_out, perf_counter() - self.started)
 
     def left_out(self, rows: RulingLoads) -> tuple[str, ...]:
-        """What the scene did not need, in words."""
+        """What the program leaves out, in words."""
         corners = self.loads.corners
         idle = corners - len(np.union1d(*rows.corners[:2]))
         return (*self.part.left_out, *([f"corners: {idle} of {corners} rule no node"] if idle else []))

@@ -1,4 +1,4 @@
-"""The load side of the safe-slip inequalities: which corner rules each node, and what its duals mean."""
+"""The load side of the safe-slip inequalities: which corner rules each node."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -26,7 +26,7 @@ class RulingLoads:
     friction, q_mean, fp_mean, p_mean, forward, backward, opening
         (n,) coefficients of the rows; loads divided by the node's unit and forward, backward, opening multiplied by `load_unit`.
     corners
-        (n,) corner that each row speaks for, for rows of forward, backward and opening.
+        (n,) corner that rules each row, for the rows of forward, backward and opening.
     load_unit
         Load factor that the dimensionless load factor is measured in.
     """

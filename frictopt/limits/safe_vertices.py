@@ -42,6 +42,20 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
         Bad input.
     SolverError
         No solver gave an answer that passes the checks.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> fo.safe_vertices(system, cycle, friction=0.5, load_factor=0.3, directions=[[1.0, 0.0], [0.0, 1.0]]).shape
+    (2, 2)
     """
     loads, factor = cycle_loads(system, cycle), finite_number("load_factor", load_factor, least=0.0)
     task = LimitQuestion(system, cycle, loads, friction, False)

@@ -34,7 +34,7 @@ class Loads:
 
 @dataclass(frozen=True, eq=False)
 class ScaledContact:
-    """Response of the scaled to residual slip, with nodal tractions instead of slips as unknowns.
+    """Response of a contact to residual slip, dimensionless, with nodal tractions instead of slips as unknowns.
 
     Slips of a graded mesh span decades and A may be singular (a punch that only its loads hold), so the m unknowns are dimensionless
     tractions t: `v = slip t`, `A v = unit * (shear t)`, `B v = unit * (normal t)`.

@@ -1,4 +1,4 @@
-"""Load factors below which a node cannot sit on both its bounds, from one slip mechanism for each node.
+"""Load factors below which a node cannot be on both its bounds, from one slip mechanism for each node.
 
 Let `s+ = q + f p` and `s- = f p - q` be the slacks of a node at its ruling corners, which for safe slips are >= 0. For any multipliers with
 `A d + B^T (f a) = 0`, d = y+ - y- and a = y+ + y-, the sum of `y+ s+ + y- s-` over the nodes does not depend on the slip: it is
@@ -6,8 +6,8 @@ Let `s+ = q + f p` and `s- = f p - q` be the slacks of a node at its ruling corn
 
     0 <= resistance - lam drive        although a_j = -1
 
-In the mechanism node j gives way and all others follow, each in one sense only, `a = abs(d)`: a fixed point that a plain iteration finds for all
-nodes at once where friction is not too large. Elsewhere nothing is said of the node.
+We look for multipliers with `a_i = abs(d_i)` at all nodes i other than j, by fixed-point iteration for all nodes j at once. Where the iteration does
+not converge (large friction) the bound of node j is 0.
 """
 
 import numpy as np

@@ -64,8 +64,8 @@ class ShakedownModel(Extendable):
         Largest slip `abs(v)` that assembly can leave, one or one per node, length; None for no bound. A slide of the whole body counts: where nothing
         resists one, the program chooses it.
     simplify
-        Leave out what the scene does not need: the linear program of an uncoupled contact, half of a mirror-symmetric one. The answer is the same
-        either way. Corners that rule no node never have rows.
+        Leave out what cannot change the answer: the linear program of an uncoupled contact, half of a mirror-symmetric one. Corners that rule no node
+        never have rows.
     solver
         One of "HIGHS", "CLARABEL", "HIGHS_IPM"; by default each in this order until an answer passes. Asking for a solver asks for the linear
         program even where there is a closed form.
@@ -74,6 +74,25 @@ class ShakedownModel(Extendable):
     ------
     ModelError
         Wrong types, unknown load cases or options, a negative slip bound.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> model = fo.ShakedownModel(system, cycle)
+    >>> model.sweep([0.3, 0.5])[["friction", "load_factor"]].round(6)
+       friction  load_factor
+    0       0.3     0.313636
+    1       0.5     0.535714
+    >>> round(model.solve(0.5, constraints=[model.slip[0] >= 0.1]).load_factor, 6)
+    0.502381
     """
 
     def __init__(self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None) -> None:
@@ -220,6 +239,20 @@ def shakedown_limit(
         Bad input.
     SolverError
         No solver gave an answer that passes the checks.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> fo.shakedown_limit(system, cycle, friction=0.5).reason
+    'no residual slip is safe above it'
     """
     return ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)
 

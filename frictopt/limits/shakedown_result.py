@@ -54,6 +54,26 @@ class ShakedownLimit(Recorded, Portable):
     problem
         The solved cvxpy problem; None for a closed form. Its objective is `load_factor` over the unit that `explain()` prints.
         A later solve of the same `ShakedownModel` overwrites its values.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> limit = fo.shakedown_limit(system, cycle, friction=0.5)
+    >>> limit.kind.name, round(limit.load_factor, 6), round(limit.dual_bound, 6)
+    ('FINITE', 0.535714, 0.535714)
+    >>> limit.mechanism[["node", "corner", "direction"]].sort_values("corner", ignore_index=True)
+       node  corner  direction
+    0     0       0          1
+    1     0       1         -1
+    2     1       1         -1
     """
 
     load_factor: float

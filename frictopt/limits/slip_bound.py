@@ -15,12 +15,12 @@ __all__ = ["SlipBound", "scaled_slip_bound", "slip_bounds"]
 
 @dataclass(frozen=True, eq=False)
 class SlipBound:
-    """Rows `-most <= slip @ traction + rigid @ slide <= most` of the nodes, each divided by its norm; v counts with its rigid slide.
+    """Rows `-most <= slip @ traction + rigid @ slide <= most` of the nodes, each divided by its norm. The slip includes the rigid slide.
 
     Attributes
     ----------
     slip, rigid, most
-        (n, m), (n, k) and (n,) coefficients of the scaled rows.
+        (n, m), (n, k) and (n,) coefficients of these rows.
     norm
         (n,) norm of each row, length.
     """

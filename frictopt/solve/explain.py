@@ -41,7 +41,7 @@ def explain(
     units
         Name of a variable -> its unit in the caller's units, one or one per entry.
     left_out
-        What the scene did not need.
+        Sentences that say what was left out.
     mechanism
         Slips that limit the load, largest share first.
     file

@@ -69,7 +69,7 @@ class NoOptimum(SolverError):
 
 
 class Status(Enum):
-    """What a solver says, in our words."""
+    """What a solver reports."""
 
     OPTIMAL = "the solver reports an optimum"
     NO_OPTIMUM = "the solver reports that the problem is infeasible or unbounded"
@@ -97,7 +97,7 @@ class Model(Protocol):
 
 
 class Claim(Protocol):
-    """What a solution says, with its residual."""
+    """What a solution claims, with its residual."""
 
     @property
     def residual(self) -> float:

@@ -1,0 +1,90 @@
+"""A safe residual slip with its margin, or the proof that there is none."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import IO, Any
+
+import cvxpy as cp
+import pandas as pd
+
+from ..contact.checks import Array
+from ..contact.record import Recorded, SolveRecord
+from ..contact.show import frame
+from ..solve.explain import Units, explain
+from ..solve.portable import Portable
+from .mechanism import Mechanism
+from .posed import LimitQuestion
+
+__all__ = ["SafeSlip"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SafeSlip(Recorded, Portable):
+    """A residual slip that keeps the contact stuck, or the proof that there is none.
+
+    Attributes
+    ----------
+    exists
+        Whether a safe slip exists at the load factor: the margin is not negative by more than 1e-12 or its own residual.
+    slip
+        (N,) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe); within the slip bound.
+    margin
+        Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds of the mean load, at most 1; negative: none is safe.
+        With friction below 0.01 somewhere the reserve of p counts as well.
+    margin_bound
+        Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
+    record
+        How it was found. Its `residual` is the largest of: the shortfall of the slip's reserve, recomputed, and the distance of `margin_bound`. At
+        most 1e-9.
+    constraints
+        Names of the constraints of your own: slip, margin and margin bound are those of the program with them.
+    problem
+        The solved cvxpy problem; None in a copy. A later solve of the same `SafeSlipModel` overwrites its values.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> safe = fo.safe_slip(system, cycle, friction=0.5, load_factor=0.3)
+    >>> safe.exists, safe.certificate is None, round(safe.margin, 6)
+    (True, True, 0.44)
+    """
+
+    exists: bool
+    slip: Array = field(repr=False)
+    margin: float
+    margin_bound: float
+    record: SolveRecord
+    constraints: tuple[str, ...]
+    problem: cp.Problem | None = field(repr=False)
+    _task: LimitQuestion = field(repr=False)
+    _motion: Mechanism = field(repr=False)
+    _units: Units = field(repr=False)
+
+    @cached_property
+    def certificate(self) -> pd.DataFrame | None:
+        """Why no slip is safe (Farkas's lemma); None if one is, and under constraints of your own.
+
+        A table like `ShakedownLimit.mechanism`: slips whose friction cannot take up the work of the loads, while no residual slip does work
+        on them, or with a slip bound too little. Under constraints of your own such slips alone prove nothing: `margin_bound` covers all.
+        """
+        return None if self.exists or self.constraints else self._motion.table(self._task.system.x)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each node: node, x and slip."""
+        return frame({"node": range(len(self.slip)), "x": self._task.system.x, "slip": self.slip})
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("exists", "margin", "margin_bound", "residual")}
+
+    def explain(self, file: IO[str] | None = None) -> None:
+        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
+        explain("safe residual slip", self.problem, self.margin, self._units, self.record.left_out, self._motion.table(self._task.system.x), file)
