@@ -295,7 +295,11 @@ def test_an_objective_against_all_signs_of_the_slip(seed, f, cost, free):
     if np.isfinite(best):
         assert [limit.objective, limit.dual_bound] == pytest.approx([best, best], rel=1e-7, abs=1e-8)
         assert 2 * limit.load_factor - cost * np.abs(limit.slip).sum() == pytest.approx(limit.objective, abs=1e-8)
-        assert limit.load_factor <= fo.shakedown_limit(contact, CYCLE, f).load_factor * (1 + 1e-8) and "no limit" in limit.reason
+        assert (
+            limit.load_factor <= fo.shakedown_limit(contact, CYCLE, f).load_factor * (1 + 1e-8)
+            and "no limit" in limit.reason
+            and f"objective={limit.objective:.6g}" in repr(limit)
+        )
 
 
 def test_the_rate_of_an_objective_is_its_slope():

@@ -17,7 +17,6 @@ from typing import IO, Any
 
 import cvxpy as cp
 import numpy as np
-import pandas as pd
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
@@ -99,7 +98,7 @@ class ComplementarityProblem:
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the quadratic program by its names."""
         units = dict.fromkeys(("forward_slip", "backward_slip", "gap"), self._posed.length)
-        explain(_TITLE, self.problem, None, units, (), pd.DataFrame(), file)
+        explain(_TITLE, self.problem, None, units, (), None, file)
 
     def solve(self, solver: str | None = None) -> Increment:
         """The state after the increment, where the program is convex.

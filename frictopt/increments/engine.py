@@ -8,7 +8,6 @@ from typing import IO, Any, ClassVar
 
 import cvxpy as cp
 import numpy as np
-import pandas as pd
 
 from ..contact import ContactSystem
 from ..contact.checks import flag
@@ -75,7 +74,7 @@ class IncrementEngine(ABC):
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the problem by its names."""
-        explain(self._title, self.problem, None, {}, (), pd.DataFrame(), file)
+        explain(self._title, self.problem, None, {}, (), None, file)
 
     def solve(self, slip: Any, bonded: Any) -> Increment:
         """A state to which a slip can move under a load.

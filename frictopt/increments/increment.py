@@ -85,7 +85,7 @@ class Increment(Recorded, Portable):
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain(self._title, self.problem, None, self._units, self.record.left_out, pd.DataFrame(), file)
+        explain(self._title, self.problem, None, self._units, self.record.left_out, None, file)
 
 
 class Law:

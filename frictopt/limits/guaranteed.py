@@ -173,9 +173,9 @@ def guaranteed_limit(
     an observation: in no transient that was followed below the limit with all nodes closed did slip go on. Where nodes lift off in each cycle, slip
     may go on below the limit, and below lambda_2.
 
-    If the limit is 0, the node carries no force under the mean load, and safe slips hold it on both bounds at every small load factor. The start from
-    which slip goes on then depends on the load, see `GuaranteedLimit.witness_above_zero`. Start the transient at a load inside the cycle: from a mean
-    load outside it, the first segment can change the slip.
+    If the limit is 0, the node carries no force under the mean load with the witness, and safe slips hold it on both bounds at every small load
+    factor. The start from which slip goes on then depends on the load, see `GuaranteedLimit.witness_above_zero`. Start the transient at a load inside
+    the cycle: from a mean load outside it, the first segment can change the slip.
 
     Parameters
     ----------

@@ -134,7 +134,7 @@ class GuaranteedLimit(Recorded, Portable):
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain("guaranteed limit", self.problem, self.load_factor, self._units, self.record.left_out, pd.DataFrame(), file, self.reason)
+        explain("guaranteed limit", self.problem, self.load_factor, self._units, self.record.left_out, None, file, self.reason)
 
 
 def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:

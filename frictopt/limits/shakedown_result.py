@@ -127,7 +127,8 @@ class ShakedownLimit(Recorded, Portable):
         return frame({"node": range(len(self.slip)), "x": self._task.system.x, "slip": self.slip})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("load_factor", "kind", "dual_bound", "residual", "reason")}
+        chosen = () if self.objective is None else ("objective",)
+        return {name: getattr(self, name) for name in ("load_factor", "kind", *chosen, "dual_bound", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
@@ -154,21 +155,9 @@ class LimitClaim:
         self, solver: str, attempts: tuple[Attempt, ...], left_out: tuple[str, ...], problem: cp.Problem | None, units: Units
     ) -> ShakedownLimit:
         """The limit that is claimed, with how it was found."""
-        why, slip, bound = self.why or reason(self.task, self.kind, self.load_factor), frozen(self.slip), float(self.bound)
-        return ShakedownLimit(
-            self.load_factor,
-            self.kind,
-            why,
-            slip,
-            bound,
-            self.task.record(solver, attempts, self.residual, left_out),
-            self.constraints,
-            self.objective,
-            problem,
-            self.task,
-            self.motion,
-            units,
-        )
+        why, record = self.why or reason(self.task, self.kind, self.load_factor), self.task.record(solver, attempts, self.residual, left_out)
+        found = self.load_factor, self.kind, why, frozen(self.slip), float(self.bound), record
+        return ShakedownLimit(*found, self.constraints, self.objective, problem, self.task, self.motion, units)
 
 
 def judged(task: LimitQuestion, scaled: ScaledContact, load_factor: float, slip: Array, motion: Mechanism) -> LimitClaim:

@@ -24,7 +24,7 @@ def explain(
     value: float | None,
     units: Units,
     left_out: Sequence[str],
-    mechanism: pd.DataFrame,
+    mechanism: pd.DataFrame | None,
     file: IO[str] | None,
     reason: str = "",
 ) -> None:
@@ -43,7 +43,7 @@ def explain(
     left_out
         Sentences that say what was left out.
     mechanism
-        Slips that limit the load, largest share first.
+        Slips that limit the load, largest share first; None for none.
     file
         Where to print; standard output by default.
     reason
@@ -54,7 +54,7 @@ def explain(
     lines += [f"reason      {reason}"] if reason else []
     lines += ["problem     none: closed form, or left behind by a copy"] if problem is None else _problem_lines(problem, value, units)
     lines += ["left out"] + [f"    {text}" for text in left_out or ("nothing",)]
-    if len(mechanism):
+    if mechanism is not None and len(mechanism):
         table = mechanism.head(_SHOWN).to_string(index=False, float_format="{:.4g}".format)
         lines += [f"binding mechanism, {min(_SHOWN, len(mechanism))} of {len(mechanism)} slips", *(f"    {row}" for row in table.split("\n"))]
     print("\n".join(lines), file=file or sys.stdout)
