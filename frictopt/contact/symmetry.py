@@ -26,8 +26,10 @@ class Part:
 
     Attributes
     ----------
-    system
-        The part, a contact of h nodes with the load cases of the whole.
+    contact
+        The whole contact.
+    nodes
+        Number of nodes of the part, h.
     source
         (N,) node of the part that stands for each node of the whole.
     sign
@@ -36,10 +38,25 @@ class Part:
         Sentences that say what was left out: the symmetric half, or nothing.
     """
 
-    system: ContactSystem
+    contact: ContactSystem
+    nodes: int
     source: np.ndarray[Any, np.dtype[np.intp]]
     sign: Array
     left_out: tuple[str, ...] = ()
+
+    @cached_property
+    def system(self) -> ContactSystem:
+        """The part, a contact of h nodes with the load cases of the whole."""
+        whole, n = self.contact, self.contact.nodes
+        if self.nodes == n:
+            return whole
+        kept, middle = self.nodes, slice(n // 2, (n + 1) // 2)  # the middle is empty where the number of nodes is even
+        A, B, C = (M[:kept, :kept] + sign * M[:kept, ::-1][:, :kept] for M, sign in ((whole.A, -1), (whole.B, -1), (whole.C, 1)))
+        A[middle], A[:, middle] = 0.0, 0.0  # nothing couples its slip to the others, and nothing drives it
+        A[middle, middle] = whole.stiffness_scale
+        gap = np.where(np.arange(kept) < n // 2, whole.gap[:kept], whole.gap[:kept] / 2)
+        bonded = {name: (q[:kept], p[:kept]) for name, (q, p) in whole.bonded.items()}
+        return ContactSystem(A, B, C, whole.x[:kept], bonded, gap)
 
     @cached_property
     def share(self) -> Array:
@@ -48,7 +65,7 @@ class Part:
 
     def of(self, values: Array) -> Array:
         """(..., h) values of the part's nodes, from those of all nodes, (..., N)."""
-        return values[..., : self.system.nodes]
+        return values[..., : self.nodes]
 
     def odd(self, values: Array) -> Array:
         """(..., N) slips or shear forces of the whole, from those of the part, (..., h)."""
@@ -65,7 +82,7 @@ class Part:
 
 def whole(system: ContactSystem) -> Part:
     """The whole contact."""
-    return Part(system, np.arange(system.nodes), np.ones(system.nodes))
+    return Part(system, system.nodes, np.arange(system.nodes), np.ones(system.nodes))
 
 
 def halve(system: ContactSystem, friction: Array, reactions: Iterable[tuple[Array, Array]] = (), slip_bound: Array | None = None) -> Part | None:
@@ -89,16 +106,10 @@ def halve(system: ContactSystem, friction: Array, reactions: Iterable[tuple[Arra
         return None
     if not (all(_same(part, part[::-1], float(part.max())) for part in even) and all(is_symmetric_load(q, p) for q, p in reactions)):
         return None
-    kept, middle = (n + 1) // 2, slice(n // 2, (n + 1) // 2)  # the middle is empty where the number of nodes is even
-    A, B, C = (M[:kept, :kept] + sign * M[:kept, ::-1][:, :kept] for M, sign in ((A, -1), (B, -1), (C, 1)))
-    A[middle], A[:, middle] = 0.0, 0.0  # nothing couples its slip to the others, and nothing drives it
-    A[middle, middle] = system.stiffness_scale
-    gap = np.where(np.arange(kept) < n // 2, system.gap[:kept], system.gap[:kept] / 2)
-    bonded = {name: (q[:kept], p[:kept]) for name, (q, p) in system.bonded.items()}
-    half = ContactSystem(A, B, C, system.x[:kept], bonded, gap)
+    kept = (n + 1) // 2
     source = np.minimum(np.arange(n), np.arange(n)[::-1])
     sign = np.sign(np.arange(n)[::-1] - np.arange(n)).astype(np.float64)
-    return Part(half, source, frozen(sign), (f"mirror symmetry: v is odd, {kept} of {n} nodes are in the program",))
+    return Part(system, kept, source, frozen(sign), (f"mirror symmetry: v is odd, {kept} of {n} nodes are in the program",))
 
 
 def is_odd(slip: Array) -> bool:

@@ -161,7 +161,7 @@ class ShakedownModel(Extendable):
 
     def _program(self, task: LimitQuestion) -> SafeProblem:
         """The program over safe slips, compiled once for all frictions."""
-        kind = task.part.system.nodes, task.opening
+        kind = task.part.nodes, task.opening
         if kind not in self._compiled:
             scaled = task.scaled()
             self._compiled[kind] = shakedown_problem(scaled, task.opening, task.bound(scaled))
