@@ -17,7 +17,7 @@ from .campaign import (
 )
 from .contact import ContactSystem, LoadCycle, Onset, OnsetEvent, Verdict, onset, referee
 from .errors import FrictoptError, ModelError, NoContinuation, SolverError, StoreError
-from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction
+from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction, condense
 from .increments import ComplementarityProblem, ExactIncrement, FrozenBoundIncrement, Increment, complementarity_problem
 from .limits import (
     GuaranteedLimit,
@@ -70,6 +70,7 @@ __all__ = [
     "Trajectory",
     "Verdict",
     "complementarity_problem",
+    "condense",
     "dissipation_study",
     "given_slips",
     "guaranteed_limit",

@@ -8,7 +8,7 @@ from scipy.sparse import csr_matrix, identity
 
 from ..contact.checks import Array
 from .bodies import Body, BodyName
-from .condense import schur_complement
+from .schur import schur_complement
 from .elasticity import body_stiffness
 from .ordering import Integers, nested_dissection
 
