@@ -54,7 +54,8 @@ def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integer
             continue
         shapes, sizes, mixed = np.linalg.svd(rigid[own].reshape(-1, rigid.shape[2]), full_matrices=False)
         real = sizes > _SAME * sizes[0]
-        _, force, turn = np.linalg.svd(resistance[own].reshape(-1, rigid.shape[2]) @ (mixed[real].T / sizes[real]))
+        triangle = np.linalg.qr(resistance[own].reshape(-1, rigid.shape[2]) @ (mixed[real].T / sizes[real]), mode="r")
+        _, force, turn = np.linalg.svd(triangle)
         free = turn[np.pad(force, (0, len(turn) - len(force))) <= _FREE * stiffest[body[own[0]]]].T
         motions = (shapes[:, real] @ free)[listed[own].ravel()]
         where = (np.repeat(unknowns[own][listed[own]], motions.shape[1]), np.tile(np.arange(motions.shape[1]), len(motions)))
