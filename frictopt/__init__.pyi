@@ -17,7 +17,7 @@ from .campaign import (
 )
 from .contact import ContactSystem, LoadCycle, Onset, OnsetEvent, Verdict, onset, referee
 from .errors import FrictoptError, ModelError, NoContinuation, SolverError, StoreError
-from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction, condense
+from .fem import Body, Contact, ContactModel, Interference, Material, PunchOnHalfPlane, Support, Traction, condense
 from .increments import ComplementarityProblem, ExactIncrement, FrozenBoundIncrement, Increment, complementarity_problem
 from .limits import (
     GuaranteedLimit,
@@ -38,6 +38,7 @@ __version__: str
 __all__ = [
     "Body",
     "ComplementarityProblem",
+    "Contact",
     "ContactModel",
     "ContactSystem",
     "DamagedRows",
@@ -48,6 +49,7 @@ __all__ = [
     "GuaranteedLimit",
     "GuaranteedModel",
     "Increment",
+    "Interference",
     "Interrupted",
     "LimitKind",
     "LoadCycle",

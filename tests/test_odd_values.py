@@ -99,12 +99,10 @@ INCREMENT = {"slip": SLIP, "bonded": BONDED}
 CORNER = reference.bonded_corner()[0]
 
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
-    "Body": (fo.Body, {"mesh": MODEL.punch.mesh}),
-    "Body.boundary_nodes": (MODEL.punch.boundary_nodes, {"name": "contact", "argument": "name"}),
-    "Body.force": (MODEL.punch.force, {"traction": MODEL.loads["P"][0]}),
-    "ContactModel": (fo.ContactModel, {name: getattr(MODEL, name) for name in ("punch", "block", "supports", "loads")}),
-    "ContactModel.body": (MODEL.body, {"name": "punch"}),
-    "ContactModel.interface_nodes": (MODEL.interface_nodes, {"name": "punch"}),
+    "Body": (fo.Body, {"mesh": MODEL.bodies["punch"].mesh}),
+    "Body.boundary_nodes": (MODEL.bodies["punch"].boundary_nodes, {"name": "contact", "argument": "name"}),
+    "Body.force": (MODEL.bodies["punch"].force, {"traction": MODEL.loads["P"][0]}),
+    "ContactModel": (fo.ContactModel, {name: getattr(MODEL, name) for name in ("bodies", "supports", "loads", "contacts")}),
     "ContactSystem": (
         fo.ContactSystem,
         {"A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2), "x": [0.0, 1.0], "bonded": {"mean": BONDED}, "gap": [0.0, 0.1], "E_star": 1.0},

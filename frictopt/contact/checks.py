@@ -15,6 +15,7 @@ __all__ = [
     "Array",
     "Names",
     "check_name",
+    "check_text",
     "checked_contact",
     "checked_loads",
     "checked_overlaps",
@@ -136,8 +137,7 @@ def checked_contact(argument: str, contact: Any, n: int) -> Names:
     if len(names) != n:
         raise ModelError(f"{argument}: {len(names)} names for {n} nodes; give the name of the contact of each node")
     for i, name in enumerate(names):
-        if not isinstance(name, str) or not name or not name.isprintable():
-            raise ModelError(f"{argument}: {shown(name)} at node {i}; give a printable text")
+        check_text(f"{argument} of node {i}", name, "a printable text")
     begun: set[str] = set()
     for i, name in enumerate(names):
         if i and name != names[i - 1] and name in begun:
@@ -150,8 +150,13 @@ def checked_contact(argument: str, contact: Any, n: int) -> Names:
 
 def check_name(argument: str, name: Any) -> None:
     """Check the name of a load case: a printable text."""
-    if not isinstance(name, str) or not name or not name.isprintable():
-        raise ModelError(f"{argument}: load case name {shown(name)}; give a printable text")
+    check_text(f"{argument}: load case name", name, "a printable text")
+
+
+def check_text(argument: str, value: Any, meaning: str) -> None:
+    """Check a printable text; error messages say what it means."""
+    if not isinstance(value, str) or not value or not value.isprintable():
+        raise ModelError(f"{argument}: {shown(value)}; give {meaning}")
 
 
 def choice(name: str, value: T, options: Collection[str]) -> T:

@@ -2,8 +2,9 @@
 
 from .bodies import Body, Support, Traction
 from .condense import condense
+from .contacts import Contact, Interference
 from .elasticity import Material
 from .model import ContactModel
 from .punch import PunchOnHalfPlane
 
-__all__ = ["Body", "ContactModel", "Material", "PunchOnHalfPlane", "Support", "Traction", "condense"]
+__all__ = ["Body", "Contact", "ContactModel", "Interference", "Material", "PunchOnHalfPlane", "Support", "Traction", "condense"]

@@ -68,7 +68,7 @@ def condense(
         None: the nodes of a pair coincide. "measured": their distance along the normal is the initial gap. (N,) values >= 0: the gap, whatever the
         coordinates say.
     interference
-        Load case name -> overlap of the bodies before assembly, >= 0, one number or (N,), length.
+        Load case name -> overlap of the bodies before assembly, >= 0, one number or (N,), length. It adds to the loads of that name, if any.
     contact
         (N,) names of the contact that each pair belongs to; None: one contact, "contact".
     width
@@ -122,13 +122,13 @@ def condense(
     opening = _checked_gap(gap, x - P @ where, side, x, _SAME_POINT * float(np.ptp(where, axis=0).max()))
     F = _checked_forces(loads, K.shape[0])
     overlaps = checked_overlaps("interference", interference or {}, n)
-    if again := sorted(F.keys() & overlaps.keys()):
-        raise ModelError(f"interference: {again[0]!r} is a load case of loads too; give it another name")
     interface, graph = Interface(nodes, P, frames), node_graph(K, rows)
     check_course(x, frames, names)
     check_sides(graph, interface, where, names)
     S, R = condensed(K, np.reshape([*F.values()], (-1, K.shape[0])).T, interface, rows, where, graph)
-    reactions = {**dict(zip(F, R.T, strict=True)), **{name: S[:, n:] @ d for name, d in overlaps.items()}}
+    reactions = dict(zip(F, R.T, strict=True))
+    for name, d in overlaps.items():
+        reactions[name] = reactions.get(name, 0.0) + S[:, n:] @ d
     return ContactSystem(
         A=S[:n, :n],
         B=S[n:, :n],
@@ -216,14 +216,13 @@ def _checked_pairs(pairs: Any, projection: Any, rows: Integers, points: Array) -
         P = csr_matrix((np.ones(len(other)), (np.arange(len(other)), other)), shape=(len(other), len(points)))
     else:
         nodes = whole_array("pairs", pairs, (None,), least=0, most=most)
-        other, P = np.zeros(0, dtype=np.intp), _checked_projection(projection, (len(nodes), len(points)))
+        P = _checked_projection(projection, (len(nodes), len(points)))
     if not len(nodes):
         raise ModelError("pairs: none; a contact needs at least one node pair")
-    for column in (nodes, other):
-        values, times = np.unique(column, return_counts=True)
-        if np.any(times > 1):
-            node = int(values[times > 1][0])
-            raise ModelError(f"pairs: node {node} at {place(points[node])} is in two pairs; a corner needs a node for each contact, or give it to one")
+    values, times = np.unique(nodes, return_counts=True)
+    if np.any(times > 1):
+        node = int(values[times > 1][0])
+        raise ModelError(f"pairs: node {node} of body 1 at {place(points[node])} is in two pairs; let a corner belong to one contact alone")
     both = np.intersect1d(nodes, P.indices)
     if len(both):
         raise ModelError(f"pairs: node {both[0]} at {place(points[both[0]])} is on both sides; let it be in one pair, and in body 1 or body 2")
