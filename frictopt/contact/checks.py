@@ -150,7 +150,8 @@ def checked_contact(argument: str, contact: Any, n: int) -> Names:
 
 def check_name(argument: str, name: Any) -> None:
     """Check the name of a load case: a printable text."""
-    check_text(f"{argument}: load case name", name, "a printable text")
+    if not isinstance(name, str) or not name or not name.isprintable():
+        raise ModelError(f"{argument}: load case name {shown(name)}; give a printable text")
 
 
 def check_text(argument: str, value: Any, meaning: str) -> None:

@@ -12,7 +12,7 @@ from .ordering import Integers
 
 __all__ = ["balanced", "check_supports", "free_motions", "node_graph"]
 
-_FREE = 1e-10  # a motion of unit length needs less force than this share of the largest stiffness: rounding of the matrix
+_FREE = 1e-10  # a motion of unit length needs less force than this share of the stiffness of the nodes it moves: rounding of the matrix
 _SAME = 1e-9  # motions of the interface closer than this are the same
 _ACCURACY = 1e-7  # error of equilibrium, over the forces, above which a condensation is refused
 
@@ -43,10 +43,9 @@ def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integer
     listed = unknowns >= 0
     u = np.zeros((K.shape[0], rigid.shape[2]))
     u[unknowns[listed]] = rigid[listed]
-    stiffest = np.zeros(body.max() + 1)
-    np.maximum.at(stiffest, np.broadcast_to(body[:, None], unknowns.shape)[listed], np.abs(K.diagonal())[unknowns[listed]])
-    resistance = stiffest[body][:, None, None] * rigid  # of a displacement that is held
-    resistance[listed] = (K @ u)[unknowns[listed]]
+    own_stiffness = np.abs(K.diagonal())
+    resistance = rigid.copy()  # over the stiffness of each displacement by itself; that of a held one is the displacement
+    resistance[listed] = (K @ u / np.where(own_stiffness > 0, own_stiffness, 1.0)[:, None])[unknowns[listed]]
     found = [csr_matrix((K.shape[0], 0))]
     order = np.argsort(body, kind="stable")
     for own in np.split(order, np.flatnonzero(np.diff(body[order])) + 1):
@@ -56,7 +55,7 @@ def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integer
         real = sizes > _SAME * sizes[0]
         triangle = np.linalg.qr(resistance[own].reshape(-1, rigid.shape[2]) @ (mixed[real].T / sizes[real]), mode="r")
         _, force, turn = np.linalg.svd(triangle)
-        free = turn[np.pad(force, (0, len(turn) - len(force))) <= _FREE * stiffest[body[own[0]]]].T
+        free = turn[np.pad(force, (0, len(turn) - len(force))) <= _FREE].T
         motions = (shapes[:, real] @ free)[listed[own].ravel()]
         where = (np.repeat(unknowns[own][listed[own]], motions.shape[1]), np.tile(np.arange(motions.shape[1]), len(motions)))
         found.append(csr_matrix((motions.ravel(), where), shape=(K.shape[0], motions.shape[1])))
