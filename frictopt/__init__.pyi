@@ -17,7 +17,7 @@ from .campaign import (
 )
 from .contact import ContactSystem, LoadCycle, Onset, OnsetEvent, Verdict, onset, referee
 from .errors import FrictoptError, ModelError, NoContinuation, SolverError, StoreError
-from .fem import Body, Contact, ContactModel, Interference, Material, PunchOnHalfPlane, Support, Traction, condense
+from .fem import Body, Contact, ContactModel, Interference, Material, PunchOnHalfPlane, Support, Traction, condense, split_bodies
 from .increments import ComplementarityProblem, ExactIncrement, FrozenBoundIncrement, Increment, complementarity_problem
 from .limits import (
     GuaranteedLimit,
@@ -88,6 +88,7 @@ __all__ = [
     "safe_slips",
     "safe_vertices",
     "shakedown_limit",
+    "split_bodies",
     "steady_state",
     "verify_guaranteed",
 ]

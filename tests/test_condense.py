@@ -7,9 +7,9 @@ from scipy.sparse.linalg import splu
 from skfem import MeshQuad, MeshTri
 
 import frictopt as fo
-from frictopt.fem.schur import schur_complement
 from frictopt.fem.elasticity import Material, body_stiffness, boundary_weights
 from frictopt.fem.ordering import nested_dissection
+from frictopt.fem.schur import schur_complement
 
 
 @settings(max_examples=30, deadline=None)

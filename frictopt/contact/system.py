@@ -228,8 +228,9 @@ class ContactSystem(Shown):
     def load(cls, path: str | Path) -> Self:
         """Read a system from an archive written by `save`, or from a folder of Matrix Market files.
 
-        The folder holds `A.mtx`, `B.mtx`, `C.mtx` (N x N, dense or sparse), `x.mtx` and, if there are any, `gap.mtx` (N x 1) and
-        `E_star.mtx` (1 x 1), `points.mtx`, `normals.mtx` (N x 2) and `width.mtx` (N x 1), and one `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME; N is at most 20,000.
+        The folder holds `A.mtx`, `B.mtx`, `C.mtx` (N x N, dense or sparse), `x.mtx` and, if there are any, `gap.mtx`, `width.mtx` (N x 1),
+        `points.mtx`, `normals.mtx` (N x 2) and `E_star.mtx` (1 x 1), and one `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME;
+        N is at most 20,000.
 
         Raises
         ------

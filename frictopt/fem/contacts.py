@@ -135,16 +135,14 @@ def joined(contact: Contact, body_1: Body, body_2: Body) -> Joint:
     opening = one.points - P @ body_2.mesh.p.T
     unit = one.normals / np.hypot(*one.normals.T)[:, None]
     distance = np.sum(opening * unit, axis=1)
-    if distance.min() < -allowed[distance.argmin()]:
+    start = f"contact {contact.name!r}, at"
+    if np.any(distance < -allowed):
         i = int(distance.argmin())
-        raise ModelError(
-            f"contact {contact.name!r}: the bodies overlap by {-distance[i]:g} at {place(one.points[i])}; move them apart, and give an Interference load"
-        )
+        raise ModelError(f"{start} {place(one.points[i])}: the bodies overlap by {-distance[i]:g}; move them apart, and give an Interference load")
     if contact.gap is None and np.any(distance > allowed):
         i = int(distance.argmax())
         raise ModelError(
-            f"contact {contact.name!r}: the faces do not touch, the distance is {distance[i]:g} at {place(one.points[i])}; move the bodies together, or "
-            'say gap="measured"'
+            f'{start} {place(one.points[i])}: the faces do not touch, they are {distance[i]:g} apart; move the bodies together, or say gap="measured"'
         )
     return Joint(one, P, np.maximum(distance, 0.0) if contact.gap else np.zeros(len(distance)))
 
@@ -172,8 +170,8 @@ def _facing(one: Face, two: Face, near: float, contact: Contact) -> tuple[Intege
     edges = np.flatnonzero(meets & (step >= -near))
     if not len(edges):
         raise ModelError(
-            f"contact {contact.name!r}: bodies {contact.body_1!r} and {contact.body_2!r} lie on the same side of it, they overlap, or their faces look "
-            "away from each other; the elements of body 1 and of body 2 belong on opposite sides"
+            f"contact {contact.name!r}: bodies {contact.body_1!r} and {contact.body_2!r} lie on the same side of it, they overlap, or their "
+            "faces look away from each other; the elements of body 1 and of body 2 belong on opposite sides"
         )
     if two.closed and not one.closed:  # begin after the longest part that faces nothing
         missing = np.setdiff1d(np.arange(len(step)), edges)
@@ -189,7 +187,7 @@ def _facing(one: Face, two: Face, near: float, contact: Contact) -> tuple[Intege
         covered = bool(np.all(np.diff(edges) == 1)) and arc[0] <= near and arc[-1] >= length - near
     if not covered:
         raise ModelError(
-            f"contact {contact.name!r}: part of the face of body {contact.body_1!r}, from {place(one.points[0])} to {place(one.points[-1])}, faces nothing of "
-            f"body {contact.body_2!r}; name only the part that touches, or exchange the bodies"
+            f"contact {contact.name!r}: part of the face of body {contact.body_1!r}, from {place(one.points[0])} to {place(one.points[-1])}, "
+            f"faces nothing of body {contact.body_2!r}; name only the part that touches, or exchange the bodies"
         )
     return places, np.maximum.accumulate(np.r_[min(arc[0], 0.0), arc[1:-1], max(arc[-1], length)])

@@ -44,7 +44,7 @@ class Face:
     @property
     def lengths(self) -> Array:
         """(edges,) lengths of the edges."""
-        return np.hypot(*self.steps.T)
+        return np.asarray(np.hypot(*self.steps.T))
 
     def gathered(self, edges: Array) -> Array:
         """(n, ...) sums of values of the edges, (edges, ...), over the edges at each node."""

@@ -34,7 +34,7 @@ class Interface:
     @property
     def kept(self) -> int:
         """Number of relative motions, d N."""
-        return len(self.nodes) * self.frames.shape[1]
+        return int(self.frames[..., 0].size)
 
     def eliminated(self, unknowns: Integers) -> Integers:
         """(nodes, d) columns of `motion` that stand for the displacements, -1 for those that are held or replaced by relative motions."""

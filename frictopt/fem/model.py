@@ -88,7 +88,10 @@ class ContactModel:
         object.__setattr__(self, "bodies", MappingProxyType(dict(self.bodies)))
         object.__setattr__(self, "supports", _listed("supports", self.supports, Support))
         object.__setattr__(self, "loads", MappingProxyType(loads))
-        object.__setattr__(self, "contacts", contacts or (Contact(*self.bodies),))
+        if not contacts:
+            one, two = self.bodies
+            contacts = (Contact(one, two),)
+        object.__setattr__(self, "contacts", contacts)
         for name, parts in loads.items():
             if not parts:
                 raise ModelError(f"loads[{name!r}]: no load; give at least one, or leave the load case out")
@@ -150,7 +153,7 @@ class ContactModel:
     def _unknowns(self, name: str) -> Integers:
         """(nodes, 2) unknowns of a body: its x displacements, then its y displacements, body after body."""
         nodes = self.bodies[name].mesh.p.shape[1]
-        return 2 * self._first_node[name] + np.arange(nodes)[:, None] + [0, nodes]
+        return np.asarray(2 * self._first_node[name] + np.arange(nodes)[:, None] + [0, nodes])
 
     def _widened(self, name: str, projection: csr_matrix, nodes: int) -> csr_matrix:
         """A projection with the columns of all nodes, from one with those of a body."""
