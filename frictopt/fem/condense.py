@@ -76,14 +76,14 @@ def condense(
     Returns
     -------
     ContactSystem
-        The contact; `x` is the arc length, one contact after the other. It begins at the first node's coordinate along its tangent: a straight contact
+        The contact. `x` is the arc length, contact after contact. It begins at the first node's coordinate along its tangent: a straight contact
         parallel to x has the coordinates x. Each further contact begins one spacing after the end of the one before.
 
     Raises
     ------
     ModelError
         K not symmetric, rows of K that no node has, nodes that K does not have, pairs out of order or with a node in common, normals that flip or
-        point out of body 1, pairs that do not coincide, negative gaps, a held node of body 1 on the contact, bodies that neither supports nor contacts
+        point out of body 1, pairs that do not coincide, negative gaps, a held node of body 1 on a contact, bodies that neither supports nor contacts
         hold, a matrix that cannot be eliminated accurately.
 
     Examples

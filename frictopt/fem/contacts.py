@@ -158,7 +158,7 @@ def _matched(one: Face, two: Face, near: float) -> Integers | None:
 
 def _facing(one: Face, two: Face, near: float, contact: Contact) -> tuple[Integers, Array]:
     """Places in face 2 that face all of face 1, in order, and the arc lengths of face 1 that they face."""
-    s, _ = foot_points(one, two.points)
+    s, height = foot_points(one, two.points)
     length, chain = float(one.lengths.sum()), two.chain
     step = np.diff(s[chain])
     if one.closed:
@@ -167,15 +167,16 @@ def _facing(one: Face, two: Face, near: float, contact: Contact) -> tuple[Intege
     else:
         begins, ends = np.minimum(s[chain[:-1]], s[chain[1:]]), np.maximum(s[chain[:-1]], s[chain[1:]])
         meets = (begins < length - near) & (ends > near)
-    edges = np.flatnonzero(meets & (step >= -near))
+    meets &= step >= -near
+    edges = np.flatnonzero(meets)
     if not len(edges):
         raise ModelError(
             f"contact {contact.name!r}: bodies {contact.body_1!r} and {contact.body_2!r} lie on the same side of it, they overlap, or their "
             "faces look away from each other; the elements of body 1 and of body 2 belong on opposite sides"
         )
-    if two.closed and not one.closed:  # begin after the longest part that faces nothing
-        missing = np.setdiff1d(np.arange(len(step)), edges)
-        edges = edges if not len(missing) else (missing[0] + 1 + np.flatnonzero(np.isin((missing[0] + 1 + np.arange(len(step))) % len(step), edges)))
+    if two.closed and not one.closed:  # begin where it faces nothing
+        begin = int(np.argmin(meets))
+        edges = begin + np.flatnonzero(np.roll(meets, -begin))
     places = np.r_[edges, edges[-1] + 1] % len(two.nodes)
     arc = s[places]
     if one.closed:
@@ -184,7 +185,8 @@ def _facing(one: Face, two: Face, near: float, contact: Contact) -> tuple[Intege
         places = np.r_[first - 1, first + np.arange(len(s) + 1)] % len(s)
         arc = s[places] + length * np.r_[-1.0, np.zeros(len(s)), 1.0]
     else:
-        covered = bool(np.all(np.diff(edges) == 1)) and arc[0] <= near and arc[-1] >= length - near
+        slack = near + np.abs(height[places[[0, -1]]])  # across a gap, a foot point may move along by no more than the gap
+        covered = bool(np.all(np.diff(edges) == 1) and arc[0] <= slack[0] and arc[-1] >= length - slack[1])
     if not covered:
         raise ModelError(
             f"contact {contact.name!r}: part of the face of body {contact.body_1!r}, from {place(one.points[0])} to {place(one.points[-1])}, "
