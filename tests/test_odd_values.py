@@ -90,6 +90,7 @@ FRICTION, BONDED, SLIP = 0.6, (np.array([0.1, 0.1]), np.array([1.0, 1.0])), np.a
 ASKED = {"system": CONTACT, "cycle": CYCLE, "friction": FRICTION}
 SCENE = fo.PunchOnHalfPlane(elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0)
 MODEL = SCENE.model()
+SPLIT = MODEL.bodies["punch"].mesh.with_subdomains({"all": lambda x: x[1] > -1})
 LINE = reference.LineContact(1.0, 2.0, 3.0, 0.5)
 NODE = {"A": 1.0, "B": 0.2, "q0": 0.1, "p0": 1.0, "q1": 0.5, "p1": 0.1, "f": 0.5}
 PAIR = {name: [value, value] for name, value in NODE.items()} | {"A": [[1.0, -0.4], [-0.4, 1.0]], "B": [[0.1, 0.0], [0.0, 0.1]]}
@@ -102,6 +103,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Body": (fo.Body, {"mesh": MODEL.bodies["punch"].mesh}),
     "Body.boundary_nodes": (MODEL.bodies["punch"].boundary_nodes, {"name": "contact", "argument": "name"}),
     "Body.force": (MODEL.bodies["punch"].force, {"traction": MODEL.loads["P"][0]}),
+    "Contact": (fo.Contact, {"body_1": "punch", "body_2": "block"}),
     "ContactModel": (fo.ContactModel, {name: getattr(MODEL, name) for name in ("bodies", "supports", "loads", "contacts")}),
     "ContactSystem": (
         fo.ContactSystem,
@@ -112,6 +114,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "ContactSystem.reaction": (CONTACT.reaction, {"loads": {"mean": 1.0}}),
     "ContactSystem.save": (CONTACT.save, {"path": "saved"}),
     "ContactSystem.with_bonded": (CONTACT.with_bonded, {"cases": {"other": BONDED}}),
+    "ContactSystem.with_interference": (CONTACT.with_interference, {"cases": {"fit": [0.1, 0.0]}}),
     "ContactSystem.with_gap": (CONTACT.with_gap, {"gap": [0.0, 0.1]}),
     "GuaranteedLimit.answers": (fo.guaranteed_limit(**ASKED).answers, ASKED),
     "GuaranteedModel": (fo.GuaranteedModel, {"system": CONTACT, "cycle": CYCLE}),
@@ -127,6 +130,19 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "ShakedownModel": (fo.ShakedownModel, {"system": CONTACT, "cycle": CYCLE}),
     "ShakedownModel.solve": (fo.ShakedownModel(CONTACT, CYCLE).solve, {"friction": FRICTION}),
     "ShakedownModel.sweep": (fo.ShakedownModel(CONTACT, CYCLE).sweep, {"frictions": [0.3, FRICTION]}),
+    "condense": (
+        fo.condense,
+        {
+            "K": np.diag([2.0, 3.0]),
+            "loads": {"P": [0.1, -1.0]},
+            "pairs": [[0, 1]],
+            "normals": [0.0, 1.0],
+            "unknowns": [[0, 1], [-1, -1]],
+            "points": [[0.0, 0.0], [0.0, 0.0]],
+        },
+    ),
+    "split_bodies": (fo.split_bodies, {"mesh": SPLIT, "materials": {"all": fo.Material()}}),
+    "Interference": (fo.Interference, {"contact": "contact", "amount": 0.1}),
     "Support": (fo.Support, {"body": "punch", "where": "top"}),
     "Traction": (fo.Traction, {"body": "punch", "boundary": "top"}),
     "dissipation_study": (
