@@ -133,12 +133,12 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "condense": (
         fo.condense,
         {
-            "K": np.diag([2.0, 3.0]),
-            "loads": {"P": [0.1, -1.0]},
-            "pairs": [[0, 1]],
+            "K": np.diag([2.0, 3.0, 2.0, 3.0]),
+            "loads": {"P": [0.1, -1.0, 0.1, -1.0]},
+            "pairs": [[0, 2], [1, 3]],
             "normals": [0.0, 1.0],
-            "unknowns": [[0, 1], [-1, -1]],
-            "points": [[0.0, 0.0], [0.0, 0.0]],
+            "unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]],
+            "points": [[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [1.0, 0.0]],
         },
     ),
     "split_bodies": (fo.split_bodies, {"mesh": SPLIT, "materials": {"all": fo.Material()}}),
@@ -219,6 +219,7 @@ MADE_BY_US = {  # results, which no user makes
     *("GuaranteeCheck", "GuaranteedLimit", "LimitKind", "Onset", "OnsetEvent", "Outcome", "SafeSlip", "ShakedownLimit", "SteadyState"),
     *("Trajectory", "Verdict", "Attempt", "ComplementarityProblem", "ContactArrays", "CornerMode", "Increment", "TwoNodeLimits"),
 }
+NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes
 MAY_BE_NAN = {"v", "w", "q", "p", "previous_slip"}  # in a claimed state, which is then infinitely wrong
 
 
@@ -281,6 +282,7 @@ def test_an_odd_value_gives_an_answer_or_an_error_of_ours(name, tmp_path, monkey
             except (Exception, TooLong) as error:
                 faults.append(f"{argument}={label}: {type(error).__name__}: {str(error)[:100]}")
             else:
-                if label in NEVER and not (name == "referee" and argument in MAY_BE_NAN and label == "nan in a list"):
+                wrong_state = name == "referee" and argument in MAY_BE_NAN and label == "nan in a list"
+                if label in NEVER and not wrong_state and not (argument == "contact" and label in NAMES):
                     faults.append(f"{argument}={label}: accepted")
     assert not faults, "\n" + "\n".join(faults)

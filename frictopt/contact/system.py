@@ -9,10 +9,10 @@ from typing import Any, Self
 import numpy as np
 
 from ..errors import ModelError
-from ..tolerances import CONDENSATION
 from . import storage
 from .checks import Array, Names, check_name, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array, shown
 from .show import Shown, frame
+from .stiffness import check_semi_definite, symmetrised
 
 __all__ = ["ContactSystem", "checked_system"]
 
@@ -100,8 +100,8 @@ class ContactSystem(Shown):
             first = int(np.argmax(np.diff(x) <= 0))
             raise ModelError(f"x: x[{first + 1}] = {x[first + 1]:g} does not exceed x[{first}] = {x[first]:g}; order the nodes along the interface")
         A, B, C = (finite_array(name, getattr(self, name), (n, n)) for name in "ABC")
-        A, C = _symmetrised("A", A), _symmetrised("C", C)
-        _check_semi_definite(A, B, C)
+        A, C = symmetrised("A", A), symmetrised("C", C)
+        check_semi_definite(A, B, C)
         none = self.gap is None or real_array("gap", self.gap).size == 0
         gap = frozen(np.zeros(n)) if none else finite_array("gap", self.gap, (n,))
         if gap.min() < 0:
@@ -245,34 +245,6 @@ def checked_system(system: Any) -> ContactSystem:
     if not isinstance(system, ContactSystem):
         raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem (a scene's condense() makes one)")
     return system
-
-
-def _symmetrised(name: str, matrix: Array) -> Array:
-    scale = np.abs(matrix).max()
-    asymmetry = np.abs(matrix - matrix.T)
-    if asymmetry.max() > CONDENSATION * scale:
-        i, j = np.unravel_index(int(asymmetry.argmax()), matrix.shape)
-        raise ModelError(
-            f"{name}: not symmetric, {name}[{i}, {j}] = {matrix[i, j]:g} but {name}[{j}, {i}] = {matrix[j, i]:g}; "
-            "give the stiffness of the relative motion, in the same order for rows and columns"
-        )
-    return frozen(matrix / 2 + matrix.T / 2)
-
-
-def _check_semi_definite(A: Array, B: Array, C: Array) -> None:
-    S = np.block([[A, B.T], [B, C]])
-    scale = np.abs(S).max()
-    if scale == 0:
-        return
-    slack = CONDENSATION * len(S)
-    try:  # a Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the eigenvalues
-        np.linalg.cholesky(S / scale + slack * np.eye(len(S)))
-    except np.linalg.LinAlgError:
-        lowest = np.linalg.eigvalsh(S / scale)[0]
-        raise ModelError(
-            f"A, B, C: S = [[A, B^T], [B, C]] has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); "
-            "an elastic interface stores energy, so S must be positive semi-definite: check signs and the order of the nodes"
-        ) from None
 
 
 def _checked_normals(normals: Any, n: int) -> Array:
