@@ -49,16 +49,16 @@ def trapezium(bottom, top, elements, boundaries):
     return MeshQuad(points, mesh.t).with_boundaries(mesh.boundaries)
 
 
-def wedge(angle=0.0, jaws=(4, 6), wedge_up=6, gap=None, loads=None):
+def wedge(angle=0.0, jaws=(4, 6), wedge_up=6, wedge_across=5, loads=None):
     """A wedge between two jaws, flanks at 60 degrees to the horizontal, the whole turned by `angle`; three bodies, two contacts."""
     slope = 1 / np.tan(np.pi / 3)
-    middle = trapezium((-0.5, 0.5, 0.0), (-0.5 - slope, 0.5 + slope, 1.0), (5, wedge_up), {"left": "left flank", "right": "right flank"})
+    middle = trapezium((-0.5, 0.5, 0.0), (-0.5 - slope, 0.5 + slope, 1.0), (wedge_across, wedge_up), {"left": "left flank", "right": "right flank"})
     left = trapezium((-2.0, -0.5, 0.0), (-2.0, -0.5 - slope, 1.0), jaws, {"right": "flank", "left": "wall"})
     right = trapezium((0.5, 2.0, 0.0), (0.5 + slope, 2.0, 1.0), jaws, {"left": "flank", "right": "wall"})
     bodies = {"wedge": middle, "left jaw": left, "right jaw": right}
     return fo.ContactModel(
         bodies={name: fo.Body(turned(mesh, angle)) for name, mesh in bodies.items()},
-        contacts=[fo.Contact("wedge", f"{side} jaw", f"{side} flank", "flank", gap=gap) for side in ("left", "right")],
+        contacts=[fo.Contact("wedge", f"{side} jaw", f"{side} flank", "flank") for side in ("left", "right")],
         supports=[fo.Support(f"{side} jaw", "wall") for side in ("left", "right")],
         loads=loads
         or {

@@ -167,6 +167,7 @@ def condensed(K: csr_matrix, F: Array, interface: Interface, unknowns: Integers,
     present = np.flatnonzero((columns >= 0).any(axis=1))
     along = present[nested_dissection(interface.glued_graph(graph)[present][:, present], points[present].T)]
     order = columns[along].ravel()
-    S, R = schur_complement(glued(K, T), T.T @ F, np.r_[order[order >= 0], np.arange(T.shape[1] - interface.kept, T.shape[1])], interface.kept)
+    T = T[:, np.r_[order[order >= 0], np.arange(T.shape[1] - interface.kept, T.shape[1])]]
+    S, R = schur_complement(glued(K, T), T.T @ F, interface.kept)
     _, body = connected_components(graph, directed=False)
     return balanced(S, R, K, F, interface, unknowns, free_motions(K, unknowns, points, body))
