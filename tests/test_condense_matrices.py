@@ -166,7 +166,7 @@ BAD = {
     "K: not symmetric, K[0, 1] =": {"K": SKEW},
     "K: shape (2, 3)": {"K": np.ones((2, 3))},
     "K: entries: value nan": {"K": K * np.nan},
-    "unknowns: row": {"unknowns": TWICE},
+    "give each row to one node": {"unknowns": TWICE},
     "is no node's; give it to a node, or name it in held": {"unknowns": LONE},
     "at index (0, 0); give integers from -1 to 47": {"unknowns": ROWS + 0.5},
     "unknowns: shape (4, 2), expected (24, 2)": {"unknowns": ROWS[:4]},

@@ -81,7 +81,7 @@ def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_
         count = int(left[unknowns[group][unknowns[group] >= 0]].getnnz(axis=0).astype(bool).sum())
         raise ModelError(
             f"supports: {count} rigid motions of the glued bodies at node {node}, {place(points[node])}, are not prevented; "
-            "hold two displacements and the rotation, or leave out what touches nothing"
+            "hold the bodies against translation and turning, and leave out what touches nothing"
         )
 
 
