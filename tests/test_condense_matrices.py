@@ -130,6 +130,15 @@ def test_a_body_on_rigid_ground():
     assert np.allclose(system.S, S, atol=1e-13)
 
 
+def test_nodes_on_springs():
+    """Bodies of a single node each, which cannot turn."""
+    springs = {"unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]], "points": [[0, 0], [1, 0], [0, 0], [1, 0]], "pairs": [[0, 2], [1, 3]]}
+    system = fo.condense(np.diag([2.0, 3.0, 4.0, 5.0]), {"P": [1, 2, 3, 4]}, normals=[0, 1], **springs)
+    assert np.allclose(system.S, np.diag([2, 4, 3, 5])) and np.allclose(np.r_[system.bonded["P"]], [-1, -3, -2, -4])
+    system = fo.condense(np.diag([2.0, 0.0, 4.0, 5.0]), {"P": [1, 2, 3, 4]}, normals=[0, 1], **springs)
+    assert np.allclose(system.S, np.diag([2, 4, 0, 5])) and np.allclose(np.r_[system.bonded["P"]], [-1, -3, -2, -4])
+
+
 def test_gaps_given_and_measured():
     lifted = matched()
     lifted["points"] = lifted["points"] + np.outer(lifted["points"][:, 1] >= 0, [0.0, 0.1])

@@ -52,12 +52,12 @@ def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integer
         if not listed[own].any():
             continue
         shapes, triangle = np.linalg.qr(rigid[own].reshape(-1, rigid.shape[2]))
-        turned, sizes, mixed = np.linalg.svd(triangle)
+        turned, sizes, mixed = np.linalg.svd(triangle, full_matrices=False)
         real = sizes > _SAME * sizes[0]
         forces = np.linalg.qr(resistance[own].reshape(-1, rigid.shape[2]) @ (mixed[real].T / sizes[real]), mode="r")
         _, force, turn = np.linalg.svd(forces)
         free = turn[np.pad(force, (0, len(turn) - len(force))) <= _FREE].T
-        motions = (shapes @ (turned[:, : len(sizes)][:, real] @ free))[listed[own].ravel()]
+        motions = (shapes @ (turned[:, real] @ free))[listed[own].ravel()]
         where = (np.repeat(unknowns[own][listed[own]], motions.shape[1]), np.tile(np.arange(motions.shape[1]), len(motions)))
         found.append(csr_matrix((motions.ravel(), where), shape=(K.shape[0], motions.shape[1])))
     return csr_matrix(hstack(found))
