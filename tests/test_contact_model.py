@@ -82,6 +82,8 @@ def mirrored(body):
 
 
 CORNERED = fo.Body(PUNCH.mesh.with_boundaries({"two sides": lambda x: (x[1] == 0) | (x[1] == 1)}))
+PINCHED = MeshQuad.init_tensor(np.arange(4.0), np.arange(4.0)).remove_elements(np.array([0, 4]))
+PINCHED = fo.Body(PINCHED.with_boundaries({"outline": lambda x: x[0] > -1}))
 WALL = fo.Body(MeshQuad.init_tensor([-3.0, -1.0], [0.0, 0.4, 1.0]).with_boundaries({"wall": lambda x: x[0] == -1.0}))
 FLOOR = fo.Body(MeshQuad.init_tensor([-1.0, 1.0], [2.0, 3.0]).with_boundaries({"under": lambda x: x[1] == 2.0}))
 BAD_MODELS = {
@@ -94,6 +96,7 @@ BAD_MODELS = {
         "bodies": {**BOTH, "punch": CORNERED},
         "contacts": [fo.Contact("punch", "block", "two sides")],
     },
+    "boundary 'outline' touches itself at (1, 1)": {"bodies": {**BOTH, "punch": PINCHED}, "contacts": [fo.Contact("punch", "block", "outline")]},
     "node 0 of body 'punch' at (-1, 0) is in 'contact' and in 'left'; let a corner belong to one": {
         "bodies": {**BOTH, "wall": WALL},
         "contacts": [fo.Contact("punch", "block"), fo.Contact("punch", "wall", "left", "wall")],

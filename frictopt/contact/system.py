@@ -9,14 +9,13 @@ from typing import Any, Self
 import numpy as np
 
 from ..errors import ModelError
+from ..tolerances import UNIT_LENGTH
 from . import storage
 from .checks import Array, Names, check_name, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array, shown
 from .show import Shown, frame
 from .stiffness import check_semi_definite, symmetrised
 
 __all__ = ["ContactSystem", "checked_system"]
-
-_UNIT_LENGTH = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -250,7 +249,7 @@ def checked_system(system: Any) -> ContactSystem:
 def _checked_normals(normals: Any, n: int) -> Array:
     checked = finite_array("normals", normals, (n, 2))
     lengths = np.hypot(*checked.T)
-    if np.abs(lengths - 1).max() > _UNIT_LENGTH:
+    if np.abs(lengths - 1).max() > UNIT_LENGTH:
         i = int(np.abs(lengths - 1).argmax())
         raise ModelError(f"normals: length {lengths[i]:g} at node {i}; give normals of length 1")
     return checked

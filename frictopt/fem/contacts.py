@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, check_text, choice, finite_number
 from ..errors import ModelError
+from ..tolerances import SAME_POINT
 from .bodies import Body
 from .faces import Face, face
 from .frames import place
@@ -16,8 +17,6 @@ from .mortar import foot_points, mortar_projection
 from .ordering import Integers
 
 __all__ = ["Contact", "Interference", "Joint", "joined"]
-
-_SAME_POINT = 1e-9  # distance below which two nodes coincide, as a share of the size of the contact
 
 
 @dataclass(frozen=True)
@@ -124,7 +123,7 @@ def joined(contact: Contact, body_1: Body, body_2: Body) -> Joint:
     """
     one = face(body_1, contact.boundary_1, f"contact {contact.name!r}, body {contact.body_1!r}")
     two = face(body_2, contact.boundary_2, f"contact {contact.name!r}, body {contact.body_2!r}").reversed()
-    nodes, near = body_2.mesh.p.shape[1], _SAME_POINT * float(one.lengths.sum())
+    nodes, near = body_2.mesh.p.shape[1], SAME_POINT * float(one.lengths.sum())
     where = _matched(one, two, near)
     if where is not None:
         P = csr_matrix((np.ones(len(where)), (np.arange(len(where)), two.nodes[where])), shape=(len(where), nodes))

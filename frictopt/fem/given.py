@@ -8,15 +8,11 @@ from scipy.sparse import csr_matrix, issparse
 
 from ..contact.checks import Array, check_name, choice, finite_array, frozen, listed, whole_array
 from ..errors import ModelError
+from ..tolerances import SAME_POINT, SYMMETRY
 from .frames import place
 from .ordering import Integers
 
-__all__ = ["SAME_POINT", "checked_forces", "checked_gap", "checked_normals", "checked_pairs", "checked_rows", "checked_stiffness"]
-
-SAME_POINT = 1e-9
-"""Distance below which the nodes of a pair coincide, as a share of the size of the bodies."""
-
-_SYMMETRY = 1e-9  # asymmetry over the largest entry that still counts as rounding of the code that wrote the matrix
+__all__ = ["checked_forces", "checked_gap", "checked_normals", "checked_pairs", "checked_rows", "checked_stiffness"]
 
 
 def checked_stiffness(K: Any) -> csr_matrix:
@@ -31,7 +27,7 @@ def checked_stiffness(K: Any) -> csr_matrix:
     matrix.sum_duplicates()
     skew = (matrix - matrix.T).tocoo()
     worst = int(np.abs(skew.data).argmax()) if skew.nnz else 0
-    if skew.nnz and np.abs(skew.data[worst]) > _SYMMETRY * np.abs(matrix.data).max():
+    if skew.nnz and np.abs(skew.data[worst]) > SYMMETRY * np.abs(matrix.data).max():
         i, j = int(skew.row[worst]), int(skew.col[worst])
         raise ModelError(
             f"K: not symmetric, K[{i}, {j}] = {matrix[i, j]:g} but K[{j}, {i}] = {matrix[j, i]:g}; give both triangles of a symmetric stiffness"

@@ -12,6 +12,7 @@ from scipy.sparse import block_diag, csr_matrix, vstack
 from ..contact import ContactSystem
 from ..contact.checks import Array, check_name, check_text, shown
 from ..errors import ModelError
+from ..tolerances import SAME_POINT
 from .bodies import Body, Support, Traction
 from .condense import condense
 from .contacts import Contact, Interference, Joint, joined
@@ -20,8 +21,6 @@ from .frames import place
 from .ordering import Integers
 
 __all__ = ["ContactModel"]
-
-_SAME_POINT = 1e-9  # distance below which a node is at a given point, as a share of the size of the body
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +192,7 @@ class ContactModel:
         if isinstance(support.where, str):
             return body.boundary_nodes(support.where, f"support of body {support.body!r}")
         distance = np.hypot(*(body.mesh.p - np.array(support.where)[:, None]))
-        if distance.min() > _SAME_POINT * np.ptp(body.mesh.p):
+        if distance.min() > SAME_POINT * np.ptp(body.mesh.p):
             nearest = tuple(float(value) for value in body.mesh.p[:, distance.argmin()])
             raise ModelError(f"support of body {support.body!r}: no node at {support.where}; the nearest is at {nearest}")
         return np.array([distance.argmin()])

@@ -6,15 +6,12 @@ from scipy.sparse.csgraph import connected_components
 
 from ..contact.checks import Array
 from ..errors import ModelError
+from ..tolerances import EQUILIBRIUM, FREE_MOTION, SAME_POINT
 from .frames import place
 from .interface import Interface
 from .ordering import Integers
 
 __all__ = ["balanced", "check_supports", "free_motions", "node_graph"]
-
-_FREE = 1e-10  # a motion of unit length needs less force than this share of the stiffness of the nodes it moves: rounding of the matrix
-_SAME = 1e-9  # motions of the interface closer than this are the same
-_ACCURACY = 1e-7  # error of equilibrium, over the forces, above which a condensation is refused
 
 
 def node_graph(K: csr_matrix, unknowns: Integers) -> csr_matrix:
@@ -53,10 +50,10 @@ def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integer
             continue
         shapes, triangle = np.linalg.qr(rigid[own].reshape(-1, rigid.shape[2]))
         turned, sizes, mixed = np.linalg.svd(triangle, full_matrices=False)
-        real = sizes > _SAME * sizes[0]
+        real = sizes > SAME_POINT * sizes[0]
         forces = np.linalg.qr(resistance[own].reshape(-1, rigid.shape[2]) @ (mixed[real].T / sizes[real]), mode="r")
         _, force, turn = np.linalg.svd(forces)
-        free = turn[np.pad(force, (0, len(turn) - len(force))) <= _FREE].T
+        free = turn[np.pad(force, (0, len(turn) - len(force))) <= FREE_MOTION].T
         motions = (shapes @ (turned[:, real] @ free))[listed[own].ravel()]
         where = (np.repeat(unknowns[own][listed[own]], motions.shape[1]), np.tile(np.arange(motions.shape[1]), len(motions)))
         found.append(csr_matrix((motions.ravel(), where), shape=(K.shape[0], motions.shape[1])))
@@ -111,7 +108,7 @@ def balanced(S: Array, R: Array, K: csr_matrix, F: Array, interface: Interface, 
         return S, R
     relative = (interface.relative(unknowns, K.shape[0]) @ motions).toarray()
     sizes = np.linalg.svd(relative, compute_uv=False)
-    if len(sizes) < relative.shape[1] or sizes[-1] <= _SAME * sizes[0]:
+    if len(sizes) < relative.shape[1] or sizes[-1] <= SAME_POINT * sizes[0]:
         raise ModelError("supports: a body can turn about its contact, or move without moving there; hold it, or give the contact more nodes")
     rigid, to_unit = np.linalg.qr(relative)
     work = np.linalg.solve(to_unit.T, motions.T @ F)
@@ -119,7 +116,7 @@ def balanced(S: Array, R: Array, K: csr_matrix, F: Array, interface: Interface, 
     scale = np.abs(R).sum(axis=0) + np.abs(F).sum(axis=0)
     errors = [*(np.abs(excess) / np.where(scale > 0, scale, 1.0)).ravel(), *(np.abs(S @ rigid) / np.abs(S).max()).ravel()]
     error = float(max(errors, default=0.0))
-    if not error <= _ACCURACY:
+    if not error <= EQUILIBRIUM:
         raise ModelError(
             f"stiffness: elimination leaves equilibrium of the bodies with an error of {error:.1e}; materials, sizes or elements differ too much: "
             "bring the stiffness of the bodies, the lengths, or the element sizes closer together"
