@@ -7,6 +7,7 @@ from scipy.sparse import csr_matrix
 
 from ..contact.checks import Array
 from ..errors import ModelError
+from ..tolerances import SAME_POINT
 from .interface import Interface
 
 __all__ = ["arc_length", "check_course", "check_sides", "half_widths", "place", "plane_frames", "runs"]
@@ -97,7 +98,8 @@ def arc_length(points: Array, frames: Array, names: list[str]) -> Array:
         p = points[run]
         lengths = np.hypot(*np.diff(p, axis=0).T)
         step = float(lengths.mean()) if len(lengths) else 1.0
-        start = end + step if run.start else float(frames[0, 0] @ p[0])
+        first = float(frames[0, 0] @ p[0])
+        start = end + step if run.start else first * (abs(first) > SAME_POINT * lengths.sum())
         x[run] = start + np.r_[0.0, np.cumsum(lengths)]
         end = float(x[run][-1])
     return x

@@ -95,7 +95,7 @@ class ContactModel:
             if not parts:
                 raise ModelError(f"loads[{name!r}]: no load; give at least one, or leave the load case out")
         self._check_contacts()
-        self._held()
+        self._held()  # these raise on names that are unknown
         for name in loads:
             self._force(name)
             self._overlap(name)

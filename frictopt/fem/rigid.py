@@ -50,7 +50,7 @@ def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integer
             continue
         shapes, triangle = np.linalg.qr(rigid[own].reshape(-1, rigid.shape[2]))
         turned, sizes, mixed = np.linalg.svd(triangle, full_matrices=False)
-        real = sizes > SAME_POINT * sizes[0]
+        real = sizes > SAME_POINT * sizes[0]  # a single node cannot turn
         forces = np.linalg.qr(resistance[own].reshape(-1, rigid.shape[2]) @ (mixed[real].T / sizes[real]), mode="r")
         _, force, turn = np.linalg.svd(forces)
         free = turn[np.pad(force, (0, len(turn) - len(force))) <= FREE_MOTION].T
