@@ -17,7 +17,7 @@ from .campaign import (
 )
 from .contact import Attempt, ContactSystem, LoadCycle, Onset, OnsetEvent, SolveRecord, Verdict, onset, referee
 from .errors import FrictoptError, ModelError, NoContinuation, SolverError, StoreError
-from .fem import Body, ContactModel, Material, PunchOnHalfPlane, Support, Traction
+from .fem import Body, Contact, ContactModel, Interference, Material, PunchOnHalfPlane, Support, Traction, condense, split_bodies
 from .increments import ComplementarityProblem, ExactIncrement, FrozenBoundIncrement, Increment, complementarity_problem
 from .limits import (
     GuaranteedLimit,
@@ -40,6 +40,7 @@ __all__ = [
     "Attempt",
     "Body",
     "ComplementarityProblem",
+    "Contact",
     "ContactModel",
     "ContactSystem",
     "DamagedRows",
@@ -50,6 +51,7 @@ __all__ = [
     "GuaranteedLimit",
     "GuaranteedModel",
     "Increment",
+    "Interference",
     "Interrupted",
     "LimitKind",
     "LoadCycle",
@@ -74,6 +76,7 @@ __all__ = [
     "Trajectory",
     "Verdict",
     "complementarity_problem",
+    "condense",
     "dissipation_study",
     "given_slips",
     "guaranteed_limit",
@@ -89,6 +92,7 @@ __all__ = [
     "safe_slips",
     "safe_vertices",
     "shakedown_limit",
+    "split_bodies",
     "steady_state",
     "verify_guaranteed",
 ]

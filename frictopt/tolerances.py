@@ -16,8 +16,12 @@ RESIDUAL = 1e-9
 
 SIMULTANEOUS = RESIDUAL  # events this close, relative, count as simultaneous: their times are answers
 
+UNIT_LENGTH = 10 * CONDENSATION  # a given normal is of length 1 to this much: it has ten digits or more
+
 # --- fem ---
 
+FREE_MOTION = CONDENSATION  # a rigid motion is free if its forces, over the stiffness of the nodes it moves, are smaller: rounding of the stiffness
+SYMMETRY = 10 * CONDENSATION  # asymmetry of a given stiffness, over its largest entry: other codes write ten digits or more
 EQUILIBRIUM = 1e3 * CONDENSATION  # error of equilibrium, over the forces, above which a condensation is refused: far above its rounding
 SAME_POINT = 10 * CONDENSATION  # two nodes coincide within this share of the body's size: coordinates have ten digits or more
 

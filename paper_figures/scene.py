@@ -47,7 +47,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 
 def _mesh(axes: Any, scene: fo.PunchOnHalfPlane) -> None:
     model = scene.model()
-    for body, color in ((model.block, _BLOCK), (model.punch, _PUNCH)):
+    for body, color in ((model.bodies["block"], _BLOCK), (model.bodies["punch"], _PUNCH)):
         points = body.mesh.p / scene.half_width
         edges = np.insert(points[:, body.mesh.facets], 2, np.nan, axis=1)  # one line with gaps is drawn far faster than many lines
         axes.plot(*edges.transpose(0, 2, 1).reshape(2, -1), color=color, lw=0.12, solid_capstyle="butt", snap=False, zorder=0.5)

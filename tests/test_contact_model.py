@@ -1,32 +1,18 @@
+import re
+
 import numpy as np
 import pytest
 from skfem import MeshQuad, MeshTet, MeshTri, MeshTri2
 
 import frictopt as fo
 from frictopt.reference import patch_limit
+from meshes import blocks, hung, uniform_loads
 
-X = np.array([-1.0, -0.5, 0.1, 1.0])
-BOXES = {"left": lambda x: x[0] == -1.0, "right": lambda x: x[0] == 1.0}
-
-
-def bodies(kind=MeshQuad, x_punch=X, x_block=X, gap=0.0, material=None, element="linear"):
-    y = np.array([0.0, 0.4, 1.0])
-    punch = kind.init_tensor(x_punch, y + gap).with_boundaries({**BOXES, "contact": lambda x: x[1] == gap, "top": lambda x: x[1] == 1.0 + gap})
-    block = kind.init_tensor(x_block, -y[::-1]).with_boundaries({**BOXES, "contact": lambda x: x[1] == 0.0, "bottom": lambda x: x[1] == -1.0})
-    material = material or fo.Material()
-    return fo.Body(punch, material, element), fo.Body(block, material, element)
-
-
-FREE = [fo.Support("block", (-1.0, -1.0), "xy"), fo.Support("block", (1.0, -1.0), "y")]
-LOADS = {
-    "p": [fo.Traction("punch", "top", y=-1.0), fo.Traction("block", "bottom", y=1.0)],
-    "tau": [fo.Traction("punch", "top", x=1.0), fo.Traction("block", "bottom", x=-1.0)]
-    + [fo.Traction(body, side, y=sign) for body in ("punch", "block") for side, sign in (("right", 1.0), ("left", -1.0))],
-}
+FREE, LOADS = hung(), uniform_loads()
 
 
 def patch(kind=MeshQuad, **options):
-    return fo.ContactModel(*bodies(kind, **options), supports=FREE, loads=LOADS)
+    return fo.ContactModel(blocks(kind, **options), FREE, LOADS)
 
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri])
@@ -52,9 +38,9 @@ def test_the_punch_keeps_its_free_motions_and_a_held_one_has_none():
     rigid = np.linalg.eigvalsh(free.S) < 1e-12 * np.linalg.norm(free.S)
     assert rigid.sum() == 3
     assert np.abs(free.S @ np.r_[np.ones(4), np.zeros(4)]).max() < 1e-15
-    held = fo.ContactModel(*bodies(), supports=[*FREE, fo.Support("punch", "top", "xy")], loads={"tau": LOADS["tau"]}).condense()
+    held = fo.ContactModel(blocks(), supports=[*FREE, fo.Support("punch", "top", "xy")], loads={"tau": LOADS["tau"]}).condense()
     assert np.linalg.eigvalsh(held.S)[0] > 1e-3
-    guided = fo.ContactModel(*bodies(), supports=[*FREE, fo.Support("punch", "top", "x")], loads={"p": LOADS["p"]}).condense()
+    guided = fo.ContactModel(blocks(), supports=[*FREE, fo.Support("punch", "top", "x")], loads={"p": LOADS["p"]}).condense()
     assert (np.linalg.eigvalsh(guided.S) < 1e-12 * np.linalg.norm(guided.S)).sum() == 2  # up and down, and a turn about the guide
 
 
@@ -62,9 +48,9 @@ def test_condensation_against_two_separate_bodies():
     """With the block held rigid everywhere, S is the punch's own condensed stiffness, by dense algebra."""
     from frictopt.fem.elasticity import body_stiffness
 
-    punch, block = bodies()
+    punch, block = (both := blocks()).values()
     everywhere = [fo.Support("block", tuple(point), "xy") for point in block.mesh.p.T]
-    system = fo.ContactModel(punch, block, supports=everywhere, loads={"p": [fo.Traction("punch", "top", y=-1.0)]}).condense()
+    system = fo.ContactModel(both, supports=everywhere, loads={"p": [fo.Traction("punch", "top", y=-1.0)]}).condense()
     K = body_stiffness(punch.mesh, punch.material).toarray()
     contact = np.flatnonzero(punch.mesh.p[1] == 0.0)
     contact = contact[np.argsort(punch.mesh.p[0, contact])]
@@ -80,40 +66,90 @@ def test_reactions_balance_the_loads():
     assert p.sum() == pytest.approx(2.0, rel=1e-12) and q.sum() == pytest.approx(-2.0, rel=1e-12)
 
 
-SUPPORTS = {"supports": FREE, "loads": LOADS}
-PUNCH, BLOCK = bodies()
-SHIFTED = bodies(x_punch=X + [0, 0, 1e-3, 0])[0]
-FEWER = bodies(x_punch=X[[0, 1, 3]])[0]
+PUNCH, BLOCK = blocks().values()
+BOTH = {"punch": PUNCH, "block": BLOCK}
+GOOD = {"bodies": BOTH, "supports": FREE, "loads": LOADS}
+
+
+def moved(body, by, **boundaries):
+    """A body moved, with more boundaries named."""
+    mesh = type(body.mesh)(body.mesh.p + np.array(by)[:, None], body.mesh.t).with_boundaries(body.mesh.boundaries)
+    return fo.Body(mesh.with_boundaries(boundaries) if boundaries else mesh)
+
+
+def mirrored(body):
+    return fo.Body(MeshQuad(body.mesh.p * [[1.0], [-1.0]], body.mesh.t).with_boundaries(body.mesh.boundaries))
+
+
+CORNERED = fo.Body(PUNCH.mesh.with_boundaries({"two sides": lambda x: (x[1] == 0) | (x[1] == 1)}))
+PINCHED = MeshQuad.init_tensor(np.arange(4.0), np.arange(4.0)).remove_elements(np.array([0, 4]))
+PINCHED = fo.Body(PINCHED.with_boundaries({"outline": lambda x: x[0] > -1}))
+WALL = fo.Body(MeshQuad.init_tensor([-3.0, -1.0], [0.0, 0.4, 1.0]).with_boundaries({"wall": lambda x: x[0] == -1.0}))
+FLOOR = fo.Body(MeshQuad.init_tensor([-1.0, 1.0], [2.0, 3.0]).with_boundaries({"under": lambda x: x[1] == 2.0}))
 BAD_MODELS = {
-    "interface: node 2 is at": dict(SUPPORTS, punch=SHIFTED, block=BLOCK),
-    "interface: 3 nodes on the punch, 4 on the block": dict(SUPPORTS, punch=FEWER, block=BLOCK),
-    "interface of the punch: boundary 'joint' is unknown": dict(SUPPORTS, punch=PUNCH, block=BLOCK, interface="joint"),
-    "interface: node 0": dict(SUPPORTS, punch=bodies(gap=0.5)[0], block=BLOCK),
-    "punch: it lies below the interface": dict(
-        SUPPORTS, punch=BLOCK, block=PUNCH, supports=[fo.Support("block", "top")], loads={"t": [fo.Traction("block", "top")]}
-    ),
-    "punch: a MeshQuad1; give a Body": dict(SUPPORTS, punch=PUNCH.mesh, block=BLOCK),
-    "they prevent 2 of the 3": dict(SUPPORTS, punch=PUNCH, block=BLOCK, supports=FREE[:1]),
-    "they prevent 0 of the 3": dict(SUPPORTS, punch=PUNCH, block=BLOCK, supports=[]),
-    "they prevent 1 of the 3": dict(
-        SUPPORTS, punch=PUNCH, block=BLOCK, supports=[fo.Support("block", "left", "x"), fo.Support("block", (0.1, 0.0), "x")][1:]
-    ),
-    "holds nodes of the punch on the interface": dict(SUPPORTS, punch=PUNCH, block=BLOCK, supports=[*FREE, fo.Support("punch", "left", "x")]),
-    r"supports: \['bottom'\]; give a list of Support": dict(SUPPORTS, punch=PUNCH, block=BLOCK, supports=["bottom"]),
-    r"no node at \(0.0, 5.0\)": dict(SUPPORTS, punch=PUNCH, block=BLOCK, supports=[fo.Support("block", (0.0, 5.0))]),
-    r"loads\['p'\]: boundary 'roof' is unknown": dict(SUPPORTS, punch=PUNCH, block=BLOCK, loads={"p": [fo.Traction("punch", "roof", y=1.0)]}),
-    "loads: {}; give at least one": dict(SUPPORTS, punch=PUNCH, block=BLOCK, loads={}),
-    r"loads\['p'\]: no traction": dict(SUPPORTS, punch=PUNCH, block=BLOCK, loads={"p": []}),
-    "load case name 3": dict(SUPPORTS, punch=PUNCH, block=BLOCK, loads={3: LOADS["p"]}),
-    r"interface of the punch: boundary \[1\]": dict(SUPPORTS, punch=PUNCH, block=BLOCK, interface=[1]),
-    r"loads\['p'\]: 3; give a list of Traction": dict(SUPPORTS, punch=PUNCH, block=BLOCK, loads={"p": 3}),
+    "at (-1, 0.5): the faces do not touch, they are 0.5 apart": {"bodies": {**BOTH, "punch": moved(PUNCH, [0.0, 0.5])}},
+    "at (-1, -0.01): the bodies overlap by 0.01": {"bodies": {**BOTH, "punch": moved(PUNCH, [0.0, -0.01])}},
+    "from (-0.5, 0) to (1.5, 0), faces nothing of body 'block'": {"bodies": {**BOTH, "punch": moved(PUNCH, [0.5, 0.0])}},
+    "'punch' and 'block' lie on the same side of it": {"bodies": {**BOTH, "punch": mirrored(PUNCH)}},
+    "lie on the same side of it, they overlap": {"bodies": {**BOTH, "block": mirrored(BLOCK)}},
+    "boundary 'two sides' is in several pieces, one at": {
+        "bodies": {**BOTH, "punch": CORNERED},
+        "contacts": [fo.Contact("punch", "block", "two sides")],
+    },
+    "boundary 'outline' touches itself at (1, 1)": {"bodies": {**BOTH, "punch": PINCHED}, "contacts": [fo.Contact("punch", "block", "outline")]},
+    "node 0 of body 'punch' at (-1, 0) is in 'contact' and in 'left'; let a corner belong to one": {
+        "bodies": {**BOTH, "wall": WALL},
+        "contacts": [fo.Contact("punch", "block"), fo.Contact("punch", "wall", "left", "wall")],
+    },
+    "of body 'punch' at (-1, 0) is body 1's in 'contact' and body 2's in 'wall'": {
+        "bodies": {**BOTH, "wall": WALL},
+        "contacts": [fo.Contact("punch", "block"), fo.Contact("wall", "punch", "wall", "left")],
+    },
+    "contact 'contact', body 'punch': boundary 'joint' is unknown; this mesh names": {
+        "contacts": [fo.Contact("punch", "block", "joint", name="contact")]
+    },
+    "contacts: body 'bolt' is unknown; this model has ['block', 'punch']": {"contacts": [fo.Contact("bolt", "block")]},
+    "contacts: two are called 'contact'": {"contacts": [fo.Contact("punch", "block")] * 2},
+    "contacts: none, with 3 bodies": {"bodies": {**BOTH, "wall": WALL}},
+    "contacts: ['contact']; give a list of Contact": {"contacts": ["contact"]},
+    "bodies['punch']: a MeshQuad1; give a Body": {"bodies": {**BOTH, "punch": PUNCH.mesh}},
+    "bodies: []; give a mapping": {"bodies": []},
+    "bodies: name: 3; give a printable text": {"bodies": {3: PUNCH, "block": BLOCK}},
+    "supports: body 'bolt' is unknown": {"supports": [fo.Support("bolt", "top")]},
+    "supports: ['bottom']; give a list of Support": {"supports": ["bottom"]},
+    "no node at (0.0, 5.0)": {"supports": [fo.Support("block", (0.0, 5.0))]},
+    "loads['p']: body 'bolt' is unknown": {"loads": {"p": [fo.Traction("bolt", "top", y=1.0)]}},
+    "loads['p']: boundary 'roof' is unknown": {"loads": {"p": [fo.Traction("punch", "roof", y=1.0)]}},
+    "loads['fit']: contact 'bore' is unknown; this model has ['contact']": {"loads": {"fit": [fo.Interference("bore", 0.1)]}},
+    "loads: {}; give at least one": {"loads": {}},
+    "loads['p']: no load; give at least one": {"loads": {"p": []}},
+    "load case name 3": {"loads": {3: LOADS["p"]}},
+    "loads['p']: 3; give a list of Traction or Interference": {"loads": {"p": 3}},
 }
 
 
 @pytest.mark.parametrize("message", BAD_MODELS)
 def test_bad_models_are_refused(message):
-    with pytest.raises(fo.ModelError, match=message):
-        fo.ContactModel(**BAD_MODELS[message])
+    with pytest.raises(fo.ModelError, match=re.escape(message)):
+        fo.ContactModel(**{**GOOD, **BAD_MODELS[message]})
+
+
+UNHELD = {
+    "supports: 1 rigid motions of the glued bodies at node 0, (-1, 0)": {"supports": FREE[:1]},
+    "supports: 3 rigid motions of the glued bodies": {"supports": []},
+    "supports: 2 rigid motions of the glued bodies": {"supports": [fo.Support("block", (-0.5, -1.0), "x")]},
+    "supports: 3 rigid motions of the glued bodies at node 24, (-1, 2), are not prevented": {
+        "bodies": {**BOTH, "floor": FLOOR},
+        "contacts": [fo.Contact("punch", "block")],
+    },
+    "of body 1 at (-1, 0) is held; hold body 1 elsewhere, or exchange the bodies": {"supports": [*FREE, fo.Support("punch", "left", "x")]},
+}
+
+
+@pytest.mark.parametrize("message", UNHELD)
+def test_bodies_that_are_not_held_or_held_on_the_contact_are_refused(message):
+    with pytest.raises(fo.ModelError, match=re.escape(message)):
+        fo.ContactModel(**{**GOOD, **UNHELD[message]}).condense()
 
 
 def test_bad_parts_are_refused():
@@ -128,12 +164,14 @@ def test_bad_parts_are_refused():
         lambda: fo.Body(square, element="Q2"): "element: 'Q2'; give 'linear' or 'mean_dilatation'",
         lambda: fo.Body(MeshTet()): "mesh: a MeshTet1; give a MeshTri or a MeshQuad",
         lambda: fo.Body(MeshTri2()): "mesh: a MeshTri2; give a MeshTri or a MeshQuad",
-        lambda: fo.Support("bolt", "top"): "body: 'bolt'",
         lambda: fo.Support("punch", "top", "z"): "directions: 'z'",
         lambda: fo.Support("punch", 3.0): "where: 3.0",
         lambda: fo.Support("punch", (0.0, np.nan)): "where: nan",
         lambda: fo.Traction("punch", "top", x=np.inf): "traction x: inf",
-        lambda: fo.Traction("foundation", "top"): "body: 'foundation'",
+        lambda: fo.Contact("punch", "punch"): "a face cannot touch itself",
+        lambda: fo.Contact("punch", 3): "body_2: 3; give the name of a body",
+        lambda: fo.Contact("punch", "block", gap=0.1): "gap: 0.1; give 'measured'",
+        lambda: fo.Interference("contact", -1.0): "amount: -1.0",
         lambda: fo.Traction("punch", ["top"]): r"boundary: \['top'\]",
         lambda: fo.Support(["punch"], "top"): r"body: \['punch'\]",
         lambda: fo.Support("punch", "top", np.array(["x", "y"])): "directions: array",
@@ -151,19 +189,16 @@ def test_bad_elements_are_refused():
             fo.Body(MeshQuad(points, square.t, sort_t=False))
 
 
-def test_a_punch_in_a_socket_is_accepted_and_one_turned_over_is_not():
+def test_a_punch_in_a_socket_is_accepted():
     """Which body is above is a matter of the elements at the interface, not of where most nodes are."""
-    punch, block = bodies()
-    walls = MeshQuad.init_tensor([-3.0, -2.0, *X, 2.0, 3.0], [-1.0, 0.0, 5.0, 5.1, 5.2, 5.3])
+    punch = blocks()["punch"]
+    walls = MeshQuad.init_tensor([-3.0, -2.0, -1.0, -0.5, 0.1, 1.0, 2.0, 3.0], [-1.0, 0.0, 5.0, 5.1, 5.2, 5.3])
     centre = walls.p[:, walls.t].mean(axis=1)
     walls = walls.remove_elements(np.flatnonzero((np.abs(centre[0]) < 2) & (centre[1] > 0)))
     walls = walls.with_boundaries({"contact": lambda x: (x[1] == 0.0) & (np.abs(x[0]) < 1), "bottom": lambda x: x[1] == -1.0})
     load = {"p": [fo.Traction("punch", "top", y=-1.0)]}
-    system = fo.ContactModel(punch, fo.Body(walls), supports=[fo.Support("block", "bottom")], loads=load).condense()
+    system = fo.ContactModel({"punch": punch, "block": fo.Body(walls)}, supports=[fo.Support("block", "bottom")], loads=load).condense()
     assert system.reaction({"p": 1.0})[1].sum() == pytest.approx(2.0, rel=1e-12)
-    over = fo.Body(MeshQuad(punch.mesh.p * [[1.0], [-1.0]], punch.mesh.t).with_boundaries(punch.mesh.boundaries))
-    with pytest.raises(fo.ModelError, match="punch: it lies below the interface"):
-        fo.ContactModel(over, block, **SUPPORTS)
 
 
 @pytest.mark.parametrize("contrast", [1e-6, 1e-3, 1e3, 1e6])
@@ -171,9 +206,9 @@ def test_bodies_of_very_different_stiffness(contrast):
     """Compliances of the two bodies add: with the block held everywhere but near the interface, against dense algebra in series."""
     from frictopt.fem.elasticity import body_stiffness
 
-    punch, block = bodies()[0], fo.Body(bodies()[1].mesh, fo.Material(E=contrast))
+    punch, block = blocks()["punch"], fo.Body(blocks()["block"].mesh, fo.Material(E=contrast))
     held = [fo.Support("block", "bottom"), fo.Support("punch", "top")]
-    S = fo.ContactModel(punch, block, supports=held, loads={"tau": [fo.Traction("block", "left", x=1.0)]}).condense().S
+    S = fo.ContactModel({"punch": punch, "block": block}, supports=held, loads={"tau": [fo.Traction("block", "left", x=1.0)]}).condense().S
 
     def own(body, y_held):
         K = body_stiffness(body.mesh, body.material).toarray()
@@ -190,17 +225,9 @@ def test_bodies_of_very_different_stiffness(contrast):
 
 
 def test_an_interior_boundary_is_refused():
-    punch = bodies()[0]
-    inner = punch.mesh.with_boundaries({"contact": lambda x: np.isclose(x[1], 0.4)}, boundaries_only=False)
+    inner = blocks()["punch"].mesh.with_boundaries({"contact": lambda x: np.isclose(x[1], 0.4)}, boundaries_only=False)
     with pytest.raises(fo.ModelError, match="facets inside the body"):
-        fo.ContactModel(fo.Body(inner), BLOCK, **SUPPORTS)
-
-
-def test_a_tilted_interface_is_refused():
-    turn = np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])
-    punch, block = (fo.Body(type(body.mesh)(turn @ body.mesh.p, body.mesh.t).with_boundaries(body.mesh.boundaries)) for body in bodies())
-    with pytest.raises(fo.ModelError, match="interface: y varies"):
-        fo.ContactModel(punch, block, supports=[fo.Support("block", "bottom")], loads=LOADS)
+        fo.ContactModel({"punch": fo.Body(inner), "block": BLOCK}, FREE, LOADS)
 
 
 @pytest.mark.parametrize("order", [[0, 1, 2, 3], [3, 2, 1, 0]])

@@ -90,6 +90,7 @@ FRICTION, BONDED, SLIP = 0.6, (np.array([0.1, 0.1]), np.array([1.0, 1.0])), np.a
 ASKED = {"system": CONTACT, "cycle": CYCLE, "friction": FRICTION}
 SCENE = fo.PunchOnHalfPlane(elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0)
 MODEL = SCENE.model()
+SPLIT = MODEL.bodies["punch"].mesh.with_subdomains({"all": lambda x: x[1] > -1})
 LINE = reference.LineContact(1.0, 2.0, 3.0, 0.5)
 NODE = {"A": 1.0, "B": 0.2, "q0": 0.1, "p0": 1.0, "q1": 0.5, "p1": 0.1, "f": 0.5}
 PAIR = {name: [value, value] for name, value in NODE.items()} | {"A": [[1.0, -0.4], [-0.4, 1.0]], "B": [[0.1, 0.0], [0.0, 0.1]]}
@@ -99,12 +100,11 @@ INCREMENT = {"slip": SLIP, "bonded": BONDED}
 CORNER = reference.bonded_corner()[0]
 
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
-    "Body": (fo.Body, {"mesh": MODEL.punch.mesh}),
-    "Body.boundary_nodes": (MODEL.punch.boundary_nodes, {"name": "contact", "argument": "name"}),
-    "Body.force": (MODEL.punch.force, {"traction": MODEL.loads["P"][0]}),
-    "ContactModel": (fo.ContactModel, {name: getattr(MODEL, name) for name in ("punch", "block", "supports", "loads")}),
-    "ContactModel.body": (MODEL.body, {"name": "punch"}),
-    "ContactModel.interface_nodes": (MODEL.interface_nodes, {"name": "punch"}),
+    "Body": (fo.Body, {"mesh": MODEL.bodies["punch"].mesh}),
+    "Body.boundary_nodes": (MODEL.bodies["punch"].boundary_nodes, {"name": "contact", "argument": "name"}),
+    "Body.force": (MODEL.bodies["punch"].force, {"traction": MODEL.loads["P"][0]}),
+    "Contact": (fo.Contact, {"body_1": "punch", "body_2": "block"}),
+    "ContactModel": (fo.ContactModel, {name: getattr(MODEL, name) for name in ("bodies", "supports", "loads", "contacts")}),
     "ContactSystem": (
         fo.ContactSystem,
         {"A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2), "x": [0.0, 1.0], "bonded": {"mean": BONDED}, "gap": [0.0, 0.1], "E_star": 1.0},
@@ -114,6 +114,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "ContactSystem.reaction": (CONTACT.reaction, {"loads": {"mean": 1.0}}),
     "ContactSystem.save": (CONTACT.save, {"path": "saved"}),
     "ContactSystem.with_bonded": (CONTACT.with_bonded, {"cases": {"other": BONDED}}),
+    "ContactSystem.with_interference": (CONTACT.with_interference, {"cases": {"fit": [0.1, 0.0]}}),
     "ContactSystem.with_gap": (CONTACT.with_gap, {"gap": [0.0, 0.1]}),
     "GuaranteedLimit.answers": (fo.guaranteed_limit(**ASKED).answers, ASKED),
     "GuaranteedModel": (fo.GuaranteedModel, {"system": CONTACT, "cycle": CYCLE}),
@@ -131,6 +132,19 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "ShakedownModel": (fo.ShakedownModel, {"system": CONTACT, "cycle": CYCLE}),
     "ShakedownModel.solve": (fo.ShakedownModel(CONTACT, CYCLE).solve, {"friction": FRICTION}),
     "ShakedownModel.sweep": (fo.ShakedownModel(CONTACT, CYCLE).sweep, {"frictions": [0.3, FRICTION]}),
+    "condense": (
+        fo.condense,
+        {
+            "K": np.diag([2.0, 3.0, 2.0, 3.0]),
+            "loads": {"P": [0.1, -1.0, 0.1, -1.0]},
+            "pairs": [[0, 2], [1, 3]],
+            "normals": [0.0, 1.0],
+            "unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]],
+            "points": [[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [1.0, 0.0]],
+        },
+    ),
+    "split_bodies": (fo.split_bodies, {"mesh": SPLIT, "materials": {"all": fo.Material()}}),
+    "Interference": (fo.Interference, {"contact": "contact", "amount": 0.1}),
     "Support": (fo.Support, {"body": "punch", "where": "top"}),
     "Traction": (fo.Traction, {"body": "punch", "boundary": "top"}),
     "dissipation_study": (
@@ -207,6 +221,7 @@ MADE_BY_US = {  # results, which no user makes
     *("GuaranteeCheck", "GuaranteedLimit", "LimitKind", "Onset", "OnsetEvent", "Outcome", "SafeSlip", "ShakedownLimit", "SolveRecord", "SteadyState"),
     *("Trajectory", "Verdict", "Attempt", "ComplementarityProblem", "ContactArrays", "CornerMode", "Increment", "TwoNodeLimits"),
 }
+NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes
 MAY_BE_NAN = {"v", "w", "q", "p", "previous_slip"}  # in a claimed state, which is then infinitely wrong
 
 
@@ -269,6 +284,7 @@ def test_an_odd_value_gives_an_answer_or_an_error_of_ours(name, tmp_path, monkey
             except (Exception, TooLong) as error:
                 faults.append(f"{argument}={label}: {type(error).__name__}: {str(error)[:100]}")
             else:
-                if label in NEVER and not (name == "referee" and argument in MAY_BE_NAN and label == "nan in a list"):
+                wrong_state = name == "referee" and argument in MAY_BE_NAN and label == "nan in a list"
+                if label in NEVER and not wrong_state and not (argument == "contact" and label in NAMES):
                     faults.append(f"{argument}={label}: accepted")
     assert not faults, "\n" + "\n".join(faults)

@@ -56,9 +56,9 @@ def test_numbers_of_any_kind_make_the_same_scene():
 
 def test_default_has_the_papers_size():
     model = fo.PunchOnHalfPlane().model()
-    unknowns = 2 * (model.punch.mesh.p.shape[1] + model.block.mesh.p.shape[1])
+    unknowns = 2 * sum(body.mesh.p.shape[1] for body in model.bodies.values())
     assert 45_000 < unknowns < 55_000
-    assert len(model.interface_nodes("punch")) == 125
+    assert len(model.bodies["punch"].boundary_nodes("contact", "contact")) == 125
 
 
 @pytest.mark.parametrize("elements", [2, 16, 64])
@@ -121,7 +121,7 @@ def test_bonded_corner_has_the_exponents_and_ratios_of_the_three_quarter_plane()
 
 def test_accuracy_that_is_lost_is_said():
     stiff = fo.PunchOnHalfPlane(elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(1e14))
-    with pytest.raises(fo.ModelError, match="equilibrium of the punch"):
+    with pytest.raises(fo.ModelError, match="equilibrium of the bodies"):
         stiff.condense()
     for contrast in (1e-6, 1e6):
         scene = fo.PunchOnHalfPlane(elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(contrast))
@@ -130,7 +130,7 @@ def test_accuracy_that_is_lost_is_said():
 
 def test_sizes_need_not_add_up_in_floating_point():
     model = fo.PunchOnHalfPlane(elements=4, half_width=0.2, punch_height=0.4, block_half_width=0.9, block_depth=0.9).model()
-    assert model.block.mesh.p[0].max() == 0.9 and len(model.block.mesh.boundaries["left"]) > 0
+    assert model.bodies["block"].mesh.p[0].max() == 0.9 and len(model.bodies["block"].mesh.boundaries["left"]) > 0
 
 
 @pytest.mark.parametrize("support", ["rollers", "clamped"])

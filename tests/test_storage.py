@@ -16,7 +16,8 @@ import frictopt as fo
 from frictopt.contact import storage
 from systems import random_system
 
-SOME = replace(random_system(np.random.default_rng(1), 3), gap=[0.0, 0.5, 0.25], E_star=3.0)
+PLACED = {"points": [[0, 0], [1, 0], [1, 1]], "normals": [[0, 1], [0.6, 0.8], [1, 0]], "contact": ["é", "é", "right"], "width": [1, 2, 0.5]}
+SOME = replace(random_system(np.random.default_rng(1), 3), gap=[0.0, 0.5, 0.25], E_star=3.0, **PLACED)
 NAMES = st.text(st.characters(categories=["L", "N", "P", "S", "Zs"]).filter(str.isprintable), min_size=1, max_size=12)
 
 
@@ -27,7 +28,8 @@ def folder(tmp_path_factory):
 
 def content(system):
     arrays = {name: getattr(system, name).tobytes() for name in ("A", "B", "C", "x", "gap")}
-    return {**arrays, "E_star": system.E_star, **{f"bonded {name}": (q.tobytes(), p.tobytes()) for name, (q, p) in system.bonded.items()}}
+    known = {name: None if getattr(system, name) is None else getattr(system, name).tolist() for name in PLACED}
+    return {**arrays, **known, "E_star": system.E_star, **{f"bonded {name}": (q.tobytes(), p.tobytes()) for name, (q, p) in system.bonded.items()}}
 
 
 def saved(path, system=SOME, **changes):
@@ -62,13 +64,19 @@ def refused(path):
     gap=st.booleans(),
     modulus=st.none() | st.floats(1e-9, 1e9),
     names=st.lists(NAMES, min_size=1, max_size=4, unique=True),
+    placed=st.sets(st.sampled_from(sorted(PLACED))),
+    contact=NAMES,
 )
-def test_saved_systems_come_back_bit_by_bit(folder, nodes, seed, scale, gap, modulus, names):
+def test_saved_systems_come_back_bit_by_bit(folder, nodes, seed, scale, gap, modulus, names, placed, contact):
     rng = np.random.default_rng(seed)
     system = random_system(rng, nodes)
     bonded = {name: (rng.normal(size=nodes), rng.normal(size=nodes)) for name in names}
     blocks = (scale * block for block in (system.A, system.B, system.C))
-    system = fo.ContactSystem(*blocks, system.x, bonded, rng.random(nodes) if gap else None, modulus)
+    turns = rng.uniform(-4, 4, nodes)
+    normals = np.column_stack([np.cos(turns), np.sin(turns)])
+    where = {"points": rng.normal(size=(nodes, 2)), "normals": normals, "contact": [contact] * nodes, "width": 1 + rng.random(nodes)}
+    known = {name: where[name] for name in placed}
+    system = fo.ContactSystem(*blocks, system.x, bonded, rng.random(nodes) if gap else None, modulus, **known)
     system.save(folder / "a system")
     again = fo.ContactSystem.load(folder / "a system")
     assert content(again) == content(system) and list(again.bonded) == names

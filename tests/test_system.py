@@ -40,7 +40,14 @@ BAD = {
     "gap: a masked array": {"gap": [np.ma.masked_array([0.0, 1.0]), 2.0]},
     "x: a masked array or raw bytes": {"x": bytearray(b"AB")},
     "load case name 3": {"bonded": {3: ([0.0, 0.0], [1.0, 1.0])}},
+    "points: shape (2,), expected (2, 2)": {"points": [0.0, 1.0]},
+    "normals: length 2 at node 1; give normals of length 1": {"normals": [[0.0, 1.0], [0.0, 2.0]]},
+    "contact: 1 names for 2 nodes": {"contact": ["one"]},
+    "contact of node 1: 3; give a printable text": {"contact": ["one", 3]},
+    "contact: 'contact'; give a list": {"contact": "contact"},
+    "width: -1 at node 1; give the length that the node collects, > 0": {"width": [1.0, -1.0]},
 }
+PLACED = {"points": [[0, 0], [0, 1]], "normals": [[1, 0], [0.6, 0.8]], "contact": ["left", "right"], "width": [1.0, 2.0]}
 
 
 @pytest.mark.parametrize("message", BAD)
@@ -118,3 +125,36 @@ def test_a_condensed_scene_knows_its_contact_modulus():
     bodies = fo.Material(E=210.0, nu=0.3), fo.Material(E=70.0, nu=0.33)
     scene = fo.PunchOnHalfPlane(elements=4, punch_material=bodies[0], block_material=bodies[1])
     assert scene.condense().E_star == pytest.approx(fo.reference.contact_modulus(210.0, 0.3, 70.0, 0.33), rel=1e-14)
+
+
+def test_points_normals_names_and_widths_are_kept_shown_and_read_only():
+    plain, placed = fo.ContactSystem(**GOOD), fo.ContactSystem(**GOOD, **PLACED)
+    for name, values in PLACED.items():
+        assert getattr(plain, name) is None and getattr(placed, name).tolist() == values
+        assert getattr(placed.with_gap([0, 0.1]), name).tolist() == values and getattr(pickle.loads(pickle.dumps(placed)), name).tolist() == values
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(placed, name)[0] = getattr(placed, name)[1]
+    assert repr(placed) == "ContactSystem(nodes=2, x=0 .. 1, contacts=['left', 'right'], loads=['P'], gap=False)"
+    assert repr(plain) == "ContactSystem(nodes=2, x=0 .. 1, loads=['P'], gap=False)"
+    assert list(plain.to_frame()) == ["node", "x", "gap"]
+    table = placed.to_frame()
+    assert list(table) == ["node", "x", "gap", "contact", "point_x", "point_y", "normal_x", "normal_y", "width"]
+    assert table["normal_y"].tolist() == [0.0, 0.8] and table["contact"].tolist() == ["left", "right"]
+    with pytest.raises(fo.ModelError, match="contact: 'a' begins again at node 2"):
+        replace(random_system(np.random.default_rng(0), 3), contact=["a", "b", "a"])
+
+
+def test_an_interference_closes_as_a_negative_gap_would():
+    system = random_system(np.random.default_rng(3), 4)
+    d = np.array([0.0, 0.1, 0.2, 0.0])
+    q, p = system.with_interference({"fit": d, "one": 0.5}).reaction({"mean": 1.0, "fit": 2.0})
+    assert np.allclose(np.r_[q, p], np.r_[system.bonded["mean"]] + system.S @ np.r_[np.zeros(4), 2.0 * d])
+    for cases, message in (
+        (3, "cases: a int"),
+        ({"fit": -d}, "overlap -0.2 at node 2"),
+        ({"fit": [1.0]}, "shape"),
+        ({3: 1.0}, "load case name 3"),
+        ({"fit": np.nan}, "nan"),
+    ):
+        with pytest.raises(fo.ModelError, match=message):
+            system.with_interference(cases)

@@ -13,8 +13,12 @@ from ..errors import ModelError
 __all__ = [
     "LARGEST_SEED",
     "Array",
+    "Names",
     "check_name",
+    "check_text",
+    "checked_contact",
     "checked_loads",
+    "checked_overlaps",
     "choice",
     "finite_array",
     "finite_number",
@@ -24,6 +28,7 @@ __all__ = [
     "listed",
     "real_array",
     "shown",
+    "whole_array",
     "whole_number",
 ]
 
@@ -32,6 +37,7 @@ LARGEST_SEED = 2**63 - 1
 """Largest seed of a random choice: the largest whole number that a column of a table holds."""
 
 Array: TypeAlias = np.ndarray[Any, np.dtype[np.float64]]
+Names: TypeAlias = np.ndarray[Any, np.dtype[np.str_]]
 T = TypeVar("T")
 
 
@@ -110,10 +116,48 @@ def checked_loads(name: str, loads: Any) -> Mapping[str, float]:
     return MappingProxyType({case: finite_number(f"{name}[{case!r}]", amplitude) for case, amplitude in loads.items()})
 
 
+def checked_overlaps(name: str, cases: Any, n: int) -> dict[str, Array]:
+    """Check interferences, load case name -> overlap >= 0, one number or (n,), and return (n,) overlaps."""
+    if not isinstance(cases, Mapping):
+        raise ModelError(f"{name}: a {type(cases).__name__}; give a mapping, load case name -> overlap")
+    overlaps = {}
+    for case, overlap in cases.items():
+        check_name(name, case)
+        argument = f"{name}[{case!r}]"
+        d = finite_array(argument, overlap, (n,) if real_array(argument, overlap).ndim else None)
+        if d.min() < 0:
+            raise ModelError(f"{argument}: overlap {d.min():g} at node {int(d.argmin())}; give overlaps >= 0, and an opening as a gap")
+        overlaps[case] = np.broadcast_to(d, n)
+    return overlaps
+
+
+def checked_contact(argument: str, contact: Any, n: int) -> Names:
+    """Check the names of the contacts of n nodes, each name in one run of nodes, and return them read-only."""
+    names = listed(argument, contact)
+    if len(names) != n:
+        raise ModelError(f"{argument}: {len(names)} names for {n} nodes; give the name of the contact of each node")
+    for i, name in enumerate(names):
+        check_text(f"{argument} of node {i}", name, "a printable text")
+    begun: set[str] = set()
+    for i, name in enumerate(names):
+        if i and name != names[i - 1] and name in begun:
+            raise ModelError(f"{argument}: {shown(name)} begins again at node {i}; order the nodes contact after contact")
+        begun.add(name)
+    copy = np.array(names, dtype=np.str_)
+    copy.flags.writeable = False
+    return copy
+
+
 def check_name(argument: str, name: Any) -> None:
     """Check the name of a load case: a printable text."""
     if not isinstance(name, str) or not name or not name.isprintable():
         raise ModelError(f"{argument}: load case name {shown(name)}; give a printable text")
+
+
+def check_text(argument: str, value: Any, meaning: str) -> None:
+    """Check a printable text; error messages say what it means."""
+    if not isinstance(value, str) or not value or not value.isprintable():
+        raise ModelError(f"{argument}: {shown(value)}; give {meaning}")
 
 
 def choice(name: str, value: T, options: Collection[str]) -> T:
@@ -135,6 +179,16 @@ def whole_number(name: str, value: Any, *, least: int, most: int = 10**6) -> int
     if not isinstance(value, int | np.integer) or isinstance(value, bool | np.timedelta64) or not least <= value <= most:
         raise ModelError(f"{name}: {shown(value)}; it must be a whole number of at least {least} and at most {most}")
     return int(value)
+
+
+def whole_array(name: str, values: Any, shape: tuple[int | None, ...], *, least: int, most: int) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Check that `values` is an array of integers from `least` to `most`, of `shape` (None in it: any length), and return a copy."""
+    numbers = finite_array(name, values, shape)
+    fits = (numbers == np.round(numbers)) & (numbers >= least) & (numbers <= most)
+    if not fits.all():
+        where = tuple(int(i) for i in np.argwhere(~fits)[0])
+        raise ModelError(f"{name}: {numbers[where]:g} at index {where if len(where) > 1 else where[0]}; give integers from {least} to {most}")
+    return numbers.astype(np.intp)
 
 
 def shown(value: Any) -> str:

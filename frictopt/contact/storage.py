@@ -13,8 +13,9 @@ from .checks import Array, finite_array, shown
 
 __all__ = ["NAMES", "read", "write"]
 
-NAMES = ("A", "B", "C", "x", "gap", "E_star")
-_FORMAT = "frictopt contact system 2"
+NAMES = ("A", "B", "C", "x", "gap", "E_star", "points", "normals", "contact", "width")
+_OPTIONAL = {"gap": 1, "width": 1, "points": 2, "normals": 2}  # columns of a file of N rows in a folder
+_FORMAT = "frictopt contact system 3"
 _MEMBERS = ("format", *NAMES, "cases", "bonded", "digest")
 _MOST_NODES = 20_000  # in a folder: S then takes 13 GB, which a short damaged file could ask for
 
@@ -68,7 +69,8 @@ def _read_archive(path: Path) -> dict[str, Any]:
             raise ValueError("its content has changed since it was saved")
         names, bonded = arrays.pop("cases").tolist(), arrays.pop("bonded")
         modulus = arrays.pop("E_star")
-        return {**arrays, "E_star": modulus.item() if modulus.size else None, "bonded": {name: tuple(bonded[k]) for k, name in enumerate(names)}}
+        known = {name: array if array.size else None for name, array in arrays.items()}
+        return {**known, "E_star": modulus.item() if modulus.size else None, "bonded": {name: tuple(bonded[k]) for k, name in enumerate(names)}}
     except Exception as error:  # readers raise many kinds of error on a damaged or foreign file
         raise ModelError(f"path: {str(path)!r} is not a contact system ({shown(error)}); give a file as ContactSystem.save writes it") from error
 
@@ -83,18 +85,21 @@ def _member(archive: zipfile.ZipFile, name: str) -> np.ndarray:
 
 def _read_folder(path: Path) -> dict[str, Any]:
     files = {file.stem: file for file in sorted(path.glob("*.mtx"))}
-    unknown = [name for name in files if name not in NAMES and not name.startswith("bonded.")]
+    plain = {"A", "B", "C", "x", "E_star", *_OPTIONAL}
+    unknown = [name for name in files if name not in plain and not name.startswith("bonded.")]
     if unknown:
         raise ModelError(f"path: {str(path)!r} holds the unknown files {', '.join(unknown)}; remove them, or call load cases bonded.NAME")
-    missing = [name for name in NAMES if name not in files and name not in ("gap", "E_star")]
+    missing = [name for name in ("A", "B", "C", "x") if name not in files]
     if missing:
         raise ModelError(f"path: {str(path)!r} has no {', '.join(missing)}; it needs A, B, C and x, and one bonded.NAME for each load case")
     x = _read_matrix_market(files["x"], (None, 1))
-    shapes = {"x": x.shape, "gap": x.shape, "E_star": (1, 1), **dict.fromkeys("ABC", (len(x), len(x)))}
-    found = {name: _read_matrix_market(file, shapes.get(name, (len(x), 2))) for name, file in files.items()}
-    bonded = {name.removeprefix("bonded."): tuple(found.pop(name).T) for name in list(found) if name not in NAMES}
-    modulus = found.pop("E_star", None)
-    return {**found, "x": x.ravel(), "gap": found.get("gap", x[:0]).ravel(), "E_star": None if modulus is None else modulus.item(), "bonded": bonded}
+    n = len(x)
+    shapes = {"x": (n, 1), "E_star": (1, 1), **dict.fromkeys("ABC", (n, n)), **{name: (n, columns) for name, columns in _OPTIONAL.items()}}
+    found = {name: _read_matrix_market(file, shapes.get(name, (n, 2))) for name, file in files.items()}
+    bonded = {name.removeprefix("bonded."): tuple(found.pop(name).T) for name in list(found) if name not in plain}
+    columns = {name: values.ravel() if values.shape == (n, 1) and name not in "ABC" else values for name, values in found.items()}
+    modulus = columns.pop("E_star", None)
+    return {**columns, "E_star": None if modulus is None else modulus.item(), "bonded": bonded}
 
 
 def _read_matrix_market(path: Path, shape: tuple[int | None, int]) -> Array:

@@ -9,10 +9,11 @@ from typing import Any, Self
 import numpy as np
 
 from ..errors import ModelError
-from ..tolerances import CONDENSATION
+from ..tolerances import UNIT_LENGTH
 from . import storage
-from .checks import Array, check_name, checked_loads, finite_array, finite_number, frozen, real_array, shown
-from .show import Shown
+from .checks import Array, Names, check_name, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array, shown
+from .show import Shown, frame
+from .stiffness import check_semi_definite, symmetrised
 
 __all__ = ["ContactSystem", "checked_system"]
 
@@ -27,7 +28,9 @@ class ContactSystem(Shown):
         q = q^w + A v + B^T (w - gap)         tangential, along +x
         p = p^w + B v + C (w - gap)           normal, compression positive
 
-    with `v` along +x, `w` opening positive, and the bonded reactions `q^w, p^w` (interface glued) linear in the loads.
+    with `v` along +x, `w` opening positive, and the bonded reactions `q^w, p^w` (interface glued) linear in the loads. On a contact that is not
+    straight, or on several of them, each node has its own directions: `w` along its normal, from body 2 into body 1, and `v` along its tangent,
+    the normal turned by -90 degrees (normal +y, tangent +x). `x` is then the arc length, one contact after the other.
 
     Parameters
     ----------
@@ -42,12 +45,21 @@ class ContactSystem(Shown):
     E_star
         Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It only serves as a unit of dimensionless results.
         None: not known.
+    points
+        (N, 2) coordinates of the nodes, length. None: not known.
+    normals
+        (N, 2) normals of unit length, from body 2 into body 1. None: not known.
+    contact
+        (N,) name of the contact that each node belongs to; the nodes of one contact follow each other. None: not known.
+    width
+        (N,) tributary lengths > 0: reactions over width are mean tractions. None: not known.
 
     Raises
     ------
     ModelError
         Wrong shape or type, entries not finite, S not symmetric or not positive semi-definite up to rounding, negative gap, x not
-        increasing, no load case. Rounding asymmetry is removed: A and C are stored symmetrised.
+        increasing, no load case, normals not of unit length, a contact in several pieces, width not positive. Rounding asymmetry is removed:
+        A and C are stored symmetrised.
 
     Examples
     --------
@@ -73,6 +85,10 @@ class ContactSystem(Shown):
     bonded: Mapping[str, tuple[Array, Array]]
     gap: Array = field(default_factory=lambda: frozen([]))
     E_star: float | None = None
+    points: Array | None = None
+    normals: Array | None = None
+    contact: Names | None = None
+    width: Array | None = None
 
     def __post_init__(self) -> None:
         x = finite_array("x", self.x, (None,))
@@ -83,8 +99,8 @@ class ContactSystem(Shown):
             first = int(np.argmax(np.diff(x) <= 0))
             raise ModelError(f"x: x[{first + 1}] = {x[first + 1]:g} does not exceed x[{first}] = {x[first]:g}; order the nodes along the interface")
         A, B, C = (finite_array(name, getattr(self, name), (n, n)) for name in "ABC")
-        A, C = _symmetrised("A", A), _symmetrised("C", C)
-        _check_semi_definite(A, B, C)
+        A, C = symmetrised("A", A), symmetrised("C", C)
+        check_semi_definite(A, B, C)
         none = self.gap is None or real_array("gap", self.gap).size == 0
         gap = frozen(np.zeros(n)) if none else finite_array("gap", self.gap, (n,))
         if gap.min() < 0:
@@ -98,14 +114,32 @@ class ContactSystem(Shown):
             "C": C,
             "gap": gap,
             "bonded": _checked_bonded("bonded", self.bonded, n),
+            "points": None if self.points is None else finite_array("points", self.points, (n, 2)),
+            "normals": None if self.normals is None else _checked_normals(self.normals, n),
+            "contact": None if self.contact is None else checked_contact("contact", self.contact, n),
+            "width": None if self.width is None else _checked_width(self.width, n),
         }.items():
             object.__setattr__(self, name, value)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.A, self.B, self.C, self.x, dict(self.bonded), self.gap, self.E_star)
+        rest = self.gap, self.E_star, self.points, self.normals, self.contact, self.width
+        return type(self), (self.A, self.B, self.C, self.x, dict(self.bonded), *rest)
 
     def _answer(self) -> Mapping[str, Any]:
-        return {"nodes": self.nodes, "x": f"{self.x[0]:g} .. {self.x[-1]:g}", "loads": sorted(self.bonded), "gap": bool(self.gap.any())}
+        names = [] if self.contact is None else list(dict.fromkeys(self.contact.tolist()))
+        several = {"contacts": names} if len(names) > 1 else {}
+        span = f"{self.x[0]:g} .. {self.x[-1]:g}"
+        return {"nodes": self.nodes, "x": span, **several, "loads": sorted(self.bonded), "gap": bool(self.gap.any())}
+
+    def to_frame(self) -> Any:
+        """A pandas DataFrame with one row for each node: node, x, gap and, as far as they are known, contact, point, normal and width."""
+        columns: dict[str, Any] = {"node": np.arange(self.nodes), "x": self.x, "gap": self.gap}
+        if self.contact is not None:
+            columns["contact"] = self.contact
+        for name, values in (("point", self.points), ("normal", self.normals)):
+            if values is not None:
+                columns |= {f"{name}_{axis}": column for axis, column in zip("xy", values.T, strict=True)}
+        return frame(columns if self.width is None else {**columns, "width": self.width})
 
     @property
     def nodes(self) -> int:
@@ -155,6 +189,26 @@ class ContactSystem(Shown):
         """
         return replace(self, bonded={**self.bonded, **_checked_bonded("cases", cases, self.nodes)})
 
+    def with_interference(self, cases: Mapping[str, Any]) -> Self:
+        """Copy with load cases that are interferences, name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
+
+        An amplitude of such a case multiplies the overlap. Its bonded reactions are those of a gap of minus the overlap, `(B^T d, C d)`.
+
+        Raises
+        ------
+        ModelError
+            Not a mapping, an overlap that is negative or not finite, or a bad name.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> node = fo.ContactSystem([[1.0]], [[0.5]], [[2.0]], [0.0], {"Q": ([1.0], [0.0])})
+        >>> node.with_interference({"fit": 0.1}).bonded["fit"][1].tolist()
+        [0.2]
+        """
+        overlaps = checked_overlaps("cases", cases, self.nodes)
+        return self.with_bonded({name: (self.B.T @ d, self.C @ d) for name, d in overlaps.items()})
+
     def with_gap(self, gap: Any) -> Self:
         """Copy with another initial gap, (N,) or None."""
         return replace(self, gap=gap)
@@ -173,8 +227,9 @@ class ContactSystem(Shown):
     def load(cls, path: str | Path) -> Self:
         """Read a system from an archive written by `save`, or from a folder of Matrix Market files.
 
-        The folder holds `A.mtx`, `B.mtx`, `C.mtx` (N x N, dense or sparse), `x.mtx` and, if there are any, `gap.mtx` (N x 1) and
-        `E_star.mtx` (1 x 1), and one `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME; N is at most 20,000.
+        The folder holds `A.mtx`, `B.mtx`, `C.mtx` (N x N, dense or sparse), `x.mtx` and, if there are any, `gap.mtx`, `width.mtx` (N x 1),
+        `points.mtx`, `normals.mtx` (N x 2) and `E_star.mtx` (1 x 1), and one `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME;
+        N is at most 20,000.
 
         Raises
         ------
@@ -191,32 +246,20 @@ def checked_system(system: Any) -> ContactSystem:
     return system
 
 
-def _symmetrised(name: str, matrix: Array) -> Array:
-    scale = np.abs(matrix).max()
-    asymmetry = np.abs(matrix - matrix.T)
-    if asymmetry.max() > CONDENSATION * scale:
-        i, j = np.unravel_index(int(asymmetry.argmax()), matrix.shape)
-        raise ModelError(
-            f"{name}: not symmetric, {name}[{i}, {j}] = {matrix[i, j]:g} but {name}[{j}, {i}] = {matrix[j, i]:g}; "
-            "give the stiffness of the relative motion, in the same order for rows and columns"
-        )
-    return frozen(matrix / 2 + matrix.T / 2)
+def _checked_normals(normals: Any, n: int) -> Array:
+    checked = finite_array("normals", normals, (n, 2))
+    lengths = np.hypot(*checked.T)
+    if np.abs(lengths - 1).max() > UNIT_LENGTH:
+        i = int(np.abs(lengths - 1).argmax())
+        raise ModelError(f"normals: length {lengths[i]:g} at node {i}; give normals of length 1")
+    return checked
 
 
-def _check_semi_definite(A: Array, B: Array, C: Array) -> None:
-    S = np.block([[A, B.T], [B, C]])
-    scale = np.abs(S).max()
-    if scale == 0:
-        return
-    slack = CONDENSATION * len(S)
-    try:  # a Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the eigenvalues
-        np.linalg.cholesky(S / scale + slack * np.eye(len(S)))
-    except np.linalg.LinAlgError:
-        lowest = np.linalg.eigvalsh(S / scale)[0]
-        raise ModelError(
-            f"A, B, C: S = [[A, B^T], [B, C]] has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); "
-            "an elastic interface stores energy, so S must be positive semi-definite: check signs and the order of the nodes"
-        ) from None
+def _checked_width(width: Any, n: int) -> Array:
+    checked = finite_array("width", width, (n,))
+    if checked.min() <= 0:
+        raise ModelError(f"width: {checked.min():g} at node {int(checked.argmin())}; give the length that the node collects, > 0")
+    return checked
 
 
 def _checked_bonded(argument: str, bonded: Any, n: int) -> Mapping[str, tuple[Array, Array]]:

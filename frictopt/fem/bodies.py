@@ -1,20 +1,18 @@
 """The parts of a contact model: bodies, supports and tractions."""
 
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from ..contact.checks import Array, choice, finite_number, shown
+from ..contact.checks import Array, check_text, choice, finite_number, shown
 from ..errors import ModelError
 from .elasticity import ELEMENT_NAMES, ELEMENTS, ElementName, Material, boundary_weights
 from .ordering import Integers
 
-__all__ = ["Body", "BodyName", "Support", "Traction"]
-
-BodyName: TypeAlias = Literal["punch", "block"]
+__all__ = ["Body", "Support", "Traction"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +87,7 @@ class Support:
     Parameters
     ----------
     body
-        "punch" or "block".
+        Name of the body in its model.
     where
         Name of a boundary, or the coordinates (x, y) of one node.
     directions
@@ -98,7 +96,7 @@ class Support:
     Raises
     ------
     ModelError
-        No such body or directions, a place that is neither a text nor a point.
+        No such directions, a body that is no text, a place that is neither a text nor a point.
 
     Examples
     --------
@@ -109,12 +107,12 @@ class Support:
     Support(body='block', where=(0.0, -1.0), directions='x')
     """
 
-    body: BodyName
+    body: str
     where: str | tuple[float, float]
     directions: Literal["x", "y", "xy"] = "xy"
 
     def __post_init__(self) -> None:
-        choice("body", self.body, ("punch", "block"))
+        check_text("body", self.body, "the name of a body of the model")
         choice("directions", self.directions, ("x", "y", "xy"))
         if not isinstance(self.where, str):
             if not isinstance(self.where, tuple | list) or len(self.where) != 2:
@@ -124,12 +122,12 @@ class Support:
 
 @dataclass(frozen=True)
 class Traction:
-    """Uniform traction (x, y), force per area, on a named boundary of one body ("punch" or "block").
+    """Uniform traction (x, y), force per area, on a named boundary of one body.
 
     Raises
     ------
     ModelError
-        No such body, a boundary that is no text, tractions that are not finite.
+        A body or a boundary that is no text, tractions that are not finite.
 
     Examples
     --------
@@ -138,15 +136,14 @@ class Traction:
     Traction(body='punch', boundary='top', x=0.0, y=-1000000.0)
     """
 
-    body: BodyName
+    body: str
     boundary: str
     x: float = 0.0
     y: float = 0.0
 
     def __post_init__(self) -> None:
-        choice("body", self.body, ("punch", "block"))
-        if not isinstance(self.boundary, str):
-            raise ModelError(f"boundary: {shown(self.boundary)}; give the name of a boundary of the mesh")
+        check_text("body", self.body, "the name of a body of the model")
+        check_text("boundary", self.boundary, "the name of a boundary of the mesh")
         for name in ("x", "y"):
             object.__setattr__(self, name, finite_number(f"traction {name}", getattr(self, name)))
 

@@ -1,56 +1,174 @@
-"""Condensation of a glued finite-element model to the relative motion of its interface."""
+"""Condensation of any sparse stiffness matrix to the contacts of its bodies."""
+
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix, diags
-from scipy.sparse.linalg import splu
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 
-from ..contact.checks import Array
-from ..errors import ModelError
+from ..contact import ContactSystem
+from ..contact.checks import Array, checked_contact, checked_overlaps, finite_array
+from ..tolerances import SAME_POINT
+from .frames import arc_length, check_course, check_sides, half_widths, plane_frames
+from .given import checked_forces, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness
+from .interface import Interface, glued
+from .ordering import Integers, nested_dissection
+from .rigid import balanced, check_supports, free_motions, node_graph
+from .schur import schur_complement
 
-__all__ = ["schur_complement"]
+__all__ = ["condense", "condensed"]
 
 
-def schur_complement(K: csr_matrix, F: Array, order: np.ndarray, kept: int) -> tuple[Array, Array]:
-    """Eliminate all but the last `kept` unknowns of `K u = F`, in the given order, with one factorisation.
+def condense(
+    K: Any,
+    loads: Mapping[str, Any],
+    pairs: Any,
+    normals: Any,
+    unknowns: Any,
+    points: Any,
+    *,
+    held: Any = (),
+    projection: Any = None,
+    gap: Any = None,
+    interference: Mapping[str, Any] | None = None,
+    contact: Any = None,
+    width: Any = None,
+    E_star: float | None = None,
+) -> ContactSystem:
+    """Condense the stiffness matrix of any finite-element code to the contacts of its bodies, in the plane.
 
-    With the kept unknowns last, the trailing blocks of the factors are the factors of the Schur complement,
-    `S = K_rr - K_ri K_ii^-1 K_ir = L_rr U_rr`: no right-hand side per kept unknown is needed. S may be singular (a body that its
-    supports do not hold), so the factorisation shifts the trailing diagonal, and the shift is removed afterwards.
+    The stiffness is that of the separate bodies: nothing couples them yet. Pair i glues its node of body 1 to its node of body 2, but for the
+    relative motion along the tangent, `v_i`, and along the normal, `w_i`, opening positive. The unknowns that remain are these.
 
     Parameters
     ----------
     K
-        Symmetric stiffness, positive definite in the eliminated unknowns.
-    F
-        (unknowns, m) loads.
-    order
-        The free unknowns in elimination order, the kept ones last; an unknown that is not listed is held at zero.
-    kept
-        Number of kept unknowns.
+        (n, n) sparse symmetric stiffness, force per length and depth.
+    loads
+        Load case name -> (n,) nodal forces on the unknowns under the unit load, force per depth; may be empty if there is an interference.
+    pairs
+        (N, 2) nodes of body 1 and body 2, ordered along each contact in the direction of the tangent, one contact after the other: body 1 is on the
+        left of the way. With a `projection`: (N,) nodes of body 1.
+    normals
+        (N, 2) directions from body 2 into body 1, of any length; or one, (2,), for all. The tangent is the normal turned by -90 degrees: normal +y,
+        tangent +x.
+    unknowns
+        (nodes, 2) rows of K that are the displacements of each node in x and in y, -1 where K has none because the displacement is held at zero.
+    points
+        (nodes, 2) coordinates, length.
+    held
+        Rows of K whose displacements are zero.
+    projection
+        (N, nodes) sparse matrix P for nodes that do not match: the node of body 1 in row i is glued to the place `sum_j P_ij u_j` of body 2. The rows
+        add up to 1.
+    gap
+        None: the nodes of a pair coincide. "measured": their distance along the normal is the initial gap. (N,) values >= 0: the gap, whatever the
+        coordinates say.
+    interference
+        Load case name -> overlap of the bodies before assembly, >= 0, one number or (N,), length. It adds to the loads of that name, if any.
+    contact
+        (N,) names of the contact that each pair belongs to; None: one contact, "contact".
+    width
+        (N,) tributary lengths; None: half the distances to the neighbours on the same contact.
+    E_star
+        Contact modulus, see `ContactSystem`.
 
     Returns
     -------
-    S
-        (kept, kept) stiffness.
-    R
-        (kept, m) reactions `-(F_r - K_ri K_ii^-1 F_i)` that hold the kept unknowns at zero.
+    ContactSystem
+        The contact. `x` is the arc length, contact after contact. It begins at the first node's coordinate along its tangent: a straight contact
+        parallel to x has the coordinates x. Each further contact begins one spacing after the end of the one before.
 
     Raises
     ------
     ModelError
-        The eliminated part is singular.
+        K not symmetric, rows of K that no node has, nodes that K does not have, pairs out of order or with a node in common, normals that flip or
+        point out of body 1, pairs that do not coincide, negative gaps, a held node of body 1 on a contact, bodies that neither supports nor contacts
+        hold, a matrix that cannot be eliminated accurately.
+
+    Examples
+    --------
+    A square on rigid ground, held by springs against a slide:
+
+    >>> import numpy as np
+    >>> from scipy.sparse import csr_matrix
+    >>> import frictopt as fo
+    >>> spring = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    >>> K = csr_matrix(np.kron(spring, np.eye(2)) + np.kron(np.diag([1.0, 1.0]), np.diag([1.0, 0.0])))
+    >>> system = fo.condense(
+    ...     K,
+    ...     loads={"P": [0.0, -1.0, 0.0, -1.0]},
+    ...     pairs=[[0, 2], [1, 3]],
+    ...     normals=[0.0, 1.0],
+    ...     unknowns=[[0, 1], [2, 3], [-1, -1], [-1, -1]],
+    ...     points=[[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [1.0, 0.0]],
+    ... )
+    >>> system
+    ContactSystem(nodes=2, x=0 .. 1, loads=['P'], gap=False)
+    >>> system.bonded["P"][1].tolist()
+    [1.0, 1.0]
     """
-    n = len(order)
-    shift = K.diagonal()[order[n - kept :]].max()
-    ordered = csc_matrix(K[order][:, order] + diags(np.r_[np.zeros(n - kept), np.full(kept, shift)]))
-    try:
-        factors = splu(ordered, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    except RuntimeError as error:
-        raise ModelError(f"stiffness: its interior part is singular ({error}); support the bodies and check the materials") from error
-    tail = np.arange(n - kept, n)
-    if not (np.array_equal(factors.perm_c[tail], tail) and np.array_equal(factors.perm_r[tail], tail)):
-        raise ModelError("stiffness: its factorisation had to reorder the interface, so it is far from positive definite; check the materials")
-    shifted = factors.L[n - kept :, n - kept :].toarray() @ factors.U[n - kept :, n - kept :].toarray()
-    S = shifted - shift * np.eye(kept)
-    R = -shifted @ factors.solve(F[order])[n - kept :]
-    return (S + S.T) / 2, R
+    K = checked_stiffness(K)
+    where = finite_array("points", points, (None, 2))
+    rows = checked_rows(unknowns, held, where.shape, K.shape[0])
+    nodes, P = checked_pairs(pairs, projection, rows, where)
+    n = len(nodes)
+    names = checked_contact("contact", ["contact"] * n if contact is None else contact, n).tolist()
+    x = where[nodes]
+    frames = plane_frames(checked_normals(normals, x.shape))
+    side = frames[:, 1]
+    opening = checked_gap(gap, x, x - P @ where, side, SAME_POINT * float(np.ptp(where, axis=0).max()))
+    F = checked_forces(loads, K.shape[0])
+    overlaps = checked_overlaps("interference", {} if interference is None else interference, n)
+    interface, graph = Interface(nodes, P, frames), node_graph(K, rows)
+    check_course(x, frames, names)
+    check_sides(graph, interface, where, names)
+    S, R = condensed(K, np.reshape([*F.values()], (-1, K.shape[0])).T, interface, rows, where, graph)
+    reactions = dict(zip(F, R.T, strict=True))
+    for name, d in overlaps.items():
+        reactions[name] = reactions.get(name, 0.0) + S[:, n:] @ d
+    return ContactSystem(
+        A=S[:n, :n],
+        B=S[n:, :n],
+        C=S[n:, n:],
+        x=arc_length(x, frames, names),
+        bonded={name: (r[:n], r[n:]) for name, r in reactions.items()},
+        gap=opening,
+        E_star=E_star,
+        points=x,
+        normals=side,
+        contact=names,
+        width=half_widths(x, names) if width is None else width,
+    )
+
+
+def condensed(K: csr_matrix, F: Array, interface: Interface, unknowns: Integers, points: Array, graph: csr_matrix) -> tuple[Array, Array]:
+    """Stiffness S (k, k) of the relative motions, direction by direction, and the reactions R (k, loads) that hold them at zero.
+
+    Parameters
+    ----------
+    K, F
+        Stiffness of the bodies and (size, loads) loads.
+    interface
+        Pairs and directions, in as many dimensions as the points have.
+    unknowns, points
+        (nodes, d) rows of K, -1 where held, and coordinates.
+    graph
+        Pattern of the nodes that K joins.
+
+    Raises
+    ------
+    ModelError
+        Rigid motions that nothing prevents, a stiffness that cannot be eliminated, or not accurately enough.
+    """
+    check_supports(K, unknowns, points, graph, interface)
+    T = interface.motion(unknowns, K.shape[0])
+    columns = interface.eliminated(unknowns)
+    present = np.flatnonzero((columns >= 0).any(axis=1))
+    along = present[nested_dissection(interface.glued_graph(graph)[present][:, present], points[present].T)]
+    order = columns[along].ravel()
+    T = T[:, np.r_[order[order >= 0], np.arange(T.shape[1] - interface.kept, T.shape[1])]]
+    S, R = schur_complement(glued(K, T), T.T @ F, interface.kept)
+    _, body = connected_components(graph, directed=False)
+    return balanced(S, R, K, F, interface, unknowns, free_motions(K, unknowns, points, body))

@@ -1,18 +1,23 @@
-"""A contact of two meshed bodies: its description by the user, and the checks of it."""
+"""A contact of meshed bodies: its description by the user, and the checks of it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
-from scipy.linalg import null_space
+from scipy.sparse import block_diag, csr_matrix, vstack
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, check_name, choice, shown
+from ..contact.checks import Array, check_name, check_text, shown
 from ..errors import ModelError
-from ..tolerances import EQUILIBRIUM, SAME_POINT
-from .bodies import Body, BodyName, Support, Traction
-from .glue import GluedBodies
+from ..tolerances import SAME_POINT
+from .bodies import Body, Support, Traction
+from .condense import condense
+from .contacts import Contact, Interference, Joint, joined
+from .elasticity import body_stiffness
+from .frames import place
 from .ordering import Integers
 
 __all__ = ["ContactModel"]
@@ -20,24 +25,24 @@ __all__ = ["ContactModel"]
 
 @dataclass(frozen=True, eq=False)
 class ContactModel:
-    """Two elastic bodies that meet along a straight interface parallel to x, the punch above the block; plane strain.
+    """Elastic bodies that meet along any number of faces; plane strain.
 
     Parameters
     ----------
-    punch, block
-        The bodies 1 and 2. Both meshes name the interface, and their nodes on it coincide.
+    bodies
+        Name -> body.
     supports
-        Supports. They must prevent all rigid motions of the glued bodies; the punch alone may be free.
+        Supports. With the contacts glued, they must prevent all rigid motions; a body that other bodies hold may be free.
     loads
-        Load case name -> its tractions.
-    interface
-        Name of the interface's boundary in both meshes.
+        Load case name -> its tractions and interferences.
+    contacts
+        The contacts, each of another name. None given: two bodies, the first of them body 1, meet along the boundary "contact" of both.
 
     Raises
     ------
     ModelError
-        Bodies without the interface or with nodes that do not match, an unknown boundary, a load case without traction, a support on the punch's
-        interface, rigid motions that no support prevents.
+        A body or boundary that is unknown, contacts of the same name, faces that do not meet (see `Contact`), a node of body 1 in two contacts or on
+        both sides, a load case without loads.
 
     Examples
     --------
@@ -47,8 +52,7 @@ class ContactModel:
     >>> upper = MeshQuad.init_tensor(x, [0.0, 1.0]).with_boundaries({"contact": lambda x: x[1] == 0, "top": lambda x: x[1] == 1})
     >>> lower = MeshQuad.init_tensor(x, [-1.0, 0.0]).with_boundaries({"contact": lambda x: x[1] == 0, "bottom": lambda x: x[1] == -1})
     >>> model = fo.ContactModel(
-    ...     punch=fo.Body(upper),
-    ...     block=fo.Body(lower),
+    ...     bodies={"punch": fo.Body(upper), "block": fo.Body(lower)},
     ...     supports=[fo.Support("block", "bottom")],
     ...     loads={"P": [fo.Traction("punch", "top", y=-1.0)]},
     ... )
@@ -60,162 +64,164 @@ class ContactModel:
     1.0
     """
 
-    punch: Body
-    block: Body
+    bodies: Mapping[str, Body]
     supports: Sequence[Support]
-    loads: Mapping[str, Sequence[Traction]]
-    interface: str = "contact"
+    loads: Mapping[str, Sequence[Traction | Interference]]
+    contacts: Sequence[Contact] = ()
 
     def __post_init__(self) -> None:
-        for name in ("punch", "block"):
-            if not isinstance(getattr(self, name), Body):
-                raise ModelError(f"{name}: a {type(getattr(self, name)).__name__}; give a Body(mesh, material)")
+        if not isinstance(self.bodies, Mapping) or not self.bodies:
+            raise ModelError(f"bodies: {shown(self.bodies)}; give a mapping, name -> Body")
+        for name, body in self.bodies.items():
+            check_text("bodies: name", name, "a printable text")
+            if not isinstance(body, Body):
+                raise ModelError(f"bodies[{name!r}]: a {type(body).__name__}; give a Body(mesh, material)")
         if not isinstance(self.loads, Mapping) or not self.loads:
             raise ModelError(f"loads: {shown(self.loads)}; give at least one load case, name -> list of Traction")
         for name in self.loads:
             check_name("loads", name)
-        for argument, kind, parts in [
-            ("supports", Support, self.supports),
-            *((f"loads[{name!r}]", Traction, parts) for name, parts in self.loads.items()),
-        ]:
-            if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kind) for part in parts):
-                raise ModelError(f"{argument}: {shown(parts)}; give a list of {kind.__name__}")
-            if kind is Traction and not parts:
-                raise ModelError(f"{argument}: no traction; give at least one, or leave the load case out")
-        object.__setattr__(self, "supports", tuple(self.supports))
-        object.__setattr__(self, "loads", MappingProxyType({name: tuple(parts) for name, parts in self.loads.items()}))
-        for name, parts in self.loads.items():
-            for part in parts:
-                self.body(part.body).boundary_nodes(part.boundary, f"loads[{name!r}]")
-        self._check_interface()
-        self._check_supports()
+        loads = {name: _listed(f"loads[{name!r}]", parts, Traction, Interference) for name, parts in self.loads.items()}
+        contacts = _listed("contacts", self.contacts, Contact)
+        if not contacts and len(self.bodies) != 2:
+            raise ModelError(f"contacts: none, with {len(self.bodies)} bodies; give a Contact for each face at which two of them meet")
+        object.__setattr__(self, "bodies", MappingProxyType(dict(self.bodies)))
+        object.__setattr__(self, "supports", _listed("supports", self.supports, Support))
+        object.__setattr__(self, "loads", MappingProxyType(loads))
+        if not contacts:
+            one, two = self.bodies
+            contacts = (Contact(one, two),)
+        object.__setattr__(self, "contacts", contacts)
+        for name, parts in loads.items():
+            if not parts:
+                raise ModelError(f"loads[{name!r}]: no load; give at least one, or leave the load case out")
+        self._check_contacts()
+        self._held()  # these raise on names that are unknown
+        for name in loads:
+            self._force(name)
+            self._overlap(name)
 
-    def body(self, name: BodyName) -> Body:
-        """The body of that name."""
-        return self.punch if choice("name", name, ("punch", "block")) == "punch" else self.block
+    def condense(self) -> ContactSystem:
+        """Condense the glued bodies to the relative motion of the contacts, see `frictopt.condense`.
 
-    def interface_nodes(self, name: BodyName) -> Integers:
-        """Nodes of that body on the interface, in the order of x."""
-        body = self.body(name)
-        nodes = body.boundary_nodes(self.interface, f"interface of the {name}")
-        return nodes[np.argsort(body.mesh.p[0, nodes])]
+        The nodes are those of body 1 of each contact, contact after contact, in the direction in which body 1 is on the left.
+
+        Raises
+        ------
+        ModelError
+            Rigid motions that nothing prevents, a support on a node of body 1 on a contact, a stiffness that cannot be factorised, or not accurately
+            enough (extreme materials, sizes or elements).
+        """
+        parts = [body_stiffness(body.mesh, body.material, body.element) for body in self.bodies.values()]
+        points = np.concatenate([body.mesh.p.T for body in self.bodies.values()])
+        joints = list(zip(self.contacts, self._joints, strict=True))
+        moduli = {contact: [self.bodies[name].material.plane_modulus for name in (contact.body_1, contact.body_2)] for contact in self.contacts}
+        E_star = {1 / (1 / one + 1 / two) for one, two in moduli.values()}
+        return condense(
+            csr_matrix(block_diag(parts, format="csr")),
+            loads={name: self._force(name) for name in self.loads},
+            pairs=np.concatenate([self._first_node[contact.body_1] + joint.face.nodes for contact, joint in joints]),
+            normals=np.concatenate([joint.face.normals for joint in self._joints]),
+            unknowns=np.concatenate([self._unknowns(name) for name in self.bodies]),
+            points=points,
+            held=self._held(),
+            projection=vstack([self._widened(contact.body_2, joint.projection, len(points)) for contact, joint in joints]),
+            gap=np.concatenate([joint.gap for joint in self._joints]),
+            interference={name: overlap for name in self.loads if (overlap := self._overlap(name)).any()},
+            contact=[contact.name for contact, joint in joints for _ in joint.face.nodes],
+            width=np.concatenate([joint.face.widths for joint in self._joints]),
+            E_star=E_star.pop() if len(E_star) == 1 else None,
+        )
+
+    @cached_property
+    def _joints(self) -> list[Joint]:
+        """The joined nodes of each contact."""
+        bodies = [(self._body("contacts", contact.body_1), self._body("contacts", contact.body_2)) for contact in self.contacts]
+        return [joined(contact, *pair) for contact, pair in zip(self.contacts, bodies, strict=True)]
+
+    @cached_property
+    def _first_node(self) -> dict[str, int]:
+        """Number of the first node of each body, when all nodes are counted body after body."""
+        sizes = [body.mesh.p.shape[1] for body in self.bodies.values()]
+        return dict(zip(self.bodies, (np.cumsum(sizes) - sizes).tolist(), strict=True))
+
+    def _body(self, argument: str, name: str) -> Body:
+        if name not in self.bodies:
+            raise ModelError(f"{argument}: body {name!r} is unknown; this model has {sorted(self.bodies)}")
+        return self.bodies[name]
+
+    def _unknowns(self, name: str) -> Integers:
+        """(nodes, 2) unknowns of a body: its x displacements, then its y displacements, body after body."""
+        nodes = self.bodies[name].mesh.p.shape[1]
+        return np.asarray(2 * self._first_node[name] + np.arange(nodes)[:, None] + [0, nodes])
+
+    def _widened(self, name: str, projection: csr_matrix, nodes: int) -> csr_matrix:
+        """A projection with the columns of all nodes, from one with those of a body."""
+        return csr_matrix((projection.data, self._first_node[name] + projection.indices, projection.indptr), shape=(projection.shape[0], nodes))
+
+    def _force(self, case: str) -> Array:
+        """Nodal forces of the tractions of a load case, on all unknowns."""
+        forces = np.zeros(sum(2 * body.mesh.p.shape[1] for body in self.bodies.values()))
+        for part in self.loads[case]:
+            if isinstance(part, Traction):
+                body = self._body(f"loads[{case!r}]", part.body)
+                body.boundary_nodes(part.boundary, f"loads[{case!r}]")
+                forces[self._unknowns(part.body)] += body.force(part).T
+        return forces
+
+    def _overlap(self, case: str) -> Array:
+        """(N,) interference of a load case."""
+        amounts = dict.fromkeys([contact.name for contact in self.contacts], 0.0)
+        for part in self.loads[case]:
+            if isinstance(part, Interference):
+                if part.contact not in amounts:
+                    raise ModelError(f"loads[{case!r}]: contact {part.contact!r} is unknown; this model has {list(amounts)}")
+                amounts[part.contact] += part.amount
+        return np.repeat(list(amounts.values()), [len(joint.face.nodes) for joint in self._joints])
+
+    def _held(self) -> Integers:
+        """Unknowns that the supports hold."""
+        held = [np.zeros(0, dtype=np.intp)]
+        for support in self.supports:
+            nodes = self._support_nodes(support)
+            held += [self._unknowns(support.body)[nodes, "xy".index(direction)] for direction in support.directions]
+        return np.unique(np.concatenate(held))
 
     def _support_nodes(self, support: Support) -> Integers:
         """Nodes that a support holds."""
-        mesh = self.body(support.body).mesh
+        body = self._body("supports", support.body)
         if isinstance(support.where, str):
-            return self.body(support.body).boundary_nodes(support.where, f"support of the {support.body}")
-        distance = np.hypot(*(mesh.p - np.array(support.where)[:, None]))
-        if distance.min() > SAME_POINT * np.ptp(mesh.p):
-            nearest = tuple(float(value) for value in mesh.p[:, distance.argmin()])
-            raise ModelError(f"support of the {support.body}: no node at {support.where}; the nearest is at {nearest}")
+            return body.boundary_nodes(support.where, f"support of body {support.body!r}")
+        distance = np.hypot(*(body.mesh.p - np.array(support.where)[:, None]))
+        if distance.min() > SAME_POINT * np.ptp(body.mesh.p):
+            nearest = tuple(float(value) for value in body.mesh.p[:, distance.argmin()])
+            raise ModelError(f"support of body {support.body!r}: no node at {support.where}; the nearest is at {nearest}")
         return np.array([distance.argmin()])
 
-    def condense(self) -> ContactSystem:
-        """Condense the glued bodies to the relative motion of the interface.
-
-        Raises
-        ------
-        ModelError
-            The stiffness cannot be factorised, or not accurately enough (extreme materials, sizes or elements).
-        """
-        contact = self.interface_nodes("block")
-        bodies = GluedBodies(self.punch, self.block, self.interface_nodes("punch"), contact)
-        held = np.concatenate([bodies.unknowns(support.body, self._support_nodes(support), support.directions) for support in self.supports])
-        S, R = bodies.condense(np.column_stack([self._forces(bodies, case) for case in self.loads]), held)
-        n = len(contact)
-        S, R = self._balanced(S, R)
-        return ContactSystem(
-            A=S[:n, :n],
-            B=S[n:, :n],
-            C=S[n:, n:],
-            x=self.block.mesh.p[0, contact],
-            bonded={case: (R[:n, j], R[n:, j]) for j, case in enumerate(self.loads)},
-            E_star=1 / (1 / self.punch.material.plane_modulus + 1 / self.block.material.plane_modulus),
-        )
-
-    def _balanced(self, S: Array, R: Array) -> tuple[Array, Array]:
-        """S and R without the rounding errors of the elimination in the rigid motions of the punch.
-
-        Only the rigid motions count that the punch's own supports allow. S must have no stiffness against them, and in each of them the reactions of
-        a load case must do the work of the load on the punch, with the opposite sign. The deviation measures the accuracy of the elimination.
-
-        Raises
-        ------
-        ModelError
-            The deviation exceeds the tolerance.
-        """
-        contact, mesh = self.block.mesh.p[:, self.interface_nodes("block")], self.punch.mesh
-        free = self._free_motions([support for support in self.supports if support.body == "punch"])
-        rigid, to_unit = np.linalg.qr(_rigid_motions(contact, contact) @ free)
-        motions = _rigid_motions(mesh.p, contact) @ free @ np.linalg.inv(to_unit)
-        loads = np.zeros((2 * mesh.p.shape[1], len(self.loads)))
-        for column, parts in zip(loads.T, self.loads.values(), strict=True):
-            for part in parts:
-                if part.body == "punch":
-                    column += self.punch.force(part).ravel()
-        excess = rigid.T @ R + motions.T @ loads
-        scale = np.abs(R).sum(axis=0) + np.abs(loads).sum(axis=0)
-        errors = [*(np.abs(excess) / np.where(scale > 0, scale, 1.0)).ravel(), *(np.abs(S @ rigid) / np.abs(S).max()).ravel()]
-        error = float(max(errors, default=0.0))
-        if error > EQUILIBRIUM:
-            raise ModelError(
-                f"model: elimination leaves equilibrium of the punch with an error of {error:.1e}; materials, sizes or elements differ too much: "
-                "bring the stiffness of the two bodies, the lengths, or the element sizes closer together"
-            )
-        S = S - rigid @ (rigid.T @ S)
-        return np.asarray(S - (S @ rigid) @ rigid.T), np.asarray(R - rigid @ excess)
-
-    def _forces(self, bodies: GluedBodies, case: str) -> Array:
-        forces = np.zeros(bodies.size)
-        for part in self.loads[case]:
-            forces += bodies.scattered(part.body, self.body(part.body).force(part))
-        return forces
-
-    def _check_interface(self) -> None:
-        punch, block = (self.body(name).mesh.p[:, self.interface_nodes(name)] for name in ("punch", "block"))
-        if punch.shape != block.shape:
-            raise ModelError(f"interface: {punch.shape[1]} nodes on the punch, {block.shape[1]} on the block; mesh both with the same nodes")
-        length = np.ptp(block[0])
-        distance = np.hypot(*(punch - block))
-        if distance.max() > SAME_POINT * length:
-            i = int(distance.argmax())
-            raise ModelError(
-                f"interface: node {i} is at {tuple(map(float, punch[:, i]))} on the punch, at {tuple(map(float, block[:, i]))} on the block; "
-                "mesh both with the same nodes"
-            )
-        if np.ptp(block[1]) > SAME_POINT * length:
-            raise ModelError(f"interface: y varies by {np.ptp(block[1]):g} along it; turn the meshes so that it is straight and parallel to x")
-        for name, body, side, other in (("punch", self.punch, 1.0, "below"), ("block", self.block, -1.0, "above")):
-            mesh = body.mesh
-            centres = mesh.p[1, mesh.t[:, mesh.f2t[0, mesh.boundaries[self.interface]]]].mean(axis=0)
-            if np.any(side * (centres - block[1].mean()) <= 0):
-                raise ModelError(f"{name}: it lies {other} the interface; the punch is the upper body, the block the lower one")
-
-    def _check_supports(self) -> None:
-        contact = self.interface_nodes("punch")
-        for support in self.supports:
-            if support.body == "punch" and np.isin(self._support_nodes(support), contact).any():
-                raise ModelError(f"supports: {support} holds nodes of the punch on the interface; hold it elsewhere, or hold the block there")
-        held = 3 - self._free_motions(self.supports).shape[1]
-        if held < 3:
-            raise ModelError(f"supports: they prevent {held} of the 3 rigid motions of the glued bodies; hold two displacements and the rotation")
-
-    def _free_motions(self, supports: Sequence[Support]) -> Array:
-        """(3, k) rigid motions that some supports allow: displacements x, y of the middle of the interface, and turn times its length."""
-        contact = self.block.mesh.p[:, self.interface_nodes("block")]
-        rows = [np.zeros((1, 3))]
-        for support in supports:
-            points = self.body(support.body).mesh.p[:, self._support_nodes(support)]
-            x, y = np.split(_rigid_motions(points, contact), 2)
-            rows += [{"x": x, "y": y}[direction] for direction in support.directions]
-        rigid = np.concatenate(rows)
-        scale = np.maximum(np.abs(rigid).max(axis=0), 1.0)  # supports far away turn over long arms
-        return np.asarray(null_space(rigid / scale, rcond=SAME_POINT) / scale[:, None])
+    def _check_contacts(self) -> None:
+        """Check the names of the contacts, and that no node is body 1's in two of them, or on both sides."""
+        names = [contact.name for contact in self.contacts]
+        if again := [name for i, name in enumerate(names) if name in names[:i]]:
+            raise ModelError(f"contacts: two are called {again[0]!r}; give each a name")
+        owner: dict[tuple[str, int], str | None] = {}
+        for contact, joint in zip(self.contacts, self._joints, strict=True):
+            for node, point in zip(joint.face.nodes.tolist(), joint.face.points, strict=True):
+                if (contact.body_1, node) in owner:
+                    raise ModelError(
+                        f"contacts: node {node} of body {contact.body_1!r} at {place(point)} is in {owner[contact.body_1, node]!r} and in "
+                        f"{contact.name!r}; let a corner belong to one contact alone: end the other one edge before it"
+                    )
+                owner[contact.body_1, node] = contact.name
+        for contact, joint in zip(self.contacts, self._joints, strict=True):
+            for node in np.unique(joint.projection.indices).tolist():
+                if (contact.body_2, node) in owner:
+                    raise ModelError(
+                        f"contacts: node {node} of body {contact.body_2!r} at {place(self.bodies[contact.body_2].mesh.p[:, node])} is body 1's in "
+                        f"{owner[contact.body_2, node]!r} and body 2's in {contact.name!r}; let it be in one of them, or exchange the bodies of one"
+                    )
 
 
-def _rigid_motions(points: Array, contact: Array) -> Array:
-    """(2n, 3) displacements x, then y, of n points in the rigid motions of `_free_motions`, with respect to the nodes of the interface."""
-    arm = (points - contact.mean(axis=1)[:, None]) / np.ptp(contact[0])
-    one, zero = np.ones_like(arm[0]), np.zeros_like(arm[0])
-    return np.concatenate([np.array([one, zero, -arm[1]]).T, np.array([zero, one, arm[0]]).T])
+def _listed(argument: str, parts: Any, *kinds: type) -> tuple[Any, ...]:
+    """Check a list of parts of some kinds."""
+    if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kinds) for part in parts):
+        raise ModelError(f"{argument}: {shown(parts)}; give a list of {' or '.join(kind.__name__ for kind in kinds)}")
+    return tuple(parts)

@@ -17,9 +17,9 @@ Flags: TypeAlias = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
-    """Order the nodes of a plane mesh so that its stiffness matrix factorises with little fill (George 1973).
+    """Order the nodes of a mesh so that its stiffness matrix factorises with little fill (George 1973).
 
-    Every part is cut in two at the median of one coordinate, the one whose cut crosses fewer edges; the nodes on the near side of a
+    Every part is cut in two at the median of one coordinate, the one whose cut crosses fewest edges; the nodes on the near side of a
     crossed edge separate the halves and are eliminated after both. All parts of one level are cut at once.
 
     Parameters
@@ -27,7 +27,7 @@ def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
     graph
         (n, n) matrix whose pattern is the adjacency of the nodes.
     points
-        (2, n) coordinates.
+        (d, n) coordinates, d = 2 or 3.
 
     Returns
     -------
@@ -57,12 +57,12 @@ def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
 
 
 def _best_cut(part: Integers, edges: Integers, points: Array, sorted_nodes: Integers, parts: int) -> tuple[Flags, Flags, Flags]:
-    """Cut every part along both directions and keep, part by part, the cut that crosses fewer edges.
+    """Cut every part across each axis and keep, part by part, the cut that crosses fewest edges.
 
     Returns, for each node, whether it is on the near side; for each edge, whether it is cut; for each node, whether its part cannot be cut.
     """
     sides, costs = [], []
-    for axis in (0, 1):
+    for axis in range(len(points)):
         nodes = sorted_nodes[axis][part[sorted_nodes[axis]] >= 0]
         by_part = nodes[np.argsort(part[nodes].astype(np.uint16 if parts < 2**16 else np.intp), kind="stable")]
         sizes = np.bincount(part[nodes], minlength=parts)
@@ -72,6 +72,6 @@ def _best_cut(part: Integers, edges: Integers, points: Array, sorted_nodes: Inte
         uncut = np.bincount(part[nodes], weights=~near[nodes], minlength=parts) == 0
         costs.append(np.where(uncut, np.inf, np.bincount(part[edges[0, cut]], minlength=parts)))
         sides.append(near)
-    choose_y = costs[1] < costs[0]
-    near = np.where(choose_y[part], sides[1], sides[0])
-    return near, near[edges[0]] != near[edges[1]], np.isinf(np.minimum(*costs))[part]
+    best = np.argmin(costs, axis=0)
+    near = np.choose(best[part], sides)
+    return near, near[edges[0]] != near[edges[1]], np.isinf(np.min(costs, axis=0))[part]

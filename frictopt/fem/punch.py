@@ -163,8 +163,7 @@ class PunchOnHalfPlane:
         )
         rollers = [Support("block", "bottom", "y"), Support("block", (0.0, bottom), "x")]
         return ContactModel(
-            punch=Body(punch, self.punch_material, self.element),
-            block=Body(block, self.block_material, self.element),
+            bodies={"punch": Body(punch, self.punch_material, self.element), "block": Body(block, self.block_material, self.element)},
             supports=rollers if self.support == "rollers" else [Support("block", "bottom", "xy")],
             loads={
                 "P": [Traction("punch", "top", y=-1.0)],
@@ -186,6 +185,7 @@ class PunchOnHalfPlane:
             A=_even(system.A),
             B=_even(system.B, -1),
             C=_even(system.C),
+            x=self.contact_nodes,
             bonded={name: (_even(q, parity[name]), _even(p, -parity[name])) for name, (q, p) in system.bonded.items()},
         )
 

@@ -43,8 +43,8 @@ def assembled(scene: fo.PunchOnHalfPlane) -> Blocks:
         Stiffness of the eliminated unknowns, its coupling to the kept ones, and the stiffness of those.
     """
     model = scene.model()
-    (block, K_block), (punch, K_punch) = (_stiffness(body) for body in (model.block, model.punch))
-    below, kept = block.nodal_dofs[:, model.interface_nodes("block")].ravel(), punch.nodal_dofs[:, model.interface_nodes("punch")].ravel()
+    (block, K_block), (punch, K_punch) = (_stiffness(body) for body in (model.bodies["block"], model.bodies["punch"]))
+    below, kept = (body.nodal_dofs[:, _contact(body.mesh)].ravel() for body in (block, punch))
     follows = csr_matrix((np.ones(len(kept)), (kept, below)), shape=(punch.N, block.N))
     motion = hstack([follows, identity(punch.N)]).tocsr()
     K = (block_diag([K_block, csr_matrix((punch.N, punch.N))]) + motion.T @ K_punch @ motion).tocsr()
@@ -53,6 +53,12 @@ def assembled(scene: fo.PunchOnHalfPlane) -> Blocks:
     kept = block.N + kept
     free = np.setdiff1d(np.arange(K.shape[0]), np.r_[held, kept])
     return K[free][:, free].tocsc(), K[free][:, kept], K[kept][:, kept].toarray()
+
+
+def _contact(mesh: Any) -> Any:
+    """Nodes on the contact, in the order of x."""
+    nodes = np.unique(mesh.facets[:, mesh.boundaries["contact"]])
+    return nodes[np.argsort(mesh.p[0, nodes])]
 
 
 def _stiffness(body: fo.Body) -> tuple[Any, Any]:

@@ -131,8 +131,10 @@ def _punch(rng: np.random.Generator) -> fo.ContactSystem:
 def _condensed(elements: int, which: int) -> fo.ContactSystem:
     scene = fo.PunchOnHalfPlane(elements=elements, growth=1.3, punch_material=_MATERIALS[which])
     system, model = scene.condense(), scene.model()
-    mesh = model.punch.mesh.with_boundaries({"half": lambda x: (x[1] == scene.punch_height) & (x[0] < 0)})
-    tilted = replace(model, punch=replace(model.punch, mesh=mesh), loads={"half": [fo.Traction("punch", "half", y=-1.0)]}).condense()
+    mesh = model.bodies["punch"].mesh.with_boundaries({"half": lambda x: (x[1] == scene.punch_height) & (x[0] < 0)})
+    tilted = replace(
+        model, bodies={**model.bodies, "punch": replace(model.bodies["punch"], mesh=mesh)}, loads={"half": [fo.Traction("punch", "half", y=-1.0)]}
+    ).condense()
     loads = {"mean": system.bonded["P"], "sigma": system.bonded["sigma"], "Q": system.bonded["Q"], "half": tilted.bonded["half"]}
     return replace(system, bonded=loads)
 

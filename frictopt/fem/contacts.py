@@ -1,0 +1,194 @@
+"""Contacts of a model: which faces of which bodies meet, and how their nodes are joined."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.spatial import cKDTree
+
+from ..contact.checks import Array, check_text, choice, finite_number
+from ..errors import ModelError
+from ..tolerances import SAME_POINT
+from .bodies import Body
+from .faces import Face, face
+from .frames import place
+from .mortar import foot_points, mortar_projection
+from .ordering import Integers
+
+__all__ = ["Contact", "Interference", "Joint", "joined"]
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A contact: a face of body 1 that meets a face of body 2.
+
+    The faces may be straight or curved, of any direction, closed or not; each is one chain of edges. The nodes need not match. The face of body 1
+    lies within that of body 2; its nodes are those of the contact, and it should be the finer one.
+
+    Parameters
+    ----------
+    body_1, body_2
+        Names of the bodies in the model. Slips, gaps and reactions are those of body 1 relative to, or by, body 2.
+    boundary_1, boundary_2
+        Names of the two faces, each a boundary of the mesh of its body.
+    name
+        Name of the contact; None: that of `boundary_1`.
+    gap
+        None: the faces touch. "measured": the distance of the meshes along the normal is the initial gap.
+
+    Raises
+    ------
+    ModelError
+        A name that is no text, a contact of a face with itself.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.Contact("blade", "disc", "left flank", "left flank").name
+    'left flank'
+    """
+
+    body_1: str
+    body_2: str
+    boundary_1: str = "contact"
+    boundary_2: str = "contact"
+    name: str | None = None
+    gap: Literal["measured"] | None = None
+
+    def __post_init__(self) -> None:
+        for side in ("1", "2"):
+            check_text(f"body_{side}", getattr(self, f"body_{side}"), "the name of a body of the model")
+            check_text(f"boundary_{side}", getattr(self, f"boundary_{side}"), "the name of a boundary of the mesh")
+        if (self.body_1, self.boundary_1) == (self.body_2, self.boundary_2):
+            raise ModelError(f"boundary_2: {self.boundary_2!r} is that of body_1 too; a face cannot touch itself, name two faces")
+        if self.name is None:
+            object.__setattr__(self, "name", self.boundary_1)
+        check_text("name", self.name, "a printable text")
+        if self.gap is not None:
+            choice("gap", self.gap, ("measured",))
+
+
+@dataclass(frozen=True)
+class Interference:
+    """Interference as a load: the bodies overlap by `amount`, length, along the whole of a contact before they are assembled.
+
+    Raises
+    ------
+    ModelError
+        A contact that is no text, an amount that is negative or not finite.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.Interference("bore", 0.02)
+    Interference(contact='bore', amount=0.02)
+    """
+
+    contact: str = "contact"
+    amount: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_text("contact", self.contact, "the name of a contact of the model")
+        object.__setattr__(self, "amount", finite_number("amount", self.amount, least=0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """The nodes of body 1 on a contact, where they are joined to body 2, and what is known of each.
+
+    Parameters
+    ----------
+    face
+        The face of body 1.
+    projection
+        (n, nodes of body 2) matrix of the places that the nodes are joined to.
+    gap
+        (n,) initial gap.
+    """
+
+    face: Face
+    projection: csr_matrix
+    gap: Array
+
+
+def joined(contact: Contact, body_1: Body, body_2: Body) -> Joint:
+    """Join the nodes of two faces: pairs where they match, else by the dual mortar method.
+
+    Raises
+    ------
+    ModelError
+        A face that is unknown or in pieces, faces that do not face each other, do not touch or overlap, a face of body 1 that is longer than that of
+        body 2.
+    """
+    one = face(body_1, contact.boundary_1, f"contact {contact.name!r}, body {contact.body_1!r}")
+    two = face(body_2, contact.boundary_2, f"contact {contact.name!r}, body {contact.body_2!r}").reversed()
+    nodes, near = body_2.mesh.p.shape[1], SAME_POINT * float(one.lengths.sum())
+    where = _matched(one, two, near)
+    if where is not None:
+        P = csr_matrix((np.ones(len(where)), (np.arange(len(where)), two.nodes[where])), shape=(len(where), nodes))
+        return Joint(one, P, np.zeros(len(where)))
+    facing, s = _facing(one, two, near, contact)
+    P = mortar_projection(one, two.nodes[facing], s, nodes)
+    allowed = near + one.sag + two.sag.max()
+    opening = one.points - P @ body_2.mesh.p.T
+    unit = one.normals / np.hypot(*one.normals.T)[:, None]
+    distance = np.sum(opening * unit, axis=1)
+    start = f"contact {contact.name!r}, at"
+    if np.any(distance < -allowed):
+        i = int(distance.argmin())
+        raise ModelError(f"{start} {place(one.points[i])}: the bodies overlap by {-distance[i]:g}; move them apart, and give an Interference load")
+    if contact.gap is None and np.any(distance > allowed):
+        i = int(distance.argmax())
+        raise ModelError(
+            f'{start} {place(one.points[i])}: the faces do not touch, they are {distance[i]:g} apart; move the bodies together, or say gap="measured"'
+        )
+    return Joint(one, P, np.maximum(distance, 0.0) if contact.gap else np.zeros(len(distance)))
+
+
+def _matched(one: Face, two: Face, near: float) -> Integers | None:
+    """Place of each node of face 1 in face 2, if the nodes match one by one."""
+    distance, where = cKDTree(two.points).query(one.points)
+    ahead = np.diff(where[one.chain])
+    if two.closed:
+        ahead %= len(two.nodes)
+    return np.asarray(where) if distance.max() <= near and np.all(ahead == 1) else None
+
+
+def _facing(one: Face, two: Face, near: float, contact: Contact) -> tuple[Integers, Array]:
+    """Places in face 2 that face all of face 1, in order, and the arc lengths of face 1 that they face."""
+    s, height = foot_points(one, two.points)
+    length, chain = float(one.lengths.sum()), two.chain
+    step = np.diff(s[chain])
+    if one.closed:
+        step -= length * np.round(step / length)
+        meets = np.full(len(step), True)
+    else:
+        begins, ends = np.minimum(s[chain[:-1]], s[chain[1:]]), np.maximum(s[chain[:-1]], s[chain[1:]])
+        meets = (begins < length - near) & (ends > near)
+    meets &= step >= -near
+    edges = np.flatnonzero(meets)
+    if not len(edges):
+        raise ModelError(
+            f"contact {contact.name!r}: bodies {contact.body_1!r} and {contact.body_2!r} lie on the same side of it, they overlap, or their "
+            "faces look away from each other; the elements of body 1 and of body 2 belong on opposite sides"
+        )
+    if two.closed and not one.closed:  # begin where it faces nothing
+        begin = int(np.argmin(meets))
+        edges = begin + np.flatnonzero(np.roll(meets, -begin))
+    places = np.r_[edges, edges[-1] + 1] % len(two.nodes)
+    arc = s[places]
+    if one.closed:
+        covered = two.closed and len(edges) == len(step) and round(step.sum() / length) == 1
+        first = int(s.argmin())
+        places = np.r_[first - 1, first + np.arange(len(s) + 1)] % len(s)
+        arc = s[places] + length * np.r_[-1.0, np.zeros(len(s)), 1.0]
+    else:
+        slack = near + np.abs(height[places[[0, -1]]])  # across a gap, a foot point may move along by no more than the gap
+        covered = bool(np.all(np.diff(edges) == 1) and arc[0] <= slack[0] and arc[-1] >= length - slack[1])
+    if not covered:
+        raise ModelError(
+            f"contact {contact.name!r}: part of the face of body {contact.body_1!r}, from {place(one.points[0])} to {place(one.points[-1])}, "
+            f"faces nothing of body {contact.body_2!r}; name only the part that touches, or exchange the bodies"
+        )
+    return places, np.maximum.accumulate(np.r_[min(arc[0], 0.0), arc[1:-1], max(arc[-1], length)])

@@ -1,0 +1,105 @@
+"""Directions, order, arc length and widths along contacts in the plane."""
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from ..contact.checks import Array
+from ..errors import ModelError
+from ..tolerances import SAME_POINT
+from .interface import Interface
+
+__all__ = ["arc_length", "check_course", "check_sides", "half_widths", "place", "plane_frames", "runs"]
+
+
+def plane_frames(normals: Array) -> Array:
+    """(N, 2, 2) tangents and unit normals, from (N, 2) normals of any length: the tangent is the normal turned by -90 degrees."""
+    lengths = np.hypot(*normals.T)
+    if not lengths.min() > 0:
+        raise ModelError(f"normals: zero at pair {int(lengths.argmin())}; give the direction from body 2 into body 1")
+    n = normals / lengths[:, None]
+    return np.stack([np.column_stack([n[:, 1], -n[:, 0]]), n], axis=1)
+
+
+def place(point: Array) -> str:
+    """A point as a text for messages."""
+    return "(" + ", ".join(f"{value:g}" for value in point) + ")"
+
+
+def runs(names: list[str]) -> list[slice]:
+    """The pairs of each contact, from the name of each pair."""
+    starts = [i for i in range(len(names)) if i == 0 or names[i] != names[i - 1]]
+    return [slice(start, end) for start, end in pairwise([*starts, len(names)])]
+
+
+def check_course(points: Array, frames: Array, names: list[str]) -> None:
+    """Check that the pairs of each contact follow each other along their tangents, and that normals of neighbours do not flip.
+
+    Raises
+    ------
+    ModelError
+        They do not.
+    """
+    for run in runs(names):
+        t, n, p = frames[run, 0], frames[run, 1], points[run]
+        step = np.diff(p, axis=0)
+        flips = np.sum(n[1:] * n[:-1], axis=1) <= 0
+        if flips.any():
+            i = run.start + int(flips.argmax())
+            raise ModelError(
+                f"normals: they turn by 90 degrees or more from pair {i} at {place(points[i])} to pair {i + 1} at {place(points[i + 1])}; "
+                "let all point from body 2 into body 1, and make a contact of its own of each side of a sharp corner"
+            )
+        back = np.minimum(np.sum(t[1:] * step, axis=1), np.sum(t[:-1] * step, axis=1)) <= 0
+        if back.any():
+            i = run.start + int(back.argmax())
+            hint = "reverse the pairs (or the normals, and exchange the bodies)" if back.all() else "order the pairs along the contact"
+            raise ModelError(
+                f"pairs: from pair {i} at {place(points[i])} to pair {i + 1} at {place(points[i + 1])} they go against the tangent, "
+                f"which is the normal turned by -90 degrees; {hint}"
+            )
+
+
+def check_sides(graph: csr_matrix, interface: Interface, points: Array, names: list[str]) -> None:
+    """Check that the normals point into body 1: the nodes next to the contact lie ahead in body 1, behind in body 2.
+
+    Raises
+    ------
+    ModelError
+        They point the other way.
+    """
+    pattern = (graph > 0).astype(np.float64)
+    neighbours = np.asarray(pattern.sum(axis=1))
+    inward = np.where(neighbours > 0, (pattern @ points) / np.maximum(neighbours, 1) - points, 0.0)
+    ahead = np.sum(interface.frames[:, -1] * (inward[interface.nodes] - interface.projection @ inward), axis=1)
+    for run in runs(names):
+        if ahead[run].sum() < 0:
+            i = run.start
+            raise ModelError(
+                f"normals: those of contact {names[i]!r} point from body 1 into body 2, the first at {place(points[interface.nodes[i]])}; "
+                "turn them round, or exchange the columns of the pairs, and reverse the order of the pairs"
+            )
+
+
+def half_widths(points: Array, names: list[str]) -> Array | None:
+    """(N,) half the distances to the neighbours on the same contact; None if a contact has a single pair."""
+    width = np.zeros(len(points))
+    for run in runs(names):
+        half = np.hypot(*np.diff(points[run], axis=0).T) / 2
+        width[run] += np.r_[half, 0.0] + np.r_[0.0, half]
+    return width if width.min() > 0 else None
+
+
+def arc_length(points: Array, frames: Array, names: list[str]) -> Array:
+    """(N,) arc length along the contacts, one after the other."""
+    x, end = np.empty(len(points)), 0.0
+    for run in runs(names):
+        p = points[run]
+        lengths = np.hypot(*np.diff(p, axis=0).T)
+        step = float(lengths.mean()) if len(lengths) else 1.0
+        first = float(frames[0, 0] @ p[0])
+        start = end + step if run.start else first * (abs(first) > SAME_POINT * lengths.sum())
+        x[run] = start + np.r_[0.0, np.cumsum(lengths)]
+        end = float(x[run][-1])
+    return x

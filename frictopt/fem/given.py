@@ -1,0 +1,127 @@
+"""Checks of what the user of another code gives to a condensation: matrices, numbering, pairs."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_matrix, issparse
+
+from ..contact.checks import Array, check_name, choice, finite_array, frozen, listed, whole_array
+from ..errors import ModelError
+from ..tolerances import SAME_POINT, SYMMETRY
+from .frames import place
+from .ordering import Integers
+
+__all__ = ["checked_forces", "checked_gap", "checked_normals", "checked_pairs", "checked_rows", "checked_stiffness"]
+
+
+def checked_stiffness(K: Any) -> csr_matrix:
+    """A square, finite, symmetric matrix."""
+    if not issparse(K):
+        K = finite_array("K", K, (None, None))
+    matrix = csr_matrix(K)
+    if matrix.dtype.kind not in "fiu" or matrix.shape[0] != matrix.shape[1] or not matrix.shape[0]:
+        raise ModelError(f"K: shape {matrix.shape}, type {matrix.dtype}; give the square, real stiffness matrix")
+    matrix = matrix.astype(np.float64)
+    finite_array("K: entries", matrix.data)
+    matrix.sum_duplicates()
+    skew = (matrix - matrix.T).tocoo()
+    worst = int(np.abs(skew.data).argmax()) if skew.nnz else 0
+    if skew.nnz and np.abs(skew.data[worst]) > SYMMETRY * np.abs(matrix.data).max():
+        i, j = int(skew.row[worst]), int(skew.col[worst])
+        raise ModelError(
+            f"K: not symmetric, K[{i}, {j}] = {matrix[i, j]:g} but K[{j}, {i}] = {matrix[j, i]:g}; give both triangles of a symmetric stiffness"
+        )
+    return matrix
+
+
+def checked_rows(unknowns: Any, held: Any, shape: tuple[int, ...], size: int) -> Integers:
+    """Rows of K, of the shape of the points, -1 for those that are held too."""
+    rows = whole_array("unknowns", unknowns, shape, least=-1, most=size - 1)
+    fixed = whole_array("held", np.zeros(0) if len(listed("held", held)) == 0 else held, (None,), least=0, most=size - 1)
+    times = np.bincount(rows[rows >= 0], minlength=size)
+    if times.max() > 1:
+        row = int(times.argmax())
+        raise ModelError(f"unknowns: row {row} of K is that of nodes {np.argwhere(rows == row)[:2, 0].tolist()}; give each row to one node")
+    times[fixed] = 1
+    if times.min() < 1:
+        row = int(times.argmin())
+        raise ModelError(f"unknowns: row {row} of K is no node's; give it to a node, or name it in held if its displacement is zero")
+    return np.where(np.isin(rows, fixed), -1, rows)
+
+
+def checked_pairs(pairs: Any, projection: Any, rows: Integers, points: Array) -> tuple[Integers, csr_matrix]:
+    """Nodes of body 1, and the matrix of the places on body 2 that they are glued to; `rows` as `checked_rows` gives them."""
+    most = len(points) - 1
+    if projection is None:
+        nodes, other = whole_array("pairs", pairs, (None, 2), least=0, most=most).T
+        P = csr_matrix((np.ones(len(other)), (np.arange(len(other)), other)), shape=(len(other), len(points)))
+    else:
+        nodes = whole_array("pairs", pairs, (None,), least=0, most=most)
+        P = _checked_projection(projection, (len(nodes), len(points)))
+    if not len(nodes):
+        raise ModelError("pairs: none; a contact needs at least one node pair")
+    values, times = np.unique(nodes, return_counts=True)
+    if np.any(times > 1):
+        node = int(values[times > 1][0])
+        raise ModelError(f"pairs: node {node} of body 1 at {place(points[node])} is in two pairs; let a corner belong to one contact alone")
+    both = np.intersect1d(nodes, P.indices)
+    if len(both):
+        raise ModelError(f"pairs: node {both[0]} at {place(points[both[0]])} is on both sides; let it be in one pair, and in body 1 or body 2")
+    if np.any(rows[nodes] < 0):
+        node = int(nodes[(rows[nodes] < 0).any(axis=1)][0])
+        raise ModelError(f"pairs: node {node} of body 1 at {place(points[node])} is held; hold body 1 elsewhere, or exchange the bodies")
+    return nodes, P
+
+
+def _checked_projection(projection: Any, shape: tuple[int, int]) -> csr_matrix:
+    """A projection whose rows add up to 1."""
+    P = csr_matrix(projection if issparse(projection) else finite_array("projection", projection, (None, None)))
+    if P.shape != shape or P.dtype.kind not in "fiu":
+        raise ModelError(f"projection: shape {P.shape}, type {P.dtype}; give a real matrix of shape {shape}, a row for each node of body 1")
+    P = P.astype(np.float64)
+    finite_array("projection: entries", P.data)
+    P.eliminate_zeros()
+    sums = np.asarray(P.sum(axis=1)).ravel()
+    if np.abs(sums - 1).max() > SAME_POINT:
+        i = int(np.abs(sums - 1).argmax())
+        raise ModelError(f"projection: row {i} adds up to {sums[i]:g}; its weights of the nodes of body 2 must add up to 1")
+    return P
+
+
+def checked_normals(normals: Any, shape: tuple[int, ...]) -> Array:
+    """A direction for each pair, from one for each or one for all; not zero."""
+    directions = finite_array("normals", normals)
+    if directions.shape not in (shape[1:], shape):
+        raise ModelError(f"normals: shape {directions.shape}, expected {shape}, or {shape[1:]} for one direction")
+    return frozen(np.broadcast_to(directions, shape))
+
+
+def checked_gap(gap: Any, points: Array, opening: Array, normals: Array, near: float) -> Array:
+    """(N,) initial gap, as given or from the openings (N, d) of the pairs at some points; nodes that are `near` coincide."""
+    if gap is not None and not isinstance(gap, str):
+        return finite_array("gap", gap, (len(points),))
+    if gap is None:
+        distance = np.linalg.norm(opening, axis=1)
+        if distance.max() > near:
+            i = int(distance.argmax())
+            raise ModelError(
+                f"pairs: the nodes of pair {i}, at {place(points[i])} and {place(points[i] - opening[i])}, lie {distance[i]:g} apart; "
+                'let them coincide, or say gap="measured" if the bodies are apart there before loading'
+            )
+        return np.zeros(len(points))
+    choice("gap", gap, ("measured",))
+    distance = np.sum(opening * normals, axis=1)
+    if distance.min() < -near:
+        i = int(distance.argmin())
+        raise ModelError(f"gap: the bodies overlap by {-distance[i]:g} at pair {i}, {place(points[i])}; move them apart, and give an interference")
+    return np.asarray(np.maximum(distance, 0.0))
+
+
+def checked_forces(loads: Any, size: int) -> dict[str, Array]:
+    """Nodal forces of each load case, on all rows of K."""
+    if not isinstance(loads, Mapping):
+        raise ModelError(f"loads: a {type(loads).__name__}; give a mapping, load case name -> nodal forces")
+    for name in loads:
+        check_name("loads", name)
+    return {name: finite_array(f"loads[{name!r}]", force, (size,)) for name, force in loads.items()}

@@ -1,0 +1,142 @@
+"""Rigid motions that nothing prevents: how they are found in a stiffness matrix, and what they say of a condensation."""
+
+import numpy as np
+from scipy.sparse import csr_matrix, hstack
+from scipy.sparse.csgraph import connected_components
+
+from ..contact.checks import Array
+from ..errors import ModelError
+from ..tolerances import EQUILIBRIUM, FREE_MOTION, SAME_POINT
+from .frames import place
+from .interface import Interface
+from .ordering import Integers
+
+__all__ = ["balanced", "check_supports", "free_motions", "node_graph"]
+
+
+def node_graph(K: csr_matrix, unknowns: Integers) -> csr_matrix:
+    """(nodes, nodes) pattern of the nodes that the stiffness joins."""
+    node = np.full(K.shape[0], -1)
+    listed = unknowns >= 0
+    node[unknowns[listed]] = np.broadcast_to(np.arange(len(unknowns))[:, None], unknowns.shape)[listed]
+    row, column = node[np.repeat(np.arange(K.shape[0]), np.diff(K.indptr))], node[K.indices]
+    free = (row >= 0) & (column >= 0)
+    return csr_matrix((np.ones(np.count_nonzero(free)), (row[free], column[free])), shape=(len(unknowns),) * 2)
+
+
+def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integers) -> csr_matrix:
+    """(size, k) rigid motions, of one body each, that need no force; orthonormal.
+
+    Parameters
+    ----------
+    K
+        The stiffness.
+    unknowns, points
+        (nodes, d) rows of the stiffness, -1 where held, and coordinates.
+    body
+        (nodes,) number of the body that each node belongs to.
+    """
+    rigid = _rigid_motions(points, body)
+    listed = unknowns >= 0
+    u = np.zeros((K.shape[0], rigid.shape[2]))
+    u[unknowns[listed]] = rigid[listed]
+    own_stiffness = np.abs(K.diagonal())
+    resistance = rigid.copy()  # over the stiffness of each displacement by itself; that of a held one is the displacement
+    resistance[listed] = (K @ u / np.where(own_stiffness > 0, own_stiffness, 1.0)[:, None])[unknowns[listed]]
+    found = [csr_matrix((K.shape[0], 0))]
+    order = np.argsort(body, kind="stable")
+    for own in np.split(order, np.flatnonzero(np.diff(body[order])) + 1):
+        if not listed[own].any():
+            continue
+        shapes, triangle = np.linalg.qr(rigid[own].reshape(-1, rigid.shape[2]))
+        turned, sizes, mixed = np.linalg.svd(triangle, full_matrices=False)
+        real = sizes > SAME_POINT * sizes[0]  # a single node cannot turn
+        forces = np.linalg.qr(resistance[own].reshape(-1, rigid.shape[2]) @ (mixed[real].T / sizes[real]), mode="r")
+        _, force, turn = np.linalg.svd(forces)
+        free = turn[np.pad(force, (0, len(turn) - len(force))) <= FREE_MOTION].T
+        motions = (shapes @ (turned[:, real] @ free))[listed[own].ravel()]
+        where = (np.repeat(unknowns[own][listed[own]], motions.shape[1]), np.tile(np.arange(motions.shape[1]), len(motions)))
+        found.append(csr_matrix((motions.ravel(), where), shape=(K.shape[0], motions.shape[1])))
+    return csr_matrix(hstack(found))
+
+
+def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_matrix, interface: Interface) -> None:
+    """Check that no rigid motion is left to bodies that are glued together.
+
+    Raises
+    ------
+    ModelError
+        One is left.
+    """
+    links = interface.projection.tocoo()
+    ties = csr_matrix((np.ones(len(links.row)), (interface.nodes[links.row], links.col)), shape=graph.shape)
+    _, assembly = connected_components(graph + ties, directed=False)
+    left = free_motions(K, unknowns, points, assembly)
+    if left.shape[1]:
+        node = int(np.flatnonzero((unknowns == left.tocoo().row[0]).any(axis=1))[0])
+        group = assembly == assembly[node]
+        count = int(left[unknowns[group][unknowns[group] >= 0]].getnnz(axis=0).astype(bool).sum())
+        raise ModelError(
+            f"supports: {count} rigid motions of the glued bodies at node {node}, {place(points[node])}, are not prevented; "
+            "hold the bodies against translation and turning, and leave out what touches nothing"
+        )
+
+
+def balanced(S: Array, R: Array, K: csr_matrix, F: Array, interface: Interface, unknowns: Integers, motions: csr_matrix) -> tuple[Array, Array]:
+    """S and R without the rounding errors of the elimination in the rigid motions of the bodies.
+
+    S must have no stiffness against a rigid motion of one body that its supports allow, and the reactions of a load case must do the work of the load
+    in it, with the opposite sign. The deviation measures the accuracy of the elimination.
+
+    Parameters
+    ----------
+    S, R
+        (k, k) stiffness of the relative motion and (k, loads) reactions.
+    K, F
+        Stiffness and (size, loads) loads before the elimination.
+    interface, unknowns
+        The pairs, and the rows of the stiffness.
+    motions
+        Rigid motions that `free_motions` found.
+
+    Raises
+    ------
+    ModelError
+        A body can move without moving at the interface, or the deviation exceeds the tolerance.
+    """
+    if not motions.shape[1]:
+        return S, R
+    relative = (interface.relative(unknowns, K.shape[0]) @ motions).toarray()
+    sizes = np.linalg.svd(relative, compute_uv=False)
+    if len(sizes) < relative.shape[1] or sizes[-1] <= SAME_POINT * sizes[0]:
+        raise ModelError("supports: a body can turn about its contact, or move without moving there; hold it, or give the contact more nodes")
+    rigid, to_unit = np.linalg.qr(relative)
+    work = np.linalg.solve(to_unit.T, motions.T @ F)
+    excess = rigid.T @ R + work
+    scale = np.abs(R).sum(axis=0) + np.abs(F).sum(axis=0)
+    errors = [*(np.abs(excess) / np.where(scale > 0, scale, 1.0)).ravel(), *(np.abs(S @ rigid) / np.abs(S).max()).ravel()]
+    error = float(max(errors, default=0.0))
+    if not error <= EQUILIBRIUM:
+        raise ModelError(
+            f"stiffness: elimination leaves equilibrium of the bodies with an error of {error:.1e}; materials, sizes or elements differ too much: "
+            "bring the stiffness of the bodies, the lengths, or the element sizes closer together"
+        )
+    S = S - rigid @ (rigid.T @ S)
+    return np.asarray(S - (S @ rigid) @ rigid.T), np.asarray(R - rigid @ excess)
+
+
+def _rigid_motions(points: Array, body: Integers) -> Array:
+    """(nodes, d, k) displacements in the translations and turns about the middle of each body, at most 1."""
+    count, d = np.bincount(body), points.shape[1]
+    centre = np.column_stack([np.bincount(body, weights=column) / count for column in points.T])
+    arm = points - centre[body]
+    size = np.zeros(len(count))
+    np.maximum.at(size, body, np.abs(arm).max(axis=1))
+    arm = arm / np.where(size > 0, size, 1.0)[body][:, None]
+    columns = [np.broadcast_to(direction, points.shape) for direction in np.eye(d)]
+    for a in range(d):
+        for b in range(a + 1, d):
+            turn = np.zeros(points.shape)
+            turn[:, a], turn[:, b] = -arm[:, b], arm[:, a]
+            columns.append(turn)
+    return np.stack(columns, axis=-1)

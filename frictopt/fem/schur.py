@@ -1,0 +1,55 @@
+"""Elimination of all but the last unknowns of a sparse stiffness, with one factorisation."""
+
+import numpy as np
+from scipy.sparse import csc_matrix, csr_matrix, diags
+from scipy.sparse.linalg import splu
+
+from ..contact.checks import Array
+from ..errors import ModelError
+
+__all__ = ["schur_complement"]
+
+
+def schur_complement(K: csr_matrix, F: Array, kept: int) -> tuple[Array, Array]:
+    """Eliminate all but the last `kept` unknowns of `K u = F`, in the order in which they stand, with one factorisation.
+
+    With the kept unknowns last, the trailing blocks of the factors are the factors of the Schur complement,
+    `S = K_rr - K_ri K_ii^-1 K_ir = L_rr U_rr`: no right-hand side per kept unknown is needed. S may be singular (a body that its
+    supports do not hold), so the factorisation shifts the trailing diagonal, and the shift is removed afterwards.
+
+    Parameters
+    ----------
+    K
+        Symmetric stiffness, positive definite in the eliminated unknowns.
+    F
+        (unknowns, m) loads.
+    kept
+        Number of kept unknowns.
+
+    Returns
+    -------
+    S
+        (kept, kept) stiffness.
+    R
+        (kept, m) reactions `-(F_r - K_ri K_ii^-1 F_i)` that hold the kept unknowns at zero.
+
+    Raises
+    ------
+    ModelError
+        The eliminated part is singular.
+    """
+    n = K.shape[0]
+    shift = K.diagonal()[n - kept :].max()
+    shifted = K + diags(np.r_[np.zeros(n - kept), np.full(kept, shift)], format="csr")
+    columns = csc_matrix((shifted.data, shifted.indices, shifted.indptr), shape=K.shape)  # its rows: it is symmetric
+    try:
+        factors = splu(columns, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise ModelError(f"stiffness: its interior part is singular ({error}); support the bodies and check the materials") from error
+    tail = np.arange(n - kept, n)
+    if not (np.array_equal(factors.perm_c[tail], tail) and np.array_equal(factors.perm_r[tail], tail)):
+        raise ModelError("stiffness: its factorisation had to reorder the interface, so it is far from positive definite; check the materials")
+    trailing = factors.L[n - kept :, n - kept :].toarray() @ factors.U[n - kept :, n - kept :].toarray()
+    S = trailing - shift * np.eye(kept)
+    R = -trailing @ factors.solve(F)[n - kept :]
+    return (S + S.T) / 2, R

@@ -1,0 +1,94 @@
+"""Meshes and models of several contacts for the tests, turned by any angle."""
+
+import numpy as np
+from skfem import MeshQuad
+
+import frictopt as fo
+
+
+def rotation(angle):
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def turned(mesh, angle):
+    return type(mesh)(rotation(angle) @ mesh.p, mesh.t).with_boundaries(mesh.boundaries)
+
+
+def traction(angle, body, boundary, x=0.0, y=0.0):
+    return fo.Traction(body, boundary, *(rotation(angle) @ [x, y]))
+
+
+def ring(radii, elements, inner, outer):
+    """Rings of quadrilaterals, with names for the innermost and the outermost circle."""
+    n, angle = elements, 2 * np.pi * np.arange(elements) / elements
+    points = np.concatenate([r * np.array([np.cos(angle), np.sin(angle)]) for r in radii], axis=1)
+    i, j = (index.ravel() for index in np.indices((len(radii) - 1, n)))
+    mesh = MeshQuad(points, np.array([i * n + j, (i + 1) * n + j, (i + 1) * n + (j + 1) % n, i * n + (j + 1) % n]))
+    inside = radii[0] * (1 + 1e-9)
+    return mesh.with_boundaries({inner: lambda x: np.hypot(*x) < inside, outer: lambda x: np.hypot(*x) > inside})
+
+
+def trapezium(bottom, top, elements, boundaries):
+    """Quadrilaterals between two level segments, (left, right, y) each, `elements` across and up, its four sides renamed."""
+    s, t = np.linspace(0, 1, elements[0] + 1), np.linspace(0, 1, elements[1] + 1)
+    mesh = MeshQuad.init_tensor(s, t)
+    mesh = mesh.with_boundaries(
+        {
+            boundaries.get(name, name): where
+            for name, where in {
+                "left": lambda x: x[0] == 0,
+                "right": lambda x: x[0] == 1,
+                "bottom": lambda x: x[1] == 0,
+                "top": lambda x: x[1] == 1,
+            }.items()
+        }
+    )
+    s, t = mesh.p
+    (a, b, low), (c, d, high) = bottom, top
+    points = np.array([(1 - t) * (a + s * (b - a)) + t * (c + s * (d - c)), low + t * (high - low)])
+    return MeshQuad(points, mesh.t).with_boundaries(mesh.boundaries)
+
+
+def wedge(angle=0.0, jaws=(4, 6), wedge_up=6, wedge_across=5, loads=None):
+    """A wedge between two jaws, flanks at 60 degrees to the horizontal, the whole turned by `angle`; three bodies, two contacts."""
+    slope = 1 / np.tan(np.pi / 3)
+    middle = trapezium((-0.5, 0.5, 0.0), (-0.5 - slope, 0.5 + slope, 1.0), (wedge_across, wedge_up), {"left": "left flank", "right": "right flank"})
+    left = trapezium((-2.0, -0.5, 0.0), (-2.0, -0.5 - slope, 1.0), jaws, {"right": "flank", "left": "wall"})
+    right = trapezium((0.5, 2.0, 0.0), (0.5 + slope, 2.0, 1.0), jaws, {"left": "flank", "right": "wall"})
+    bodies = {"wedge": middle, "left jaw": left, "right jaw": right}
+    return fo.ContactModel(
+        bodies={name: fo.Body(turned(mesh, angle)) for name, mesh in bodies.items()},
+        contacts=[fo.Contact("wedge", f"{side} jaw", f"{side} flank", "flank") for side in ("left", "right")],
+        supports=[fo.Support(f"{side} jaw", "wall") for side in ("left", "right")],
+        loads=loads
+        or {
+            "P": [traction(angle, "wedge", "top", y=-1.0)],
+            "Q": [traction(angle, "wedge", "top", x=1.0)],
+            "fit": [fo.Interference("left flank", 0.01), fo.Interference("right flank", 0.02)],
+        },
+    )
+
+
+def blocks(kind=MeshQuad, x_punch=None, x_block=None, angle=0.0, material=None, element="linear"):
+    """Two blocks, 2 x 1, that meet on y = 0 before the whole is turned by `angle`."""
+    x, y = np.array([-1.0, -0.5, 0.1, 1.0]), np.array([0.0, 0.4, 1.0])
+    sides = {"left": lambda x: x[0] == -1.0, "right": lambda x: x[0] == 1.0, "contact": lambda x: x[1] == 0.0}
+    punch = kind.init_tensor(x if x_punch is None else x_punch, y).with_boundaries({**sides, "top": lambda x: x[1] == 1.0})
+    block = kind.init_tensor(x if x_block is None else x_block, -y[::-1]).with_boundaries({**sides, "bottom": lambda x: x[1] == -1.0})
+    material = material or fo.Material()
+    return {name: fo.Body(turned(mesh, angle), material, element) for name, mesh in (("punch", punch), ("block", block))}
+
+
+def uniform_loads(angle=0.0):
+    """Uniform pressure and uniform shear on two blocks."""
+    return {
+        "p": [traction(angle, "punch", "top", y=-1.0), traction(angle, "block", "bottom", y=1.0)],
+        "tau": [traction(angle, "punch", "top", x=1.0), traction(angle, "block", "bottom", x=-1.0)]
+        + [traction(angle, body, side, y=sign) for body in ("punch", "block") for side, sign in (("right", 1.0), ("left", -1.0))],
+    }
+
+
+def hung(angle=0.0):
+    """Supports of the block of two blocks that leave it free to strain: a corner, and one direction of the other."""
+    left, right = (tuple(float(value) for value in rotation(angle) @ [x, -1.0]) for x in (-1.0, 1.0))
+    return [fo.Support("block", left, "xy"), fo.Support("block", right, "y" if abs(np.cos(angle)) > 0.5 else "x")]

@@ -1,0 +1,184 @@
+"""Contacts of any number, direction and shape, against closed forms, equilibrium, and themselves turned or exchanged."""
+
+import numpy as np
+import pytest
+from skfem import MeshQuad, MeshTri
+
+import frictopt as fo
+from meshes import blocks, hung, ring, rotation, uniform_loads, wedge
+
+ANGLES = [0.3, np.pi / 4, np.pi / 2, 2.0, np.pi, 4.0]
+
+
+@pytest.mark.parametrize("angle", [0.0, *ANGLES])
+@pytest.mark.parametrize("elements", [(7, 7), (8, 10), (10, 8), (3, 7), (7, 3)])
+@pytest.mark.parametrize("kind", [MeshQuad, MeshTri])
+def test_uniform_stress_passes_between_meshes_that_do_not_match(angle, elements, kind):
+    x = [np.linspace(-1, 1, n + 1) + 0.1 / n * np.sin(np.linspace(0, np.pi * n, n + 1)) for n in elements]
+    system = fo.ContactModel(blocks(kind, *x, angle=angle), hung(angle), uniform_loads(angle)).condense()
+    q, p = system.reaction({"p": 2.0, "tau": 3.0})
+    assert np.allclose(p, 2.0 * system.width, rtol=0, atol=1e-12) and np.allclose(np.abs(q), 3.0 * system.width, rtol=0, atol=1e-12)
+    assert system.width.sum() == pytest.approx(2.0, rel=1e-13)
+    normal = rotation(angle) @ [0.0, 1.0]
+    assert np.allclose(system.normals, normal, atol=1e-13) and system.nodes == elements[0] + 1
+
+
+def limits(system):
+    cycle = fo.LoadCycle({"P": 1.0, "fit": 20.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    return fo.shakedown_limit(system, cycle, 0.3).load_factor
+
+
+def reactions(system):
+    return np.concatenate([np.concatenate(system.bonded[name]) for name in sorted(system.bonded)])
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("jaws", [(4, 6), (4, 7)])
+def test_a_scene_turned_by_any_angle_has_the_same_answers(angle, jaws):
+    """Two inclined contacts of three bodies, with nodes that match or not."""
+    straight, turned = wedge(jaws=jaws).condense(), wedge(angle, jaws=jaws).condense()
+    assert np.allclose(turned.S, straight.S, rtol=0, atol=1e-11 * np.abs(straight.S).max())
+    assert np.allclose(reactions(turned), reactions(straight), rtol=0, atol=1e-11)
+    assert np.allclose(turned.x - turned.x[0], straight.x - straight.x[0], atol=1e-12) and np.allclose(turned.width, straight.width)
+    assert np.allclose(turned.points, straight.points @ rotation(angle).T) and np.allclose(turned.normals, straight.normals @ rotation(angle).T)
+    limit = limits(straight)
+    assert 0.1 < limit < 10.0
+    assert limits(turned) == pytest.approx(limit, rel=1e-10)
+
+
+def resultant(system, case, contact=None):
+    """Force and moment about the origin of body 2 on body 1."""
+    q, p = system.bonded[case]
+    t = np.column_stack([system.normals[:, 1], -system.normals[:, 0]])
+    force = (q[:, None] * t + p[:, None] * system.normals)[slice(None) if contact is None else system.contact == contact]
+    x, y = system.points[slice(None) if contact is None else system.contact == contact].T
+    return np.r_[force.sum(axis=0), (x * force[:, 1] - y * force[:, 0]).sum()]
+
+
+def test_forces_on_both_flanks_of_a_wedge_balance_the_loads():
+    system = wedge().condense()
+    assert list(dict.fromkeys(system.contact)) == ["left flank", "right flank"]
+    top = 1.0 + 2 / np.tan(np.pi / 3)
+    assert np.allclose(resultant(system, "P"), [0.0, top, 0.0], atol=1e-11)
+    assert np.allclose(resultant(system, "Q"), [-top, 0.0, top], atol=1e-11)
+    assert np.allclose(resultant(system, "fit"), 0.0, atol=1e-12)
+    assert system.bonded["fit"][1].sum() > 0
+
+
+def test_slip_and_gap_of_each_contact_are_along_its_own_directions():
+    """A rigid motion of a free body, resolved in the directions of the nodes, meets no stiffness."""
+    system = wedge().condense()
+    n, t = system.normals, np.column_stack([system.normals[:, 1], -system.normals[:, 0]])
+    for motion in ([[1.0, 0.0]], [[0.0, 1.0]], np.column_stack([-system.points[:, 1], system.points[:, 0]])):
+        relative = np.r_[np.sum(motion * t, axis=1), np.sum(motion * n, axis=1)]
+        assert np.abs(system.S @ relative).max() < 1e-13 * np.abs(system.S).max()
+    assert np.allclose(n[system.contact == "left flank"], [np.sin(np.pi / 3), np.cos(np.pi / 3)])
+    assert np.allclose(n[system.contact == "right flank"], [-np.sin(np.pi / 3), np.cos(np.pi / 3)])
+
+
+def test_arc_length_runs_on_from_contact_to_contact():
+    system = wedge().condense()
+    steps = np.diff(system.x)
+    edge = 1 / np.sin(np.pi / 3) / 6
+    assert np.allclose(steps, edge) and system.nodes == 14  # a contact begins one spacing after the one before
+    assert np.allclose(system.width.reshape(2, 7), edge * np.r_[0.5, np.ones(5), 0.5])
+
+
+@pytest.mark.parametrize("x_block", [None, np.array([-1.0, -0.3, 0.4, 1.0])])
+def test_which_body_is_called_body_1_only_turns_the_nodes_round(x_block):
+    model = fo.ContactModel(blocks(x_block=x_block), hung(), uniform_loads())
+    one = model.condense()
+    other = fo.ContactModel(model.bodies, model.supports, model.loads, [fo.Contact("block", "punch")]).condense()
+    if x_block is None:
+        assert np.allclose(other.S, one.S.reshape(2, 4, 2, 4)[:, ::-1, :, ::-1].reshape(8, 8), atol=1e-13)
+        assert np.allclose(reactions(other), reactions(one).reshape(-1, 4)[:, ::-1].ravel(), atol=1e-13)
+    assert np.allclose(other.normals, [0.0, -1.0]) and np.allclose(other.x, -other.points[:, 0])
+    assert other.bonded["tau"][0].sum() == pytest.approx(one.bonded["tau"][0].sum(), rel=1e-12)
+
+
+def fitted(pin, plate, delta=0.01, bore=0.3, rim=4.0, exchanged=False):
+    """A hollow pin shrunk into a plate."""
+    faces = ("plate", "pin", "hole", "surface") if exchanged else ("pin", "plate", "surface", "hole")
+    return fo.ContactModel(
+        bodies={
+            "pin": fo.Body(ring(np.linspace(bore, 1.0, 12), pin, "bore", "surface")),
+            "plate": fo.Body(ring(np.geomspace(1.0, rim, 20), plate, "hole", "rim")),
+        },
+        contacts=[fo.Contact(*faces, name="fit")],
+        supports=[fo.Support("plate", (rim, 0.0), "xy"), fo.Support("plate", (-rim, 0.0), "y")],
+        loads={"fit": [fo.Interference("fit", delta)], "pull": [fo.Traction("pin", "bore", x=1.0)]},
+    )
+
+
+@pytest.mark.parametrize("exchanged", [False, True])
+@pytest.mark.parametrize(("pin", "plate", "spread"), [(60, 60, 1e-12), (60, 72, 5e-3), (72, 60, 5e-3)])
+def test_a_pin_shrunk_into_a_plate_has_the_pressure_of_lame(pin, plate, spread, exchanged):
+    """p = delta / (a (C_1 + C_2)), C = (r_1^2 + r_2^2) / (r_2^2 - r_1^2) / E' -+ nu'/E' of the hollow pin and of the plate, in plane strain."""
+    a, bore, rim, delta = 1.0, 0.3, 4.0, 0.01
+    modulus, ratio = 1 / (1 - 0.3**2), 0.3 / 0.7
+    compliance = ((a**2 + bore**2) / (a**2 - bore**2) - ratio + (rim**2 + a**2) / (rim**2 - a**2) + ratio) / modulus
+    system = fitted(pin, plate, exchanged=exchanged).condense()
+    q, p = system.bonded["fit"]
+    pressure = p / system.width
+    assert pressure.mean() == pytest.approx(delta / a / compliance, rel=3e-3)
+    assert np.ptp(pressure) < spread * pressure.mean() and np.abs(q).max() < spread * p.max()
+    assert np.allclose(np.sum(system.normals * system.points, axis=1), 1.0 if exchanged else -1.0)
+    sign = -1.0 if exchanged else 1.0
+    assert np.allclose(
+        resultant(system, "pull"),
+        [-sign * 2 * 60 * 0.3 * np.sin(np.pi / 60) if pin == 60 else -sign * 2 * 72 * 0.3 * np.sin(np.pi / 72), 0, 0],
+        atol=2e-3,
+    )
+
+
+def test_the_ring_is_closed():
+    """Turning the mesh by one element only renumbers the nodes; the first and the last are neighbours like any other two."""
+    system = fitted(24, 24).condense()
+    assert np.allclose(system.width, 2 * np.sin(np.pi / 24)) and system.nodes == 24
+    rolled = np.roll(system.A, (1, 1), axis=(0, 1))
+    assert np.allclose(rolled, system.A, atol=1e-3 * np.abs(system.A).max())
+
+
+def test_a_stack_of_blocks_has_the_contacts_of_each_pair():
+    """Three bodies, two contacts, uniform pressure and shear through both."""
+    two = blocks()
+    top = MeshQuad(two["punch"].mesh.p + [[0.0], [1.0]], two["punch"].mesh.t).with_boundaries(two["punch"].mesh.boundaries)
+    loads = uniform_loads()
+    loads["p"][0] = fo.Traction("cap", "top", y=-1.0)
+    loads["tau"][0] = fo.Traction("cap", "top", x=1.0)
+    loads["tau"] += [fo.Traction("cap", side, y=sign) for side, sign in (("right", 1.0), ("left", -1.0))]
+    system = fo.ContactModel(
+        bodies={**two, "cap": fo.Body(top)},
+        contacts=[fo.Contact("punch", "block"), fo.Contact("cap", "punch", "contact", "top", name="upper")],
+        supports=hung(),
+        loads=loads,
+    ).condense()
+    weights = np.tile([0.25, 0.55, 0.75, 0.45], 2)
+    assert np.allclose(system.bonded["p"][1], weights, rtol=1e-12) and np.allclose(np.abs(system.bonded["tau"][0]), weights, rtol=1e-12)
+    assert (np.linalg.eigvalsh(system.S) < 1e-12 * np.linalg.norm(system.S)).sum() == 6  # two free bodies
+    assert system.contact.tolist() == ["contact"] * 4 + ["upper"] * 4 and "contacts=['contact', 'upper']" in repr(system)
+
+
+def test_interference_is_a_negative_gap():
+    """Its bonded reactions are (B^T d, C d), and they add to the tractions of the same load case."""
+    plain = wedge().condense()
+    d = np.repeat([0.01, 0.02], 7)
+    assert np.allclose(np.r_[plain.bonded["fit"]], plain.S @ np.r_[np.zeros(14), d], atol=1e-15)
+    both = wedge(loads={"all": [*wedge().loads["P"], *wedge().loads["fit"], fo.Interference("left flank", 0.005)]}).condense()
+    d[:7] += 0.005
+    assert np.allclose(np.r_[both.bonded["all"]], np.r_[plain.bonded["P"]] + plain.S @ np.r_[np.zeros(14), d], atol=1e-14)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_the_gap_of_a_rounded_punch_is_measured(angle):
+    """A parabola of height x^2 / 10 above a flat block: the gap along the normals, and none where it is not asked for."""
+    x = np.linspace(-1.0, 1.0, 21)
+    raw = blocks(x_punch=x, x_block=np.linspace(-1.0, 1.0, 17))
+    mesh = raw["punch"].mesh
+    bent = MeshQuad(rotation(angle) @ (mesh.p + [[0.0], [0.1]] * mesh.p[0] ** 2), mesh.t).with_boundaries(mesh.boundaries)
+    flat = blocks(x_block=np.linspace(-1.0, 1.0, 17), angle=angle)["block"]
+    parts = {"bodies": {"punch": fo.Body(bent), "block": flat}, "supports": [fo.Support("block", "bottom")], "loads": uniform_loads(angle)}
+    system = fo.ContactModel(**parts, contacts=[fo.Contact("punch", "block", gap="measured")]).condense()
+    assert np.allclose(system.gap, 0.1 * x**2, rtol=0.03, atol=1e-4)
+    with pytest.raises(fo.ModelError, match="the faces do not touch, they are "):
+        fo.ContactModel(**parts)

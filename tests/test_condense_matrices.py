@@ -1,0 +1,218 @@
+"""Condensation of given matrices against the equations of the glued bodies with multipliers, by dense algebra, and bad input."""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import block_diag, csr_matrix
+from skfem import Basis, ElementTriP1, ElementVector, MeshTri
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+import frictopt as fo
+from meshes import rotation
+
+STEEL, ALLOY = lame_parameters(2.0, 0.3), lame_parameters(0.7, 0.2)
+
+
+def stiffness(mesh, lame):
+    basis = Basis(mesh, ElementVector(ElementTriP1()))
+    return linear_elasticity(*lame).assemble(basis), basis.nodal_dofs.T
+
+
+def problem(rng, angle=0.0, cells=(3, 4), held=True):
+    """Two blocks of triangles as another code would give them: the rows of K in any order, the nodes of the contact on y = 0 before the turn."""
+    upper, lower = (MeshTri.init_tensor(np.linspace(-1, 1, n + 1), y) for n, y in zip(cells, ([0.0, 0.6, 1.0], [-1.0, -0.3, 0.0]), strict=True))
+    (K1, dofs1), (K2, dofs2) = stiffness(upper, STEEL), stiffness(lower, ALLOY)
+    new = rng.permutation(K1.shape[0] + K2.shape[0])
+    K, old = block_diag([K1, K2]).tocsr(), np.argsort(new)
+    unknowns = new[np.concatenate([dofs1, K1.shape[0] + dofs2])]
+    flat = np.concatenate([upper.p, lower.p], axis=1).T
+    turn = np.zeros(K.shape)
+    for x, y in unknowns:
+        turn[np.ix_([x, y], [x, y])] = rotation(angle)
+    one = np.flatnonzero((flat[:, 1] == 0) & (np.arange(len(flat)) < upper.p.shape[1]))
+    two = np.flatnonzero((flat[:, 1] == 0) & (np.arange(len(flat)) >= upper.p.shape[1]))
+    one, two = one[np.argsort(flat[one, 0])], two[np.argsort(flat[two, 0])]
+    return {
+        "K": csr_matrix(turn @ K[old][:, old].toarray() @ turn.T),
+        "loads": {"a": rng.normal(size=K.shape[0]), "b": rng.normal(size=K.shape[0])},
+        "one": one,
+        "two": two,
+        "normals": rotation(angle) @ [0.0, 1.0],
+        "unknowns": unknowns,
+        "points": flat @ rotation(angle).T,
+        "held": np.concatenate(
+            [unknowns[np.isclose(flat[:, 1], -1.0)].ravel(), unknowns[np.isclose(flat[:, 1], 1.0)].ravel() if held else []]
+        ).astype(int),
+    }
+
+
+def by_multipliers(K, F, G, held):
+    """S and the reactions, from `K u = F + G^T r`, `G u = z`."""
+    free = np.setdiff1d(np.arange(len(K)), held)
+    K, F, G = K[np.ix_(free, free)], F[free], G[:, free]
+    k = len(G)
+    whole = np.block([[K, -G.T], [G, np.zeros((k, k))]])
+    r = np.linalg.solve(whole, np.block([[np.zeros((len(K), k)), F], [np.eye(k), np.zeros((k, F.shape[1]))]]))[len(K) :]
+    return r[:, :k], r[:, k:]
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10**6), angle=st.floats(-4, 4), held=st.booleans(), match=st.booleans())
+def test_any_numbering_direction_and_projection_against_multipliers(seed, angle, held, match):
+    rng = np.random.default_rng(seed)
+    given_ = problem(rng, angle, (3, 3) if match else (3, 4), held)
+    one, two, unknowns, points = (given_[name] for name in ("one", "two", "unknowns", "points"))
+    P = np.zeros((len(one), len(points)))
+    if match:
+        P[np.arange(len(one)), two] = 1.0
+    else:  # from node to segment
+        x = [points[nodes] @ rotation(angle)[:, 0] for nodes in (one, two)]
+        P[:, two] = [[np.interp(a, x[1], row) for row in np.eye(len(two))] for a in x[0]]
+    n = given_["normals"]
+    opening = -P
+    opening[np.arange(len(one)), one] += 1.0
+    G = np.zeros((2 * len(one), given_["K"].shape[0]))
+    for row, direction in enumerate(([n[1], -n[0]], n)):
+        for axis in (0, 1):
+            G[row * len(one) :][: len(one), unknowns[:, axis]] = direction[axis] * opening
+    S, R = by_multipliers(given_["K"].toarray(), np.column_stack([*given_["loads"].values()]), G, given_["held"])
+    pairs = {"pairs": np.column_stack([one, two])} if match else {"pairs": one, "projection": csr_matrix(P)}
+    rest = {name: given_[name] for name in ("K", "loads", "normals", "unknowns", "points", "held")}
+    system = fo.condense(**rest, **pairs, interference={"a": 0.5, "fit": np.arange(4.0)})
+    assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
+    fits = {"a": R[:, 0] + S[:, 4:] @ np.full(4, 0.5), "b": R[:, 1], "fit": S[:, 4:] @ np.arange(4.0)}
+    for name, r in fits.items():
+        assert np.allclose(np.concatenate(system.bonded[name]), r, rtol=0, atol=1e-9 * max(1.0, np.abs(r).max()))
+    assert np.allclose(system.width, np.array([1, 2, 2, 1]) / 3) and np.allclose(system.x, np.linspace(-1, 1, 4))
+    assert np.array_equal(system.points, points[one])
+
+
+def matched(**changes):
+    given_ = problem(np.random.default_rng(3), cells=(3, 3))
+    pairs = np.column_stack([given_.pop("one"), given_.pop("two")])
+    return {**given_, "pairs": pairs, **changes}
+
+
+def test_rows_that_are_missing_are_held():
+    """A stiffness without the rows of the held displacements, as CalculiX writes it."""
+    whole = matched()
+    free = np.setdiff1d(np.arange(whole["K"].shape[0]), whole["held"])
+    new = np.full(whole["K"].shape[0], -1)
+    new[free] = np.arange(len(free))
+    part = {
+        "K": whole["K"][free][:, free],
+        "loads": {name: F[free] for name, F in whole["loads"].items()},
+        "unknowns": new[whole["unknowns"]],
+        "held": (),
+    }
+    one, other = fo.condense(**whole), fo.condense(**{**whole, **part})
+    assert np.allclose(one.S, other.S, atol=1e-13) and np.allclose(one.bonded["a"], other.bonded["a"], atol=1e-13)
+
+
+def test_a_body_on_rigid_ground():
+    """Nodes of body 2 that have no stiffness at all are held; body 1 alone gives S."""
+    whole = matched()
+    lower = whole["points"][:, 1] < 0
+    lower[whole["pairs"][:, 1]] = True
+    kept = np.setdiff1d(np.arange(whole["K"].shape[0]), whole["unknowns"][lower])
+    new = np.full(whole["K"].shape[0], -1)
+    new[kept] = np.arange(len(kept))
+    K = whole["K"][kept][:, kept]
+    loads = {"a": np.zeros(len(kept))}
+    system = fo.condense(K, loads, whole["pairs"], [0, 1], new[whole["unknowns"]], whole["points"])
+    r = new[whole["unknowns"][whole["pairs"][:, 0]]].T.ravel()
+    i = np.setdiff1d(np.arange(len(kept)), r)
+    K = K.toarray()
+    S = K[np.ix_(r, r)] - K[np.ix_(r, i)] @ np.linalg.solve(K[np.ix_(i, i)], K[np.ix_(i, r)])
+    assert np.allclose(system.S, S, atol=1e-13)
+
+
+def test_nodes_on_springs():
+    """Bodies of a single node each, which cannot turn."""
+    springs = {"unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]], "points": [[0, 0], [1, 0], [0, 0], [1, 0]], "pairs": [[0, 2], [1, 3]]}
+    system = fo.condense(np.diag([2.0, 3.0, 4.0, 5.0]), {"P": [1, 2, 3, 4]}, normals=[0, 1], **springs)
+    assert np.allclose(system.S, np.diag([2, 4, 3, 5])) and np.allclose(np.r_[system.bonded["P"]], [-1, -3, -2, -4])
+    system = fo.condense(np.diag([2.0, 0.0, 4.0, 5.0]), {"P": [1, 2, 3, 4]}, normals=[0, 1], **springs)
+    assert np.allclose(system.S, np.diag([2, 4, 0, 5])) and np.allclose(np.r_[system.bonded["P"]], [-1, -3, -2, -4])
+
+
+def test_gaps_given_and_measured():
+    lifted = matched()
+    lifted["points"] = lifted["points"] + np.outer(lifted["points"][:, 1] >= 0, [0.0, 0.1])
+    lifted["points"][lifted["pairs"][:, 1], 1] = 0.0
+    assert np.allclose(fo.condense(**lifted, gap="measured").gap, 0.1)
+    assert np.allclose(fo.condense(**lifted, gap=[0, 1, 2, 3]).gap, [0, 1, 2, 3])
+    with pytest.raises(fo.ModelError, match=r"nodes of pair 0, at \(-1, 0.1\) and \(-1, 0\), lie 0.1 apart"):
+        fo.condense(**lifted)
+    lifted["points"][lifted["pairs"][2, 0], 1] = -0.1
+    with pytest.raises(fo.ModelError, match=r"the bodies overlap by 0\.1 at pair 2"):
+        fo.condense(**lifted, gap="measured")
+
+
+def test_names_widths_and_the_modulus_are_kept():
+    system = fo.condense(**matched(), contact=["left", "left", "right", "right"], width=[1, 2, 3, 4], E_star=5.0)
+    assert system.contact.tolist() == ["left", "left", "right", "right"] and system.width.tolist() == [1, 2, 3, 4] and system.E_star == 5.0
+    halves = fo.condense(**matched(), contact=["left", "left", "right", "right"])
+    assert np.allclose(halves.width, 1 / 3) and np.allclose(np.diff(halves.x), 2 / 3)
+    assert fo.condense(**matched(), contact=["one", "two", "three", "four"]).width is None
+
+
+GOOD = matched()
+PAIRS, ROWS, POINTS, K = (GOOD[name] for name in ("pairs", "unknowns", "points", "K"))
+SKEW = K.copy().tolil()
+SKEW[0, 1] += 1.0
+TWICE = ROWS.copy()
+TWICE[0, 0] = TWICE[1, 1]
+LONE = ROWS.copy()
+LONE[0, 0] = -1
+UPRIGHT = np.tile([0.0, 1.0], (4, 1))
+MOVED = POINTS + 1e-3 * (np.arange(len(POINTS)) == PAIRS[1, 0])[:, None]
+BOTTOM = GOOD["held"][np.isin(GOOD["held"], ROWS[POINTS[:, 1] == -1.0])]
+BAD = {
+    "K: not symmetric, K[0, 1] =": {"K": SKEW},
+    "K: shape (2, 3)": {"K": np.ones((2, 3))},
+    "K: entries: value nan": {"K": K * np.nan},
+    "give each row to one node": {"unknowns": TWICE},
+    "is no node's; give it to a node, or name it in held": {"unknowns": LONE},
+    "at index (0, 0); give integers from -1 to 47": {"unknowns": ROWS + 0.5},
+    "unknowns: shape (4, 2), expected (24, 2)": {"unknowns": ROWS[:4]},
+    "held: 10000 at index 0": {"held": [10000]},
+    "loads['a']: shape (3,)": {"loads": {"a": [1, 2, 3]}},
+    "loads: a list; give a mapping": {"loads": [1]},
+    "bonded: no load case": {"loads": {}},
+    "pairs: shape (4,)": {"pairs": PAIRS[:, 0]},
+    "pairs: none": {"pairs": np.zeros((0, 2))},
+    f"pairs: node {PAIRS[0, 0]} of body 1 at (-1, 0) is in two pairs; let a corner belong to one contact": {"pairs": PAIRS[[0, 0, 1, 2]]},
+    f"pairs: node {PAIRS[0, 0]} at (-1, 0) is on both sides": {"pairs": np.r_[PAIRS[:3], [[PAIRS[3, 0], PAIRS[0, 0]]]]},
+    "pairs: from pair 0 at (1, 0) to pair 1 at (0.333333, 0) they go against the tangent, which is the normal turned by -90 degrees; reverse": {
+        "pairs": PAIRS[::-1]
+    },
+    "from pair 0 at (-1, 0) to pair 1 at (0.333333, 0)": {"pairs": PAIRS[[0, 2, 3]], "normals": [[0, 1], [0, -1], [0, 1]]},
+    "to pair 2 at (-0.333333, 0) they go against the tangent, which is the normal turned by -90 degrees; order": {"pairs": PAIRS[[0, 2, 1, 3]]},
+    "pairs: the nodes of pair 1, at (-0.332333, 0.001) and (-0.333333, 0), lie 0.00141421 apart": {"points": MOVED},
+    "normals: they turn by 90 degrees or more from pair 1 at (-0.333333, 0) to pair 2": {"normals": UPRIGHT * [[1], [1], [-1], [1]]},
+    "normals: zero at pair 2": {"normals": UPRIGHT * [[1], [1], [0], [1]]},
+    "normals: shape (3, 2), expected (4, 2), or (2,)": {"normals": UPRIGHT[:3]},
+    "normals: those of contact 'contact' point from body 1 into body 2, the first at (-1, 0)": {"pairs": PAIRS[:, ::-1]},
+    "projection: shape (2, 24), type float64; give a real matrix of shape (4, 24)": {"pairs": PAIRS[:, 0], "projection": np.ones((2, 24))},
+    "projection: row 0 adds up to 24": {"pairs": PAIRS[:, 0], "projection": np.ones((4, 24))},
+    "of body 1 at (-1, 0) is held": {"held": np.r_[GOOD["held"], ROWS[PAIRS[0, 0], 0]]},
+    "supports: 3 rigid motions of the glued bodies": {"held": []},
+    "supports: 1 rigid motions of the glued bodies": {"held": ROWS[np.flatnonzero(POINTS[:, 1] == -1.0)[0]]},
+    "a body can turn about its contact": {"held": BOTTOM, "pairs": PAIRS[1:2]},
+    "gap: -1 at node 0": {"gap": [-1, 0, 0, 0]},
+    "gap: 'found'; give 'measured'": {"gap": "found"},
+    "interference: a list": {"interference": [1]},
+    "interference['fit']: overlap -1 at node 0": {"interference": {"fit": -1.0}},
+    "contact: 'a' begins again at node 2": {"contact": ["a", "b", "a", "b"]},
+    "width: 0 at node 0": {"width": [0, 1, 1, 1]},
+}
+
+
+@pytest.mark.parametrize("message", BAD)
+def test_bad_input_is_refused_by_name_and_remedy(message):
+    with pytest.raises(fo.ModelError, match=re.escape(message)):
+        fo.condense(**{**GOOD, **BAD[message]})
