@@ -18,9 +18,9 @@ def traction(angle, body, boundary, x=0.0, y=0.0):
     return fo.Traction(body, boundary, *(rotation(angle) @ [x, y]))
 
 
-def ring(radii, elements, inner, outer):
-    """Rings of quadrilaterals, with names for the innermost and the outermost circle."""
-    n, angle = elements, 2 * np.pi * np.arange(elements) / elements
+def ring(radii, elements, inner, outer, start=0.0):
+    """Rings of quadrilaterals that begin at an angle, with names for the innermost and the outermost circle."""
+    n, angle = elements, start + 2 * np.pi * np.arange(elements) / elements
     points = np.concatenate([r * np.array([np.cos(angle), np.sin(angle)]) for r in radii], axis=1)
     i, j = (index.ravel() for index in np.indices((len(radii) - 1, n)))
     mesh = MeshQuad(points, np.array([i * n + j, (i + 1) * n + j, (i + 1) * n + (j + 1) % n, i * n + (j + 1) % n]))

@@ -96,39 +96,45 @@ def test_which_body_is_called_body_1_only_turns_the_nodes_round(x_block):
     assert other.bonded["tau"][0].sum() == pytest.approx(one.bonded["tau"][0].sum(), rel=1e-12)
 
 
-def fitted(pin, plate, delta=0.01, bore=0.3, rim=4.0, exchanged=False):
-    """A hollow pin shrunk into a plate."""
+def fitted(pin, plate, delta=0.01, bore=0.3, rim=4.0, hole=1.0, exchanged=False, start=0.0, gap=None):
+    """A hollow pin shrunk into a plate, or in a wider hole."""
     faces = ("plate", "pin", "hole", "surface") if exchanged else ("pin", "plate", "surface", "hole")
     return fo.ContactModel(
         bodies={
-            "pin": fo.Body(ring(np.linspace(bore, 1.0, 12), pin, "bore", "surface")),
-            "plate": fo.Body(ring(np.geomspace(1.0, rim, 20), plate, "hole", "rim")),
+            "pin": fo.Body(ring(np.linspace(bore, 1.0, 12), pin, "bore", "surface", start)),
+            "plate": fo.Body(ring(np.geomspace(hole, rim, 20), plate, "hole", "rim")),
         },
-        contacts=[fo.Contact(*faces, name="fit")],
+        contacts=[fo.Contact(*faces, name="fit", gap=gap)],
         supports=[fo.Support("plate", (rim, 0.0), "xy"), fo.Support("plate", (-rim, 0.0), "y")],
         loads={"fit": [fo.Interference("fit", delta)], "pull": [fo.Traction("pin", "bore", x=1.0)]},
     )
 
 
 @pytest.mark.parametrize("exchanged", [False, True])
-@pytest.mark.parametrize(("pin", "plate", "spread"), [(60, 60, 1e-12), (60, 72, 5e-3), (72, 60, 5e-3)])
-def test_a_pin_shrunk_into_a_plate_has_the_pressure_of_lame(pin, plate, spread, exchanged):
+@pytest.mark.parametrize(("pin", "plate", "start", "spread"), [(60, 60, 0.0, 1e-12), (60, 72, 0.0, 5e-3), (72, 60, 0.04, 5e-3), (60, 60, 0.05, 5e-3)])
+def test_a_pin_shrunk_into_a_plate_has_the_pressure_of_lame(pin, plate, start, spread, exchanged):
     """p = delta / (a (C_1 + C_2)), C = (r_1^2 + r_2^2) / (r_2^2 - r_1^2) / E' -+ nu'/E' of the hollow pin and of the plate, in plane strain."""
     a, bore, rim, delta = 1.0, 0.3, 4.0, 0.01
     modulus, ratio = 1 / (1 - 0.3**2), 0.3 / 0.7
     compliance = ((a**2 + bore**2) / (a**2 - bore**2) - ratio + (rim**2 + a**2) / (rim**2 - a**2) + ratio) / modulus
-    system = fitted(pin, plate, exchanged=exchanged).condense()
+    system = fitted(pin, plate, exchanged=exchanged, start=start).condense()
     q, p = system.bonded["fit"]
     pressure = p / system.width
     assert pressure.mean() == pytest.approx(delta / a / compliance, rel=3e-3)
     assert np.ptp(pressure) < spread * pressure.mean() and np.abs(q).max() < spread * p.max()
     assert np.allclose(np.sum(system.normals * system.points, axis=1), 1.0 if exchanged else -1.0)
-    sign = -1.0 if exchanged else 1.0
-    assert np.allclose(
-        resultant(system, "pull"),
-        [-sign * 2 * 60 * 0.3 * np.sin(np.pi / 60) if pin == 60 else -sign * 2 * 72 * 0.3 * np.sin(np.pi / 72), 0, 0],
-        atol=2e-3,
-    )
+    force = 2 * pin * bore * np.sin(np.pi / pin) * (-1.0 if exchanged else 1.0)
+    assert np.allclose(resultant(system, "pull"), [-force, 0.0, 0.0], atol=2e-3)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.02, 0.06, 0.1])
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_a_loose_pin_has_the_same_gap_all_round(start, exchanged):
+    """But for the sagitta of the edges."""
+    system = fitted(60, 44, hole=1.01, exchanged=exchanged, start=start, gap="measured").condense()
+    assert np.abs(system.gap - 0.01).max() < 1 - np.cos(np.pi / 44) and system.gap.min() > 0
+    q, p = system.bonded["pull"]
+    assert np.hypot(q, p).max() < 3 * np.hypot(q, p).mean()
 
 
 def test_the_ring_is_closed():
