@@ -9,6 +9,7 @@ from collections.abc import Callable
 from contextlib import contextmanager
 from decimal import Decimal
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -97,6 +98,8 @@ PAIR = {name: [value, value] for name, value in NODE.items()} | {"A": [[1.0, -0.
 UNCOUPLED = {name: PAIR[name] for name in ("q0", "p0", "q1", "p1", "f")}
 ROD = {"F0": 1.0, "EA": 2.0, "tau": 3.0, "h": 0.5}
 INCREMENT = {"slip": SLIP, "bonded": BONDED}
+FLAT = Path(__file__).parent / "data" / "flat"
+JOB = fo.read_calculix(FLAT)
 CORNER = reference.bonded_corner()[0]
 
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
@@ -123,6 +126,11 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "LoadCycle.corner_reactions": (CYCLE.corner_reactions, {"system": CONTACT}),
     "LoadCycle.mean_reaction": (CYCLE.mean_reaction, {"system": CONTACT}),
     "Material": (fo.Material, {}),
+    "MatrixJob": (fo.MatrixJob, {"K": JOB.K, "labels": JOB.labels, "deck": JOB.deck}),
+    "MatrixJob.force": (JOB.force, {"face": "N_TOP", "traction": 1.0}),
+    "MatrixJob.nodes": (JOB.nodes, {"where": "N_TOP"}),
+    "MatrixJob.normals": (JOB.normals, {"face": "N_TOP"}),
+    "MatrixJob.pairs": (JOB.pairs, {"first": "N_CONTACT_PUNCH", "second": "N_CONTACT_BLOCK"}),
     "PunchOnHalfPlane": (
         lambda **options: fo.PunchOnHalfPlane(**options).condense(),
         {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0},
@@ -170,6 +178,9 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         },
     ),
     "GuaranteedLimit.witness_above_zero": (fo.guaranteed_limit(**ASKED).witness_above_zero, {"most": 0.1}),
+    "read_abaqus": (fo.read_abaqus, {"path": "none"}),
+    "read_calculix": (fo.read_calculix, {"job": FLAT, "deck": f"{FLAT}.inp"}),
+    "read_mesh": (fo.read_mesh, {"path": "none"}),
     "read_store": (fo.read_store, {"path": "none"}),
     "safe_slip": (fo.safe_slip, {**ASKED, "load_factor": 0.1}),
     "shakedown_limit": (fo.shakedown_limit, ASKED),
