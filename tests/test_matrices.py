@@ -292,3 +292,23 @@ def test_compressed_or_binary_files_are_refused(tmp_path):
     (tmp_path / "flat.sti").write_bytes(gzip.compress((DATA / "flat.sti").read_bytes()))
     with pytest.raises(fo.ModelError, match="stiffness: "):
         fo.read_calculix(tmp_path / "flat")
+
+
+def test_the_limit_is_that_of_the_same_mesh_assembled_here(flat):
+    """The number in the README of the data: mean pressure 100 on the punch, shear to and fro, f = 0.5."""
+    pairs = flat.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
+    loads = {"P": flat.force("N_TOP", 1.0), "Q": flat.force("N_TOP", [1.0, 0.0])}
+    read = fo.condense(flat.K, loads, pairs, flat.normals(pairs[:, 1]), flat.unknowns, flat.points)
+    mesh = fo.read_mesh(DATA / "flat.inp")
+    material, upper = fo.Material(E=210_000.0, nu=0.3), mesh.p[1, mesh.t].mean(axis=0) > 0
+    bodies = {name: fo.Body(mesh.restrict(np.flatnonzero(part)), material) for name, part in (("punch", upper), ("block", ~upper))}
+    here = fo.ContactModel(
+        bodies=bodies,
+        contacts=[fo.Contact("punch", "block", "N_CONTACT_PUNCH", "N_CONTACT_BLOCK")],
+        supports=[fo.Support("block", "N_BOTTOM")],
+        loads={"P": [fo.Traction("punch", "N_TOP", y=-1.0)], "Q": [fo.Traction("punch", "N_TOP", x=1.0)]},
+    ).condense()
+    assert np.abs(read.S - here.S).max() < 1e-10 * np.abs(here.S).max()
+    cycle = fo.LoadCycle({"P": 100.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    limits = [fo.shakedown_limit(system, cycle, 0.5).load_factor for system in (read, here)]
+    assert limits[0] == pytest.approx(limits[1], rel=1e-10) and limits[0] == pytest.approx(20.0483360471, abs=1e-9)

@@ -55,8 +55,6 @@ def test_a_dovetail_is_its_own_mirror_image():
 def test_rounded_ends_open_like_a_parabola():
     scene = fo.Dovetail(elements=10, growth=1.8, grading=1.0, edge_radius=5.0, edge_length=0.25)
     system = scene.condense()
-    ends = np.minimum.outer if False else None
-    assert ends is None
     s = np.r_[np.linspace(0, 1, 11), np.linspace(0, 1, 11)]
     from_end = np.minimum(s, 1 - s)
     assert np.allclose(system.gap, np.maximum(0.25 - from_end, 0.0) ** 2 / 10.0, atol=1e-15)
@@ -70,7 +68,7 @@ def test_pressure_of_the_fit():
         q, p = system.bonded["fit"]
         infinite, round_plate = 1 / (1 - 0.3**2) / 2, 1 / 1.3 / (0.4 + (0.4 + half_width**2) / (half_width**2 - 1))
         pressure = p / system.width
-        assert round_plate < pressure.mean() < infinite * 1.001 and pressure.mean() == pytest.approx(infinite, rel=tolerance)
+        assert round_plate < pressure.mean() < infinite * 1.003 and pressure.mean() == pytest.approx(infinite, rel=tolerance)
         assert np.ptp(pressure) < 1e-3 * pressure.mean() and np.abs(q / system.width).max() < 3e-3 * pressure.mean()
 
 
@@ -106,8 +104,8 @@ def test_a_pin_creeps_round_under_a_rotating_force():
     for share, opens in ((1.3, False), (1.6, True)):
         steady = fo.steady_state(system, cycle, 0.3, share * limit)
         assert steady.outcome is fo.Outcome.RATCHETING and steady.open.any() == opens
-    path = fo.march(system, cycle, 0.3, 1.6 * limit, cycles=12)
-    turn = path.v[-1] - path.v[-1 - 8]
+    last = [fo.march(system, cycle, 0.3, 1.6 * limit, cycles=cycles).slip[-1] for cycles in (10, 11)]
+    turn = last[1] - last[0]
     assert np.ptp(turn) < 1e-8 * np.abs(turn).max()
     assert fo.steady_state(system, cycle, 0.3, 0.9 * limit, initial_slip=fo.safe_slip(system, cycle, 0.3, 0.9 * limit).slip).dissipation == 0
 
@@ -134,11 +132,15 @@ def test_a_cylinder_slips_as_cattaneo_and_mindlin_say():
     assert np.allclose(p[inside] / system.width[inside], hertz.pressure(system.x[inside]), rtol=0.03)
 
 
+STIFF = fo.Material(E=1e3)
 SMALL = {
     "punch": fo.PunchOnHalfPlane(elements=4, growth=2.0, grading=3.0, support="clamped"),
     "rounded": fo.RoundedPunch(radius=20.0, flat_half_width=0.6, punch=fo.PunchOnHalfPlane(elements=4, grading=1.0, growth=2.0, support="clamped")),
     "dovetail": fo.Dovetail(elements=4, growth=2.0, grading=3.0),
-    "rounded dovetail": fo.Dovetail(elements=4, growth=2.0, grading=3.0, edge_radius=40.0),
+    "open dovetail": fo.Dovetail(elements=4, growth=2.0, grading=3.0, edge_radius=1.0, blade_material=STIFF, disc_material=STIFF),
+    "open cylinder": fo.RoundedPunch(
+        radius=50.0, punch=fo.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0, support="clamped", punch_material=STIFF, block_material=STIFF)
+    ),
     "pin": fo.PinInPlate(elements=16, growth=2.0),
 }
 
@@ -181,7 +183,7 @@ def cycle_of(name, system):
     if name == "pin":
         return fitted(system, [{"Fx": 1.0}, {"Fx": -1.0}]), 0.3
     if "dovetail" in name:
-        return pull("sway"), 0.5
+        return pull("sway"), 0.3 if "open" in name else 0.5
     return fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]), 0.5
 
 
@@ -194,7 +196,7 @@ def test_every_scene_goes_through_the_whole_package(name):
     limit = fo.shakedown_limit(system, cycle, f)
     lower = fo.guaranteed_limit(system, cycle, f)
     closed = np.isfinite(limit.load_factor)
-    assert closed == (not onset.mean_opens)  # a contact with nodes that the mean load does not close has no limit of closed nodes
+    assert closed == ("open" not in name)  # nodes that the mean load leaves open have no limit of closed nodes
     factor = 0.8 * limit.load_factor if closed else 0.05
     v0 = None
     if closed:
@@ -210,10 +212,10 @@ def test_every_scene_goes_through_the_whole_package(name):
     for end in ends[1:]:
         assert np.abs(end.q[-1] - ends[0].q[-1]).max() < 0.05 * scale and np.abs(end.p[-1] - ends[0].p[-1]).max() < 0.05 * scale
     table = fo.dissipation_study(system, cycle, f, load_factors=[factor], initial_slips=fo.random_slips(system, [1.0], 2), workers=1, progress=False)
-    assert len(table) == 2 and (table["residual"] < 1e-7).all()
+    assert len(table) == 4 and (table["residual"] < 1e-7).all()
 
 
-ENGINES = [("path", {}), ("qp", {"steps": 12}), ("milp", {"steps": 12})]
+ENGINES = [("path", {}), ("qp", {"steps": 8}), ("milp", {"steps": 8})]
 
 
 @pytest.mark.parametrize(
