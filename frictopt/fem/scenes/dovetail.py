@@ -19,6 +19,7 @@ __all__ = ["Dovetail"]
 
 _MOST_ELEMENTS = 5_000  # along a flank: S is dense and takes 3 GB then
 _MOST_NODES = 1_000_000
+_LONGEST = 1e6  # length over that of a flank
 _CLEARANCE = 0.2  # of the slot beside neck and foot, over their height
 _SAME = 1e-9
 
@@ -106,6 +107,9 @@ class Dovetail:
                 raise ModelError(f"{name}: {shown(getattr(self, name))}; give a Material")
         for name, value in values.items():
             object.__setattr__(self, name, value)
+        for name in lengths:
+            if not 1 / _LONGEST <= values[name] / self.flank_length <= _LONGEST:
+                raise ModelError(f"{name}: {values[name]:g} beside flank_length = {self.flank_length:g}; give at most {_LONGEST:g} times more or less")
         self._check_sizes(max(values[name] for name in lengths))
 
     def _check_sizes(self, largest: float) -> None:
