@@ -109,7 +109,9 @@ class Dovetail:
             object.__setattr__(self, name, value)
         for name in lengths:
             if not 1 / _LONGEST <= values[name] / self.flank_length <= _LONGEST:
-                raise ModelError(f"{name}: {values[name]:g} beside flank_length = {self.flank_length:g}; give at most {_LONGEST:g} times more or less")
+                raise ModelError(
+                    f"{name}: {values[name]:g} beside flank_length = {self.flank_length:g}; give at most {_LONGEST:g} times more or less"
+                )
         self._check_sizes(max(values[name] for name in lengths))
 
     def _check_sizes(self, largest: float) -> None:
