@@ -9,6 +9,7 @@ from skfem.io.meshio import from_meshio
 
 from ...contact.checks import Array, shown
 from ...errors import ModelError
+from ...tolerances import SAME_POINT
 from ..ordering import Integers
 from .deck import Deck, read_deck
 
@@ -16,7 +17,6 @@ __all__ = ["file_path", "mesh_of", "read_mesh"]
 
 _PLANE = ("triangle", "quad")
 _SMALL = ("vertex", "line", "line3")  # cells that only carry names
-_FLAT = 1e-9  # out-of-plane coordinate up to this share of the size counts as rounding
 
 
 def read_mesh(path: str | Path) -> Any:
@@ -101,7 +101,7 @@ def _named(mesh: Any, deck: Deck) -> Any:
 
 
 def _check_plane(points: Array, what: str) -> None:
-    if points.shape[1] == 3 and np.ptp(points[:, 2]) > _FLAT * np.ptp(points):
+    if points.shape[1] == 3 and np.ptp(points[:, 2]) > SAME_POINT * np.ptp(points):
         raise ModelError(f"mesh {what}: z varies by {np.ptp(points[:, 2]):g}; give a mesh in the plane z = 0")
 
 

@@ -9,12 +9,11 @@ from scipy.sparse import csr_matrix
 
 from ...contact.checks import Array, finite_array
 from ...errors import ModelError
+from ...tolerances import SYMMETRY
 from ..ordering import Integers
 from .deck import text_of
 
 __all__ = ["checked_symmetry", "numbers_in", "symmetric"]
-
-_SYMMETRY = 1e-9  # asymmetry up to this share of the largest entry is the rounding of a text file
 
 
 def numbers_in(path: Path, what: str, separator: str, columns: int) -> Any:
@@ -75,7 +74,7 @@ def checked_symmetry(what: str, K: csr_matrix) -> csr_matrix:
     """
     finite_array(f"{what}: entries", K.data)
     difference = abs(K - K.T).tocoo()
-    if difference.nnz and difference.data.max() > _SYMMETRY * np.abs(K.data).max():
+    if difference.nnz and difference.data.max() > SYMMETRY * np.abs(K.data).max():
         worst = int(difference.data.argmax())
         i, j = int(difference.row[worst]), int(difference.col[worst])
         raise ModelError(

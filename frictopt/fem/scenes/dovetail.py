@@ -9,6 +9,7 @@ from skfem import MeshQuad
 from ...contact import ContactSystem
 from ...contact.checks import Array, finite_number, shown, whole_number
 from ...errors import ModelError
+from ...tolerances import SAME_POINT
 from ..bodies import Body, Support, Traction
 from ..contacts import Contact
 from ..elasticity import Material
@@ -21,7 +22,6 @@ _MOST_ELEMENTS = 5_000  # along a flank: S is dense and takes 3 GB then
 _MOST_NODES = 1_000_000
 _LONGEST = 1e6  # length over that of a flank
 _CLEARANCE = 0.2  # of the slot beside neck and foot, over their height
-_SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Dovetail:
         values: dict[str, Any] = {"elements": whole_number("elements", self.elements, least=2, most=_MOST_ELEMENTS)}
         if values["elements"] % 2:
             raise ModelError(f"elements: {self.elements}; give an even number, so that a node lies in the middle of each flank")
-        values["angle"] = finite_number("angle", self.angle, least=10.0, below=80.0 + _SAME)
+        values["angle"] = finite_number("angle", self.angle, least=10.0, below=80.0 + SAME_POINT)
         lengths = ("flank_length", "neck_half_width", "neck_height", "foot_height", "lug_height", "disc_half_width", "disc_depth", "edge_length")
         for name in lengths:
             values[name] = finite_number(name, getattr(self, name), above=0.0)
@@ -122,7 +122,7 @@ class Dovetail:
             raise ModelError(
                 f"disc_half_width, disc_depth: {self.disc_half_width:g}, {self.disc_depth:g}; the slot takes {wall:g} and {self._slot:g}, give more"
             )
-        if not (np.diff(self._along) > _SAME * largest).all():
+        if not (np.diff(self._along) > SAME_POINT * largest).all():
             raise ModelError(f"grading: {self.grading:g}; elements at the ends are smaller than rounding, give a lower grading or fewer elements")
         across = 2 * steps(self.disc_half_width + self._foot, self.corner_size, self.growth)
         up = self.elements + 2 * steps(self.disc_depth + self.neck_height + self.lug_height, self.corner_size, self.growth)
@@ -220,4 +220,4 @@ class Dovetail:
 
 def _flanks(half_height: float) -> dict[str, Any]:
     """The flanks in the straight mesh, where they are at x = 1 and -1."""
-    return {name: lambda x, at=at: (np.abs(x[0] - at) < _SAME) & (np.abs(x[1]) < half_height) for name, at in (("right", 1.0), ("left", -1.0))}
+    return {name: lambda x, at=at: (np.abs(x[0] - at) < SAME_POINT) & (np.abs(x[1]) < half_height) for name, at in (("right", 1.0), ("left", -1.0))}

@@ -9,6 +9,7 @@ from skfem import MeshQuad
 from ...contact import ContactSystem
 from ...contact.checks import Array, finite_number, shown, whole_number
 from ...errors import ModelError
+from ...tolerances import SAME_POINT
 from ..bodies import Body, BodyForce, Support, Traction
 from ..contacts import Contact, Interference
 from ..elasticity import Material
@@ -141,7 +142,7 @@ class PinInPlate:
         rings = self.radius * rays[:, None, :] + share[:, None] * (outer - self.radius * rays)[:, None, :]
         numbers = np.arange(share.size * self.elements).reshape(share.size, -1)
         mesh = _with_ring(MeshQuad(rings.reshape(2, -1), _between(numbers)), numbers[0])
-        near = 1e-9 * half
+        near = SAME_POINT * half
         sides = {"right": lambda x: np.abs(x[0] - half) < near, "left": lambda x: np.abs(x[0] + half) < near}
         sides["outside"] = lambda x: half - np.abs(x).max(axis=0) < near
         return Body(mesh.with_boundaries(sides), self.plate_material)
