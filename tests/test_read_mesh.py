@@ -1,5 +1,7 @@
 """Mesh files: what they name is kept, and what would be read wrongly is refused."""
 
+from pathlib import Path
+
 import meshio
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ from skfem import MeshQuad, MeshTri
 
 import frictopt as fo
 
+DATA = Path(__file__).parent / "data"
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [0, 1, 0], [9, 9, 0]], dtype=float)
 QUADS = ("quad", [[0, 1, 4, 5], [1, 2, 3, 4]])
 
@@ -80,3 +83,19 @@ def test_damaged_files_do_not_end_the_process(tmp_path, capsys):
     (tmp_path / "a.msh").write_text("$MeshFormat\nnonsense\n")
     with pytest.raises(fo.ModelError, match=r"a\.msh.*meshio cannot read it"):
         fo.read_mesh(tmp_path / "a.msh")
+
+
+def test_one_mesh_of_pin_and_plate_is_the_scene():
+    """The file has the nodes of the scene below, those of the ring once, and both bodies as physical groups."""
+    mesh = fo.read_mesh(DATA / "pin.msh")
+    material = fo.Material()
+    read = fo.ContactModel(
+        bodies=fo.split_bodies(mesh, {"pin": material, "plate": material}),
+        contacts=[fo.Contact("pin", "plate", "plate", "pin", name="ring")],
+        supports=[fo.Support("plate", (-6, -6)), fo.Support("plate", (6, -6), "y")],
+        loads={"fit": [fo.Interference("ring")], "sigma": [fo.Traction("plate", "right", x=1.0), fo.Traction("plate", "left", x=-1.0)]},
+    ).condense()
+    scene = fo.PinInPlate(elements=24, plate_half_width=6.0, growth=1.5).condense()
+    assert np.abs(read.S - scene.S).max() < 1e-10 * np.abs(scene.S).max() and np.allclose(read.normals, scene.normals, atol=1e-12)
+    for name in ("fit", "sigma"):
+        assert np.allclose(read.bonded[name], scene.bonded[name], atol=1e-10)
