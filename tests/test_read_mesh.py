@@ -79,10 +79,11 @@ def test_missing_files_are_named(tmp_path, name, capsys):
         fo.read_mesh(tmp_path / name)
 
 
-def test_damaged_files_do_not_end_the_process(tmp_path, capsys):
-    (tmp_path / "a.msh").write_text("$MeshFormat\nnonsense\n")
-    with pytest.raises(fo.ModelError, match=r"a\.msh.*meshio cannot read it"):
-        fo.read_mesh(tmp_path / "a.msh")
+@pytest.mark.parametrize(("name", "text"), [("a.msh", "$MeshFormat\nnonsense\n"), ("a.vtk", "nonsense\n"), ("a.xdmf", "<Xdmf/>")])
+def test_damaged_files_do_not_end_the_process(tmp_path, name, text, capsys):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(fo.ModelError, match=rf"{name}.*meshio cannot read it"):
+        fo.read_mesh(tmp_path / name)
 
 
 def test_one_mesh_of_pin_and_plate_is_the_scene():
