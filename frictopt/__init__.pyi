@@ -17,7 +17,26 @@ from .campaign import (
 )
 from .contact import Attempt, ContactSystem, LoadCycle, Onset, OnsetEvent, SolveRecord, Verdict, onset, referee
 from .errors import FrictoptError, ModelError, NoContinuation, SolverError, StoreError
-from .fem import Body, Contact, ContactModel, Interference, Material, PunchOnHalfPlane, Support, Traction, condense, split_bodies
+from .fem import (
+    Body,
+    BodyForce,
+    Contact,
+    ContactModel,
+    Dovetail,
+    Interference,
+    Material,
+    MatrixJob,
+    PinInPlate,
+    PunchOnHalfPlane,
+    RoundedPunch,
+    Support,
+    Traction,
+    condense,
+    read_abaqus,
+    read_calculix,
+    read_mesh,
+    split_bodies,
+)
 from .increments import ComplementarityProblem, ExactIncrement, FrozenBoundIncrement, Increment, complementarity_problem
 from .limits import (
     GuaranteedLimit,
@@ -39,11 +58,13 @@ __version__: str
 __all__ = [
     "Attempt",
     "Body",
+    "BodyForce",
     "ComplementarityProblem",
     "Contact",
     "ContactModel",
     "ContactSystem",
     "DamagedRows",
+    "Dovetail",
     "ExactIncrement",
     "FrictoptError",
     "FrozenBoundIncrement",
@@ -56,12 +77,15 @@ __all__ = [
     "LimitKind",
     "LoadCycle",
     "Material",
+    "MatrixJob",
     "ModelError",
     "NoContinuation",
     "Onset",
     "OnsetEvent",
     "Outcome",
+    "PinInPlate",
     "PunchOnHalfPlane",
+    "RoundedPunch",
     "SafeSlip",
     "SafeSlipModel",
     "ShakedownLimit",
@@ -85,6 +109,9 @@ __all__ = [
     "onset",
     "overloads",
     "random_slips",
+    "read_abaqus",
+    "read_calculix",
+    "read_mesh",
     "read_store",
     "referee",
     "reference",

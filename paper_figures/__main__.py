@@ -26,6 +26,7 @@ from . import (
     mesh_error,
     onset,
     scene,
+    scenes,
     shakedown_limit,
     shakedown_share,
     slip_plane,
@@ -64,6 +65,7 @@ FIGURES: dict[str, Script] = {
     "error_vs_time": error_vs_time,
     "mesh_error": mesh_error,
     "extremes": extremes,
+    "scenes": scenes,
 }
 
 

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Polygon, Rectangle
+from matplotlib.patches import Circle, Polygon
 
 import frictopt as fo
 from studies.tables import Table
 
 from .style import BLACK, SERIES, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw"]
+__all__ = ["TABLES", "draw", "draw_mesh"]
 
 TABLES: Mapping[str, Table[Any]] = {}
 
@@ -45,15 +45,18 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     return figure
 
 
+def draw_mesh(axes: Any, mesh: Any, color: str, scale: float = 1.0) -> None:
+    """Lines of a mesh, with its outline; coordinates are divided by `scale`."""
+    outline = mesh.boundary_facets()
+    for facets, width in ((np.arange(mesh.facets.shape[1]), 0.12), (outline, 1.0)):
+        edges = np.insert(mesh.p[:, mesh.facets[:, facets]] / scale, 2, np.nan, axis=1)  # one line with gaps is drawn far faster than many lines
+        axes.plot(*edges.transpose(0, 2, 1).reshape(2, -1), color=color, lw=width, solid_capstyle="round", snap=False, zorder=0.5)
+
+
 def _mesh(axes: Any, scene: fo.PunchOnHalfPlane) -> None:
     model = scene.model()
-    for body, color in ((model.bodies["block"], _BLOCK), (model.bodies["punch"], _PUNCH)):
-        points = body.mesh.p / scene.half_width
-        edges = np.insert(points[:, body.mesh.facets], 2, np.nan, axis=1)  # one line with gaps is drawn far faster than many lines
-        axes.plot(*edges.transpose(0, 2, 1).reshape(2, -1), color=color, lw=0.12, solid_capstyle="butt", snap=False, zorder=0.5)
-        left, bottom = points.min(axis=1)
-        right, top = points.max(axis=1)
-        axes.add_patch(Rectangle((left, bottom), right - left, top - bottom, fill=False, ec=color, lw=1.0))
+    for name, color in (("block", _BLOCK), ("punch", _PUNCH)):
+        draw_mesh(axes, model.bodies[name].mesh, color, scene.half_width)
 
 
 def _loads(axes: Any, side: float, depth: float, height: float) -> None:

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 
-from . import dissipation, guaranteed, increments, limits, stepped
+from . import dissipation, guaranteed, increments, limits, scenes, stepped
 from .tables import Study
 from .validation import error_vs_time, left_out
 from .validation.extremes import study as extremes
@@ -12,7 +12,8 @@ from .validation.fuzz import study as fuzz
 __all__ = ["STUDIES", "main"]
 
 STUDIES: dict[str, Study] = {
-    module.STUDY.name: module.STUDY for module in (limits, guaranteed, increments, dissipation, stepped, left_out, error_vs_time, extremes, fuzz)
+    module.STUDY.name: module.STUDY
+    for module in (limits, scenes, guaranteed, increments, dissipation, stepped, left_out, error_vs_time, extremes, fuzz)
 }
 
 

@@ -124,7 +124,7 @@ BAD_MODELS = {
     "loads: {}; give at least one": {"loads": {}},
     "loads['p']: no load; give at least one": {"loads": {"p": []}},
     "load case name 3": {"loads": {3: LOADS["p"]}},
-    "loads['p']: 3; give a list of Traction or Interference": {"loads": {"p": 3}},
+    "loads['p']: 3; give a list of Traction or BodyForce or Interference": {"loads": {"p": 3}},
 }
 
 
@@ -236,3 +236,18 @@ def test_a_quadrilateral_with_a_straight_corner_is_refused(order):
     points = np.array([[0.0, 1.0, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
     with pytest.raises(fo.ModelError, match="mesh: 1 elements"):
         fo.Body(MeshQuad(points, np.array(order)[:, None]))
+
+
+def test_the_weight_of_a_body_is_carried_by_the_contact():
+    """A column as wide as its base: its own weight presses evenly, and a heavy base presses nothing."""
+    x, y = np.linspace(0.0, 1.0, 5), np.array([0.0, 0.5, 2.0])
+    upper = MeshQuad.init_tensor(x, y).with_boundaries({"contact": lambda x: x[1] == 0})
+    lower = MeshQuad.init_tensor(x, -y[::-1]).with_boundaries({"contact": lambda x: x[1] == 0, "bottom": lambda x: x[1] == -2})
+    still = fo.Material(nu=0.0)
+    system = fo.ContactModel(
+        bodies={"column": fo.Body(upper, still), "base": fo.Body(lower, still)},
+        supports=[fo.Support("base", "bottom")],
+        loads={"column": [fo.BodyForce("column", y=-3.0)], "base": [fo.BodyForce("base", y=-3.0)]},
+    ).condense()
+    assert np.allclose(system.bonded["column"][1], 6.0 * system.width) and np.allclose(system.bonded["column"][0], 0.0)
+    assert np.allclose(system.bonded["base"], 0.0)

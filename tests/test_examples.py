@@ -3,12 +3,12 @@
 import doctest
 import inspect
 from importlib import import_module
-from pkgutil import iter_modules
+from pkgutil import walk_packages
 
 import pytest
 
 ROOMS = [import_module(f"frictopt.{room}") for room in ("contact", "reference", "fem", "limits", "increments", "path", "campaign")]
-FILES = [f"{room.__name__}.{file.name}" for room in ROOMS for file in iter_modules(room.__path__)]
+FILES = [file.name for room in ROOMS for file in walk_packages(room.__path__, f"{room.__name__}.")]
 PUBLIC = [getattr(room, name) for room in ROOMS for name in room.__all__]
 
 

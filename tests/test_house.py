@@ -31,7 +31,7 @@ ALLOWED = {  # libraries beyond the standard one, by layer
     "tolerances": set(),
     "contact": {"numpy", "pandas"},  # pandas where a table is asked for
     "reference": {"numpy"},
-    "fem": {"numpy", "scipy", "skfem"},
+    "fem": {"numpy", "scipy", "skfem", "meshio", "pandas"},  # the last two where a file is read
     "solve": {"numpy", "scipy", "cvxpy", "pandas"},
     "limits": {"numpy", "scipy", "cvxpy", "pandas"},
     "increments": {"numpy", "scipy", "cvxpy", "pandas"},

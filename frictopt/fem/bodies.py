@@ -1,4 +1,4 @@
-"""The parts of a contact model: bodies, supports and tractions."""
+"""The parts of a contact model: bodies, supports, tractions and body forces."""
 
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -9,10 +9,10 @@ from scipy.sparse.csgraph import connected_components
 
 from ..contact.checks import Array, check_text, choice, finite_number, shown
 from ..errors import ModelError
-from .elasticity import ELEMENT_NAMES, ELEMENTS, ElementName, Material, boundary_weights
+from .elasticity import ELEMENT_NAMES, ELEMENTS, ElementName, Material, boundary_weights, volume_weights
 from .ordering import Integers
 
-__all__ = ["Body", "Support", "Traction"]
+__all__ = ["Body", "BodyForce", "Support", "Traction"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,12 +72,14 @@ class Body:
             raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name facets of the outline")
         return np.unique(self.mesh.facets[:, facets])
 
-    def force(self, traction: "Traction") -> Array:
-        """(2, nodes) nodal forces of a traction on this body, force per depth."""
-        if not isinstance(traction, Traction):
-            raise ModelError(f"traction: {shown(traction)}; give a Traction")
-        self.boundary_nodes(traction.boundary, "traction")
-        return np.outer([traction.x, traction.y], boundary_weights(self.mesh, traction.boundary))
+    def force(self, load: "Traction | BodyForce") -> Array:
+        """(2, nodes) nodal forces of a traction or a body force on this body, force per depth."""
+        if isinstance(load, BodyForce):
+            return np.outer([load.x, load.y], volume_weights(self.mesh))
+        if not isinstance(load, Traction):
+            raise ModelError(f"load: {shown(load)}; give a Traction or a BodyForce")
+        self.boundary_nodes(load.boundary, "load")
+        return np.outer([load.x, load.y], boundary_weights(self.mesh, load.boundary))
 
 
 @dataclass(frozen=True)
@@ -146,6 +148,32 @@ class Traction:
         check_text("boundary", self.boundary, "the name of a boundary of the mesh")
         for name in ("x", "y"):
             object.__setattr__(self, name, finite_number(f"traction {name}", getattr(self, name)))
+
+
+@dataclass(frozen=True)
+class BodyForce:
+    """Uniform body force (x, y), force per volume, on one body: gravity, for instance.
+
+    Raises
+    ------
+    ModelError
+        A body that is no text, forces that are not finite.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.BodyForce("block", y=-7850 * 9.81)
+    BodyForce(body='block', x=0.0, y=-77008.5)
+    """
+
+    body: str
+    x: float = 0.0
+    y: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_text("body", self.body, "the name of a body of the model")
+        for name in ("x", "y"):
+            object.__setattr__(self, name, finite_number(f"body force {name}", getattr(self, name)))
 
 
 def _check_elements(mesh: Any) -> None:

@@ -5,11 +5,11 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from scipy.sparse import bmat, csr_matrix, diags, hstack
-from skfem import Basis, BilinearForm, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1, MeshQuad1, MeshTri1
+from skfem import Basis, BilinearForm, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1, LinearForm, MeshQuad1, MeshTri1
 
 from ..contact.checks import Array, finite_number
 
-__all__ = ["ELEMENTS", "ELEMENT_NAMES", "ElementName", "Material", "body_stiffness", "boundary_weights"]
+__all__ = ["ELEMENTS", "ELEMENT_NAMES", "ElementName", "Material", "body_stiffness", "boundary_weights", "volume_weights"]
 
 ELEMENTS = {MeshQuad1: ElementQuad1, MeshTri1: ElementTriP1}
 _UNIFORM = {MeshQuad1: ElementQuad0, MeshTri1: ElementTriP0}
@@ -60,6 +60,11 @@ class Material:
     def plane_modulus(self) -> float:
         """`E / (1 - nu^2)`: two bodies have `1/E* = 1/plane_modulus_1 + 1/plane_modulus_2`."""
         return self.E / (1 - self.nu**2)
+
+
+@LinearForm
+def _value(v: Any, _: Any) -> Any:
+    return v
 
 
 @BilinearForm
@@ -116,4 +121,10 @@ def boundary_weights(mesh: Any, boundary: str) -> Array:
     ends = mesh.facets[:, mesh.boundaries[boundary]]
     lengths = np.hypot(*(mesh.p[:, ends[0]] - mesh.p[:, ends[1]]))
     weights: Array = np.bincount(ends.ravel(), weights=np.tile(lengths / 2, 2), minlength=mesh.p.shape[1]).astype(np.float64)
+    return weights
+
+
+def volume_weights(mesh: Any) -> Array:
+    """Area that each node collects: the integral of its shape function, (nodes,)."""
+    weights: Array = _value.assemble(Basis(mesh, ELEMENTS[type(mesh)]()))
     return weights

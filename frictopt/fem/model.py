@@ -13,7 +13,7 @@ from ..contact import ContactSystem
 from ..contact.checks import Array, check_name, check_text, shown
 from ..errors import ModelError
 from ..tolerances import SAME_POINT
-from .bodies import Body, Support, Traction
+from .bodies import Body, BodyForce, Support, Traction
 from .condense import condense
 from .contacts import Contact, Interference, Joint, joined
 from .elasticity import body_stiffness
@@ -34,7 +34,7 @@ class ContactModel:
     supports
         Supports. With the contacts glued, they must prevent all rigid motions; a body that other bodies hold may be free.
     loads
-        Load case name -> its tractions and interferences.
+        Load case name -> its tractions, body forces and interferences.
     contacts
         The contacts, each of another name. None given: two bodies, the first of them body 1, meet along the boundary "contact" of both.
 
@@ -66,7 +66,7 @@ class ContactModel:
 
     bodies: Mapping[str, Body]
     supports: Sequence[Support]
-    loads: Mapping[str, Sequence[Traction | Interference]]
+    loads: Mapping[str, Sequence[Traction | BodyForce | Interference]]
     contacts: Sequence[Contact] = ()
 
     def __post_init__(self) -> None:
@@ -80,7 +80,7 @@ class ContactModel:
             raise ModelError(f"loads: {shown(self.loads)}; give at least one load case, name -> list of Traction")
         for name in self.loads:
             check_name("loads", name)
-        loads = {name: _listed(f"loads[{name!r}]", parts, Traction, Interference) for name, parts in self.loads.items()}
+        loads = {name: _listed(f"loads[{name!r}]", parts, Traction, BodyForce, Interference) for name, parts in self.loads.items()}
         contacts = _listed("contacts", self.contacts, Contact)
         if not contacts and len(self.bodies) != 2:
             raise ModelError(f"contacts: none, with {len(self.bodies)} bodies; give a Contact for each face at which two of them meet")
@@ -159,12 +159,13 @@ class ContactModel:
         return csr_matrix((projection.data, self._first_node[name] + projection.indices, projection.indptr), shape=(projection.shape[0], nodes))
 
     def _force(self, case: str) -> Array:
-        """Nodal forces of the tractions of a load case, on all unknowns."""
+        """Nodal forces of a load case, on all unknowns."""
         forces = np.zeros(sum(2 * body.mesh.p.shape[1] for body in self.bodies.values()))
         for part in self.loads[case]:
-            if isinstance(part, Traction):
+            if not isinstance(part, Interference):
                 body = self._body(f"loads[{case!r}]", part.body)
-                body.boundary_nodes(part.boundary, f"loads[{case!r}]")
+                if isinstance(part, Traction):
+                    body.boundary_nodes(part.boundary, f"loads[{case!r}]")
                 forces[self._unknowns(part.body)] += body.force(part).T
         return forces
 

@@ -168,7 +168,8 @@ class Run:
         resisted = float(np.abs(path.stress(drift)).max()) > PERIODIC * self.force
         steady = self._distance(drift, before.after - before.before) * self.length <= PERIODIC * size
         steady = steady and bool(np.abs(last.work - before.work).max() <= PERIODIC * last.work.sum())
-        return bool(steady and size > rounding / PERIODIC and not (resisted or drift[n:].any()))
+        opens = float(np.abs(drift[n:]).max()) > PERIODIC * size
+        return bool(steady and size > rounding / PERIODIC and not (resisted or opens))
 
     def _extrapolated(self, same: int) -> SteadyState | None:
         """The steady state extrapolated from the last cycles with the same events, or None if it is not proven to be their limit.

@@ -6,12 +6,13 @@ from typing import Any, Literal
 import numpy as np
 from skfem import MeshQuad
 
-from ..contact import ContactSystem
-from ..contact.checks import Array, choice, finite_number, frozen, shown, whole_number
-from ..errors import ModelError
-from .bodies import Body, Support, Traction
-from .elasticity import ELEMENT_NAMES, ElementName, Material
-from .model import ContactModel
+from ...contact import ContactSystem
+from ...contact.checks import Array, choice, finite_number, frozen, shown, whole_number
+from ...errors import ModelError
+from ..bodies import Body, Support, Traction
+from ..elasticity import ELEMENT_NAMES, ElementName, Material
+from ..model import ContactModel
+from .grading import along, away, steps
 
 __all__ = ["PunchOnHalfPlane"]
 
@@ -116,19 +117,15 @@ class PunchOnHalfPlane:
             )
 
     def _steps(self, length: float) -> float:
-        """Number of elements from the contact to that distance, a whole number."""
-        far = np.log1p(length / self.corner_size * (self.growth - 1))
-        return float(max(1.0, np.ceil(far / np.log(self.growth))))
+        return steps(length, self.corner_size, self.growth)
 
     @property
     def contact_nodes(self) -> Array:
         """(N,) x of the nodes along the contact, exactly mirror-symmetric."""
+        if not isinstance(self.grading, str):
+            return along(self.half_width, self.elements, self.grading)
         half = self.elements // 2
-        if self.grading == "sine":
-            right = self.half_width * np.sin(np.pi / 2 * np.arange(1, half + 1) / half)
-        else:
-            sizes = float(self.grading) ** -np.linspace(0.0, 1.0, half)
-            right = self.half_width * np.cumsum(sizes) / sizes.sum()
+        right = self.half_width * np.sin(np.pi / 2 * np.arange(1, half + 1) / half)
         right[-1] = self.half_width
         return np.concatenate([-right[::-1], [0.0], right])
 
@@ -138,11 +135,7 @@ class PunchOnHalfPlane:
         return float(self.contact_nodes[-1] - self.contact_nodes[-2])
 
     def _away(self, length: float) -> Array:
-        """Coordinates from 0 to exactly `length`, steps growing by `growth` from about the size of the corner element."""
-        nodes = np.concatenate([[0.0], np.cumsum(self.growth ** np.arange(self._steps(length)))])
-        nodes *= length / nodes[-1]
-        nodes[-1] = length
-        return nodes
+        return away(length, self.corner_size, self.growth)
 
     def model(self) -> ContactModel:
         """The two meshes with supports and load cases."""

@@ -1,0 +1,8 @@
+"""Stiffness matrices, decks and meshes of other codes."""
+
+from .abaqus import read_abaqus
+from .calculix import read_calculix
+from .job import MatrixJob
+from .meshes import read_mesh
+
+__all__ = ["MatrixJob", "read_abaqus", "read_calculix", "read_mesh"]

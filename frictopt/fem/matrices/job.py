@@ -1,0 +1,243 @@
+"""A stiffness matrix that another code wrote, with the deck that says where its nodes are."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_matrix, issparse
+from scipy.spatial import cKDTree
+from skfem import ElementHex1, ElementQuad1, ElementTetP1, ElementTriP1, FacetBasis, LinearForm, MeshHex1, MeshQuad1, MeshTet1, MeshTri1
+
+from ...contact.checks import Array, finite_array, finite_number, frozen, real_array, shown
+from ...contact.show import Shown
+from ...errors import ModelError
+from ..ordering import Integers
+from .deck import Deck
+from .meshes import mesh_of
+from .outline import outline, walk
+from .rows import checked_symmetry
+
+__all__ = ["MatrixJob"]
+
+_ELEMENTS = {MeshTri1: ElementTriP1, MeshQuad1: ElementQuad1, MeshTet1: ElementTetP1, MeshHex1: ElementHex1}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MatrixJob(Shown):
+    """Stiffness matrix of another code, with labels, and the nodes and sets of its deck: what `condense` asks for.
+
+    Lengths and forces have the units of the deck; a plane job is per thickness of its section.
+
+    Parameters
+    ----------
+    K
+        (n, n) stiffness, symmetric and sparse; unknowns that the job holds are not in it.
+    labels
+        (n, 2) number of the node, and direction 1, 2 or 3, of each unknown.
+    deck
+        Nodes, sets and elements; None if there is no deck.
+
+    Raises
+    ------
+    ModelError
+        K that is not symmetric or not of the size of the labels, labels that are given twice, directions other than 1, 2 and 3.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> job = fo.read_calculix("tests/data/flat")
+    >>> job
+    MatrixJob(unknowns=964, directions=2, sets=['NALL', 'N_BLOCK', 'N_BOTTOM', 'N_CONTACT_BLOCK', 'N_CONTACT_PUNCH', 'N_PUNCH', 'N_TOP'])
+    >>> pairs = job.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
+    >>> pairs.shape
+    (26, 2)
+    >>> round(float(job.force("N_TOP", [0.0, -1.0]).sum()), 9)  # a pressure of 1 on the width 10
+    -10.0
+    """
+
+    K: csr_matrix
+    labels: Integers
+    deck: Deck | None = None
+
+    def __post_init__(self) -> None:
+        labels = _checked_labels(self.labels)
+        if not issparse(self.K) or self.K.dtype.kind not in "fiu" or self.K.shape != (len(labels),) * 2:
+            raise ModelError(f"K: {shown(self.K)}; give a real sparse matrix of the size of the labels, {len(labels)}")
+        if self.deck is not None and not isinstance(self.deck, Deck):
+            raise ModelError(f"deck: {shown(self.deck)}; give the deck of another job, or None")
+        object.__setattr__(self, "K", checked_symmetry("K", csr_matrix(self.K, dtype=np.float64)))
+        object.__setattr__(self, "labels", labels)
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {"unknowns": len(self.labels), "directions": self._directions, "sets": sorted(self.deck.sets) if self.deck else None}
+
+    @property
+    def _directions(self) -> int:
+        return max(2, int(self.labels[:, 1].max()))
+
+    @property
+    def _known(self) -> Deck:
+        if self.deck is None:
+            raise ModelError("deck: this job was read without one; read it with deck='NAME.inp' to use its nodes and sets")
+        return self.deck
+
+    @cached_property
+    def points(self) -> Array:
+        """(nodes, d) coordinates of the nodes of the deck; d = 2 for a plane job."""
+        return frozen(self._known.points[:, : self._directions])
+
+    @cached_property
+    def unknowns(self) -> Integers:
+        """(nodes, d) row of K of each node's displacements, -1 where the job holds them.
+
+        Raises
+        ------
+        ModelError
+            The matrix has labels of nodes that are not in the deck.
+        """
+        numbers = self._known.numbers
+        order = np.argsort(numbers)
+        place = np.minimum(np.searchsorted(numbers, self.labels[:, 0], sorter=order), len(numbers) - 1)
+        row = order[place]
+        if not np.array_equal(numbers[row], self.labels[:, 0]):
+            lost = int(self.labels[np.argmax(numbers[row] != self.labels[:, 0]), 0])
+            raise ModelError(f"deck: node {lost} of the matrix is not in it; give the deck of the same job")
+        unknowns = np.full(self.points.shape, -1, dtype=np.intp)
+        unknowns[row, self.labels[:, 1] - 1] = np.arange(len(self.labels))
+        unknowns.flags.writeable = False
+        return unknowns
+
+    @cached_property
+    def mesh(self) -> Any:
+        """scikit-fem mesh of the deck, its nodes in the order of `points`; see `Deck.shaped` for the errors."""
+        return mesh_of(self._known, self._directions)
+
+    def nodes(self, where: Any) -> Integers:
+        """Nodes as rows of `points`, each once.
+
+        Parameters
+        ----------
+        where
+            Name of a node set; or the rows themselves, such as `np.flatnonzero(job.points[:, 1] == 0)`.
+
+        Raises
+        ------
+        ModelError
+            The deck names no such set, or it is empty; numbers that are no rows of `points`.
+        """
+        if isinstance(where, str):
+            return self._known.nodes(where)
+        raw = real_array("nodes", where)
+        if raw.ndim != 1 or not raw.size or not np.isin(raw, np.arange(len(self.points))).all() or len(np.unique(raw)) != len(raw):
+            raise ModelError(f"nodes: {shown(where)}; give the name of a node set or different rows of `points`")
+        return raw.astype(np.intp)
+
+    def pairs(self, first: Any, second: Any) -> Integers:
+        """(N, 2) pairs of nodes on two faces, each node with the nearest one; in a plane job in the order of the face, body 1 on the left.
+
+        Parameters
+        ----------
+        first, second
+            Nodes on body 1 and on body 2, see `nodes`.
+
+        Raises
+        ------
+        ModelError
+            Faces of different numbers of nodes or with nodes in common, a node that is nearest to two others; see `nodes`.
+        """
+        one, two = self.nodes(first), self.nodes(second)
+        if len(one) != len(two) or np.isin(one, two).any():
+            problem = f"{len(one)} and {len(two)} nodes" if len(one) != len(two) else "nodes in common"
+            raise ModelError(f"faces {shown(first)} and {shown(second)}: {problem}; mesh both with the same nodes, each with its own")
+        if self._directions == 2:
+            two = self._along(two)
+        nearest = one[cKDTree(self.points[one]).query(self.points[two])[1]]
+        taken, count = np.unique(nearest, return_counts=True)
+        if len(taken) != len(one):
+            node = int(self._known.numbers[taken[count.argmax()]])
+            raise ModelError(f"faces {shown(first)} and {shown(second)}: node {node} is the nearest one to several; mesh both with the same nodes")
+        return np.column_stack([nearest, two])
+
+    def _along(self, nodes: Integers) -> Integers:
+        """The nodes of a face in the order of the outline."""
+        order = walk(self.mesh, outline(self.mesh, nodes))
+        if len(order) != len(nodes):
+            number = int(self._known.numbers[np.setdiff1d(nodes, order)[0]])
+            raise ModelError(f"nodes: node {number} lies on no facet of the outline between these nodes; give the nodes of a face")
+        return order
+
+    def normals(self, face: Any) -> Array:
+        """(N, d) unit normals that point out of the body at nodes on a face, the mean over the facets weighted by their size.
+
+        Parameters
+        ----------
+        face
+            The nodes of the whole face, see `nodes`: of body 2, `pairs[:, 1]`.
+
+        Raises
+        ------
+        ModelError
+            Nodes that no facet of the outline joins; see `nodes`.
+        """
+        rows = self.nodes(face)
+        sums = self._over_outline(rows, None)[:, rows].T
+        length = np.linalg.norm(sums, axis=1)
+        if not length.all():
+            number = int(self._known.numbers[rows[length.argmin()]])
+            raise ModelError(f"nodes: node {number} lies on no facet of the outline between these nodes; give all nodes of a face")
+        return frozen(sums / length[:, None])
+
+    def force(self, face: Any, traction: Any) -> Array:
+        """(n,) consistent nodal forces of a uniform traction on the outline between some nodes, without those on held displacements.
+
+        Parameters
+        ----------
+        face
+            The nodes, see `nodes`.
+        traction
+            (d,) components, force per area; or one number, a pressure.
+
+        Raises
+        ------
+        ModelError
+            Nodes that no facet of the outline joins, tractions that are not finite; see `nodes`.
+        """
+        pressure = real_array("traction", traction).ndim == 0
+        value = finite_number("traction", traction) if pressure else finite_array("traction", traction, (self._directions,))
+        nodes = self.nodes(face)
+        per_node = -value * self._over_outline(nodes, None) if pressure else self._over_outline(nodes, np.asarray(value))
+        forces = np.zeros(len(self.labels))
+        free = self.unknowns >= 0
+        forces[self.unknowns[free]] = per_node.T[free]
+        return frozen(forces)
+
+    def _over_outline(self, nodes: Integers, factor: Array | None) -> Array:
+        """(d, nodes) integrals over the outline between some nodes of each node's shape function times a vector, by default the normal."""
+        facets = outline(self.mesh, nodes)
+        basis = FacetBasis(self.mesh, _ELEMENTS[type(self.mesh)](), facets=facets)
+        rows = []
+        for i in range(self._directions):
+            form = LinearForm(lambda v, w, i=i: (w.n[i] if factor is None else factor[i]) * v)
+            rows.append(form.assemble(basis)[: self.mesh.p.shape[1]])
+        return np.array(rows)
+
+
+def _checked_labels(values: Any) -> Integers:
+    """Check that labels are distinct pairs of a node's number and a direction 1, 2 or 3, and return them read-only."""
+    labels = finite_array("labels", values, (None, 2))
+    if not len(labels):
+        raise ModelError("labels: none; give the node and the direction of each row")
+    bad = (labels != np.floor(labels)).any(axis=1) | (labels[:, 0] < 1) | (labels[:, 1] < 1) | (labels[:, 1] > 3)
+    if bad.any():
+        node, direction = labels[bad.argmax()]
+        raise ModelError(
+            f"labels: node {node:g}, direction {direction:g}; only displacements 1, 2 and 3 of nodes are supported: "
+            "leave out shells, beams, other fields and internal nodes"
+        )
+    if len(np.unique(labels, axis=0)) != len(labels):
+        raise ModelError(f"labels: {len(labels) - len(np.unique(labels, axis=0))} labels are given twice; let the code write the matrix again")
+    checked = labels.astype(np.intp)
+    checked.flags.writeable = False
+    return checked

@@ -1,0 +1,122 @@
+"""Meshes of files and decks, through meshio and scikit-fem."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from skfem.io.meshio import from_meshio
+
+from ...contact.checks import Array, shown
+from ...errors import ModelError
+from ...tolerances import SAME_POINT
+from ..ordering import Integers
+from .deck import Deck, read_deck
+
+__all__ = ["file_path", "mesh_of", "read_mesh"]
+
+_PLANE = ("triangle", "quad")
+_SMALL = ("vertex", "line", "line3")  # cells that only carry names
+
+
+def read_mesh(path: str | Path) -> Any:
+    """Read a plane mesh with its named boundaries and subdomains: `.msh` of gmsh, `.inp` of CalculiX or Abaqus, or what else meshio reads.
+
+    In a deck, a node set names the facets of the outline between its nodes, and an element set a subdomain; names are in capital letters.
+    Nodes of no element are left out. The extra `mesh` of the installation brings meshio.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    MeshTri or MeshQuad
+        Mesh of scikit-fem with `boundaries` and `subdomains`.
+
+    Raises
+    ------
+    ModelError
+        The file is missing or unreadable; elements of several shapes (they would be cut or dropped in silence), quadratic or spatial ones;
+        nodes out of the plane z = 0.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> mesh = fo.read_mesh("tests/data/flat.inp")
+    >>> mesh.t.shape, sorted(mesh.boundaries)[3:5]
+    ((3, 865), ['N_CONTACT_BLOCK', 'N_CONTACT_PUNCH'])
+    """
+    file = file_path("path", path)
+    if file.suffix.lower() == ".inp":
+        deck = read_deck(file)
+        mesh = mesh_of(deck, 2)
+        return _named(mesh, deck).remove_unused_nodes()
+    found = _read(file)
+    solids = sorted({block.type for block in found.cells if len(block.data)} - set(_SMALL))
+    if len(solids) != 1 or solids[0] not in _PLANE:
+        problem = f"elements {', '.join(solids)}" if solids else "no elements"
+        raise ModelError(f"mesh {file.name}: {problem}; give triangles alone or quadrilaterals alone, linear ones")
+    try:
+        mesh = from_meshio(found, force_meshio_type=solids[0])
+    except (ValueError, IndexError, KeyError, TypeError) as error:
+        raise ModelError(f"mesh {file.name}: scikit-fem cannot use it ({error}); write it again, as .msh 4.1 for instance") from error
+    _check_plane(found.points, file.name)
+    return mesh.remove_unused_nodes()
+
+
+def mesh_of(deck: Deck, directions: int) -> Any:
+    """scikit-fem mesh of a deck, its nodes in the order of the deck.
+
+    Raises
+    ------
+    ModelError
+        Elements of several shapes or of one that is not supported, a mesh in space where a plane one is wanted, or the reverse.
+    """
+    shape, _, nodes = deck.shaped()
+    if (shape in _PLANE) != (directions == 2):
+        raise ModelError(f"deck: elements of shape {shape}, but {directions} directions of displacement; give plane elements for 2, solids for 3")
+    if directions == 2:
+        _check_plane(deck.points, "of the deck")
+    return from_meshio(_meshio().Mesh(deck.points, [(shape, nodes)]), force_meshio_type=shape)
+
+
+def file_path(argument: str, path: str | Path) -> Path:
+    """The path as such."""
+    if not isinstance(path, str | Path) or not str(path):
+        raise ModelError(f"{argument}: {shown(path)}; give the path of a file")
+    return Path(path)
+
+
+def _named(mesh: Any, deck: Deck) -> Any:
+    """The mesh with the sets of its deck as boundaries and subdomains."""
+    facets = mesh.boundary_facets()
+    boundaries: Mapping[str, Integers] = {name: facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)] for name, nodes in deck.sets.items()}
+    numbers = deck.shaped()[1]
+    subdomains = {name: np.flatnonzero(np.isin(numbers, members)) for name, members in deck.element_sets.items()}
+    return mesh.with_boundaries({name: found for name, found in boundaries.items() if len(found)}).with_subdomains(
+        {name: found for name, found in subdomains.items() if len(found)}
+    )
+
+
+def _check_plane(points: Array, what: str) -> None:
+    if points.shape[1] == 3 and np.ptp(points[:, 2]) > SAME_POINT * np.ptp(points):
+        raise ModelError(f"mesh {what}: z varies by {np.ptp(points[:, 2]):g}; give a mesh in the plane z = 0")
+
+
+def _read(file: Path) -> Any:
+    try:
+        return _meshio().read(file)
+    except ModelError:
+        raise
+    except (Exception, SystemExit) as error:  # meshio leaves the process where a file is damaged
+        raise ModelError(f"mesh {str(file)!r}: meshio cannot read it ({str(error).strip() or type(error).__name__}); give a mesh file") from error
+
+
+def _meshio() -> Any:
+    try:
+        import meshio  # of the extra `mesh`
+    except ImportError as error:
+        raise ModelError("meshio: not installed; install frictopt with its extra `mesh`") from error
+    return meshio

@@ -1,0 +1,8 @@
+"""Contacts that are ready to use: frozen descriptions with structured meshes of their own."""
+
+from .dovetail import Dovetail
+from .pin import PinInPlate
+from .punch import PunchOnHalfPlane
+from .rounded import RoundedPunch
+
+__all__ = ["Dovetail", "PinInPlate", "PunchOnHalfPlane", "RoundedPunch"]

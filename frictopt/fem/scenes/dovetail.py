@@ -1,0 +1,223 @@
+"""A dovetail root of a blade in the slot of a disc: two inclined flanks."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from skfem import MeshQuad
+
+from ...contact import ContactSystem
+from ...contact.checks import Array, finite_number, shown, whole_number
+from ...errors import ModelError
+from ...tolerances import SAME_POINT
+from ..bodies import Body, Support, Traction
+from ..contacts import Contact
+from ..elasticity import Material
+from ..model import ContactModel
+from .grading import along, away, steps
+
+__all__ = ["Dovetail"]
+
+_MOST_ELEMENTS = 5_000  # along a flank: S is dense and takes 3 GB then
+_MOST_NODES = 1_000_000
+_LONGEST = 1e6  # length over that of a flank
+_CLEARANCE = 0.2  # of the slot beside neck and foot, over their height
+
+
+@dataclass(frozen=True)
+class Dovetail:
+    """A blade root, wider below than above, held by both flanks in the slot of a disc; meshed in quadrilaterals.
+
+    Body 1 is the blade, body 2 the disc, clamped at its bottom. The contacts are "right" and "left"; the first node is at the bottom of the right
+    flank, the last one at the bottom of the left flank. Load cases, each of unit traction on the top of the blade: "pull" along +y, "sway" along +x.
+    With friction of at least the cotangent of the angle the flanks lock: they hold a blade that is wedged in without any load.
+
+    Parameters
+    ----------
+    angle
+        Angle of the flanks to the horizontal, degrees, from 10 to 80.
+    elements
+        Number of elements along each flank, even (N = 2 elements + 2 node pairs).
+    flank_length
+        Length of each flank.
+    neck_half_width, neck_height
+        Size of the blade above the flanks, length.
+    foot_height
+        Height of the blade below the flanks, length; the slot is 1.2 times as deep.
+    lug_height
+        Height of the disc above the flanks, length.
+    disc_half_width, disc_depth
+        Half-width of the disc, and its depth below the middle of the flanks, length.
+    edge_radius
+        Radius at both ends of the blade's flanks, which then open along a parabola of that curvature from `edge_length` before the end; 0: sharp.
+    edge_length
+        Length of flank at each end that is rounded.
+    grading
+        Size of the middle element of a flank over that of its end element, >= 1.
+    growth
+        Ratio of neighbouring element sizes away from the flanks, > 1.
+    blade_material, disc_material
+        The two materials.
+
+    Raises
+    ------
+    ModelError
+        Sizes that are not positive or do not fit, odd numbers of elements, a mesh of more than a million nodes.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.Dovetail(angle=50, elements=4, growth=2.0).condense()
+    >>> system
+    ContactSystem(nodes=10, x=-1.34938 .. 0.900624, contacts=['right', 'left'], loads=['pull', 'sway'], gap=False)
+    >>> cycle = fo.LoadCycle(mean={"pull": 1.0}, corners=[{"pull": 1.0}, {"pull": -1.0}])
+    >>> [fo.shakedown_limit(system, cycle, friction).load_factor < float("inf") for friction in (0.83, 0.84)]  # cot 50 degrees is 0.839
+    [True, False]
+    """
+
+    angle: float = 45.0
+    elements: int = 40
+    flank_length: float = 1.0
+    neck_half_width: float = 1.0
+    neck_height: float = 2.0
+    foot_height: float = 0.8
+    lug_height: float = 0.8
+    disc_half_width: float = 5.0
+    disc_depth: float = 5.0
+    edge_radius: float = 0.0
+    edge_length: float = 0.2
+    grading: float = 10.0
+    growth: float = 1.15
+    blade_material: Material = Material()
+    disc_material: Material = Material()
+
+    def __post_init__(self) -> None:
+        values: dict[str, Any] = {"elements": whole_number("elements", self.elements, least=2, most=_MOST_ELEMENTS)}
+        if values["elements"] % 2:
+            raise ModelError(f"elements: {self.elements}; give an even number, so that a node lies in the middle of each flank")
+        values["angle"] = finite_number("angle", self.angle, least=10.0, below=80.0 + SAME_POINT)
+        lengths = ("flank_length", "neck_half_width", "neck_height", "foot_height", "lug_height", "disc_half_width", "disc_depth", "edge_length")
+        for name in lengths:
+            values[name] = finite_number(name, getattr(self, name), above=0.0)
+        values["edge_radius"] = finite_number("edge_radius", self.edge_radius, least=0.0)
+        values["grading"] = finite_number("grading", self.grading, least=1.0, below=1e15)
+        values["growth"] = finite_number("growth", self.growth, above=1.0, below=100.0)
+        for name in ("blade_material", "disc_material"):
+            if not isinstance(getattr(self, name), Material):
+                raise ModelError(f"{name}: {shown(getattr(self, name))}; give a Material")
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+        for name in lengths:
+            if not 1 / _LONGEST <= values[name] / self.flank_length <= _LONGEST:
+                raise ModelError(
+                    f"{name}: {values[name]:g} beside flank_length = {self.flank_length:g}; give at most {_LONGEST:g} times more or less"
+                )
+        self._check_sizes(max(values[name] for name in lengths))
+
+    def _check_sizes(self, largest: float) -> None:
+        if not self.edge_length <= self.flank_length / 2:
+            raise ModelError(f"edge_length: {self.edge_length:g}; it must be at most half of flank_length = {self.flank_length:g}")
+        wall = max(self._foot, self.neck_half_width + _CLEARANCE * self.lug_height)
+        if not self.disc_half_width > wall or not self.disc_depth > self._slot:
+            raise ModelError(
+                f"disc_half_width, disc_depth: {self.disc_half_width:g}, {self.disc_depth:g}; the slot takes {wall:g} and {self._slot:g}, give more"
+            )
+        if not (np.diff(self._along) > SAME_POINT * largest).all():
+            raise ModelError(f"grading: {self.grading:g}; elements at the ends are smaller than rounding, give a lower grading or fewer elements")
+        across = 2 * steps(self.disc_half_width + self._foot, self.corner_size, self.growth)
+        up = self.elements + 2 * steps(self.disc_depth + self.neck_height + self.lug_height, self.corner_size, self.growth)
+        if not across * up <= _MOST_NODES:
+            raise ModelError(f"elements, grading, growth: they make a mesh of {across * up:.0e} nodes, the most are {_MOST_NODES:.0e}; give less")
+
+    @property
+    def _along(self) -> Array:
+        """Distances along a flank from its middle, upwards."""
+        return along(self.flank_length / 2, self.elements, self.grading)
+
+    @property
+    def corner_size(self) -> float:
+        """Size of the element at the end of a flank, length."""
+        return float(np.diff(self._along)[-1])
+
+    @property
+    def _direction(self) -> Array:
+        """Unit vector along the right flank, downwards."""
+        return np.array([np.cos(np.radians(self.angle)), -np.sin(np.radians(self.angle))])
+
+    @property
+    def _half_height(self) -> float:
+        return float(self._along[-1] * -self._direction[1])
+
+    @property
+    def _foot(self) -> float:
+        """Half-width of the blade at the bottom of the flanks."""
+        return float(self.neck_half_width + self.flank_length * self._direction[0])
+
+    @property
+    def _slot(self) -> float:
+        """Depth of the slot below the middle of the flanks."""
+        return self._half_height + (1 + _CLEARANCE) * self.foot_height
+
+    def _flank(self, y: Array) -> Array:
+        """Half-width at some heights between the ends of the flanks, and the one of the nearer end elsewhere."""
+        down = (self._half_height - np.clip(y, -self._half_height, self._half_height)) / -self._direction[1]
+        return np.asarray(self.neck_half_width + down * self._direction[0])
+
+    def _beside(self, y: Array, below: float) -> tuple[Array, Array]:
+        """Heights above the flanks over the height of the lugs, and below them over some length; 0 within the flanks."""
+        return np.maximum(y - self._half_height, 0.0) / self.lug_height, np.maximum(-y - self._half_height, 0.0) / below
+
+    def model(self) -> ContactModel:
+        """The two meshes with contacts, supports and load cases; the rounded ends are not in it, for they are a gap."""
+        return ContactModel(
+            bodies={"blade": self._blade(), "disc": self._disc()},
+            contacts=[Contact("blade", "disc", name, name) for name in ("right", "left")],
+            supports=[Support("disc", "bottom")],
+            loads={"pull": [Traction("blade", "top", y=1.0)], "sway": [Traction("blade", "top", x=1.0)]},
+        )
+
+    def condense(self) -> ContactSystem:
+        """Mesh, assemble and condense to the two flanks."""
+        system = self.model().condense()
+        if self.edge_radius == 0:
+            return system
+        rounded = np.maximum(np.abs(self._along) - (self.flank_length / 2 - self.edge_length), 0.0)
+        return system.with_gap(np.tile(rounded**2 / (2 * self.edge_radius), 2))
+
+    def _blade(self) -> Body:
+        """Body 1, with the boundaries "right", "left" and "top"."""
+        h, first = self._half_height, self.corner_size
+        half = 1.0 - away(1.0, first / self.neck_half_width, self.growth)
+        y = self._along * -self._direction[1]
+        levels = np.r_[-h - away(self.foot_height, first, self.growth)[:0:-1], y, h + away(self.neck_height, first, self.growth)[1:]]
+        mesh = MeshQuad.init_tensor(np.r_[-half, half[-2::-1]], levels)
+        mesh = mesh.with_boundaries(_flanks(h) | {"top": lambda x: x[1] == levels[-1]})
+        _, foot = self._beside(mesh.p[1], self.foot_height)
+        width = self._flank(mesh.p[1]) * (1 - _CLEARANCE * foot)
+        return Body(replace(mesh, doflocs=np.array([mesh.p[0] * width, mesh.p[1]])), self.blade_material)
+
+    def _disc(self) -> Body:
+        """Body 2, with the boundaries "right", "left" and "bottom"."""
+        h, first = self._half_height, self.corner_size
+        side = 1.0 + away(1.0, first / (self.disc_half_width - self._foot), self.growth)
+        inner = 1.0 - away(1.0, first / self._foot, self.growth)
+        slot = away(self._slot - h, first, self.growth)
+        base = away(self.disc_depth - self._slot, slot[-1] - slot[-2], self.growth)
+        below = np.r_[h + slot[1:], self._slot + base[1:]]
+        y = self._along * -self._direction[1]
+        levels = np.r_[-below[::-1], y, h + away(self.lug_height, first, self.growth)[1:]]
+        columns = np.r_[inner[:0:-1], side]
+        mesh = MeshQuad.init_tensor(np.r_[-columns[:0:-1], columns], levels)
+        middle = mesh.p[:, mesh.t].mean(axis=1)
+        mesh = mesh.remove_elements(np.flatnonzero((np.abs(middle[0]) < 1) & (middle[1] > -self._slot)))
+        mesh = mesh.with_boundaries(_flanks(h) | {"bottom": lambda x: x[1] == levels[0]})
+        lug, _ = self._beside(mesh.p[1], 1.0)
+        wall = self._flank(mesh.p[1]) + _CLEARANCE * self.lug_height * lug
+        out = np.maximum(np.abs(mesh.p[0]) - 1, 0.0)
+        x = np.sign(mesh.p[0]) * np.where(out > 0, wall + out * (self.disc_half_width - wall), np.abs(mesh.p[0]) * wall)
+        return Body(replace(mesh, doflocs=np.array([x, mesh.p[1]])), self.disc_material)
+
+
+def _flanks(half_height: float) -> dict[str, Any]:
+    """The flanks in the straight mesh, where they are at x = 1 and -1."""
+    return {name: lambda x, at=at: (np.abs(x[0] - at) < SAME_POINT) & (np.abs(x[1]) < half_height) for name, at in (("right", 1.0), ("left", -1.0))}

@@ -1,0 +1,160 @@
+"""A pin shrunk into a plate: a closed ring of contact."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from skfem import MeshQuad
+
+from ...contact import ContactSystem
+from ...contact.checks import Array, finite_number, shown, whole_number
+from ...errors import ModelError
+from ...tolerances import SAME_POINT
+from ..bodies import Body, BodyForce, Support, Traction
+from ..contacts import Contact, Interference
+from ..elasticity import Material
+from ..model import ContactModel
+from ..ordering import Integers
+from .grading import away, steps
+
+__all__ = ["PinInPlate"]
+
+_MOST_ELEMENTS = 10_000  # along the ring: S is dense and takes 3 GB then
+_MOST_NODES = 1_000_000
+_CORE = 0.5  # half-side of the square in the middle of the pin, over its radius
+
+
+@dataclass(frozen=True)
+class PinInPlate:
+    """A solid pin in the hole of a square plate, meshed in quadrilaterals.
+
+    Body 1 is the pin, body 2 the plate, held at its two lower corners against rigid motions. The contact is the whole ring; its first node is at
+    the angle 0, the others follow counter-clockwise. Load cases: "fit", an overlap of one unit of length between the radii of pin and hole; "Fx"
+    and "Fy", a unit force per depth on the pin along +x and +y, as a uniform body force, which a uniform traction on all sides of the plate takes
+    up; "sigma", unit tension on the right and left sides of the plate. None needs a reaction of the supports. With equal materials and a large
+    plate, the fit of overlap d makes the pressure `E / (1 - nu^2) d / (2 radius)`.
+
+    Parameters
+    ----------
+    elements
+        Number of elements around the ring, a multiple of 8 (N = elements node pairs).
+    radius
+        Radius of the pin, length.
+    plate_half_width
+        Half of the side of the plate, length, more than 1.5 radii.
+    growth
+        Ratio of neighbouring element sizes away from the ring, > 1.
+    pin_material, plate_material
+        The two materials.
+
+    Raises
+    ------
+    ModelError
+        Sizes that are not positive, a plate that is too small, a number of elements that is no multiple of 8, a mesh of more than a million nodes.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.PinInPlate(elements=16, growth=1.5).condense()
+    >>> system.nodes, sorted(system.bonded)
+    (16, ['Fx', 'Fy', 'fit', 'sigma'])
+    >>> q, p = system.bonded["Fy"]
+    >>> float(round(sum(p * system.normals[:, 1] + q * -system.normals[:, 0]), 6))  # the plate holds the pin
+    -1.0
+    """
+
+    elements: int = 80
+    radius: float = 1.0
+    plate_half_width: float = 10.0
+    growth: float = 1.15
+    pin_material: Material = Material()
+    plate_material: Material = Material()
+
+    def __post_init__(self) -> None:
+        elements = whole_number("elements", self.elements, least=8, most=_MOST_ELEMENTS)
+        if elements % 8:
+            raise ModelError(f"elements: {self.elements}; give a multiple of 8, so that nodes lie on both axes and diagonals")
+        radius = finite_number("radius", self.radius, above=0.0)
+        half_width = finite_number("plate_half_width", self.plate_half_width, above=0.0)
+        growth = finite_number("growth", self.growth, above=1.0, below=100.0)
+        if not 1.5 * radius < half_width < 1e6 * radius:
+            raise ModelError(f"plate_half_width: {half_width:g} beside radius = {radius:g}; give more than 1.5 and less than 1e6 radii")
+        for name in ("pin_material", "plate_material"):
+            if not isinstance(getattr(self, name), Material):
+                raise ModelError(f"{name}: {shown(getattr(self, name))}; give a Material")
+        for name, value in {"elements": elements, "radius": radius, "plate_half_width": half_width, "growth": growth}.items():
+            object.__setattr__(self, name, value)
+        nodes = elements * (steps(half_width, self.element_size, growth) + steps(radius, self.element_size, growth)) + elements**2 / 16
+        if not nodes <= _MOST_NODES:
+            raise ModelError(f"elements, growth: they make a mesh of {nodes:.0e} nodes, the most are {_MOST_NODES:.0e}; give fewer, or more growth")
+
+    @property
+    def element_size(self) -> float:
+        """Length of a contact element, a chord of the ring."""
+        return float(2 * self.radius * np.sin(np.pi / self.elements))
+
+    @property
+    def _rays(self) -> Array:
+        """(2, N) directions of the nodes on the ring."""
+        angle = 2 * np.pi * np.arange(self.elements) / self.elements
+        return np.array([np.cos(angle), np.sin(angle)])
+
+    def model(self) -> ContactModel:
+        """The two meshes with contact, supports and load cases."""
+        half, area = self.plate_half_width, self.elements / 2 * self.radius**2 * np.sin(2 * np.pi / self.elements)
+        density, taken_up = 1 / area, -1 / (8 * half)
+        return ContactModel(
+            bodies={"pin": self._pin(), "plate": self._plate()},
+            contacts=[Contact("pin", "plate", "ring", "ring")],
+            supports=[Support("plate", (-half, -half)), Support("plate", (half, -half), "y")],
+            loads={
+                "fit": [Interference("ring", 1.0)],
+                "Fx": [BodyForce("pin", x=density), Traction("plate", "outside", x=taken_up)],
+                "Fy": [BodyForce("pin", y=density), Traction("plate", "outside", y=taken_up)],
+                "sigma": [Traction("plate", "right", x=1.0), Traction("plate", "left", x=-1.0)],
+            },
+        )
+
+    def condense(self) -> ContactSystem:
+        """Mesh, assemble and condense to the ring."""
+        return self.model().condense()
+
+    def _pin(self) -> Body:
+        """Body 1, with the boundary "ring"."""
+        rays, half = self._rays, _CORE * self.radius
+        sides = self.elements // 4
+        line = half * np.tan(np.linspace(-np.pi / 4, np.pi / 4, sides + 1))
+        core = MeshQuad.init_tensor(line, line)
+        inner = half * rays / np.abs(rays).max(axis=0)
+        share = 1 - away(1.0, self.element_size / (self.radius - half), self.growth)[-2::-1]
+        rings = inner[:, None, :] + share[:, None] * (self.radius * rays - inner)[:, None, :]
+        distance = np.hypot(core.p[0][:, None] - inner[0], core.p[1][:, None] - inner[1])
+        first = distance.argmin(axis=0)
+        numbers = np.concatenate([first[None], core.p.shape[1] + np.arange(share.size * self.elements).reshape(share.size, -1)])
+        points = np.concatenate([core.p, rings.reshape(2, -1)], axis=1)
+        return Body(_with_ring(MeshQuad(points, np.concatenate([core.t, _between(numbers)], axis=1)), numbers[-1]), self.pin_material)
+
+    def _plate(self) -> Body:
+        """Body 2, with the boundaries "ring", "right", "left" and "outside"."""
+        rays, half = self._rays, self.plate_half_width
+        outer = half * rays / np.abs(rays).max(axis=0)
+        share = away(1.0, self.element_size / (half - self.radius), self.growth)
+        rings = self.radius * rays[:, None, :] + share[:, None] * (outer - self.radius * rays)[:, None, :]
+        numbers = np.arange(share.size * self.elements).reshape(share.size, -1)
+        mesh = _with_ring(MeshQuad(rings.reshape(2, -1), _between(numbers)), numbers[0])
+        near = SAME_POINT * half
+        sides = {"right": lambda x: np.abs(x[0] - half) < near, "left": lambda x: np.abs(x[0] + half) < near}
+        sides["outside"] = lambda x: half - np.abs(x).max(axis=0) < near
+        return Body(mesh.with_boundaries(sides), self.plate_material)
+
+
+def _between(numbers: Integers) -> Any:
+    """(4, m) elements between successive rings of nodes, (rings, N)."""
+    after = np.roll(numbers, -1, axis=1)
+    return np.array([numbers[:-1].ravel(), numbers[1:].ravel(), after[1:].ravel(), after[:-1].ravel()])
+
+
+def _with_ring(mesh: Any, nodes: Integers) -> Any:
+    """The mesh with the facets between these nodes of its outline named "ring"."""
+    facets = mesh.boundary_facets()
+    return mesh.with_boundaries({"ring": facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)]})

@@ -1,0 +1,70 @@
+"""A rounded punch, or a cylinder, pressed on a half-plane: the contact ends inside the meshed face."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...contact import ContactSystem
+from ...contact.checks import Array, finite_number, shown
+from ...errors import ModelError
+from ..model import ContactModel
+from .punch import PunchOnHalfPlane
+
+__all__ = ["RoundedPunch"]
+
+
+@dataclass(frozen=True)
+class RoundedPunch:
+    """A punch with a flat middle and round ends on a block that stands for a half-plane; without a flat, a cylinder.
+
+    The punch starts `max(|x| - flat_half_width, 0)^2 / (2 radius)` above the block: the parabola of the radius, as an initial gap on straight
+    meshes. Load cases are those of `PunchOnHalfPlane`. Outer nodes are open under any load, and pressure falls to zero where the contact ends.
+
+    Parameters
+    ----------
+    radius
+        Radius of the round ends, or of the cylinder, length.
+    flat_half_width
+        Half of the flat in the middle, length; 0: a cylinder.
+    punch
+        Meshes, sizes, materials and supports; the contact must end within its `half_width`. Elements of one size suit an end that moves.
+
+    Raises
+    ------
+    ModelError
+        A radius that is not positive, a flat as wide as the punch.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.RoundedPunch(radius=50, punch=fo.PunchOnHalfPlane(elements=20, grading=1.0, growth=1.5)).condense()
+    >>> system
+    ContactSystem(nodes=21, x=-1 .. 1, loads=['P', 'Q', 'sigma'], gap=True)
+    >>> float(system.gap[-1])
+    0.01
+    """
+
+    radius: float = 50.0
+    flat_half_width: float = 0.0
+    punch: PunchOnHalfPlane = PunchOnHalfPlane(elements=80, grading=1.0, growth=1.15)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.punch, PunchOnHalfPlane):
+            raise ModelError(f"punch: {shown(self.punch)}; give a PunchOnHalfPlane")
+        object.__setattr__(self, "radius", finite_number("radius", self.radius, above=0.0))
+        object.__setattr__(self, "flat_half_width", finite_number("flat_half_width", self.flat_half_width, least=0.0))
+        if not self.flat_half_width < self.punch.half_width:
+            raise ModelError(f"flat_half_width: {self.flat_half_width:g}; it must be less than the punch's half_width = {self.punch.half_width:g}")
+
+    @property
+    def gap(self) -> Array:
+        """(N,) initial gap."""
+        return np.asarray(np.maximum(np.abs(self.punch.contact_nodes) - self.flat_half_width, 0.0) ** 2 / (2 * self.radius))
+
+    def model(self) -> ContactModel:
+        """The two straight meshes with supports and load cases, without the gap."""
+        return self.punch.model()
+
+    def condense(self) -> ContactSystem:
+        """Mesh, assemble, condense to the contact, and take the gap in."""
+        return self.punch.condense().with_gap(self.gap)

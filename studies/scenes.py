@@ -1,0 +1,123 @@
+"""Limits of the other scenes against friction: dovetail, pin in a plate, rounded punch.
+
+Run with `python -m studies scenes [--quick]`. Loads are in the units of each scene: the mean pull of the blade, the mean pressure of the fit over
+the radius, the mean pressure of the punch are one.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+import frictopt as fo
+
+from .tables import Study, Table
+
+__all__ = ["FULL", "LIMITS", "QUICK", "STUDY", "Parameters", "dovetail", "pin", "punch"]
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    flank_elements: int = 40
+    angles: tuple[float, ...] = (35.0, 45.0, 60.0)
+    shares: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.001)  # friction over the cotangent of the angle
+    ring_elements: int = 80
+    corners: int = 8  # of the polygon that stands for a rotating force
+    frictions: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+    punch_elements: int = 40
+    radii: tuple[float, ...] = (np.inf, 2.0, 0.5, 0.2)  # of the edges; inf: sharp
+
+
+FULL = Parameters()
+QUICK = Parameters(
+    flank_elements=8, shares=(0.3, 0.6, 0.9, 1.001), ring_elements=24, frictions=(0.1, 0.2, 0.3, 0.5, 0.8), punch_elements=12, radii=(np.inf, 0.5)
+)
+
+
+def dovetail(angle: float, elements: int) -> fo.Dovetail:
+    """The dovetail of that angle."""
+    return fo.Dovetail(angle=angle, elements=elements)
+
+
+def pin(elements: int) -> fo.PinInPlate:
+    """The pin."""
+    return fo.PinInPlate(elements=elements)
+
+
+def punch(radius: float, elements: int) -> fo.PunchOnHalfPlane | fo.RoundedPunch:
+    """The punch whose outer fifth is rounded; sharp for an infinite radius."""
+    flat = fo.PunchOnHalfPlane(elements=elements, grading=1.0)
+    return flat if np.isinf(radius) else fo.RoundedPunch(radius, 0.8 * flat.half_width, flat)
+
+
+def limits(parameters: Parameters) -> pd.DataFrame:
+    """One row per scene, load and friction coefficient."""
+    return pd.DataFrame([_row(*run) for run in tqdm(list(_runs(parameters)), desc="limits of the scenes", disable=None)])
+
+
+def _runs(parameters: Parameters) -> Iterator[tuple[str, str, float, fo.ContactSystem, fo.LoadCycle, float]]:
+    """Scene, load, parameter, contact, load cycle and friction coefficient of each row."""
+    for angle in parameters.angles:
+        system = dovetail(angle, parameters.flank_elements).condense()
+        for case in ("pull", "sway"):
+            for share in parameters.shares:
+                cycle = fo.LoadCycle({"pull": 1.0}, [{case: 1.0}, {case: -1.0}])
+                yield "dovetail", case, angle, system, cycle, share / np.tan(np.radians(angle))
+    system = pin(parameters.ring_elements).condense()
+    fit = {"fit": 2 * np.pi / float(system.bonded["fit"][1].sum())}
+    turns = 2 * np.pi * np.arange(parameters.corners) / parameters.corners
+    for case, corners in {
+        "to and fro": [{"Fx": 1.0}, {"Fx": -1.0}],
+        "rotating": [{"Fx": float(np.cos(turn)), "Fy": float(np.sin(turn))} for turn in turns],
+        "plate": [{"sigma": 1.0}, {"sigma": -1.0}],
+    }.items():
+        for friction in parameters.frictions:
+            yield "pin", case, float("nan"), system, fo.LoadCycle(fit, corners), friction
+    for radius in parameters.radii:
+        system = punch(radius, parameters.punch_elements).condense()
+        for friction in parameters.frictions:
+            yield "punch", "sigma", radius, system, fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), friction
+
+
+def _row(scene: str, case: str, parameter: float, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dict[str, object]:
+    onset = fo.onset(system, cycle, friction)
+    limit, lower = fo.shakedown_limit(system, cycle, friction), fo.guaranteed_limit(system, cycle, friction)
+    return {
+        "scene": scene,
+        "case": case,
+        "parameter": parameter,
+        "nodes": system.nodes,
+        "friction": friction,
+        "onset": onset.slip.load_factor,
+        "mean_opens": len(onset.mean_opens),
+        "load_factor": limit.load_factor,
+        "guaranteed": lower.load_factor,
+        "residual": max(limit.residual, lower.residual),
+    }
+
+
+LIMITS = Table(
+    "scenes_limits",
+    "limits of one scene under one load at one friction",
+    {
+        "scene": "dovetail, pin or punch",
+        "case": "load that goes to and fro, or round",
+        "parameter": "angle of the flanks, degrees; radius of the punch's edges / a; NaN for the pin",
+        "nodes": "node pairs",
+        "friction": "coefficient of friction",
+        "onset": "load factor at the first slip of the bonded contact; 0 where the mean load alone slips",
+        "mean_opens": "number of nodes that open under the mean load alone",
+        "load_factor": "shakedown limit lambda_2; inf: none; NaN: no residual slip is safe",
+        "guaranteed": "guaranteed limit lambda_1",
+        "residual": "worst violation by the safe slips, relative",
+    },
+    full=FULL,
+    quick=QUICK,
+    compute=limits,
+)
+
+STUDY = Study("studies.scenes", __doc__, "coarse meshes, in seconds", (LIMITS,))

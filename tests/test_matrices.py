@@ -1,0 +1,314 @@
+"""Matrices of CalculiX and Abaqus: against scikit-fem's own elements, and every way in which the files can be wrong."""
+
+import gzip
+import shutil
+import tarfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.sparse import triu
+from skfem import Basis, ElementHex1, ElementVector
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+import frictopt as fo
+from frictopt.fem.elasticity import body_stiffness
+
+DATA = Path(__file__).parent / "data"
+
+
+@pytest.fixture(scope="module")
+def flat():
+    return fo.read_calculix(DATA / "flat")
+
+
+@pytest.fixture(scope="module")
+def cube(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cube")
+    with tarfile.open(DATA / "cube.tar.xz") as archive:
+        archive.extractall(folder, filter="data")
+    return fo.read_calculix(folder / "cube")
+
+
+def largest(matrix):
+    return abs(matrix).max()
+
+
+def test_plane_matrix_is_that_of_the_same_mesh_assembled_here(flat):
+    assert flat.K.shape == (964, 964) and flat.labels.shape == (964, 2)
+    nodes = len(flat.points)
+    K = body_stiffness(flat.mesh, fo.Material(E=210_000.0, nu=0.3))
+    row = np.empty(964, dtype=int)
+    row[flat.unknowns[flat.unknowns >= 0]] = (np.arange(nodes)[:, None] + [0, nodes])[flat.unknowns >= 0]
+    assert largest(flat.K - K[row][:, row]) < 1e-12 * largest(K)
+
+
+def test_matrix_of_bricks_is_that_of_the_same_mesh_assembled_here(cube):
+    assert cube.unknowns.shape[1] == 3
+    K = linear_elasticity(*lame_parameters(1.0, 0.3)).assemble(Basis(cube.mesh, ElementVector(ElementHex1())))
+    row = np.empty(len(cube.labels), dtype=int)
+    free = cube.unknowns >= 0
+    row[cube.unknowns[free]] = (3 * np.arange(len(cube.points))[:, None] + np.arange(3))[free]
+    assert largest(cube.K - K[row][:, row]) < 1e-11 * largest(K)
+
+
+def test_held_displacements_are_the_ones_of_the_deck(flat, cube):
+    held = flat.unknowns < 0
+    assert held.all(axis=1).nonzero()[0].tolist() == sorted(flat.nodes("N_BOTTOM")) and held.sum() == 2 * len(flat.nodes("N_BOTTOM"))
+    assert np.array_equal((cube.unknowns < 0).any(axis=1), cube.points[:, 2] == -3)
+
+
+def test_pairs_coincide_and_follow_the_face(flat):
+    pairs = flat.pairs("N_CONTACT_PUNCH", "n_contact_block")  # decks do not tell cases apart
+    assert np.allclose(flat.points[pairs[:, 0]], flat.points[pairs[:, 1]], rtol=0, atol=1e-10)
+    assert set(pairs[:, 0]) == set(flat.nodes("N_CONTACT_PUNCH")) and set(pairs[:, 1]) == set(flat.nodes("N_CONTACT_BLOCK"))
+    assert (np.diff(flat.points[pairs[:, 1], 0]) > 0).all()
+    assert np.array_equal(flat.normals(pairs[:, 1]), np.tile([0.0, 1.0], (26, 1)))
+
+
+def test_forces_are_those_of_the_traction(flat):
+    top = flat.nodes("N_TOP")
+    down, pressure, shear = flat.force("N_TOP", [0.0, -1.0]), flat.force("N_TOP", 1.0), flat.force("N_TOP", [1.0, 0.0])
+    assert np.allclose(down, pressure, atol=1e-14)
+    assert shear.sum() == pytest.approx(10.0) and down.sum() == pytest.approx(-10.0)
+    x = np.sort(flat.points[top, 0])
+    lumped = np.convolve(np.diff(x), [0.5, 0.5])
+    assert np.allclose(shear[flat.unknowns[top[np.argsort(flat.points[top, 0])], 0]], lumped)
+
+
+def test_forces_on_faces_of_bricks(cube):
+    top, sides = cube.points[:, 2] == 1.5, [cube.points[:, 0] == x for x in (-4.0, 4.0)]
+    P = cube.force(np.flatnonzero(top), 1.0)
+    assert P[cube.unknowns[top, 2]].sum() == pytest.approx(-4.0) and P.sum() == pytest.approx(-4.0)
+    pull = [cube.force(np.flatnonzero(side), -1.0) for side in sides]
+    held = cube.points[:, 2] == -3
+    share = np.array([[-f[cube.unknowns[~held & side, 0]].sum() for f in pull] for side in sides])
+    assert share[0, 0] == pytest.approx(-share[1, 1]) and share[0, 0] > 0 and share[0, 1] == share[1, 0] == 0
+
+
+def test_normals_of_a_round_face_point_outwards(tmp_path):
+    """A ring of quadrilaterals: by symmetry each node's normal is radial."""
+    n = 12
+    angle = 2 * np.pi * np.arange(n) / n
+    inner, outer = np.column_stack([np.cos(angle), np.sin(angle)]), 2 * np.column_stack([np.cos(angle), np.sin(angle)])
+    lines = ["*Node"]
+    lines += [f"{i + 1}, {x:.16g}, {y:.16g}" for i, (x, y) in enumerate([*inner, *outer])]
+    lines += ["*Element, type=cpe4, elset=ring"]
+    lines += [f"{i + 1}, {i + 1}, {n + i + 1}, {n + (i + 1) % n + 1}, {(i + 1) % n + 1}" for i in range(n)]
+    lines += ["*Nset, nset=hole, generate", f"1, {n}, 1"]
+    stiffness(tmp_path, 2 * 2 * n, lines)
+    job = fo.read_calculix(tmp_path / "job")
+    assert np.allclose(job.normals("hole"), -inner, atol=1e-14)
+    assert np.allclose(job.force("hole", 1.0)[job.unknowns[:n]], inner * 2 * np.sin(np.pi / n) * np.cos(np.pi / n), atol=1e-14)
+
+
+def stiffness(folder, size, deck=(), labels=None):
+    """A job of a diagonal matrix."""
+    (folder / "job.sti").write_text("".join(f"{i} {i}  1.0\n" for i in range(1, size + 1)))
+    (folder / "job.dof").write_text("".join(f"{i // 2 + 1}.{i % 2 + 1}\n" for i in range(size)) if labels is None else labels)
+    if deck:
+        (folder / "job.inp").write_text("\n".join(deck) + "\n")
+
+
+SQUARES = """\
+** two squares, in the ways that decks can be written
+*HEADING
+text, that is no keyword
+*node, nset=Left
+10, 0., 0.
+20, 0., 1.D0
+*INCLUDE, INPUT=more.nod
+*ELEMENT, TYPE=CPS4R, ELSET=first
+1, 10, 30,
+40, 20
+*ELEMENT, TYPE=CPS4R, ELSET=second
+7, 30, 50, 60, 40
+*NSET, NSET=Both
+Left, 30
+40,
+*NSET, NSET=LEFT
+30
+*ELSET, ELSET=ALL
+first, SECOND
+"""
+MORE = "*NODE\n30, 1., 0.\n40, 1., 1.\n50, 2.\n60, 2., 1.\n*NSET, NSET=RIGHT, GENERATE\n50, 60, 10\n"
+
+
+@pytest.fixture
+def squares(tmp_path):
+    (tmp_path / "job.inp").write_text(SQUARES)
+    (tmp_path / "more.nod").write_text(MORE)
+    stiffness(tmp_path, 12, labels="".join(f"{node}.{direction}\n" for node in (10, 20, 30, 40, 50, 60) for direction in (1, 2)))
+    return tmp_path
+
+
+def test_decks_are_read_as_written(squares):
+    deck = fo.read_calculix(squares / "job").deck
+    assert deck.numbers.tolist() == [10, 20, 30, 40, 50, 60]
+    assert deck.points.tolist() == [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0], [2, 1, 0]]
+    sets = {name: deck.numbers[rows].tolist() for name, rows in deck.sets.items()}
+    assert sets == {"LEFT": [10, 20, 30], "RIGHT": [50, 60], "BOTH": [10, 20, 30, 40]}
+    shape, numbers, nodes = deck.shaped()
+    assert (shape, numbers.tolist(), deck.numbers[nodes].tolist()) == ("quad", [1, 7], [[10, 30, 40, 20], [30, 50, 60, 40]])
+    assert {name: found.tolist() for name, found in deck.element_sets.items()} == {"FIRST": [1], "SECOND": [7], "ALL": [1, 7]}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("*node", "*part, name=a\n*node", None),
+        ("20, 0., 1.D0", "10, 0., 1.", "node 10 is defined twice"),
+        ("20, 0., 1.D0", "20, 0., one", "cannot be read"),
+        ("40, 20\n", "40\n", "4 numbers, 5 an element"),
+        ("40, 20\n", "40, 21\n", "elements CPS4R names node 21"),
+        ("Left, 30", "Lost, 30", "'BOTH' names 'LOST'"),
+        ("Left, 30", "Both, 30", "'BOTH' names 'BOTH'"),
+        ("more.nod", "none.nod", "none.nod"),
+        ("TYPE=CPS4R, ELSET=second", "ELSET=second", "block \\*ELEMENT ELSET=SECOND cannot be read"),
+    ],
+)
+def test_damaged_decks_are_refused(squares, old, new, said):
+    assert old in SQUARES
+    (squares / "job.inp").write_text(SQUARES.replace(old, new))
+    if said is None:
+        assert fo.read_calculix(squares / "job").deck.sets
+    else:
+        with pytest.raises(fo.ModelError, match=said):
+            fo.read_calculix(squares / "job")
+
+
+def test_a_deck_that_includes_itself_is_refused(squares):
+    (squares / "more.nod").write_text("*INCLUDE, INPUT=more.nod\n")
+    with pytest.raises(fo.ModelError, match="includes itself"):
+        fo.read_calculix(squares / "job")
+
+
+def test_a_deck_without_nodes_is_refused(squares):
+    (squares / "job.inp").write_text("*HEADING\n")
+    with pytest.raises(fo.ModelError, match="no nodes"):
+        fo.read_calculix(squares / "job")
+
+
+def add(path, text):
+    path.write_text(path.read_text() + text)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda folder: (folder / "job.sti").unlink(), "job.sti"),
+        (lambda folder: (folder / "job.dof").unlink(), "labels: .*job.dof"),
+        (lambda folder: (folder / "job.dof").write_text(""), "labels: "),
+        (lambda folder: (folder / "job.dof").write_text("10.1\n10.2\n"), "job.sti has rows 1 to 12, job.dof has 2 labels"),
+        (lambda folder: (folder / "job.dof").write_text("10.1\n" * 12), "labels are given twice"),
+        (lambda folder: (folder / "job.dof").write_text("10.4\n" * 12), "node 10, direction 4"),
+        (lambda folder: (folder / "job.dof").write_text("10\n" * 12), "rows of 1 columns"),
+        (lambda folder: (folder / "job.sti").write_text("1 1 1.0\n1 2 one\n"), "entries that are no numbers"),
+        (lambda folder: (folder / "job.sti").write_text("1 1 1.0\n1 2\n"), "entries that are no numbers"),
+        (lambda folder: (folder / "job.sti").write_text("1 1 1.0\n1 2 3 4 5\n"), "3 numbers"),
+        (lambda folder: add(folder / "job.sti", "12 12 2.0\n"), "entries are given twice"),
+        (lambda folder: add(folder / "job.sti", "1 2 inf\n"), "entry 13 is not finite"),
+        (lambda folder: add(folder / "job.sti", "1 2 0.5\n2 1 0.4\n"), r"not symmetric, entries \(1, 2\) and \(2, 1\) are 0.5 and 0.4"),
+    ],
+)
+def test_damaged_matrices_are_refused(squares, change, said):
+    change(squares)
+    with pytest.raises(fo.ModelError, match=said):
+        fo.read_calculix(squares / "job")
+
+
+def test_what_the_deck_lacks_is_named(squares, flat):
+    job = fo.read_calculix(squares / "job")
+    with pytest.raises(fo.ModelError, match="node set 'N_CONTACT': unknown; this deck names"):
+        job.force("N_CONTACT", 1.0)
+    with pytest.raises(fo.ModelError, match="3 and 2 nodes"):
+        job.pairs("LEFT", "RIGHT")
+    with pytest.raises(fo.ModelError, match="nodes in common"):
+        job.pairs("LEFT", "LEFT")
+    with pytest.raises(fo.ModelError, match="node 10 is the nearest one to several"):
+        job.pairs([0, 1], [2, 4])
+    with pytest.raises(fo.ModelError, match="no facet of the outline"):
+        job.force([0, 5], 1.0)
+    with pytest.raises(fo.ModelError, match="node 60 lies on no facet"):
+        job.normals([0, 1, 5])
+    with pytest.raises(fo.ModelError, match="read without one"):
+        fo.MatrixJob(job.K, job.labels).points  # noqa: B018
+    with pytest.raises(fo.ModelError, match=r"node 3 .*is not in it"):
+        fo.MatrixJob(flat.K, flat.labels, job.deck).unknowns  # noqa: B018
+
+
+def test_a_job_without_a_deck_has_its_matrix(squares):
+    (squares / "job.inp").rename(squares / "other.inp")
+    job = fo.read_calculix(squares / "job")
+    assert job.deck is None and job.K.shape == (12, 12)
+    assert fo.read_calculix(squares / "job", deck=squares / "other.inp").deck.sets
+    with pytest.raises(fo.ModelError, match=r"deck: .*job\.inp"):
+        fo.read_calculix(squares / "job", deck=squares / "job.inp")
+
+
+def abaqus(path, job, entries):
+    labels = job.labels
+    rows = [f"{labels[i, 0]},{labels[i, 1]}, {labels[j, 0]},{labels[j, 1]}, {value:.15e}" for i, j, value in entries]
+    path.write_text("** Assembled stiffness\n" + "\n".join(rows) + "\n")
+
+
+@pytest.mark.parametrize("part", ["lower", "upper", "all"])
+def test_abaqus_gives_the_same_matrix(flat, tmp_path, part):
+    kept = flat.K.tocoo() if part == "all" else triu(flat.K).tocoo()
+    ends = (kept.row, kept.col) if part != "lower" else (kept.col, kept.row)
+    abaqus(tmp_path / "job_STIF1.mtx", flat, zip(*ends, kept.data, strict=True))
+    with (tmp_path / "job_STIF1.mtx").open("a") as file:
+        file.writelines(f"{node},1, {node},1, 1.0e36\n" for node in (1, 2))  # held displacements
+    job = fo.read_abaqus(tmp_path / "job_STIF1.mtx", deck=DATA / "flat.inp")
+    where = job.unknowns[flat.unknowns >= 0]
+    order = np.empty(964, dtype=int)
+    order[flat.unknowns[flat.unknowns >= 0]] = where
+    assert job.K.shape == (964, 964) and largest(job.K[order][:, order] - flat.K) < 1e-14 * largest(flat.K)
+    assert np.array_equal(job.labels[order], flat.labels)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("1 1 2.0\n2 1 -1.0\n", "FORMAT=COORDINATE"),
+        ("1, 1, 2.0\n2, 1, -1.0\n", "FORMAT=COORDINATE"),
+        ("7,1, 7,1\n", "rows of 4 columns"),
+        ("7,4, 7,1, 1.0\n", "node 7, direction 4"),
+        ("-1,1, 7,1, 1.0\n", "node -1, direction 1"),
+        ("7,1, 7,1, 1.0\n", "labels: none"),
+        ("7,1, 8,1, -1.0\n8,1, 7,1, -2.0\n", "not symmetric"),
+        ("", "stiffness: "),
+    ],
+)
+def test_other_files_of_abaqus_are_refused(tmp_path, text, said):
+    (tmp_path / "a.mtx").write_text(text)
+    with pytest.raises(fo.ModelError, match=said):
+        fo.read_abaqus(tmp_path / "a.mtx")
+
+
+def test_compressed_or_binary_files_are_refused(tmp_path):
+    for name in ("flat.sti", "flat.dof"):
+        shutil.copy(DATA / name, tmp_path)
+    (tmp_path / "flat.sti").write_bytes(gzip.compress((DATA / "flat.sti").read_bytes()))
+    with pytest.raises(fo.ModelError, match="stiffness: "):
+        fo.read_calculix(tmp_path / "flat")
+
+
+def test_the_limit_is_that_of_the_same_mesh_assembled_here(flat):
+    """The number in the README of the data: mean pressure 100 on the punch, shear to and fro, f = 0.5."""
+    pairs = flat.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
+    loads = {"P": flat.force("N_TOP", 1.0), "Q": flat.force("N_TOP", [1.0, 0.0])}
+    read = fo.condense(flat.K, loads, pairs, flat.normals(pairs[:, 1]), flat.unknowns, flat.points)
+    mesh = fo.read_mesh(DATA / "flat.inp")
+    material, upper = fo.Material(E=210_000.0, nu=0.3), mesh.p[1, mesh.t].mean(axis=0) > 0
+    bodies = {name: fo.Body(mesh.restrict(np.flatnonzero(part)), material) for name, part in (("punch", upper), ("block", ~upper))}
+    here = fo.ContactModel(
+        bodies=bodies,
+        contacts=[fo.Contact("punch", "block", "N_CONTACT_PUNCH", "N_CONTACT_BLOCK")],
+        supports=[fo.Support("block", "N_BOTTOM")],
+        loads={"P": [fo.Traction("punch", "N_TOP", y=-1.0)], "Q": [fo.Traction("punch", "N_TOP", x=1.0)]},
+    ).condense()
+    assert np.abs(read.S - here.S).max() < 1e-10 * np.abs(here.S).max()
+    cycle = fo.LoadCycle({"P": 100.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    limits = [fo.shakedown_limit(system, cycle, 0.5).load_factor for system in (read, here)]
+    assert limits[0] == pytest.approx(limits[1], rel=1e-10) and limits[0] == pytest.approx(20.0483360471, abs=1e-9)

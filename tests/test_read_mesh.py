@@ -1,0 +1,102 @@
+"""Mesh files: what they name is kept, and what would be read wrongly is refused."""
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from skfem import MeshQuad, MeshTri
+
+import frictopt as fo
+
+DATA = Path(__file__).parent / "data"
+POINTS = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [0, 1, 0], [9, 9, 0]], dtype=float)
+QUADS = ("quad", [[0, 1, 4, 5], [1, 2, 3, 4]])
+
+
+def write(path, cells, points=POINTS, sets=None, **options):
+    meshio.Mesh(points, cells, cell_sets=sets or {}).write(path, **options)
+    return path
+
+
+def test_groups_of_gmsh_become_boundaries_and_subdomains(tmp_path):
+    lines = ("line", [[0, 1], [1, 2], [3, 4]])
+    tags = {"gmsh:physical": [np.array([1, 2]), np.array([3, 3, 4])], "gmsh:geometrical": [np.array([1, 2]), np.array([1, 1, 2])]}
+    groups = {"first": np.array([1, 2]), "second": np.array([2, 2]), "bottom": np.array([3, 1]), "top": np.array([4, 1])}
+    meshio.Mesh(POINTS, [QUADS, lines], cell_data=tags, field_data=groups).write(tmp_path / "a.msh", file_format="gmsh22", binary=False)
+    mesh = fo.read_mesh(tmp_path / "a.msh")
+    assert isinstance(mesh, MeshQuad) and mesh.p.shape == (2, 6)  # the node of no element is left out
+    named = {name: sorted(map(tuple, mesh.p[:, mesh.facets[:, facets]].mean(axis=1).T)) for name, facets in mesh.boundaries.items()}
+    assert named == {"bottom": [(0.5, 0.0), (1.5, 0.0)], "top": [(1.5, 1.0)]}
+    assert {name: elements.tolist() for name, elements in mesh.subdomains.items()} == {"first": [0], "second": [1]}
+
+
+def test_sets_of_a_deck_become_boundaries_and_subdomains(tmp_path):
+    nodes = "".join(f"{i + 1}, {x}, {y}\n" for i, (x, y, _) in enumerate(POINTS))
+    deck = f"*NODE\n{nodes}*ELEMENT, TYPE=CPE3, ELSET=A\n1, 1, 2, 5\n2, 1, 5, 6\n*ELEMENT, TYPE=CPE3, ELSET=B\n3, 2, 3, 4\n4, 2, 4, 5\n"
+    (tmp_path / "a.inp").write_text(deck + "*NSET, NSET=Bottom\n1, 2, 3\n*NSET, NSET=ONE\n4\n*ELSET, ELSET=UPPER\n2, 4\n")
+    mesh = fo.read_mesh(tmp_path / "a.inp")
+    assert isinstance(mesh, MeshTri) and mesh.p.shape == (2, 6) and list(mesh.boundaries) == ["BOTTOM"]
+    assert mesh.p[1, mesh.facets[:, mesh.boundaries["BOTTOM"]]].tolist() == [[0, 0], [0, 0]]
+    assert {name: elements.tolist() for name, elements in mesh.subdomains.items()} == {"A": [0, 1], "B": [2, 3], "UPPER": [1, 3]}
+
+
+@pytest.mark.parametrize("name", ["a.msh", "a.vtk", "a.inp"])
+def test_a_mixed_mesh_is_not_cut(tmp_path, name):
+    if name == "a.inp":
+        (tmp_path / name).write_text("*NODE\n1,0,0\n2,1,0\n3,1,1\n4,0,1\n5,2,0\n*ELEMENT,TYPE=CPS4\n1,1,2,3,4\n*ELEMENT,TYPE=CPS3\n2,2,5,3\n")
+    else:
+        write(tmp_path / name, [("quad", [[0, 1, 4, 5]]), ("triangle", [[1, 2, 4]])])
+    with pytest.raises(fo.ModelError, match="quad, triangle"):
+        fo.read_mesh(tmp_path / name)
+
+
+def test_quadratic_and_spatial_elements_are_refused(tmp_path):
+    ring = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, 0, 0], [0.5, 0.5, 0], [0, 0.5, 0]])
+    write(tmp_path / "a.vtk", [("triangle6", [[0, 1, 2, 3, 4, 5]])], ring)
+    with pytest.raises(fo.ModelError, match="elements triangle6; give triangles alone"):
+        fo.read_mesh(tmp_path / "a.vtk")
+    (tmp_path / "a.inp").write_text(
+        "*NODE\n" + "".join(f"{i + 1},{x},{y}\n" for i, (x, y, _) in enumerate(ring)) + "*ELEMENT,TYPE=CPE6\n1,1,2,3,4,5,6\n"
+    )
+    with pytest.raises(fo.ModelError, match="elements of type CPE6"):
+        fo.read_mesh(tmp_path / "a.inp")
+    solid = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+    write(tmp_path / "b.vtk", [("tetra", [[0, 1, 2, 3]])], solid)
+    with pytest.raises(fo.ModelError, match="elements tetra"):
+        fo.read_mesh(tmp_path / "b.vtk")
+    write(tmp_path / "c.vtk", [("triangle", [[0, 1, 3]])], solid)
+    with pytest.raises(fo.ModelError, match="z varies by 1"):
+        fo.read_mesh(tmp_path / "c.vtk")
+    write(tmp_path / "d.vtk", [("line", [[0, 1]])], solid)
+    with pytest.raises(fo.ModelError, match="no elements"):
+        fo.read_mesh(tmp_path / "d.vtk")
+
+
+@pytest.mark.parametrize("name", ["none.msh", "none.inp", "none.xyz"])
+def test_missing_files_are_named(tmp_path, name, capsys):
+    with pytest.raises(fo.ModelError, match=name):
+        fo.read_mesh(tmp_path / name)
+
+
+@pytest.mark.parametrize(("name", "text"), [("a.msh", "$MeshFormat\nnonsense\n"), ("a.vtk", "nonsense\n"), ("a.xdmf", "<Xdmf/>")])
+def test_damaged_files_do_not_end_the_process(tmp_path, name, text, capsys):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(fo.ModelError, match=rf"{name}.*meshio cannot read it"):
+        fo.read_mesh(tmp_path / name)
+
+
+def test_one_mesh_of_pin_and_plate_is_the_scene():
+    """The file has the nodes of the scene below, those of the ring once, and both bodies as physical groups."""
+    mesh = fo.read_mesh(DATA / "pin.msh")
+    material = fo.Material()
+    read = fo.ContactModel(
+        bodies=fo.split_bodies(mesh, {"pin": material, "plate": material}),
+        contacts=[fo.Contact("pin", "plate", "plate", "pin", name="ring")],
+        supports=[fo.Support("plate", (-6, -6)), fo.Support("plate", (6, -6), "y")],
+        loads={"fit": [fo.Interference("ring")], "sigma": [fo.Traction("plate", "right", x=1.0), fo.Traction("plate", "left", x=-1.0)]},
+    ).condense()
+    scene = fo.PinInPlate(elements=24, plate_half_width=6.0, growth=1.5).condense()
+    assert np.abs(read.S - scene.S).max() < 1e-10 * np.abs(scene.S).max() and np.allclose(read.normals, scene.normals, atol=1e-12)
+    for name in ("fit", "sigma"):
+        assert np.allclose(read.bonded[name], scene.bonded[name], atol=1e-10)

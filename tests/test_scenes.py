@@ -1,0 +1,245 @@
+"""The scenes: closed forms, invariances, and every scene through the whole package."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+
+ROTATION = 2 * np.pi * np.arange(8) / 8
+
+
+def pull(case="pull"):
+    return fo.LoadCycle({"pull": 1.0}, [{case: 1.0}, {case: -1.0}])
+
+
+def fitted(system, corners):
+    """A cycle about the fit of mean pressure one."""
+    return fo.LoadCycle({"fit": 1 / (system.bonded["fit"][1] / system.width).mean()}, corners)
+
+
+def rotating(system):
+    return fitted(system, [{"Fx": float(np.cos(angle)), "Fy": float(np.sin(angle))} for angle in ROTATION])
+
+
+@pytest.mark.parametrize("angle", [35, 45, 60])
+@pytest.mark.parametrize("case", ["pull", "sway"])
+def test_a_dovetail_locks_at_the_cotangent_of_its_angle(angle, case):
+    """With q = -cot(angle) p the reactions of each flank have no vertical part: the blade is held by any pressure that it is wedged in with."""
+    system = fo.Dovetail(angle=angle, elements=8, growth=1.8).condense()
+    cot = 1 / np.tan(np.radians(angle))
+    assert 0 < fo.shakedown_limit(system, pull(case), 0.99 * cot).load_factor < 1
+    assert fo.shakedown_limit(system, pull(case), 1.001 * cot).load_factor == np.inf
+
+
+def test_the_flanks_hold_the_pull():
+    system = fo.Dovetail(angle=50, elements=6, growth=1.8, neck_half_width=0.7).condense()
+    for case, expected in (("pull", (0.0, -1.4)), ("sway", (-1.4, 0.0))):
+        q, p = system.bonded[case]
+        tangents = np.column_stack([system.normals[:, 1], -system.normals[:, 0]])
+        assert np.allclose(q @ tangents + p @ system.normals, expected, atol=1e-12)
+    right = system.contact == "right"
+    assert np.allclose(system.normals[right], [-np.sin(np.radians(50)), -np.cos(np.radians(50))])
+    assert np.allclose(system.width[right].sum(), 1.0) and np.allclose(system.width[~right].sum(), 1.0)
+
+
+def test_a_dovetail_is_its_own_mirror_image():
+    system = fo.Dovetail(elements=6, growth=1.8, angle=40).condense()
+    assert np.allclose(system.points[::-1], system.points * [-1, 1]) and np.allclose(system.normals[::-1], system.normals * [-1, 1])
+    assert np.allclose(system.A[::-1, ::-1], system.A, atol=1e-12) and np.allclose(system.B[::-1, ::-1], -system.B, atol=1e-12)
+
+
+def test_rounded_ends_open_like_a_parabola():
+    scene = fo.Dovetail(elements=10, growth=1.8, grading=1.0, edge_radius=5.0, edge_length=0.25)
+    system = scene.condense()
+    s = np.r_[np.linspace(0, 1, 11), np.linspace(0, 1, 11)]
+    from_end = np.minimum(s, 1 - s)
+    assert np.allclose(system.gap, np.maximum(0.25 - from_end, 0.0) ** 2 / 10.0, atol=1e-15)
+    assert not replace(scene, edge_radius=0.0).condense().gap.any()
+
+
+def test_pressure_of_the_fit():
+    """Plane strain, one material: E' d / (2 a) in an infinite plate; a round plate of the radius of the inner circle is softer (Lame)."""
+    for half_width, tolerance in ((10.0, 0.01), (40.0, 0.002)):
+        system = fo.PinInPlate(elements=80, plate_half_width=half_width).condense()
+        q, p = system.bonded["fit"]
+        infinite, round_plate = 1 / (1 - 0.3**2) / 2, 1 / 1.3 / (0.4 + (0.4 + half_width**2) / (half_width**2 - 1))
+        pressure = p / system.width
+        assert round_plate < pressure.mean() < infinite * 1.003 and pressure.mean() == pytest.approx(infinite, rel=tolerance)
+        assert np.ptp(pressure) < 1e-3 * pressure.mean() and np.abs(q / system.width).max() < 3e-3 * pressure.mean()
+
+
+def test_slip_of_a_pin_in_a_pulled_plate_begins_where_the_uniform_stress_says():
+    """One material, glued: the pull sigma is uniform, so p = p0 - sigma (1 + cos 2t) / 2, |q| = sigma |sin 2t| / 2, and the first node slips at
+    sigma / p0 = 2 f / (f + sqrt(1 + f^2)).
+    """
+    f, errors = 0.3, []
+    expected = 2 * f / (f + np.hypot(1, f))
+    for elements in (40, 80, 160):
+        system = fo.PinInPlate(elements=elements, growth=1.3).condense()
+        errors.append(fo.onset(system, fitted(system, [{"sigma": 1.0}]), f).slip.load_factor / expected - 1)
+    assert np.abs(errors[2]) < 3e-3 and errors[0] > 2.5 * errors[1] > 6 * errors[2] > 0
+
+
+def test_slip_of_a_loaded_pin_begins_where_kelvins_solution_says():
+    """A uniform body force on a disc of an infinite body: outside, the field is that of a point force (Kelvin) and a^2 / 8 times its Laplacian,
+    because the field is biharmonic. Tractions at the radius a: C cos t and T sin t.
+    """
+    f, nu = 0.3, 0.3
+    C, T = ((5 - 4 * nu) / (8 * np.pi * (1 - nu)), (3 - 4 * nu) / (8 * np.pi * (1 - nu)))
+    system = fo.PinInPlate(elements=160, plate_half_width=60.0, growth=1.3).condense()
+    found = fo.onset(system, fitted(system, [{"Fx": 1.0}, {"Fy": 1.0}]), f)
+    assert found.slip.load_factor == pytest.approx(f / np.hypot(T, f * C), rel=5e-3)
+    assert found.separation.load_factor == pytest.approx(1 / C, rel=5e-3)
+
+
+def test_a_pin_creeps_round_under_a_rotating_force():
+    """The bush of a connecting rod: above the limit the pin turns by the same angle in every cycle (Antoni et al., HAL hal-00109549)."""
+    system = fo.PinInPlate(elements=24, growth=1.5).condense()
+    cycle = rotating(system)
+    limit = fo.shakedown_limit(system, cycle, 0.3).load_factor
+    for share, opens in ((1.3, False), (1.6, True)):
+        steady = fo.steady_state(system, cycle, 0.3, share * limit)
+        assert steady.outcome is fo.Outcome.RATCHETING and steady.open.any() == opens
+    last = [fo.march(system, cycle, 0.3, 1.6 * limit, cycles=cycles).slip[-1] for cycles in (10, 11)]
+    turn = last[1] - last[0]
+    assert np.ptp(turn) < 1e-8 * np.abs(turn).max()
+    assert fo.steady_state(system, cycle, 0.3, 0.9 * limit, initial_slip=fo.safe_slip(system, cycle, 0.3, 0.9 * limit).slip).dissipation == 0
+
+
+def test_a_cylinder_slips_as_cattaneo_and_mindlin_say():
+    """A shear force in the plane of the contact: that on the top of the punch, and a couple there that takes its moment away."""
+    scene = fo.RoundedPunch(radius=50.0, punch=fo.PunchOnHalfPlane(elements=80, grading=1.0, growth=1.2))
+    model, height = scene.model(), scene.punch.punch_height
+    punch = model.bodies["punch"]
+    mesh = punch.mesh.with_boundaries({"one": lambda x: (x[1] == height) & (x[0] < 0), "two": lambda x: (x[1] == height) & (x[0] > 0)})
+    shear = [fo.Traction("punch", "top", x=1.0), fo.Traction("punch", "two", y=2 * height), fo.Traction("punch", "one", y=-2 * height)]
+    model = replace(model, bodies={**model.bodies, "punch": replace(punch, mesh=mesh)}, loads={"P": model.loads["P"], "Q": shear})
+    system = model.condense().with_gap(scene.gap)
+    assert abs(system.bonded["Q"][1] @ system.x) < 1e-10 and system.bonded["Q"][0].sum() == pytest.approx(-2.0)
+    a, f = 0.2, 0.5
+    P = np.pi * system.E_star * a**2 / (4 * scene.radius)
+    hertz = fo.reference.LineContact(P, scene.radius, system.E_star, f)
+    cycle = fo.LoadCycle({"P": P / 2}, [{"Q": 1.0}, {"Q": -1.0}])
+    steady = fo.steady_state(system, cycle, f, 0.3 * f * P)
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(hertz.dissipation(0.6 * f * P), rel=0.06)
+    p = fo.march(system, cycle, f, 0.3 * f * P, cycles=1).p[-1]
+    assert system.width[p > 0].sum() / 2 == pytest.approx(a, abs=0.02)
+    inside = np.abs(system.x) < 0.8 * a
+    assert np.allclose(p[inside] / system.width[inside], hertz.pressure(system.x[inside]), rtol=0.03)
+
+
+STIFF = fo.Material(E=1e3)
+SMALL = {
+    "punch": fo.PunchOnHalfPlane(elements=4, growth=2.0, grading=3.0, support="clamped"),
+    "rounded": fo.RoundedPunch(radius=20.0, flat_half_width=0.6, punch=fo.PunchOnHalfPlane(elements=4, grading=1.0, growth=2.0, support="clamped")),
+    "dovetail": fo.Dovetail(elements=4, growth=2.0, grading=3.0),
+    "open dovetail": fo.Dovetail(elements=4, growth=2.0, grading=3.0, edge_radius=1.0, blade_material=STIFF, disc_material=STIFF),
+    "open cylinder": fo.RoundedPunch(
+        radius=50.0, punch=fo.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0, support="clamped", punch_material=STIFF, block_material=STIFF)
+    ),
+    "pin": fo.PinInPlate(elements=16, growth=2.0),
+}
+
+
+def turned(model, angle):
+    """The same model, turned about the origin; its supports hold both directions, or need not bear any load."""
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.array([[c, -s], [s, c]])
+
+    def moved(load):
+        if isinstance(load, fo.Interference):
+            return load
+        x, y = R @ [load.x, load.y]
+        return replace(load, x=float(x), y=float(y))
+
+    bodies = {name: replace(body, mesh=replace(body.mesh, doflocs=R @ body.mesh.p)) for name, body in model.bodies.items()}
+    supports = [support if isinstance(support.where, str) else replace(support, where=tuple(R @ support.where)) for support in model.supports]
+    return replace(model, bodies=bodies, supports=supports, loads={name: [moved(load) for load in loads] for name, loads in model.loads.items()})
+
+
+@pytest.mark.parametrize("name", ["punch", "dovetail", "pin"])
+@settings(max_examples=4, deadline=None)
+@given(angle=st.floats(-np.pi, np.pi))
+def test_a_turned_scene_has_the_same_answers(name, angle):
+    model = SMALL[name].model()
+    here, there = model.condense(), turned(model, angle).condense()
+    shift = np.argmin(np.abs(there.points - here.points[0] @ [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]).sum(axis=1))
+    order = (np.arange(here.nodes) + shift) % here.nodes  # a closed contact may begin elsewhere
+    both = np.r_[order, here.nodes + order]
+    assert np.abs(there.S[np.ix_(both, both)] - here.S).max() < 1e-10 * np.abs(here.S).max()
+    for case, (q, p) in here.bonded.items():
+        size = max(np.abs(q).max(), np.abs(p).max())
+        assert np.abs(there.bonded[case][0][order] - q).max() < 1e-10 * size and np.abs(there.bonded[case][1][order] - p).max() < 1e-10 * size
+    cycle, f = cycle_of(name, here)
+    for limit in (fo.shakedown_limit, fo.guaranteed_limit):
+        assert limit(there, cycle, f).load_factor == pytest.approx(limit(here, cycle, f).load_factor, rel=1e-9)
+
+
+def cycle_of(name, system):
+    if name == "pin":
+        return fitted(system, [{"Fx": 1.0}, {"Fx": -1.0}]), 0.3
+    if "dovetail" in name:
+        return pull("sway"), 0.3 if "open" in name else 0.5
+    return fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]), 0.5
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_every_scene_goes_through_the_whole_package(name):
+    system = SMALL[name].condense()
+    cycle, f = cycle_of(name, system)
+    onset = fo.onset(system, cycle, f)
+    assert onset.slip.load_factor >= 0
+    limit = fo.shakedown_limit(system, cycle, f)
+    lower = fo.guaranteed_limit(system, cycle, f)
+    closed = np.isfinite(limit.load_factor)
+    assert closed == ("open" not in name)  # nodes that the mean load leaves open have no limit of closed nodes
+    factor = 0.8 * limit.load_factor if closed else 0.05
+    v0 = None
+    if closed:
+        assert 0 <= lower.load_factor <= limit.load_factor
+        safe = fo.safe_slip(system, cycle, f, factor)
+        assert safe.exists and not fo.safe_slip(system, cycle, f, 1.01 * limit.load_factor).exists
+        v0 = safe.slip
+        assert fo.steady_state(system, cycle, f, factor, initial_slip=v0).outcome is fo.Outcome.SHAKEDOWN
+        above = fo.steady_state(system, cycle, f, 1.3 * limit.load_factor)
+        assert above.outcome is not fo.Outcome.SHAKEDOWN and above.dissipation > 0
+    ends = [fo.march(system, cycle, f, 1.2 * factor, initial_slip=v0, cycles=1, engine=engine, **steps) for engine, steps in ENGINES]
+    scale = np.abs(ends[0].q).max()
+    for end in ends[1:]:
+        assert np.abs(end.q[-1] - ends[0].q[-1]).max() < 0.05 * scale and np.abs(end.p[-1] - ends[0].p[-1]).max() < 0.05 * scale
+    table = fo.dissipation_study(system, cycle, f, load_factors=[factor], initial_slips=fo.random_slips(system, [1.0], 2), workers=1, progress=False)
+    assert len(table) == 4 and (table["residual"] < 1e-7).all()
+
+
+ENGINES = [("path", {}), ("qp", {"steps": 8}), ("milp", {"steps": 8})]
+
+
+@pytest.mark.parametrize(
+    ("kind", "fields", "said"),
+    [
+        (fo.Dovetail, {"angle": 5.0}, "angle: 5"),
+        (fo.Dovetail, {"angle": 85.0}, "angle: 85"),
+        (fo.Dovetail, {"elements": 5}, "even number"),
+        (fo.Dovetail, {"edge_length": 0.6}, "edge_length: 0.6"),
+        (fo.Dovetail, {"edge_radius": -1.0}, "edge_radius: -1"),
+        (fo.Dovetail, {"disc_half_width": 1.5}, "the slot takes"),
+        (fo.Dovetail, {"disc_depth": 1.2}, "the slot takes"),
+        (fo.Dovetail, {"grading": 1e12}, "grading: 1e[+]12"),
+        (fo.Dovetail, {"growth": 1.0001}, "nodes"),
+        (fo.Dovetail, {"blade_material": 3}, "blade_material: 3"),
+        (fo.PinInPlate, {"elements": 20}, "multiple of 8"),
+        (fo.PinInPlate, {"plate_half_width": 1.4}, "plate_half_width: 1.4"),
+        (fo.PinInPlate, {"growth": 1.00001, "elements": 8000}, "nodes"),
+        (fo.PinInPlate, {"pin_material": None}, "pin_material: None"),
+        (fo.RoundedPunch, {"radius": 0.0}, "radius: 0"),
+        (fo.RoundedPunch, {"flat_half_width": 1.0}, "flat_half_width: 1"),
+        (fo.RoundedPunch, {"punch": 3}, "punch: 3"),
+    ],
+)
+def test_scenes_that_cannot_be_are_refused(kind, fields, said):
+    with pytest.raises(fo.ModelError, match=said):
+        kind(**fields)
