@@ -12,13 +12,11 @@ import frictopt
 from frictopt import errors
 
 PACKAGE = Path(frictopt.__file__).parent
-_ROOT = {"errors", "tolerances"}
-_BASE = _ROOT | {"contact", "reference"}
+_BASE = {"errors", "contact", "reference"}
 BELOW = {
     "errors": set(),
-    "tolerances": set(),
-    "contact": _ROOT,
-    "reference": _ROOT | {"contact"},
+    "contact": {"errors"},
+    "reference": {"errors", "contact"},
     "fem": _BASE,
     "solve": _BASE,
     "limits": _BASE | {"solve"},
@@ -28,7 +26,6 @@ BELOW = {
 }
 ALLOWED = {  # libraries beyond the standard one, by layer
     "errors": set(),
-    "tolerances": set(),
     "contact": {"numpy", "pandas"},  # pandas where a table is asked for
     "reference": {"numpy"},
     "fem": {"numpy", "scipy", "skfem", "meshio", "pandas"},  # the last two where a file is read

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import frictopt
-from frictopt import tolerances
+from frictopt.contact import tolerances
 from frictopt.path import kernel
 
 PACKAGE = Path(frictopt.__file__).parent

@@ -8,10 +8,10 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, choice, flag, frozen, whole_number
+from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
 from ..increments import ExactIncrement, FrozenBoundIncrement
 from ..path import ExactPath
-from ..tolerances import RESIDUAL
 from .trajectory import Trajectory
 
 __all__ = ["march"]

@@ -11,7 +11,7 @@ from ..contact import ContactSystem, Verdict, referee
 from ..contact.checks import Array
 from ..contact.record import SolveRecord
 from ..contact.show import Shown, frame
-from ..tolerances import SIMULTANEOUS
+from ..contact.tolerances import SIMULTANEOUS
 
 __all__ = ["Trajectory"]
 

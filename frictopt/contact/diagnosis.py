@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from ..tolerances import CONDENSATION
 from .checks import Array
 from .coulomb import friction_coefficients
 from .cycle import LoadCycle, checked_cycle
 from .system import ContactSystem, checked_system
+from .tolerances import CONDENSATION
 
 __all__ = ["mean_load_diagnosis", "open_nodes"]
 

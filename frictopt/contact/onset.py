@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ..tolerances import ROUNDING, SIMULTANEOUS
 from .checks import Array
 from .coulomb import friction_coefficients
 from .cycle import LoadCycle, checked_cycle
 from .show import Shown, frame
 from .system import ContactSystem, checked_system
+from .tolerances import ROUNDING, SIMULTANEOUS
 
 __all__ = ["Onset", "OnsetEvent", "onset"]
 

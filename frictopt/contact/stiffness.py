@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..errors import ModelError
-from ..tolerances import CONDENSATION
 from .checks import Array, frozen
+from .tolerances import CONDENSATION
 
 __all__ = ["check_semi_definite", "symmetrised"]
 

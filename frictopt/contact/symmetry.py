@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..tolerances import ASYMMETRY, ASYMMETRY_OF_LOADS
 from .checks import Array, frozen
 from .system import ContactSystem
+from .tolerances import ASYMMETRY, ASYMMETRY_OF_LOADS
 
 __all__ = ["Part", "halve", "is_odd", "is_symmetric_load", "whole"]
 

@@ -9,11 +9,11 @@ from typing import Any, Self
 import numpy as np
 
 from ..errors import ModelError
-from ..tolerances import UNIT_LENGTH
 from . import storage
 from .checks import Array, Names, check_name, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array, shown
 from .show import Shown, frame
 from .stiffness import check_semi_definite, symmetrised
+from .tolerances import UNIT_LENGTH
 
 __all__ = ["ContactSystem", "checked_system"]
 

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, checked_contact, checked_overlaps, finite_array
-from ..tolerances import SAME_POINT
+from ..contact.tolerances import SAME_POINT
 from .frames import arc_length, check_course, check_sides, half_widths, plane_frames
 from .given import checked_forces, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness
 from .interface import Interface, glued

@@ -8,8 +8,8 @@ from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, check_text, choice, finite_number
+from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
-from ..tolerances import SAME_POINT
 from .bodies import Body
 from .faces import Face, face
 from .frames import place

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..contact.checks import Array
+from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
-from ..tolerances import SAME_POINT
 from .interface import Interface
 
 __all__ = ["arc_length", "check_course", "check_sides", "half_widths", "place", "plane_frames", "runs"]

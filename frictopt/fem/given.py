@@ -7,8 +7,8 @@ import numpy as np
 from scipy.sparse import csr_matrix, issparse
 
 from ..contact.checks import Array, check_name, choice, finite_array, frozen, listed, whole_array
+from ..contact.tolerances import SAME_POINT, SYMMETRY
 from ..errors import ModelError
-from ..tolerances import SAME_POINT, SYMMETRY
 from .frames import place
 from .ordering import Integers
 

@@ -11,8 +11,8 @@ from scipy.sparse import block_diag, csr_matrix, vstack
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, check_name, check_text, shown
+from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
-from ..tolerances import SAME_POINT
 from .bodies import Body, BodyForce, Support, Traction
 from .condense import condense
 from .contacts import Contact, Interference, Joint, joined

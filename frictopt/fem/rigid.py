@@ -5,8 +5,8 @@ from scipy.sparse import csr_matrix, hstack
 from scipy.sparse.csgraph import connected_components
 
 from ..contact.checks import Array
+from ..contact.tolerances import EQUILIBRIUM, FREE_MOTION, SAME_POINT
 from ..errors import ModelError
-from ..tolerances import EQUILIBRIUM, FREE_MOTION, SAME_POINT
 from .frames import place
 from .interface import Interface
 from .ordering import Integers

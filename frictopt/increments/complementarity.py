@@ -20,10 +20,10 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
+from ..contact.tolerances import NOT_CONVEX
 from ..errors import NoContinuation, SolverError
 from ..solve.explain import explain
 from ..solve.solvers import Kind, NoOptimum, solve
-from ..tolerances import NOT_CONVEX
 from .engine import status_program
 from .increment import Increment, Law, PosedIncrement
 from .newton import Status, guessed

@@ -12,9 +12,9 @@ import numpy as np
 from ..contact import ContactSystem
 from ..contact.checks import flag
 from ..contact.symmetry import Part, halve, is_odd, is_symmetric_load
+from ..contact.tolerances import RESIDUAL
 from ..errors import NoContinuation, SolverError
 from ..solve.explain import explain
-from ..tolerances import RESIDUAL
 from .increment import Increment, Law, PosedIncrement
 from .newton import State, Status, settle, sticking
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import finite_number
+from ..contact.tolerances import RESIDUAL
 from ..errors import NoContinuation, SolverError
 from ..solve.solvers import Kind, NoOptimum, solve
-from ..tolerances import RESIDUAL
 from .engine import IncrementEngine, status_program
 from .increment import Increment, Law, PosedIncrement
 from .newton import NodeStatus, State, Status, classified, settle, sticking

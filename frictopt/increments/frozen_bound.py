@@ -15,9 +15,9 @@ import numpy as np
 from ..contact import ContactSystem
 from ..contact.checks import Array
 from ..contact.record import Attempt
+from ..contact.tolerances import CONVERGED, RESIDUAL, SWEEP
 from ..errors import SolverError
 from ..solve.solvers import Kind, NoOptimum, solve, solver_order
-from ..tolerances import CONVERGED, RESIDUAL, SWEEP
 from .engine import CORRECTIONS, IncrementEngine, Program, StateClaim
 from .increment import Increment, Law, PosedIncrement
 from .newton import State, guessed, settle

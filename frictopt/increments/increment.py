@@ -15,10 +15,10 @@ from ..contact.checks import Array, finite_array, frozen
 from ..contact.record import Attempt, Recorded, SolveRecord
 from ..contact.show import frame
 from ..contact.system import checked_system
+from ..contact.tolerances import NO_FORCE, STUCK
 from ..errors import ModelError
 from ..solve.explain import explain
 from ..solve.portable import Portable
-from ..tolerances import NO_FORCE, STUCK
 from .newton import State, classified, sticking
 
 __all__ = ["Increment", "Law", "PosedIncrement"]

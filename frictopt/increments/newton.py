@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.checks import Array
-from ..tolerances import AT_BOUND, SINGULAR, WRONG
+from ..contact.tolerances import AT_BOUND, SINGULAR, WRONG
 
 __all__ = ["NodeStatus", "State", "Status", "classified", "guessed", "settle", "solve_status", "sticking"]
 

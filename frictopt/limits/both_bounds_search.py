@@ -8,10 +8,10 @@ import numpy as np
 
 from ..contact.checks import Array, frozen
 from ..contact.record import Attempt
+from ..contact.tolerances import COINCIDE, FLOOR, RESIDUAL, TIE, ZERO_LOAD_FACTOR
 from ..solve.explain import Units
 from ..solve.polish import Program
 from ..solve.solvers import solve
-from ..tolerances import COINCIDE, FLOOR, RESIDUAL, TIE, ZERO_LOAD_FACTOR
 from .both_bounds import Aim, both_bounds_problem, set_node
 from .posed import LimitQuestion
 from .ruling_corners import RulingLoads

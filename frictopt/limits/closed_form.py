@@ -4,7 +4,7 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
-from ..tolerances import NO_COUPLING, RIGID
+from ..contact.tolerances import NO_COUPLING, RIGID
 from .mechanism import Mechanism
 from .scaling import Loads
 

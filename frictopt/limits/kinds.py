@@ -6,7 +6,7 @@ from enum import Enum
 import numpy as np
 
 from ..contact.diagnosis import mean_load_diagnosis
-from ..tolerances import RESIDUAL
+from ..contact.tolerances import RESIDUAL
 from .posed import LimitQuestion
 from .safe_slip import MarginState, solve_margin
 from .scaling import Loads, ScaledContact

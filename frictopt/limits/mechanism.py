@@ -8,7 +8,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
-from ..tolerances import SHARE
+from ..contact.tolerances import SHARE
 from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem
 from .scaling import Loads

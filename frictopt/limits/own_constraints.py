@@ -11,10 +11,10 @@ from cvxpy.reductions.dcp2cone.dcp2cone import Dcp2Cone
 
 from ..contact.checks import Array, shown
 from ..contact.record import Attempt
+from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
 from ..solve.polish import Program, polish, standard_form
 from ..solve.solvers import solve
-from ..tolerances import RESIDUAL
 from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem
 from .scaling import Loads

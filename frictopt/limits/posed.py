@@ -10,8 +10,8 @@ from ..contact.checks import Array, flag
 from ..contact.cycle import checked_cycle
 from ..contact.record import Attempt, SolveRecord
 from ..contact.symmetry import Part, halve, whole
+from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..tolerances import RESIDUAL
 from .mechanism import Mechanism
 from .ruling_corners import RulingLoads, ruling_loads
 from .scaling import Loads, ScaledContact, scaled_contact

@@ -10,10 +10,10 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, flag, frozen, listed
+from ..contact.tolerances import NO_MARGIN, RESIDUAL
 from ..errors import ModelError
 from ..solve.polish import Program
 from ..solve.solvers import Answer, NoOptimum, solve, solver_order
-from ..tolerances import NO_MARGIN, RESIDUAL
 from .mechanism import expand_duals
 from .own_constraints import Expressions, Extendable, Extended, contradiction
 from .posed import LimitQuestion, cycle_loads

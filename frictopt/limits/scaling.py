@@ -8,7 +8,7 @@ from scipy.linalg import qr
 
 from ..contact.checks import Array, frozen
 from ..contact.symmetry import Part
-from ..tolerances import NO_PRESSURE, RIGID
+from ..contact.tolerances import NO_PRESSURE, RIGID
 
 __all__ = ["Loads", "ScaledContact", "scaled_contact"]
 

@@ -13,7 +13,7 @@ not converge (large friction) the bound of node j is 0.
 import numpy as np
 
 from ..contact.checks import Array
-from ..tolerances import SCREENING, SETTLED, SPARE
+from ..contact.tolerances import SCREENING, SETTLED, SPARE
 from .ruling_corners import RulingLoads
 from .scaling import ScaledContact
 

@@ -11,9 +11,9 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import flag, listed
+from ..contact.tolerances import RESIDUAL
 from ..solve.explain import Units
 from ..solve.solvers import solve, solver_order
-from ..tolerances import RESIDUAL
 from .closed_form import uncoupled_limit
 from .kinds import LimitKind, classify
 from .mechanism import expand_duals

@@ -12,11 +12,11 @@ import pandas as pd
 from ..contact.checks import Array, frozen
 from ..contact.record import Attempt, Recorded, SolveRecord
 from ..contact.show import frame
+from ..contact.tolerances import FLOOR, RESIDUAL
 from ..errors import ModelError
 from ..solve.explain import Units, explain
 from ..solve.polish import Program
 from ..solve.portable import Portable
-from ..tolerances import FLOOR, RESIDUAL
 from .kinds import LimitKind, reason
 from .mechanism import Mechanism
 from .own_constraints import Extended, contradiction, is_unbounded

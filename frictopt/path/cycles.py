@@ -11,8 +11,8 @@ import numpy as np
 from ..contact import referee
 from ..contact.checks import Array, frozen
 from ..contact.record import SolveRecord
+from ..contact.tolerances import PERIODIC, REPEATED, RESIDUAL, SAFE
 from ..errors import NoContinuation, SolverError
-from ..tolerances import PERIODIC, REPEATED, RESIDUAL, SAFE
 from .extrapolation import fixed_point, slower_modes
 from .outcome import Outcome, SteadyState
 from .stops import left_out_corners

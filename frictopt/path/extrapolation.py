@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..contact.checks import Array
-from ..tolerances import AFFINE_FIT, PERIODIC, ROUNDING
+from ..contact.tolerances import AFFINE_FIT, PERIODIC, ROUNDING
 
 __all__ = ["fixed_point", "slower_modes"]
 

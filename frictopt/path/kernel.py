@@ -60,7 +60,7 @@ SETTLED, UNSETTLED, NOT_UNIQUE = 0, 1, 2
 DONE, STALLED, FULL = SETTLED, 3, 4
 """Results of `follow`, besides `UNSETTLED` and `NOT_UNIQUE`: end of the segment; too many events; the record is full."""
 
-_ROUNDING, _CONDENSATION = 1e-12, 1e-10  # copies of `frictopt.tolerances`; a test compares them
+_ROUNDING, _CONDENSATION = 1e-12, 1e-10  # copies of `frictopt.contact.tolerances`; a test compares them
 AT_BOUND = 10 * _ROUNDING
 """Slack of a node, over its friction bound and a thousandth of the force scale, below which the node is at its bound."""
 

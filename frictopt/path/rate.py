@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from ..contact.checks import Array
-from ..tolerances import CONDENSATION, DISTINCT, PIVOT, RESIDUAL, ROUNDING
+from ..contact.tolerances import CONDENSATION, DISTINCT, PIVOT, RESIDUAL, ROUNDING
 from .kernel import OPEN, STICK, State, at_bound
 
 __all__ = ["RateProblem", "Solutions", "find_rates", "rate_problem"]

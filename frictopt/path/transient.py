@@ -10,8 +10,8 @@ from ..contact.checks import Array, finite_array, finite_number, flag
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis
 from ..contact.system import checked_system
+from ..contact.tolerances import NO_DRIVE, RESTART
 from ..errors import ModelError, NoContinuation
-from ..tolerances import NO_DRIVE, RESTART
 from .kernel import (
     DONE,
     FULL,

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..contact.checks import Array
-from ..tolerances import ROUNDING
+from ..contact.tolerances import ROUNDING
 
 
 def least_ratio(strength: Array, demand: Array, terms: Array) -> float:

@@ -1,8 +1,8 @@
 """The contact of one node: the smallest system in which slip changes the normal force."""
 
 from ..contact.checks import finite_number
+from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
-from ..tolerances import ROUNDING
 from .uncoupled import uncoupled_limit
 
 __all__ = ["single_node_dissipation", "single_node_limit"]

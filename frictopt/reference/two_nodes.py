@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array
+from ..contact.tolerances import CONDENSATION, ROUNDING
 from ..errors import ModelError
-from ..tolerances import CONDENSATION, ROUNDING
 from ._checks import friction, per_node
 from ._numerics import least_ratio
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact.checks import Array
-from ..tolerances import BINDING
+from ..contact.tolerances import BINDING
 
 __all__ = ["Units", "explain"]
 

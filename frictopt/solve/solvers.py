@@ -11,8 +11,8 @@ import cvxpy as cp
 
 from ..contact.checks import shown
 from ..contact.record import Attempt
+from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
-from ..tolerances import RESIDUAL
 
 __all__ = [
     "LP_SOLVERS",

@@ -8,8 +8,8 @@ import numpy as np
 from skfem.io.meshio import from_meshio
 
 from ...contact.checks import Array, shown
+from ...contact.tolerances import SAME_POINT
 from ...errors import ModelError
-from ...tolerances import SAME_POINT
 from ..ordering import Integers
 from .deck import Deck, read_deck
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ...contact.checks import Array, finite_array
+from ...contact.tolerances import SYMMETRY
 from ...errors import ModelError
-from ...tolerances import SYMMETRY
 from ..ordering import Integers
 from .deck import text_of
 

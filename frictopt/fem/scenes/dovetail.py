@@ -8,8 +8,8 @@ from skfem import MeshQuad
 
 from ...contact import ContactSystem
 from ...contact.checks import Array, finite_number, shown, whole_number
+from ...contact.tolerances import SAME_POINT
 from ...errors import ModelError
-from ...tolerances import SAME_POINT
 from ..bodies import Body, Support, Traction
 from ..contacts import Contact
 from ..elasticity import Material

@@ -8,8 +8,8 @@ from skfem import MeshQuad
 
 from ...contact import ContactSystem
 from ...contact.checks import Array, finite_number, shown, whole_number
+from ...contact.tolerances import SAME_POINT
 from ...errors import ModelError
-from ...tolerances import SAME_POINT
 from ..bodies import Body, BodyForce, Support, Traction
 from ..contacts import Contact, Interference
 from ..elasticity import Material
