@@ -3,6 +3,8 @@
 Each call has one set of good arguments; one of them at a time is replaced. Values that mean nothing anywhere must be refused.
 """
 
+# One file because it is one table of everything public.
+
 import inspect
 import signal
 from collections.abc import Callable
