@@ -113,7 +113,8 @@ class GuaranteedModel(Extendable):
         bounds = load_factor_bounds(safe.scaled, rows) if self._simplify else np.zeros(n)
         best: NodeClaim | None = None
         claims: list[NodeClaim] = []
-        for node in sorted(np.flatnonzero(both & ~images).tolist(), key=lambda i: float(bounds[i])):
+        pressure = task.loads.p0 + task.system.B @ np.nan_to_num(shakedown.slip)  # where it is little, both bounds are near: an order to ask in
+        for node in sorted(np.flatnonzero(both & ~images).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
             if self._simplify and bounds[node] >= least_found:
                 least[node] = bounds[node]
                 continue
