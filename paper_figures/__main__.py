@@ -23,6 +23,7 @@ from . import (
     guaranteed_limit,
     hysteresis,
     increments,
+    joint,
     mesh_error,
     onset,
     scene,
@@ -66,6 +67,7 @@ FIGURES: dict[str, Script] = {
     "mesh_error": mesh_error,
     "extremes": extremes,
     "scenes": scenes,
+    "joint": joint,
 }
 
 

@@ -124,7 +124,7 @@ BAD_MODELS = {
     "loads: {}; give at least one": {"loads": {}},
     "loads['p']: no load; give at least one": {"loads": {"p": []}},
     "load case name 3": {"loads": {3: LOADS["p"]}},
-    "loads['p']: 3; give a list of Traction or BodyForce or Interference": {"loads": {"p": 3}},
+    "loads['p']: 3; give a list of Traction or Pressure or BodyForce or": {"loads": {"p": 3}},
 }
 
 

@@ -1,8 +1,13 @@
+import itertools
+
 import numpy as np
+import pandas as pd
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 import frictopt as fo
-from systems import random_system
+from systems import linprog_limit, random_system
 
 
 @pytest.mark.parametrize(
@@ -41,3 +46,108 @@ def test_cycles_cannot_be_changed():
         cycle.corners[0]["sigma"] = 2.0
     with pytest.raises(AttributeError):
         cycle.mean = {}
+
+
+def random_history(rng, points):
+    """Two load cases that turn at random, with points on straight segments between, and the turning points alone."""
+    turns = rng.uniform(-1, 1, size=(points, 2))
+    shares = np.linspace(0, 1, 5)[:-1]
+    rows = [a + share * (b - a) for a, b in itertools.pairwise(turns) for share in shares]
+    frame = pd.DataFrame([*rows, turns[-1]], columns=["a", "b"])
+    return frame.assign(time=np.arange(len(frame)) * 0.1), turns
+
+
+def test_a_history_keeps_its_turning_points_and_no_others():
+    history, turns = random_history(np.random.default_rng(3), 40)
+    cycle = fo.LoadCycle.from_history(history, mean={"mean": 1.0})
+    assert cycle.mean == {"mean": 1.0}
+    assert np.array_equal([[corner["a"], corner["b"]] for corner in cycle.corners], turns)
+
+
+def test_a_history_less_its_mean_is_what_the_load_factor_scales():
+    history = pd.DataFrame({"Time": [0.0, 0.5, 2.0], "P": [3.0, 3.0, 3.0], "sigma": [1.0, 5.0, 2.0]})
+    assert fo.LoadCycle.from_history(history) == fo.LoadCycle({"P": 3.0, "sigma": 3.0}, [{"sigma": -2.0}, {"sigma": 2.0}, {"sigma": -1.0}])
+    given = fo.LoadCycle.from_history(history, mean={"P": 2.0, "extra": 1.0}, time="Time")
+    assert given == fo.LoadCycle({"P": 2.0, "extra": 1.0}, [{"P": 1.0, "sigma": s} for s in (1.0, 5.0, 2.0)])
+    still = fo.LoadCycle.from_history(history[["P"]])
+    assert still == fo.LoadCycle({"P": 3.0}, [{}, {}])
+
+
+def test_no_answer_changes_by_the_points_left_out():
+    """The limit of all points by another solver's program of all rows, and the steady state of a transient through all points."""
+    contact = random_system(np.random.default_rng(5), 4, loads=("mean", "a", "b"))
+    history, _ = random_history(np.random.default_rng(4), 6)
+    whole = fo.LoadCycle({"mean": 1.0}, history[["a", "b"]].to_dict("records"))
+    cycle = fo.LoadCycle.from_history(history, mean={"mean": 1.0})
+    limit = fo.shakedown_limit(contact, cycle, 0.6).load_factor
+    assert limit == pytest.approx(linprog_limit(contact, whole, 0.6)[1], rel=1e-9)
+    for factor in (0.8, 1.5):
+        one, other = (fo.steady_state(contact, c, 0.6, factor * limit, simplify=False) for c in (cycle, whole))
+        assert one.outcome is other.outcome
+        assert np.allclose(one.dissipation_per_node, other.dissipation_per_node, rtol=1e-8, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("history", "options", "message"),
+    [
+        ({"a": [1.0]}, {}, "history: a dict; give a pandas DataFrame"),
+        (pd.DataFrame({"time": [0.0, 1.0]}), {}, "2 rows, 0 load cases"),
+        (pd.DataFrame({"a": []}), {}, "0 rows, 1 load cases"),
+        (pd.DataFrame({"a": [1.0, np.nan]}), {}, r"history\['a'\]: value nan at index 1"),
+        (pd.DataFrame({"a": ["1", "2"]}), {}, r"history\['a'\]: .*not numeric"),
+        (pd.DataFrame({"a": [1.0, 2.0], "time": [1.0, 0.0]}), {}, r"history\['time'\]: the time decreases"),
+        (pd.DataFrame({"a": [1.0, 2.0], "time": [1.0, np.nan]}), {}, r"history\['time'\]: the time decreases or is missing"),
+        (pd.DataFrame({"a": [1.0, 2.0]}), {"time": "t"}, "time: 't'; give the name of a column"),
+        (pd.DataFrame({"a": [1.0, 2.0]}), {"mean": 1.0}, "mean: a float"),
+        (pd.DataFrame([[1.0, 2.0]], columns=["a", "a"]), {}, "the column 'a' stands twice"),
+        (pd.DataFrame([[1.0]]), {}, "history: load case name 0"),
+    ],
+)
+def test_bad_histories_are_refused(history, options, message):
+    with pytest.raises(fo.ModelError, match=message):
+        fo.LoadCycle.from_history(history, **options)
+
+
+def test_vertices_are_all_sums_and_neighbours_differ_in_one_load():
+    circle = [{"x": np.cos(t), "y": np.sin(t)} for t in np.arange(6)]
+    cycle = fo.LoadCycle.vertices({"P": 1.0}, {"a": (-1.0, 2.0), "b": (0.0, 0.0)}, circle, {"c": (3.0, 4.0)})
+    points = [(c["a"], c["b"], (c["x"], c["y"]), c["c"]) for c in cycle.corners]
+    corners = [(c["x"], c["y"]) for c in circle]
+    assert set(points) == set(itertools.product((-1.0, 2.0), (0.0,), corners, (3.0, 4.0))) and len(points) == 24
+    assert all(sum(one != other for one, other in zip(*pair, strict=True)) == 1 for pair in itertools.pairwise(points))
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=25, deadline=None)
+def test_a_slip_that_is_safe_at_the_vertices_is_safe_in_the_whole_domain(seed):
+    rng = np.random.default_rng(seed)
+    contact = random_system(rng, 4, loads=("mean", "a", "x", "y"))
+    triangle = [dict(zip("xy", rng.normal(size=2), strict=True)) for _ in range(3)]
+    cycle = fo.LoadCycle.vertices({"mean": 1.0}, {"a": (-0.5, 1.0)}, triangle)
+    limit = fo.shakedown_limit(contact, cycle, 0.7)
+    assume(np.isfinite(limit.load_factor))
+    shares = rng.dirichlet(np.ones(3))
+    load = {name: float(sum(s * corner[name] for s, corner in zip(shares, triangle, strict=True))) for name in "xy"} | {"a": rng.uniform(-0.5, 1.0)}
+    q, p = contact.reaction({"mean": 1.0} | {name: limit.load_factor * amplitude for name, amplitude in load.items()})
+    q, p = q + contact.A @ limit.slip, p + contact.B @ limit.slip
+    assert (np.abs(q) <= 0.7 * p + 1e-9).all()
+
+
+@pytest.mark.parametrize(
+    ("loads", "message"),
+    [
+        ((), "loads: none"),
+        (({},), "loads: none"),
+        (({"a": (1.0, 0.0)},), r"loads\[0\]\['a'\] most: 0.0; it must be finite and at least 1"),
+        (({"a": 1.0},), r"loads\[0\]\['a'\]: 1.0; give a list"),
+        (({"a": (0.0, 1.0, 2.0)},), r"loads\[0\]\['a'\]: .*give the pair"),
+        (("a",), r"loads\[0\]: 'a'; give its range, \{'a': \(least, most\)\}"),
+        (([],), r"loads\[0\]: no corners"),
+        (([{"a": np.nan}],), r"loads\[0\]\[0\]\['a'\]: nan"),
+        (({"a": (0.0, 1.0)}, [{"a": 1.0}]), "load case 'a' is in two of them"),
+        (({f"a{k}": (0.0, 1.0) for k in range(20)},), "1.05e[+]06 vertices"),
+    ],
+)
+def test_bad_domains_are_refused(loads, message):
+    with pytest.raises(fo.ModelError, match=message):
+        fo.LoadCycle.vertices({"P": 1.0}, *loads)

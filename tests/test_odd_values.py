@@ -91,10 +91,14 @@ NEVER = {  # what means nothing anywhere
 
 CONTACT, UNCOUPLED_CONTACT = system(*FIRST_PAIR), system(np.eye(2), np.zeros((2, 2)), 0.0, 1.0, 0.5, 0.0)
 FRICTION, BONDED, SLIP = 0.6, (np.array([0.1, 0.1]), np.array([1.0, 1.0])), np.array([0.1, -0.1])
+TWO_LOADS = CONTACT.with_bonded({"other": BONDED})
+REGION = fo.safe_region(TWO_LOADS, {"mean": 1.0}, ["cyclic", "other"], FRICTION)
 ASKED = {"system": CONTACT, "cycle": CYCLE, "friction": FRICTION}
+STEADY = {**ASKED, "load_factor": 0.5}
 SCENE = fo.PunchOnHalfPlane(elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0)
 MODEL = SCENE.model()
 SPLIT = MODEL.bodies["punch"].mesh.with_subdomains({"all": lambda x: x[1] > -1})
+FIELDS = MODEL.recover({"P": 1.0}, np.zeros(3))
 LINE = reference.LineContact(1.0, 2.0, 3.0, 0.5)
 NODE = {"A": 1.0, "B": 0.2, "q0": 0.1, "p0": 1.0, "q1": 0.5, "p1": 0.1, "f": 0.5}
 PAIR = {name: [value, value] for name, value in NODE.items()} | {"A": [[1.0, -0.4], [-0.4, 1.0]], "B": [[0.1, 0.0], [0.0, 0.1]]}
@@ -119,9 +123,17 @@ def condensed(scene):
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Body": (fo.Body, {"mesh": MODEL.bodies["punch"].mesh}),
     "Body.boundary_nodes": (MODEL.bodies["punch"].boundary_nodes, {"name": "contact", "argument": "name"}),
-    "Body.force": (MODEL.bodies["punch"].force, {"load": MODEL.loads["P"][0]}),
     "Contact": (fo.Contact, {"body_1": "punch", "body_2": "block"}),
+    "BodyFields.at_contact": (FIELDS.at_contact, {"side": 1}),
+    "BodyFields.save": (FIELDS.save, {"path": "fields.vtu", "body": "punch"}),
+    "BodyFields.vector": (FIELDS.vector, {"body": "punch"}),
     "BodyForce": (fo.BodyForce, {"body": "punch"}),
+    "Centrifugal": (fo.Centrifugal, {"body": "punch", "density": 1.0}),
+    "ContactModel.recover": (MODEL.recover, {"loads": {"P": 1.0}, "slip": np.zeros(3), "gap": np.zeros(3)}),
+    "Displacement": (fo.Displacement, {"body": "block", "where": "bottom", "x": 0.1, "y": 0.1}),
+    "Expansion": (fo.Expansion, {"body": "punch"}),
+    "PressFit": (condensed(fo.PressFit), {"elements": 2, "growth": 3.0}),
+    "Pressure": (fo.Pressure, {"body": "punch", "boundary": "top"}),
     "ContactModel": (fo.ContactModel, {name: getattr(MODEL, name) for name in ("bodies", "supports", "loads", "contacts")}),
     "ContactSystem": (
         fo.ContactSystem,
@@ -139,6 +151,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "GuaranteedModel.solve": (fo.GuaranteedModel(CONTACT, CYCLE).solve, {"friction": FRICTION}),
     "LoadCycle": (fo.LoadCycle, {"mean": {"mean": 1.0}, "corners": [{"cyclic": 1.0}]}),
     "LoadCycle.corner_reactions": (CYCLE.corner_reactions, {"system": CONTACT}),
+    "LoadCycle.from_history": (fo.LoadCycle.from_history, {"history": pd.DataFrame({"cyclic": [0.0, 1.0]})}),
+    "LoadCycle.vertices": (lambda mean, loads: fo.LoadCycle.vertices(mean, loads), {"mean": {"mean": 1.0}, "loads": {"cyclic": (0.0, 1.0)}}),
     "LoadCycle.mean_reaction": (CYCLE.mean_reaction, {"system": CONTACT}),
     "Material": (fo.Material, {}),
     "MatrixJob": (fo.MatrixJob, {"K": JOB.K, "labels": JOB.labels, "deck": JOB.deck}),
@@ -197,6 +211,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "read_calculix": (fo.read_calculix, {"job": FLAT, "deck": f"{FLAT}.inp"}),
     "read_mesh": (fo.read_mesh, {"path": "none"}),
     "read_store": (fo.read_store, {"path": "none"}),
+    "SafeRegion.contains": (REGION.contains, {"first": 0.1, "second": 0.1}),
+    "SafeRegion.cycle": (REGION.cycle, {"first": 0.1, "second": 0.1}),
+    "required_friction": (fo.required_friction, {"system": CONTACT, "cycle": CYCLE, "load_factor": 0.1}),
+    "safe_region": (fo.safe_region, {"system": TWO_LOADS, "mean": {"mean": 1.0}, "loads": ["cyclic", "other"], "friction": FRICTION}),
     "safe_slip": (fo.safe_slip, {**ASKED, "load_factor": 0.1}),
     "shakedown_limit": (fo.shakedown_limit, ASKED),
     "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
@@ -211,6 +229,11 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "ExactPath": (ExactPath, {**ASKED, "load_factor": 0.5}),
     "Start": (fo.Start, {"family": "given", "name": "one"}),
     "Start.slip_at": (fo.safe_slips()[0].slip_at, {**ASKED, "load_factor": 0.1}),
+    "fretting_table": (
+        fo.fretting_table,
+        {**STEADY, "steady": fo.steady_state(**STEADY), "stress": np.ones((1, 2)), "strain": np.ones((1, 2))},
+    ),
+    "steady_cycle": (fo.steady_cycle, {**STEADY, "steady": fo.steady_state(**STEADY)}),
     "given_slips": (fo.given_slips, {"slips": [SLIP]}),
     "overloads": (fo.overloads, {"factors": [2.0]}),
     "random_slips": (fo.random_slips, {"system": CONTACT, "amplitudes": [1.0], "count": 1}),
@@ -245,6 +268,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 LABELS = {"argument", "file", "executor"}  # arguments that are no input of the problem: a word for messages, a stream, somebody else's object
 MADE_BY_US = {  # results, which no user makes
     *("GuaranteeCheck", "GuaranteedLimit", "LimitKind", "Onset", "OnsetEvent", "Outcome", "SafeSlip", "ShakedownLimit", "SolveRecord", "SteadyState"),
+    *("BodyFields", "RequiredFriction", "SafeRegion"),
     *("Trajectory", "Verdict", "Attempt", "ComplementarityProblem", "ContactArrays", "CornerMode", "Increment", "TwoNodeLimits"),
 }
 NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow
 NAMES = [
     *("scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"),
     *("guaranteed_limit", "slip_plane", "dissipation", "shakedown_share", "amplitude", "two_states"),
-    *("error_vs_time", "mesh_error", "extremes", "scenes"),
+    *("error_vs_time", "mesh_error", "extremes", "scenes", "joint"),
 ]
 
 

@@ -15,6 +15,8 @@ PATH = fo.march(*ASKED, 1.5, cycles=2)
 CHECK = fo.verify_guaranteed(*ASKED, starts=3, moved=1)
 FIRST = fo.onset(*ASKED)
 LIMIT, LOWER, SAFE = fo.shakedown_limit(*ASKED), fo.guaranteed_limit(*ASKED), fo.safe_slip(*ASKED, 0.3)
+NEEDED = fo.required_friction(CONTACT, CYCLE, 0.3)
+REGION = fo.safe_region(CONTACT.with_bonded({"other": (np.array([0.1, 0.1]), np.ones(2))}), {"mean": 1.0}, ["cyclic", "other"], 0.6)
 MOVED = fo.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.reaction({"mean": 1.0, "cyclic": 1.0}))
 
 
@@ -30,6 +32,8 @@ MOVED = fo.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.reaction({"me
         (LIMIT, [f"load_factor={LIMIT.load_factor:.6g}", "kind=FINITE", "residual=", "reason=no residual slip"]),
         (LOWER, [f"load_factor={LOWER.load_factor:.6g}", "proven=False", "node=0", "residual="]),
         (SAFE, ["exists=True", f"margin={SAFE.margin:.6g}", "residual="]),
+        (NEEDED, [f"friction={NEEDED.friction:.6g}", "residual=", "reason=no residual slip"]),
+        (REGION, ["loads=('cyclic', 'other')", f"sides={len(REGION.sides)}", "reason="]),
         (MOVED, ["nodes=2", f"at_bound={(np.abs(MOVED.status) == 1).sum()}", "open=0", "solver="]),
         (CHECK, [f"load_factor={CHECK.limit.load_factor:.6g}", f"runs={len(CHECK.runs)}", f"dies_out={CHECK.dies_out}"]),
     ],
@@ -43,12 +47,12 @@ def test_a_result_says_its_answer_in_one_line_and_as_a_table(result, said):
     assert table.count("<tr") >= len(said) and "array" not in table
 
 
-@pytest.mark.parametrize("result", [STEADY, PATH, LIMIT, LOWER, SAFE, MOVED], ids=lambda value: type(value).__name__)
+@pytest.mark.parametrize("result", [STEADY, PATH, LIMIT, LOWER, SAFE, NEEDED, REGION, MOVED], ids=lambda value: type(value).__name__)
 def test_every_result_has_a_record(result):
     record = result.record
     assert 0 < record.residual == result.residual < 1e-9 and record.solver and 0 < record.seconds < 600
     assert all(isinstance(text, str) for text in record.left_out) and all(isinstance(attempt, fo.Attempt) for attempt in record.attempts)
-    assert (len(record.attempts) > 0) is (result in (LIMIT, LOWER, SAFE, MOVED))
+    assert (len(record.attempts) > 0) is (result in (LIMIT, LOWER, SAFE, NEEDED, REGION, MOVED))
     assert pickle.loads(pickle.dumps(result)).record == record
 
 

@@ -1,6 +1,7 @@
 """Campaigns: transients as trajectories, and steady states of many transients as tables."""
 
 from .dissipation import Interrupted, dissipation_study
+from .fretting import fretting_table, steady_cycle
 from .guarantee import GuaranteeCheck, verify_guaranteed
 from .march import march
 from .starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
@@ -14,6 +15,7 @@ __all__ = [
     "Start",
     "Trajectory",
     "dissipation_study",
+    "fretting_table",
     "given_slips",
     "march",
     "no_slip",
@@ -21,5 +23,6 @@ __all__ = [
     "random_slips",
     "read_store",
     "safe_slips",
+    "steady_cycle",
     "verify_guaranteed",
 ]

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 from ..errors import ModelError
 from .checks import Array, checked_loads
+from .history import history_corners, independent_corners
 from .system import ContactSystem, checked_system
 
 __all__ = ["LoadCycle", "checked_cycle"]
@@ -61,14 +62,88 @@ class LoadCycle:
     def __repr__(self) -> str:
         return f"LoadCycle(mean={dict(self.mean)}, corners={[dict(corner) for corner in self.corners]})"
 
+    @classmethod
+    def from_history(cls, history: Any, *, mean: Mapping[str, float] | None = None, time: str | None = None) -> Self:
+        """The load cycle of a measured history, which is repeated again and again; at load factor 1 it is the history itself.
+
+        Points on the straight segment between their neighbours are left out, because friction knows no time: no answer changes by that.
+
+        Parameters
+        ----------
+        history
+            pandas DataFrame, a row for each point in time and a column for each load case, with its whole amplitude (static part included).
+        mean
+            Static part of the loads, load case name -> amplitude, which the load factor leaves as it is: a corner is the row less the mean. Load
+            cases that are not columns are constant. None: the middle between the least and the largest amplitude of each column.
+        time
+            Name of the column with the time, by which the rows are sorted. None: the column "time", if there is one.
+
+        Raises
+        ------
+        ModelError
+            Not a DataFrame, no rows or load cases, amplitudes that are not finite numbers, a time that decreases.
+
+        Examples
+        --------
+        >>> import pandas as pd
+        >>> import frictopt as fo
+        >>> history = pd.DataFrame({"time": [0, 1, 2, 3], "P": 5.0, "sigma": [0.0, 1.0, 2.0, 0.5]})
+        >>> fo.LoadCycle.from_history(history)
+        LoadCycle(mean={'P': 5.0, 'sigma': 1.0}, corners=[{'sigma': -1.0}, {'sigma': 1.0}, {'sigma': -0.5}])
+        >>> fo.LoadCycle.from_history(history[["sigma"]], mean={"P": 5.0}).corners[1]["sigma"]
+        2.0
+        """
+        return cls(*history_corners(history, mean, time))
+
+    @classmethod
+    def vertices(cls, mean: Mapping[str, float], *loads: Mapping[str, Sequence[float]] | Sequence[Mapping[str, float]]) -> Self:
+        """The vertices of a domain in which several loads vary independently of each other, around a mean load.
+
+        The safe loads of one residual slip, `|q| <= f p` at every node, are a convex set. A slip that is safe at all vertices is therefore safe for
+        every load in the domain, and the shakedown limit of the vertices is that of all load histories in the domain (Bjorkman & Klarbring 1987).
+
+        Of transients the vertices say less. One that comes to rest, with all nodes closed, stays at rest whatever history in the domain follows. One
+        that slips for ever shows that some histories in the domain never come to rest. Its dissipation is that of this order of the vertices; other
+        histories and other starts may dissipate more, and may slip for ever even where this one comes to rest.
+
+        Parameters
+        ----------
+        mean
+            Static load, load case name -> amplitude.
+        loads
+            Each either a box, load case name -> (least, most) where each load case varies by itself, or the corners of one load that moves within
+            their hull, a list of load case name -> amplitude (a force that rotates, for example). No load case is in two of them.
+
+        Raises
+        ------
+        ModelError
+            No load, a load case in two loads, a range that is no pair or whose least exceeds its most, more than 100,000 vertices.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> for corner in fo.LoadCycle.vertices({"P": 1.0}, {"sigma": (-1.0, 1.0), "Q": (0.0, 0.5)}).corners:
+        ...     print(dict(corner))
+        {'sigma': -1.0, 'Q': 0.0}
+        {'sigma': -1.0, 'Q': 0.5}
+        {'sigma': 1.0, 'Q': 0.5}
+        {'sigma': 1.0, 'Q': 0.0}
+        """
+        return cls(mean, independent_corners(loads))
+
     def mean_reaction(self, system: ContactSystem) -> tuple[Array, Array]:
         """(N,) reactions `q0, p0` of the closed, unslipped contact under the mean load."""
         return checked_system(system).closed_reaction(self.mean)
 
     def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean."""
-        pairs = [checked_system(system).reaction(corner) for corner in self.corners]
-        return np.array([q for q, _ in pairs]), np.array([p for _, p in pairs])
+        q, p = np.zeros((2, len(self.corners), checked_system(system).nodes))
+        for case in dict.fromkeys(case for corner in self.corners for case in corner):
+            amplitudes = np.array([corner.get(case, 0.0) for corner in self.corners])[:, None]
+            unit_q, unit_p = system.reaction({case: 1.0})
+            q += amplitudes * unit_q
+            p += amplitudes * unit_p
+        return q, p
 
 
 def checked_cycle(cycle: Any) -> LoadCycle:

@@ -70,3 +70,12 @@ AT_BOUND = RESIDUAL  # distance from a bound, in force scales, up to which a nod
 NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
 NOT_CONVEX = ROUNDING  # negative eigenvalues up to this share of the largest entry are rounding
 SINGULAR = CONDENSATION  # singular values up to this share of the largest one count as zero
+
+# --- load histories, required friction, safe regions, fretting ---
+
+BEND = 1e3 * RESIDUAL  # a point of a load path so far from the segment between its neighbours, over the largest amplitude, is on no straight segment
+ONE_SIDE = 10 * RESIDUAL  # a point this close to a line, over the distance of the line from zero, is on it: both have errors up to the residual
+PROVEN_FRICTION = 100 * RESIDUAL  # share between the two friction coefficients of a proof that is tried first
+WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part of the margin
+NO_LEAST_PRESSURE = RESIDUAL  # pressure, over the force scale, that counts as none: it has the error of an answer
+SAME_STATE = 100 * RESIDUAL  # distance, over the largest value, with which a cycle from a steady state comes back to it

@@ -1,24 +1,32 @@
 """Finite-element models of a contact, condensed to its interface."""
 
-from .bodies import Body, BodyForce, Support, Traction
+from .bodies import Body, Support, Traction
 from .condense import condense
 from .contacts import Contact, Interference
 from .elasticity import Material
+from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
 from .matrices import MatrixJob, read_abaqus, read_calculix, read_mesh
 from .model import ContactModel
-from .scenes import Dovetail, PinInPlate, PunchOnHalfPlane, RoundedPunch
+from .recovery import BodyFields
+from .scenes import Dovetail, PinInPlate, PressFit, PunchOnHalfPlane, RoundedPunch
 from .split import split_bodies
 
 __all__ = [
     "Body",
+    "BodyFields",
     "BodyForce",
+    "Centrifugal",
     "Contact",
     "ContactModel",
+    "Displacement",
     "Dovetail",
+    "Expansion",
     "Interference",
     "Material",
     "MatrixJob",
     "PinInPlate",
+    "PressFit",
+    "Pressure",
     "PunchOnHalfPlane",
     "RoundedPunch",
     "Support",

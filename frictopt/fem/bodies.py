@@ -1,4 +1,4 @@
-"""The parts of a contact model: bodies, supports, tractions and body forces."""
+"""The parts of a contact model: bodies, supports and tractions."""
 
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -9,10 +9,11 @@ from scipy.sparse.csgraph import connected_components
 
 from ..contact.checks import Array, check_text, choice, finite_number, shown
 from ..errors import ModelError
-from .elasticity import ELEMENT_NAMES, ELEMENTS, ElementName, Material, boundary_weights, volume_weights
+from .elasticity import ELEMENT_NAMES, ELEMENTS, ElementName, Material
+from .forms import Amount, Kinematics, boundary_forces, checked_amount, values_at
 from .ordering import Integers
 
-__all__ = ["Body", "BodyForce", "Support", "Traction"]
+__all__ = ["Body", "Support", "Traction"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,15 +73,6 @@ class Body:
             raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name facets of the outline")
         return np.unique(self.mesh.facets[:, facets])
 
-    def force(self, load: "Traction | BodyForce") -> Array:
-        """(2, nodes) nodal forces of a traction or a body force on this body, force per depth."""
-        if isinstance(load, BodyForce):
-            return np.outer([load.x, load.y], volume_weights(self.mesh))
-        if not isinstance(load, Traction):
-            raise ModelError(f"load: {shown(load)}; give a Traction or a BodyForce")
-        self.boundary_nodes(load.boundary, "load")
-        return np.outer([load.x, load.y], boundary_weights(self.mesh, load.boundary))
-
 
 @dataclass(frozen=True)
 class Support:
@@ -124,12 +116,12 @@ class Support:
 
 @dataclass(frozen=True)
 class Traction:
-    """Uniform traction (x, y), force per area, on a named boundary of one body.
+    """Traction (x, y), force per area, on a named boundary of one body; each is a number or a function of x and y (arrays).
 
     Raises
     ------
     ModelError
-        A body or a boundary that is no text, tractions that are not finite.
+        A body or a boundary that is no text, tractions that are neither finite numbers nor functions.
 
     Examples
     --------
@@ -140,40 +132,22 @@ class Traction:
 
     body: str
     boundary: str
-    x: float = 0.0
-    y: float = 0.0
+    x: Amount = 0.0
+    y: Amount = 0.0
 
     def __post_init__(self) -> None:
         check_text("body", self.body, "the name of a body of the model")
         check_text("boundary", self.boundary, "the name of a boundary of the mesh")
         for name in ("x", "y"):
-            object.__setattr__(self, name, finite_number(f"traction {name}", getattr(self, name)))
+            object.__setattr__(self, name, checked_amount(f"traction {name}", getattr(self, name)))
 
+    def _forces(self, body: Body, kinematics: Kinematics) -> Array:
+        """(2, nodes) nodal forces on the body, force per depth (axisymmetric: of the whole circumference)."""
 
-@dataclass(frozen=True)
-class BodyForce:
-    """Uniform body force (x, y), force per volume, on one body: gravity, for instance.
+        def traction(x: Array, y: Array, _: Array) -> list[Array]:
+            return [values_at("traction x", self.x, x, y), values_at("traction y", self.y, x, y)]
 
-    Raises
-    ------
-    ModelError
-        A body that is no text, forces that are not finite.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> fo.BodyForce("block", y=-7850 * 9.81)
-    BodyForce(body='block', x=0.0, y=-77008.5)
-    """
-
-    body: str
-    x: float = 0.0
-    y: float = 0.0
-
-    def __post_init__(self) -> None:
-        check_text("body", self.body, "the name of a body of the model")
-        for name in ("x", "y"):
-            object.__setattr__(self, name, finite_number(f"body force {name}", getattr(self, name)))
+        return boundary_forces(body.mesh, self.boundary, traction, kinematics)
 
 
 def _check_elements(mesh: Any) -> None:

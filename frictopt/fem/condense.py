@@ -15,9 +15,9 @@ from .given import checked_forces, checked_gap, checked_normals, checked_pairs, 
 from .interface import Interface, glued
 from .ordering import Integers, nested_dissection
 from .rigid import balanced, check_supports, free_motions, node_graph
-from .schur import schur_complement
+from .schur import Elimination
 
-__all__ = ["condense", "condensed"]
+__all__ = ["condense", "condensed", "eliminated"]
 
 
 def condense(
@@ -163,12 +163,18 @@ def condensed(K: csr_matrix, F: Array, interface: Interface, unknowns: Integers,
         Rigid motions that nothing prevents, a stiffness that cannot be eliminated, or not accurately enough.
     """
     check_supports(K, unknowns, points, graph, interface)
+    T, elimination = eliminated(K, interface, unknowns, points, graph)
+    S, R = elimination.S, elimination.reactions(T.T @ F)
+    _, body = connected_components(graph, directed=False)
+    return balanced(S, R, K, F, interface, unknowns, free_motions(K, unknowns, points, body))
+
+
+def eliminated(K: csr_matrix, interface: Interface, unknowns: Integers, points: Array, graph: csr_matrix) -> tuple[csr_matrix, Elimination]:
+    """The matrix T of `u = T y`, y in the order of elimination with the relative motions last, and the factorisation; arguments as in `condensed`."""
     T = interface.motion(unknowns, K.shape[0])
     columns = interface.eliminated(unknowns)
     present = np.flatnonzero((columns >= 0).any(axis=1))
     along = present[nested_dissection(interface.glued_graph(graph)[present][:, present], points[present].T)]
     order = columns[along].ravel()
     T = T[:, np.r_[order[order >= 0], np.arange(T.shape[1] - interface.kept, T.shape[1])]]
-    S, R = schur_complement(glued(K, T), T.T @ F, interface.kept)
-    _, body = connected_components(graph, directed=False)
-    return balanced(S, R, K, F, interface, unknowns, free_motions(K, unknowns, points, body))
+    return T, Elimination(glued(K, T), interface.kept)

@@ -1,15 +1,15 @@
-"""Plane-strain elasticity of one body on a scikit-fem mesh."""
+"""Plane and axisymmetric elasticity of one body on a scikit-fem mesh."""
 
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from scipy.sparse import bmat, csr_matrix, diags, hstack
-from skfem import Basis, BilinearForm, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1, LinearForm, MeshQuad1, MeshTri1
+from skfem import Basis, BilinearForm, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1, MeshQuad1, MeshTri1
 
 from ..contact.checks import Array, finite_number
 
-__all__ = ["ELEMENTS", "ELEMENT_NAMES", "ElementName", "Material", "body_stiffness", "boundary_weights", "volume_weights"]
+__all__ = ["ELEMENTS", "ELEMENT_NAMES", "KINEMATICS", "ElementName", "Kinematics", "Material", "body_stiffness", "circumference"]
 
 ELEMENTS = {MeshQuad1: ElementQuad1, MeshTri1: ElementTriP1}
 _UNIFORM = {MeshQuad1: ElementQuad0, MeshTri1: ElementTriP0}
@@ -17,10 +17,13 @@ _UNIFORM = {MeshQuad1: ElementQuad0, MeshTri1: ElementTriP0}
 ELEMENT_NAMES = ("linear", "mean_dilatation")
 ElementName: TypeAlias = Literal["linear", "mean_dilatation"]
 
+KINEMATICS = ("plane_strain", "plane_stress", "axisymmetric")
+Kinematics: TypeAlias = Literal["plane_strain", "plane_stress", "axisymmetric"]
+
 
 @dataclass(frozen=True)
 class Material:
-    """Isotropic elastic material in plane strain.
+    """Isotropic elastic material.
 
     Parameters
     ----------
@@ -56,15 +59,14 @@ class Material:
         """Lame's constants `(lambda, mu)`."""
         return self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu)), self.E / (2 * (1 + self.nu))
 
+    def _plane_lame(self, kinematics: Kinematics) -> tuple[float, float]:
+        """Lame's constants that join the stresses in the plane to the strains in it: in plane stress, lambda is E nu / (1 - nu^2)."""
+        return (self.E * self.nu / (1 - self.nu**2), self.lame[1]) if kinematics == "plane_stress" else self.lame
+
     @property
     def plane_modulus(self) -> float:
         """`E / (1 - nu^2)`: two bodies have `1/E* = 1/plane_modulus_1 + 1/plane_modulus_2`."""
         return self.E / (1 - self.nu**2)
-
-
-@LinearForm
-def _value(v: Any, _: Any) -> Any:
-    return v
 
 
 @BilinearForm
@@ -92,8 +94,31 @@ def _mean_gradient_y(u: Any, v: Any, _: Any) -> Any:
     return u.grad[1] * v
 
 
-def body_stiffness(mesh: Any, material: Material, element: ElementName = "linear") -> csr_matrix:
+@BilinearForm
+def _value_value(u: Any, v: Any, w: Any) -> Any:
+    return u * v / w.x[0] ** 2
+
+
+@BilinearForm
+def _gradient_x_value(u: Any, v: Any, w: Any) -> Any:
+    return u.grad[0] * v / w.x[0]
+
+
+@BilinearForm
+def _gradient_y_value(u: Any, v: Any, w: Any) -> Any:
+    return u.grad[1] * v / w.x[0]
+
+
+def circumference(x: Array, kinematics: Kinematics) -> Array:
+    """Length around the axis at each point, `2 pi x`; in the plane, unit depth."""
+    return 2 * np.pi * x if kinematics == "axisymmetric" else np.ones_like(x)
+
+
+def body_stiffness(mesh: Any, material: Material, element: ElementName = "linear", kinematics: Kinematics = "plane_strain") -> csr_matrix:
     """Stiffness matrix of one body, per unit depth; unknowns are all x displacements by node, then all y displacements.
+
+    An axisymmetric body has the radius x and the axis x = 0; its stiffness is that of the whole circumference. The radial displacement u makes the
+    hoop strain u / x.
 
     Three scalar gradient products give all four blocks, which is several times faster than one vector-valued form. With "mean_dilatation" the
     first Lame constant resists the mean of div u over an element instead of div u itself (selective integration; Nagtegaal, Parks & Rice 1974,
@@ -101,12 +126,28 @@ def body_stiffness(mesh: Any, material: Material, element: ElementName = "linear
     In a triangle div u is uniform, so nothing changes there.
     """
     basis = Basis(mesh, ELEMENTS[type(mesh)]())
+    lam, mu = material._plane_lame(kinematics)
+    if kinematics == "axisymmetric":
+        return _axisymmetric_stiffness(basis, lam, mu)
     xx, yy, yx = (form.assemble(basis) for form in (_gradient_xx, _gradient_yy, _gradient_yx))
-    lam, mu = material.lame
     pointwise = 0.0 if element == "mean_dilatation" else lam
     coupling = pointwise * yx + mu * yx.T
     K = bmat([[(pointwise + 2 * mu) * xx + mu * yy, coupling], [coupling.T, (pointwise + 2 * mu) * yy + mu * xx]], format="csr")
     return K if element == "linear" else K + lam * _mean_dilatation(basis)
+
+
+def _axisymmetric_stiffness(basis: Any, lam: float, mu: float) -> csr_matrix:
+    forms = _gradient_xx, _gradient_yy, _gradient_yx, _value_value, _gradient_x_value, _gradient_y_value
+    around = circumference(np.asarray(basis.global_coordinates())[0], "axisymmetric")
+    weighted = [_weighted(form).assemble(basis, around=around) for form in forms]
+    xx, yy, yx, vv, xv, yv = weighted
+    radial = (lam + 2 * mu) * (xx + vv) + lam * (xv + xv.T) + mu * yy
+    coupling = lam * (yx + yv) + mu * yx.T
+    return csr_matrix(bmat([[radial, coupling], [coupling.T, (lam + 2 * mu) * yy + mu * xx]]))
+
+
+def _weighted(form: Any) -> Any:
+    return BilinearForm(lambda u, v, w: form.form(u, v, w) * w.around)
 
 
 def _mean_dilatation(basis: Any) -> csr_matrix:
@@ -114,17 +155,3 @@ def _mean_dilatation(basis: Any) -> csr_matrix:
     uniform = basis.with_element(_UNIFORM[type(basis.mesh)]())
     volume_change = hstack([form.assemble(basis, uniform) for form in (_mean_gradient_x, _mean_gradient_y)])
     return csr_matrix(volume_change.T @ diags(1 / basis.dx.sum(axis=1)) @ volume_change)
-
-
-def boundary_weights(mesh: Any, boundary: str) -> Array:
-    """Length that each node collects from a named boundary: half of each of its edges there, (nodes,)."""
-    ends = mesh.facets[:, mesh.boundaries[boundary]]
-    lengths = np.hypot(*(mesh.p[:, ends[0]] - mesh.p[:, ends[1]]))
-    weights: Array = np.bincount(ends.ravel(), weights=np.tile(lengths / 2, 2), minlength=mesh.p.shape[1]).astype(np.float64)
-    return weights
-
-
-def volume_weights(mesh: Any) -> Array:
-    """Area that each node collects: the integral of its shape function, (nodes,)."""
-    weights: Array = _value.assemble(Basis(mesh, ELEMENTS[type(mesh)]()))
-    return weights

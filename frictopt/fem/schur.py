@@ -7,11 +7,11 @@ from scipy.sparse.linalg import splu
 from ..contact.checks import Array
 from ..errors import ModelError
 
-__all__ = ["schur_complement"]
+__all__ = ["Elimination"]
 
 
-def schur_complement(K: csr_matrix, F: Array, kept: int) -> tuple[Array, Array]:
-    """Eliminate all but the last `kept` unknowns of `K u = F`, in the order in which they stand, with one factorisation.
+class Elimination:
+    """One factorisation that eliminates all but the last `kept` unknowns of `K u = F`, in the order in which they stand.
 
     With the kept unknowns last, the trailing blocks of the factors are the factors of the Schur complement,
     `S = K_rr - K_ri K_ii^-1 K_ir = L_rr U_rr`: no right-hand side per kept unknown is needed. S may be singular (a body that its
@@ -21,35 +21,43 @@ def schur_complement(K: csr_matrix, F: Array, kept: int) -> tuple[Array, Array]:
     ----------
     K
         Symmetric stiffness, positive definite in the eliminated unknowns.
-    F
-        (unknowns, m) loads.
     kept
         Number of kept unknowns.
 
-    Returns
-    -------
+    Attributes
+    ----------
     S
         (kept, kept) stiffness.
-    R
-        (kept, m) reactions `-(F_r - K_ri K_ii^-1 F_i)` that hold the kept unknowns at zero.
 
     Raises
     ------
     ModelError
         The eliminated part is singular.
     """
-    n = K.shape[0]
-    shift = K.diagonal()[n - kept :].max()
-    shifted = K + diags(np.r_[np.zeros(n - kept), np.full(kept, shift)], format="csr")
-    columns = csc_matrix((shifted.data, shifted.indices, shifted.indptr), shape=K.shape)  # its rows: it is symmetric
-    try:
-        factors = splu(columns, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    except RuntimeError as error:
-        raise ModelError(f"stiffness: its interior part is singular ({error}); support the bodies and check the materials") from error
-    tail = np.arange(n - kept, n)
-    if not (np.array_equal(factors.perm_c[tail], tail) and np.array_equal(factors.perm_r[tail], tail)):
-        raise ModelError("stiffness: its factorisation had to reorder the interface, so it is far from positive definite; check the materials")
-    trailing = factors.L[n - kept :, n - kept :].toarray() @ factors.U[n - kept :, n - kept :].toarray()
-    S = trailing - shift * np.eye(kept)
-    R = -trailing @ factors.solve(F)[n - kept :]
-    return (S + S.T) / 2, R
+
+    def __init__(self, K: csr_matrix, kept: int) -> None:
+        n = K.shape[0]
+        shift = K.diagonal()[n - kept :].max()
+        shifted = K + diags(np.r_[np.zeros(n - kept), np.full(kept, shift)], format="csr")
+        columns = csc_matrix((shifted.data, shifted.indices, shifted.indptr), shape=K.shape)  # its rows: it is symmetric
+        try:
+            factors = splu(columns, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        except RuntimeError as error:
+            raise ModelError(f"stiffness: its interior part is singular ({error}); support the bodies and check the materials") from error
+        tail = np.arange(n - kept, n)
+        if not (np.array_equal(factors.perm_c[tail], tail) and np.array_equal(factors.perm_r[tail], tail)):
+            raise ModelError("stiffness: its factorisation had to reorder the interface, so it is far from positive definite; check the materials")
+        self._factors, self._kept = factors, kept
+        self._trailing = factors.L[n - kept :, n - kept :].toarray() @ factors.U[n - kept :, n - kept :].toarray()
+        S = self._trailing - shift * np.eye(kept)
+        self.S: Array = (S + S.T) / 2
+
+    def reactions(self, F: Array) -> Array:
+        """(kept, m) reactions `-(F_r - K_ri K_ii^-1 F_i)` that hold the kept unknowns at zero under the loads F (unknowns, m)."""
+        return np.asarray(-self._trailing @ self._factors.solve(F)[-self._kept :])
+
+    def unknowns(self, F: Array, R: Array, z: Array) -> Array:
+        """(unknowns,) all unknowns under a load F (unknowns,), its reactions R (kept,), and values z (kept,) of the kept ones: one solve."""
+        right = F.copy()
+        right[-self._kept :] += self._trailing @ z + R  # the forces on the kept unknowns that make them z
+        return np.asarray(self._factors.solve(right))

@@ -3,6 +3,8 @@
 from .guaranteed import GuaranteedModel, guaranteed_limit
 from .guaranteed_result import GuaranteedLimit
 from .kinds import LimitKind
+from .required_friction import RequiredFriction, required_friction
+from .safe_region import SafeRegion, safe_region
 from .safe_slip import SafeSlipModel, safe_slip
 from .safe_slip_result import SafeSlip
 from .safe_vertices import safe_vertices
@@ -13,11 +15,15 @@ __all__ = [
     "GuaranteedLimit",
     "GuaranteedModel",
     "LimitKind",
+    "RequiredFriction",
+    "SafeRegion",
     "SafeSlip",
     "SafeSlipModel",
     "ShakedownLimit",
     "ShakedownModel",
     "guaranteed_limit",
+    "required_friction",
+    "safe_region",
     "safe_slip",
     "safe_vertices",
     "shakedown_limit",

@@ -260,6 +260,7 @@ class Run:
             dissipation_per_node=frozen(cycle.work),
             x=path.system.x,
             slip=frozen(cycle.after[: path.nodes]),
+            gap=frozen(cycle.after[path.nodes :] + path.state.gap),
             open=self._open(cycle),
             first_cycle=self.first,
             cycles=self.cycles,

@@ -45,6 +45,8 @@ class SteadyState(Recorded):
         (N,) coordinates of the nodes along the interface, length.
     slip
         (N,) slip at the last corner of the cycle, length (for ratcheting: after the last cycle that was followed).
+    gap
+        (N,) gap w at the last corner, length.
     open
         (N,) whether the node is open at some corner of the steady cycle at which the load turns.
     first_cycle
@@ -81,6 +83,7 @@ class SteadyState(Recorded):
     dissipation_per_node: Array
     x: Array
     slip: Array
+    gap: Array
     open: np.ndarray[Any, np.dtype[np.bool_]]
     first_cycle: float
     cycles: int

@@ -13,7 +13,7 @@ from ...errors import ModelError
 from ..ordering import Integers
 from .deck import Deck, read_deck
 
-__all__ = ["file_path", "mesh_of", "read_mesh"]
+__all__ = ["file_path", "mesh_of", "meshio_library", "read_mesh"]
 
 _PLANE = ("triangle", "quad")
 _SMALL = ("vertex", "line", "line3")  # cells that only carry names
@@ -79,7 +79,7 @@ def mesh_of(deck: Deck, directions: int) -> Any:
         raise ModelError(f"deck: elements of shape {shape}, but {directions} directions of displacement; give plane elements for 2, solids for 3")
     if directions == 2:
         _check_plane(deck.points, "of the deck")
-    return from_meshio(_meshio().Mesh(deck.points, [(shape, nodes)]), force_meshio_type=shape)
+    return from_meshio(meshio_library().Mesh(deck.points, [(shape, nodes)]), force_meshio_type=shape)
 
 
 def file_path(argument: str, path: str | Path) -> Path:
@@ -107,14 +107,15 @@ def _check_plane(points: Array, what: str) -> None:
 
 def _read(file: Path) -> Any:
     try:
-        return _meshio().read(file)
+        return meshio_library().read(file)
     except ModelError:
         raise
     except (Exception, SystemExit) as error:  # meshio leaves the process where a file is damaged
         raise ModelError(f"mesh {str(file)!r}: meshio cannot read it ({str(error).strip() or type(error).__name__}); give a mesh file") from error
 
 
-def _meshio() -> Any:
+def meshio_library() -> Any:
+    """The library meshio, where it is installed."""
     try:
         import meshio  # of the extra `mesh`
     except ImportError as error:

@@ -2,7 +2,8 @@
 
 from .dovetail import Dovetail
 from .pin import PinInPlate
+from .press_fit import PressFit
 from .punch import PunchOnHalfPlane
 from .rounded import RoundedPunch
 
-__all__ = ["Dovetail", "PinInPlate", "PunchOnHalfPlane", "RoundedPunch"]
+__all__ = ["Dovetail", "PinInPlate", "PressFit", "PunchOnHalfPlane", "RoundedPunch"]

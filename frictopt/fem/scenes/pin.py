@@ -10,9 +10,10 @@ from ...contact import ContactSystem
 from ...contact.checks import Array, finite_number, shown, whole_number
 from ...contact.tolerances import SAME_POINT
 from ...errors import ModelError
-from ..bodies import Body, BodyForce, Support, Traction
+from ..bodies import Body, Support, Traction
 from ..contacts import Contact, Interference
 from ..elasticity import Material
+from ..loads import BodyForce
 from ..model import ContactModel
 from ..ordering import Integers
 from .grading import away, steps

@@ -1,0 +1,140 @@
+"""Corners of a load cycle from what engineers have: a history in a table, or load cases that vary independently."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import ModelError
+from .checks import Array, check_name, checked_loads, finite_array, finite_number, listed, shown
+from .tolerances import BEND
+
+__all__ = ["history_corners", "independent_corners", "turning_points"]
+
+_ROUNDING = 4 * np.finfo(float).eps  # distance from the straight segment, over the largest amplitude of the load case, that counts as rounding
+_MOST_CORNERS = 100_000
+
+
+def turning_points(loads: Array) -> list[int]:
+    """Numbers of the points (K, cases) at which a load path turns, the first and the last one in any case.
+
+    A point is left out only if it lies on the straight segment between its neighbours in every load case. Each load case is measured by its own
+    largest amplitude, so other units give the same points. A point at which the load turns back stays.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from frictopt.contact.history import turning_points
+    >>> turning_points(np.array([[0.0], [0.5], [1.0], [0.2], [0.0]]))
+    [0, 2, 4]
+    """
+    largest = np.abs(loads).max(axis=0, initial=0.0)
+    points = loads / np.where(largest > 0, largest, 1.0)
+    kept, last = [0], len(points) - 1
+    bends = _bends(points)
+    for number in range(1, last):
+        if bends[number - 1]:
+            kept.append(number)
+            continue
+        segment, part = points[number + 1] - points[kept[-1]], points[number] - points[kept[-1]]
+        length = float(segment @ segment)
+        share = float(part @ segment) / length if length > 0 else 0.0
+        if not (0 <= share <= 1 and np.abs(part - share * segment).max(initial=0.0) <= _ROUNDING):
+            kept.append(number)
+    return [*kept, last] if last > 0 else kept
+
+
+def _bends(points: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """For each inner point, whether it is so far from the segment between its neighbours that no longer straight segment has it either."""
+    segment, part = points[2:] - points[:-2], points[1:-1] - points[:-2]
+    length = (segment**2).sum(axis=1)
+    share = np.clip((part * segment).sum(axis=1) / np.where(length > 0, length, 1.0), 0.0, 1.0)
+    far: np.ndarray[Any, np.dtype[np.bool_]] = np.abs(part - share[:, None] * segment).max(axis=1, initial=0.0) > BEND
+    return far
+
+
+def history_corners(history: Any, mean: Any, time: Any) -> tuple[dict[str, float], list[dict[str, float]]]:
+    """Mean load and corners of a history, see `LoadCycle.from_history`."""
+    import pandas as pd  # here, for only a history needs it
+
+    if not isinstance(history, pd.DataFrame):
+        raise ModelError(f"history: a {type(history).__name__}; give a pandas DataFrame, a column for each load case and a row for each time")
+    if not history.columns.is_unique:
+        raise ModelError(f"history: the column {history.columns[history.columns.duplicated()][0]!r} stands twice; give each load case once")
+    clock = _time_column(list(history.columns), time)
+    cases = [name for name in history.columns if clock is None or name != clock]
+    for name in cases:
+        check_name("history", name)
+    if not cases or not len(history):
+        raise ModelError(f"history: {len(history)} rows, {len(cases)} load cases; give at least one of each")
+    if clock is not None:
+        _check_time(str(clock), history[clock])
+    loads = np.column_stack([finite_array(f"history[{name!r}]", history[name].to_numpy(), (None,)) for name in cases])
+    given = {} if mean is None else dict(checked_loads("mean", mean))
+    middle = {name: float(low / 2 + high / 2) for name, low, high in zip(cases, loads.min(axis=0), loads.max(axis=0), strict=True)}
+    static = middle if mean is None else given
+    varying = loads - np.array([static.get(name, 0.0) for name in cases])
+    names = [name for name, column in zip(cases, varying.T, strict=True) if column.any()]
+    points = varying[:, varying.any(axis=0)]
+    return static, [dict(zip(names, points[number].tolist(), strict=True)) for number in turning_points(points)]
+
+
+def independent_corners(loads: Sequence[Any]) -> list[dict[str, float]]:
+    """All sums of one corner of each load, in an order in which one load at a time moves on, see `LoadCycle.vertices`."""
+    parts = [part for number, load in enumerate(loads) for part in _parts(f"loads[{number}]", load)]
+    if not parts:
+        raise ModelError("loads: none; give at least one, a mapping of load case -> (least, most) or a list of corners")
+    names = [{name for corner in part for name in corner} for part in parts]
+    for number, mine in enumerate(names):
+        for other in names[:number]:
+            if both := mine & other:
+                raise ModelError(f"loads: load case {min(both)!r} is in two of them; loads that vary independently share no load case")
+    count = int(np.prod([float(len(part)) for part in parts]))
+    if count > _MOST_CORNERS:
+        raise ModelError(f"loads: their domain has {count:.3g} vertices, the most are {_MOST_CORNERS}; give fewer loads, or fewer corners of each")
+    sums: list[dict[str, float]] = [{}]
+    for part in parts:  # to and fro through the corners of a load, so that only this load changes where the next one of the others comes
+        sums = [{**one, **corner} for number, one in enumerate(sums) for corner in (part if number % 2 == 0 else part[::-1])]
+    return sums
+
+
+def _parts(name: str, load: Any) -> list[list[Mapping[str, float]]]:
+    """The independent parts of one load: each load case of a box by itself, or the corners of a polytope."""
+    if isinstance(load, Mapping):
+        for case in load:
+            check_name(name, case)
+        return [_range(f"{name}[{case!r}]", case, ends) for case, ends in load.items()]
+    if isinstance(load, str):
+        raise ModelError(f"{name}: {shown(load)}; give its range, {{{load!r}: (least, most)}}")
+    corners = [checked_loads(f"{name}[{number}]", corner) for number, corner in enumerate(listed(name, load))]
+    if not corners:
+        raise ModelError(f"{name}: no corners; give at least one")
+    return [corners]
+
+
+def _range(name: str, case: str, ends: Any) -> list[Mapping[str, float]]:
+    pair = listed(name, ends)
+    if len(pair) != 2:
+        raise ModelError(f"{name}: {shown(ends)}; give the pair (least, most)")
+    least = finite_number(f"{name} least", pair[0])
+    most = finite_number(f"{name} most", pair[1], least=least)
+    return [{case: least}, {case: most}] if most > least else [{case: least}]
+
+
+def _time_column(columns: list[Any], time: Any) -> Any:
+    """The column that holds the time; None if there is none."""
+    if time is None:
+        return next((name for name in columns if isinstance(name, str) and name.lower() == "time"), None)
+    if not isinstance(time, str) or time not in columns:
+        raise ModelError(f"time: {shown(time)}; give the name of a column of the history, one of {shown([str(name) for name in columns])}")
+    return time
+
+
+def _check_time(name: str, times: Any) -> None:
+    """Check that rows are in the order of time: numbers or dates that do not decrease."""
+    try:
+        ordered = not times.isna().any() and bool(times.is_monotonic_increasing)
+    except TypeError:
+        ordered = False
+    if not ordered:
+        raise ModelError(f"history[{name!r}]: the time decreases or is missing somewhere; sort the rows by time")

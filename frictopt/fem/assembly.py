@@ -1,0 +1,209 @@
+"""The bodies of a model in one numbering: stiffness, loads, supports and pairs of nodes."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from scipy.sparse import block_diag, csr_matrix, vstack
+
+from ..contact.checks import Array
+from ..contact.tolerances import SAME_POINT
+from ..errors import ModelError
+from .bodies import Body, Support, Traction
+from .contacts import Contact, Interference, Joint, joined
+from .elasticity import Kinematics, body_stiffness, circumference
+from .faces import Face
+from .frames import place, plane_frames
+from .interface import Interface
+from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
+from .ordering import Integers
+from .recovery import Recovery
+
+__all__ = ["LOADS", "Assembly", "Load"]
+
+LOADS = (Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference)
+Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """The parts of a `ContactModel`, all nodes counted body after body."""
+
+    bodies: Mapping[str, Body]
+    supports: Sequence[Support]
+    loads: Mapping[str, Sequence[Load]]
+    contacts: Sequence[Contact]
+    kinematics: Kinematics
+
+    @cached_property
+    def recovery(self) -> Recovery:
+        """The factorisation that gives displacements back."""
+        rows = np.where(np.isin(self.rows, self.held()), -1, self.rows)
+        interface = Interface(self.pairs, self.projection, plane_frames(self.normals))
+        return Recovery(self.stiffness, interface, rows, self.points)
+
+    @cached_property
+    def stiffness(self) -> csr_matrix:
+        """Stiffness of the separate bodies."""
+        parts = [body_stiffness(body.mesh, body.material, body.element, self.kinematics) for body in self.bodies.values()]
+        return csr_matrix(block_diag(parts, format="csr"))
+
+    @cached_property
+    def rows(self) -> Integers:
+        """(nodes, 2) unknowns of all nodes, body after body."""
+        return np.concatenate([self.unknowns(name) for name in self.bodies])
+
+    @cached_property
+    def points(self) -> Array:
+        """(nodes, 2) coordinates."""
+        return np.concatenate([body.mesh.p.T for body in self.bodies.values()])
+
+    @cached_property
+    def pairs(self) -> Integers:
+        """(N,) nodes of body 1."""
+        joints = zip(self.contacts, self.joints, strict=True)
+        return np.concatenate([self.first_node[contact.body_1] + joint.face.nodes for contact, joint in joints])
+
+    @cached_property
+    def normals(self) -> Array:
+        """(N, 2) normals into body 1, of any length."""
+        return np.concatenate([joint.face.normals for joint in self.joints])
+
+    @cached_property
+    def projection(self) -> csr_matrix:
+        """(N, nodes) places of body 2."""
+        joints = zip(self.contacts, self.joints, strict=True)
+        return csr_matrix(vstack([self._widened(contact.body_2, joint.projection, len(self.points)) for contact, joint in joints]))
+
+    def modulus(self, name: str) -> float:
+        """Modulus of a body for its part of E*."""
+        material = self.bodies[name].material
+        return material.E if self.kinematics == "plane_stress" else material.plane_modulus
+
+    @cached_property
+    def joints(self) -> list[Joint]:
+        """The joined nodes of each contact."""
+        bodies = [(self.body("contacts", contact.body_1), self.body("contacts", contact.body_2)) for contact in self.contacts]
+        return [joined(contact, *pair) for contact, pair in zip(self.contacts, bodies, strict=True)]
+
+    @cached_property
+    def first_node(self) -> dict[str, int]:
+        """Number of the first node of each body, when all nodes are counted body after body."""
+        sizes = [body.mesh.p.shape[1] for body in self.bodies.values()]
+        return dict(zip(self.bodies, (np.cumsum(sizes) - sizes).tolist(), strict=True))
+
+    def body(self, argument: str, name: str) -> Body:
+        """The body of that name."""
+        if name not in self.bodies:
+            raise ModelError(f"{argument}: body {name!r} is unknown; this model has {sorted(self.bodies)}")
+        return self.bodies[name]
+
+    def unknowns(self, name: str) -> Integers:
+        """(nodes, 2) unknowns of a body: its x displacements, then its y displacements, body after body."""
+        nodes = self.bodies[name].mesh.p.shape[1]
+        return np.asarray(2 * self.first_node[name] + np.arange(nodes)[:, None] + [0, nodes])
+
+    def _widened(self, name: str, projection: csr_matrix, nodes: int) -> csr_matrix:
+        """A projection with the columns of all nodes, from one with those of a body."""
+        return csr_matrix((projection.data, self.first_node[name] + projection.indices, projection.indptr), shape=(projection.shape[0], nodes))
+
+    def force(self, case: str) -> Array:
+        """Nodal forces of a load case on all unknowns, without those of moved supports."""
+        forces = np.zeros(sum(2 * body.mesh.p.shape[1] for body in self.bodies.values()))
+        for part in self.loads[case]:
+            if not isinstance(part, Interference | Displacement):
+                body = self.body(f"loads[{case!r}]", part.body)
+                if isinstance(part, Traction | Pressure):
+                    body.boundary_nodes(part.boundary, f"loads[{case!r}]")
+                forces[self.unknowns(part.body)] += part._forces(body, self.kinematics).T
+        return forces
+
+    def moved(self, case: str) -> Array:
+        """Displacements of all unknowns if a load case moves supports, and what is glued to them, and all else stays."""
+        moved = np.zeros(sum(2 * body.mesh.p.shape[1] for body in self.bodies.values()))
+        for part in self.loads[case]:
+            if isinstance(part, Displacement):
+                nodes = self._support_nodes(f"loads[{case!r}]", part)
+                for direction, values in part._values(self.bodies[part.body].mesh.p[:, nodes]).items():
+                    unknowns = self.unknowns(part.body)[nodes, "xy".index(direction)]
+                    if not np.isin(unknowns, self.held()).all():
+                        raise ModelError(f"loads[{case!r}]: {part} moves nodes in {direction} that no support holds; hold them by a Support")
+                    moved[unknowns] = values
+        if moved.any():
+            moved[self.rows[self.pairs]] += self.projection @ moved[self.rows]
+        return moved
+
+    def load(self, case: str) -> Array:
+        """Nodal forces of a load case on all unknowns: those of moved supports stand for the displacements."""
+        moved = self.moved(case)
+        return self.force(case) - self.stiffness @ moved if moved.any() else self.force(case)
+
+    def overlap(self, case: str) -> Array:
+        """(N,) interference of a load case."""
+        amounts = dict.fromkeys([contact.name for contact in self.contacts], 0.0)
+        for part in self.loads[case]:
+            if isinstance(part, Interference):
+                if part.contact not in amounts:
+                    raise ModelError(f"loads[{case!r}]: contact {part.contact!r} is unknown; this model has {list(amounts)}")
+                amounts[part.contact] += part.amount
+        return np.repeat(list(amounts.values()), [len(joint.face.nodes) for joint in self.joints])
+
+    def held(self) -> Integers:
+        """Unknowns that the supports hold."""
+        held = [np.zeros(0, dtype=np.intp)]
+        for support in self.supports:
+            nodes = self._support_nodes("supports", support)
+            held += [self.unknowns(support.body)[nodes, "xy".index(direction)] for direction in support.directions]
+        if self.kinematics == "axisymmetric":  # the axis stays where it is
+            held += [self.unknowns(name)[body.mesh.p[0] == 0, 0] for name, body in self.bodies.items()]
+        return np.unique(np.concatenate(held))
+
+    def _support_nodes(self, argument: str, support: Support | Displacement) -> Integers:
+        """Nodes that a support holds, or a displacement moves."""
+        body = self.body(argument, support.body)
+        if isinstance(support.where, str):
+            return body.boundary_nodes(support.where, f"support of body {support.body!r}")
+        distance = np.hypot(*(body.mesh.p - np.array(support.where)[:, None]))
+        if distance.min() > SAME_POINT * np.ptp(body.mesh.p):
+            nearest = tuple(float(value) for value in body.mesh.p[:, distance.argmin()])
+            raise ModelError(f"support of body {support.body!r}: no node at {support.where}; the nearest is at {nearest}")
+        return np.array([distance.argmin()])
+
+    def check_contacts(self) -> None:
+        """Check the names of the contacts, and that no node is body 1's in two of them, or on both sides."""
+        names = [contact.name for contact in self.contacts]
+        if again := [name for i, name in enumerate(names) if name in names[:i]]:
+            raise ModelError(f"contacts: two are called {again[0]!r}; give each a name")
+        owner: dict[tuple[str, int], str | None] = {}
+        for contact, joint in zip(self.contacts, self.joints, strict=True):
+            for node, point in zip(joint.face.nodes.tolist(), joint.face.points, strict=True):
+                if (contact.body_1, node) in owner:
+                    raise ModelError(
+                        f"contacts: node {node} of body {contact.body_1!r} at {place(point)} is in {owner[contact.body_1, node]!r} and in "
+                        f"{contact.name!r}; let a corner belong to one contact alone: end the other one edge before it"
+                    )
+                owner[contact.body_1, node] = contact.name
+        for contact, joint in zip(self.contacts, self.joints, strict=True):
+            for node in np.unique(joint.projection.indices).tolist():
+                if (contact.body_2, node) in owner:
+                    raise ModelError(
+                        f"contacts: node {node} of body {contact.body_2!r} at {place(self.bodies[contact.body_2].mesh.p[:, node])} is body 1's in "
+                        f"{owner[contact.body_2, node]!r} and body 2's in {contact.name!r}; let it be in one of them, or exchange the bodies of one"
+                    )
+
+    @property
+    def widths(self) -> Array:
+        """(N,) tributary lengths of the nodes; axisymmetric: areas."""
+        return np.concatenate([_widths(joint.face, self.kinematics) for joint in self.joints])
+
+
+def _widths(face: Face, kinematics: Kinematics) -> Array:
+    """(n,) integrals of the hat functions of the nodes along a face."""
+    chain = face.chain
+    around = circumference(face.points[chain, 0], kinematics)
+    widths = np.zeros(len(face.nodes))
+    np.add.at(widths, chain[:-1], face.lengths * (2 * around[:-1] + around[1:]) / 6)
+    np.add.at(widths, chain[1:], face.lengths * (around[:-1] + 2 * around[1:]) / 6)
+    return widths

@@ -1,0 +1,235 @@
+"""Two joints from their load history to what frets where: the dovetail root of a blade, and a collar shrunk onto a shaft.
+
+Run with `python -m studies joint [--quick]`. Lengths in mm, stresses in MPa, forces in N (the dovetail: per mm of depth; the press fit: of the whole
+circumference). The histories are made up: turning points at random, sampled on the straight ways between them, as a data logger would.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import frictopt as fo
+
+from .tables import Study, Table, markdown
+
+__all__ = ["FRETTING", "FULL", "JOINTS", "QUICK", "REGION", "STUDY", "Joint", "Parameters", "joints"]
+
+STEEL = fo.Material(E=210e3, nu=0.3)
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    dovetail_elements: int = 40  # on each flank
+    press_fit_elements: int = 80
+    growth: float = 1.15
+    turns: int = 24  # turning points of each history
+    samples: int = 400  # rows from one turning point to the next
+    seed: int = 20
+
+
+FULL = Parameters()
+QUICK = Parameters(dovetail_elements=10, press_fit_elements=16, growth=1.5, turns=8, samples=10)
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """One joint: its model, friction, static load, and the history of its cyclic loads (time and load cases)."""
+
+    name: str
+    model: fo.ContactModel
+    friction: float
+    mean: Mapping[str, float]
+    loads: tuple[str, str]
+    history: pd.DataFrame
+
+
+def joints(parameters: Parameters) -> Iterator[Joint]:
+    """The joints of the study."""
+    rng = np.random.default_rng(parameters.seed)
+    sizes = {"flank_length": 8.0, "neck_half_width": 8.0, "neck_height": 16.0, "foot_height": 6.0, "lug_height": 6.0}
+    dovetail = fo.Dovetail(
+        elements=parameters.dovetail_elements,
+        growth=parameters.growth,
+        disc_half_width=40.0,
+        disc_depth=40.0,
+        edge_length=1.0,
+        blade_material=STEEL,
+        disc_material=STEEL,
+        **sizes,
+    )
+    yield Joint(
+        "dovetail", dovetail.model(), 0.5, {"pull": 100.0}, ("pull", "sway"), _history(rng, parameters, {"pull": (80.0, 120.0), "sway": (-4, 4)})
+    )
+    press_fit = fo.PressFit(
+        elements=parameters.press_fit_elements,
+        growth=parameters.growth,
+        shaft_radius=20.0,
+        collar_radius=40.0,
+        collar_length=40.0,
+        shaft_length=160.0,
+        shaft_material=STEEL,
+        collar_material=STEEL,
+    )
+    loads = {"tension": (-40.0, 40.0), "push": (-5e3, 5e3)}
+    yield Joint("press fit", press_fit.model(), 0.3, {"fit": 0.02}, ("tension", "push"), _history(rng, parameters, loads))
+
+
+def _history(rng: np.random.Generator, parameters: Parameters, ranges: Mapping[str, tuple[float, float]]) -> pd.DataFrame:
+    """Rows of a data logger: straight ways between turning points at random, among them the two with all loads least and all largest."""
+    least, most = np.array(list(ranges.values())).T
+    turns = rng.uniform(least, most, size=(parameters.turns, len(ranges)))
+    turns[1], turns[2] = most, least
+    time = np.arange((parameters.turns - 1) * parameters.samples + 1) / parameters.samples
+    columns = {name: np.interp(time, np.arange(parameters.turns), turn) for name, turn in zip(ranges, turns.T, strict=True)}
+    return pd.DataFrame({"time": time, **columns})
+
+
+def _cycle(joint: Joint) -> fo.LoadCycle:
+    return fo.LoadCycle.from_history(joint.history, mean=dict(joint.mean))
+
+
+def _fretting(joint: Joint, system: fo.ContactSystem) -> tuple[fo.SteadyState, pd.DataFrame]:
+    """The steady state under the history itself, and its fretting table with the stress of body 2 at all corners."""
+    problem = system, _cycle(joint), joint.friction, 1.0
+    steady = fo.steady_state(*problem)
+    states = fo.steady_cycle(*problem, steady)
+    corners = problem[1].corners
+    stress, strain = [], []
+    for number, corner in enumerate(corners, start=1):
+        state = int(np.flatnonzero(states["time"] == number)[-1])
+        loads = {name: joint.mean.get(name, 0.0) + corner.get(name, 0.0) for name in {**joint.mean, **corner}}
+        fields = joint.model.recover(loads, states["slip"][state], states["gap"][state])
+        off = np.abs([fields.q - states["q"][state], fields.p - states["p"][state]]).max()
+        if off > 1e-7 * np.abs(states["p"]).max():
+            raise fo.SolverError(f"{joint.name}: the recovered field misses the reactions of corner {number} by {off:.1e}")
+        sigma, epsilon = fields.at_contact(2)
+        stress.append(sigma)
+        strain.append(epsilon)
+    return steady, fo.fretting_table(*problem, steady, stress=np.array(stress), strain=np.array(strain))
+
+
+def report(parameters: Parameters) -> pd.DataFrame:
+    """One row for each joint."""
+    rows = []
+    for joint in joints(parameters):
+        system, cycle = joint.model.condense(), _cycle(joint)
+        limit = fo.shakedown_limit(system, cycle, joint.friction)
+        required = fo.required_friction(system, cycle, 1.0)
+        steady, table = _fretting(joint, system)
+        worst = table.loc[table["F2"].idxmax()]
+        rows.append(
+            {
+                "joint": joint.name,
+                "nodes": system.nodes,
+                "samples": len(joint.history),
+                "corners": len(cycle.corners),
+                "friction": joint.friction,
+                "shakedown": limit.load_factor,
+                "required_friction": required.friction,
+                "outcome": steady.outcome.name,
+                "dissipation": steady.dissipation,
+                "slipping": int((table["work"] > 0).sum()),
+                "worst_contact": worst["contact"],
+                "worst_x": worst["x"],
+                **{f"largest_{name}": table[name].max() for name in ("slip_range", "F1", "F2", "SWT")},
+                "residual": max(limit.residual, required.residual, steady.residual),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def fretting(parameters: Parameters) -> pd.DataFrame:
+    """One row for each node of each joint."""
+    parts = []
+    for joint in joints(parameters):
+        steady, table = _fretting(joint, joint.model.condense())
+        parts.append(table.assign(joint=joint.name, residual=steady.residual))
+    return pd.concat(parts, ignore_index=True)[list(_NODES)]
+
+
+def regions(parameters: Parameters) -> pd.DataFrame:
+    """One row for each vertex of the safe amplitudes of each joint, and one for the amplitudes of its history."""
+    rows = []
+    for joint in joints(parameters):
+        region = fo.safe_region(joint.model.condense(), joint.mean, joint.loads, joint.friction)
+        head = {"joint": joint.name, "first": joint.loads[0], "second": joint.loads[1], "residual": region.residual}
+        rows += [head | {"what": "vertex", "a": a, "b": b} for a, b in region.vertices]
+        reach = [float(np.abs(joint.history[name] - joint.mean.get(name, 0.0)).max()) for name in joint.loads]
+        rows.append(head | {"what": "history", "a": reach[0], "b": reach[1]})
+    return pd.DataFrame(rows)[list(_REGION)]
+
+
+def _summary(tables: Mapping[str, pd.DataFrame]) -> str:
+    """The report's table, a column for each joint."""
+    lines: dict[str, Any] = {
+        "samples, and corners left of them": lambda row: f"{row.samples}, {row.corners}",
+        "shakedown limit, times the history": lambda row: f"{row.shakedown:.3f}",
+        "friction, and what the history requires": lambda row: f"{row.friction:g}, {row.required_friction:.3f}",
+        "steady state": lambda row: f"{row.outcome}, {row.dissipation:.3g} N mm a cycle",
+        "nodes that slip": lambda row: f"{row.slipping} of {row.nodes}",
+        "largest slip range": lambda row: f"{1e3 * row.largest_slip_range:.2f} um",
+        "largest F1, F2": lambda row: f"{row.largest_F1:.3g} N/mm, {row.largest_F2:.3g} N^2/mm^3",
+        "largest Smith-Watson-Topper": lambda row: f"{row.largest_SWT:.3g} MPa",
+        "where": lambda row: f"{row.worst_contact}, x = {row.worst_x:.2f} mm",
+    }
+    found = list(tables["joint_report"].itertuples())
+    return markdown(["", *(row.joint for row in found)], [[name, *(text(row) for row in found)] for name, text in lines.items()])
+
+
+_REPORT = {
+    "joint": "which joint",
+    "nodes": "nodes of its contacts",
+    "samples": "rows of the history",
+    "corners": "points at which it turns",
+    "friction": "coefficient of friction",
+    "shakedown": "shakedown limit, load factor on the history around its mean load",
+    "required_friction": "least friction with which the history is safe",
+    "outcome": "steady state under the history",
+    "dissipation": "work of friction per cycle, N mm (the dovetail: per mm)",
+    "slipping": "number of nodes that slip",
+    "worst_contact": "contact with the largest F2",
+    "worst_x": "its place, mm",
+    "largest_slip_range": "mm",
+    "largest_F1": "N/mm",
+    "largest_F2": "N^2/mm^3",
+    "largest_SWT": "MPa",
+    "residual": "largest residual of all answers",
+}
+_NODES = {
+    "joint": "which joint",
+    "node": "number of the node",
+    "contact": "its contact",
+    "x": "arc length, mm",
+    "slip_range": "mm",
+    "tau_amplitude": "shear traction, MPa",
+    "tau_mean": "shear traction, MPa",
+    "pressure_amplitude": "MPa",
+    "pressure_mean": "MPa",
+    "work": "work of friction per cycle, N mm",
+    "share": "its share of the whole",
+    "work_density": "work over tributary length or area",
+    "F1": "Ruiz's first parameter, N/mm",
+    "F2": "Ruiz's second parameter, N^2/mm^3, stress of body 2",
+    "SWT": "Smith-Watson-Topper parameter, MPa, stress of body 2",
+    "residual": "of the steady state",
+}
+_REGION = {
+    "joint": "which joint",
+    "first": "load of amplitude a",
+    "second": "load of amplitude b",
+    "what": "vertex of the safe amplitudes, or largest amplitudes of the history",
+    "a": "amplitude, MPa (push: N)",
+    "b": "amplitude, MPa (push: N)",
+    "residual": "of the region",
+}
+
+JOINTS = Table("joint_report", "one joint", _REPORT, full=FULL, quick=QUICK, compute=report)
+FRETTING = Table("joint_fretting", "one node of one joint", _NODES, full=FULL, quick=QUICK, compute=fretting)
+REGION = Table("joint_region", "one point in the plane of two amplitudes of one joint", _REGION, full=FULL, quick=QUICK, compute=regions)
+
+STUDY = Study("studies.joint", __doc__, "coarse meshes and short histories, in seconds", (JOINTS, FRETTING, REGION), _summary)

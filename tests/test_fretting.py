@@ -1,0 +1,95 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from systems import CYCLE, FIRST_PAIR, mirrored, random_system, system
+
+PAPER = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+
+
+def by_trajectory(contact, cycle, friction, factor, cycles):
+    """The last cycle of a long transient from event to event, and the work of friction in it by the trapezoidal rule of -q dv."""
+    path = fo.march(contact, cycle, friction, factor, cycles=cycles)
+    last = path.time >= path.time[-1] - path.corners
+    q, v = path.q[last], path.slip[last]
+    return path, last, -((q[1:] + q[:-1]) / 2 * np.diff(v, axis=0)).sum(axis=0)
+
+
+@pytest.mark.parametrize("opening", [False, True])
+def test_the_table_against_a_long_transient_by_quadrature(punch, opening):
+    if opening:  # nodes lift off at one corner and land at the other
+        contact = mirrored(np.random.default_rng(3), 6)
+        cycle, friction, factor = fo.LoadCycle({"mean": 1.0}, [{"one": -1.0}, {"one": 1.0}]), 0.4, 9.0
+    else:
+        contact, cycle, friction = punch(16), PAPER, 0.7
+        factor = 1.3 * fo.shakedown_limit(contact, cycle, friction).load_factor
+    contact = replace(contact, width=np.linspace(0.1, 0.3, contact.nodes))
+    steady = fo.steady_state(contact, cycle, friction, factor)
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP and bool(steady.open.any()) is opening
+    table = fo.fretting_table(contact, cycle, friction, factor, steady)
+    path, last, work = by_trajectory(contact, cycle, friction, factor, steady.cycles + 60)
+    q, p, width = path.q[last], path.p[last], contact.width
+    closed = np.where(path.gap[last] <= 0, path.slip[last], np.nan)
+    slips = np.nan_to_num(np.nanmax(closed, axis=0) - np.nanmin(closed, axis=0))
+    scale = steady.dissipation
+    assert np.allclose(table.work, work, atol=1e-7 * scale) and table.share.sum() == pytest.approx(1.0)
+    assert np.allclose(table.work_density, work / width, atol=1e-6 * scale)
+    assert np.allclose(table.slip_range, slips, atol=1e-7 * slips.max())
+    assert np.allclose(table.F1, np.abs(q).max(axis=0) / width * slips, rtol=1e-6, atol=1e-7 * table.F1.max())
+    for name, part in (("tau", q / width), ("pressure", p / width)):
+        assert np.allclose(table[f"{name}_amplitude"], (part.max(axis=0) - part.min(axis=0)) / 2, atol=1e-6 * np.abs(part).max())
+        assert np.allclose(table[f"{name}_mean"], (part.max(axis=0) + part.min(axis=0)) / 2, atol=1e-6 * np.abs(part).max())
+    assert "property of the mesh" in table.attrs["note"]
+
+
+def test_a_contact_at_rest_does_not_fret(punch):
+    contact = punch(16)
+    steady = fo.steady_state(contact, PAPER, 0.7, 0.5)
+    table = fo.fretting_table(contact, PAPER, 0.7, 0.5, steady)
+    assert not table.work.any() and not table.share.any() and table.slip_range.max() < 1e-9
+    p = np.array([contact.reaction({"P": 1.0, "sigma": s})[1] for s in (-0.5, 0.5)]) + contact.B @ steady.slip
+    name = "pressure" if contact.width is not None else "p"
+    assert np.allclose(table[f"{name}_mean"] * (1 if contact.width is None else contact.width), p.mean(axis=0))
+
+
+def test_a_contact_that_creeps_has_its_drift_in_the_slip_range():
+    """A punch that rocks under a steady pull walks: each node holds while the other one slips."""
+    loads = {"mean": ([0, 0], [1, 1]), "rock": ([0, 0], [0.6, -0.6]), "pull": ([0.3, 0.3], [0, 0])}
+    contact = fo.ContactSystem([[1.0, -1.0], [-1.0, 1.0]], np.zeros((2, 2)), np.eye(2), [0, 1], loads)
+    cycle = fo.LoadCycle({"mean": 1.0, "pull": 1.0}, [{"rock": 1.0}, {"rock": -1.0}])
+    steady = fo.steady_state(contact, cycle, 0.5, 1.0)
+    assert steady.outcome is fo.Outcome.RATCHETING
+    table = fo.fretting_table(contact, cycle, 0.5, 1.0, steady)
+    path = fo.march(contact, cycle, 0.5, 1.0, cycles=9)
+    drift = path.slip[path.time == 18.0][0] - path.slip[path.time == 16.0][0]
+    assert np.allclose(table.slip_range, np.abs(drift)) and np.abs(drift).min() > 0.01
+
+
+def test_bulk_stress_gives_f2_and_swt():
+    contact = system(*FIRST_PAIR)
+    steady = fo.steady_state(contact, CYCLE, 0.6, 2.0)
+    stress, strain = np.array([[3.0, -2.0], [1.0, -1.0]]), np.array([[0.3, -0.2], [0.1, 0.4]])
+    table = fo.fretting_table(contact, CYCLE, 0.6, 2.0, steady, stress=stress, strain=strain)
+    assert np.allclose(table.F2_force, table.F1_force * [3.0, 0.0]) and np.allclose(table.SWT, [3.0 * 0.1, 0.0])
+    assert list(table.columns[:3]) == ["node", "x", "slip_range"] and "nodal forces" in table.attrs["note"]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"friction": 0.5}, "steady: a cycle from it differs"),
+        ({"load_factor": 2.2}, "steady: a cycle from it differs"),
+        ({"system": random_system(np.random.default_rng(0), 2, loads=("mean", "cyclic"))}, "steady: a cycle from it differs"),
+        ({"system": random_system(np.random.default_rng(0), 3, loads=("mean", "cyclic"))}, "of 2 nodes; give the steady state of this contact, of 3"),
+        ({"steady": None}, "steady: a NoneType"),
+        ({"stress": np.ones((1, 2))}, "one of them alone"),
+        ({"stress": np.ones((1, 2)), "strain": np.ones((2, 2))}, "1 and 2 states"),
+    ],
+)
+def test_what_does_not_belong_together_is_refused(change, message):
+    contact = system(*FIRST_PAIR)
+    given = {"system": contact, "cycle": CYCLE, "friction": 0.6, "load_factor": 2.0, "steady": fo.steady_state(contact, CYCLE, 0.6, 2.0)}
+    with pytest.raises(fo.ModelError, match=message):
+        fo.fretting_table(**{**given, **change})

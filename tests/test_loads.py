@@ -1,0 +1,205 @@
+"""Loads, plane stress and axisymmetry against closed forms."""
+
+import numpy as np
+import pytest
+from skfem import MeshQuad
+
+import frictopt as fo
+
+STEEL = fo.Material(E=3.0, nu=0.3)
+
+
+def column(kinematics="plane_strain", loads=None, supports=(), half=1.0, material=STEEL):
+    """Two blocks one on the other, 0 <= x <= half (axisymmetric: from 0.5), from y = -1 to 2, on rollers."""
+    x = np.linspace(0.5 if kinematics == "axisymmetric" else 0.0, half, 5)
+    face = {"contact": lambda x: x[1] == 0.0}
+    upper = MeshQuad.init_tensor(x, np.linspace(0.0, 2.0, 5)).with_boundaries({**face, "top": lambda x: x[1] == 2.0})
+    lower = MeshQuad.init_tensor(x, np.linspace(-1.0, 0.0, 4)).with_boundaries({**face, "bottom": lambda x: x[1] == -1.0})
+    beside = [fo.Support("lower", (0.0, -1.0), "x"), fo.Support("lower", (0.0, 0.0), "x"), fo.Support("upper", (0.0, 2.0), "x")]
+    return fo.ContactModel(
+        bodies={"upper": fo.Body(upper, material), "lower": fo.Body(lower, material)},
+        supports=[fo.Support("lower", "bottom", "y"), *(beside if kinematics != "axisymmetric" else []), *supports],
+        loads=loads or {"P": [fo.Traction("upper", "top", y=-1.0)]},
+        kinematics=kinematics,
+    )
+
+
+def ring(loads, inner=0.5, outer=2.0, height=0.02, elements=40):
+    """A disc with a hole, cut at radius 1 and glued again."""
+    z = [0.0, height]
+    hub = MeshQuad.init_tensor(np.linspace(inner, 1.0, elements + 1), z).with_boundaries(
+        {"contact": lambda x: x[0] == 1.0, "bore": lambda x: x[0] == inner}
+    )
+    rim = MeshQuad.init_tensor(np.linspace(1.0, outer, 2 * elements + 1), z).with_boundaries({"contact": lambda x: x[0] == 1.0})
+    return fo.ContactModel(
+        bodies={"rim": fo.Body(rim, STEEL), "hub": fo.Body(hub, STEEL)},
+        supports=[fo.Support("hub", (inner, 0.0), "y")],
+        loads=loads,
+        kinematics="axisymmetric",
+    )
+
+
+def glued(model, **loads):
+    n = model.condense().nodes
+    return model.recover(loads, np.zeros(n))
+
+
+def at(model, fields, name, body):
+    """Radii of the nodes of a body, and a field there."""
+    return model.bodies[body].mesh.p[0], getattr(fields, name)[body]
+
+
+@pytest.mark.parametrize("kinematics", ["plane_strain", "plane_stress", "axisymmetric"])
+def test_uniform_tension(kinematics):
+    model = column(kinematics)
+    fields = glued(model, P=-2.0)
+    normal = {"plane_strain": STEEL.nu * 2.0, "plane_stress": 0.0, "axisymmetric": 0.0}[kinematics]
+    strain = (2.0 - STEEL.nu * normal) / STEEL.E
+    for body in ("upper", "lower"):
+        assert np.allclose(fields.stress[body], np.array([0.0, 2.0, 0.0, normal])[:, None], atol=1e-10)
+        assert np.allclose(fields.strain[body][1], strain)
+        assert np.allclose(fields.strain[body][3], (normal - STEEL.nu * 2.0) / STEEL.E, atol=1e-10)
+    assert np.allclose(fields.p / model.condense().width, -2.0)
+
+
+@pytest.mark.parametrize("kinematics", ["plane_strain", "plane_stress", "axisymmetric"])
+def test_free_expansion_without_stress(kinematics):
+    model = column(kinematics, loads={"T": [fo.Expansion("upper", 0.01), fo.Expansion("lower", lambda x, y: 0.01 + 0 * x)]})
+    fields = glued(model, T=2.0)
+    for body in ("upper", "lower"):
+        out = -STEEL.E * 0.02 if kinematics == "plane_strain" else 0.0
+        assert np.allclose(fields.stress[body], np.array([0.0, 0.0, 0.0, out])[:, None], atol=1e-12)
+        grows = 0.02 * (1 + STEEL.nu) if kinematics == "plane_strain" else 0.02
+        assert np.allclose(fields.strain[body], np.array([grows, grows, 0.0, 0.0 if out else 0.02])[:, None], atol=1e-12)
+    assert np.abs([fields.q, fields.p]).max() < 1e-12
+
+
+def test_a_hot_collar_loosens_as_if_its_interference_were_less():
+    """A ring that is free to grow by e has lost e times its radius of interference."""
+    loads = {"hot": [fo.Expansion("rim", 0.01)], "fit": [fo.Interference("contact", 0.01)]}
+    system = ring(loads).condense()
+    assert np.allclose(system.bonded["hot"][1], -system.bonded["fit"][1], rtol=1e-2)
+
+
+def test_a_prescribed_displacement_is_the_equivalent_traction():
+    cork = fo.Material(E=3.0, nu=0.0)
+    pulled = column(material=cork).condense().bonded["P"]
+    held = [fo.Support("upper", "top", "y")]
+    top = {"D": [fo.Displacement("upper", "top", y=-1.0)]}
+    bottom = {"D": [fo.Displacement("lower", "bottom", y=lambda x, y: 1.0 + 0 * x)]}
+    rigid = {"D": [fo.Displacement("lower", where, y=2.0 / 3.0) for where in ("bottom", "contact")]}
+    for loads, supports in ((top, held), (bottom, held), (rigid, [*held, fo.Support("lower", "contact", "y")])):
+        model = column(loads=loads, supports=supports, material=cork)
+        assert np.allclose(model.condense().bonded["D"], pulled, atol=1e-10)
+        fields = glued(model, D=1.0)
+        assert np.allclose([fields.q, fields.p], pulled, atol=1e-10)
+        assert np.allclose(fields.stress["upper"][1], -1.0)
+
+
+def test_a_spinning_disc():
+    """Stresses of a thin ring that spins (Timoshenko & Goodier, Theory of Elasticity, section 32)."""
+    density, speed, a, b, nu = 2.0, 0.7, 0.5, 2.0, STEEL.nu
+    model = ring({"spin": [fo.Centrifugal(body, density, speed) for body in ("rim", "hub")]})
+    fields = glued(model, spin=1.0)
+    for body in ("rim", "hub"):
+        r, (radial, axial, _, hoop) = at(model, fields, "stress", body)
+        inside = (r > 0.53) & (r < 1.97) & (np.abs(r - 1) > 0.03)
+        pull = (3 + nu) / 8 * density * speed**2
+        assert np.allclose(radial[inside], (pull * (a**2 + b**2 - (a * b / r) ** 2 - r**2))[inside], atol=4e-3 * pull * b**2)
+        expected = pull * (a**2 + b**2 + (a * b / r) ** 2 - (1 + 3 * nu) / (3 + nu) * r**2)
+        assert np.allclose(hoop[inside], expected[inside], atol=4e-3 * pull * b**2)
+        assert np.abs(axial[inside]).max() < 4e-3 * pull * b**2
+
+
+def test_a_thick_cylinder_under_pressure():
+    model = ring({"p": [fo.Pressure("hub", "bore", 3.0)]})
+    fields = glued(model, p=1.0)
+    a, b = 0.5, 2.0
+    r, u = at(model, fields, "displacement", "rim")
+    stress = 3.0 * a**2 / (b**2 - a**2)
+    expected = stress / STEEL.E * ((1 - STEEL.nu) * r + (1 + STEEL.nu) * b**2 / r)
+    assert np.allclose(u[0], expected, rtol=2e-3)
+
+
+def test_lames_press_fit():
+    """A long solid shaft in a long collar of the same material, away from the ends, with the shear of the contact taken off."""
+    scene = fo.PressFit(
+        collar_length=16.0, shaft_length=16.2, elements=120, grading=2.0, growth=1.1, collar_radius=1.8, shaft_material=STEEL, collar_material=STEEL
+    )
+    system = scene.condense()
+    q, _ = system.bonded["fit"]
+    slip = -np.linalg.lstsq(system.A, q, rcond=1e-10)[0]
+    a, c, interference = 1.0, 1.8, 0.01
+    fields = scene.model().recover({"fit": interference}, interference * slip, np.zeros(system.nodes))
+    lame = STEEL.E * interference * (c**2 - a**2) / (2 * a * c**2)
+    middle = system.nodes // 2
+    assert (fields.p / system.width)[middle] == pytest.approx(lame, rel=5e-3)
+    assert np.abs(fields.q).max() < 1e-9 * np.abs(fields.p).max()
+    collar, shaft = (scene.model().bodies[body].mesh.p for body in ("collar", "shaft"))
+    row = np.abs(collar[1]) < 1e-9
+    r, hoop = collar[0, row], fields.stress["collar"][3, row]
+    inside = (r > 1.1) & (r < 1.7)
+    assert np.allclose(hoop[inside], (lame * a**2 / (c**2 - a**2) * (1 + (c / r) ** 2))[inside], rtol=0.02)
+    row = (np.abs(shaft[1]) < 1e-9) & (shaft[0] < 0.8) & (shaft[0] > 0.2)
+    assert np.allclose(fields.stress["shaft"][[0, 3]][:, row], -lame, rtol=0.02)
+
+
+def test_a_press_fit_carries_the_push():
+    system = fo.PressFit(elements=8, growth=1.5, bore_radius=0.4).condense()
+    assert system.bonded["push"][0].sum() == pytest.approx(1.0, abs=1e-9)
+    assert system.bonded["tension"][0].sum() == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("case", ["torsion", "bending"])
+def test_what_is_not_axisymmetric_is_refused_by_name(case):
+    with pytest.raises(fo.ModelError, match=f"loads: '{case}': it makes .*three dimensions"):
+        fo.PressFit(loads=["fit", case])
+
+
+def total(load, mesh, kinematics="plane_strain"):
+    forces = load._forces(fo.Body(mesh), kinematics)
+    return forces.sum(axis=1), float((mesh.p[0] * forces[1] - mesh.p[1] * forces[0]).sum())
+
+
+def test_loads_add_up_to_their_integrals():
+    mesh = MeshQuad.init_tensor(np.linspace(1, 3, 4), np.linspace(0, 1, 3)).with_boundaries({"top": lambda x: x[1] == 1.0, "all": lambda x: x[0] > 0})
+    (x, y), turn = total(fo.Traction("b", "top", x=lambda x, y: x, y=lambda x, y: 2 * x - 1), mesh)
+    assert [x, y, turn] == pytest.approx([4.0, 6.0, 2 * 26 / 3 - 4.0 - 4.0])
+    assert np.allclose(total(fo.Pressure("b", "all", 2.0), mesh)[0], 0.0, atol=1e-12)
+    assert np.allclose(total(fo.Pressure("b", "top", lambda x, y: x), mesh)[0], [0.0, -4.0])
+    assert np.allclose(total(fo.BodyForce("b", y=-3.0), mesh)[0], [0.0, -6.0])
+    assert np.allclose(total(fo.BodyForce("b", x=lambda x, y: y), mesh)[0], [1.0, 0.0])
+    assert np.allclose(total(fo.Centrifugal("b", 2.0, 3.0, (1.0, 0.0)), mesh)[0], 18 * np.array([2.0, 1.0]))
+    around = 2 * np.pi * 4.0  # integral of x over the section
+    assert np.allclose(total(fo.BodyForce("b", y=-3.0), mesh, "axisymmetric")[0], [0.0, -3 * around])
+    assert np.allclose(total(fo.Pressure("b", "top", 1.0), mesh, "axisymmetric")[0], [0.0, -around])
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: fo.Pressure("b", "top", np.nan), "amount: nan"),
+        (lambda: fo.Pressure("b", "top", int), "amount: .*give a number or a function"),
+        (lambda: fo.Traction("b", "top", y="1"), "traction y: '1'"),
+        (lambda: fo.Displacement("b", "top"), "neither x nor y"),
+        (lambda: fo.Displacement("b", (1.0,), x=1.0), "give the name of a boundary or one point"),
+        (lambda: fo.Centrifugal("b", -1.0), "density: -1"),
+        (lambda: fo.Centrifugal("b", 1.0, centre=3.0), "centre: 3.0; give one point"),
+        (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: 1 / 0)]}), "the function raised ZeroDivisionError"),
+        (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: np.ones(3))]}), r"the function gave shape \(3,\)"),
+        (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: x * np.nan)]}), "not finite everywhere"),
+        (lambda: column(loads={"P": [fo.Pressure("upper", "none")]}), r"loads\['P'\]: boundary 'none' is unknown"),
+        (lambda: column(loads={"P": [fo.BodyForce("none", y=1.0)]}), "body 'none' is unknown"),
+        (lambda: column(loads={"P": [fo.Displacement("upper", "top", y=1.0)]}), "moves nodes in y that no support holds"),
+        (lambda: column("plane"), "kinematics: 'plane'"),
+        (lambda: column("axisymmetric", half=-1.0), "x is the radius, >= 0"),
+        (lambda: column("axisymmetric", loads={"P": [fo.Centrifugal("upper", 1.0, centre=(1.0, 0.0))]}), "spin about their axis"),
+        (lambda: fo.PressFit(collar_radius=0.5), "collar_radius: 0.5; it must be finite and above 1"),
+        (lambda: fo.PressFit(elements=3), "elements: 3; give an even number"),
+        (lambda: fo.PressFit(loads=["twist"]), "loads: 'twist'; give some of"),
+        (lambda: fo.PressFit(loads=[]), "loads: none"),
+    ],
+)
+def test_bad_loads_are_refused(make, message):
+    with pytest.raises(fo.ModelError, match=message):
+        make()

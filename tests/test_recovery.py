@@ -1,0 +1,134 @@
+"""The fields in the bodies against the state of the contact, scikit-fem's own elasticity, and files."""
+
+from dataclasses import replace
+
+import meshio
+import numpy as np
+import pytest
+from skfem import Basis, ElementQuad1, ElementVector
+from skfem.models.elasticity import linear_elasticity
+
+import frictopt as fo
+from test_loads import column
+
+MODELS = {
+    "punch": fo.PunchOnHalfPlane(elements=8, growth=1.6).model(),
+    "dovetail": fo.Dovetail(elements=6, growth=1.6).model(),
+    "pin": fo.PinInPlate(elements=24, growth=1.6).model(),
+    "press fit": fo.PressFit(elements=8, growth=1.6).model(),
+}
+
+
+def states(name):
+    """A model, its system, loads of all cases, and a random slip and gap."""
+    model, rng = MODELS[name], np.random.default_rng(1)
+    system = model.condense()
+    loads = {case: float(rng.normal()) for case in model.loads}
+    force = np.abs(np.concatenate(system.reaction(loads))).max()
+    return model, system, loads, *(force / system.stiffness_scale * rng.normal(size=(2, system.nodes)))
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_recovered_reactions_are_those_of_the_state(name):
+    model, system, loads, v, w = states(name)
+    w = system.gap + np.abs(w)
+    fields = model.recover(loads, v, w)
+    q, p = system.reaction(loads)
+    q, p = q + system.A @ v + system.B.T @ (w - system.gap), p + system.B @ v + system.C @ (w - system.gap)
+    assert np.abs([fields.q - q, fields.p - p]).max() < 1e-9 * np.abs([q, p]).max()
+
+
+@pytest.mark.parametrize("name", ["punch", "dovetail"])
+def test_the_recovered_field_is_in_equilibrium(name):
+    """By scikit-fem's own stiffness: no force is left at nodes without load, support or contact, and all forces on a body balance."""
+    model, system, loads, v, w = states(name)
+    fields = model.recover(loads, v, system.gap + np.abs(w))
+    for body, part in model.bodies.items():
+        basis, u = fields.vector(body)
+        forces = linear_elasticity(*part.material.lame).assemble(basis) @ u
+        loaded = [boundary for boundary in part.mesh.boundaries if boundary != "contact"]
+        nodes = np.unique(np.concatenate([part.mesh.facets[:, part.mesh.boundaries[boundary]].ravel() for boundary in [*part.mesh.boundaries]]))
+        free = np.setdiff1d(np.arange(part.mesh.p.shape[1]), nodes)
+        assert loaded and np.abs(forces[basis.nodal_dofs[:, free]]).max() < 1e-10 * np.abs(forces).max()
+    first = model.contacts[0].body_1
+    frames = np.stack([np.column_stack([system.normals[:, 1], -system.normals[:, 0]]), system.normals])
+    across = (fields.q[:, None] * frames[0] + fields.p[:, None] * frames[1]).sum(axis=0)
+    applied = np.zeros(2)
+    for case, amplitude in loads.items():
+        for part in model.loads[case]:
+            if part.body == first:
+                applied += amplitude * part._forces(model.bodies[first], "plane_strain").sum(axis=1)
+    assert np.allclose(across + applied, 0.0, atol=1e-9 * np.abs(fields.p).max())
+
+
+def test_bodies_that_are_glued_move_together_and_others_by_slip_and_gap():
+    model, system, loads, v, w = states("dovetail")
+    fields = model.recover(loads, v, system.gap + np.abs(w))
+    u = {body: fields.displacement[body] for body in ("blade", "disc")}
+    where = {body: {tuple(np.round(point, 9)): i for i, point in enumerate(model.bodies[body].mesh.p.T)} for body in u}
+    for i, point in enumerate(system.points):
+        one, two = (u[body][:, where[body][tuple(np.round(point, 9))]] for body in ("blade", "disc"))
+        normal = system.normals[i]
+        assert np.allclose(one - two, v[i] * np.array([normal[1], -normal[0]]) + np.abs(w[i]) * normal, atol=1e-9 * np.abs(u["blade"]).max())
+
+
+def test_stress_along_the_interface():
+    """A plate pulled along its contact, stuck to a soft one: the stress is the mean stress of each in the middle."""
+    scene = fo.PunchOnHalfPlane(elements=8, growth=1.6, punch_material=fo.Material(1e-6))
+    fields = scene.model().recover({"sigma": 2.0}, np.zeros(9))
+    stress, strain = fields.at_contact(2)
+    assert np.allclose(stress[2:-2], 2.0, rtol=0.02) and np.allclose(strain[2:-2], 2.0 * (1 - 0.3**2), rtol=0.02)
+    soft, same = fields.at_contact(1)
+    assert np.abs(soft).max() < 1e-4 and np.allclose(same[2:-2], strain[2:-2], rtol=0.02)
+
+
+def test_a_turned_column_pulled_along_its_axis_has_no_stress_along_the_interface():
+    cork, angle = fo.Material(1.0, 0.0), np.radians(30)
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s], [s, c]])
+    bodies = {name: fo.Body(replace(body.mesh, doflocs=turn @ body.mesh.p), cork) for name, body in column().bodies.items()}
+    model = fo.ContactModel(bodies, [fo.Support("lower", "bottom")], {"T": [fo.Traction("upper", "top", x=-2 * s, y=2 * c)]})
+    fields, system = model.recover({"T": 1.0}, np.zeros(5)), model.condense()
+    assert np.allclose(fields.p / system.width, -2.0) and np.allclose(fields.stress["upper"][2], -2 * s * c)
+    assert np.abs([*fields.at_contact(1), *fields.at_contact(2)]).max() < 1e-10
+
+
+def test_mean_dilatation_has_its_own_stress():
+    """A punch of rubber: div u times Lame's first constant would oscillate by hundreds of times the pressure."""
+    rubber = fo.Material(1.0, 0.49999)
+    scene = fo.PunchOnHalfPlane(elements=8, growth=1.6, punch_material=rubber, block_material=rubber, element="mean_dilatation")
+    fields = scene.model().recover({"P": 1.0}, np.zeros(9))
+    top = scene.model().bodies["punch"].mesh.p[1] > 1.5
+    assert np.allclose(fields.stress["punch"][1, top], -1.0, atol=0.2) and np.abs(fields.stress["block"]).max() < 5.0
+
+
+def test_fields_as_a_vector_and_as_a_file(tmp_path):
+    model, _, loads, v, w = states("press fit")
+    fields = model.recover(loads, v, np.abs(w))
+    basis, u = fields.vector("collar")
+    assert isinstance(basis, Basis) and isinstance(basis.elem, ElementVector) and isinstance(basis.elem.elem, ElementQuad1)
+    assert np.array_equal(u[basis.nodal_dofs], fields.displacement["collar"])
+    path = tmp_path / "collar.vtu"
+    fields.save(path, "collar")
+    read = meshio.read(path)
+    assert np.allclose(read.points[:, :2].T, model.bodies["collar"].mesh.p) and len(read.cells_dict["quad"]) == model.bodies["collar"].mesh.t.shape[1]
+    assert np.allclose(read.point_data["displacement"][:, :2].T, fields.displacement["collar"])
+    assert np.allclose(read.point_data["stress_zz"], fields.stress["collar"][3])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda model, fields: model.recover({"none": 1.0}, np.zeros(9)), "load case 'none': unknown"),
+        (lambda model, fields: model.recover({}, np.zeros(8)), r"slip: shape \(8,\)"),
+        (lambda model, fields: model.recover({}, np.zeros(9), np.full(9, np.nan)), "gap: .*nan"),
+        (lambda model, fields: fields.at_contact(3), "side: 3"),
+        (lambda model, fields: fields.vector("none"), "body: 'none' is unknown"),
+        (lambda model, fields: fields.save("nowhere/x.vtu", "punch"), "cannot be written"),
+        (lambda model, fields: fields.save("x.odd", "punch"), "cannot be written"),
+    ],
+)
+def test_bad_calls_are_refused(call, message):
+    model = MODELS["punch"]
+    with pytest.raises(fo.ModelError, match=message):
+        call(model, model.recover({"P": 1.0}, np.zeros(9)))

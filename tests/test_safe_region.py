@@ -1,0 +1,126 @@
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from systems import linprog_limit, random_system, system
+
+MEAN = {"mean": 1.0}
+CIRCLE = [{"x": float(np.cos(t)), "y": float(np.sin(t))} for t in np.arange(5)]
+
+
+def random_region(seed, loads=("a", "b")):
+    rng = np.random.default_rng(seed)
+    contact = random_system(rng, int(rng.integers(1, 7)), loads=("mean", "a", "b", "x", "y"))
+    f = rng.uniform(0.2, 0.9, size=contact.nodes)
+    return contact, f, fo.safe_region(contact, MEAN, loads, f)
+
+
+def reach(region, direction):
+    """Largest factor of a direction in the polygon of the vertices, by its edges alone."""
+    vertices, factors = region.vertices, [np.inf]
+    for one, other in itertools.pairwise(vertices):
+        normal = np.array([other[1] - one[1], one[0] - other[0]])
+        if normal @ direction > 0:
+            factors.append(normal @ one / (normal @ direction))
+    return min(factors)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6), loads=st.sampled_from([("a", "b"), ("a", CIRCLE), (CIRCLE, [{"b": 1.0}])]))
+def test_the_polygon_is_the_limit_along_every_ray_by_another_program(seed, loads):
+    contact, f, region = random_region(seed, loads)
+    status = linprog_limit(contact, region.cycle(0.0, 0.0), f)[0]
+    assert (len(region.vertices) == 0) == (status == 2)
+    if len(region.vertices) and not region.unlimited:
+        rng = np.random.default_rng(seed)
+        rays = np.abs([*rng.normal(size=(6, 2)), [1.0, 0.0], [0.0, 1.0], *region.vertices])
+        for ray in rays[np.abs(rays).max(axis=1) > 0]:
+            assert linprog_limit(contact, region.cycle(*ray), f)[1] == pytest.approx(reach(region, ray), rel=1e-7, abs=1e-9)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_vertices_are_a_convex_chain_and_each_side_is_its_mechanism(seed):
+    contact, f, region = random_region(seed)
+    if not len(region.vertices) or region.unlimited:
+        return
+    assert len(region.mechanisms) == len(region.sides) == len(region.vertices) - 1
+    ways = np.diff(region.vertices, axis=0)
+    assert (ways[:-1, 0] * ways[1:, 1] - ways[:-1, 1] * ways[1:, 0] > 0).all()
+    (q0, p0), units = contact.reaction(MEAN), [region.cycle(1.0, 0.0).corner_reactions(contact), region.cycle(0.0, 1.0).corner_reactions(contact)]
+    for side, table in zip(region.sides.itertuples(), region.mechanisms, strict=True):
+        node, corner, sense, share = (table[name].to_numpy() for name in ("node", "corner", "direction", "share"))
+        resistance = share @ (sense * q0[node] + f[node] * p0[node])
+        drives = [-share @ (sense * q[corner, node] + f[node] * p[corner, node]) / resistance for q, p in units]
+        assert np.allclose(drives, [side.a, side.b], rtol=1e-6, atol=1e-8)
+        net, total = np.zeros((2, contact.nodes))
+        np.add.at(net, node, sense * share)
+        np.add.at(total, node, share)
+        assert np.abs(contact.A @ net + contact.B.T @ (f * total)).max() < 1e-7 * np.abs(contact.A).max()
+
+
+def test_inside_a_slip_is_safe_and_outside_none_is(punch):
+    contact = punch(16)
+    region = fo.safe_region(contact, {"P": 1.0}, ["sigma", "Q"], 0.7)
+    for first, second in region.vertices * 0.999 + region.vertices[::-1] * 1e-4:
+        assert region.contains(first, second) and fo.safe_slip(contact, region.cycle(first, second), 0.7, 1.0).exists
+    for first, second in region.vertices * 1.001:
+        assert not region.contains(first, second) and not fo.safe_slip(contact, region.cycle(first, second), 0.7, 1.0).exists
+    assert region.residual < 2e-8
+
+
+def test_without_a_mean_load_only_zero_is_safe():
+    region = fo.safe_region(random_system(np.random.default_rng(0), 3, loads=("mean", "a", "b")), {}, ["a", "b"], 0.5)
+    assert np.array_equal(region.vertices, np.zeros((2, 2))) and region.contains(0.0, 0.0) and not region.contains(1e-6, 0.0)
+
+
+def test_two_uncoupled_nodes_in_closed_form():
+    """Shear on the first node, on the second one, and on both: abs(a) <= f p, abs(b) <= f p with a loads (1, 1), b loads (0, 2)."""
+    contact = fo.ContactSystem(np.eye(2), np.zeros((2, 2)), np.eye(2), [0, 1], {"P": ([0, 0], [1, 2]), "a": ([1, 1], [0, 0]), "b": ([0, 2], [0, 0])})
+    region = fo.safe_region(contact, {"P": 1.0}, ["a", "b"], 0.5)
+    assert np.allclose(region.vertices, [[0.5, 0.0], [0.5, 0.25], [0.0, 0.5]])
+    assert np.allclose(region.sides, [[2.0, 0.0, 1.0], [1.0, 2.0, 1.0]])
+    assert [set(table["node"]) for table in region.mechanisms] == [{0}, {1}]
+
+
+def test_directions_without_a_limit_are_named():
+    contact = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "other": ([0], [0])})
+    region = fo.safe_region(contact, {"P": 1.0}, ["idle", "Q"], 0.5)
+    assert region.unlimited == ("idle",) and np.allclose(region.vertices, [[np.inf, 0.5]]) and np.allclose(region.sides, [[0.0, 2.0, 1.0]])
+    assert region.contains(1e9, 0.49) and not region.contains(0.0, 0.51) and "'idle' has no limit" in region.reason
+    region = fo.safe_region(contact, {"P": 1.0}, ["idle", "other"], 0.5)
+    assert region.unlimited == ("idle", "other") and region.contains(1e9, 1e9) and np.isinf(region.vertices).all()
+
+
+def test_a_region_without_safe_amplitudes_says_why():
+    contact = system(np.eye(1), np.zeros((1, 1)), 0.0, -1.0, 1.0, 0.0)
+    region = fo.safe_region(contact.with_bonded({"b": ([0], [1])}), {"mean": 1.0}, ["cyclic", "b"], 0.5)
+    assert not len(region.vertices) and not region.contains(0.0, 0.0)
+    assert "the mean load does not press the bodies together" in region.reason
+
+
+def test_a_mean_load_at_the_bound_leaves_amplitude_zero():
+    contact = fo.ContactSystem([[0.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.5], [1]), "Q": ([1], [0]), "N": ([0], [1])})
+    region = fo.safe_region(contact, {"P": 1.0}, ["Q", "N"], 0.5)
+    assert np.allclose(region.vertices, 0.0, atol=1e-9) and region.contains(0.0, 0.0) and not region.contains(1e-3, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("loads", "message"),
+    [
+        (["a"], "loads: 1; give two"),
+        ("ab", "loads: 'ab'; give a list"),
+        (["a", "a"], "load case 'a' is in two of them"),
+        (["a", []], r"loads\[1\]: no corners with a load"),
+        (["a", "none"], "load case 'none': unknown"),
+        (["a", [{"b": np.inf}]], r"loads\[1\]\[0\]\['b'\]: inf"),
+    ],
+)
+def test_bad_loads_are_refused(loads, message):
+    contact = random_system(np.random.default_rng(0), 2, loads=("mean", "a", "b"))
+    with pytest.raises(fo.ModelError, match=message):
+        fo.safe_region(contact, MEAN, loads, 0.5)
