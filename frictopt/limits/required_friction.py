@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from time import perf_counter
 from typing import Any
 
@@ -105,40 +104,20 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     (q0, p0), (q1, p1) = checked_cycle(cycle).mean_reaction(system), cycle.corner_reactions(system)
     pressed = _best_pressed(system, q0 + load_factor * q1, p0 + load_factor * p1)
 
-    model = SafeSlipModel(system, cycle)
-
-    @cache
-    def safe(friction: float) -> SafeSlip:
-        return model.solve(friction, load_factor)
-
-    def margin(friction: float) -> float:  # as a force: the unit of margins is the mean friction bound
-        try:
-            return safe(friction).margin * friction
-        except SolverError:  # within rounding of the root, or of a critical friction above which slips without end are safe: the proof decides
-            return 0.0
-
-    def proven(friction: float, exists: bool) -> bool:
-        try:
-            return safe(friction).exists is exists
-        except SolverError:
-            return False
-
-    def record(proofs: tuple[SafeSlip, ...], residual: float) -> SolveRecord:
-        attempts = tuple(attempt for proof in proofs for attempt in proof.record.attempts)
-        left_out = proofs[0].record.left_out if proofs else ()
-        return SolveRecord(proofs[0].record.solver if proofs else "HIGHS", attempts, residual, left_out, perf_counter() - started)
-
+    asked = _Asked(SafeSlipModel(system, cycle), load_factor, started)
     if pressed.mechanism is not None:
         nodes = sorted(set(pressed.mechanism["node"]))
         places = ", ".join(f"{x:.4g}" for x in system.x[nodes][:4]) + ", ..." * (len(nodes) > 4)
         why = f"no friction is enough: whatever slips, the loads open one of {len(nodes)} nodes (x = {places}) at some corner; press them"
-        return RequiredFriction(np.inf, np.inf, frozen(np.full(system.nodes, np.nan)), pressed.mechanism, why, record((), pressed.residual), system.x)
-    if proven(0.0, True):
-        slip, none = safe(0.0), np.zeros(system.nodes)
+        return RequiredFriction(
+            np.inf, np.inf, frozen(np.full(system.nodes, np.nan)), pressed.mechanism, why, asked.record((), pressed.residual), system.x
+        )
+    if asked.proven(0.0, True):
+        slip, none = asked.safe(0.0), np.zeros(system.nodes)
         why = "none is needed: a residual slip takes all shear off every node at every corner"
-        return RequiredFriction(0.0, np.nan, slip.slip, _motions(system, none, none.astype(int)), why, record((slip,), slip.residual), system.x)
+        return RequiredFriction(0.0, np.nan, slip.slip, _motions(system, none, none.astype(int)), why, asked.record((slip,), slip.residual), system.x)
     most = 1.0
-    while not proven(most, True):
+    while not asked.proven(most, True):
         if most >= _MOST_FRICTION:
             raise SolverError(
                 f"required friction: none up to {most:g} is enough, although no node need open: the best residual slip leaves a pressure of "
@@ -146,28 +125,62 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
             )
         most = min(4 * most, max(2 * most, 1.01 * pressed.friction), _MOST_FRICTION)
     least = most
-    while not proven(least, False):
+    while not asked.proven(least, False):
         if least < _LEAST_FRICTION:
             raise SolverError(f"required friction: {least:.0e} is enough and 0 is not; no shear load of that size matters, take it as 0")
         least /= 4
-    root, step = brentq(margin, least, most, rtol=1e-12, xtol=1e-300), PROVEN_FRICTION
-    while not (proven(root * (1 + step), True) and proven(root * (1 - step), False)):
+    root, step = brentq(asked.margin, least, most, rtol=1e-12, xtol=1e-300), PROVEN_FRICTION
+    while not (asked.proven(root * (1 + step), True) and asked.proven(root * (1 - step), False)):
         step *= 4
         if step > WIDEST_PROOF:
             raise SolverError(
                 f"required friction: about {root:g}, but rounding leaves it open on which side of it a slip is safe; check for reactions of very "
                 "different sizes"
             )
-    enough, too_little = safe(root * (1 + step)), safe(root * (1 - step))
+    enough, too_little = asked.safe(root * (1 + step)), asked.safe(root * (1 - step))
     return RequiredFriction(
         friction=root * (1 + step),
         too_little=root * (1 - step),
         slip=enough.slip,
         mechanism=too_little.certificate,
         reason="no residual slip is safe with less: see the mechanism",
-        record=record((enough, too_little), max(enough.residual, too_little.residual)),
+        record=asked.record((enough, too_little), max(enough.residual, too_little.residual)),
         _x=system.x,
     )
+
+
+class _Asked:
+    """Safe slips of one load factor, by friction; each is solved for once."""
+
+    def __init__(self, model: SafeSlipModel, load_factor: float, started: float) -> None:
+        self._model, self._load_factor, self._started = model, load_factor, started
+        self._found: dict[float, SafeSlip] = {}
+
+    def safe(self, friction: float) -> SafeSlip:
+        """The slip that stays furthest inside the friction bounds."""
+        if friction not in self._found:
+            self._found[friction] = self._model.solve(friction, self._load_factor)
+        return self._found[friction]
+
+    def margin(self, friction: float) -> float:
+        """Its margin as a force: the unit of margins is the mean friction bound."""
+        try:
+            return self.safe(friction).margin * friction
+        except SolverError:  # within rounding of the root, or of a critical friction above which slips without end are safe: the proof decides
+            return 0.0
+
+    def proven(self, friction: float, exists: bool) -> bool:
+        """Whether it is proven that a safe slip exists, or that none does."""
+        try:
+            return self.safe(friction).exists is exists
+        except SolverError:
+            return False
+
+    def record(self, proofs: tuple[SafeSlip, ...], residual: float) -> SolveRecord:
+        """How an answer with these proofs was found."""
+        attempts = tuple(attempt for proof in proofs for attempt in proof.record.attempts)
+        left_out = proofs[0].record.left_out if proofs else ()
+        return SolveRecord(proofs[0].record.solver if proofs else "HIGHS", attempts, residual, left_out, perf_counter() - self._started)
 
 
 @dataclass(frozen=True, eq=False)
