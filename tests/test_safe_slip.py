@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from studies.validation.oracles import largest_load_factor
-from systems import CYCLE, random_system
+from systems import CYCLE, FIRST_PAIR, random_system, system
 
 
 @settings(max_examples=40, deadline=None)
@@ -82,3 +82,10 @@ def test_the_limit_parts_existence_to_a_billionth(punch, paper_cycle):
     contact = punch(16)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.7).load_factor
     assert [fo.safe_slip(contact, paper_cycle, 0.7, limit * (1 + d)).exists for d in (-1e-9, 0.0, 1e-9)] == [True, True, False]
+
+
+@pytest.mark.parametrize("load_factor", [1e16, 1e50, 1e150])
+def test_a_load_that_hides_the_mean_load_is_refused(load_factor):
+    """From 1e50 on a solver may never return."""
+    with pytest.raises(fo.ModelError, match=r"load_factor: 1e\+(16|50|150) makes the cyclic loads"):
+        fo.safe_slip(system(*FIRST_PAIR), CYCLE, 16.8, load_factor)

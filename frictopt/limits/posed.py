@@ -19,6 +19,7 @@ from .slip_bound import SlipBound, scaled_slip_bound
 
 __all__ = ["LimitQuestion", "cycle_loads"]
 
+_MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 _MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
 
@@ -74,6 +75,15 @@ class LimitQuestion:
         half = halve(self.system, self.friction, reactions, self.most) if self.simplify else None
         object.__setattr__(self, "part", half or whole(self.system))
         _check_shear(self.loads.q0, self.force)
+
+    def check_load_factor(self, load_factor: float) -> None:
+        """Check that the mean load is not lost in the rounding of the cyclic loads."""
+        largest = load_factor / self.force * float(max(np.abs(self.loads.q1).max(), np.abs(self.loads.p1).max()))
+        if largest > _MOST_CYCLIC:
+            raise ModelError(
+                f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean normal force {self.force:.3g} of the mean load, "
+                "which is lost in their rounding; give less, or check the units of the load cases"
+            )
 
     def same_input(self, other: "LimitQuestion") -> bool:
         """Whether another question has the same numbers."""

@@ -108,13 +108,15 @@ class SafeSlipModel(Extendable):
         Raises
         ------
         ModelError
-            Bad input; constraints that no slip obeys, safe or not, or that are not convex, not linear, or on another model.
+            Bad input; a load factor so large that the mean load is lost in rounding; constraints that no slip obeys, safe or not, or that are not
+            convex, not linear, or on another model.
         SolverError
             No solver gave an answer that passes the checks.
         """
         load_factor, own = finite_number("load_factor", load_factor, least=0.0), listed("constraints", constraints)
         task = LimitQuestion(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
         task = replace(task, simplify=False) if own else task
+        task.check_load_factor(load_factor)
         scaled = self._expressions.scaled if own else task.scaled()
         rows, extended = task.rows(scaled), None
         if own:
