@@ -17,7 +17,7 @@ from .campaign import (
     steady_cycle,
     verify_guaranteed,
 )
-from .contact import Attempt, ContactSystem, LoadCycle, Onset, OnsetEvent, SolveRecord, Verdict, onset, referee
+from .contact import Attempt, ContactState, ContactSystem, LoadCycle, Onset, OnsetEvent, SolveRecord, Verdict, onset, referee
 from .errors import FrictoptError, ModelError, NoContinuation, SolverError, StoreError
 from .fem import (
     Body,
@@ -76,6 +76,7 @@ __all__ = [
     "ComplementarityProblem",
     "Contact",
     "ContactModel",
+    "ContactState",
     "ContactSystem",
     "DamagedRows",
     "Displacement",

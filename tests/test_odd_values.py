@@ -135,6 +135,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "PressFit": (condensed(fo.PressFit), {"elements": 2, "growth": 3.0}),
     "Pressure": (fo.Pressure, {"body": "punch", "boundary": "top"}),
     "ContactModel": (fo.ContactModel, {name: getattr(MODEL, name) for name in ("bodies", "supports", "loads", "contacts")}),
+    "ContactState": (fo.ContactState, {"slip": [0.0, 0.0], "gap": [0.0, 0.1], "bonded_q": [0.0, 0.0], "bonded_p": [1.0, 1.0]}),
     "ContactSystem": (
         fo.ContactSystem,
         {"A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2), "x": [0.0, 1.0], "bonded": {"mean": BONDED}, "gap": [0.0, 0.1], "E_star": 1.0},
@@ -228,6 +229,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "safe_vertices": (fo.safe_vertices, {**ASKED, "load_factor": 0.1, "directions": [[1.0, 0.0]]}),
     "ExactPath": (ExactPath, {**ASKED, "load_factor": 0.5}),
     "Start": (fo.Start, {"family": "given", "name": "one"}),
+    "Trajectory.state_at": (fo.march(**ASKED, load_factor=0.5, cycles=1).state_at, {"number": -1}),
     "Start.slip_at": (fo.safe_slips()[0].slip_at, {**ASKED, "load_factor": 0.1}),
     "fretting_table": (
         fo.fretting_table,

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, choice, flag, frozen, whole_number
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
@@ -26,12 +26,13 @@ def march(
     load_factor: float,
     *,
     initial_slip: Any = None,
+    initial_state: ContactState | None = None,
     cycles: int = 5,
     engine: Literal["path", "qp", "milp"] = "path",
     steps: int | None = None,
     simplify: bool = True,
 ) -> Trajectory:
-    """Follow a transient from an initial slip through a number of load cycles.
+    """Follow a transient from an initial slip, or from an earlier state, through a number of load cycles.
 
     The load path starts at an artificial load that carries the initial slip with q = 0 and, at every node, p equal to the mean of |p^w| under the
     mean load. It goes in a straight line to the mean load, and then visits the corners in their order, again and again.
@@ -46,8 +47,11 @@ def march(
         Load factor, >= 0.
     initial_slip
         (N,) residual slip from assembly, length; None: no slip.
+    initial_state
+        An earlier state, instead of a slip: `state` of a steady state, or `state_at(...)` of a trajectory. Its nodes may be open. The load goes
+        straight from that of the state to the corner that comes next, and to the end of that cycle.
     cycles
-        Number of cycles.
+        Number of whole cycles.
     engine
         "path": exactly, from event to event; "qp": in increments, by quadratic programs with a frozen friction bound; "milp": in increments, by
         complementarity conditions with booleans.
@@ -80,8 +84,8 @@ def march(
     whole_number("cycles", cycles, least=0)
     choice("engine", engine, ("path", *_ENGINES))
     flag("simplify", simplify)
-    path = ExactPath(system, cycle, friction, load_factor, initial_slip, keep=True)
-    loads = np.array([path.bonded, path.mean, *path.corners * cycles])
+    path = ExactPath(system, cycle, friction, load_factor, initial_slip, initial_state=initial_state, keep=True)
+    stations, loads = _stations(path, cycles)
     left_out: tuple[str, ...] = ()
     if engine == "path":
         if steps is not None:
@@ -90,12 +94,12 @@ def march(
         for _ in range(cycles):
             path.run_cycle()
         time, u, r, status, work = (np.concatenate(parts) for parts in zip(*path.history, strict=True))
-        bonded = _between(loads, time)
+        bonded = _between(stations, loads, time)
     else:
         if steps is None:
             raise ModelError(f"steps: None; engine={engine!r} needs the number of increments from corner to corner")
-        time = np.linspace(-1, len(loads) - 2, (len(loads) - 1) * whole_number("steps", steps, least=1) + 1)
-        bonded = _between(loads, time)
+        time = np.linspace(stations[0], stations[-1], (len(stations) - 1) * whole_number("steps", steps, least=1) + 1)
+        bonded = _between(stations, loads, time)
         u, r, status, work, left_out = _increments(path, bonded, engine, simplify)
     n = path.nodes
     status.flags.writeable = False
@@ -124,9 +128,17 @@ def march(
     return trajectory
 
 
-def _between(loads: Array, time: Array) -> Array:
-    """(T, 2N) bonded reactions at each time, linear between the loads (rows), which are at the times -1, 0, 1, ..."""
-    return np.array([np.interp(time, np.arange(-1, len(loads) - 1), values) for values in loads.T]).T
+def _stations(path: ExactPath, cycles: int) -> tuple[Array, Array]:
+    """Times (T,) and bonded reactions (T, 2N) at which the load path of a transient turns, from where it stands."""
+    first = path.visited
+    begun = [path.mean] if first < 0 else path.corners[first:] if first > 0 else []
+    loads = [path.bonded, *begun, *path.corners * cycles]
+    return first + np.arange(len(loads), dtype=np.float64), np.array(loads)
+
+
+def _between(stations: Array, loads: Array, time: Array) -> Array:
+    """(T, 2N) bonded reactions at each time, linear between the loads (rows) at the stations."""
+    return np.array([np.interp(time, stations, values) for values in loads.T]).T
 
 
 def _increments(path: ExactPath, bonded: Array, engine: str, simplify: bool) -> tuple[Any, Array, Any, Array, tuple[str, ...]]:

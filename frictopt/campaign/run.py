@@ -60,6 +60,10 @@ class Run:
 def run_key(contact: bytes, load_factor: float, start: Start) -> str:
     """Digest of a run's content; a safe slip enters by its definition, because solvers may find different ones."""
     digest = hashlib.sha256(contact)
+    if start.state is not None:
+        state = start.state
+        for array in (state.slip, state.gap, state.bonded_q, state.bonded_p, np.float64(state.next_corner)):
+            digest.update(np.ascontiguousarray(array).tobytes())
     for label, value in (("load", load_factor), ("slip", start.slip), ("safe", start.safe_multiple), ("overload", start.overload)):
         digest.update(label.encode() if value is None else label.encode() + np.asarray(value, dtype=np.float64).tobytes())
     return digest.hexdigest()[:40]
@@ -86,7 +90,8 @@ def _row(contact: CampaignContact, run: Run) -> dict[str, Any]:
     overload = None if run.start.overload is None else run.start.overload * run.load_factor
     try:
         slip = _initial_slip(contact, run)
-        steady = steady_state(contact.system, contact.cycle, contact.friction, run.load_factor, initial_slip=slip, overload=overload)
+        begin_at: dict[str, Any] = {"initial_state": run.start.state} if run.start.state else {"initial_slip": slip}
+        steady = steady_state(contact.system, contact.cycle, contact.friction, run.load_factor, **begin_at, overload=overload)
     except FrictoptError as error:
         return failed(run, f"{type(error).__name__}: {error}", time.perf_counter() - begin) | {"amplitude": root_mean_square(slip)}
     work = steady.dissipation_per_node
@@ -107,6 +112,8 @@ def _row(contact: CampaignContact, run: Run) -> dict[str, Any]:
 
 
 def _initial_slip(contact: CampaignContact, run: Run) -> Array:
+    if run.start.state is not None:
+        return run.start.state.slip
     if run.start.safe_multiple is not None:
         return np.asarray(run.start.safe_multiple * _safe_slip(contact, run.load_factor))
     return np.zeros(contact.system.nodes) if run.start.slip is None else run.start.slip

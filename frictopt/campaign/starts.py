@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, finite_array, finite_number, finite_numbers, frozen, whole_number
 from ..contact.system import checked_system
 from ..errors import ModelError
@@ -20,7 +20,7 @@ _MOST = 100_000  # slips of a kind and amplitude; more would fill the memory
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """The start of a transient: a residual slip, an overload, or both.
+    """The start of a transient: a residual slip or an earlier state, an overload, or both.
 
     Attributes
     ----------
@@ -36,12 +36,14 @@ class Start:
         Load factor of one extra cycle before all others, over that of the run; None: no overload.
     seed
         Seed of a random slip; None: the slip is not random.
+    state
+        An earlier state instead of a slip, whose nodes may be open.
 
     Raises
     ------
     ModelError
-        Names that are no printable texts, numbers that are not finite, a seed that is no whole number, or both a slip and a multiple of the safe
-        slip.
+        Names that are no printable texts, numbers that are not finite, a seed that is no whole number, or more than one of slip, multiple of the safe
+        slip, and state.
 
     Examples
     --------
@@ -59,6 +61,7 @@ class Start:
     safe_multiple: float | None = None
     overload: float | None = None
     seed: int | None = None
+    state: ContactState | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for label in ("family", "name"):
@@ -69,8 +72,10 @@ class Start:
             object.__setattr__(self, "slip", finite_array(f"slip of start {self.name!r}", self.slip, (None,)))
         if self.safe_multiple is not None:
             object.__setattr__(self, "safe_multiple", finite_number(f"safe_multiple of start {self.name!r}", self.safe_multiple))
-            if self.slip is not None:
-                raise ModelError(f"start {self.name!r}: it has a slip and a multiple of the safe slip; give one of them")
+        if self.state is not None and not isinstance(self.state, ContactState):
+            raise ModelError(f"state of start {self.name!r}: a {type(self.state).__name__}; give a ContactState")
+        if sum(one is not None for one in (self.slip, self.safe_multiple, self.state)) > 1:
+            raise ModelError(f"start {self.name!r}: it has two of slip, multiple of the safe slip, and state; give one of them")
         if self.overload is not None:
             object.__setattr__(self, "overload", finite_number(f"overload of start {self.name!r}", self.overload, least=0.0))
         if self.seed is not None:
@@ -78,7 +83,7 @@ class Start:
 
     def _content(self) -> tuple[Any, ...]:
         slip = None if self.slip is None else tuple(self.slip.tolist())
-        return self.family, self.name, slip, self.safe_multiple, self.overload, self.seed
+        return self.family, self.name, slip, self.safe_multiple, self.overload, self.seed, self.state
 
     def __eq__(self, other: object) -> bool:
         return self._content() == other._content() if isinstance(other, Start) else NotImplemented
@@ -87,7 +92,7 @@ class Start:
         return hash(self._content())
 
     def slip_at(self, system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float) -> Array | None:
-        """(N,) residual slip with which the run at a load factor starts, length; None: no slip.
+        """(N,) residual slip with which the run at a load factor starts, length; that of its state, if it has one; None: no slip.
 
         Raises
         ------
@@ -96,6 +101,8 @@ class Start:
         SolverError
             The safe slip, or the shakedown limit, is not found.
         """
+        if self.state is not None:
+            return self.state.slip
         if self.safe_multiple is None:
             return self.slip
         load_factor = finite_number("load_factor", load_factor, least=0.0)
@@ -230,6 +237,8 @@ def checked_starts(initial_slips: Any, nodes: int) -> Sequence[Start]:
             raise ModelError(f"initial_slips: a {type(start).__name__} among starts; put slips of your own in by given_slips(...)")
         if start.slip is not None and len(start.slip) != nodes:
             raise ModelError(f"initial_slips: start {start.name!r} has {len(start.slip)} nodes, the contact {nodes}")
+        if start.state is not None and len(start.state.slip) != nodes:
+            raise ModelError(f"initial_slips: the state of start {start.name!r} has {len(start.state.slip)} nodes, the contact {nodes}")
         if start.name in names:
             raise ModelError(f"initial_slips: two starts are called {start.name!r}; give them different names or seeds")
         names.add(start.name)

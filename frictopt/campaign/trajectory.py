@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import ContactSystem, Verdict, referee
-from ..contact.checks import Array
+from ..contact import ContactState, ContactSystem, Verdict, referee
+from ..contact.checks import Array, whole_number
 from ..contact.record import SolveRecord
 from ..contact.show import Shown, frame
 from ..contact.tolerances import SIMULTANEOUS
+from ..errors import ModelError
 
 __all__ = ["Trajectory"]
 
@@ -30,7 +31,7 @@ class Trajectory(Shown):
         Number of corners of the load cycle, K.
     time
         (T,) number of corners visited: -1 at the artificial load that carries the initial slip, 0 at the mean load, k at the k-th corner, and
-        linear between them.
+        linear between them. From an earlier state it begins at the number of the corner that came next.
     bonded_q, bonded_p
         (T, N) bonded reactions of the load, force per depth.
     slip, gap
@@ -137,8 +138,23 @@ class Trajectory(Shown):
     @cached_property
     def cycle_work(self) -> Array:
         """(cycles, N) work of friction in each whole cycle."""
-        ends = np.searchsorted(self.time, np.arange(0, self.time[-1] + 0.5, self.corners) + SIMULTANEOUS) - 1
+        first = max(0, -(-int(np.ceil(self.time[0])) // self.corners) * self.corners)
+        ends = np.searchsorted(self.time, np.arange(first, self.time[-1] + 0.5, self.corners) + SIMULTANEOUS) - 1
         return np.diff(self.work[ends], axis=0)
+
+    def state_at(self, number: int) -> ContactState:
+        """The state of a number (from the end, if negative), for another transient to start from: at the mean load or after it.
+
+        Raises
+        ------
+        ModelError
+            There is no such state, or it stands on the way from the artificial load to the mean load.
+        """
+        row = whole_number("number", number, least=-len(self.time), most=len(self.time) - 1)
+        if self.time[row] < 0:
+            raise ModelError(f"number: {number}, a state on the way from the artificial load to the mean load; give one of time >= 0, or its slip")
+        corner = int(self.time[row] + SIMULTANEOUS) % self.corners
+        return ContactState(self.slip[row], np.maximum(self.gap[row], 0.0), self.bonded_q[row], self.bonded_p[row], corner)
 
     def to_frame(self) -> Any:
         """The DataFrame of all states and nodes: columns state, time, node, x, slip, gap, q, p, status, work."""

@@ -1,9 +1,22 @@
-"""The discrete contact: system, load cycle, Coulomb's law with its referee, onset from the bonded state."""
+"""The discrete contact: system, load cycle, state, Coulomb's law with its referee, onset from the bonded state."""
 
 from .coulomb import Verdict, friction_coefficients, referee
 from .cycle import LoadCycle
 from .onset import Onset, OnsetEvent, onset
 from .record import Attempt, SolveRecord
+from .state import ContactState
 from .system import ContactSystem
 
-__all__ = ["Attempt", "ContactSystem", "LoadCycle", "Onset", "OnsetEvent", "SolveRecord", "Verdict", "friction_coefficients", "onset", "referee"]
+__all__ = [
+    "Attempt",
+    "ContactState",
+    "ContactSystem",
+    "LoadCycle",
+    "Onset",
+    "OnsetEvent",
+    "SolveRecord",
+    "Verdict",
+    "friction_coefficients",
+    "onset",
+    "referee",
+]

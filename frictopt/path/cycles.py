@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import referee
+from ..contact import ContactState, referee
 from ..contact.checks import Array, frozen
 from ..contact.record import SolveRecord
 from ..contact.tolerances import PERIODIC, REPEATED, RESIDUAL, SAFE
@@ -254,13 +254,15 @@ class Run:
                 f"steady state: its states violate the contact law or the balance of energy, or do not come back, by {residual:.1e} (tolerance "
                 f"{RESIDUAL:g}); {path.cause_of_rounding}"
             )
+        n, gap, load = path.nodes, path.system.gap, path.corners[-1]
         return SteadyState(
             outcome=outcome,
             dissipation=float(cycle.work.sum()),
             dissipation_per_node=frozen(cycle.work),
             x=path.system.x,
-            slip=frozen(cycle.after[: path.nodes]),
-            gap=frozen(cycle.after[path.nodes :] + path.state.gap),
+            slip=frozen(cycle.after[:n]),
+            gap=frozen(cycle.after[n:] + gap),
+            state=ContactState(cycle.after[:n], np.maximum(cycle.after[n:] + gap, 0.0), load[:n], load[n:]),
             open=self._open(cycle),
             first_cycle=self.first,
             cycles=self.cycles,

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..contact import ContactState
 from ..contact.checks import Array
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import frame
@@ -47,6 +48,8 @@ class SteadyState(Recorded):
         (N,) slip at the last corner of the cycle, length (for ratcheting: after the last cycle that was followed).
     gap
         (N,) gap w at the last corner, length.
+    state
+        Slip, gap and load there, from which another transient may start.
     open
         (N,) whether the node is open at some corner of the steady cycle at which the load turns.
     first_cycle
@@ -84,6 +87,7 @@ class SteadyState(Recorded):
     x: Array
     slip: Array
     gap: Array
+    state: ContactState
     open: np.ndarray[Any, np.dtype[np.bool_]]
     first_cycle: float
     cycles: int

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import finite_number, flag, whole_number
 from ..errors import NoContinuation
 from .cycles import Run
@@ -20,6 +20,7 @@ def steady_state(
     load_factor: float,
     *,
     initial_slip: Any = None,
+    initial_state: ContactState | None = None,
     overload: float | None = None,
     most_cycles: int = 2000,
     simplify: bool = True,
@@ -44,6 +45,9 @@ def steady_state(
         Load factor, >= 0.
     initial_slip
         (N,) residual slip from assembly, length; None: no slip.
+    initial_state
+        An earlier state, instead of a slip: `state` of a steady state, or `state_at(...)` of a trajectory. Its nodes may be open. The load goes
+        straight from that of the state to the corner that comes next, and to the end of that cycle, before the first cycle that counts.
     overload
         Load factor of one extra cycle before all others, >= 0; None: no such cycle.
     most_cycles
@@ -72,7 +76,7 @@ def steady_state(
     1.0
     """
     whole_number("most_cycles", most_cycles, least=1)
-    path = ExactPath(system, cycle, friction, load_factor, initial_slip)
+    path = ExactPath(system, cycle, friction, load_factor, initial_slip, initial_state=initial_state)
     stops = turning_corners(cycle) if flag("simplify", simplify) else range(len(path.corners))
     path.start()
     if overload is not None:

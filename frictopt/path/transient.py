@@ -5,13 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
+from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients, referee
 from ..contact.checks import Array, finite_array, finite_number, flag
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis
+from ..contact.state import checked_state
 from ..contact.system import checked_system
 from ..contact.tolerances import NO_DRIVE, RESTART
 from ..errors import ModelError, NoContinuation
+from .begin import standing
 from .kernel import (
     DONE,
     FULL,
@@ -39,12 +41,12 @@ _ROWS = 256  # events that the record holds before they are moved to the history
 
 
 class ExactPath:
-    """The transient of one contact under one load cycle, from an initial slip.
+    """The transient of one contact under one load cycle, from an initial slip or from an earlier state.
 
     The load path is a chain of straight segments. On each of them slip, gap and reactions are piecewise linear, so the path is followed from event to
     event. There is no time step, and the only error is rounding. The first segment starts at an artificial load that carries the initial slip with
     q = 0 and, at every node, p equal to the mean of |p^w| under the mean load. It ends at the mean load. Then the path visits the corners in their
-    order, again and again.
+    order, again and again. From an earlier state, whose nodes may be open, it goes straight on to the corner that comes next.
 
     Parameters
     ----------
@@ -56,6 +58,8 @@ class ExactPath:
         Load factor of the cycle, >= 0.
     initial_slip
         (N,) slip left from assembly, length; None for none.
+    initial_state
+        An earlier state, instead of a slip.
     keep
         Whether to keep the states at all events.
 
@@ -64,7 +68,7 @@ class ExactPath:
     state
         The present state, see `State` in `kernel.py`.
     visited
-        Number of corners visited so far; -1 until the path reaches the mean load.
+        Number of corners visited so far; -1 until the path reaches the mean load. An earlier state has visited those before its next corner.
     history
         With `keep`: list of tuples of times (T,), `u` and `r` (T, 2N), statuses and work (T, N), after each event and at each corner. The time
         counts the corners visited.
@@ -99,6 +103,7 @@ class ExactPath:
         load_factor: float,
         initial_slip: Any = None,
         *,
+        initial_state: ContactState | None = None,
         keep: bool = False,
     ) -> None:
         self.started = perf_counter()
@@ -113,15 +118,20 @@ class ExactPath:
         self.corners = self.corners_at(load_factor)
         self.force = float(np.abs(self.mean[nodes:]).mean() or max(np.abs(corner).max() for corner in self.corners) or 1.0)
         compiled()
-        artificial = np.concatenate([np.zeros(nodes), np.full(nodes, self.force)])
-        self.state = new_state(np.concatenate([slip, -system.gap]), artificial, np.array(system.gap))
         self.fallbacks = 0
         self.visited = -1
         self.history: list[tuple[Array, ...]] = []
         self._S = np.ascontiguousarray(system.S)
         self._active, self._proof = new_active_set(nodes), new_proof(nodes)
-        self._start_stress = self.check_near("initial_slip", self._S[:, :nodes] @ slip)
-        self.bonded: Array = self.state.r - self._S @ self.state.u
+        if initial_state is None:
+            self._start_name, self._start_stress = "initial_slip", self.check_near("initial_slip", self._S[:, :nodes] @ slip)
+            artificial = np.concatenate([np.zeros(nodes), np.full(nodes, self.force)])
+            self.state = new_state(np.concatenate([slip, -system.gap]), artificial, np.array(system.gap))
+            self.bonded = self.state.r - self._S @ self.state.u
+        else:
+            if initial_slip is not None:
+                raise ModelError("initial_slip, initial_state: both are given; a state has its own slip, give one of the two")
+            self._stand_at(checked_state("initial_state", initial_state, nodes, len(self.corners)))
         self._record = new_record(_ROWS if flag("keep", keep) else 0, nodes)
 
     @property
@@ -150,16 +160,24 @@ class ExactPath:
             )
         return most / loads
 
+    def _stand_at(self, begin: ContactState) -> None:
+        self.bonded, self.visited = np.concatenate([begin.bonded_q, begin.bonded_p]), begin.next_corner
+        stress = self._S @ np.concatenate([begin.slip, begin.gap - self.system.gap])
+        self._start_name, self._start_stress = "initial_state", self.check_near("initial_state", np.r_[stress, self.bonded])
+        largest = max(self.force, *(float(np.abs(load).max()) for load in (*self.corners, self.bonded)))
+        self.state = standing(self.system, self.friction, begin, largest)
+
     @property
     def far_start(self) -> bool:
-        """Whether the initial slip stresses the contact so much more than the loads do that its rounding may hide them."""
+        """Whether the start stresses the contact so much more than the loads do that its rounding may hide them."""
         return self._start_stress > _FAR_START
 
     @property
     def cause_of_rounding(self) -> str:
         """The cause of large rounding errors, as a sentence."""
         if self.far_start:
-            return f"initial_slip: it stresses the contact {self._start_stress:.1e} times as much as the loads, so rounding hides them; give less"
+            name, stress = self._start_name, self._start_stress
+            return f"{name}: it stresses the contact {stress:.1e} times as much as the loads, so rounding hides them; give less"
         return "stiffnesses or loads differ too much in size"
 
     @property
@@ -173,12 +191,15 @@ class ExactPath:
         return int(self.state.trace[2])
 
     def start(self) -> None:
-        """Follow the path from the artificial load to the mean load."""
-        self.follow_to(self.mean, "the segment from the initial slip to the mean load")
+        """Follow the path from the artificial load to the mean load; from an earlier state to the end of its cycle."""
+        if self.visited < 0:
+            self.follow_to(self.mean, "the segment from the initial slip to the mean load")
+        elif self.visited > 0:
+            self.run_cycle(self.visited)
 
-    def run_cycle(self) -> None:
-        """Follow the path once through all corners of the cycle."""
-        for number, corner in enumerate(self.corners):
+    def run_cycle(self, first: int = 0) -> None:
+        """Follow the path once through all corners of the cycle, or through those from the `first` on."""
+        for number, corner in enumerate(self.corners[first:], first):
             self.follow_to(corner, f"the segment to corner {number}")
 
     def stress(self, u: Array) -> Array:

@@ -1,0 +1,95 @@
+"""The state of a contact from which a transient may go on: slip, gap and the load under which they stand."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import ModelError
+from .checks import Array, finite_array, whole_number
+from .show import Shown, frame
+
+__all__ = ["ContactState", "checked_state"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactState(Shown):
+    """Slip and gap of all nodes under a load: all that the future of a quasi-static contact depends on.
+
+    Nodes may be open. The reactions follow from the system, so the state fits the system and the friction that it was computed with.
+
+    Parameters
+    ----------
+    slip, gap
+        (N,) slip v along +x and gap w (initial gap included, >= 0), length.
+    bonded_q, bonded_p
+        (N,) bonded reactions of the load, as `ContactSystem.reaction` gives them, force per depth.
+    next_corner
+        Number of the corner that the load goes to next, in a straight line.
+
+    Raises
+    ------
+    ModelError
+        Arrays of different lengths, entries not finite, a negative gap, or a corner that is no whole number >= 0.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> before = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
+    >>> before.state
+    ContactState(nodes=4, open=0, next_corner=0)
+    >>> fo.steady_state(rod, cycle, friction=0.5, load_factor=0.4, initial_state=before.state).outcome.name
+    'SHAKEDOWN'
+    """
+
+    slip: Array
+    gap: Array
+    bonded_q: Array
+    bonded_p: Array
+    next_corner: int = 0
+
+    def __post_init__(self) -> None:
+        slip = finite_array("slip", self.slip, (None,))
+        arrays = {name: finite_array(name, getattr(self, name), (len(slip),)) for name in ("gap", "bonded_q", "bonded_p")}
+        if not len(slip):
+            raise ModelError("slip: no nodes; a state has at least one")
+        if arrays["gap"].min() < 0:
+            raise ModelError(f"gap: {arrays['gap'].min():g} at node {int(arrays['gap'].argmin())}; the bodies cannot overlap, give gap >= 0")
+        corner = whole_number("next_corner", self.next_corner, least=0)
+        for name, value in {"slip": slip, **arrays, "next_corner": corner}.items():
+            object.__setattr__(self, name, value)
+
+    def _content(self) -> tuple[Any, ...]:
+        return *(tuple(array.tolist()) for array in (self.slip, self.gap, self.bonded_q, self.bonded_p)), self.next_corner
+
+    def __eq__(self, other: object) -> bool:
+        return self._content() == other._content() if isinstance(other, ContactState) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._content())
+
+    @property
+    def open(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+        """(N,) which nodes have a gap."""
+        return self.gap > 0
+
+    def to_frame(self) -> Any:
+        """The DataFrame of the nodes: columns node, slip, gap."""
+        return frame({"node": range(len(self.slip)), "slip": self.slip, "gap": self.gap})
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {"nodes": len(self.slip), "open": int(self.open.sum()), "next_corner": self.next_corner}
+
+
+def checked_state(name: str, state: Any, nodes: int, corners: int) -> ContactState:
+    """Check that `state` is a state of a contact of N nodes under a load cycle of K corners."""
+    if not isinstance(state, ContactState):
+        raise ModelError(f"{name}: a {type(state).__name__}; give a ContactState, as `.state` of a steady state or `.state_at(...)` of a trajectory")
+    if len(state.slip) != nodes:
+        raise ModelError(f"{name}: it has {len(state.slip)} nodes, the contact {nodes}; give a state of this contact")
+    if state.next_corner >= corners:
+        raise ModelError(f"{name}: its next corner is {state.next_corner}, the load cycle has the corners 0 to {corners - 1}")
+    return state

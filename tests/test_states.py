@@ -1,0 +1,134 @@
+"""A transient that begins from an earlier state goes on as if it had never stopped, with nodes that are open too."""
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from systems import CYCLE, random_system, system
+
+THREE = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 0.3}, {"cyclic": 1.0}])
+
+
+@pytest.fixture(scope="module")
+def rounded(punch):
+    contact = punch(24, grading=3)
+    return contact.with_gap(20 * np.maximum(np.abs(contact.x) - 0.6, 0.0) ** 2)
+
+
+@pytest.fixture(scope="module")
+def whole(rounded, paper_cycle):
+    """A transient of three cycles, with nodes that are open always and nodes that slip."""
+    path = fo.march(rounded, paper_cycle, 0.6, 1.5, cycles=3)
+    assert (path.status[path.time >= 0] == 2).any(axis=1).all() and path.cycle_work[-1].sum() > 0
+    return path
+
+
+def same_end(one, other, size):
+    return max(np.abs(getattr(one, name)[-1] - getattr(other, name)[-1]).max() for name in ("slip", "gap", "q", "p")) <= 1e-10 * size
+
+
+def test_it_goes_on_from_the_middle_of_a_segment_from_a_corner_and_from_the_mean_load(rounded, paper_cycle, whole):
+    size = float(np.abs(whole.p).max())
+    inside = [int(np.argmin(np.abs(whole.time - time))) for time in (0.5, 1.4, 2.6)]
+    corners = [int(np.flatnonzero(whole.time == number)[-1]) for number in (0, 1, 2, 3)]
+    for row in inside + corners:
+        state = whole.state_at(row)
+        done = int(whole.time[row]) // 2 + (state.next_corner > 0)  # the state's own cycle ends in any case
+        again = fo.march(rounded, paper_cycle, 0.6, 1.5, initial_state=state, cycles=3 - done)
+        assert again.time[0] == state.next_corner and again.time[-1] == 2 * (3 - done) + 2 * (state.next_corner > 0)
+        assert again.residual < 1e-9 and same_end(whole, again, size)
+        assert np.array_equal(again.slip[0], whole.slip[row]) and again.cycle_work.shape == (3 - done, 25)
+        part = int(row in inside and state.next_corner == 0)  # of that cycle what is left is followed
+        assert np.allclose(again.cycle_work[part:], whole.cycle_work[done + part :], rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_random_contacts_go_on_from_any_state(seed):
+    rng = np.random.default_rng(seed)
+    contact = random_system(rng, 3).with_gap(0.3 * rng.random(3) * (rng.random(3) < 0.5))
+    whole = fo.march(contact, THREE, 0.3, 1.0, initial_slip=rng.normal(size=3), cycles=2)
+    for row in np.flatnonzero((whole.time >= 0) & (whole.time < 3)):
+        again = fo.march(contact, THREE, 0.3, 1.0, initial_state=whole.state_at(int(row)), cycles=1 + (whole.time[row] == 0))
+        assert same_end(whole, again, 1.0)
+
+
+def test_increments_go_on_from_a_state(rounded, paper_cycle, whole):
+    state = whole.state_at(int(np.flatnonzero(whole.time == 3)[-1]))
+    options = {"initial_state": state, "cycles": 1, "engine": "qp", "steps": 3}
+    assert np.abs(fo.march(rounded, paper_cycle, 0.6, 1.5, **options).slip[-1] - whole.slip[-1]).max() < 1e-2 * np.abs(whole.slip[-1]).max()
+
+
+def test_a_steady_state_begins_from_the_end_of_another(rounded, paper_cycle):
+    above, below = (fo.steady_state(rounded, paper_cycle, 0.6, factor) for factor in (1.5, 0.5))
+    again = fo.steady_state(rounded, paper_cycle, 0.6, 1.5, initial_state=above.state)
+    assert again.dissipation == pytest.approx(above.dissipation, rel=1e-9) and again.dissipation > 0
+    assert np.allclose(again.slip, above.slip, rtol=0, atol=1e-9)
+    assert above.state.open.sum() == 8 and (above.state.gap[above.state.open] > 0).all()
+    # the history counts: after the larger load the contact rests at another slip than from no slip
+    rests = fo.steady_state(rounded, paper_cycle, 0.6, 0.5, initial_state=above.state)
+    assert rests.outcome is fo.Outcome.SHAKEDOWN and np.abs(rests.slip - below.slip).max() > 1e-3
+    assert np.allclose(fo.steady_state(rounded, paper_cycle, 0.6, 0.5, initial_state=rests.state).slip, rests.slip, rtol=0, atol=1e-12)
+
+
+def test_a_study_begins_from_a_state(rounded, paper_cycle, tmp_path):
+    above = fo.steady_state(rounded, paper_cycle, 0.6, 1.5)
+    starts = [fo.Start("earlier", "after the larger load", state=above.state), *fo.no_slip()]
+    table = fo.dissipation_study(rounded, paper_cycle, 0.6, [0.7, 1.5], starts, store=tmp_path / "runs", progress=False)
+    for row in table.itertuples():
+        begin = {"initial_state": above.state} if row.family == "earlier" else {}
+        steady = fo.steady_state(rounded, paper_cycle, 0.6, row.load_factor, **begin)
+        assert row.outcome == steady.outcome.name and row.dissipation == steady.dissipation
+    assert table.amplitude[0] == pytest.approx(np.sqrt(np.mean(above.slip**2)))
+    assert len(fo.read_store(tmp_path / "runs")) == 4
+
+
+def one_node():
+    return system(1.0, 0.2, 0.0, 1.0, 1.0, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("message", "call"),
+    [
+        ("violates the contact law by", lambda: fo.ContactState([5.0], [0.0], [0.0], [1.0])),
+        ("violates the contact law by", lambda: fo.ContactState([0.0], [1.0], [0.0], [1.0])),
+        ("2 nodes, the contact 1", lambda: fo.ContactState([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [1.0, 1.0])),
+        ("next corner is 2, the load cycle has the corners 0 to 1", lambda: fo.ContactState([0.0], [0.0], [0.0], [1.0], 2)),
+        ("a str; give a ContactState", lambda: "state"),
+        ("stresses the contact", lambda: fo.ContactState([1e40], [0.0], [0.0], [1.0])),
+    ],
+)
+def test_states_that_do_not_fit_are_refused(message, call):
+    state = call()
+    for run in (fo.steady_state, fo.march):
+        with pytest.raises(fo.ModelError, match=f"initial_state: .*{message}"):
+            run(one_node(), CYCLE, 0.5, 0.1, initial_state=state)
+
+
+def test_a_slip_and_a_state_are_one_too_many():
+    state = fo.ContactState([0.0], [0.0], [0.0], [1.0])
+    with pytest.raises(fo.ModelError, match="both are given"):
+        fo.steady_state(one_node(), CYCLE, 0.5, 0.1, initial_slip=[0.0], initial_state=state)
+    with pytest.raises(fo.ModelError, match="two of slip"):
+        fo.Start("a", "b", slip=[0.0], state=state)
+    with pytest.raises(fo.ModelError, match="the state of start 'b' has 1 nodes"):
+        fo.dissipation_study(random_system(np.random.default_rng(0), 2), CYCLE, 0.5, [0.1], [fo.Start("a", "b", state=state)])
+
+
+def test_no_state_stands_before_the_mean_load():
+    path = fo.march(one_node(), CYCLE, 0.5, 0.1, cycles=1)
+    with pytest.raises(fo.ModelError, match="artificial load"):
+        path.state_at(0)
+    with pytest.raises(fo.ModelError, match="number"):
+        path.state_at(len(path.time))
+
+
+def test_states_are_equal_where_their_content_is():
+    one, same, other = (fo.ContactState([0.5], [gap], [0.0], [1.0]) for gap in (0.0, 0.0, 0.1))
+    assert one == same and hash(one) == hash(same) and one != other and one != "state"
+    assert other.to_frame().to_dict("list") == {"node": [0], "slip": [0.5], "gap": [0.1]}
+
+
+def test_of_a_gap_and_a_pressure_the_smaller_one_is_rounding():
+    contact = one_node()
+    pressed = fo.steady_state(contact, CYCLE, 0.5, 0.1, initial_state=fo.ContactState([0.0], [1e-15], [0.0], [1.0]))
+    assert pressed.outcome is fo.Outcome.SHAKEDOWN and not pressed.state.gap.any()
