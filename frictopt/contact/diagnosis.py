@@ -75,8 +75,9 @@ def open_nodes(system: ContactSystem, p: Array) -> np.ndarray | None:
 def _pulls(p: Array) -> str:
     if not p.any():
         return "the mean load has no normal reactions, and nothing presses the bodies together: give `cycle.mean` a load that does"
+    pulls = "pulls the bodies apart" if p.sum() < -_ROUNDING * np.abs(p).sum() else "does not press the bodies together"
     return (
-        f"the mean load does not press the bodies together: its normal reactions sum to {p.sum():.3g}, and compression must be positive; "
+        f"the mean load {pulls}: its normal reactions sum to {p.sum():.3g}, and compression must be positive; "
         "turn the sign of the load, or press the contact"
     )
 
@@ -89,7 +90,7 @@ def _opens(system: ContactSystem, p: Array, floor: float) -> str:
     initial = f", {gaps} of them with an initial gap that the load does not close" if gaps else ""
     return (
         f"{_share(system, opened)} are open under the mean load alone if nothing slips{initial}: the contact is incomplete; press these nodes, or "
-        "leave them out"
+        "ask `separated_limit`, which lets them be open"
     )
 
 

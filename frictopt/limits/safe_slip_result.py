@@ -9,6 +9,7 @@ import cvxpy as cp
 import pandas as pd
 
 from ..contact.checks import Array
+from ..contact.diagnosis import mean_load_diagnosis
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import frame
 from ..solve.explain import Units, explain
@@ -70,6 +71,15 @@ class SafeSlip(Recorded, Portable):
     _units: Units = field(repr=False)
 
     @cached_property
+    def reason(self) -> str:
+        """What the slip does, or why there is none: which nodes are open under the mean load, or which way it pulls."""
+        task, bound = self._task, [] if self._task.most is None else ["the slip bound"]
+        within = f" within {' and '.join([*bound, *self.constraints])}" if bound or self.constraints else ""
+        if self.exists:
+            return f"this slip{within} keeps every node closed and stuck at every corner"
+        return f"no residual slip{within} is safe at this load factor ({mean_load_diagnosis(task.system, task.cycle, task.friction)})"
+
+    @cached_property
     def certificate(self) -> pd.DataFrame | None:
         """Why no slip is safe (Farkas's lemma); None if one is, and under constraints of your own.
 
@@ -83,8 +93,9 @@ class SafeSlip(Recorded, Portable):
         return frame({"node": range(len(self.slip)), "x": self._task.system.x, "slip": self.slip})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("exists", "margin", "margin_bound", "residual")}
+        return {name: getattr(self, name) for name in ("exists", "margin", "margin_bound", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain("safe residual slip", self.problem, self.margin, self._units, self.record.left_out, self._motion.table(self._task.system.x), file)
+        motion = self._motion.table(self._task.system.x)
+        explain("safe residual slip", self.problem, self.margin, self._units, self.record.left_out, motion, file, self.reason)
