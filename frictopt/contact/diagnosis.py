@@ -75,7 +75,7 @@ def open_nodes(system: ContactSystem, p: Array) -> np.ndarray | None:
 def _pulls(p: Array) -> str:
     if not p.any():
         return "the mean load has no normal reactions, and nothing presses the bodies together: give `cycle.mean` a load that does"
-    pulls = "pulls the bodies apart" if p.sum() < -_ROUNDING * np.abs(p).sum() else "does not press the bodies together"
+    pulls = "pulls the bodies apart" if p.sum() < -CONDENSATION * np.abs(p).sum() else "does not press the bodies together"
     return (
         f"the mean load {pulls}: its normal reactions sum to {p.sum():.3g}, and compression must be positive; "
         "turn the sign of the load, or press the contact"
