@@ -4,6 +4,7 @@ from .dissipation import Interrupted, dissipation_study
 from .fretting import fretting_table, steady_cycle
 from .guarantee import GuaranteeCheck, verify_guaranteed
 from .march import march
+from .separated import SeparatedLimit, separated_limit
 from .starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from .store import DamagedRows, read_store
 from .trajectory import Trajectory
@@ -12,6 +13,7 @@ __all__ = [
     "DamagedRows",
     "GuaranteeCheck",
     "Interrupted",
+    "SeparatedLimit",
     "Start",
     "Trajectory",
     "dissipation_study",
@@ -23,6 +25,7 @@ __all__ = [
     "random_slips",
     "read_store",
     "safe_slips",
+    "separated_limit",
     "steady_cycle",
     "verify_guaranteed",
 ]

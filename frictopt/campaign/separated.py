@@ -1,0 +1,248 @@
+"""The limit of a contact whose nodes may open: the largest load factor at which some state of rest exists."""
+
+import time
+from collections.abc import Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import IO, Any
+
+import numpy as np
+import pandas as pd
+
+from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
+from ..contact.checks import Array, finite_number, flag, frozen
+from ..contact.cycle import checked_cycle
+from ..contact.diagnosis import mean_load_diagnosis
+from ..contact.show import Shown, frame
+from ..contact.system import checked_system
+from ..limits import LimitKind
+from ..limits.separated import CornerStates, SeparatedProblem
+from ..solve.bounds import BoundStatus
+from ..solve.explain import Units, explain
+from ..solve.portable import Portable
+from .rest import Booleans, Question
+from .rest_search import RestSearch
+
+__all__ = ["SeparatedLimit", "separated_limit"]
+
+_EXACT = 1e-6  # relative distance of limit and bound up to which they are one
+_RANGE = 2.0  # load factors that the bound covers, over the largest found; four times more where a state comes to its end
+_WIDER, _ROUNDS = 4.0, 6
+_SMALL = 1e-3  # load factor, in load units, below which the range of the bound does not shrink
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SeparatedLimit(Shown, Portable):
+    """The largest load factor found at which the contact comes to rest with nodes open or closed, and what is known above it.
+
+    Attributes
+    ----------
+    load_factor
+        A proven lower bound of the largest load factor at which some start comes to rest: the state `state` does. Inf: one does at every load factor.
+        NaN: none was found, see `reason`.
+    bound
+        Upper bound, within `covers`, of the load factors with a state of rest; inf where the time was over before anything was known, NaN where there
+        is no such state.
+    exact
+        Whether `bound` equals `load_factor` to 1e-6: then `load_factor` is the limit, within `covers`.
+    covers
+        What the bound holds for, in words.
+    kind, reason
+        What kind of answer it is, and how it is known, in words.
+    slip, state
+        (N,) slip at the last corner of the resting cycle, length; and the whole state there, from which the exact path rests. NaN and None without
+        one.
+    open
+        (K, N) which nodes are open at the corners of the resting cycle.
+    residual
+        Largest violation of the contact law and of the balance of energy by the resting cycle. At most 1e-9.
+    problem
+        The mixed-integer program of the bound, as it was solved last; None where none was, or in a copy.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
+    >>> limit = fo.separated_limit(node, fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0}]), friction=0.5)
+    >>> limit.load_factor  # it lifts off above 1, and never slips
+    inf
+    """
+
+    load_factor: float
+    bound: float
+    exact: bool
+    covers: str
+    kind: LimitKind
+    reason: str
+    slip: Array = field(repr=False)
+    state: ContactState | None = field(repr=False)
+    open: Booleans = field(repr=False)
+    residual: float
+    problem: Any = field(repr=False)
+    _x: Array = field(repr=False)
+    _units: Units = field(repr=False)
+
+    def to_frame(self) -> Any:
+        """The DataFrame of the nodes: columns node, x, slip, gap at the last corner, and open, the number of corners at which it is."""
+        gap = np.full_like(self.slip, np.nan) if self.state is None else self.state.gap
+        return frame({"node": range(len(self._x)), "x": self._x, "slip": self.slip, "gap": gap, "open": self.open.sum(axis=0)})
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("load_factor", "bound", "exact", "kind", "residual", "reason")}
+
+    def explain(self, file: IO[str] | None = None) -> None:
+        """Print the answer, the reason, what the bound covers, and the mixed-integer program by its names."""
+        explain("limit with separation", self.problem, None, self._units, (), pd.DataFrame(), file, f"{self.reason}\nbound holds {self.covers}")
+
+
+def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, time_limit: float = 10.0, progress: bool = True) -> SeparatedLimit:
+    """Largest load factor at which some state of rest exists, whose nodes may be open always, or open and close in each cycle.
+
+    `load_factor` is a lower bound that a state of rest proves. It comes from linear programs over sets of nodes that stay open, searched outward from
+    the state under the mean load, and from transients at ever larger load factors. `bound` is the upper bound by a mixed-integer program of what
+    holds at the corners, for the class of cycles that `covers` names. It is never below `shakedown_limit`, whose safe slips keep all nodes closed.
+
+    A contact whose pressure falls to zero at its edge slips there at any load in the continuum (Barber, Klarbring & Ciavarella 2008): its limit
+    belongs to the mesh, and falls with it.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    time_limit
+        Seconds for search and bound together, above 0. Contacts of more than about 20 nodes use them up, and may have no bound.
+    progress
+        Show what is being done, on a terminal only.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> punch = fo.PunchOnHalfPlane(elements=4).condense()
+    >>> rounded = punch.with_gap(2.0 * punch.x**4)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    >>> fo.shakedown_limit(rounded, cycle, friction=0.6).load_factor
+    nan
+    >>> limit = fo.separated_limit(rounded, cycle, friction=0.6)
+    >>> limit.exact, limit.open.tolist()
+    (True, [[True, False, False, False, True], [True, False, False, False, True]])
+    """
+    f = np.array(friction_coefficients(friction, checked_system(system).nodes))
+    checked_cycle(cycle).corner_reactions(system)
+    limit = finite_number("time_limit", time_limit, above=0.0)
+    question = Question(system, cycle, f)
+    with _progress(flag("progress", progress)) as tell:
+        search = RestSearch(question, time.monotonic() + limit, tell)
+        search.run()
+        found = _Bound(search)
+        if not (search.unbounded or search.endless):
+            found.run()
+    return _result(question, search, found)
+
+
+class _Bound:
+    """The upper bound by the mixed-integer program, over ever wider ranges of load factors as long as a state comes to their end."""
+
+    def __init__(self, search: RestSearch) -> None:
+        self.search = search
+        self.bound, self.problem, self.units = np.inf, None, dict[str, Any]()
+        self.most = _RANGE * max(search.least, _SMALL * search.unit)
+        self.touched = self.contradicted = False
+
+    def run(self) -> None:
+        search, asked = self.search, self.search.question
+        for _ in range(_ROUNDS):
+            if search.over:
+                return
+            search.tell(f"bound up to {self.most:.6g}")
+            model = SeparatedProblem(asked.system, asked.cycle, asked.friction, self.most)
+            bounds, states, self.problem = model.search(search.least * (1 - _EXACT), search.deadline - time.monotonic())
+            self.units = dict(model.units)
+            if states is not None:
+                self._follow(model, states)
+            if bounds.status is BoundStatus.INFEASIBLE:
+                self.contradicted = search.best is not None
+                self.bound = np.inf if self.contradicted else np.nan
+                return
+            self.touched = states is not None and model.touches(states)
+            if bounds.bound < self.most * (1 - _EXACT):
+                self.bound = np.inf if self.touched else max(bounds.bound, search.least)
+                return
+            if bounds.status is not BoundStatus.OPTIMAL:
+                return
+            self.most *= _WIDER
+
+    def _follow(self, model: SeparatedProblem, states: CornerStates) -> None:
+        """Give the search what the program found: its load factor, or a little less."""
+        opened = np.asarray(self.problem.var_dict["opened"].value) > 0.5 if self.problem is not None else states.gap > 0
+        best = model.with_open(opened) or states
+        if self.search.rise(best) or self.search.rise(states):
+            self.search.climb()
+
+
+def _result(question: Question, search: RestSearch, found: _Bound) -> SeparatedLimit:
+    corners, n = len(question.cycle.corners), question.system.nodes
+    best = search.best
+    least = np.inf if search.unbounded else np.nan if best is None else best.load_factor
+    bound = np.inf if search.unbounded else found.bound
+    exact = bool(search.unbounded or bound <= least * (1 + _EXACT) or (best is None and np.isnan(bound)))
+    kind = LimitKind.UNBOUNDED if search.unbounded else LimitKind.NO_SAFE_SLIP if best is None else LimitKind.FINITE
+    return SeparatedLimit(
+        load_factor=float(least),
+        bound=float(bound),
+        exact=exact,
+        covers=(
+            "for cycles in which closed nodes stick and each node opens or closes at most once on the way from corner to corner"
+            + ("" if search.unbounded else f", at load factors up to {found.most:.6g}")
+        ),
+        kind=kind,
+        reason=_reason(question, search, found, exact),
+        slip=frozen(np.full(n, np.nan) if best is None else best.state.slip),
+        state=None if best is None else best.state,
+        open=np.zeros((corners, n), dtype=bool) if best is None else best.open,
+        residual=0.0 if best is None else best.residual,
+        problem=found.problem,
+        _x=question.system.x,
+        _units=found.units,
+    )
+
+
+def _reason(question: Question, search: RestSearch, found: _Bound, exact: bool) -> str:
+    best = search.best
+    if search.unbounded:
+        return "every load factor has a state of rest with the same nodes open"
+    if best is None:
+        return f"no state of rest was found: {mean_load_diagnosis(question.system, question.cycle, question.friction)}"
+    always, sometimes = int(best.open.all(axis=0).sum()), int((best.open.any(axis=0) & ~best.open.all(axis=0)).sum())
+    n, proof = question.system.nodes, "the exact path from it rests" if best.followed else "proven at its corners"
+    text = f"a state of rest with {always} of {n} nodes open at all corners and {sometimes} at some ({proof})"
+    if exact:
+        return f"{text}; the mixed-integer program finds none above it"
+    if found.contradicted:
+        return f"{text}; it is outside of what the bound covers"
+    if found.touched:
+        return f"{text}; no bound, for the program comes to the largest gap, slip or pressure that it considers"
+    if search.endless:
+        return f"{text}; larger load factors were not tried"
+    if np.isinf(found.bound):
+        return f"{text}; nothing is known above it within the time limit, give more"
+    return f"{text}; above it the mixed-integer program allows states, of which none was found to rest"
+
+
+@contextmanager
+def _progress(show: bool) -> Any:
+    from tqdm import tqdm  # only this and campaigns need it
+
+    with tqdm(desc="separated limit", unit="step", disable=None if show else True) as bar:
+
+        def tell(text: str) -> None:
+            bar.set_postfix_str(text, refresh=False)
+            bar.update()
+
+        yield tell

@@ -1,0 +1,183 @@
+"""The limit of a contact some of whose nodes stay open: a linear program once they are condensed out.
+
+The nodes O are open at every corner k, the others M closed and stuck. The slip v of M is constant, on O no force acts, and slip and gap there follow
+from the load and from v. In full::
+
+    max lam   s.t.   |q_k| <= f p_k  on M,   w_k >= 0  on O
+    where   q_k, p_k = r^w_M - S_MO S_OO^-1 r^w_O + (S_MM - S_MO S_OO^-1 S_OM) u_M            u_M = [v, -g0]
+            [v_k, w_k - g0] = -S_OO^-1 (r^w_O + S_OM u_M)   on O                              r^w = mean + lam corner_k
+
+This is the shakedown limit of the condensed contact under one more row for each open node: of its gaps at the corners, which differ only in the
+coefficient of `lam >= 0`, the one that shrinks fastest rules. All quantities are linear on the way from corner to corner, so no node opens or closes
+there: a solution is a true state of rest, and the limit a lower bound of the load factors at which some state of rest exists, for any O.
+"""
+
+from dataclasses import dataclass
+
+import cvxpy as cp
+import numpy as np
+
+from ..contact import ContactSystem, LoadCycle, referee
+from ..contact.checks import Array
+from ..errors import SolverError
+from ..solve.solvers import TOLERANCE
+from .shakedown import ShakedownModel
+
+__all__ = ["OpenSetLimit", "open_set_limit"]
+
+Booleans = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+_REGULAR = 1e-10  # smallest eigenvalue of S_OO, over the largest, from which on the open nodes leave no body free
+
+
+@dataclass(frozen=True, eq=False)
+class OpenSetLimit:
+    """Largest load factor at which some slip keeps a set of nodes open and the others closed and stuck, with the states at the corners.
+
+    Attributes
+    ----------
+    load_factor
+        inf if there is no limit.
+    slip, gap
+        (K, N) at the corners, length; NaN without a limit.
+    residual
+        Largest violation of the contact law by these states, or of the program's proof. At most 1e-9.
+    problem
+        The solved cvxpy problem; None where a closed form answered.
+    """
+
+    load_factor: float
+    slip: Array
+    gap: Array
+    residual: float
+    problem: cp.Problem | None
+
+
+def open_set_limit(system: ContactSystem, cycle: LoadCycle, friction: Array, opened: Booleans) -> OpenSetLimit | None:
+    """The limit with the nodes `opened` (N,) open and the others closed; None if no load factor has such a state, or it leaves a body free.
+
+    Parameters
+    ----------
+    system, cycle, friction
+        The contact, its load cycle and (N,) coefficients of friction.
+    opened
+        (N,) which nodes are open.
+
+    Raises
+    ------
+    SolverError
+        No solver gave an answer that passes the checks.
+    """
+    parts = _Condensed.of(system, opened)
+    if parts is None:
+        return None
+    mean = np.concatenate(system.reaction(cycle.mean))
+    cyclic = np.hstack(cycle.corner_reactions(system))
+    least, rate = parts.gaps(mean), np.array([parts.gaps(corner, cyclic=True) for corner in cyclic]).min(axis=0)
+    if opened.all():
+        return _judged(system, cycle, friction, parts, _ratio(least, rate), np.zeros(0), 0.0, None)
+    model = ShakedownModel(parts.kept(), cycle)
+    length = max(float(np.abs(least).max(initial=0.0)), float(np.abs(mean).mean()) / system.stiffness_scale, float(system.gap.max())) or 1.0
+    shrinking = least + rate * model.load_factor + parts.lift @ model.slip
+    limit = model.solve(friction[~opened], [(shrinking / length >= 0).set_label("gaps")] if opened.any() else [])
+    if np.isnan(limit.load_factor):
+        return None
+    return _judged(system, cycle, friction, parts, limit.load_factor, limit.slip, limit.residual, limit.problem)
+
+
+def _ratio(least: Array, rate: Array) -> float:
+    """Largest load factor at which `least + load_factor rate >= 0`: NaN if there is none."""
+    if (least < 0).any():
+        return np.nan
+    return float(np.divide(least, -rate, out=np.full_like(least, np.inf), where=rate < 0).min())
+
+
+@dataclass(frozen=True, eq=False)
+class _Condensed:
+    """A contact without its open nodes.
+
+    Attributes
+    ----------
+    system, opened
+        The whole contact, and (N,) which nodes are condensed out.
+    out, keep
+        Their indices in `[v, w]`, and those of the others.
+    follow
+        `S_OO^-1 S_OK`: minus what the open nodes do for a motion of the others.
+    give
+        `S_OO^-1`.
+    """
+
+    system: ContactSystem
+    opened: Booleans
+    out: np.ndarray
+    keep: np.ndarray
+    follow: Array
+    give: Array
+
+    @classmethod
+    def of(cls, system: ContactSystem, opened: Booleans) -> "_Condensed | None":
+        out, keep = np.flatnonzero(np.r_[opened, opened]), np.flatnonzero(~np.r_[opened, opened])
+        S = system.S
+        values = np.linalg.eigvalsh(S[np.ix_(out, out)])
+        if len(out) and not values[0] > _REGULAR * max(values[-1], np.finfo(float).tiny):
+            return None
+        give = np.asarray(np.linalg.inv(S[np.ix_(out, out)]), dtype=np.float64)
+        return cls(system, opened, out, keep, give @ S[np.ix_(out, keep)], give)
+
+    def kept(self) -> ContactSystem:
+        """The contact of the closed nodes."""
+        system, closed, m = self.system, ~self.opened, int((~self.opened).sum())
+        S = system.S[np.ix_(self.keep, self.keep)] - system.S[np.ix_(self.keep, self.out)] @ self.follow
+        loads = {name: np.concatenate(pair) for name, pair in system.bonded.items()}
+        bonded = {name: np.split(r[self.keep] - self.follow.T @ r[self.out], 2) for name, r in loads.items()}
+        pairs = {name: (q, p) for name, (q, p) in bonded.items()}
+        return ContactSystem(S[:m, :m], S[m:, :m], S[m:, m:], system.x[closed], pairs, system.gap[closed], system.E_star)
+
+    @property
+    def lift(self) -> Array:
+        """(O, M) gaps of the open nodes for slips of the closed ones."""
+        return -self.follow[int(self.opened.sum()) :, : int((~self.opened).sum())]
+
+    def gaps(self, load: Array, cyclic: bool = False) -> Array:
+        """(O,) gaps of the open nodes under bonded reactions (2N,), without slip of the closed ones; of a cyclic part only what it adds."""
+        return self.motion(load, np.zeros(int((~self.opened).sum())), cyclic)[1]
+
+    def motion(self, load: Array, slip: Array, cyclic: bool = False) -> tuple[Array, Array]:
+        """(O,) slips and gaps of the open nodes under bonded reactions and slips (M,) of the closed ones."""
+        gap = np.zeros_like(self.system.gap) if cyclic else self.system.gap
+        u = -self.give @ load[self.out] - self.follow @ np.concatenate([slip, -gap[~self.opened]])
+        v, w = np.split(u, 2)
+        return v, w + gap[self.opened]
+
+
+def _judged(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Array,
+    parts: _Condensed,
+    load_factor: float,
+    slip: Array,
+    residual: float,
+    problem: cp.Problem | None,
+) -> OpenSetLimit | None:
+    """The limit with its states at the corners, judged by the referee."""
+    opened, cyclic = parts.opened, np.hstack(cycle.corner_reactions(system))
+    if np.isnan(load_factor):
+        return None
+    v, w = np.full((2, len(cyclic), system.nodes), np.nan)
+    if np.isinf(load_factor):
+        return OpenSetLimit(load_factor, v, w, residual, problem)
+    bonded = np.concatenate(system.reaction(cycle.mean)) + load_factor * cyclic
+    v[:, ~opened], w[:, ~opened] = slip, 0.0
+    for corner, load in enumerate(bonded):
+        v[corner, opened], w[corner, opened] = parts.motion(load, slip)
+    n = system.nodes
+    r = bonded + np.hstack([v, w - system.gap]) @ system.S
+    r[:, np.r_[opened, opened]] = 0.0
+    force = float(np.abs(bonded).max()) or 1.0
+    verdict = referee(system, (bonded[:, :n], bonded[:, n:]), friction, v=v, w=w, q=r[:, :n], p=r[:, n:], force_scale=force)
+    residual = max(residual, verdict.residual)
+    if not residual <= TOLERANCE:
+        raise SolverError(f"open set: the states at the limit violate the contact law by {residual:.1e} (tolerance {TOLERANCE:g}; {verdict})")
+    return OpenSetLimit(load_factor, v, np.maximum(w, 0.0), residual, problem)
