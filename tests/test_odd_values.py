@@ -217,6 +217,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "required_friction": (fo.required_friction, {"system": CONTACT, "cycle": CYCLE, "load_factor": 0.1}),
     "safe_region": (fo.safe_region, {"system": TWO_LOADS, "mean": {"mean": 1.0}, "loads": ["cyclic", "other"], "friction": FRICTION}),
     "safe_slip": (fo.safe_slip, {**ASKED, "load_factor": 0.1}),
+    "separated_limit": (fo.separated_limit, {**ASKED, "time_limit": 0.5, "progress": False}),
     "shakedown_limit": (fo.shakedown_limit, ASKED),
     "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
     "verify_guaranteed": (fo.verify_guaranteed, {**ASKED, "starts": 2, "moved": 1}),
@@ -270,7 +271,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 LABELS = {"argument", "file", "executor"}  # arguments that are no input of the problem: a word for messages, a stream, somebody else's object
 MADE_BY_US = {  # results, which no user makes
     *("GuaranteeCheck", "GuaranteedLimit", "LimitKind", "Onset", "OnsetEvent", "Outcome", "SafeSlip", "ShakedownLimit", "SolveRecord", "SteadyState"),
-    *("BodyFields", "RequiredFriction", "SafeRegion"),
+    *("BodyFields", "RequiredFriction", "SafeRegion", "SeparatedLimit"),
     *("Trajectory", "Verdict", "Attempt", "ComplementarityProblem", "ContactArrays", "CornerMode", "Increment", "TwoNodeLimits"),
 }
 NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contact.diagnosis import open_nodes
 from ..contact.mirror import is_mirror_symmetric
-from ..errors import FrictoptError, SolverError
+from ..errors import FrictoptError
 from ..limits.open_sets import open_set_limit
 from ..limits.separated import CornerStates, SeparatedProblem
 from .march import march
@@ -127,7 +127,7 @@ class RestSearch:
                 return None if limit is None or self.unbounded else CornerStates(limit.load_factor, limit.slip, limit.gap)
             most = 10 * max(rest.load_factor, 1e-3 * self.unit)
             return SeparatedProblem(asked.system, asked.cycle, asked.friction, most).with_open(opened)
-        except SolverError:
+        except FrictoptError:  # no answer that passes the checks
             return None
 
     def _from(self, states: CornerStates) -> Rest | None:
@@ -179,7 +179,7 @@ class RestSearch:
             asked = self.question
             try:
                 limit = open_set_limit(asked.system, asked.cycle, asked.friction, opened)
-            except SolverError:
+            except FrictoptError:  # no answer that passes the checks
                 return -np.inf
             if limit is not None:
                 self.unbounded = self.unbounded or bool(np.isinf(limit.load_factor))

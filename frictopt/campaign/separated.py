@@ -64,8 +64,8 @@ class SeparatedLimit(Shown, Portable):
     >>> import frictopt as fo
     >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
     >>> limit = fo.separated_limit(node, fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0}]), friction=0.5)
-    >>> limit.load_factor  # it lifts off above 1, and never slips
-    inf
+    >>> limit.load_factor > 1e5  # it lifts off above 1, and never slips
+    True
     """
 
     load_factor: float
@@ -92,7 +92,8 @@ class SeparatedLimit(Shown, Portable):
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the answer, the reason, what the bound covers, and the mixed-integer program by its names."""
-        explain("limit with separation", self.problem, None, self._units, (), pd.DataFrame(), file, f"{self.reason}\nbound holds {self.covers}")
+        title = f"limit with separation: load factor {self.load_factor:.12g}, bound {self.bound:.12g}"
+        explain(title, self.problem, None, self._units, (), pd.DataFrame(), file, f"{self.reason}\nbound holds {self.covers}")
 
 
 def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, time_limit: float = 10.0, progress: bool = True) -> SeparatedLimit:
@@ -153,7 +154,7 @@ class _Bound:
         self.search = search
         self.bound, self.problem, self.units = np.inf, None, dict[str, Any]()
         self.most = _RANGE * max(search.least, _SMALL * search.unit)
-        self.touched = self.contradicted = False
+        self.touched = self.contradicted = self.endless = False
 
     def run(self) -> None:
         search, asked = self.search, self.search.question
@@ -177,6 +178,7 @@ class _Bound:
             if bounds.status is not BoundStatus.OPTIMAL:
                 return
             self.most *= _WIDER
+        self.endless = True
 
     def _follow(self, model: SeparatedProblem, states: CornerStates) -> None:
         """Give the search what the program found: its load factor, or a little less."""
@@ -230,6 +232,8 @@ def _reason(question: Question, search: RestSearch, found: _Bound, exact: bool) 
         return f"{text}; no bound, for the program comes to the largest gap, slip or pressure that it considers"
     if search.endless:
         return f"{text}; larger load factors were not tried"
+    if found.endless:
+        return f"{text}; no bound, for at the corners the mixed-integer program allows states at any load factor, of which none was found to rest"
     if np.isinf(found.bound):
         return f"{text}; nothing is known above it within the time limit, give more"
     return f"{text}; above it the mixed-integer program allows states, of which none was found to rest"

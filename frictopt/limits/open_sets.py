@@ -27,6 +27,7 @@ __all__ = ["OpenSetLimit", "open_set_limit"]
 
 Booleans = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
+_ROUNDING = 1e-13  # eigenvalues below this share of the largest entry of S are none
 _REGULAR = 1e-10  # smallest eigenvalue of S_OO, over the largest, from which on the open nodes leave no body free
 
 
@@ -129,6 +130,9 @@ class _Condensed:
         """The contact of the closed nodes."""
         system, closed, m = self.system, ~self.opened, int((~self.opened).sum())
         S = system.S[np.ix_(self.keep, self.keep)] - system.S[np.ix_(self.keep, self.out)] @ self.follow
+        values, vectors = np.linalg.eigh((S + S.T) / 2)  # what nothing resists any more is left as rounding of both signs
+        S = (vectors * np.where(values > _ROUNDING * np.abs(system.S).max(), values, 0.0)) @ vectors.T
+        S = (S + S.T) / 2
         loads = {name: np.concatenate(pair) for name, pair in system.bonded.items()}
         bonded = {name: np.split(r[self.keep] - self.follow.T @ r[self.out], 2) for name, r in loads.items()}
         pairs = {name: (q, p) for name, (q, p) in bonded.items()}

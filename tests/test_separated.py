@@ -1,0 +1,178 @@
+"""The limit with separation against closed forms, every pattern of open nodes, brute force, and the published cases of rounded punches."""
+
+import io
+import pickle
+import re
+import time
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.campaign.rest import Question
+from frictopt.campaign.rest_search import RestSearch
+from separation import patterns, pulled_system, resting_starts, rests
+from systems import CYCLE, system
+
+ROUNDED = [  # elements, rounding, open nodes at each side, limit with them open
+    (24, 20.0, 4, 0.7821287715),
+    (48, 20.0, 8, 0.4481514660),
+    (24, 100.0, 6, 1.9856619085),
+    (48, 100.0, 11, 0.6026058693),
+    (96, 100.0, 22, 0.48761),
+]
+
+
+def searched(contact, cycle, friction, seconds=60.0):
+    """A search that has not begun."""
+    question = Question(contact, cycle, np.broadcast_to(friction, contact.nodes).astype(float))
+    return RestSearch(question, time.monotonic() + seconds, lambda _: None)
+
+
+def rounded(contact, size, flat=0.6):
+    return contact.with_gap(size * np.maximum(np.abs(contact.x) - flat, 0.0) ** 2)
+
+
+@pytest.mark.parametrize(("elements", "size", "count", "limit"), ROUNDED)
+def test_rounded_punches_by_sets_of_open_nodes(elements, size, count, limit, punch, paper_cycle):
+    contact = rounded(punch(elements, grading=3, growth=1.09), size)
+    search = searched(contact, paper_cycle, 0.6)
+    search.sets()
+    best = search.best
+    assert best.load_factor == pytest.approx(limit, abs=1e-5 if elements == 96 else 1e-8)
+    ends = (np.arange(contact.nodes) < count) | (np.arange(contact.nodes) >= contact.nodes - count)
+    assert np.array_equal(best.open.any(axis=0), ends) and best.followed and best.residual < 1e-9  # at the limit a gap may just close
+    assert rests(contact, paper_cycle, 0.6, 0.999 * limit, initial_slip=best.state.slip)
+    assert not rests(contact, paper_cycle, 0.6, 1.01 * limit, initial_slip=best.state.slip)
+
+
+def test_nodes_that_change_their_status_can_add_to_what_open_sets_give(punch, paper_cycle):
+    contact = rounded(punch(48, grading=3, growth=1.09), 20.0)
+    limit = fo.separated_limit(contact, paper_cycle, 0.6, time_limit=5.0, progress=False)
+    assert limit.load_factor > 0.44816 > ROUNDED[1][3] and limit.open.sum(axis=1).tolist() == [14, 16]
+    assert rests(contact, paper_cycle, 0.6, limit.load_factor, initial_state=limit.state) and limit.bound >= limit.load_factor
+
+
+def test_the_edge_radius_of_200(punch):
+    """Pressure 100, modulus 2.1e5, radius 200 from 0.3 a on: it rests at 10 and 20 and slips for ever at 40."""
+    contact = punch(20, grading=3, growth=1.09)
+    contact = contact.with_gap(2.1e5 * np.maximum(np.abs(contact.x) - 0.3, 0.0) ** 2 / 400)
+    cycle = fo.LoadCycle({"P": 100.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    assert [rests(contact, cycle, 0.5, factor) for factor in (10.0, 20.0, 40.0)] == [True, True, False]
+    limit = fo.separated_limit(contact, cycle, 0.5, time_limit=4.0, progress=False)
+    assert 20 <= limit.load_factor < 40 and rests(contact, cycle, 0.5, limit.load_factor, initial_state=limit.state)
+    assert np.isnan(fo.shakedown_limit(contact, cycle, 0.5).load_factor)
+
+
+@pytest.mark.parametrize("friction", [2.0, pytest.param(3.0, marks=pytest.mark.slow)])
+def test_a_flat_punch_rests_above_its_shakedown_limit_at_high_friction(friction, punch, paper_cycle):
+    contact = punch(20)
+    closed, limit = (
+        fo.shakedown_limit(contact, paper_cycle, friction),
+        fo.separated_limit(contact, paper_cycle, friction, time_limit=2 * friction**2 - 6, progress=False),
+    )
+    assert limit.load_factor > 1.02 * closed.load_factor and limit.open.any()
+    assert rests(contact, paper_cycle, friction, limit.load_factor, initial_state=limit.state)
+
+
+def test_one_node_on_a_vertical_spring_opens_and_never_slips():
+    contact = system(1.0, 0.0, 0.0, 2.0, 0.0, 1.0, C=[[3.0]])
+    limit = fo.separated_limit(contact, CYCLE, 0.5)
+    assert limit.load_factor > 1e6 and limit.open.any() and "larger load factors were not tried" in limit.reason
+    assert fo.shakedown_limit(contact, CYCLE, 0.5).load_factor == pytest.approx(2.0)  # closed it has a limit
+    sheared = system(1.0, 0.0, 0.0, 2.0, 1.0, 0.5, C=[[3.0]])  # slips at f p0 / q1, still closed
+    assert fo.separated_limit(sheared, CYCLE, 0.5).load_factor == pytest.approx(1.0, rel=1e-9)
+
+
+def test_a_node_that_stays_open_is_condensed_out():
+    contact = system([[1.0, -0.4], [-0.4, 1.0]], [[0.1, -0.2], [0.2, 0.1]], [0.1, 0.0], [1.0, -5.0], [0.3, 0.2], [0.1, 0.0], C=2 * np.eye(2))
+    limit = fo.separated_limit(contact, CYCLE, 0.5)
+    S, out, keep = contact.S, [1, 3], [0, 2]
+    give = S[np.ix_(keep, out)] @ np.linalg.inv(S[np.ix_(out, out)])
+    A, B = (S[np.ix_(keep, keep)] - give @ S[np.ix_(out, keep)])[:, 0]
+    (q0, p0), (q1, p1) = (
+        np.concatenate(contact.bonded[name])[keep] - give @ np.concatenate(contact.bonded[name])[out] for name in ("mean", "cyclic")
+    )
+    one = fo.reference.single_node_limit(A, B, q0, p0, q1, p1, 0.5)
+    assert limit.exact and limit.load_factor == pytest.approx(one, rel=1e-9) and limit.open.tolist() == [[False, True]] * 2
+
+
+def test_uncoupled_nodes_rest_each_for_itself():
+    q0, p0, q1, p1 = [0.1, 0.0, -0.2], [1.0, -0.5, 2.0], [0.3, 0.2, 0.5], [0.1, 0.2, -0.1]
+    alone = [fo.separated_limit(system(1.0, 0.0, *(values[i] for values in (q0, p0, q1, p1)), C=[[1.0]]), CYCLE, 0.5) for i in range(3)]
+    whole = fo.separated_limit(system(np.eye(3), np.zeros((3, 3)), q0, p0, q1, p1, C=np.eye(3)), CYCLE, 0.5)
+    assert whole.load_factor == pytest.approx(min(one.load_factor for one in alone), rel=1e-6) and whole.open[:, 1].all()
+
+
+@pytest.mark.parametrize("seed", range(2, 30))
+def test_small_contacts_against_every_pattern_of_open_nodes(seed):
+    rng = np.random.default_rng(seed)
+    contact, friction = pulled_system(rng, int(rng.integers(1, 4))), 0.0
+    friction = float(rng.uniform(0.1, 1.0))
+    limit = fo.separated_limit(contact, CYCLE, friction, time_limit=30, progress=False)
+    if limit.load_factor > 1e5:
+        return  # larger ones are not tried
+    most = float(re.search(r"up to (\S+)", limit.covers)[1])
+    tried = sorted(patterns(contact, CYCLE, friction, most), key=lambda claim: -claim[0])
+    if np.isfinite(limit.bound):
+        assert limit.bound == pytest.approx(max(tried[0][0], limit.load_factor), rel=1e-6)
+    for load_factor, slip, gap in tried:
+        if load_factor <= limit.load_factor * (1 + 1e-6):
+            break
+        loads = contact.reaction({"mean": 1.0, "cyclic": load_factor})
+        assert not rests(contact, CYCLE, friction, load_factor, initial_state=fo.ContactState(slip[-1], gap[-1], *loads))
+
+
+def check_random(seed, nodes, starts):
+    rng = np.random.default_rng(seed)
+    contact, friction = pulled_system(rng, int(rng.integers(*nodes))), float(rng.uniform(0.1, 1.0))
+    limit, closed = fo.separated_limit(contact, CYCLE, friction, time_limit=20, progress=False), fo.shakedown_limit(contact, CYCLE, friction)
+    assert (limit.residual <= 1e-9 and limit.bound >= limit.load_factor) or np.isnan(limit.bound)
+    if limit.state is None or np.isinf(limit.load_factor):
+        return
+    assert not limit.load_factor < closed.load_factor * (1 - 1e-9)
+    assert rests(contact, CYCLE, friction, limit.load_factor, initial_state=limit.state)
+    for factor in (1 + 2e-6, 1.001, 1.05, 1.5) if limit.exact else ():
+        assert not resting_starts(contact, CYCLE, friction, factor * limit.load_factor, limit.slip, starts // 4, rng), (seed, factor)
+
+
+@pytest.mark.parametrize("seed", range(15))
+def test_random_contacts_rest_at_the_limit_and_above_an_exact_one_nothing_does(seed):
+    check_random(1000 + seed, (2, 4), 40)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("block", range(20))
+def test_a_thousand_random_contacts(block):
+    for seed in range(50 * block, 50 * (block + 1)):
+        check_random(seed, (2, 7), 500)
+
+
+def test_what_is_said_of_it(punch, paper_cycle):
+    contact = rounded(punch(8), 2.0)
+    limit = fo.separated_limit(contact, paper_cycle, 0.6, time_limit=20.0, progress=False)
+    assert limit.exact and limit.kind is fo.LimitKind.FINITE and "none above it" in limit.reason and "opens or closes at most once" in limit.covers
+    text = io.StringIO()
+    limit.explain(text)
+    assert limit.reason in text.getvalue() and limit.covers in text.getvalue() and "opened                   2 x 9, boolean" in text.getvalue()
+    assert limit.problem.is_mixed_integer() and pickle.loads(pickle.dumps(limit)).load_factor == limit.load_factor
+    table = limit.to_frame()
+    assert list(table.columns) == ["node", "x", "slip", "gap", "open"] and np.array_equal(table["open"], limit.open.sum(axis=0))
+    assert np.array_equal(limit.slip, limit.state.slip) and not limit.slip.flags.writeable
+
+
+def test_a_contact_that_is_pulled_apart_has_no_state_of_rest(punch):
+    limit = fo.separated_limit(punch(8), fo.LoadCycle({"P": -1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), 0.6, time_limit=2.0, progress=False)
+    assert np.isnan(limit.load_factor) and limit.state is None and not limit.open.any() and np.isnan(limit.slip).all()
+    assert "the mean load pulls the bodies apart" in limit.reason and limit.reason in repr(limit)
+
+
+def test_all_nodes_open_for_ever():
+    contact = system(1.0, 0.0, 0.2, -1.0, 0.5, 0.5, C=[[1.0]])  # open as long as 0.5 lam <= 1
+    limit = fo.separated_limit(contact, CYCLE, 0.5)
+    assert limit.load_factor >= 2.0 and limit.state is not None
+
+
+def test_a_time_limit_is_above_zero():
+    with pytest.raises(fo.ModelError, match="time_limit"):
+        fo.separated_limit(system(1.0, 0.0, 0.0, 1.0, 1.0, 0.0), CYCLE, 0.5, time_limit=0)
