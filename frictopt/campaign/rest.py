@@ -14,6 +14,7 @@ from .march import march
 __all__ = ["Question", "Rest"]
 
 _MOST_CYCLES = 200  # that a transient gets to come to rest
+_TOUCHES = 1e-7  # gap times stiffness and pressure below this share of the largest force may be none
 _WORKLESS = 1e-9  # largest work of friction at a node in the proving cycle, over the largest force times the slip scale
 
 Booleans = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -62,6 +63,13 @@ class Question:
         """Bonded reactions `q, p` (N,) at a corner."""
         (q0, p0), (q1, p1) = self.system.reaction(self.cycle.mean), self.cycle.corner_reactions(self.system)
         return q0 + load_factor * q1[corner], p0 + load_factor * p1[corner]
+
+    def touching(self, rest: Rest) -> Booleans:
+        """(K, N) which nodes are at the corners neither open nor pressed by more than what could be rounding."""
+        bonded = np.array([np.concatenate(self.load(rest.load_factor, corner)) for corner in range(len(rest.gap))])
+        p = (bonded + np.hstack([rest.slip, rest.gap - self.system.gap]) @ self.system.S)[:, self.system.nodes :]
+        force = float(np.abs(bonded).max()) or 1.0
+        return np.maximum(rest.gap * self.system.stiffness_scale, np.abs(p)) < _TOUCHES * force
 
     def state(self, load_factor: float, slip: Array, gap: Array) -> ContactState:
         """The state with slip and gap (N,) at the last corner."""

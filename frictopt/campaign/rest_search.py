@@ -20,6 +20,7 @@ _STEPS = (1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 1e-4)  # by which the load fact
 _FIRST = (1.0, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4)  # load factors to begin with, in load units
 _HALVINGS = 14  # of the way from a state that rests to one that may not
 _FAR = 1e6  # load factor, in load units, above which none is tried
+_TOUCHING = 4  # touching nodes that are let go or held one by one
 _SETS = 16  # sets that are tried from one that no load factor keeps
 _GAIN = 1e-9  # relative gain that counts as one
 
@@ -106,10 +107,14 @@ class RestSearch:
         return any(self.offer(self.question.rest(load_factor, **begin)) for begin in begins)
 
     def _lift(self, rest: Rest) -> None:
-        """Raise the load factor while the same nodes are open: up to where the corners allow it, or the path."""
-        states = self._highest(rest)
-        if states is None or not states.load_factor > rest.load_factor * (1 + _GAIN) or self.rise(states):
-            return
+        """Raise the load factor with the same nodes open, and with those let go that only touch: up to where the corners allow it, or the path."""
+        for opened in self._patterns(rest):
+            states = None if self.over else self._highest(rest, opened)
+            if states is not None and states.load_factor > self.least * (1 + _GAIN) and not self.rise(states):
+                self._between(rest, states)
+
+    def _between(self, rest: Rest, states: CornerStates) -> None:
+        """Rise as far as possible towards states that obey the law at the corners, but do not rest."""
         low, high = 0.0, 1.0
         for _ in range(_HALVINGS):
             share = (low + high) / 2
@@ -117,9 +122,19 @@ class RestSearch:
             between = CornerStates(rest.load_factor + share * (states.load_factor - rest.load_factor), slip, gap)
             low, high = (share, high) if self.rise(between) else (low, share)
 
-    def _highest(self, rest: Rest) -> CornerStates | None:
+    def _patterns(self, rest: Rest) -> list[Booleans]:
+        """The nodes (K, N) that are open at the corners; and with those open or closed that touch without pressure, all of them or one."""
+        touching = self.question.touching(rest)
+        found = [rest.open]
+        for places in (touching, *(touching & (np.cumsum(touching).reshape(touching.shape) == count) for count in range(1, _TOUCHING + 1))):
+            for open_ones in (False, True):
+                pattern = np.where(places, open_ones, rest.open)
+                if not any((pattern == other).all() for other in found):
+                    found.append(pattern)
+        return found
+
+    def _highest(self, rest: Rest, opened: Booleans) -> CornerStates | None:
         asked = self.question
-        opened = rest.open
         try:
             if (opened == opened[0]).all():
                 limit = open_set_limit(asked.system, asked.cycle, asked.friction, opened[0])
