@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 
-from . import dissipation, guaranteed, increments, joint, limits, scenes, stepped
+from . import dissipation, guaranteed, increments, joint, limits, scenes, separation, stepped
 from .tables import Study
 from .validation import error_vs_time, left_out
 from .validation.extremes import study as extremes
@@ -13,7 +13,7 @@ __all__ = ["STUDIES", "main"]
 
 STUDIES: dict[str, Study] = {
     module.STUDY.name: module.STUDY
-    for module in (limits, scenes, guaranteed, increments, dissipation, stepped, joint, left_out, error_vs_time, extremes, fuzz)
+    for module in (limits, scenes, guaranteed, separation, increments, dissipation, stepped, joint, left_out, error_vs_time, extremes, fuzz)
 }
 
 

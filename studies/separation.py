@@ -1,0 +1,152 @@
+"""Limits of contacts that open: rounded punches and a cylinder over mesh, edge and friction, and the flat punch at high friction.
+
+Run with `python -m studies separation [--quick]`. Where the pressure falls to zero at the edge of the contact, the continuum slips there at any
+cyclic load: the limit belongs to the mesh and falls with it. For the cylinder it falls in proportion to the cell, for the edge pressure goes as the
+root of the distance from the edge, and the bonded shear as one over it. Partial slip (Cattaneo 1938, Mindlin 1949: c/a = sqrt(1 - Q/(f P)) in two
+dimensions) then reaches just one cell. Load factors of the punches are sigma / (P / 2a), those of the cylinder Q / (f P).
+"""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+import frictopt as fo
+
+from .paper import LOADS
+from .tables import Study, Table, markdown, two_digits
+
+__all__ = ["CYLINDER", "FLAT", "FULL", "QUICK", "ROUNDED", "STUDY", "Parameters", "exponent"]
+
+_RADIUS, _HALF_LENGTH = 1.0, 2.0  # of the cylinder; E* = 1, and P so that the half-width of the contact is 1
+_CYLINDER_FRICTION = 0.5
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    cells: tuple[int, ...] = (20, 28, 40, 56, 80, 112, 160, 224)  # of the cylinder's interface, twice as long as the contact
+    elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96)  # of the punches, grading 3
+    roundings: tuple[float, ...] = (2.0, 20.0, 100.0, 1000.0)  # gap s (|x| / a - 0.6)^2 over a P / (2a E)
+    friction: float = 0.6
+    frictions: tuple[float, ...] = tuple(round(float(f), 6) for f in np.arange(0.2, 1.2001, 0.1))  # of the rounded punch
+    friction_elements: int = 48
+    flat_elements: int = 20
+    flat_frictions: tuple[float, ...] = (1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0)
+    time_limit: float = 10.0
+
+
+FULL = Parameters()
+QUICK = Parameters(
+    cells=(20, 40, 80),
+    elements=(16, 24),
+    roundings=(20.0, 100.0),
+    frictions=(0.4, 0.6),
+    friction_elements=16,
+    flat_elements=12,
+    flat_frictions=(1.5, 2.0),
+    time_limit=2.0,
+)
+
+
+def _row(contact: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, time_limit: float) -> dict[str, Any]:
+    begin = time.perf_counter()
+    closed = fo.shakedown_limit(contact, cycle, friction).load_factor
+    limit = fo.separated_limit(contact, cycle, friction, time_limit=time_limit, progress=False)
+    always = limit.open.all(axis=0)
+    return {
+        "nodes": contact.nodes,
+        "friction": friction,
+        "shakedown": closed,
+        "separated": limit.load_factor,
+        "bound": limit.bound,
+        "open": int(always.sum()),
+        "changing": int((limit.open.any(axis=0) & ~always).sum()),
+        "edge": float(np.abs(contact.x[~always]).max()),
+        "residual": limit.residual,
+        "seconds": time.perf_counter() - begin,
+    }
+
+
+def cylinder(parameters: Parameters) -> pd.DataFrame:
+    """One row per mesh."""
+    rows = []
+    pressure = np.pi / 4  # P = pi E* a^2 / (4 R) for a = 1
+    loads = fo.LoadCycle({"P": pressure}, [{"Q": -_CYLINDER_FRICTION * pressure}, {"Q": _CYLINDER_FRICTION * pressure}])
+    for cells in tqdm(parameters.cells, desc="cylinder", disable=None):
+        contact = fo.ContactSystem(**fo.reference.half_plane_contact(cells, _HALF_LENGTH, 1.0, R=_RADIUS))
+        rows.append({"size": 2 * _HALF_LENGTH / cells} | _row(contact, loads, _CYLINDER_FRICTION, parameters.time_limit))
+    return pd.DataFrame(rows)
+
+
+def rounded(parameters: Parameters) -> pd.DataFrame:
+    """One row per mesh, rounding and friction coefficient."""
+    asked = [(elements, size, parameters.friction) for elements in parameters.elements for size in parameters.roundings]
+    asked += [(parameters.friction_elements, size, friction) for friction in parameters.frictions for size in parameters.roundings]
+    scenes = {elements: fo.PunchOnHalfPlane(elements=elements, grading=3).condense() for elements in {elements for elements, _, _ in asked}}
+    rows = []
+    for elements, size, friction in tqdm(dict.fromkeys(asked), desc="rounded punch", disable=None):
+        contact = scenes[elements].with_gap(size * np.maximum(np.abs(scenes[elements].x) - 0.6, 0.0) ** 2)
+        rows.append({"elements": elements, "rounding": size} | _row(contact, LOADS, friction, parameters.time_limit))
+    return pd.DataFrame(rows)
+
+
+def flat(parameters: Parameters) -> pd.DataFrame:
+    """One row per friction coefficient."""
+    contact = fo.PunchOnHalfPlane(elements=parameters.flat_elements).condense()
+    frictions = tqdm(parameters.flat_frictions, desc="flat punch", disable=None)
+    return pd.DataFrame([_row(contact, LOADS, friction, parameters.time_limit) for friction in frictions])
+
+
+def exponent(sizes: Any, limits: Any) -> float:
+    """Exponent of the limit in the size of the mesh, by least squares of the logarithms."""
+    return float(np.polyfit(np.log(sizes), np.log(limits), 1)[0])
+
+
+_COLUMNS = {
+    "nodes": "number of node pairs",
+    "friction": "coefficient of friction",
+    "shakedown": "shakedown limit, with all nodes closed; NaN if no load factor has a safe slip",
+    "separated": "load factor of the state of rest found, whose nodes may be open",
+    "bound": "upper bound by the mixed-integer program; inf where its time was over before it had one",
+    "open": "nodes that are open at all corners",
+    "changing": "nodes that are open at some corners",
+    "edge": "largest |x| / a of a node that is not always open",
+    "residual": "largest violation of the contact law by the state of rest",
+    "seconds": "run time",
+}
+CYLINDER = Table(
+    "separation_cylinder",
+    "limit of a cylinder on a half-plane under tangential load, Q / (f P)",
+    {"size": "cell over the half-width of the contact"} | _COLUMNS,
+    FULL,
+    QUICK,
+    cylinder,
+)
+ROUNDED = Table(
+    "separation_rounded",
+    "limit of a punch with rounded edges, sigma / (P / 2a)",
+    {"elements": "elements on the contact", "rounding": "s of the gap s (|x| / a - 0.6)^2, over a P / (2a E)"} | _COLUMNS,
+    FULL,
+    QUICK,
+    rounded,
+)
+FLAT = Table("separation_flat", "limits of the flat punch at high friction, sigma / (P / 2a)", _COLUMNS, FULL, QUICK, flat)
+
+
+def summary(tables: Mapping[str, pd.DataFrame]) -> str:
+    """Exponents in the mesh size: of the cylinder, and of each rounding."""
+    line, punches = tables[CYLINDER.name], tables[ROUNDED.name]
+    rows = [["cylinder", two_digits(exponent(line["size"], line["separated"])), "1"]]
+    parameters = punches[punches["friction"] == FULL.friction]
+    for size, group in parameters.groupby("rounding"):
+        rows.append([f"rounded punch, s = {size:g}", two_digits(exponent(1 / group["elements"], group["separated"])), ""])
+    return markdown(["contact", "exponent of the limit in h", "expected"], rows)
+
+
+STUDY = Study(__name__, __doc__, "few and coarse meshes, in a minute", (CYLINDER, ROUNDED, FLAT), summary)
