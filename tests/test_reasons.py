@@ -23,7 +23,7 @@ def rounded(punch):
     [(1.0, 0.0, OPEN), (-1.0, 0.0, "the mean load pulls the bodies apart: its normal reactions sum to -2"), (0.0, 1.0, "does not press")],
 )
 def test_the_reason_stands_in_the_result_its_line_and_its_model(call, pressure, shear, text, rounded, punch):
-    contact = rounded if pressure > 0 else punch(24, grading=3)
+    contact = rounded if pressure > 0 else punch(24)
     result = call(contact, fo.LoadCycle({"P": pressure, "Q": shear}, [{"sigma": -1.0}, {"sigma": 1.0}]), 0.6)
     printed = io.StringIO()
     result.explain(printed)

@@ -9,13 +9,12 @@ from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, frozen
 from ..errors import FrictoptError
 from ..path import Outcome, steady_state
+from ..tolerances import RESIDUAL, TOUCHING
 from .march import march
 
 __all__ = ["Question", "Rest"]
 
 _MOST_CYCLES = 200  # that a transient gets to come to rest
-_TOUCHES = 1e-7  # gap times stiffness and pressure below this share of the largest force may be none
-_WORKLESS = 1e-9  # largest work of friction at a node in the proving cycle, over the largest force times the slip scale
 
 Booleans = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
@@ -69,7 +68,7 @@ class Question:
         bonded = np.array([np.concatenate(self.load(rest.load_factor, corner)) for corner in range(len(rest.gap))])
         p = (bonded + np.hstack([rest.slip, rest.gap - self.system.gap]) @ self.system.S)[:, self.system.nodes :]
         force = float(np.abs(bonded).max()) or 1.0
-        return np.maximum(rest.gap * self.system.stiffness_scale, np.abs(p)) < _TOUCHES * force
+        return np.maximum(rest.gap * self.system.stiffness_scale, np.abs(p)) < TOUCHING * force
 
     def state(self, load_factor: float, slip: Array, gap: Array) -> ContactState:
         """The state with slip and gap (N,) at the last corner."""
@@ -90,7 +89,7 @@ class Question:
         except FrictoptError:  # the path ends, is not proven, or the start obeys the law too little
             return None
         forces = float(np.abs(np.r_[path.bonded_q, path.bonded_p]).max())
-        if path.cycle_work.max() > _WORKLESS * forces**2 / self.system.stiffness_scale:
+        if path.cycle_work.max() > RESIDUAL * forces**2 / self.system.stiffness_scale:
             return None
         rows = [int(np.flatnonzero(path.time == corner)[-1]) for corner in range(1, path.corners + 1)]
         slip, gap = frozen(path.slip[rows]), frozen(np.maximum(path.gap[rows], 0.0))

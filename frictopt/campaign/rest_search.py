@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from ..contact.diagnosis import open_nodes
-from ..contact.mirror import is_mirror_symmetric
+from ..contact.symmetry import halve
 from ..errors import FrictoptError
 from ..limits.open_sets import open_set_limit
 from ..limits.separated import CornerStates, SeparatedProblem
+from ..tolerances import GAIN
 from .march import march
 from .rest import Booleans, Question, Rest
 
@@ -22,7 +23,6 @@ _HALVINGS = 14  # of the way from a state that rests to one that may not
 _FAR = 1e6  # load factor, in load units, above which none is tried
 _TOUCHING = 4  # touching nodes that are let go or held one by one
 _SETS = 16  # sets that are tried from one that no load factor keeps
-_GAIN = 1e-9  # relative gain that counts as one
 
 
 class RestSearch:
@@ -44,7 +44,7 @@ class RestSearch:
         mean, cyclic = np.abs(system.reaction(cycle.mean)).sum(), np.abs(cycle.corner_reactions(system)).sum(axis=(0, 2)).max()
         self.unit = float(mean / cyclic) if mean > 0 and cyclic > 0 else 1.0
         loads = cycle.mean_reaction(system), cycle.corner_reactions(system)
-        self._mirror = is_mirror_symmetric(system, loads, question.friction)
+        self._mirror = halve(system, question.friction, loads) is not None
         self._known: dict[bytes, float] = {}
 
     @property
@@ -81,7 +81,7 @@ class RestSearch:
 
     def offer(self, rest: Rest | None) -> bool:
         """Take a state of rest if it is better; returns whether it is."""
-        if rest is None or (self.best is not None and rest.load_factor <= self.best.load_factor * (1 + _GAIN)):
+        if rest is None or (self.best is not None and rest.load_factor <= self.best.load_factor * (1 + GAIN)):
             return False
         self.best = rest
         self.tell(f"rests at {rest.load_factor:.6g}")
@@ -110,7 +110,7 @@ class RestSearch:
         """Raise the load factor with the same nodes open, and with those let go that only touch: up to where the corners allow it, or the path."""
         for opened in self._patterns(rest):
             states = None if self.over else self._highest(rest, opened)
-            if states is not None and states.load_factor > self.least * (1 + _GAIN) and not self.rise(states):
+            if states is not None and states.load_factor > self.least * (1 + GAIN) and not self.rise(states):
                 self._between(rest, states)
 
     def _between(self, rest: Rest, states: CornerStates) -> None:

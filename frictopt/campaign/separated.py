@@ -7,32 +7,32 @@ from dataclasses import dataclass, field
 from typing import IO, Any
 
 import numpy as np
-import pandas as pd
 
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, finite_number, flag, frozen
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis
-from ..contact.show import Shown, frame
+from ..contact.record import Attempt, Recorded, SolveRecord
+from ..contact.show import frame
 from ..contact.system import checked_system
 from ..limits import LimitKind
 from ..limits.separated import CornerStates, SeparatedProblem
 from ..solve.bounds import BoundStatus
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
+from ..tolerances import ONE_LIMIT
 from .rest import Booleans, Question
 from .rest_search import RestSearch
 
 __all__ = ["SeparatedLimit", "separated_limit"]
 
-_EXACT = 1e-6  # relative distance of limit and bound up to which they are one
 _RANGE = 2.0  # load factors that the bound covers, over the largest found; four times more where a state comes to its end
 _WIDER, _ROUNDS = 4.0, 6
 _SMALL = 1e-3  # load factor, in load units, below which the range of the bound does not shrink
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SeparatedLimit(Shown, Portable):
+class SeparatedLimit(Recorded, Portable):
     """The largest load factor found at which the contact comes to rest with nodes open or closed, and what is known above it.
 
     Attributes
@@ -54,8 +54,8 @@ class SeparatedLimit(Shown, Portable):
         one.
     open
         (K, N) which nodes are open at the corners of the resting cycle.
-    residual
-        Largest violation of the contact law and of the balance of energy by the resting cycle. At most 1e-9.
+    record
+        How it was found. Its `residual` is the largest violation of the contact law and of the balance of energy by the resting cycle. At most 1e-9.
     problem
         The mixed-integer program of the bound, as it was solved last; None where none was, or in a copy.
 
@@ -77,7 +77,7 @@ class SeparatedLimit(Shown, Portable):
     slip: Array = field(repr=False)
     state: ContactState | None = field(repr=False)
     open: Booleans = field(repr=False)
-    residual: float
+    record: SolveRecord
     problem: Any = field(repr=False)
     _x: Array = field(repr=False)
     _units: Units = field(repr=False)
@@ -93,7 +93,7 @@ class SeparatedLimit(Shown, Portable):
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the answer, the reason, what the bound covers, and the mixed-integer program by its names."""
         title = f"limit with separation: load factor {self.load_factor:.12g}, bound {self.bound:.12g}"
-        explain(title, self.problem, None, self._units, (), pd.DataFrame(), file, f"{self.reason}\nbound holds {self.covers}")
+        explain(title, self.problem, None, self._units, self.record.left_out, None, file, f"{self.reason}\nbound holds {self.covers}")
 
 
 def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, time_limit: float = 10.0, progress: bool = True) -> SeparatedLimit:
@@ -134,6 +134,7 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, t
     >>> limit.exact, limit.open.tolist()
     (True, [[True, False, False, False, True], [True, False, False, False, True]])
     """
+    began = time.perf_counter()
     f = np.array(friction_coefficients(friction, checked_system(system).nodes))
     checked_cycle(cycle).corner_reactions(system)
     limit = finite_number("time_limit", time_limit, above=0.0)
@@ -144,7 +145,7 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, t
         found = _Bound(search)
         if not (search.unbounded or search.endless):
             found.run()
-    return _result(question, search, found)
+    return _result(question, search, found, began)
 
 
 class _Bound:
@@ -153,6 +154,7 @@ class _Bound:
     def __init__(self, search: RestSearch) -> None:
         self.search = search
         self.bound, self.problem, self.units = np.inf, None, dict[str, Any]()
+        self.attempts: list[Attempt] = []
         self.most = _RANGE * max(search.least, _SMALL * search.unit)
         self.touched = self.contradicted = self.endless = False
 
@@ -163,8 +165,9 @@ class _Bound:
                 return
             search.tell(f"bound up to {self.most:.6g}")
             model = SeparatedProblem(asked.system, asked.cycle, asked.friction, self.most)
-            bounds, states, self.problem = model.search(search.least * (1 - _EXACT), search.deadline - time.monotonic())
+            bounds, states, self.problem = model.search(search.least * (1 - ONE_LIMIT), search.deadline - time.monotonic())
             self.units = dict(model.units)
+            self.attempts.append(Attempt("HIGHS", f"load factors up to {self.most:.6g}: {bounds.status.value}", 0.0))
             if states is not None:
                 self._follow(model, states)
             if bounds.status is BoundStatus.INFEASIBLE:
@@ -172,7 +175,7 @@ class _Bound:
                 self.bound = np.inf if self.contradicted else np.nan
                 return
             self.touched = states is not None and model.touches(states)
-            if bounds.bound < self.most * (1 - _EXACT):
+            if bounds.bound < self.most * (1 - ONE_LIMIT):
                 self.bound = np.inf if self.touched else max(bounds.bound, search.least)
                 return
             if bounds.status is not BoundStatus.OPTIMAL:
@@ -188,12 +191,12 @@ class _Bound:
             self.search.climb()
 
 
-def _result(question: Question, search: RestSearch, found: _Bound) -> SeparatedLimit:
+def _result(question: Question, search: RestSearch, found: _Bound, began: float) -> SeparatedLimit:
     corners, n = len(question.cycle.corners), question.system.nodes
     best = search.best
     least = np.inf if search.unbounded else np.nan if best is None else best.load_factor
     bound = np.inf if search.unbounded else found.bound
-    exact = bool(search.unbounded or bound <= least * (1 + _EXACT) or (best is None and np.isnan(bound)))
+    exact = bool(search.unbounded or bound <= least * (1 + ONE_LIMIT) or (best is None and np.isnan(bound)))
     kind = LimitKind.UNBOUNDED if search.unbounded else LimitKind.NO_SAFE_SLIP if best is None else LimitKind.FINITE
     return SeparatedLimit(
         load_factor=float(least),
@@ -208,11 +211,18 @@ def _result(question: Question, search: RestSearch, found: _Bound) -> SeparatedL
         slip=frozen(np.full(n, np.nan) if best is None else best.state.slip),
         state=None if best is None else best.state,
         open=np.zeros((corners, n), dtype=bool) if best is None else best.open,
-        residual=0.0 if best is None else best.residual,
+        record=SolveRecord(*_found(search, found), time.perf_counter() - began),
         problem=found.problem,
         _x=question.system.x,
         _units=found.units,
     )
+
+
+def _found(search: RestSearch, found: _Bound) -> tuple[str, tuple[Attempt, ...], float, tuple[str, ...]]:
+    """Who answered, the mixed-integer programs, and the residual."""
+    best = search.best
+    solver = "none" if best is None else "exact path" if best.followed else "linear program"
+    return solver, tuple(found.attempts), 0.0 if best is None else best.residual, ()
 
 
 def _reason(question: Question, search: RestSearch, found: _Bound, exact: bool) -> str:

@@ -60,6 +60,16 @@ SETTLED = RESIDUAL  # change of a screening mechanism, over its size, that count
 SPARE = 1e3 * RESIDUAL  # share by which a screening mechanism slips more than it must, so that it is admissible before it settles
 SCREENING = CONDENSATION  # relative rounding of a screening bound, which feels the errors of the data
 
+# --- limits with separation ---
+
+NOTHING_LEFT = ROUNDING / 10  # eigenvalues below this share of the largest entry of S are none once nodes are condensed out
+HELD = (
+    CONDENSATION  # smallest eigenvalue of the open nodes' stiffness, over the largest, with which they leave no body free: the data have this error
+)
+TOUCHING = 100 * RESIDUAL  # gap times stiffness, and pressure, below this share of the largest force may be none: a limit is where they vanish
+GAIN = RESIDUAL  # relative gain of a load factor that counts as one: limits have this error
+ONE_LIMIT = 1e3 * RESIDUAL  # relative distance of limit and bound up to which they are one: mixed-integer programs are solved to a part of it
+
 # --- increments ---
 
 STUCK = ROUNDING  # violation of the law, in force scales, with which a trial state stands

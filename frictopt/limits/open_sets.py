@@ -20,15 +20,12 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle, referee
 from ..contact.checks import Array
 from ..errors import SolverError
-from ..solve.solvers import TOLERANCE
+from ..tolerances import HELD, NOTHING_LEFT, RESIDUAL
 from .shakedown import ShakedownModel
 
 __all__ = ["OpenSetLimit", "open_set_limit"]
 
 Booleans = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
-
-_ROUNDING = 1e-13  # eigenvalues below this share of the largest entry of S are none
-_REGULAR = 1e-10  # smallest eigenvalue of S_OO, over the largest, from which on the open nodes leave no body free
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +118,7 @@ class _Condensed:
         out, keep = np.flatnonzero(np.r_[opened, opened]), np.flatnonzero(~np.r_[opened, opened])
         S = system.S
         values = np.linalg.eigvalsh(S[np.ix_(out, out)])
-        if len(out) and not values[0] > _REGULAR * max(values[-1], np.finfo(float).tiny):
+        if len(out) and not values[0] > HELD * max(values[-1], np.finfo(float).tiny):
             return None
         give = np.asarray(np.linalg.inv(S[np.ix_(out, out)]), dtype=np.float64)
         return cls(system, opened, out, keep, give @ S[np.ix_(out, keep)], give)
@@ -131,7 +128,7 @@ class _Condensed:
         system, closed, m = self.system, ~self.opened, int((~self.opened).sum())
         S = system.S[np.ix_(self.keep, self.keep)] - system.S[np.ix_(self.keep, self.out)] @ self.follow
         values, vectors = np.linalg.eigh((S + S.T) / 2)  # what nothing resists any more is left as rounding of both signs
-        S = (vectors * np.where(values > _ROUNDING * np.abs(system.S).max(), values, 0.0)) @ vectors.T
+        S = (vectors * np.where(values > NOTHING_LEFT * np.abs(system.S).max(), values, 0.0)) @ vectors.T
         S = (S + S.T) / 2
         loads = {name: np.concatenate(pair) for name, pair in system.bonded.items()}
         bonded = {name: np.split(r[self.keep] - self.follow.T @ r[self.out], 2) for name, r in loads.items()}
@@ -182,6 +179,6 @@ def _judged(
     force = float(np.abs(bonded).max()) or 1.0
     verdict = referee(system, (bonded[:, :n], bonded[:, n:]), friction, v=v, w=w, q=r[:, :n], p=r[:, n:], force_scale=force)
     residual = max(residual, verdict.residual)
-    if not residual <= TOLERANCE:
-        raise SolverError(f"open set: the states at the limit violate the contact law by {residual:.1e} (tolerance {TOLERANCE:g}; {verdict})")
+    if not residual <= RESIDUAL:
+        raise SolverError(f"open set: the states at the limit violate the contact law by {residual:.1e} (tolerance {RESIDUAL:g}; {verdict})")
     return OpenSetLimit(load_factor, v, np.maximum(w, 0.0), residual, problem)
