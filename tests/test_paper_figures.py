@@ -16,7 +16,7 @@ pytestmark = pytest.mark.slow
 
 NAMES = [
     *("scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"),
-    *("guaranteed_limit", "slip_plane", "dissipation", "shakedown_share", "amplitude", "two_states"),
+    *("guaranteed_limit", "separation", "slip_plane", "dissipation", "shakedown_share", "amplitude", "two_states"),
     *("error_vs_time", "mesh_error", "extremes", "scenes", "joint"),
 ]
 
@@ -74,7 +74,7 @@ def test_same_data_gives_the_same_bytes(data, tmp_path):
 
 def test_second_call_does_not_compute_again(data, tmp_path):
     before = {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()}
-    assert len(before) == 18
+    assert len(before) == 21
     assert main(["shakedown_limit", "traction_ratio", "hysteresis", *options(data, tmp_path)]) == 0
     assert {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()} == before
 

@@ -11,7 +11,8 @@ import pytest
 import frictopt as fo
 from frictopt.campaign.rest import Question
 from frictopt.campaign.rest_search import RestSearch
-from separation import patterns, pulled_system, resting_starts, rests
+from separation import pulled_system, resting_starts, rests
+from studies.validation.open_patterns import every_pattern
 from systems import CYCLE, system
 
 ROUNDED = [  # elements, rounding, open nodes at each side, limit with them open
@@ -113,7 +114,7 @@ def test_small_contacts_against_every_pattern_of_open_nodes(seed):
     if limit.load_factor > 1e5:
         return  # larger ones are not tried
     most = float(re.search(r"up to (\S+)", limit.covers)[1])
-    tried = sorted(patterns(contact, CYCLE, friction, most), key=lambda claim: -claim[0])
+    tried = every_pattern(contact, CYCLE, friction, most)
     if np.isfinite(limit.bound):
         assert limit.bound == pytest.approx(max(tried[0][0], limit.load_factor), rel=1e-6)
     for load_factor, slip, gap in tried:

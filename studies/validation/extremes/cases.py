@@ -15,6 +15,7 @@ from ...paper import LOADS
 from .. import oracles
 from .guarantees import guarantee_probes
 from .probes import SHEAR, Answer, Probe, Sizes, nearly_separated
+from .separations import separation_probes
 
 __all__ = ["probes"]
 
@@ -28,6 +29,7 @@ def probes(sizes: Sizes) -> Iterator[Probe]:
     for part in (_friction, _stiffness, _poisson, _grading, _unit, _near_limit, _free_punch, _critical, _separation, _nodes, _corners, _cycles):
         yield from part(sizes)
     yield from guarantee_probes(sizes)
+    yield from separation_probes(sizes)
 
 
 def _limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:

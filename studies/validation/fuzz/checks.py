@@ -14,6 +14,7 @@ from .. import oracles
 from .cases import Case
 from .guaranteed import followed, guaranteed, guaranteed_transformed
 from .known import Known, NotAsked, Wrong, same, transformed
+from .separated import separated
 
 __all__ = ["CHECKS", "Finding", "asked", "findings"]
 
@@ -185,6 +186,7 @@ CHECKS: dict[str, Callable[[Known], tuple[float, bool]]] = {
     "guaranteed limit": guaranteed,
     "guaranteed, transformed": guaranteed_transformed,
     "guarantee, followed": followed,
+    "limit with separation": separated,
     "exact path": _path,
     "steady state": _steady,
     "safe start": _safe_start,

@@ -1,0 +1,63 @@
+"""Limits of contacts that open: a cylinder and rounded punches over the mesh, a rounded punch over friction, and the flat punch at high friction."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from studies.separation import CYLINDER, FLAT, FULL, ROUNDED, exponent
+from studies.tables import Table
+
+from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label, plain_log
+
+__all__ = ["TABLES", "draw"]
+
+TABLES: Mapping[str, Table[Any]] = {"cylinder": CYLINDER, "rounded": ROUNDED, "flat": FLAT}
+
+
+def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
+    """Left: the cylinder against the cell; then rounded punches against the element, and friction; right: the flat punch."""
+    figure = new_figure(WIDE, 66)
+    first, second, third, fourth = figure.subplots(1, 4)
+    _cylinder(first, tables["cylinder"])
+    rounded = tables["rounded"]
+    same = rounded[rounded["friction"] == FULL.friction]
+    for (size, rows), look in zip(same.groupby("rounding"), SERIES, strict=False):
+        ordered = rows.sort_values("elements")
+        second.plot(2 / ordered["elements"], ordered["separated"], label=f"{size:g}", **look)
+    plain_log(second, "xy")
+    second.set_xlabel("mean element / $a$")
+    meshes = rounded["elements"].value_counts()
+    several = rounded[rounded["elements"] == meshes.index[0]]
+    for (_, rows), look in zip(several.groupby("rounding"), SERIES, strict=False):
+        ordered = rows.sort_values("friction")
+        third.plot(ordered["friction"], ordered["separated"], **look)
+    third.set_xlabel("coefficient of friction $f$")
+    third.set_ylim(bottom=0)
+    flat = tables["flat"]
+    fourth.plot(flat["friction"], flat["separated"], label="flat punch, nodes may open", **SERIES[5])
+    fourth.plot(flat["friction"], flat["shakedown"], label=r"flat punch, all closed: $\lambda_2$", **SERIES[6])
+    fourth.set_xlabel("coefficient of friction $f$")
+    first.set_ylabel("load factor $Q / fP$")
+    for axes in (second, third, fourth):
+        axes.set_ylabel(r"load factor $\sigma / (P / 2a)$")
+    for axes, letter in zip((first, second, third, fourth), "abcd", strict=True):
+        panel_label(axes, letter)
+    handles, labels = [], []
+    for axes in (first, second, fourth):
+        more, names = axes.get_legend_handles_labels()
+        handles += more
+        labels += [f"rounding $s$ = {name}" if axes is second else name for name in names]
+    figure.legend(handles, labels, loc="outside upper center", ncols=4)
+    return figure
+
+
+def _cylinder(axes: Any, table: pd.DataFrame) -> None:
+    size = np.geomspace(table["size"].min(), table["size"].max(), 50)
+    power = exponent(table["size"], table["separated"])
+    axes.plot(table["size"], table["separated"], color=BLACK, marker="o", linestyle="none", label=f"cylinder: exponent {power:.2f}")
+    axes.plot(size, 1 - (1 - size) ** 2, color=GREY, label="partial slip of one cell")
+    plain_log(axes, "xy")
+    axes.set_xlabel("cell / $a$")

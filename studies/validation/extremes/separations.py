@@ -1,0 +1,57 @@
+"""The limit with separation for extreme input, compared with a plain linear program for its open nodes."""
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+import frictopt as fo
+
+from ...paper import LOADS
+from ..open_patterns import largest_with_open
+from .probes import Answer, Probe, Sizes
+
+__all__ = ["separation_probes"]
+
+_TIME = 3.0  # seconds for each
+_QUESTION, _LP = "limit with separation", "plain linear program with its open nodes, scipy"
+
+
+def separation_probes(_sizes: Sizes) -> Iterator[Probe]:
+    """All questions about the limit with separation: of a rounded punch of 9 nodes."""
+    punch = fo.PunchOnHalfPlane(elements=8, grading=3.0, growth=1.3).condense()
+    for size in (1e-6, 1e-3, 1.0, 1e3, 1e6):
+        yield _probe("rounding of the edge", f"{size:g}", _rounded(punch, size), 0.6)
+    for friction in (1e-3, 0.1, 1.0):
+        yield _probe("friction", f"{friction:g}", _rounded(punch, 2.0), friction)
+    for force in (1e-15, 1e15):
+        for length in (1e-15, 1e15):
+            yield _probe("units", f"force {force:g}, length {length:g}", _rounded(punch, 2.0, force, length), 0.6)
+
+
+def _rounded(punch: fo.ContactSystem, size: float, force: float = 1.0, length: float = 1.0) -> fo.ContactSystem:
+    loads = {name: (force * q, force * p) for name, (q, p) in punch.bonded.items()}
+    stiffness, gap = force / length, length * size * np.maximum(np.abs(punch.x) - 0.6, 0.0) ** 2
+    return fo.ContactSystem(stiffness * punch.A, stiffness * punch.B, stiffness * punch.C, length * punch.x, loads, gap)
+
+
+def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float) -> Probe:
+    found: list[fo.SeparatedLimit] = []
+    return Probe(extreme, value, _QUESTION, partial(_ask, system, friction, found), partial(_plain, system, friction, found), _LP)
+
+
+def _ask(system: fo.ContactSystem, friction: float, found: list[Any]) -> Answer:
+    limit = fo.separated_limit(system, LOADS, friction, time_limit=_TIME, progress=False)
+    found.append(limit)
+    return Answer(limit.load_factor, limit.residual, limit.record.solver)
+
+
+def _plain(system: fo.ContactSystem, friction: float, found: list[Any]) -> float | None:
+    """Only where the same nodes are open at all corners are the corners enough to rest."""
+    limit = found[-1]
+    always = limit.open[0]
+    if (limit.open != always).any():
+        return None
+    claim = largest_with_open(system, LOADS, friction, limit.open, 4 * limit.load_factor)
+    return None if claim is None else claim[0]
