@@ -24,10 +24,17 @@ ROUNDED = [  # elements, rounding, open nodes at each side, limit with them open
 ]
 
 
-def searched(contact, cycle, friction, seconds=60.0):
-    """A search that has not begun."""
+def search_of(contact, cycle, friction):
+    """A search that has not begun, with all the time that a busy machine may need."""
     question = Question(contact, cycle, np.broadcast_to(friction, contact.nodes).astype(float))
-    return RestSearch(question, time.monotonic() + seconds, lambda _: None)
+    return RestSearch(question, time.monotonic() + 600.0, lambda _: None)
+
+
+def found(contact, cycle, friction):
+    """The best state of rest of a whole search."""
+    search = search_of(contact, cycle, friction)
+    search.run()
+    return search.best
 
 
 def rounded(contact, size, flat=0.6):
@@ -37,7 +44,7 @@ def rounded(contact, size, flat=0.6):
 @pytest.mark.parametrize(("elements", "size", "count", "limit"), ROUNDED)
 def test_rounded_punches_by_sets_of_open_nodes(elements, size, count, limit, punch, paper_cycle):
     contact = rounded(punch(elements, grading=3, growth=1.09), size)
-    search = searched(contact, paper_cycle, 0.6)
+    search = search_of(contact, paper_cycle, 0.6)
     search.sets()
     best = search.best
     assert best.load_factor == pytest.approx(limit, abs=1e-5 if elements == 96 else 1e-8)
@@ -49,9 +56,9 @@ def test_rounded_punches_by_sets_of_open_nodes(elements, size, count, limit, pun
 
 def test_nodes_that_change_their_status_can_add_to_what_open_sets_give(punch, paper_cycle):
     contact = rounded(punch(48, grading=3, growth=1.09), 20.0)
-    limit = fo.separated_limit(contact, paper_cycle, 0.6, time_limit=5.0, progress=False)
-    assert limit.load_factor > 0.44816 > ROUNDED[1][3] and limit.open.sum(axis=1).tolist() == [14, 16]
-    assert rests(contact, paper_cycle, 0.6, limit.load_factor, initial_state=limit.state) and limit.bound >= limit.load_factor
+    best = found(contact, paper_cycle, 0.6)
+    assert best.load_factor > 0.44816 > ROUNDED[1][3] and best.open.sum(axis=1).tolist() == [14, 16]
+    assert rests(contact, paper_cycle, 0.6, best.load_factor, initial_state=best.state)
 
 
 def test_the_edge_radius_of_200(punch):
@@ -60,20 +67,17 @@ def test_the_edge_radius_of_200(punch):
     contact = contact.with_gap(2.1e5 * np.maximum(np.abs(contact.x) - 0.3, 0.0) ** 2 / 400)
     cycle = fo.LoadCycle({"P": 100.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     assert [rests(contact, cycle, 0.5, factor) for factor in (10.0, 20.0, 40.0)] == [True, True, False]
-    limit = fo.separated_limit(contact, cycle, 0.5, time_limit=4.0, progress=False)
-    assert 20 <= limit.load_factor < 40 and rests(contact, cycle, 0.5, limit.load_factor, initial_state=limit.state)
+    best = found(contact, cycle, 0.5)
+    assert 20 <= best.load_factor < 40 and rests(contact, cycle, 0.5, best.load_factor, initial_state=best.state)
     assert np.isnan(fo.shakedown_limit(contact, cycle, 0.5).load_factor)
 
 
 @pytest.mark.parametrize("friction", [2.0, pytest.param(3.0, marks=pytest.mark.slow)])
 def test_a_flat_punch_rests_above_its_shakedown_limit_at_high_friction(friction, punch, paper_cycle):
     contact = punch(20)
-    closed, limit = (
-        fo.shakedown_limit(contact, paper_cycle, friction),
-        fo.separated_limit(contact, paper_cycle, friction, time_limit=2 * friction**2 - 6, progress=False),
-    )
-    assert limit.load_factor > 1.02 * closed.load_factor and limit.open.any()
-    assert rests(contact, paper_cycle, friction, limit.load_factor, initial_state=limit.state)
+    closed, best = fo.shakedown_limit(contact, paper_cycle, friction), found(contact, paper_cycle, friction)
+    assert best.load_factor > 1.02 * closed.load_factor and best.open.any()
+    assert rests(contact, paper_cycle, friction, best.load_factor, initial_state=best.state)
 
 
 def test_one_node_on_a_vertical_spring_opens_and_never_slips():
@@ -105,12 +109,11 @@ def test_uncoupled_nodes_rest_each_for_itself():
     assert whole.load_factor == pytest.approx(min(one.load_factor for one in alone), rel=1e-6) and whole.open[:, 1].all()
 
 
-@pytest.mark.parametrize("seed", range(2, 30))
+@pytest.mark.parametrize("seed", range(2, 20))
 def test_small_contacts_against_every_pattern_of_open_nodes(seed):
     rng = np.random.default_rng(seed)
-    contact, friction = pulled_system(rng, int(rng.integers(1, 4))), 0.0
-    friction = float(rng.uniform(0.1, 1.0))
-    limit = fo.separated_limit(contact, CYCLE, friction, time_limit=30, progress=False)
+    contact, friction = pulled_system(rng, int(rng.integers(1, 4))), float(rng.uniform(0.1, 1.0))
+    limit = fo.separated_limit(contact, CYCLE, friction, time_limit=300, progress=False)
     if limit.load_factor > 1e5:
         return  # larger ones are not tried
     most = float(re.search(r"up to (\S+)", limit.covers)[1])
@@ -127,7 +130,7 @@ def test_small_contacts_against_every_pattern_of_open_nodes(seed):
 def check_random(seed, nodes, starts):
     rng = np.random.default_rng(seed)
     contact, friction = pulled_system(rng, int(rng.integers(*nodes))), float(rng.uniform(0.1, 1.0))
-    limit, closed = fo.separated_limit(contact, CYCLE, friction, time_limit=20, progress=False), fo.shakedown_limit(contact, CYCLE, friction)
+    limit, closed = fo.separated_limit(contact, CYCLE, friction, time_limit=300, progress=False), fo.shakedown_limit(contact, CYCLE, friction)
     assert (limit.residual <= 1e-9 and limit.bound >= limit.load_factor) or np.isnan(limit.bound)
     if limit.state is None or np.isinf(limit.load_factor):
         return
@@ -137,7 +140,7 @@ def check_random(seed, nodes, starts):
         assert not resting_starts(contact, CYCLE, friction, factor * limit.load_factor, limit.slip, starts // 4, rng), (seed, factor)
 
 
-@pytest.mark.parametrize("seed", range(15))
+@pytest.mark.parametrize("seed", range(10))
 def test_random_contacts_rest_at_the_limit_and_above_an_exact_one_nothing_does(seed):
     check_random(1000 + seed, (2, 4), 40)
 
@@ -151,7 +154,7 @@ def test_a_thousand_random_contacts(block):
 
 def test_what_is_said_of_it(punch, paper_cycle):
     contact = rounded(punch(8), 2.0)
-    limit = fo.separated_limit(contact, paper_cycle, 0.6, time_limit=20.0, progress=False)
+    limit = fo.separated_limit(contact, paper_cycle, 0.6, time_limit=300, progress=False)
     assert limit.exact and limit.kind is fo.LimitKind.FINITE and "none above it" in limit.reason and "opens or closes at most once" in limit.covers
     text = io.StringIO()
     limit.explain(text)

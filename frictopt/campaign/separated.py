@@ -130,7 +130,7 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, t
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     >>> fo.shakedown_limit(rounded, cycle, friction=0.6).load_factor
     nan
-    >>> limit = fo.separated_limit(rounded, cycle, friction=0.6)
+    >>> limit = fo.separated_limit(rounded, cycle, friction=0.6, time_limit=60.0)
     >>> limit.exact, limit.open.tolist()
     (True, [[True, False, False, False, True], [True, False, False, False, True]])
     """
