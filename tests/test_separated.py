@@ -11,6 +11,7 @@ import pytest
 import frictopt as fo
 from frictopt.campaign.rest import Question
 from frictopt.campaign.rest_search import RestSearch
+from frictopt.limits import separated
 from separation import pulled_system, resting_starts, rests
 from studies.validation.open_patterns import every_pattern
 from systems import CYCLE, system
@@ -22,6 +23,9 @@ ROUNDED = [  # elements, rounding, open nodes at each side, limit with them open
     (48, 100.0, 11, 0.6026058693),
     (96, 100.0, 22, 0.48761),
 ]
+
+
+THREE = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 0.8}, {"cyclic": 0.3}])
 
 
 def search_of(contact, cycle, friction):
@@ -109,22 +113,22 @@ def test_uncoupled_nodes_rest_each_for_itself():
     assert whole.load_factor == pytest.approx(min(one.load_factor for one in alone), rel=1e-6) and whole.open[:, 1].all()
 
 
-@pytest.mark.parametrize("seed", range(2, 20))
-def test_small_contacts_against_every_pattern_of_open_nodes(seed):
+@pytest.mark.parametrize(("seed", "cycle", "most_nodes"), [(seed, CYCLE, 3) for seed in range(2, 16)] + [(seed, THREE, 2) for seed in range(20, 30)])
+def test_small_contacts_against_every_pattern_of_open_nodes(seed, cycle, most_nodes):
     rng = np.random.default_rng(seed)
-    contact, friction = pulled_system(rng, int(rng.integers(1, 4))), float(rng.uniform(0.1, 1.0))
-    limit = fo.separated_limit(contact, CYCLE, friction, time_limit=300, progress=False)
+    contact, friction = pulled_system(rng, int(rng.integers(1, most_nodes + 1))), float(rng.uniform(0.1, 1.0))
+    limit = fo.separated_limit(contact, cycle, friction, time_limit=300, progress=False)
     if limit.load_factor > 1e5:
         return  # larger ones are not tried
     most = float(re.search(r"up to (\S+)", limit.covers)[1])
-    tried = every_pattern(contact, CYCLE, friction, most)
+    tried = every_pattern(contact, cycle, friction, most)
     if np.isfinite(limit.bound):
         assert limit.bound == pytest.approx(max(tried[0][0], limit.load_factor), rel=1e-6)
     for load_factor, slip, gap in tried:
         if load_factor <= limit.load_factor * (1 + 1e-6):
             break
-        loads = contact.reaction({"mean": 1.0, "cyclic": load_factor})
-        assert not rests(contact, CYCLE, friction, load_factor, initial_state=fo.ContactState(slip[-1], gap[-1], *loads))
+        loads = contact.reaction({"mean": 1.0, "cyclic": load_factor * cycle.corners[-1]["cyclic"]})
+        assert not rests(contact, cycle, friction, load_factor, initial_state=fo.ContactState(slip[-1], gap[-1], *loads))
 
 
 def check_random(seed, nodes, starts):
@@ -163,6 +167,13 @@ def test_what_is_said_of_it(punch, paper_cycle):
     table = limit.to_frame()
     assert list(table.columns) == ["node", "x", "slip", "gap", "open"] and np.array_equal(table["open"], limit.open.sum(axis=0))
     assert np.array_equal(limit.slip, limit.state.slip) and not limit.slip.flags.writeable
+
+
+@pytest.mark.parametrize(("name", "value", "reason"), [("_MOTION", 0.3, "comes to the largest gap"), ("_PRESSURE", 0.3, "outside of what the bound")])
+def test_an_answer_that_touches_the_largest_motion_or_pressure_is_no_bound(name, value, reason, monkeypatch):
+    monkeypatch.setattr(separated, name, value)
+    limit = fo.separated_limit(pulled_system(np.random.default_rng(3), 3), CYCLE, 0.5, time_limit=300, progress=False)
+    assert limit.bound == np.inf and not limit.exact and reason in limit.reason
 
 
 def test_a_contact_that_is_pulled_apart_has_no_state_of_rest(punch):

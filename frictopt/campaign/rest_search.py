@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.diagnosis import open_nodes
 from ..contact.symmetry import halve
 from ..errors import FrictoptError
 from ..limits.open_sets import open_set_limit
@@ -150,12 +149,9 @@ class RestSearch:
         return asked.rest(states.load_factor, initial_state=asked.state(states.load_factor, states.slip[-1], np.maximum(states.gap[-1], 0.0)))
 
     def _first_sets(self) -> Iterator[Booleans]:
-        """Sets of nodes that may stay open: none, those that the mean load leaves open without slip, and with slip."""
+        """Sets of nodes that may stay open: none, and those that the mean load leaves open."""
         asked = self.question
         yield np.zeros(asked.system.nodes, dtype=bool)
-        opened = open_nodes(asked.system, asked.cycle.mean_reaction(asked.system)[1])
-        if opened is not None:
-            yield np.asarray(opened, dtype=bool)
         try:
             yield march(asked.system, asked.cycle, asked.friction, 0.0, cycles=0).gap[-1] > 0
         except FrictoptError:
