@@ -160,9 +160,10 @@ class _Bound:
 
     def run(self) -> None:
         search, asked = self.search, self.search.question
-        for _ in range(_ROUNDS):
+        for number in range(_ROUNDS):
             if search.over:
                 return
+            self.most *= _WIDER if number else 1.0
             search.tell(f"bound up to {self.most:.6g}")
             model = SeparatedProblem(asked.system, asked.cycle, asked.friction, self.most)
             bounds, states, self.problem = model.search(search.least * (1 - ONE_LIMIT), search.deadline - time.monotonic())
@@ -180,7 +181,6 @@ class _Bound:
                 return
             if bounds.status is not BoundStatus.OPTIMAL:
                 return
-            self.most *= _WIDER
         self.endless = True
 
     def _follow(self, model: SeparatedProblem, states: CornerStates) -> None:
