@@ -7,9 +7,9 @@ import numpy as np
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, frozen
+from ..contact.tolerances import RESIDUAL, TOUCHING
 from ..errors import FrictoptError
 from ..path import Outcome, steady_state
-from ..tolerances import RESIDUAL, TOUCHING
 from .march import march
 
 __all__ = ["Question", "Rest"]

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from ..contact.symmetry import halve
+from ..contact.tolerances import GAIN
 from ..errors import FrictoptError
 from ..limits.open_sets import open_set_limit
 from ..limits.separated import CornerStates, SeparatedProblem
-from ..tolerances import GAIN
 from .march import march
 from .rest import Booleans, Question, Rest
 

@@ -15,12 +15,12 @@ from ..contact.diagnosis import mean_load_diagnosis
 from ..contact.record import Attempt, Recorded, SolveRecord
 from ..contact.show import frame
 from ..contact.system import checked_system
+from ..contact.tolerances import ONE_LIMIT
 from ..limits import LimitKind
 from ..limits.separated import CornerStates, SeparatedProblem
 from ..solve.bounds import BoundStatus
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
-from ..tolerances import ONE_LIMIT
 from .rest import Booleans, Question
 from .rest_search import RestSearch
 

@@ -19,8 +19,8 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, referee
 from ..contact.checks import Array
+from ..contact.tolerances import HELD, NOTHING_LEFT, RESIDUAL
 from ..errors import SolverError
-from ..tolerances import HELD, NOTHING_LEFT, RESIDUAL
 from .shakedown import ShakedownModel
 
 __all__ = ["OpenSetLimit", "open_set_limit"]

@@ -10,7 +10,7 @@ from ..contact.checks import Array, flag
 from ..contact.cycle import checked_cycle
 from ..contact.record import Attempt, SolveRecord
 from ..contact.symmetry import Part, halve, whole
-from ..contact.tolerances import RESIDUAL
+from ..contact.tolerances import CONDENSATION, RESIDUAL
 from ..errors import ModelError
 from .mechanism import Mechanism
 from .ruling_corners import RulingLoads, ruling_loads
@@ -143,7 +143,7 @@ class LimitQuestion:
     def mean_bound(self) -> float:
         """Mean friction bound `f p` under the mean load: the unit of margins (the mean normal force where there is no friction)."""
         bound = float((self.friction * self.loads.p0).mean())
-        return bound if bound > 0 else self.force
+        return bound if bound > CONDENSATION * float((self.friction * np.abs(self.loads.p0)).mean()) else self.force  # a shear alone leaves rounding
 
     def defect(self, scaled: ScaledContact, mechanism: Mechanism, slip: Array) -> float:
         """By how much the work bound of a mechanism may be off because its stress is not exactly zero.

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..contact import ContactState, ContactSystem, referee
 from ..contact.checks import Array
-from ..errors import ModelError
 from ..contact.tolerances import RESIDUAL
+from ..errors import ModelError
 from .kernel import OPEN, State, new_state
 
 __all__ = ["standing"]
