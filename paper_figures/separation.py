@@ -1,4 +1,4 @@
-"""Limits of contacts that open: a cylinder and rounded punches over the mesh, a rounded punch over friction, and the flat punch at high friction."""
+"""Limits of contacts that open: a cylinder and rounded punches over the mesh, rounded punches over friction, and what opening adds to a pin."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,18 +7,18 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from studies.separation import CYLINDER, FLAT, FULL, ROUNDED, exponent
+from studies.separation import CLOSED, CYLINDER, FULL, ROUNDED, exponent
 from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label, plain_log
 
 __all__ = ["TABLES", "draw"]
 
-TABLES: Mapping[str, Table[Any]] = {"cylinder": CYLINDER, "rounded": ROUNDED, "flat": FLAT}
+TABLES: Mapping[str, Table[Any]] = {"cylinder": CYLINDER, "rounded": ROUNDED, "closed": CLOSED}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: the cylinder against the cell; then rounded punches against the element, and friction; right: the flat punch."""
+    """Left: the cylinder against the cell; then rounded punches against the element, and friction; right: flat punch and pin."""
     figure = new_figure(WIDE, 66)
     first, second, third, fourth = figure.subplots(1, 4)
     _cylinder(first, tables["cylinder"])
@@ -36,13 +36,13 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         third.plot(ordered["friction"], ordered["separated"], **look)
     third.set_xlabel("coefficient of friction $f$")
     third.set_ylim(bottom=0)
-    flat = tables["flat"]
-    fourth.plot(flat["friction"], flat["separated"], label="flat punch, nodes may open", **SERIES[5])
-    fourth.plot(flat["friction"], flat["shakedown"], label=r"flat punch, all closed: $\lambda_2$", **SERIES[6])
+    for (name, rows), look in zip(tables["closed"].groupby("scene"), SERIES[5:], strict=False):
+        fourth.plot(rows["friction"], rows["separated"] / rows["shakedown"], label=str(name), **look)
     fourth.set_xlabel("coefficient of friction $f$")
     first.set_ylabel("load factor $Q / fP$")
-    for axes in (second, third, fourth):
+    for axes in (second, third):
         axes.set_ylabel(r"load factor $\sigma / (P / 2a)$")
+    fourth.set_ylabel(r"load factor / $\lambda_2$")
     for axes, letter in zip((first, second, third, fourth), "abcd", strict=True):
         panel_label(axes, letter)
     handles, labels = [], []
