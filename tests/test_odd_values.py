@@ -150,6 +150,9 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "GuaranteedLimit.answers": (fo.guaranteed_limit(**ASKED).answers, ASKED),
     "GuaranteedModel": (fo.GuaranteedModel, {"system": CONTACT, "cycle": CYCLE}),
     "GuaranteedModel.solve": (fo.GuaranteedModel(CONTACT, CYCLE).solve, {"friction": FRICTION}),
+    "LeastSlip.of": (fo.shakedown_limit(**ASKED).least_slip(1.0).of, {"slip": [SLIP, SLIP], "gap": [SLIP, SLIP]}),
+    "LoadStep": (fo.LoadStep, {"loads": {"mean": 0.5}, "cyclic": {"cyclic": 1.0}}),
+    "LoadStep.reactions": (fo.LoadStep({"mean": 0.5}, {"cyclic": 1.0}).reactions, {"system": CONTACT, "load_factor": 0.5}),
     "LoadCycle": (fo.LoadCycle, {"mean": {"mean": 1.0}, "corners": [{"cyclic": 1.0}]}),
     "LoadCycle.corner_reactions": (CYCLE.corner_reactions, {"system": CONTACT}),
     "LoadCycle.from_history": (fo.LoadCycle.from_history, {"history": pd.DataFrame({"cyclic": [0.0, 1.0]})}),
@@ -167,6 +170,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "RoundedPunch": (condensed(fo.RoundedPunch), {"punch": SCENE}),
     "SafeSlipModel": (fo.SafeSlipModel, {"system": CONTACT, "cycle": CYCLE}),
     "SafeSlipModel.solve": (fo.SafeSlipModel(CONTACT, CYCLE).solve, {"friction": FRICTION, "load_factor": 0.1}),
+    "ShakedownLimit.least_slip": (fo.shakedown_limit(**ASKED).least_slip, {"load_factor": 1.0}),
     "ShakedownModel": (fo.ShakedownModel, {"system": CONTACT, "cycle": CYCLE}),
     "ShakedownModel.solve": (fo.ShakedownModel(CONTACT, CYCLE).solve, {"friction": FRICTION}),
     "ShakedownModel.sweep": (fo.ShakedownModel(CONTACT, CYCLE).sweep, {"frictions": [0.3, FRICTION]}),
@@ -185,6 +189,9 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Interference": (fo.Interference, {"contact": "contact", "amount": 0.1}),
     "Support": (fo.Support, {"body": "punch", "where": "top"}),
     "Traction": (fo.Traction, {"body": "punch", "boundary": "top"}),
+    "assembled_slip": (fo.assembled_slip, ASKED),
+    "cure": (fo.cure, {**ASKED, "load_factor": 0.5, "excursion": {"mean": -0.5}, "samples": 1, "scan": 2, "tolerance": 0.2}),
+    "dissipation_range": (fo.dissipation_range, {**ASKED, "load_factor": 0.5}),
     "dissipation_study": (
         fo.dissipation_study,
         {**ASKED, "load_factors": [0.5], "initial_slips": [SLIP], "workers": 1, "progress": False},
@@ -192,6 +199,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "guaranteed_limit": (fo.guaranteed_limit, ASKED),
     "march": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1}),
     "march qp": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1, "engine": "qp", "steps": 2}),
+    "practical_limit": (fo.practical_limit, {**ASKED, "protocol": [fo.LoadStep({"mean": 0.5})], "start": SLIP, "scan": 3, "tolerance": 0.1}),
+    "slip_order": (fo.slip_order, {"system": CONTACT, "friction": FRICTION}),
     "onset": (fo.onset, ASKED),
     "referee": (
         fo.referee,
@@ -273,6 +282,7 @@ MADE_BY_US = {  # results, which no user makes
     *("GuaranteeCheck", "GuaranteedLimit", "LimitKind", "Onset", "OnsetEvent", "Outcome", "SafeSlip", "ShakedownLimit", "SolveRecord", "SteadyState"),
     *("BodyFields", "RequiredFriction", "SafeRegion", "SeparatedLimit"),
     *("Trajectory", "Verdict", "Attempt", "ComplementarityProblem", "ContactArrays", "CornerMode", "Increment", "TwoNodeLimits"),
+    *("Cure", "DissipationRange", "LeastSlip", "PracticalLimit", "SlipOrder"),
 }
 NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes
 MAY_BE_NAN = {"v", "w", "q", "p", "previous_slip"}  # in a claimed state, which is then infinitely wrong

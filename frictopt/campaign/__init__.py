@@ -1,27 +1,39 @@
 """Campaigns: transients as trajectories, and steady states of many transients as tables."""
 
+from .cures import Cure, cure
 from .dissipation import Interrupted, dissipation_study
+from .dissipation_range import DissipationRange, dissipation_range
 from .fretting import fretting_table, steady_cycle
 from .guarantee import GuaranteeCheck, verify_guaranteed
 from .march import march
+from .protocols import PracticalLimit, practical_limit
 from .separated import SeparatedLimit, separated_limit
 from .starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from .store import DamagedRows, read_store
 from .trajectory import Trajectory
+from .treatment import LoadStep, assembled_slip
 
 __all__ = [
+    "Cure",
     "DamagedRows",
+    "DissipationRange",
     "GuaranteeCheck",
     "Interrupted",
+    "LoadStep",
+    "PracticalLimit",
     "SeparatedLimit",
     "Start",
     "Trajectory",
+    "assembled_slip",
+    "cure",
+    "dissipation_range",
     "dissipation_study",
     "fretting_table",
     "given_slips",
     "march",
     "no_slip",
     "overloads",
+    "practical_limit",
     "random_slips",
     "read_store",
     "safe_slips",

@@ -3,6 +3,7 @@
 from .coulomb import Verdict, friction_coefficients, referee
 from .cycle import LoadCycle
 from .onset import Onset, OnsetEvent, onset
+from .order import SlipOrder, slip_order
 from .record import Attempt, SolveRecord
 from .state import ContactState
 from .system import ContactSystem
@@ -14,9 +15,11 @@ __all__ = [
     "LoadCycle",
     "Onset",
     "OnsetEvent",
+    "SlipOrder",
     "SolveRecord",
     "Verdict",
     "friction_coefficients",
     "onset",
     "referee",
+    "slip_order",
 ]

@@ -25,6 +25,8 @@ SYMMETRY = 10 * CONDENSATION  # asymmetry of a given stiffness, over its largest
 EQUILIBRIUM = 1e3 * CONDENSATION  # error of equilibrium, over the forces, above which a condensation is refused: far above its rounding
 SAME_POINT = 10 * CONDENSATION  # two nodes coincide within this share of the body's size: coordinates have ten digits or more
 
+PULL = CONDENSATION  # a stiffness between two nodes up to this share of the largest entry of A and B counts as none: the data have this error
+
 # --- path ---
 
 PERIODIC = RESIDUAL / 10  # change of slip over a cycle, over the slip scale, that counts as none: a part of the residual of a steady state
@@ -35,6 +37,9 @@ AFFINE_FIT = 1e3 * RESIDUAL  # deviation of a state from the linear map fitted t
 NO_DRIVE = ROUNDING / 1e3  # change of the bonded reactions, over the force scale, that moves nothing: it changes their last digit
 DISTINCT = 1e3 * RESIDUAL  # two solutions of a rate problem differ by more: each has errors up to the residual
 PIVOT = 10 * ROUNDING  # pivots of Lemke's tableau up to this count as zero: a pivot adds its rounding to that of the entries
+
+INSTANT = ROUNDING / 10  # stretches of a segment shorter than this share of it lie between events that happen at once
+STAYING = CONDENSATION  # motions that a cycle changes by less than this share stay as they are: the data have this error
 
 # --- symmetry ---
 
@@ -59,6 +64,8 @@ SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of 
 SETTLED = RESIDUAL  # change of a screening mechanism, over its size, that counts as none
 SPARE = 1e3 * RESIDUAL  # share by which a screening mechanism slips more than it must, so that it is admissible before it settles
 SCREENING = CONDENSATION  # relative rounding of a screening bound, which feels the errors of the data
+
+WEIGHT = ROUNDING  # weights of slip below this share of the stresses that they are sums of are zero
 
 # --- limits with separation ---
 
@@ -89,3 +96,9 @@ PROVEN_FRICTION = 100 * RESIDUAL  # share between the two friction coefficients 
 WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part of the margin
 NO_LEAST_PRESSURE = RESIDUAL  # pressure, over the force scale, that counts as none: it has the error of an answer
 SAME_STATE = 100 * RESIDUAL  # distance, over the largest value, with which a cycle from a steady state comes back to it
+
+# --- campaign ---
+
+LEVEL = 1e3 * RESIDUAL  # works of friction that differ by less, relative, are one level: each has errors up to the residual, over its slips
+WORK_GAIN = 100 * RESIDUAL  # a step that gains less work, relative, is none
+PARALLEL = ROUNDING  # directions of unit length that differ by less are one

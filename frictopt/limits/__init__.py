@@ -3,6 +3,7 @@
 from .guaranteed import GuaranteedModel, guaranteed_limit
 from .guaranteed_result import GuaranteedLimit
 from .kinds import LimitKind
+from .least_slip import LeastSlip
 from .required_friction import RequiredFriction, required_friction
 from .safe_region import SafeRegion, safe_region
 from .safe_slip import SafeSlipModel, safe_slip
@@ -14,6 +15,7 @@ from .shakedown_result import ShakedownLimit
 __all__ = [
     "GuaranteedLimit",
     "GuaranteedModel",
+    "LeastSlip",
     "LimitKind",
     "RequiredFriction",
     "SafeRegion",

@@ -9,7 +9,7 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact.checks import Array, frozen
+from ..contact.checks import Array, finite_number, frozen
 from ..contact.record import Attempt, Recorded, SolveRecord
 from ..contact.show import frame
 from ..contact.tolerances import FLOOR, RESIDUAL
@@ -18,6 +18,7 @@ from ..solve.explain import Units, explain
 from ..solve.polish import Program
 from ..solve.portable import Portable
 from .kinds import LimitKind, reason
+from .least_slip import LeastSlip, least_slip
 from .mechanism import Mechanism
 from .own_constraints import Extended, contradiction, is_unbounded
 from .posed import LimitQuestion
@@ -121,6 +122,22 @@ class ShakedownLimit(Recorded, Portable):
         if not np.isfinite(self.load_factor):
             return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
         return self._task.reactions(self.load_factor, self.slip)
+
+    def least_slip(self, load_factor: float) -> LeastSlip:
+        """Proven lower bound of the slip in every cycle at a load factor, from every start; it is positive above the limit.
+
+        Raises
+        ------
+        ModelError
+            Bad load factor; a limit that is not finite, under a slip bound, or under constraints of your own, which proves nothing of other slips.
+        SolverError
+            The multipliers of the limit do not balance to the tolerance.
+        """
+        load_factor = finite_number("load_factor", load_factor, least=0.0)
+        if not np.isfinite(self.load_factor) or self.constraints or self._task.most is not None:
+            asked = f"load factor {self.load_factor:g}" + (" under constraints on the slip" if np.isfinite(self.load_factor) else "")
+            raise ModelError(f"least_slip: the limit ({asked}) bounds no slip from below; ask a finite limit without slip bound and constraints")
+        return least_slip(self._task.system, self._task.friction, self._motion, self.dual_bound, load_factor, self.residual)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, x and the slip that is safe at the limit."""

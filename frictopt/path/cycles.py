@@ -66,6 +66,7 @@ class Run:
         self.energy = 0.0
         self.tried = self.pause = 0  # extrapolations that failed since the events last changed, and cycles until the next one
         self.last: list[Cycle] = []
+        self.settled = path  # where the steady state was proven
 
     def cycle(self) -> None:
         """Follow one cycle. The first one starts at the mean load, not at the last corner, so no proof uses it."""
@@ -248,6 +249,7 @@ class Run:
         return self._result(path, Outcome.SHAKEDOWN, replace(cycle, work=0 * cycle.work, corners=resting), violation, extrapolated)
 
     def _result(self, path: ExactPath, outcome: Outcome, cycle: Cycle, change: float, extrapolated: bool) -> SteadyState:
+        self.settled = path
         residual = max(change, self._violation(cycle), cycle.energy, self.energy)
         if not residual <= RESIDUAL:
             raise SolverError(

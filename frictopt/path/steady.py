@@ -1,5 +1,6 @@
 """The steady state of a transient: whether it stops slipping, and if not, how much it dissipates per cycle."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from ..contact import ContactState, ContactSystem, LoadCycle
@@ -10,7 +11,10 @@ from .outcome import SteadyState
 from .stops import turning_corners
 from .transient import ExactPath
 
-__all__ = ["steady_state"]
+__all__ = ["settled", "steady_state"]
+
+MOST_CYCLES = 2000
+"""Number of cycles after which the search for a steady state gives up, unless another one is asked for."""
 
 
 def steady_state(
@@ -22,7 +26,7 @@ def steady_state(
     initial_slip: Any = None,
     initial_state: ContactState | None = None,
     overload: float | None = None,
-    most_cycles: int = 2000,
+    most_cycles: int = MOST_CYCLES,
     simplify: bool = True,
 ) -> SteadyState:
     """Follow a transient exactly until its steady state is proven.
@@ -84,10 +88,23 @@ def steady_state(
         path.check_near("overload", corners)
         for number in stops:
             path.follow_to(corners[number], f"the overload's segment to corner {number}")
-    run = Run(path, stops, turning_corners(cycle))
+    return settled(path, stops, turning_corners(cycle), most_cycles)[0]
+
+
+def settled(path: ExactPath, stops: Sequence[int], turns: Sequence[int], most_cycles: int = MOST_CYCLES) -> tuple[SteadyState, ExactPath]:
+    """The steady state that cycles through the corners `stops`, from where a path is, lead to; and a path on it, at the last corner.
+
+    Raises
+    ------
+    NoContinuation
+        The path ends, or no steady state is proven within `most_cycles`.
+    SolverError
+        The states violate the contact law or the balance of energy by more than the tolerance.
+    """
+    run = Run(path, stops, turns)
     while run.cycles < most_cycles:
         run.cycle()
         found = run.steady()
         if found is not None:
-            return found
+            return found, run.settled
     raise NoContinuation(f"steady state: {run.reason(most_cycles)}")

@@ -228,6 +228,13 @@ class ExactPath:
         )
         return copy if verdict.residual <= RESTART else None
 
+    def recorded(self) -> "ExactPath":
+        """A copy at the same load and state that keeps the states at all events from here on."""
+        n, copy = self.nodes, object.__new__(ExactPath)
+        copy.__dict__.update(self.__dict__, history=[], _record=new_record(_ROWS, n), _active=new_active_set(n))
+        copy.state = type(self.state)(*(values.copy() for values in self.state))
+        return copy
+
     def follow_to(self, bonded: Array, where: str) -> None:
         """Follow the path in a straight line to other bonded reactions (2N,).
 

@@ -1,0 +1,201 @@
+"""The least excursion of the load that brings a contact to rest."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..contact import ContactSystem, LoadCycle
+from ..contact.checks import LARGEST_SEED, Array, checked_loads, finite_number, frozen, whole_number
+from ..contact.show import Shown
+from ..errors import ModelError
+from .treatment import REST, LoadStep, Treatment
+
+__all__ = ["Cure", "cure"]
+
+_DECADES = -1.0, 1.0  # of the size of sampled slips, over the spread of the largest start
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Cure(Shown):
+    """The least excursion found after which the contact comes to rest from all starts tried.
+
+    Attributes
+    ----------
+    share
+        Least share of the excursion, from 0 (it comes to rest without) to 1; inf if none does.
+    loads
+        The load at which the excursion turns, load case name -> amplitude; None if none does.
+    start
+        (N,) the start that is hardest to bring to rest, length: of the starts tried, the last one that asked for more.
+    sampled
+        Number of sampled starts that were brought to rest by it as well.
+    tried
+        DataFrame, one row for each share tried on the start that was hardest then: share; outcome, "rest", "slip", or "UNDECIDED" where the transient
+        has no result, for example because the contact slides or opens as a whole.
+    transients
+        Number of transients followed.
+    residual
+        Largest residual of their steady states. At most 1e-9.
+    """
+
+    share: float
+    loads: Mapping[str, float] | None
+    start: Array = field(repr=False)
+    sampled: int
+    tried: pd.DataFrame = field(repr=False)
+    transients: int
+    residual: float
+
+    @property
+    def found(self) -> bool:
+        """Whether there is one."""
+        return bool(np.isfinite(self.share))
+
+    def to_frame(self) -> pd.DataFrame:
+        """The shares tried, see `tried`."""
+        return self.tried.copy()
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("found", "share", "loads", "sampled", "transients", "residual")}
+
+
+def cure(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Any,
+    load_factor: float,
+    *,
+    excursion: Mapping[str, float],
+    start: Any = "worst",
+    samples: int = 25,
+    scan: int = 20,
+    tolerance: float = 1e-3,
+    seed: int = 0,
+) -> Cure:
+    """Find the least excursion from the mean load and back after which the contact comes to rest.
+
+    The excursion goes in a straight line to the mean load plus a share of `excursion`. Shares are tried in even steps on the start that is hardest
+    so far, and a bisection narrows the interval below the first one that brings it to rest. All other starts are then tried at this share; one that
+    keeps slipping becomes the hardest, and the search goes on from there. What happens at other shares and from other starts is not known.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    load_factor
+        Load factor, >= 0.
+    excursion
+        Largest excursion, load case name -> change of its amplitude.
+    start
+        As in `practical_limit`.
+    samples
+        Number of random slips that verify the share found, where `start` is "worst".
+    scan
+        Number of steps.
+    tolerance
+        Width of the last interval of shares.
+    seed
+        Seed of the random slips.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+    SolverError
+        The shakedown limit is not found.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> unloading = fo.cure(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": -0.95})
+    >>> unloading.found, round(unloading.loads["P"], 2)
+    (True, 0.23)
+    >>> fo.cure(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": 5.0}).found
+    False
+    """
+    treatment = Treatment(system, cycle, friction, start)
+    load_factor, largest = finite_number("load_factor", load_factor, least=0.0), checked_loads("excursion", excursion)
+    if not any(largest.values()):
+        raise ModelError("excursion: no load changes; give load case name -> change of its amplitude")
+    system.reaction(largest)
+    samples, scan = whole_number("samples", samples, least=0), whole_number("scan", scan, least=1)
+    tolerance = finite_number("tolerance", tolerance, above=0.0, below=1.0)
+    rng = np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED))
+    worst = isinstance(start, str) and start == "worst"
+    if worst:
+        treatment.starts += _sampled(rng, treatment.starts, samples)
+    search = _Shares(treatment, load_factor, largest, scan, tolerance)
+    share = search.least()
+    return Cure(
+        share=share,
+        loads=search.step(share).loads if np.isfinite(share) else None,
+        start=search.hardest,
+        sampled=samples if np.isfinite(share) and worst else 0,
+        tried=pd.DataFrame(search.tried, columns=["share", "outcome"]),
+        transients=treatment.transients,
+        residual=treatment.residual,
+    )
+
+
+class _Shares:
+    """The search over the shares of one excursion."""
+
+    def __init__(self, treatment: Treatment, load_factor: float, excursion: Mapping[str, float], scan: int, tolerance: float) -> None:
+        self._treatment, self._load_factor, self._excursion = treatment, load_factor, excursion
+        self._grid, self._tolerance = np.arange(1, scan + 1) / scan, tolerance
+        self.hardest = frozen(treatment.starts[0])
+        self.tried: list[tuple[float, str]] = []
+
+    def step(self, share: float) -> LoadStep:
+        """The load at which a share of the excursion turns."""
+        mean = self._treatment.cycle.mean
+        return LoadStep({name: mean.get(name, 0.0) + share * self._excursion.get(name, 0.0) for name in sorted({*mean, *self._excursion})})
+
+    def least(self) -> float:
+        """The least share found that brings all starts to rest; inf if none does."""
+        share = 0.0
+        while True:
+            asking = next((start for start in self._treatment.starts if self._outcome(share, start) != REST), None)
+            if asking is None:
+                return share
+            self.hardest = frozen(asking)
+            share = self._above(share)
+            if not np.isfinite(share):
+                return share
+
+    def _above(self, low: float) -> float:
+        """A share above one at which the hardest start does not come to rest, at which it does; inf if none on the grid is."""
+        high = np.inf
+        for share in self._grid[self._grid > low]:
+            if self._tried(float(share)):
+                high = float(share)
+                break
+            low = float(share)
+        while np.isfinite(high) and high - low > self._tolerance:
+            middle = (low + high) / 2
+            low, high = (low, middle) if self._tried(middle) else (middle, high)
+        return high
+
+    def _tried(self, share: float) -> bool:
+        outcome = self._outcome(share, self.hardest)
+        self.tried.append((share, outcome))
+        return outcome == REST
+
+    def _outcome(self, share: float, start: Array) -> str:
+        return self._treatment.outcome(self._load_factor, [self.step(share)] if share else [], start)
+
+
+def _sampled(rng: np.random.Generator, starts: Sequence[Array], count: int) -> list[Array]:
+    """Random slips of the size of the largest start, from a tenth to ten times, half of them smooth along the interface."""
+    size, nodes = max(float(np.ptp(start)) for start in starts), len(starts[0])
+    slips = [rng.normal(size=nodes) if number % 2 else np.cumsum(rng.normal(size=nodes)) for number in range(count)]
+    return [size * 10 ** rng.uniform(*_DECADES) * slip / max(float(np.ptp(slip)), np.finfo(float).tiny) for slip in slips]

@@ -1,0 +1,166 @@
+"""The range of steady dissipation that searches over the starts find: an inner estimate of the true one, made of exact steady states."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ..contact import ContactSystem, LoadCycle
+from ..contact.checks import Array, finite_number, flag, frozen
+from ..contact.show import Shown, frame
+from ..contact.system import checked_system
+from ..errors import NoContinuation, SolverError
+from ..limits import shakedown_limit
+from ..limits.posed import LimitQuestion, cycle_loads
+from ..limits.slip_bound import slip_bounds
+from ..path import SteadyState
+from .range_search import Orbit, Search
+from .range_starts import RangeStarts
+
+__all__ = ["DissipationRange", "dissipation_range"]
+
+_CLIMBED = 4  # levels of work, the best ones, from which the search goes on
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DissipationRange(Shown):
+    """The least and the most steady dissipation found over all starts: two that occur, not bounds of what may occur.
+
+    The true range is at least as wide. Only `least = 0` is known to be the true least, for no work of friction is negative.
+
+    Attributes
+    ----------
+    least, most
+        Least and largest work of friction per cycle found, force times length per depth.
+    least_start, worst_start
+        (N,) residual slips that lead to them, for `steady_state`, length.
+    least_state, most_state
+        Their steady states.
+    transients
+        Number of transients followed.
+    levels
+        Works of friction of the local extremes found, each once, in rising order.
+    residual
+        Largest residual of the steady states of `least` and `most`. At most 1e-9.
+    problem
+        The linear program of admissible slips, solved last for one of the starts; None where there was none to solve.
+    """
+
+    least: float
+    most: float
+    least_start: Array = field(repr=False)
+    worst_start: Array = field(repr=False)
+    least_state: SteadyState = field(repr=False)
+    most_state: SteadyState = field(repr=False)
+    transients: int
+    levels: tuple[float, ...]
+    residual: float
+    problem: Any = field(repr=False)
+    _orbits: tuple[Orbit, ...] = field(repr=False)
+
+    def to_frame(self) -> Any:
+        """One row for each start that the search began with, and for each end of a search.
+
+        Columns: start, its name; dissipation, work of friction per steady cycle, NaN where the transient has no result; outcome; open, the number of
+        nodes that open in the steady cycle; end, "followed" for a start, otherwise why the search from it ended; or the text of the error.
+        """
+        orbits = self._orbits
+        return frame(
+            {
+                "start": [orbit.name for orbit in orbits],
+                "dissipation": [orbit.work for orbit in orbits],
+                "outcome": ["FAILED" if orbit.state is None else orbit.state.outcome.name for orbit in orbits],
+                "open": [0 if orbit.state is None else int(orbit.state.open.sum()) for orbit in orbits],
+                "end": [orbit.end for orbit in orbits],
+            }
+        )
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("least", "most", "transients", "residual")} | {"proven": False}
+
+
+def dissipation_range(
+    system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, *, slip_bound: Any = None, search: bool = True
+) -> DissipationRange:
+    """Find the least and the most that the contact dissipates per steady cycle, over all residual slips that it may start with.
+
+    Exact transients start from extreme slips: those that the contact can hold under the mean load or at a corner and that go furthest along the
+    changes of the load, stretched or squeezed, or unload an end of the contact (a linear program each); from no slip, from the slip that is safe at
+    the shakedown limit, and, if slip stops from all of these, from the witness of the guaranteed limit. From the best of them, sequential linear
+    programming goes on over the slips of the nodes that stay locked, on which alone the work depends. Each step is judged by an exact transient.
+
+    The result is a found range: an inner estimate, which no theorem closes. Orbits on which nodes open are counted but not searched from.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    load_factor
+        Load factor, >= 0.
+    slip_bound
+        Largest residual slip `abs(v)` of the starts, one or one per node, length; None for no bound. A slide of the whole body counts.
+    search
+        Whether to go on from the extreme slips; otherwise the range is theirs.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+    NoContinuation
+        No transient from any start has a result.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> found = fo.dissipation_range(pair, cycle, friction=0.6, load_factor=0.5)
+    >>> found.least, round(found.most, 6)
+    (0.0, 0.042928)
+    >>> worst = fo.steady_state(pair, cycle, friction=0.6, load_factor=0.5, initial_slip=found.worst_start)
+    >>> worst.dissipation == found.most
+    True
+    """
+    most = slip_bounds(slip_bound, checked_system(system).nodes)
+    task = LimitQuestion(system, cycle, cycle_loads(system, cycle), friction, True, most)
+    load_factor, climbs = finite_number("load_factor", load_factor, least=0.0), flag("search", search)
+    try:
+        limit = shakedown_limit(system, cycle, task.friction, slip_bound=most)
+    except SolverError:
+        limit = None
+    starts = RangeStarts(task, load_factor, limit)
+    runs = Search(system, cycle, task.friction, load_factor, most)
+    followed = [runs.follow(name, slip) for name, slip in (starts.simple() | starts.under_mean_load | starts.at_corners()).items()]
+    if not any(orbit.work > 0 for orbit in followed):
+        followed += [runs.follow(name, slip) for name, slip in starts.witness().items()]
+    if any(orbit.state is not None and orbit.state.open.any() for orbit in followed):
+        followed += [runs.follow(name, slip) for name, slip in starts.beyond().items()]
+    levels = runs.levels(followed)
+    if not levels:
+        raise NoContinuation(f"dissipation range: none of {len(followed)} transients has a result; the first one says: {followed[0].end}")
+    ends = _searched(runs, levels) if climbs else []
+    found = [orbit for orbit in (*followed, *ends) if orbit.state is not None]
+    low, high = min(found, key=lambda orbit: orbit.work), max(found, key=lambda orbit: orbit.work)
+    assert low.state is not None and high.state is not None
+    return DissipationRange(
+        least=low.work,
+        most=high.work,
+        least_start=frozen(low.start),
+        worst_start=frozen(high.start),
+        least_state=low.state,
+        most_state=high.state,
+        transients=runs.transients,
+        levels=tuple(orbit.work for orbit in runs.levels(ends or levels)),
+        residual=max(low.state.residual, high.state.residual),
+        problem=starts.problem,
+        _orbits=tuple(replace(orbit, path=None) for orbit in (*followed, *ends)),  # paths are large
+    )
+
+
+def _searched(runs: Search, levels: list[Orbit]) -> list[Orbit]:
+    """Where the search ends from the levels with the most work, and, where no start came to rest, from those with the least."""
+    ends = [runs.climb(orbit, 1) for orbit in levels[::-1][:_CLIMBED] if orbit.work > 0]
+    return ends + ([runs.climb(orbit, -1) for orbit in levels[:_CLIMBED]] if levels[0].work > 0 else [])

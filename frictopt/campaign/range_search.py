@@ -1,0 +1,114 @@
+"""Search over the starts for more or less steady dissipation: exact transients from given starts, and from where linear programs point."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..contact import ContactSystem, LoadCycle
+from ..contact.checks import Array
+from ..contact.tolerances import LEVEL, WORK_GAIN
+from ..errors import NoContinuation, SolverError
+from ..path import ExactPath, Outcome, SteadyState, return_map
+from ..path.ascent import proposed_change
+from ..path.steady import settled
+from ..path.stops import turning_corners
+
+__all__ = ["Orbit", "Search"]
+
+_FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
+_LEAST = 1e-5  # last one, over the first
+_TRANSIENTS = 40  # of one climb
+
+
+@dataclass(frozen=True, eq=False)
+class Orbit:
+    """What came of one start.
+
+    Attributes
+    ----------
+    name
+        Name of the start that the search began with.
+    start
+        (N,) slip from which the steady state is reached, length.
+    state
+        The steady state; None where the transient has no result.
+    end
+        Why the search from it ended: "followed" where there was none.
+    path
+        The path that has reached the steady state, at the last corner; None without a result.
+    """
+
+    name: str
+    start: Array
+    state: SteadyState | None
+    end: str
+    path: ExactPath | None = None
+
+    @property
+    def work(self) -> float:
+        """Steady dissipation, NaN without a result."""
+        return np.nan if self.state is None else self.state.dissipation
+
+
+class Search:
+    """Transients of one contact at one load factor, counted.
+
+    Parameters
+    ----------
+    system, cycle, friction, load_factor
+        The contact, its load cycle, (N,) coefficients of friction and the load factor.
+    most
+        (N,) bound of the starts' slip, length; None for none.
+    """
+
+    def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: Array, load_factor: float, most: Array | None) -> None:
+        self._system, self._cycle, self._friction, self._load_factor, self._most = system, cycle, friction, load_factor, most
+        self._stops = turning_corners(cycle)
+        self.transients = 0
+
+    def follow(self, name: str, start: Array) -> Orbit:
+        """The steady state that one start leads to."""
+        self.transients += 1
+        try:
+            path = ExactPath(self._system, self._cycle, self._friction, self._load_factor, start)
+            path.start()
+            state, path = settled(path, self._stops, self._stops)
+            return Orbit(name, start, state, "followed", path)
+        except (NoContinuation, SolverError) as error:
+            return Orbit(name, start, None, f"{type(error).__name__}: {error}")
+
+    def climb(self, orbit: Orbit, sense: int) -> Orbit:
+        """The orbit with more (sense 1) or less (sense -1) work that steps of linear programs lead to."""
+        limit = self.transients + _TRANSIENTS
+        radius = smallest = 0.0
+        while self.transients < limit:
+            path = orbit.path
+            if path is None or orbit.state is None or orbit.state.outcome is not Outcome.CYCLIC_SLIP:
+                return replace(orbit, end="no periodic slip: not searched from")
+            try:
+                cycle = return_map(path)
+            except NoContinuation as error:
+                return replace(orbit, end=f"no derivative: {error}")
+            if not radius:
+                slip = cycle.before[: path.nodes]
+                radius = _FIRST * (float(np.ptp(slip)) or path.force / path.system.stiffness_scale)
+                smallest = _LEAST * radius
+            better = None
+            while better is None:
+                step = proposed_change(path, cycle, sense, radius, self._most)
+                if step is None or not step[1] > WORK_GAIN * orbit.work or radius < smallest or self.transients >= limit:
+                    return replace(orbit, end="local extreme")
+                tried = self.follow(orbit.name, cycle.before[: path.nodes] + step[0])
+                better = tried if sense * (tried.work - orbit.work) > WORK_GAIN * orbit.work else None
+                radius *= 2.0 if better else 0.25
+            orbit = better
+        return replace(orbit, end="stopped: too many transients")
+
+    @staticmethod
+    def levels(orbits: list[Orbit]) -> list[Orbit]:
+        """One orbit of each level of work, the least first."""
+        found: list[Orbit] = []
+        for orbit in sorted((orbit for orbit in orbits if orbit.state is not None), key=lambda orbit: orbit.work):
+            if not found or orbit.work - found[-1].work > LEVEL * orbit.work:
+                found.append(orbit)
+        return found

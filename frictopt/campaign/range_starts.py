@@ -1,0 +1,95 @@
+"""Starts from which the search for the range of dissipation begins: extreme slips that the contact can hold under the loads of the cycle."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..contact.checks import Array
+from ..contact.tolerances import PARALLEL
+from ..errors import SolverError
+from ..limits import ShakedownLimit, guaranteed_limit
+from ..limits.admissible import AdmissibleSlips
+from ..limits.posed import LimitQuestion
+
+__all__ = ["RangeStarts"]
+
+_BEYOND = 3.0, 10.0  # multiples of the extreme slips from which nodes open on the way to the mean load
+
+
+class RangeStarts:
+    """The starts of one contact, load cycle and friction at one load factor.
+
+    Parameters
+    ----------
+    task, load_factor
+        The contact, its load cycle, friction and slip bound; the load factor.
+    limit
+        Its shakedown limit; None if no solver proves one.
+    """
+
+    def __init__(self, task: LimitQuestion, load_factor: float, limit: ShakedownLimit | None) -> None:
+        self._task, self._load_factor, self._limit = task, load_factor, limit
+        self._slips = AdmissibleSlips(task)
+
+    @property
+    def problem(self) -> Any:
+        """The linear program of the last admissible slip."""
+        return self._slips.problem
+
+    def simple(self) -> dict[str, Array]:
+        """No slip, and the slip that is safe at the shakedown limit."""
+        starts = {"no slip": np.zeros(self._task.system.nodes)}
+        if self._limit is not None and np.isfinite(self._limit.load_factor):
+            starts["safe at the shakedown limit"] = self._limit.slip
+        return starts
+
+    @cached_property
+    def under_mean_load(self) -> dict[str, Array]:
+        """The admissible slips under the mean load that go furthest in each direction."""
+        return self._furthest(self._task.loads.q0, self._task.loads.p0, "under the mean load")
+
+    def at_corners(self) -> dict[str, Array]:
+        """The same at every corner."""
+        loads = self._task.loads
+        found: dict[str, Array] = {}
+        for k, (q, p) in enumerate(zip(loads.q1, loads.p1, strict=True)):
+            found |= self._furthest(loads.q0 + self._load_factor * q, loads.p0 + self._load_factor * p, f"at corner {k}")
+        return found
+
+    def _furthest(self, q: Array, p: Array, place: str) -> dict[str, Array]:
+        try:
+            slips = self._slips.furthest(q, p, self._directions)
+        except SolverError:
+            return {}  # some starts less; the range is that of the starts followed
+        return {f"{name}, {place}": slip for name, slip in slips.items()}
+
+    def beyond(self) -> dict[str, Array]:
+        """Multiples of the extreme slips under the mean load, as far as the slip bound allows: more than the closed contact can hold."""
+        most = self._task.most
+        multiples = {f"{factor:g} x {name}": factor * slip for name, slip in self.under_mean_load.items() for factor in _BEYOND}
+        return multiples if most is None else {name: np.clip(slip, -most, most) for name, slip in multiples.items()}
+
+    def witness(self) -> dict[str, Array]:
+        """The witness of the guaranteed limit, from which slip goes on just above it."""
+        task = self._task
+        try:
+            lower = guaranteed_limit(task.system, task.cycle, task.friction, slip_bound=task.most)
+        except SolverError:
+            return {}
+        return {"witness of the guaranteed limit": lower.slip} if np.isfinite(lower.load_factor) else {}
+
+    @cached_property
+    def _directions(self) -> Mapping[str, Array]:
+        """Directions of slip (N,): along the changes of the load, stretched and squeezed, and those that unload an end of the contact."""
+        system, q1 = self._task.system, self._task.loads.q1
+        changes: dict[str, Array] = {}
+        for k, step in enumerate(np.roll(q1, -1, axis=0) - q1):
+            size = float(np.linalg.norm(step))
+            units = [step / size, -step / size] if size > 0 else []
+            if units and not any(np.abs(units[0] - other).max() <= PARALLEL for other in changes.values()):
+                changes |= {f"along the load after corner {k}": units[0], f"against the load after corner {k}": units[1]}
+        x = system.x - system.x.mean()
+        ends = {"left end unloaded": -system.B[0]} | ({} if self._task.part.nodes < system.nodes else {"right end unloaded": -system.B[-1]})
+        return changes | {"stretched": x, "squeezed": -x} | ends

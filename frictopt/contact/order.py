@@ -1,0 +1,86 @@
+"""When the slips of a closed contact keep their order: a condition on stiffness and friction."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .checks import Array, frozen
+from .coulomb import friction_coefficients
+from .show import Shown, frame
+from .system import ContactSystem, checked_system
+from .tolerances import PULL
+
+__all__ = ["SlipOrder", "slip_order"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SlipOrder(Shown):
+    """Whether slip at one node only ever pulls the others along: `f_i |B_ij| <= -A_ij` for all i != j.
+
+    If it holds, and while all nodes stay closed, two starts with `v <= v'` at every node have `v <= v'` ever after under the same loads. Slips
+    between two safe ones, node by node, then stay between them. It orders slips, not the work of friction: that may be more or less from the larger
+    start.
+
+    Attributes
+    ----------
+    holds
+        Whether the condition holds.
+    critical
+        (N,) largest coefficient of friction of each node with which it holds; below 0 if it holds with none.
+    friction
+        (N,) coefficients of friction.
+    """
+
+    holds: bool
+    critical: Array = field(repr=False)
+    friction: Array = field(repr=False)
+    x: Array = field(repr=False)
+
+    @property
+    def largest_friction(self) -> float:
+        """Largest coefficient of friction, one for all nodes, with which it holds; below 0 if it holds with none."""
+        return float(self.critical.min())
+
+    def to_frame(self) -> Any:
+        """One row for each node: node, x, friction, critical, and whether the condition holds in its row."""
+        columns = {"node": range(len(self.x)), "x": self.x, "friction": self.friction, "critical": self.critical}
+        return frame({**columns, "holds": self.friction <= self.critical})
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {"holds": self.holds, "largest_friction": self.largest_friction}
+
+
+def slip_order(system: ContactSystem, friction: Any) -> SlipOrder:
+    """Check whether the slips of a contact keep their order, see `SlipOrder`.
+
+    Parameters
+    ----------
+    system
+        The contact.
+    friction
+        Coefficient of friction, one or one per node.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> punch = fo.PunchOnHalfPlane(elements=16).condense()
+    >>> fo.slip_order(punch, friction=0.3)
+    SlipOrder(holds=True, largest_friction=0.428576)
+    >>> fo.slip_order(punch, friction=0.7).holds
+    False
+    """
+    f = friction_coefficients(friction, checked_system(system).nodes)
+    pull, coupling = -system.A, np.abs(system.B)
+    rounding = PULL * max(float(np.abs(system.A).max()), float(coupling.max()))
+    coupled = coupling > rounding
+    shares = np.where(coupled, pull / np.where(coupled, coupling, 1.0), np.where(pull >= -rounding, np.inf, -np.inf))
+    np.fill_diagonal(shares, np.inf)
+    critical = shares.min(axis=1)
+    return SlipOrder(bool(np.all(f <= critical)), frozen(critical), frozen(f), system.x)

@@ -1,0 +1,108 @@
+"""The slip that no start avoids above the shakedown limit: the multipliers of the limit bound it from below.
+
+The mechanism of the limit weights the rows `n_r v >= b_r + lam c_r` of the safe slips by y_r >= 0 with `sum y_r n_r = 0`, `sum y_r c_r = 1` and
+`sum y_r b_r = -lambda_2`. At corner k of any cycle the state obeys the rows of that corner, whatever it slips in between. The weighted sum of all
+rows is therefore `sum_k g_k v_k + h_k w_k >= lam - lambda_2`, with g_k and h_k the weighted sums over the rows that corner k rules. As
+`sum_k g_k = 0`, a cycle in which no node slips or opens has nothing on the left.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..contact import ContactSystem
+from ..contact.checks import Array, finite_array, frozen
+from ..contact.show import Shown, frame
+from ..contact.tolerances import RESIDUAL, WEIGHT
+from ..errors import SolverError
+from .mechanism import Mechanism
+
+__all__ = ["LeastSlip", "least_slip"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LeastSlip(Shown):
+    """Proven lower bound of the slip in every cycle at a load factor: `sum over corners of g . v + h . w >= bound`, from every start.
+
+    `v` and `w` are slips and gaps at the corners of one cycle, also of one that is not yet periodic. A bound that is not positive says nothing.
+
+    Attributes
+    ----------
+    load_factor
+        The load factor.
+    bound
+        `lam - lambda_2`, with the upper bound of lambda_2 that the multipliers prove.
+    g
+        (K, N) weights of the slip at the corners, 1 over length. Their sum over the corners is zero: only slip from corner to corner counts.
+    h
+        (K, N) weights of the gap `w` at the corners, 1 over length; idle while all nodes are closed.
+    weight
+        (N,) largest value that a node's slip between corners adds to the sum, per unit of slip: half the sum over the corners of `abs(g)`.
+    residual
+        Largest entry of the sum of g over the corners, which is zero for exact multipliers, over the largest stress that the mechanism's motions
+        make one by one; or the residual of the limit if that is larger.
+    """
+
+    load_factor: float
+    bound: float
+    g: Array = field(repr=False)
+    h: Array = field(repr=False)
+    weight: Array = field(repr=False)
+    x: Array = field(repr=False)
+    residual: float
+
+    @property
+    def total(self) -> float:
+        """Proven least sum over the nodes of the slip between corners (largest minus smallest) while all nodes are closed, length.
+
+        Inf where no slip weighs anything and the bound is above 0: no cycle keeps all nodes closed.
+        """
+        largest = float(self.weight.max())
+        if largest == 0:
+            return np.inf if self.bound > 0 else 0.0
+        return max(self.bound, 0.0) / largest
+
+    def of(self, slip: Any, gap: Any = None) -> float:
+        """The sum that the bound is about, for slips (K, N) and gaps (K, N) at the corners of a cycle, length; None: all nodes are closed.
+
+        Raises
+        ------
+        ModelError
+            Other shapes, or numbers that are not finite.
+        """
+        slip = finite_array("slip", slip, self.g.shape)
+        opened = 0.0 if gap is None else float(np.sum(self.h * finite_array("gap", gap, self.h.shape)))
+        return float(np.sum(self.g * slip)) + opened
+
+    def to_frame(self) -> Any:
+        """The nodes that must slip: no closed cycle exists in which all of them stick. Largest weight first.
+
+        Columns: node; x; weight; alone, the slip between corners that the node would need if no other one slipped, length; and `g0, g1, ...`, its
+        weights at the corners.
+        """
+        nodes = np.flatnonzero(self.weight)
+        nodes = nodes[np.argsort(-self.weight[nodes], kind="stable")]
+        alone = max(self.bound, 0.0) / self.weight[nodes]
+        weights = {f"g{k}": row[nodes] for k, row in enumerate(self.g)}
+        return frame({"node": nodes, "x": self.x[nodes], "weight": self.weight[nodes], "alone": alone, **weights})
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("load_factor", "bound", "total", "residual")}
+
+
+def least_slip(system: ContactSystem, friction: Array, motion: Mechanism, limit: float, load_factor: float, residual: float) -> LeastSlip:
+    """The bound that a mechanism of unit drive and the limit that it proves give at a load factor."""
+    slide, lift = motion.forward - motion.backward, friction * (motion.forward + motion.backward) + motion.opening
+    g, h = slide @ system.A + lift @ system.B, slide @ system.B.T + lift @ system.C
+    terms = float(((motion.forward + motion.backward + motion.opening) @ (np.abs(system.A) + np.abs(system.B))).max())
+    unbalanced = float(np.abs(g.sum(axis=0)).max()) / terms if terms > 0 else 0.0
+    g = np.where(np.abs(g) > WEIGHT * terms, g, 0.0)
+    weight, residual = np.abs(g).sum(axis=0) / 2, max(unbalanced, residual)
+    if not residual <= RESIDUAL:
+        raise SolverError(
+            f"least slip: the multipliers of the limit are off by {residual:.1e} (tolerance {RESIDUAL:g}); check for reactions and stiffnesses of "
+            "very different sizes"
+        )
+    return LeastSlip(load_factor, load_factor - limit, frozen(g), frozen(h), frozen(weight), system.x, residual)

@@ -1,0 +1,195 @@
+"""The found range against closed forms, published cases, samples of starts, and what is proven of the slip."""
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.path import ExactPath
+from systems import CYCLE, FIRST_PAIR, random_system, system
+
+LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+SHEAR = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+PULLED = fo.LoadCycle({"P": 1.0, "Q": 0.2}, [{"sigma": -1.0}, {"sigma": 1.0}])
+ROUND = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"Q": 0.1}, {"sigma": -1.0}, {"Q": -0.1}])
+SCENES = {elements: fo.PunchOnHalfPlane(elements=elements).condense() for elements in (16, 124)}
+# W E* / P^2 on the default scene, see the study "range": friction, load over lambda_2, least and largest found
+TABLE = [
+    (0.3, 0.9, 0.0, 9.90e-6),
+    (0.3, 1.05, 2.066e-6, 2.01e-5),
+    (0.5, 0.5, 0.0, 1.01e-5),
+    (0.5, 0.9, 0.0, 1.29e-4),
+    (0.7, 0.9, 0.0, 1.50e-3),
+    (0.7, 1.5, 0.06655, 0.07764),
+]
+
+
+def found(contact, cycle, friction, ratio, **options):
+    limit = fo.shakedown_limit(contact, cycle, friction).load_factor
+    return limit * ratio, fo.dissipation_range(contact, cycle, friction, limit * ratio, **options)
+
+
+def reached(contact, cycle, friction, load_factor, start):
+    return fo.steady_state(contact, cycle, friction, load_factor, initial_slip=start).dissipation
+
+
+def outside(contact, cycle, friction, load_factor, span, starts):
+    """Steady dissipations of starts that lie outside of a range, and how many were followed."""
+    works = []
+    for start in starts:
+        try:
+            works.append(reached(contact, cycle, friction, load_factor, start))
+        except (fo.NoContinuation, fo.SolverError):
+            continue
+    works = np.array(works)
+    return works[(works > span.most * (1 + 1e-6)) | (works < span.least * (1 - 1e-6))], len(works)
+
+
+def slips(rng, contact, count, unit):
+    """Smooth and rough slips, from a hundredth of a unit of length to ten times it."""
+    for number in range(count):
+        slip = rng.normal(size=contact.nodes) if number % 2 else np.cumsum(rng.normal(size=contact.nodes))
+        yield unit * 10 ** rng.uniform(-2, 1) * (slip - slip.mean()) / np.abs(slip).max()
+
+
+@pytest.mark.parametrize(("load_factor", "least", "most"), [(0.5, 0.0, 0.0429281), (0.65, 0.0, 0.123305), (0.8, 0.187171, 0.227889)])
+def test_two_nodes(load_factor, least, most):
+    span = fo.dissipation_range(system(*FIRST_PAIR), CYCLE, 0.6, load_factor)
+    assert span.least == pytest.approx(least, rel=1e-5) and span.most == pytest.approx(most, rel=1e-5)
+    assert span.residual <= 1e-9 and span.levels[-1] == pytest.approx(span.most, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("friction", "ratio", "least", "most"), [TABLE[4], *(pytest.param(*row, marks=pytest.mark.slow) for row in (*TABLE[:4], TABLE[5]))]
+)
+def test_the_paper_scene(friction, ratio, least, most):
+    contact = SCENES[124]
+    load_factor, span = found(contact, LOADS, friction, ratio)
+    unit = 4 * contact.x[-1] ** 2 / contact.E_star
+    assert span.least / unit == pytest.approx(least, rel=1e-3) and span.most / unit > most * (1 - 1e-3)
+    assert reached(contact, LOADS, friction, load_factor, span.worst_start) == span.most == span.most_state.dissipation
+    assert reached(contact, LOADS, friction, load_factor, span.least_start) == span.least == span.least_state.dissipation
+
+
+def test_without_coupling_the_start_does_not_matter():
+    A = [[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]]
+    contact = system(A, np.zeros((3, 3)), (0.05, 0.0, -0.1), (1.0, 0.8, 1.2), (0.5, 0.3, -0.2), (0.1, -0.2, 0.9), C=np.eye(3))
+    load_factor, span = found(contact, CYCLE, 0.4, 1.02)
+    assert load_factor == pytest.approx(0.816) and span.least == pytest.approx(0.006399175523, rel=1e-9)
+    assert span.most == pytest.approx(span.least, rel=1e-9)
+
+
+def test_one_node_and_sliders_have_one_dissipation():
+    one = {"A": 2.0, "B": 0.5, "q0": 0.1, "p0": 1.0, "q1": 1.0, "p1": 0.2}
+    limit = fo.reference.single_node_limit(**one, f=0.4)
+    span = fo.dissipation_range(system(**one), CYCLE, 0.4, 1.2 * limit)
+    assert span.least == pytest.approx(0.061945108310, rel=1e-9) == span.most
+    k, bound = np.array([1.0, 2.0, 4.0]), np.array([0.5, 0.6, 0.4])
+    sliders = system(np.diag(k), np.zeros((3, 3)), 0.0, bound, -0.5 * k, 0.0)
+    span = fo.dissipation_range(sliders, CYCLE, 1.0, 1.0)
+    assert span.least == pytest.approx(1.12, rel=1e-9) == span.most
+
+
+@pytest.mark.parametrize(
+    ("cycle", "friction", "ratio"), [(LOADS, 0.5, 0.9), (LOADS, 0.7, 1.2), (SHEAR, 0.3, 1.2), (ROUND, 0.5, 0.9), (PULLED, 0.5, 0.95)]
+)
+def test_no_sampled_start_lies_outside(cycle, friction, ratio):
+    contact = SCENES[16]
+    load_factor, span = found(contact, cycle, friction, ratio)
+    out, followed = outside(contact, cycle, friction, load_factor, span, slips(np.random.default_rng(0), contact, 100, 1.0))
+    assert followed > 90 and not len(out)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("cycle", "friction", "ratio"),
+    [(LOADS, f, ratio) for f in (0.3, 0.5, 0.7) for ratio in (0.6, 0.9, 1.05, 1.5)]
+    + [(SHEAR, f, ratio) for f in (0.2, 0.3, 0.6) for ratio in (0.9, 1.2)]
+    + [(PULLED, f, ratio) for f in (0.4, 0.5, 0.7) for ratio in (0.7, 0.95, 1.2)],
+)
+def test_at_most_one_of_a_thousand_sampled_starts_lies_outside(cycle, friction, ratio):
+    contact = SCENES[16]
+    load_factor, span = found(contact, cycle, friction, ratio)
+    out, followed = outside(contact, cycle, friction, load_factor, span, slips(np.random.default_rng(1), contact, 1500, 1.0))
+    assert followed > 900 and 1000 * len(out) <= followed
+
+
+def test_no_sampled_start_of_small_contacts_lies_outside():
+    cases = 0
+    for seed in range(9):
+        rng = np.random.default_rng(seed)
+        contact = random_system(rng, 3, ("mean", "one", "other"), coupling=rng.choice([0.3, 1.0]))
+        cycle = fo.LoadCycle(
+            {"mean": 1.0}, [{"one": 1.0}, {"one": -1.0}] if seed % 2 else [{"one": 1.0}, {"other": 1.0}, {"one": -0.5, "other": -0.7}]
+        )
+        if not 0 < fo.shakedown_limit(contact, cycle, 0.5).load_factor < np.inf:
+            continue
+        load_factor, span = found(contact, cycle, 0.5, rng.choice([0.7, 0.95, 1.1, 1.5]))
+        assert not len(outside(contact, cycle, 0.5, load_factor, span, slips(rng, contact, 50, 3.0))[0])
+        cases += 1
+    assert cases > 6
+
+
+def test_the_least_orbit_slips_as_little_as_is_proven():
+    contact = SCENES[16]
+    limit = fo.shakedown_limit(contact, LOADS, 0.7)
+    for ratio in (1.05, 1.2, 1.5):
+        load_factor, span = found(contact, LOADS, 0.7, ratio)
+        path = ExactPath(contact, LOADS, 0.7, load_factor, span.least_start)
+        path.start()
+        for _ in range(30):
+            path.run_cycle()
+        corners = []
+        for corner in path.corners:
+            path.follow_to(corner, "")
+            corners.append(path.state.u[:17].copy())
+        least = limit.least_slip(load_factor)
+        assert least.of(corners) == pytest.approx(least.bound, rel=1e-4)
+
+
+def test_the_search_finds_more_than_the_extreme_slips():
+    _, seeds = found(SCENES[16], SHEAR, 0.3, 1.2, search=False)
+    _, span = found(SCENES[16], SHEAR, 0.3, 1.2)
+    assert span.most > 1.1 * seeds.most and span.least < seeds.least and span.transients > seeds.transients
+    assert set(seeds.to_frame()["end"]) == {"followed"} and "local extreme" in set(span.to_frame()["end"])
+
+
+def test_orbits_with_open_nodes_are_counted_and_searched_from():
+    _, span = found(SCENES[16], PULLED, 0.5, 0.95)
+    assert span.most_state.open.any()
+    table = span.to_frame()
+    assert (table["open"] > 0).any() and table["dissipation"].max() == span.most
+
+
+def test_bounded_starts_stay_within_their_bound_and_find_less():
+    contact = SCENES[16]
+    works = []
+    for bound in (0.02, 0.1, 0.5, None):
+        load_factor, span = found(contact, LOADS, 0.7, 0.9, slip_bound=bound)
+        works.append(span.most)
+        if bound is not None:
+            assert max(np.abs(span.worst_start).max(), np.abs(span.least_start).max()) <= bound * (1 + 1e-9)
+            starts = np.random.default_rng(2).uniform(-bound, bound, (60, 17))
+            assert not len(outside(contact, LOADS, 0.7, load_factor, span, starts)[0])
+    assert works == sorted(works) and works[0] < works[-1]
+    _, above = found(contact, LOADS, 0.7, 1.2, slip_bound=0.02)
+    assert above.least > found(contact, LOADS, 0.7, 1.2)[1].least and np.abs(above.least_start).max() <= 0.02 * (1 + 1e-9)
+
+
+def test_units_and_the_sense_of_the_load_do_not_matter():
+    contact = system(*FIRST_PAIR)
+    reference = fo.dissipation_range(contact, CYCLE, 0.6, 0.65)
+    stiff = fo.ContactSystem(3 * contact.A, 3 * contact.B, 3 * contact.C, contact.x, contact.bonded)
+    assert fo.dissipation_range(stiff, CYCLE, 0.6, 0.65).most == pytest.approx(reference.most / 3, rel=1e-9)
+    reverse = fo.LoadCycle(CYCLE.mean, CYCLE.corners[::-1])
+    assert fo.dissipation_range(contact, reverse, 0.6, 0.65).most == pytest.approx(reference.most, rel=1e-6)
+
+
+def test_at_rest_from_every_start():
+    span = fo.dissipation_range(system(*FIRST_PAIR), CYCLE, 0.6, 0.1)
+    assert span.least == span.most == 0.0 and span.levels == (0.0,)
+
+
+def test_no_transient_with_a_result_is_an_error():
+    free = fo.ContactSystem([[0.0]], [[0.0]], [[1.0]], [0.0], {"mean": ([0.0], [1.0]), "cyclic": ([1.0], [0.0])})
+    with pytest.raises(fo.NoContinuation, match="none of"):
+        fo.dissipation_range(free, CYCLE, 0.3, 1.0)

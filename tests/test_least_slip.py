@@ -1,0 +1,115 @@
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.path import ExactPath
+from systems import CYCLE, FIRST_PAIR, random_system, system
+
+NODE = {"A": 2.0, "B": 0.5, "q0": 0.1, "p0": 1.0, "q1": 1.0, "p1": 0.2}
+LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+
+
+def corners(contact, cycle, friction, load_factor, start, cycles):
+    """(K, N) slips and gaps at the corners of the last of some cycles."""
+    path = ExactPath(contact, cycle, friction, load_factor, start)
+    path.start()
+    for _ in range(cycles - 1):
+        path.run_cycle()
+    states = []
+    for number, corner in enumerate(path.corners):
+        path.follow_to(corner, f"to corner {number}")
+        states.append(path.state.u.copy())
+    return np.split(np.array(states) + np.r_[np.zeros(contact.nodes), contact.gap], 2, axis=1)
+
+
+def test_one_node_slips_as_much_as_the_closed_form_says():
+    f, one = 0.4, system(**NODE)
+    limit = fo.shakedown_limit(one, CYCLE, f)
+    for ratio in (1.1, 1.5):
+        lam, (A, B, q0, p0, q1, p1) = ratio * limit.load_factor, NODE.values()
+        forward = (-(q0 + f * p0) + lam * abs(q1 + f * p1)) / (A + f * B)
+        backward = (f * p0 - q0 - lam * abs(q1 - f * p1)) / (A - f * B)
+        least = limit.least_slip(lam)
+        assert least.to_frame()["alone"].item() == pytest.approx(forward - backward, rel=1e-9)
+        assert least.total == pytest.approx(forward - backward, rel=1e-9)
+        assert least.of([[forward], [backward]]) == pytest.approx(least.bound, rel=1e-9)
+
+
+def check_random_contacts(seeds, starts):
+    """The least excess over the bound, and how many cycles were closed or not."""
+    excess, opened = [], 0
+    for seed in seeds:
+        rng = np.random.default_rng(seed)
+        contact = random_system(rng, 3, loads=("mean", "one", "other"))
+        cycle = fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"other": 1.0, "one": 0.2}, {"one": -0.7, "other": -0.6}][: 2 + seed % 2])
+        limit = fo.shakedown_limit(contact, cycle, 0.4)
+        if not 0 < limit.load_factor < np.inf:
+            continue
+        for ratio in np.r_[1.0001, rng.uniform(1.01, 5.0, starts)]:
+            least = limit.least_slip(ratio * limit.load_factor)
+            try:
+                slip, gap = corners(contact, cycle, 0.4, least.load_factor, rng.normal(size=3), 4)
+            except fo.NoContinuation:
+                continue
+            opened += bool((gap > 0).any())
+            assert least.residual <= 1e-9
+            excess.append(least.of(slip, gap) - least.bound)
+    return np.array(excess), opened
+
+
+def test_no_cycle_slips_less():
+    excess, opened = check_random_contacts(range(12), 4)
+    assert len(excess) > 40 and opened > 2
+    assert excess.min() >= -1e-9
+
+
+@pytest.mark.slow
+def test_no_steady_cycle_slips_less_of_a_thousand():
+    excess, opened = check_random_contacts(range(100, 200), 14)
+    assert len(excess) > 1000 and opened > 50
+    assert excess.min() >= -1e-9
+
+
+def test_it_is_sharp_on_the_punch_and_names_its_edges():
+    scene = fo.PunchOnHalfPlane(elements=16).condense()
+    limit = fo.shakedown_limit(scene, LOADS, 0.7)
+    least = limit.least_slip(1.5 * limit.load_factor)
+    slip, gap = corners(scene, LOADS, 0.7, least.load_factor, limit.slip, 40)
+    assert not gap.any() and least.of(slip) == pytest.approx(least.bound, rel=1e-9)
+    assert set(least.to_frame()["node"][:2]) == {0, 16}
+    assert np.ptp(slip, axis=0).sum() >= least.total > 0
+
+
+def test_units_cancel():
+    contact = system(*FIRST_PAIR)
+    soft = fo.ContactSystem(contact.A / 7, contact.B / 7, contact.C / 7, contact.x, contact.bonded)
+    one, other = (fo.shakedown_limit(each, CYCLE, 0.6).least_slip(1.0) for each in (contact, soft))
+    assert other.total == pytest.approx(7 * one.total, rel=1e-9) and other.bound == pytest.approx(one.bound, rel=1e-9)
+
+
+def test_a_contact_that_only_lifts_off_has_no_closed_cycle_above_its_limit():
+    limit = fo.shakedown_limit(system(2.0, 0.5, 0.1, 1.0, 0.1, 1.0), CYCLE, 0.4)  # one corner rules both bounds
+    least = limit.least_slip(1.2 * limit.load_factor)
+    assert least.total == np.inf and not least.weight.any() and not len(least.to_frame()) and least.residual <= 1e-9
+    slip, gap = corners(system(2.0, 0.5, 0.1, 1.0, 0.1, 1.0), CYCLE, 0.4, least.load_factor, None, 5)
+    assert gap.any() and least.of(slip, gap) >= least.bound * (1 - 1e-9)
+
+
+def test_below_the_limit_it_says_nothing_and_keeps_its_sign():
+    limit = fo.shakedown_limit(system(*FIRST_PAIR), CYCLE, 0.6)
+    least = limit.least_slip(0.5 * limit.load_factor)
+    assert least.bound == pytest.approx(-0.5 * limit.load_factor) and least.total == 0.0 and not least.to_frame()["alone"].any()
+
+
+def test_limits_that_prove_nothing_are_refused():
+    contact = system(*FIRST_PAIR)
+    model = fo.ShakedownModel(contact, CYCLE)
+    for limit in (
+        fo.shakedown_limit(contact, CYCLE, 0.6, slip_bound=0.5),
+        fo.shakedown_limit(contact, fo.LoadCycle({"mean": 1.0}, [{}]), 0.6),
+        model.solve(0.6, [model.slip[0] == 0]),
+    ):
+        with pytest.raises(fo.ModelError, match="least_slip"):
+            limit.least_slip(1.0)
+    with pytest.raises(fo.ModelError, match="shape"):
+        model.solve(0.6).least_slip(1.0).of([0.1, 0.2])

@@ -1,0 +1,129 @@
+"""Practical limits and cures against the limits they lie between, computed values, and the transients that they claim."""
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt import LoadStep
+from systems import CYCLE, FIRST_PAIR, random_system, system
+
+LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+SCENES = {elements: fo.PunchOnHalfPlane(elements=elements).condense() for elements in (16, 124)}
+UNLOADED = [LoadStep({"P": 0.2})]
+AT_CORNER = [LoadStep({"P": 1.0}, {"sigma": 1.0}), LoadStep({"P": 0.3}, {"sigma": 1.0}), LoadStep({"P": 1.0}, {"sigma": 1.0})]
+# Load factor over lambda_2 up to which the contact comes to rest, to 0.005: nothing done, assembled, unloaded, at the corner, overload to 2 lambda_2
+TABLE = {
+    (16, 0.3): (0.558, 0.996, 0.976, 0.988, 0.845),
+    (16, 0.7): (0.216, 0.967, 0.805, 0.979, 0.912),
+    (124, 0.5): (0.141, 0.978, 0.902, 0.972, 0.841),
+    (124, 0.7): (0.001, 0.975, 0.756, 0.985, 0.935),
+}
+
+
+@pytest.mark.parametrize("case", [(16, 0.7), *(pytest.param(case, marks=pytest.mark.slow) for case in TABLE if case != (16, 0.7))])
+def test_the_table_of_protocols(case):
+    (elements, friction), wanted = case, TABLE[case]
+    contact = SCENES[elements]
+    limit = fo.shakedown_limit(contact, LOADS, friction).load_factor
+    overload = [LoadStep({"P": 1.0, "sigma": 2 * limit})]
+    asked = [{"start": "worst", "protocol": steps} for steps in ((), UNLOADED, AT_CORNER, overload)]
+    asked.insert(1, {"start": "assembled"})
+    for options, ratio in zip(asked, wanted, strict=True):
+        one = fo.practical_limit(contact, LOADS, friction, **options)
+        assert one.ratio == pytest.approx(ratio, abs=0.005), options
+        assert one.load_factor < one.upper <= one.load_factor + 1.1e-4 * limit and one.residual <= 1e-9
+
+
+def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit():
+    for contact, cycle, friction in ((system(*FIRST_PAIR), CYCLE, 0.6), (SCENES[16], LOADS, 0.5)):
+        lower = fo.guaranteed_limit(contact, cycle, friction).load_factor
+        one = fo.practical_limit(contact, cycle, friction, start="worst", tolerance=1e-5)
+        assert one.load_factor == pytest.approx(lower, abs=2e-5 * one.shakedown_limit) and one.monotonic
+
+
+def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_limit():
+    contact = SCENES[16]
+    limit = fo.shakedown_limit(contact, LOADS, 0.7)
+    assembled, none, safe = (fo.practical_limit(contact, LOADS, 0.7, start=start) for start in ("assembled", np.zeros(17), limit.slip))
+    assert assembled.ratio == pytest.approx(none.ratio, abs=2e-4)
+    assert safe.ratio > 0.9998
+    assert fo.steady_state(contact, LOADS, 0.7, none.load_factor).outcome is fo.Outcome.SHAKEDOWN
+    assert fo.steady_state(contact, LOADS, 0.7, none.upper).outcome is fo.Outcome.CYCLIC_SLIP
+
+
+def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
+    """Under a load that grows in proportion from zero every node slips in one sense only, and one increment is exact."""
+    slipped = 0
+    for seed in range(12):
+        contact = random_system(np.random.default_rng(seed), 4, coupling=1.0)
+        q, p = contact.bonded["mean"]
+        contact = contact.with_bonded({"mean": (7 * q, p)})
+        slip = fo.assembled_slip(contact, CYCLE, 0.4)
+        one = fo.ExactIncrement(contact, 0.4).solve(np.zeros(4), contact.reaction({"mean": 1.0}))
+        assert slip == pytest.approx(np.asarray(one.slip), abs=1e-5)
+        slipped += bool(slip.any())
+    assert slipped > 6
+
+
+def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported():
+    """The more it is loaded, the more this contact is unloaded before."""
+    steps = [LoadStep({"P": 1.25}, {"P": -0.82})]
+    one = fo.practical_limit(SCENES[16], LOADS, 0.7, start="worst", protocol=steps, most=1.2, scan=12, tolerance=1e-2)
+    assert not one.monotonic and 0.2 < one.ratio < 0.4
+    tried = one.to_frame()
+    assert tried["outcome"].iloc[-1] == "rest" and set(tried.loc[tried["load_factor"] <= one.load_factor, "outcome"]) == {"rest"}
+    assert tried["load_factor"].is_monotonic_increasing and (tried["outcome"] == "slip").sum() >= 3
+
+
+def test_the_least_tension_and_the_least_unloading_that_cure():
+    contact = SCENES[16]
+    load_factor = 0.9 * fo.shakedown_limit(contact, LOADS, 0.7).load_factor
+    tension, unloading = (fo.cure(contact, LOADS, 0.7, load_factor, excursion=way) for way in ({"sigma": 3 * load_factor}, {"P": -0.97}))
+    assert tension.loads["sigma"] / load_factor == pytest.approx(2.14, abs=0.015) and tension.loads["P"] == 1.0
+    assert unloading.loads["P"] == pytest.approx(0.092, abs=0.002)
+    for one in (tension, unloading):
+        assert one.found and one.sampled == 25 and one.residual <= 1e-9
+        table = one.to_frame()
+        assert table.loc[table["share"] == one.share, "outcome"].tolist() == ["rest"]
+        assert (table.loc[table["share"] < one.share - 1e-9, "outcome"] == "slip").all()
+
+
+@pytest.mark.parametrize("way", [{"P": 9.0}, {"sigma": -5.0}])
+def test_neither_pressing_harder_nor_compression_cures(way):
+    load_factor = 0.9 * fo.shakedown_limit(SCENES[16], LOADS, 0.7).load_factor
+    one = fo.cure(SCENES[16], LOADS, 0.7, load_factor, excursion=way, samples=0)
+    assert not one.found and one.loads is None and one.sampled == 0 and set(one.tried["outcome"]) == {"slip"}
+
+
+def test_a_contact_that_comes_to_rest_anyway_needs_no_cure():
+    one = fo.cure(system(*FIRST_PAIR), CYCLE, 0.6, 0.3, excursion={"mean": -0.5})
+    assert one.found and one.share == 0.0 and dict(one.loads) == {"mean": 1.0} and not len(one.tried)
+
+
+def test_a_start_that_asks_for_more_becomes_the_hardest():
+    contact = system(*FIRST_PAIR)
+    easy = fo.cure(contact, CYCLE, 0.6, 0.6, excursion={"mean": -0.9}, start=fo.dissipation_range(contact, CYCLE, 0.6, 0.6).least_start)
+    hard = fo.cure(contact, CYCLE, 0.6, 0.6, excursion={"mean": -0.9})
+    assert easy.share == 0.0 < hard.share
+    path = {"mean": hard.loads["mean"]}
+    one = fo.practical_limit(contact, CYCLE, 0.6, start=hard.start, protocol=[LoadStep(path)], most=0.6, scan=1)
+    assert one.load_factor == 0.6 and one.upper == np.inf
+
+
+def test_a_limit_that_is_not_finite_needs_a_largest_load_factor():
+    still = fo.LoadCycle({"mean": 1.0}, [{}])
+    with pytest.raises(fo.ModelError, match="most"):
+        fo.practical_limit(system(*FIRST_PAIR), still, 0.6)
+    assert fo.practical_limit(system(*FIRST_PAIR), still, 0.6, most=2.0, scan=3).load_factor == 2.0
+
+
+def test_bad_questions_are_refused():
+    contact = system(*FIRST_PAIR)
+    with pytest.raises(fo.ModelError, match="start"):
+        fo.practical_limit(contact, CYCLE, 0.6, start="best")
+    with pytest.raises(fo.ModelError, match="protocol"):
+        fo.practical_limit(contact, CYCLE, 0.6, protocol=[{"mean": 0.5}])
+    with pytest.raises(fo.ModelError, match="no load changes"):
+        fo.cure(contact, CYCLE, 0.6, 0.6, excursion={"mean": 0.0})
+    with pytest.raises(fo.ModelError, match="unknown"):
+        fo.cure(contact, CYCLE, 0.6, 0.6, excursion={"odd": 1.0})

@@ -1,0 +1,86 @@
+"""The derivative of a cycle against differences, and against the cycles that a transient really follows."""
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.path import ExactPath, return_map
+from frictopt.path.steady import settled
+from systems import CYCLE, random_system, system
+
+STEP = 1e-8
+
+
+def at_last_corner(contact, cycle, friction, load_factor, start):
+    """A path that has followed one cycle from a slip."""
+    path = ExactPath(contact, cycle, friction, load_factor, start)
+    path.start()
+    path.run_cycle()
+    return path
+
+
+def stops_within_segments(status):
+    """How many changes of status stop some motion and let another one go on, which only happens within a segment."""
+    before, after = status[:-1], status[1:]
+    return int((((before != 0) & (after == 0)).any(axis=1) & ((abs(before) == 1) & (after == before)).any(axis=1)).sum())
+
+
+def test_it_agrees_with_differences():
+    checked = stops = opens = 0
+    for seed in range(240):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(2, 8))
+        contact = random_system(rng, n, ("mean", "one", "other"), coupling=rng.uniform(0.2, 1.0))
+        cycle = fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"other": 1.0}, {"one": -1.0, "other": 0.3}, {}][: 2 + seed % 3])
+        asked, start = (contact, cycle, rng.uniform(0.2, 0.6), rng.uniform(0.1, 2.5)), 0.3 * rng.normal(size=n)
+        try:
+            one = return_map(at_last_corner(*asked, start))
+        except fo.NoContinuation:
+            continue
+        stops += stops_within_segments(one.status)
+        opens += bool((one.status == 2).any())
+        for _ in range(3):
+            other = return_map(at_last_corner(*asked, start + STEP * rng.normal(size=n)))
+            change = other.before - one.before
+            size = np.abs(change).max()
+            if size < 1e-3 * STEP or not one.smooth:
+                continue
+            assert np.abs(other.after - one.after - one.derivative @ change).max() < 1e-4 * size
+            assert other.work - one.work == pytest.approx(one.work_gradient @ change, rel=1e-3, abs=1e-4 * size)
+            checked += 1
+    assert checked > 250 and stops > 20 and opens > 30
+
+
+def test_the_changes_of_later_cycles_shrink_as_it_says():
+    scene = fo.PunchOnHalfPlane(elements=16).condense()
+    loads = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    path = at_last_corner(scene, loads, 0.5, 1.98, fo.random_slips(scene, [1.0], 1, seed=3)[0].slip)
+    for _ in range(2):
+        path.run_cycle()
+    at = [path.state.u.copy()]
+    for _ in range(2):
+        path.run_cycle()
+        at.append(path.state.u.copy())
+    steady, orbit = settled(path, [0, 1], [0, 1])
+    one = return_map(orbit)
+    assert np.abs(one.after - one.before).max() < 1e-10 and one.work == pytest.approx(steady.dissipation, rel=1e-9)
+    assert np.array_equal(one.after[:17].round(9), steady.slip.round(9))
+    assert np.abs(at[2] - at[1]).max() > 1e-9  # not yet steady
+    assert np.abs((at[2] - at[1]) - one.derivative @ (at[1] - at[0])).max() < 1e-6 * np.abs(at[1] - at[0]).max()
+    locked = np.r_[one.locked, np.zeros(17, dtype=bool)]
+    assert one.locked.any() and not one.derivative[locked][:, ~locked].any()  # locked nodes keep their slip
+    assert np.array_equal(one.derivative[locked][:, locked], np.eye(locked.sum()))
+
+
+def test_one_node_forgets_its_start():
+    one = return_map(at_last_corner(system(2.0, 0.5, 0.1, 1.0, 1.0, 0.2), CYCLE, 0.4, 0.6, [0.0]))
+    assert not one.locked.any() and not one.derivative.any() and one.smooth
+    stuck = return_map(at_last_corner(system(2.0, 0.5, 0.1, 1.0, 1.0, 0.2), CYCLE, 0.4, 0.1, [0.0]))
+    assert stuck.locked.all() and np.array_equal(stuck.derivative, np.diag([1.0, 0.0]))
+    assert stuck.work == 0.0 and not stuck.work_gradient[0] > 1e-15
+
+
+def test_rows_on_a_stretch_are_those_of_its_derivative():
+    one = return_map(at_last_corner(random_system(np.random.default_rng(4), 5), CYCLE, 0.3, 0.6, np.zeros(5)))
+    assert len(one.status) > 2 and (one.status[-1] != 0).any()
+    assert one.motion_derivative(len(one.status) - 1, np.eye(10)) == pytest.approx(np.asarray(one.derivative), abs=1e-12)
