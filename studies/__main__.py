@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 
-from . import dissipation, guaranteed, increments, joint, limits, scenes, separation, stepped
+from . import dissipation, guaranteed, increments, joint, limits, range, scenes, separation, stepped
 from .tables import Study
 from .validation import error_vs_time, left_out
 from .validation.extremes import study as extremes
@@ -11,10 +11,8 @@ from .validation.fuzz import study as fuzz
 
 __all__ = ["STUDIES", "main"]
 
-STUDIES: dict[str, Study] = {
-    module.STUDY.name: module.STUDY
-    for module in (limits, scenes, guaranteed, separation, increments, dissipation, stepped, joint, left_out, error_vs_time, extremes, fuzz)
-}
+_MODULES = (limits, scenes, guaranteed, separation, increments, dissipation, range, stepped, joint, left_out, error_vs_time, extremes, fuzz)
+STUDIES: dict[str, Study] = {module.STUDY.name: module.STUDY for module in _MODULES}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

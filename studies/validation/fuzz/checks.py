@@ -14,6 +14,7 @@ from .. import oracles
 from .cases import Case
 from .guaranteed import followed, guaranteed, guaranteed_transformed
 from .known import Known, NotAsked, Wrong, same, transformed
+from .ranges import found_range, least_slip, practical_limit
 from .separated import separated
 
 __all__ = ["CHECKS", "Finding", "asked", "findings"]
@@ -187,6 +188,9 @@ CHECKS: dict[str, Callable[[Known], tuple[float, bool]]] = {
     "guaranteed, transformed": guaranteed_transformed,
     "guarantee, followed": followed,
     "limit with separation": separated,
+    "least slip": least_slip,
+    "found range": found_range,
+    "practical limit": practical_limit,
     "exact path": _path,
     "steady state": _steady,
     "safe start": _safe_start,

@@ -1,0 +1,309 @@
+"""The range of steady dissipation found without sampling, the slip that no start avoids, and the load that assembly and overloads leave.
+
+Run with `python -m studies range [--quick] [--workers 2] [--store FILE]`. The scene is the paper's; loads are amplitudes of the bulk stress over the
+mean pressure, sigma / (P / 2a). The sampled starts are those of the study "dissipation", the attack has starts of its own on a coarse mesh.
+"""
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import frictopt as fo
+
+from . import dissipation
+from .paper import LOADS, slip_unit, work_unit
+from .tables import Study, Table
+
+__all__ = ["ATTACK", "FOUND", "FULL", "PROTOCOLS", "QUICK", "SLIP", "STUDY", "Parameters"]
+
+_INSIDE = 1e-6  # excess over the range, relative, that counts as rounding
+_SETTLED = 12  # cycles from a steady state's slip, after which the corners of its orbit are read
+SHEAR = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": -1.0}, {"Q": 1.0}])
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    sampled: dissipation.Parameters = dissipation.FULL  # scene, frictions, loads and starts of the sample
+    protocol_elements: int = 124
+    protocol_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+    protocol_scan: int = 25
+    attack_elements: int = 16
+    attack_frictions: tuple[float, ...] = (0.3, 0.5, 0.7)
+    attack_ratios: tuple[float, ...] = (0.6, 0.9, 1.05, 1.5)  # load factors over lambda_2
+    shear_frictions: tuple[float, ...] = (0.2, 0.3, 0.6)  # the same under cyclic shear of the punch
+    shear_ratios: tuple[float, ...] = (0.9, 1.2)
+    starts: int = 1500  # of each case of the attack
+
+
+FULL = Parameters()
+QUICK = Parameters(
+    sampled=dissipation.QUICK,
+    protocol_elements=16,
+    protocol_frictions=(0.3, 0.7),
+    protocol_scan=10,
+    attack_frictions=(0.5,),
+    attack_ratios=(0.9, 1.2),
+    shear_frictions=(0.3,),
+    starts=60,
+)
+
+
+@cache
+def _ranges(parameters: Parameters) -> list[tuple[dissipation.Case, float, fo.DissipationRange, float]]:
+    """Case, load ratio, range and seconds, for each friction and load of the sample."""
+    found = []
+    for case in dissipation.cases_of(parameters.sampled):
+        for ratio in parameters.sampled.ratios:
+            begin = time.perf_counter()
+            span = fo.dissipation_range(case.system, LOADS, case.friction, ratio * case.limit)
+            found.append((case, ratio, span, time.perf_counter() - begin))
+    return found
+
+
+def found_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
+    """One row for each friction and load."""
+    runs, rows = dissipation.runs_of(parameters.sampled, **options), []
+    for case, ratio, span, seconds in _ranges(parameters):
+        works = runs.loc[(runs["friction"] == case.friction) & (runs["load_ratio"] == ratio) & (runs["outcome"] != "FAILED"), "dissipation"]
+        unit = work_unit(case.system)
+        rows.append(
+            {
+                "friction": case.friction,
+                "load_ratio": ratio,
+                "load_factor": ratio * case.limit,
+                "least": span.least / unit,
+                "most": span.most / unit,
+                "sampled_least": works.min() / unit,
+                "sampled_most": works.max() / unit,
+                "runs": len(works),
+                "outside": int(_outside(works.to_numpy(), span).sum()),
+                "levels": len(span.levels),
+                "transients": span.transients,
+                "open": int(span.most_state.open.sum()),
+                "seconds": seconds,
+                "residual": span.residual,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def slip_of(parameters: Parameters) -> pd.DataFrame:
+    """One row for each friction and load above the shakedown limit."""
+    rows = []
+    for case, ratio, span, _ in _ranges(parameters):
+        if ratio <= 1:
+            continue
+        least = fo.shakedown_limit(case.system, LOADS, case.friction).least_slip(ratio * case.limit)
+        low, high = (_corners(case, ratio, state) for state in (span.least_state, span.most_state))
+        rows.append(
+            {
+                "friction": case.friction,
+                "load_ratio": ratio,
+                "bound": least.bound,
+                "least": least.of(*low),
+                "most": least.of(*high),
+                "proven_total": least.total / slip_unit(case.system),
+                "least_total": _total(*low) / slip_unit(case.system),
+                "most_total": _total(*high) / slip_unit(case.system),
+                "residual": max(least.residual, span.residual),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _corners(case: dissipation.Case, ratio: float, state: fo.SteadyState) -> tuple[np.ndarray, np.ndarray]:
+    """(K, N) slips and gaps at the corners of an orbit."""
+    path = fo.march(case.system, LOADS, case.friction, ratio * case.limit, initial_slip=state.slip, cycles=_SETTLED)
+    corners = len(LOADS.corners)
+    at = [np.flatnonzero(path.time <= path.time[-1] - back)[-1] for back in range(corners - 1, -1, -1)]
+    return np.asarray(path.slip[at]), np.asarray(path.gap[at])
+
+
+def _total(slip: np.ndarray, gap: np.ndarray) -> float:
+    """Sum over the nodes of the slip between corners; NaN where a node is open."""
+    return float("nan") if gap.any() else float(np.ptp(slip, axis=0).sum())
+
+
+def protocols_of(parameters: Parameters) -> pd.DataFrame:
+    """One row for each friction and protocol."""
+    system, rows = fo.PunchOnHalfPlane(elements=parameters.protocol_elements).condense(), []
+    for friction in parameters.protocol_frictions:
+        limit = fo.shakedown_limit(system, LOADS, friction)
+        for name, options in _protocols(limit):
+            one = fo.practical_limit(system, LOADS, friction, scan=parameters.protocol_scan, **options)
+            rows.append(
+                {
+                    "friction": friction,
+                    "protocol": name,
+                    "ratio": one.ratio,
+                    "load_factor": one.load_factor,
+                    "upper": one.upper,
+                    "monotonic": one.monotonic,
+                    "transients": one.transients,
+                    "residual": one.residual,
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def _protocols(limit: fo.ShakedownLimit) -> Iterator[tuple[str, dict[str, Any]]]:
+    unload = [fo.LoadStep({"P": 1.0}, {"sigma": 1.0}), fo.LoadStep({"P": 0.3}, {"sigma": 1.0}), fo.LoadStep({"P": 1.0}, {"sigma": 1.0})]
+    yield "nothing", {"start": "worst"}
+    yield "overload", {"start": "worst", "protocol": [fo.LoadStep({"P": 1.0, "sigma": 2 * limit.load_factor})]}
+    yield "unload", {"start": "worst", "protocol": [fo.LoadStep({"P": 0.2})]}
+    yield "unload at tension", {"start": "worst", "protocol": unload}
+    yield "assembled", {"start": "assembled"}
+    yield "safe", {"start": limit.slip}
+
+
+def attack_of(parameters: Parameters) -> pd.DataFrame:
+    """One row for each load cycle, friction and load."""
+    system, rows = fo.PunchOnHalfPlane(elements=parameters.attack_elements).condense(), []
+    cases = [("sigma", LOADS, f, ratio) for f in parameters.attack_frictions for ratio in parameters.attack_ratios]
+    cases += [("Q", SHEAR, f, ratio) for f in parameters.shear_frictions for ratio in parameters.shear_ratios]
+    for number, (name, cycle, friction, ratio) in enumerate(cases):
+        load_factor = ratio * fo.shakedown_limit(system, cycle, friction).load_factor
+        span = fo.dissipation_range(system, cycle, friction, load_factor)
+        works, opened = _sampled(system, cycle, friction, load_factor, parameters.starts, np.random.default_rng(number))
+        unit = work_unit(system)
+        rows.append(
+            {
+                "cyclic": name,
+                "friction": friction,
+                "load_ratio": ratio,
+                "least": span.least / unit,
+                "most": span.most / unit,
+                "sampled_least": works.min() / unit,
+                "sampled_most": works.max() / unit,
+                "runs": len(works),
+                "outside": int(_outside(works, span).sum()),
+                "opened": opened,
+                "transients": span.transients,
+                "residual": span.residual,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _sampled(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, load_factor: float, count: int, rng: np.random.Generator
+) -> tuple[np.ndarray, int]:
+    """Steady dissipations of random starts, and how many of them have open nodes."""
+    works, opened = [], 0
+    for start in _starts(system, cycle, friction, load_factor, count, rng):
+        try:
+            state = fo.steady_state(system, cycle, friction, load_factor, initial_slip=start)
+        except (fo.NoContinuation, fo.SolverError):
+            continue
+        works.append(state.dissipation)
+        opened += bool(state.open.any())
+    return np.array(works), opened
+
+
+def _starts(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, load_factor: float, count: int, rng: np.random.Generator
+) -> list[np.ndarray]:
+    """A third each: random slips, vertices of the safe slips (of the mean load, and of a tenth to all of the load) and beyond, and mixtures."""
+    slips = []
+    for number in range(count // 3):
+        slip = rng.normal(size=system.nodes) if number % 2 else np.cumsum(rng.normal(size=system.nodes))
+        slips.append(slip_unit(system) * 10 ** rng.uniform(-2, 1) * (slip - slip.mean()) / np.abs(slip).max())
+    each = max(count // 18, 1)
+    for share in (0.0, 0.0, 0.1, 0.5, 0.9, 1.0):
+        for vertex in fo.safe_vertices(system, cycle, friction, share * load_factor, rng.normal(size=(each, system.nodes))):
+            slips.append(vertex * (1.0 if rng.random() < 0.5 else rng.uniform(0.3, 3.0)))
+    while len(slips) < count:
+        one, other = rng.integers(len(slips), size=2)
+        share = rng.random()
+        slips.append(share * slips[one] + (1 - share) * slips[other])
+    return slips
+
+
+def _outside(works: np.ndarray, span: fo.DissipationRange) -> np.ndarray:
+    return np.asarray((works > span.most * (1 + _INSIDE)) | (works < span.least * (1 - _INSIDE)))
+
+
+_LOAD = {
+    "friction": "coefficient of friction",
+    "load_ratio": "load factor over lambda_2",
+    "load_factor": "amplitude of sigma / (P / 2a)",
+}
+_SPAN = {
+    "least": "least W E* / P^2 per steady cycle found",
+    "most": "largest W E* / P^2 per steady cycle found",
+    "sampled_least": "least of the sampled runs",
+    "sampled_most": "largest of the sampled runs",
+    "runs": "number of sampled runs",
+    "outside": "how many of them lie outside of the range found",
+}
+_RESIDUAL = {"residual": "worst residual"}
+_FOUND = (
+    _LOAD
+    | _SPAN
+    | {
+        "levels": "number of local extremes of W found",
+        "transients": "transients followed for the range",
+        "open": "nodes that are open at a corner of the orbit with the largest W",
+        "seconds": "time of the range, one thread",
+    }
+    | _RESIDUAL
+)
+_SLIP = {
+    **{name: _LOAD[name] for name in ("friction", "load_ratio")},
+    "bound": "proven least value of the weighted slip g.v over the corners: lambda - lambda_2",
+    "least": "its value on the orbit with the least W found",
+    "most": "its value on the orbit with the largest W found",
+    "proven_total": "proven least sum over the nodes of the slip between corners, v E* / (a P / 2a)",
+    "least_total": "that sum on the orbit with the least W found; NaN where nodes are open at a corner",
+    "most_total": "the same on the orbit with the largest W found",
+    **_RESIDUAL,
+}
+_PROTOCOLS = {
+    "friction": _LOAD["friction"],
+    "protocol": "'nothing', 'overload' (sigma to 2 lambda_2 and back), 'unload' (P to 0.2 and back), 'unload at tension' (P to 0.3 and back at "
+    "sigma = +lambda), each from the worst start; 'assembled' (P grows from zero), 'safe' (the slip that is safe at lambda_2)",
+    "ratio": "load factor up to which the contact comes to rest, over lambda_2",
+    "load_factor": "the same, amplitude of sigma / (P / 2a)",
+    "upper": "least load factor tried at which it does not",
+    "monotonic": "whether it comes to rest at no load factor tried above that",
+    "transients": "transients followed",
+    **_RESIDUAL,
+}
+_ATTACK = {
+    "cyclic": "cyclic load: 'sigma', bulk stress, or 'Q', shear of the punch",
+    **{name: _LOAD[name] for name in ("friction", "load_ratio")},
+    **_SPAN,
+    "opened": "sampled runs with open nodes",
+    "transients": "transients followed for the range",
+    **_RESIDUAL,
+}
+_OPTIONS = dissipation.RUNS.options
+
+
+def _table(name: str, about: str, columns: dict[str, str], compute: Any, options: Any = None) -> Table[Parameters]:
+    return Table(name, about, columns, full=FULL, quick=QUICK, compute=compute, options=options or {})
+
+
+FOUND = _table("range_found", "the range found at one load, and the sample", _FOUND, found_of, _OPTIONS)
+SLIP = _table("range_slip", "the least slip that is proven at one load, and that found", _SLIP, slip_of)
+PROTOCOLS = _table("range_protocols", "the load up to which the contact comes to rest after one protocol", _PROTOCOLS, protocols_of)
+ATTACK = _table("range_attack", "random starts against the range found on a coarse mesh", _ATTACK, attack_of)
+
+
+def _summary(tables: Any) -> str:
+    lines = [
+        f"{name}: {table['outside'].sum()} of {table['runs'].sum()} sampled runs outside of the range found"
+        for name, table in ((table.name, tables[table.name]) for table in (FOUND, ATTACK))
+    ]
+    limits = tables[PROTOCOLS.name].pivot(index="friction", columns="protocol", values="ratio")
+    return "\n".join([*lines, limits.to_string(float_format="{:.4f}".format)])
+
+
+STUDY = Study("studies.range", __doc__, "coarse meshes and few starts, in seconds", (FOUND, SLIP, PROTOCOLS, ATTACK), summary=_summary)
