@@ -39,6 +39,17 @@ class Cure(Shown):
         Number of transients followed.
     residual
         Largest residual of their steady states. At most 1e-9.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> tension = fo.cure(pair, cycle, friction=0.6, load_factor=0.6, excursion={"Q": 3.0})
+    >>> tension.found, tension.to_frame()["outcome"].iloc[0]
+    (True, 'slip')
     """
 
     share: float

@@ -18,7 +18,7 @@ from .range_starts import RangeStarts
 
 __all__ = ["DissipationRange", "dissipation_range"]
 
-_CLIMBED = 4  # levels of work, the best ones, from which the search goes on
+_CLIMBED, _DESCENDED = 4, 2  # levels of work, the highest and the lowest, from which the search goes on
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,6 +43,19 @@ class DissipationRange(Shown):
         Largest residual of the steady states of `least` and `most`. At most 1e-9.
     problem
         The linear program of admissible slips, solved last for one of the starts; None where there was none to solve.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> found = fo.dissipation_range(pair, cycle, friction=0.6, load_factor=0.8)
+    >>> round(found.least, 6), round(found.most, 6)
+    (0.187171, 0.227889)
+    >>> found.to_frame()["end"].unique().tolist()
+    ['followed', 'local extreme']
     """
 
     least: float
@@ -163,4 +176,4 @@ def dissipation_range(
 def _searched(runs: Search, levels: list[Orbit]) -> list[Orbit]:
     """Where the search ends from the levels with the most work, and, where no start came to rest, from those with the least."""
     ends = [runs.climb(orbit, 1) for orbit in levels[::-1][:_CLIMBED] if orbit.work > 0]
-    return ends + ([runs.climb(orbit, -1) for orbit in levels[:_CLIMBED]] if levels[0].work > 0 else [])
+    return ends + ([runs.climb(orbit, -1) for orbit in levels[:_DESCENDED]] if levels[0].work > 0 else [])

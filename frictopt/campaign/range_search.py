@@ -17,7 +17,7 @@ __all__ = ["Orbit", "Search"]
 
 _FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
 _LEAST = 1e-5  # last one, over the first
-_TRANSIENTS = 40  # of one climb
+_TRANSIENTS = 20  # of one climb
 
 
 @dataclass(frozen=True, eq=False)

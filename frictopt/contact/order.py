@@ -31,6 +31,13 @@ class SlipOrder(Shown):
         (N,) largest coefficient of friction of each node with which it holds; below 0 if it holds with none.
     friction
         (N,) coefficients of friction.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> punch = fo.PunchOnHalfPlane(elements=16).condense()
+    >>> fo.slip_order(punch, friction=0.43).to_frame().query("not holds")["node"].tolist()
+    [1, 15]
     """
 
     holds: bool

@@ -43,6 +43,19 @@ class LeastSlip(Shown):
     residual
         Largest entry of the sum of g over the corners, which is zero for exact multipliers, over the largest stress that the mechanism's motions
         make one by one; or the residual of the limit if that is larger.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> least = fo.shakedown_limit(pair, cycle, friction=0.6).least_slip(1.0)
+    >>> round(least.bound, 6), round(least.total, 6)
+    (0.273943, 0.637664)
+    >>> least.to_frame()["node"].tolist()
+    [1, 0]
     """
 
     load_factor: float

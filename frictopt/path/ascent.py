@@ -15,7 +15,7 @@ from .transient import ExactPath
 
 __all__ = ["proposed_change"]
 
-_TIGHTEST = 3  # events whose bounds each locked node keeps in the program: the ones where it has least reserve
+_TIGHTEST = 2  # events whose bounds each locked node keeps in the program: the ones where it has least reserve
 
 
 def proposed_change(path: ExactPath, cycle: ReturnMap, sense: int, radius: float, most: Array | None) -> tuple[Array, float] | None:
@@ -51,6 +51,8 @@ def proposed_change(path: ExactPath, cycle: ReturnMap, sense: int, radius: float
         bound = follow[:n] / unit[:, None]
         rows = np.vstack([rows, -bound, bound])
         right = np.concatenate([right, (most - cycle.before[:n]) / unit, (most + cycle.before[:n]) / unit])
+    near = radius * np.abs(rows).sum(axis=1) > right  # no change within the region meets the other rows
+    rows, right = rows[near], right[near]
     answer = linprog(-gain / largest, -radius * rows, right, bounds=(-1.0, 1.0))
     if answer.status != 0:
         return None
