@@ -14,10 +14,11 @@ def test_examples_run_as_they_stand(capsys):
     for block in blocks:
         exec(block, names)
     printed = capsys.readouterr().out
-    assert len(blocks) == 3 and names["system"].nodes == 5
+    assert len(blocks) == 4 and names["system"].nodes == 5
     assert "load_factor=0.798" in printed and "node=0, sense=-1" in printed
     assert "0.1483" in printed and "0 0.6527" in printed
     assert "1.8280" in printed and "0.0025" in printed and "True 0.0" in printed and "SHAKEDOWN 0.0" in printed and "CYCLIC_SLIP 0." in printed
+    assert "0.0 0.00" in printed and "LeastSlip(" in printed and "{'P': 0.0" in printed
 
 
 def test_it_lists_the_figures_that_there_are():

@@ -17,6 +17,8 @@ FIRST = fo.onset(*ASKED)
 LIMIT, LOWER, SAFE = fo.shakedown_limit(*ASKED), fo.guaranteed_limit(*ASKED), fo.safe_slip(*ASKED, 0.3)
 NEEDED = fo.required_friction(CONTACT, CYCLE, 0.3)
 REGION = fo.safe_region(CONTACT.with_bonded({"other": (np.array([0.1, 0.1]), np.ones(2))}), {"mean": 1.0}, ["cyclic", "other"], 0.6)
+SLIP, SPAN, REST = LIMIT.least_slip(1.0), fo.dissipation_range(*ASKED, 0.8), fo.practical_limit(*ASKED, scan=3)
+CURED, ORDER = fo.cure(*ASKED, 0.6, excursion={"mean": -0.9}, samples=2), fo.slip_order(CONTACT, 0.6)
 MOVED = fo.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.reaction({"mean": 1.0, "cyclic": 1.0}))
 
 
@@ -34,6 +36,11 @@ MOVED = fo.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.reaction({"me
         (SAFE, ["exists=True", f"margin={SAFE.margin:.6g}", "residual="]),
         (NEEDED, [f"friction={NEEDED.friction:.6g}", "residual=", "reason=no residual slip"]),
         (REGION, ["loads=('cyclic', 'other')", f"sides={len(REGION.sides)}", "reason="]),
+        (SLIP, ["load_factor=1", f"bound={SLIP.bound:.6g}", "residual="]),
+        (SPAN, [f"least={SPAN.least:.6g}", f"most={SPAN.most:.6g}", "residual=", "proven=False"]),
+        (REST, [f"ratio={REST.ratio:.6g}", "monotonic=True", "residual="]),
+        (CURED, ["found=True", f"share={CURED.share:.6g}", "sampled=2", "residual="]),
+        (ORDER, ["holds=False", f"largest_friction={ORDER.largest_friction:.6g}"]),
         (MOVED, ["nodes=2", f"at_bound={(np.abs(MOVED.status) == 1).sum()}", "open=0", "solver="]),
         (CHECK, [f"load_factor={CHECK.limit.load_factor:.6g}", f"runs={len(CHECK.runs)}", f"dies_out={CHECK.dies_out}"]),
     ],

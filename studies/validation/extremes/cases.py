@@ -15,6 +15,7 @@ from ...paper import LOADS
 from .. import oracles
 from .guarantees import guarantee_probes
 from .probes import SHEAR, Answer, Probe, Sizes, nearly_separated
+from .ranges import range_probes
 from .separations import separation_probes
 
 __all__ = ["probes"]
@@ -30,6 +31,7 @@ def probes(sizes: Sizes) -> Iterator[Probe]:
         yield from part(sizes)
     yield from guarantee_probes(sizes)
     yield from separation_probes(sizes)
+    yield from range_probes(sizes)
 
 
 def _limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:

@@ -1,0 +1,42 @@
+"""The study of ranges at quick size: what was found agrees with the sample, with what is proven, and with the order of the protocols."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from studies import range as study
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data")
+    assert study.STUDY.run(["--quick", "--data", str(folder)]) == 0
+    return {table.name: pd.read_parquet(table.path(folder)) for table in study.STUDY.tables}
+
+
+def test_every_row_was_checked_and_describes_itself(tables):
+    for table in tables.values():
+        assert table["residual"].between(0, 1e-9).all() and list(table.attrs["columns"]) == list(table.columns)
+
+
+@pytest.mark.parametrize("name", ["range_found", "range_attack"])
+def test_no_sampled_run_lies_outside(tables, name):
+    table = tables[name]
+    assert (table["outside"] == 0).all() and (table["runs"] >= 18).all()
+    assert (table["least"] <= table["sampled_least"] * (1 + 1e-6)).all() and (table["most"] >= table["sampled_most"] * (1 - 1e-6)).all()
+    assert (table["most"] > 1.2 * table["sampled_most"]).any()
+
+
+def test_slip_is_never_less_than_proven(tables):
+    table = tables["range_slip"]
+    assert (table["bound"] > 0).all() and (table["least"] >= table["bound"] * (1 - 1e-9)).all() and (table["most"] >= table["least"]).all()
+    assert (table["least_total"] >= table["proven_total"]).all() and (table["proven_total"] > 0).all()
+
+
+def test_the_worst_start_needs_a_protocol_and_the_safe_one_needs_none(tables):
+    ratios = tables["range_protocols"].pivot(index="friction", columns="protocol", values="ratio")
+    assert (ratios["safe"] > 0.999).all() and (ratios["nothing"] < 0.6).all()
+    assert np.all(ratios[["overload", "unload", "unload at tension", "assembled"]].gt(ratios["nothing"], axis=0))
+    assert tables["range_protocols"]["monotonic"].all()
