@@ -1,6 +1,10 @@
 """The range of dissipation found over all starts against the transients of the study's 108 starts at the same load."""
 
+import statistics
+import time
+
 import pytest
+from threadpoolctl import threadpool_limits
 
 import frictopt as fo
 from studies import dissipation
@@ -27,7 +31,15 @@ def test_range_against_a_sample(compare, system, cycle, friction, ratio):
 
 
 @pytest.mark.parametrize(("friction", "ratio"), CASES)
-def test_range_in_two_seconds(benchmark, system, cycle, friction, ratio):
-    limit = fo.shakedown_limit(system, cycle, friction).load_factor
-    benchmark.pedantic(lambda: fo.dissipation_range(system, cycle, friction, ratio * limit), rounds=5, warmup_rounds=1)
-    assert benchmark.stats.stats.median < 2.0
+def test_range_in_two_seconds_of_one_thread(system, cycle, record_property, friction, ratio):
+    """Processor time, which does not count what else runs on the machine."""
+    limit, spent = fo.shakedown_limit(system, cycle, friction).load_factor, []
+    with threadpool_limits(1):
+        for _ in range(4):
+            start = time.process_time()
+            fo.dissipation_range(system, cycle, friction, ratio * limit)
+            spent.append(time.process_time() - start)
+    median = statistics.median(spent[1:])
+    record_property("seconds", median)
+    print(f"\n    {median:.2f} s")
+    assert median < 2.0

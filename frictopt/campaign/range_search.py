@@ -18,6 +18,7 @@ __all__ = ["Orbit", "Search"]
 _FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
 _LEAST = 1e-5  # last one, over the first
 _TRANSIENTS = 20  # of one climb
+_STOPPED = f"stopped after {_TRANSIENTS} transients"
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +66,7 @@ class Search:
         self._system, self._cycle, self._friction, self._load_factor, self._most = system, cycle, friction, load_factor, most
         self._stops = turning_corners(cycle)
         self.transients = 0
+        self._extremes: list[float] = []  # works of the local extremes found
 
     def follow(self, name: str, start: Array) -> Orbit:
         """The steady state that one start leads to."""
@@ -96,13 +98,18 @@ class Search:
             better = None
             while better is None:
                 step = proposed_change(path, cycle, sense, radius, self._most)
-                if step is None or not step[1] > WORK_GAIN * orbit.work or radius < smallest or self.transients >= limit:
+                if self.transients >= limit:
+                    return replace(orbit, end=_STOPPED)
+                if step is None or not step[1] > WORK_GAIN * orbit.work or radius < smallest:
+                    self._extremes.append(orbit.work)
                     return replace(orbit, end="local extreme")
                 tried = self.follow(orbit.name, cycle.before[: path.nodes] + step[0])
                 better = tried if sense * (tried.work - orbit.work) > WORK_GAIN * orbit.work else None
                 radius *= 2.0 if better else 0.25
             orbit = better
-        return replace(orbit, end="stopped: too many transients")
+            if any(abs(orbit.work - known) <= LEVEL * known for known in self._extremes):
+                return replace(orbit, end="local extreme found before")
+        return replace(orbit, end=_STOPPED)
 
     @staticmethod
     def levels(orbits: list[Orbit]) -> list[Orbit]:
