@@ -54,8 +54,8 @@ class LeastSlip(Shown):
     >>> least = fo.shakedown_limit(pair, cycle, friction=0.6).least_slip(1.0)
     >>> round(least.bound, 6), round(least.total, 6)
     (0.273943, 0.637664)
-    >>> least.to_frame()["node"].tolist()
-    [1, 0]
+    >>> sorted(least.to_frame()["node"])
+    [0, 1]
     """
 
     load_factor: float
