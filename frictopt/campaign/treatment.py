@@ -138,7 +138,7 @@ class Treatment:
         try:
             if self.assembled:
                 _begin_assembly(path)
-            path.start()
+            path.follow_to(path.mean, "the segment to the mean load")
             for number, load in enumerate([*steps, path.mean] if steps else []):
                 path.follow_to(load, f"segment {number} of the protocol")
             state, _ = settled(path, self._stops, self._stops)
@@ -176,7 +176,7 @@ def assembled_slip(system: ContactSystem, cycle: LoadCycle, friction: Any) -> Ar
     """
     path = ExactPath(system, cycle, friction, 0.0)
     _begin_assembly(path)
-    path.start()
+    path.follow_to(path.mean, "the segment to the mean load")
     return frozen(path.state.u[: path.nodes])
 
 
