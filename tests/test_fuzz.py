@@ -74,7 +74,7 @@ def test_just_above_a_guarantee_of_none_is_a_finite_load_where_no_load_ends_safe
 
 def test_a_slip_on_both_bounds_goes_on_next_to_its_load_even_where_the_limit_is_none():
     """Its witness stops slipping above the limit of 0, where no load is small beside what its node carries."""
-    case = random_case(78)
+    case = random_case(112)
     args = case.system, case.cycle, case.friction
     limit = fo.guaranteed_limit(*args)
     above = fo.verify_guaranteed(*args, limit=limit, starts=0)
