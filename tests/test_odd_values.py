@@ -157,10 +157,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "ContactSystem3D.with_gap": (NODE_3D.with_gap, {"gap": [0.1]}),
     "Increments3D": (fo.Increments3D, {"system": NODE_3D, "friction": FRICTION}),
     "Increments3D.solve": (fo.Increments3D(NODE_3D, FRICTION).solve, {"slip": [[0.0, 0.0]], "bonded": ([[0.1, 0.1]], [1.0])}),
-    "SquarePunchOnBlock": (
-        lambda **options: fo.SquarePunchOnBlock(**options).condense(),
-        {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0},
-    ),
+    "SquarePunchOnBlock": (condensed(fo.SquarePunchOnBlock), {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0}),
     "dissipation_study 3D": (fo.dissipation_study, {**ASKED_3D, "load_factors": [0.5], "initial_slips": [[[0.0, 0.1]]], "progress": False}),
     "march 3D": (fo.march, {**ASKED_3D, "load_factor": 0.5, "initial_slip": [[0.0, 0.1]], "cycles": 1, "engine": "newton", "steps": 2}),
     "onset 3D": (fo.onset, ASKED_3D),
