@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.spatial.first_events import reach
 from spatial import cycle, random_contact, single
 
 NODE = single()
@@ -137,3 +138,21 @@ def test_onset_of_a_mean_load_beyond_the_circle_is_zero():
 def test_what_is_not_answered_is_refused_by_name_and_says_why(ask, why):
     with pytest.raises(fo.ModelError, match=why):
         ask()
+
+
+@pytest.mark.parametrize(
+    ("q0", "g0", "q1", "g1", "largest"),
+    [
+        (0.2, 1.0, 0.5, -1.0, 0.8 / 1.5),  # the circle shrinks faster than the shear grows
+        (0.0, 1.0, 0.5, 0.0, 2.0),
+        (0.5, 1.0, -0.5, 0.0, 3.0),
+        (0.5, 1.0, -0.5, 0.2, 5.0),
+        (0.5, 1.0, 0.3, 0.3, np.inf),
+        (1.0, 1.0, 0.5, -0.5, 0.0),
+        (1.0, 1.0, -0.5, 0.0, 4.0),
+        (0.0, 2.0, 0.0, -4.0, 0.5),
+    ],
+)
+def test_how_far_a_circle_holds(q0, g0, q1, g1, largest):
+    turn = np.array([0.6, 0.8])
+    assert reach(q0 * turn, np.array(g0), q1 * turn, np.array(g1)) == pytest.approx(largest, abs=1e-12)
