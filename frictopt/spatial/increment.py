@@ -210,9 +210,10 @@ class _Posed:
                     return found
                 residual = found.residual
                 break
+        left = "" if np.isinf(residual) else f", and the state of that bound violates the law by {residual:.1e}"
         raise SolverError(
-            f"friction increment: after {sweep} cone programs with frozen bound it still changes by {change:.1e} of the mean normal force, and the "
-            f"residual is {residual:.1e}; try smaller load steps or the engine 'newton' (above the critical friction there may be none, or several)"
+            f"friction increment: after {sweep} cone programs with frozen bound it still changes by {change:.1e} of the mean normal force{left}; try "
+            "smaller load steps or the engine 'newton' (above the critical friction there may be no state, or several)"
         )
 
     def _swept(self, bound: Array) -> "_SweepClaim":
