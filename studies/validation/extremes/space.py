@@ -15,8 +15,9 @@ from .probes import Answer, Probe, Sizes
 
 __all__ = ["polygon_limit", "space_probes"]
 
-_FACETS = 64
-_POLYGON = 1.3e-3  # a polygon of that many sides around the circle gives at most so much more
+_SIDES, _CUTS = 16, 40  # of the first polygons around the circles, and refinements of them
+_EXCESS = 1e-10  # over a circle, in the node's pressure, that the last polygon leaves
+_TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 _BULK = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 _TURNING = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
 
@@ -54,23 +55,45 @@ def _limits(extreme: str, value: str, scene: fo.SquarePunchOnBlock, friction: fl
     system = scene.condense()
     for cycle, question in ((_BULK, "shakedown limit, bulk"), (_TURNING, "shakedown limit, turning")):
         asked = partial(_limit, system, cycle, friction), partial(polygon_limit, system, cycle, friction)
-        yield Probe(extreme, value, question, *asked, f"linear program, {_FACETS} sides for the circle, scipy", _POLYGON)
+        yield Probe(extreme, value, question, *asked, "linear programs, polygons for the circles, scipy")
 
 
 def polygon_limit(system: fo.ContactSystem3D, cycle: fo.LoadCycle, friction: Any) -> float | None:
-    """The limit with polygons around the circles, over raw slips; None where scipy finds none."""
+    """The limit with polygons around the circles, over raw slips, a side more wherever a circle is still exceeded; None where scipy finds none."""
     n, (q0, p0), f = system.nodes, cycle.mean_reaction(system), np.broadcast_to(friction, system.nodes)
-    angles = 2 * np.pi * np.arange(_FACETS) / _FACETS
     unit, stiff = np.where(p0 > 0, p0, 1.0), system.stiffness_scale  # of the rows, and of the slips
-    rows, right = [], []
-    for q1, p1 in zip(*cycle.corner_reactions(system), strict=True):
-        for c, s in zip(np.cos(angles), np.sin(angles), strict=True):
-            along = c * system.A[:n] + s * system.A[n:] - f[:, None] * system.B
-            rows.append(np.column_stack([along / stiff, c * q1[:, 0] + s * q1[:, 1] - f * p1]) / unit[:, None])
-            right.append((f * p0 - c * q0[:, 0] - s * q0[:, 1]) / unit)
-    bounds = [*[(None, None)] * (2 * n), (0, None)]
-    found = linprog(np.r_[np.zeros(2 * n), -1.0], np.vstack(rows), np.concatenate(right), bounds=bounds, method="highs-ipm")
-    return {0: lambda: float(found.x[-1]), 3: lambda: float("inf")}.get(found.status, lambda: None)()
+    q1, p1 = cycle.corner_reactions(system)
+    A1, A2, B = (part / stiff / unit[:, None] for part in (system.A[:n], system.A[n:], system.B))
+    q0, p0, q1, p1 = q0 / unit[:, None], p0 / unit, q1 / unit[:, None], p1 / unit
+    nodes, corners = np.arange(n), np.arange(len(p1))
+    k, i, angle = (grid.ravel() for grid in np.meshgrid(corners, nodes, 2 * np.pi * np.arange(_SIDES) / _SIDES, indexing="ij"))
+    rows, right = np.zeros((0, 2 * n + 1)), np.zeros(0)
+    for _ in range(_CUTS):
+        c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+        load = c[:, 0] * q1[k, i, 0] + s[:, 0] * q1[k, i, 1] - f[i] * p1[k, i]
+        rows = np.vstack([rows, np.column_stack([c * A1[i] + s * A2[i] - f[i, None] * B[i], load])])
+        right = np.r_[right, f[i] * p0[i] - c[:, 0] * q0[i, 0] - s[:, 0] * q0[i, 1]]
+        found = _solved(rows, right)
+        if found.status != 0:
+            return float("inf") if found.status == 3 else None
+        v, lam = found.x[:-1], float(found.x[-1])
+        q = q0 + lam * q1 + np.column_stack([A1 @ v, A2 @ v])
+        excess = np.linalg.norm(q, axis=-1) - f * (p0 + lam * p1 + B @ v)
+        if excess.max() <= _EXCESS:
+            return lam
+        k, i = np.nonzero(excess > _EXCESS)
+        angle = np.arctan2(q[k, i, 1], q[k, i, 0])
+    return None
+
+
+def _solved(rows: Any, right: Any) -> Any:
+    """Largest load factor of some rows, by the interior point method and crossover; by the simplex method where that fails."""
+    goal, bounds = np.r_[np.zeros(rows.shape[1] - 1), -1.0], [*[(None, None)] * (rows.shape[1] - 1), (0, None)]
+    for method in ("highs-ipm", "highs-ds"):
+        found = linprog(goal, rows, right, bounds=bounds, method=method, options=_TIGHT)
+        if found.status in (0, 2, 3):
+            break
+    return found
 
 
 def _uncoupled(nodes: int) -> Probe:
