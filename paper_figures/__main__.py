@@ -35,6 +35,8 @@ from . import (
     shakedown_limit,
     shakedown_share,
     slip_plane,
+    spatial_limit,
+    spatial_numerics,
     style,
     traction_ratio,
     two_states,
@@ -76,6 +78,8 @@ FIGURES: dict[str, Script] = {
     "extremes": extremes,
     "scenes": scenes,
     "joint": joint,
+    "spatial_limit": spatial_limit,
+    "spatial_numerics": spatial_numerics,
 }
 
 

@@ -193,7 +193,7 @@ def test_progress_is_silent_but_on_a_terminal(contact, factors, capsys, monkeypa
         ("load_factors", {"load_factors": [0.5, 0.5]}),
         ("initial_slips: empty", {"initial_slips": []}),
         ("initial_slips: shape", {"initial_slips": np.zeros((2, 3))}),
-        ("start 'given 0' has 3 nodes", {"initial_slips": given_slips(np.zeros((1, 3)))}),
+        ("start 'given 0' has a slip of shape", {"initial_slips": given_slips(np.zeros((1, 3)))}),
         ("two starts are called 'none'", {"initial_slips": no_slip() + no_slip()}),
         ("a float among starts", {"initial_slips": [*no_slip(), 1.0]}),
         ("workers: 0", {"workers": 0}),

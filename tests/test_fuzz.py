@@ -19,6 +19,7 @@ from studies.validation.fuzz import study as fuzz
 from studies.validation.fuzz.cases import random_case
 from studies.validation.fuzz.checks import CHECKS, findings
 from studies.validation.fuzz.differential import DIFFERENTIAL
+from studies.validation.fuzz.space import SPACE
 from systems import CYCLE, random_system, system
 
 pytestmark = pytest.mark.slow
@@ -177,7 +178,7 @@ def test_steps_against_the_other_enumeration():
         assert np.allclose(force * found[1], np.r_[expected[2], expected[3]], atol=1e-9)
 
 
-@pytest.mark.parametrize(("options", "questions"), [([], [*CHECKS, *DIFFERENTIAL]), (["--only", "differential"], list(DIFFERENTIAL))])
+@pytest.mark.parametrize(("options", "questions"), [([], [*CHECKS, *DIFFERENTIAL, *SPACE]), (["--only", "differential"], list(DIFFERENTIAL))])
 def test_the_study_counts_what_it_finds(options, questions, tmp_path, capsys):
     assert fuzz.STUDY.run(["--cases", "12", "--seed", "40", "--data", str(tmp_path), *options]) == 0
     table, refused = (pd.read_parquet(kind.path(tmp_path)) for kind in (fuzz.COUNTS, fuzz.REFUSALS))

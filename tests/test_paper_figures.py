@@ -17,8 +17,8 @@ pytestmark = pytest.mark.slow
 NAMES = [
     *("scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"),
     *("guaranteed_limit", "separation", "slip_plane", "dissipation", "shakedown_share", "amplitude", "two_states"),
-    *("error_vs_time", "mesh_error", "extremes", "scenes", "joint"),
     *("dissipation_range", "least_slip", "practical_limit"),
+    *("error_vs_time", "mesh_error", "extremes", "scenes", "joint", "spatial_limit", "spatial_numerics"),
 ]
 
 

@@ -121,7 +121,7 @@ def test_a_sound_archive_of_changed_content_is_refused(tmp_path, change):
 
 
 def test_an_archive_of_another_version_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(storage, "_FORMAT", "frictopt contact system 99")
+    monkeypatch.setattr(storage, "FORM", "frictopt contact system 99")
     SOME.save(tmp_path / "a.npz")
     monkeypatch.undo()
     refused(tmp_path / "a.npz")

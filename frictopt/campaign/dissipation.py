@@ -16,7 +16,8 @@ import pandas as pd
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, finite_numbers, flag, whole_number
 from ..contact.cycle import checked_cycle
-from ..contact.system import checked_system
+from ..contact.dispatch import OtherContact
+from ..contact.system import checked_kind
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import shakedown_limit
 from .execute import execute
@@ -39,7 +40,7 @@ class Interrupted(UserWarning):
 
 
 def dissipation_study(
-    system: ContactSystem,
+    system: ContactSystem | OtherContact,
     cycle: LoadCycle,
     friction: Any,
     load_factors: Iterable[float],
@@ -65,7 +66,8 @@ def dissipation_study(
         Load factors, each >= 0.
     initial_slips
         Starts, as `no_slip`, `safe_slips`, `random_slips`, `overloads` and `given_slips` make them (add their lists); or an
-        array (starts, N) of residual slips, length; None: no slip. Slips that stress the contact more than 1e18 times as much as the loads fail.
+        array (starts, N), in three dimensions (starts, N, 2), of residual slips, length; None: no slip. Slips that stress the contact more than 1e18
+        times as much as the loads fail.
     executor
         Any executor of `concurrent.futures`' interface (such as a dask client's `get_executor()`), instead of workers.
     workers
@@ -82,9 +84,9 @@ def dissipation_study(
         One row for each run, ordered by load factor and start as given. Columns: load_factor; load_ratio, over the shakedown limit (NaN if the limit
         is not finite); start, family, seed, see `Start`; amplitude, root mean square of the initial slip; outcome, the name of an `Outcome`, or
         "FAILED"; dissipation, work of friction per cycle in the steady state; dissipation_scaled, `W E* / P^2` with P the total normal force of the
-        mean load (NaN if the system does not know its `E_star`); first_cycle, work in the first cycle; largest_share, that of the node that
-        dissipates most; cycles followed; slipping and open, numbers of nodes; residual; engine; seconds; error, the text for a run that failed, else
-        empty. `attrs` holds "shakedown_limit" and "missing", the number of runs that an interrupt left out.
+        mean load (NaN if the system does not know its `E_star`, and in three dimensions); first_cycle, work in the first cycle; largest_share, that
+        of the node that dissipates most; cycles followed; slipping and open, numbers of nodes; residual; engine; seconds; error, the text for a run
+        that failed, else empty. `attrs` holds "shakedown_limit" and "missing", the number of runs that an interrupt left out.
 
     Raises
     ------
@@ -107,10 +109,10 @@ def dissipation_study(
     2          1.0            none  CYCLIC_SLIP          1.0
     3          1.0  overload x 1.5  CYCLIC_SLIP          1.0
     """
-    f = np.array(friction_coefficients(friction, checked_system(system).nodes))
+    f = np.array(friction_coefficients(friction, checked_kind(system).nodes))
     checked_cycle(cycle)
     factors = _checked_factors(load_factors)
-    starts = checked_starts(initial_slips, system.nodes)
+    starts = checked_starts(initial_slips, system.slip_shape)
     if executor is not None and not hasattr(executor, "submit"):
         raise ModelError(f"executor: a {type(executor).__name__}; give an executor of concurrent.futures, or of dask by client.get_executor()")
     if whole_number("workers", workers, least=1, most=_MOST_WORKERS) > 1 and executor is not None:
@@ -163,7 +165,8 @@ class _Campaign:
         """The runs that have a row, in their order."""
         system, limit = self.contact.system, self.contact.limit
         force = abs(float(self.contact.cycle.mean_reaction(system)[1].sum()))
-        scale = system.E_star / force**2 if system.E_star is not None and force**2 > 0 else np.nan
+        modulus = system.E_star if isinstance(system, ContactSystem) else None
+        scale = modulus / force**2 if modulus is not None and force**2 > 0 else np.nan
         records = []
         for key, (factor, start) in zip(self.keys, product(self.factors, self.starts), strict=True):
             if key in rows:
@@ -175,12 +178,12 @@ class _Campaign:
         return table
 
 
-def _contact(system: ContactSystem, cycle: LoadCycle, friction: Array) -> CampaignContact:
+def _contact(system: Any, cycle: LoadCycle, friction: Array) -> CampaignContact:
     """The contact with its shakedown limit, if a solver proves one."""
     try:
         limit = shakedown_limit(system, cycle, friction)
     except SolverError:
-        return CampaignContact(system, cycle, friction, np.nan, np.full(system.nodes, np.nan))
+        return CampaignContact(system, cycle, friction, np.nan, np.full(system.slip_shape, np.nan))
     return CampaignContact(system, cycle, friction, limit.load_factor, limit.slip)
 
 

@@ -9,6 +9,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
+from ..contact.dispatch import answered_by_kind
 from ..contact.show import Shown
 from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation
@@ -97,6 +98,7 @@ class GuaranteeCheck(Shown):
         return np.asarray(slips & ((runs["share"] < 1) == below))
 
 
+@answered_by_kind
 def verify_guaranteed(
     system: ContactSystem,
     cycle: LoadCycle,

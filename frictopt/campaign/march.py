@@ -8,6 +8,7 @@ import numpy as np
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, choice, flag, frozen, whole_number
+from ..contact.dispatch import answered_by_kind
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
 from ..increments import ExactIncrement, FrozenBoundIncrement
@@ -19,6 +20,7 @@ __all__ = ["march"]
 _ENGINES = {"qp": FrozenBoundIncrement, "milp": ExactIncrement}
 
 
+@answered_by_kind
 def march(
     system: ContactSystem,
     cycle: LoadCycle,

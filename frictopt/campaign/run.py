@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import LoadCycle
 from ..contact.checks import Array
 from ..errors import FrictoptError
 from ..path import steady_state
@@ -28,12 +28,12 @@ class CampaignContact:
     Attributes
     ----------
     system, cycle, friction
-        The contact, its load cycle, and (N,) coefficients of friction.
+        The contact of any kind, its load cycle, and (N,) coefficients of friction.
     limit, safe
         Shakedown limit (NaN if it is not known), and the (N,) safe slip at the limit.
     """
 
-    system: ContactSystem
+    system: Any
     cycle: LoadCycle
     friction: Array
     limit: float
@@ -86,7 +86,7 @@ def _libraries() -> ThreadpoolController:
 
 
 def _row(contact: CampaignContact, run: Run) -> dict[str, Any]:
-    begin, slip = time.perf_counter(), np.zeros(contact.system.nodes)
+    begin, slip = time.perf_counter(), np.zeros(contact.system.slip_shape)
     overload = None if run.start.overload is None else run.start.overload * run.load_factor
     try:
         slip = _initial_slip(contact, run)
@@ -105,7 +105,7 @@ def _row(contact: CampaignContact, run: Run) -> dict[str, Any]:
         "slipping": int(np.count_nonzero(work)),
         "open": int(np.count_nonzero(steady.open)),
         "residual": steady.residual,
-        "engine": "path",
+        "engine": steady.engine,
         "seconds": time.perf_counter() - begin,
         "error": "",
     }
@@ -116,7 +116,7 @@ def _initial_slip(contact: CampaignContact, run: Run) -> Array:
         return run.start.state.slip
     if run.start.safe_multiple is not None:
         return np.asarray(run.start.safe_multiple * _safe_slip(contact, run.load_factor))
-    return np.zeros(contact.system.nodes) if run.start.slip is None else run.start.slip
+    return np.zeros(contact.system.slip_shape) if run.start.slip is None else run.start.slip
 
 
 @lru_cache(maxsize=32)

@@ -29,7 +29,7 @@ class Start:
     name
         Name of the start in tables.
     slip
-        (N,) residual slip from assembly, length; None: no slip, or a multiple of the safe slip.
+        (N,) residual slip from assembly, in three dimensions (N, 2), length; None: no slip, or a multiple of the safe slip.
     safe_multiple
         Multiple of the safe slip at the load factor of the run (at the shakedown limit if that is lower); None: `slip` is given, or there is none.
     overload
@@ -69,7 +69,7 @@ class Start:
             if not isinstance(text, str) or not text or not text.isprintable():
                 raise ModelError(f"{label} of a start: {text!r}; give a printable text")
         if self.slip is not None:
-            object.__setattr__(self, "slip", finite_array(f"slip of start {self.name!r}", self.slip, (None,)))
+            object.__setattr__(self, "slip", _slips(f"slip of start {self.name!r}", self.slip, ()))
         if self.safe_multiple is not None:
             object.__setattr__(self, "safe_multiple", finite_number(f"safe_multiple of start {self.name!r}", self.safe_multiple))
         if self.state is not None and not isinstance(self.state, ContactState):
@@ -82,7 +82,7 @@ class Start:
             object.__setattr__(self, "seed", whole_number(f"seed of start {self.name!r}", self.seed, least=0, most=LARGEST_SEED))
 
     def _content(self) -> tuple[Any, ...]:
-        slip = None if self.slip is None else tuple(self.slip.tolist())
+        slip = None if self.slip is None else (self.slip.shape, tuple(self.slip.ravel().tolist()))
         return self.family, self.name, slip, self.safe_multiple, self.overload, self.seed, self.state
 
     def __eq__(self, other: object) -> bool:
@@ -180,11 +180,11 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     return starts
 
 
-def safe_part(system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, limit: float, at_limit: Array) -> Array:
+def safe_part(system: Any, cycle: LoadCycle, friction: Any, load_factor: float, limit: float, at_limit: Array) -> Array:
     """(N,) the safe slip with the largest margin, length; above the shakedown limit (NaN: not known) the one that is safe there."""
     if np.isfinite(limit) and load_factor >= limit:
         return at_limit
-    return safe_slip(system, cycle, friction, load_factor).slip
+    return np.asarray(safe_slip(system, cycle, friction, load_factor).slip)
 
 
 def overloads(factors: Iterable[float]) -> list[Start]:
@@ -200,7 +200,7 @@ def overloads(factors: Iterable[float]) -> list[Start]:
 
 
 def given_slips(slips: Any, *, family: str = "given") -> list[Start]:
-    """Starts from residual slips of your own, (starts, N), length.
+    """Starts from residual slips of your own, (starts, N), in three dimensions (starts, N, 2), length.
 
     Examples
     --------
@@ -208,12 +208,12 @@ def given_slips(slips: Any, *, family: str = "given") -> list[Start]:
     >>> [start.name for start in fo.given_slips([[0.1, 0.0], [0.0, 0.1]], family="measured")]
     ['measured 0', 'measured 1']
     """
-    rows = finite_array("slips", list(slips) if isinstance(slips, Iterator) else slips, (None, None))
+    rows = _slips("slips", list(slips) if isinstance(slips, Iterator) else slips, (None,))
     return [Start(family, f"{family} {number}", slip) for number, slip in enumerate(rows)]
 
 
-def checked_starts(initial_slips: Any, nodes: int) -> Sequence[Start]:
-    """Check starts for a contact of N nodes: a sequence of `Start`, an array of slips (starts, N), or None.
+def checked_starts(initial_slips: Any, slip_shape: tuple[int, ...]) -> Sequence[Start]:
+    """Check starts for a contact of N nodes: a sequence of `Start`, an array of slips, (starts, *slip_shape), or None.
 
     Raises
     ------
@@ -230,19 +230,24 @@ def checked_starts(initial_slips: Any, nodes: int) -> Sequence[Start]:
     if isinstance(starts, Sequence) and any(isinstance(start, Sequence) and any(isinstance(one, Start) for one in start) for start in starts):
         raise ModelError("initial_slips: a list of lists of starts; add them up, no_slip() + overloads([2.0])")
     if not (isinstance(starts, Sequence) and any(isinstance(start, Start) for start in starts)):
-        starts = given_slips(finite_array("initial_slips", starts, (None, nodes)))
+        starts = given_slips(finite_array("initial_slips", starts, (None, *slip_shape)))
     names = set()
     for start in starts:
         if not isinstance(start, Start):
             raise ModelError(f"initial_slips: a {type(start).__name__} among starts; put slips of your own in by given_slips(...)")
-        if start.slip is not None and len(start.slip) != nodes:
-            raise ModelError(f"initial_slips: start {start.name!r} has {len(start.slip)} nodes, the contact {nodes}")
-        if start.state is not None and len(start.state.slip) != nodes:
-            raise ModelError(f"initial_slips: the state of start {start.name!r} has {len(start.state.slip)} nodes, the contact {nodes}")
+        for what, slip in (("a slip", start.slip), ("the slip of a state", None if start.state is None else start.state.slip)):
+            if slip is not None and slip.shape != slip_shape:
+                raise ModelError(f"initial_slips: start {start.name!r} has {what} of shape {slip.shape}, the contact needs {slip_shape}")
         if start.name in names:
             raise ModelError(f"initial_slips: two starts are called {start.name!r}; give them different names or seeds")
         names.add(start.name)
     return starts
+
+
+def _slips(name: str, values: Any, axes: tuple[None, ...]) -> Array:
+    """Check slips (*axes, N), or (*axes, N, 2) in three dimensions."""
+    array = finite_array(name, values)
+    return array if array.ndim == len(axes) + 2 and array.shape[-1] == 2 else finite_array(name, array, (*axes, None))
 
 
 def root_mean_square(slip: Array) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import ModelError
 from .checks import Array, finite_array, finite_number, real_array
+from .dispatch import answered_by_kind
 from .show import Shown
 from .system import ContactSystem, checked_system
 
@@ -76,6 +77,7 @@ class Verdict(Shown):
         return {"residual": self.residual, **vars(self)}
 
 
+@answered_by_kind
 def referee(
     system: ContactSystem,
     bonded: tuple[Any, Any],

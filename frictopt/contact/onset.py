@@ -9,6 +9,7 @@ import numpy as np
 from .checks import Array
 from .coulomb import friction_coefficients
 from .cycle import LoadCycle, checked_cycle
+from .dispatch import answered_by_kind
 from .show import Shown, frame
 from .system import ContactSystem, checked_system
 from .tolerances import ROUNDING, SIMULTANEOUS
@@ -31,7 +32,8 @@ class OnsetEvent(Shown):
     node
         Index of the node; None if the event never happens. Of several simultaneous nodes, that with the lowest index.
     sense
-        +1: the node slips along +x (q = -f p), -1: along -x (q = +f p), 0: it separates, or the event never happens.
+        +1: the node slips along +x (q = -f p), -1: along -x (q = +f p), 0: it separates, or the event never happens. In three dimensions the
+        unit vector of the slip along the two tangents.
 
     Examples
     --------
@@ -45,7 +47,7 @@ class OnsetEvent(Shown):
     event: str
     load_factor: float
     node: int | None
-    sense: int
+    sense: int | tuple[float, float]
 
     def _answer(self) -> Mapping[str, Any]:
         return vars(self)
@@ -108,6 +110,7 @@ class Onset(Shown):
         return str(self.to_frame().to_html(index=False))
 
 
+@answered_by_kind
 def onset(system: ContactSystem, cycle: LoadCycle, friction: Any) -> Onset:
     """Find the first slip and the first separation of the bonded contact as the load grows towards each corner, `mean + lam * corner`, `lam >= 0`.
 

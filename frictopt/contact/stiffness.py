@@ -22,9 +22,8 @@ def symmetrised(name: str, matrix: Array) -> Array:
     return frozen(matrix / 2 + matrix.T / 2)
 
 
-def check_semi_definite(A: Array, B: Array, C: Array) -> None:
-    """Check that S has no negative eigenvalue beyond rounding."""
-    S = np.block([[A, B.T], [B, C]])
+def check_semi_definite(name: str, S: Array) -> None:
+    """Check that S has no negative eigenvalue beyond rounding; error messages call it `name`."""
     scale = np.abs(S).max()
     if scale == 0:
         return
@@ -34,6 +33,6 @@ def check_semi_definite(A: Array, B: Array, C: Array) -> None:
     except np.linalg.LinAlgError:
         lowest = np.linalg.eigvalsh(S / scale)[0]
         raise ModelError(
-            f"A, B, C: S = [[A, B^T], [B, C]] has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); "
+            f"{name} has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); "
             "an elastic interface stores energy, so S must be positive semi-definite: check signs and the order of the nodes"
         ) from None

@@ -11,19 +11,18 @@ import numpy as np
 from ..errors import ModelError
 from .checks import Array, finite_array, shown
 
-__all__ = ["NAMES", "read", "write"]
+__all__ = ["FORM", "NAMES", "read", "read_archive", "write"]
 
 NAMES = ("A", "B", "C", "x", "gap", "E_star", "points", "normals", "contact", "width")
 _OPTIONAL = {"gap": 1, "width": 1, "points": 2, "normals": 2}  # columns of a file of N rows in a folder
-_FORMAT = "frictopt contact system 3"
-_MEMBERS = ("format", *NAMES, "cases", "bonded", "digest")
+FORM = "frictopt contact system 3"
 _MOST_NODES = 20_000  # in a folder: S then takes 13 GB, which a short damaged file could ask for
 
 
-def write(path: str | Path, values: Mapping[str, Any], bonded: Mapping[str, tuple[Array, Array]]) -> None:
-    """Write an npz archive under exactly this name: the values (None as an empty array), names of the load cases, (cases, 2, N) reactions q, p."""
+def write(path: str | Path, values: Mapping[str, Any], bonded: Mapping[str, Any], form: str) -> None:
+    """Write an npz archive under exactly this name: the values (None as an empty array), names of the load cases, and their bonded reactions."""
     plain = {name: np.array([] if value is None else value) for name, value in values.items()}
-    arrays = {"format": np.array(_FORMAT), **plain, "cases": np.array(list(bonded)), "bonded": np.array(list(bonded.values()))}
+    arrays = {"format": np.array(form), **plain, "cases": np.array(list(bonded)), "bonded": np.array(list(bonded.values()))}
     try:
         if Path(path).exists() and not Path(path).is_file():
             raise OSError("it is a folder or a device")
@@ -42,7 +41,12 @@ def read(source: str | Path) -> dict[str, Any]:
         raise ModelError(f"path: {shown(source)} is not the name of a file or folder ({error})") from error
     if not exists:
         raise ModelError(f"path: {str(path)!r} does not exist; give an archive of ContactSystem.save or a folder of Matrix Market files")
-    return _read_folder(path) if path.is_dir() else _read_archive(path)
+    if path.is_dir():
+        return _read_folder(path)
+    arrays, bonded = read_archive(path, FORM, NAMES)
+    modulus = arrays.pop("E_star")
+    known = {name: array if array.size else None for name, array in arrays.items()}
+    return {**known, "E_star": modulus.item() if modulus.size else None, "bonded": {name: tuple(pair) for name, pair in bonded.items()}}
 
 
 def _digest(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -54,25 +58,26 @@ def _digest(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     return np.frombuffer(digest.digest(), dtype=np.uint8)
 
 
-def _read_archive(path: Path) -> dict[str, Any]:
+def read_archive(source: str | Path, form: str, names: tuple[str, ...]) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Read an archive of some form: its values by name, and the bonded reactions of its load cases."""
+    members = ("format", *names, "cases", "bonded", "digest")
     try:
+        path = Path(source)
         if not path.is_file():
             raise ValueError("it is no regular file")
         with zipfile.ZipFile(path) as archive:
-            members = {f"{name}.npy" for name in _MEMBERS}
-            if {info.filename for info in archive.infolist()} != members or len(archive.infolist()) != len(members):
+            files = {f"{name}.npy" for name in members}
+            if {info.filename for info in archive.infolist()} != files or len(archive.infolist()) != len(files):
                 raise ValueError("it does not hold the arrays of a contact system")
             if any(info.compress_type != zipfile.ZIP_STORED for info in archive.infolist()):  # a stored member is not larger than its file
                 raise ValueError("it is compressed")
-            arrays = {name: _member(archive, name) for name in _MEMBERS}
-        if not np.array_equal(arrays.pop("digest"), _digest(arrays)) or str(arrays.pop("format")) != _FORMAT:
+            arrays = {name: _member(archive, name) for name in members}
+        if not np.array_equal(arrays.pop("digest"), _digest(arrays)) or str(arrays.pop("format")) != form:
             raise ValueError("its content has changed since it was saved")
-        names, bonded = arrays.pop("cases").tolist(), arrays.pop("bonded")
-        modulus = arrays.pop("E_star")
-        known = {name: array if array.size else None for name, array in arrays.items()}
-        return {**known, "E_star": modulus.item() if modulus.size else None, "bonded": {name: tuple(bonded[k]) for k, name in enumerate(names)}}
+        cases, bonded = arrays.pop("cases").tolist(), arrays.pop("bonded")
+        return arrays, dict(zip(cases, bonded, strict=True))
     except Exception as error:  # readers raise many kinds of error on a damaged or foreign file
-        raise ModelError(f"path: {str(path)!r} is not a contact system ({shown(error)}); give a file as ContactSystem.save writes it") from error
+        raise ModelError(f"path: {str(source)!r} is not a contact system ({shown(error)}); give a file as its save writes it") from error
 
 
 def _member(archive: zipfile.ZipFile, name: str) -> np.ndarray:

@@ -11,11 +11,12 @@ import numpy as np
 from ..errors import ModelError
 from . import storage
 from .checks import Array, Names, check_name, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array, shown
+from .dispatch import OtherContact
 from .show import Shown, frame
 from .stiffness import check_semi_definite, symmetrised
 from .tolerances import UNIT_LENGTH
 
-__all__ = ["ContactSystem", "checked_system"]
+__all__ = ["ContactSystem", "checked_kind", "checked_system"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -100,7 +101,7 @@ class ContactSystem(Shown):
             raise ModelError(f"x: x[{first + 1}] = {x[first + 1]:g} does not exceed x[{first}] = {x[first]:g}; order the nodes along the interface")
         A, B, C = (finite_array(name, getattr(self, name), (n, n)) for name in "ABC")
         A, C = symmetrised("A", A), symmetrised("C", C)
-        check_semi_definite(A, B, C)
+        check_semi_definite("A, B, C: S = [[A, B^T], [B, C]]", np.block([[A, B.T], [B, C]]))
         none = self.gap is None or real_array("gap", self.gap).size == 0
         gap = frozen(np.zeros(n)) if none else finite_array("gap", self.gap, (n,))
         if gap.min() < 0:
@@ -145,6 +146,11 @@ class ContactSystem(Shown):
     def nodes(self) -> int:
         """Number of node pairs, N."""
         return len(self.x)
+
+    @property
+    def slip_shape(self) -> tuple[int, ...]:
+        """Shape of a slip of all nodes, (N,)."""
+        return (self.nodes,)
 
     @property
     def S(self) -> Array:
@@ -221,7 +227,7 @@ class ContactSystem(Shown):
         ModelError
             The file cannot be written.
         """
-        storage.write(path, {name: getattr(self, name) for name in storage.NAMES}, self.bonded)
+        storage.write(path, {name: getattr(self, name) for name in storage.NAMES}, self.bonded, storage.FORM)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -244,6 +250,11 @@ def checked_system(system: Any) -> ContactSystem:
     if not isinstance(system, ContactSystem):
         raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem (a scene's condense() makes one)")
     return system
+
+
+def checked_kind(system: Any) -> ContactSystem | OtherContact:
+    """Check that `system` is a contact system of any kind."""
+    return system if isinstance(system, OtherContact) else checked_system(system)
 
 
 def _checked_normals(normals: Any, n: int) -> Array:

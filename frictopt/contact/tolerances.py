@@ -102,3 +102,17 @@ SAME_STATE = 100 * RESIDUAL  # distance, over the largest value, with which a cy
 LEVEL = 1e3 * RESIDUAL  # works of friction that differ by less, relative, are one level: each has errors up to the residual, over its slips
 WORK_GAIN = 100 * RESIDUAL  # a step that gains less work, relative, is none
 PARALLEL = ROUNDING  # directions of unit length that differ by less are one
+
+# --- spatial ---
+
+ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
+INSIDE = ROUNDING  # distance of a corner from the hull of the others, over its size, that counts as none
+NEWTON = 1e-2 * ROUNDING  # dimensionless errors of the law from which on Newton's method is done
+STALLED = 10 * ROUNDING  # errors from which on a Newton step that does not help is rounding
+POLISHED = 1e-3 * ROUNDING  # errors of the equations of active cones that no step makes smaller
+NOT_UNIQUE = ROUNDING / 10  # singular directions of these equations, over the largest: there the solution stays as it is
+CARRIED = ROUNDING / 10  # excess over a circle, in mean normal forces, up to which a slip carries its load factor
+BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
+SWEEP_OF_CONES = 1e5 * RESIDUAL  # violation with which a cone program of a sweep may end: it only guides the next one
+SETTLED_BOUND = 1e4 * RESIDUAL  # change of the frozen bound from which on Newton's method makes the state exact
+NO_WORK = RESIDUAL  # slip over a cycle, in slip scales under the largest force, whose work counts as none

@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, checked_contact, checked_overlaps, finite_array
+from ..contact.dispatch import answered_by_axes
 from ..contact.tolerances import SAME_POINT
 from .frames import arc_length, check_course, check_sides, half_widths, plane_frames
 from .given import checked_forces, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness
@@ -20,6 +21,7 @@ from .schur import Elimination
 __all__ = ["condense", "condensed", "eliminated"]
 
 
+@answered_by_axes
 def condense(
     K: Any,
     loads: Mapping[str, Any],
@@ -37,6 +39,9 @@ def condense(
     E_star: float | None = None,
 ) -> ContactSystem:
     """Condense the stiffness matrix of any finite-element code to the contacts of its bodies, in the plane.
+
+    With points in space it makes a `ContactSystem3D`: pairs in any order, normals (N, 3), unknowns and points (nodes, 3). The tangents are x less its
+    part along the normal (y where the normal is nearly x), and normal times first tangent; contact, width and E_star are for the plane.
 
     The stiffness is that of the separate bodies: nothing couples them yet. Pair i glues its node of body 1 to its node of body 2, but for the
     relative motion along the tangent, `v_i`, and along the normal, `w_i`, opening positive. The unknowns that remain are these.

@@ -1,8 +1,8 @@
 """Limits of a load cycle as linear programs: shakedown, safe residual slip, guaranteed limit."""
 
+from ..contact.answers import LimitKind
 from .guaranteed import GuaranteedModel, guaranteed_limit
 from .guaranteed_result import GuaranteedLimit
-from .kinds import LimitKind
 from .least_slip import LeastSlip
 from .required_friction import RequiredFriction, required_friction
 from .safe_region import SafeRegion, safe_region

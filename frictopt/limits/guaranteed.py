@@ -8,12 +8,13 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
+from ..contact.answers import LimitKind
 from ..contact.checks import Array, flag, frozen, listed
+from ..contact.dispatch import answered_by_kind
 from ..solve.solvers import solver_order
 from .both_bounds_search import BothBoundsSearch, NodeClaim, two_corners
 from .closed_form import is_uncoupled
 from .guaranteed_result import COINCIDE, IMAGE, LEFT_OUT, NEVER, NOT_NEEDED, ONE_CORNER, SOLVED, GuaranteedLimit, left_out, reason
-from .kinds import LimitKind
 from .own_constraints import Expressions, Extendable
 from .posed import LimitQuestion, cycle_loads
 from .screening import load_factor_bounds
@@ -162,6 +163,7 @@ class GuaranteedModel(Extendable):
         )
 
 
+@answered_by_kind
 def guaranteed_limit(
     system: ContactSystem, cycle: LoadCycle, friction: Any, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None
 ) -> GuaranteedLimit:

@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
+from ..contact.answers import LimitKind
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.record import Recorded, SolveRecord
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
 from .both_bounds_search import NodeClaim
-from .kinds import LimitKind
 from .posed import LimitQuestion, cycle_loads
 from .shakedown_result import ShakedownLimit
 

@@ -1,35 +1,17 @@
 """What kind of limit there is and why: proven, never taken from a solver's word."""
 
 from dataclasses import replace
-from enum import Enum
 
 import numpy as np
 
+from ..contact.answers import LimitKind
 from ..contact.diagnosis import mean_load_diagnosis
 from ..contact.tolerances import RESIDUAL
 from .posed import LimitQuestion
 from .safe_slip import MarginState, solve_margin
 from .scaling import Loads, ScaledContact
 
-__all__ = ["LimitKind", "classify", "reason"]
-
-
-class LimitKind(Enum):
-    """What kind of answer a limit is.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> print(fo.LimitKind.UNBOUNDED.value)
-    there is no limit: check that the corners of the cycle load the contact as they should
-    """
-
-    FINITE = "the limit is finite: stay below it"
-    UNBOUNDED = "there is no limit: check that the corners of the cycle load the contact as they should"
-    NO_SAFE_SLIP = "no load factor has a safe residual slip: change the mean load, the friction or the slip bound, see the reason"
-
-    def __repr__(self) -> str:
-        return str(self)
+__all__ = ["classify", "reason"]
 
 
 def classify(task: LimitQuestion, scaled: ScaledContact, solver: str | None) -> tuple[LimitKind, MarginState] | None:

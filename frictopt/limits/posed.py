@@ -10,6 +10,7 @@ from ..contact.checks import Array, flag
 from ..contact.cycle import checked_cycle
 from ..contact.record import Attempt, SolveRecord
 from ..contact.symmetry import Part, halve, whole
+from ..contact.system import checked_system
 from ..contact.tolerances import CONDENSATION, RESIDUAL
 from ..errors import ModelError
 from .mechanism import Mechanism
@@ -32,6 +33,7 @@ def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
     ModelError
         Wrong types, or load cases that the system does not have.
     """
+    checked_system(system)
     checked_cycle(cycle)
     return Loads(*cycle.mean_reaction(system), *cycle.corner_reactions(system))
 

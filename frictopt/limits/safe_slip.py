@@ -10,6 +10,7 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, flag, frozen, listed
+from ..contact.dispatch import answered_by_kind
 from ..contact.tolerances import NO_MARGIN, RESIDUAL
 from ..errors import ModelError
 from ..solve.polish import Program
@@ -136,6 +137,7 @@ class SafeSlipModel(Extendable):
         )
 
 
+@answered_by_kind
 def safe_slip(
     system: ContactSystem,
     cycle: LoadCycle,

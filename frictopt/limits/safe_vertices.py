@@ -8,6 +8,7 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, frozen
+from ..contact.dispatch import answered_by_kind
 from ..solve.solvers import NoOptimum, solve
 from .posed import LimitQuestion, cycle_loads
 from .scaling import ScaledContact
@@ -16,6 +17,7 @@ from .shakedown import shakedown_problem
 __all__ = ["safe_vertices"]
 
 
+@answered_by_kind
 def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, directions: Any) -> Array:
     """Vertices of the safe slips at a load factor: for each direction, the safe slip whose tractions go furthest along it.
 

@@ -10,12 +10,14 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
+from ..contact.answers import LimitKind
 from ..contact.checks import flag, listed
+from ..contact.dispatch import answered_by_kind
 from ..contact.tolerances import RESIDUAL
 from ..solve.explain import Units
 from ..solve.solvers import solve, solver_order
 from .closed_form import uncoupled_limit
-from .kinds import LimitKind, classify
+from .kinds import classify
 from .mechanism import expand_duals
 from .own_constraints import Expressions, Extendable
 from .posed import LimitQuestion, cycle_loads
@@ -212,6 +214,7 @@ class ShakedownModel(Extendable):
         return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, units)
 
 
+@answered_by_kind
 def shakedown_limit(
     system: ContactSystem, cycle: LoadCycle, friction: Any, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None
 ) -> ShakedownLimit:

@@ -9,6 +9,7 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
+from ..contact.answers import LimitKind
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.record import Attempt, Recorded, SolveRecord
 from ..contact.show import frame
@@ -17,7 +18,7 @@ from ..errors import ModelError
 from ..solve.explain import Units, explain
 from ..solve.polish import Program
 from ..solve.portable import Portable
-from .kinds import LimitKind, reason
+from .kinds import reason
 from .least_slip import LeastSlip, least_slip
 from .mechanism import Mechanism
 from .own_constraints import Extended, contradiction, is_unbounded

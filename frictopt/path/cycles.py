@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from ..contact import ContactState, referee
+from ..contact.answers import Outcome
 from ..contact.checks import Array, frozen
+from ..contact.extrapolation import fixed_point
 from ..contact.record import SolveRecord
 from ..contact.tolerances import PERIODIC, REPEATED, RESIDUAL, SAFE
 from ..errors import NoContinuation, SolverError
-from .extrapolation import fixed_point, slower_modes
-from .outcome import Outcome, SteadyState
+from .extrapolation import slower_modes
+from .outcome import SteadyState
 from .stops import left_out_corners
 from .transient import ExactPath
 

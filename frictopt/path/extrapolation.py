@@ -1,21 +1,11 @@
-"""The fixed point of an affine map from its iterates, and states that span all later ones."""
+"""States that span all later ones, of those that one affine map makes from each other."""
 
 import numpy as np
 
 from ..contact.checks import Array
-from ..contact.tolerances import AFFINE_FIT, PERIODIC, ROUNDING
+from ..contact.tolerances import AFFINE_FIT, PERIODIC
 
-__all__ = ["fixed_point", "slower_modes"]
-
-
-def fixed_point(iterates: Array) -> Array:
-    """Fixed point of an affine map from some of its iterates (rows), by reduced-rank extrapolation."""
-    steps = np.diff(iterates, axis=0)
-    scale = np.linalg.norm(steps, axis=1, keepdims=True)
-    differences = np.diff(steps, axis=0)
-    weights = np.linalg.lstsq(differences.T, -steps[0], rcond=ROUNDING)[0] if scale.min() > 0 else np.zeros(len(differences))
-    fixed: Array = iterates[0] + weights @ steps[:-1]
-    return fixed
+__all__ = ["slower_modes"]
 
 
 def slower_modes(distances: Array) -> list[tuple[Array, Array]] | None:

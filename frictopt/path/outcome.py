@@ -2,32 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..contact import ContactState
+from ..contact.answers import Outcome
 from ..contact.checks import Array
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import frame
 
-__all__ = ["Outcome", "SteadyState"]
-
-
-class Outcome(Enum):
-    """The long-run behaviour of a contact.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> print(fo.Outcome.SHAKEDOWN.value)
-    the contact stops slipping: its residual slip keeps every later cycle without dissipation
-    """
-
-    SHAKEDOWN = "the contact stops slipping: its residual slip keeps every later cycle without dissipation"
-    CYCLIC_SLIP = "the contact slips back and forth for ever, the same in every cycle"
-    RATCHETING = "the contact slips for ever and its slip drifts by the same amount in every cycle"
+__all__ = ["SteadyState"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,6 +65,8 @@ class SteadyState(Recorded):
     2     2          0.0
     3     3          0.0
     """
+
+    engine: ClassVar[str] = "path"
 
     outcome: Outcome
     dissipation: float

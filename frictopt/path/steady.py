@@ -5,6 +5,7 @@ from typing import Any
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import finite_number, flag, whole_number
+from ..contact.dispatch import answered_by_kind
 from ..errors import NoContinuation
 from .cycles import Run
 from .outcome import SteadyState
@@ -17,6 +18,7 @@ MOST_CYCLES = 2000
 """Number of cycles after which the search for a steady state gives up, unless another one is asked for."""
 
 
+@answered_by_kind
 def steady_state(
     system: ContactSystem,
     cycle: LoadCycle,

@@ -10,9 +10,12 @@ from .bonded_corner import CornerMode, bonded_corner
 from .bounds import gross_slip_bound, patch_limit
 from .cattaneo_mindlin import LineContact, contact_modulus
 from .half_plane import half_plane_contact, half_plane_influence
+from .half_space import half_space_contact
 from .single_node import single_node_dissipation, single_node_limit
 from .sliders import foundation_rod, masing_dissipation, rod_dissipation, rod_end_displacement
 from .sliding_corner import sliding_corner_exponent
+from .smallest_circle import smallest_circle, smallest_circle_limit
+from .sphere_contact import SphereContact
 from .two_nodes import TwoNodeLimits, two_node_limits
 from .uncoupled import bonded_onset, uncoupled_limit
 from .wedging import critical_friction, tilted_bar
@@ -21,6 +24,7 @@ __all__ = [
     "ContactArrays",
     "CornerMode",
     "LineContact",
+    "SphereContact",
     "TwoNodeLimits",
     "bonded_corner",
     "bonded_onset",
@@ -30,6 +34,7 @@ __all__ = [
     "gross_slip_bound",
     "half_plane_contact",
     "half_plane_influence",
+    "half_space_contact",
     "masing_dissipation",
     "patch_limit",
     "rod_dissipation",
@@ -37,6 +42,8 @@ __all__ = [
     "single_node_dissipation",
     "single_node_limit",
     "sliding_corner_exponent",
+    "smallest_circle",
+    "smallest_circle_limit",
     "tilted_bar",
     "two_node_limits",
     "uncoupled_limit",

@@ -81,8 +81,10 @@ def _problem_lines(problem: cp.Problem, value: float | None, units: Units) -> li
     ]
     lines.append("constraints")
     for constraint in problem.constraints:
-        curvature = constraint.expr.curvature.lower()
-        lines.append(f"    {constraint.label:<24} {_size(constraint.shape)}, {curvature}{_binding(constraint) if solved else ''}")
+        cone = isinstance(constraint, cp.SOC)
+        curvature = "second-order cone" if cone else constraint.expr.curvature.lower()
+        size = _size(constraint.args[0].shape if cone else constraint.shape)
+        lines.append(f"    {constraint.label:<24} {size}, {curvature}{_binding(constraint) if solved else ''}")
     return lines
 
 
@@ -94,6 +96,8 @@ def _binding(constraint: cp.Constraint) -> str:
     low, high = (side.value for side in constraint.args)
     if low is None or high is None:
         return ""
+    if isinstance(constraint, cp.SOC):  # its arguments are the bounds and the vectors
+        low, high = np.linalg.norm(high, axis=constraint.axis), low
     slack = np.atleast_1d(high - low)
     return f", {int((slack < BINDING).sum())} of {slack.size} rows bind"
 

@@ -34,11 +34,13 @@ _HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1
 # tighter than these, and crashes on infeasible ones without presolve: hence two tolerances, and presolve always.
 _HIGHS_MIP = {"mip_feasibility_tolerance": 1e-8, "primal_feasibility_tolerance": 1e-8, "mip_rel_gap": 0.0, "mip_abs_gap": 0.5, "time_limit": 600.0}
 _LOOSE = {"mip_feasibility_tolerance": 1e-6, "primal_feasibility_tolerance": 1e-7}
+_CLARABEL = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 200, "max_threads": 1, "time_limit": 600.0}
 _OPTIONS: MappingProxyType[str, dict[str, Any]] = MappingProxyType(
     {
         "HIGHS": {"highs_options": {"solver": "simplex", "simplex_strategy": 4, "presolve": "off", **_HIGHS}},
         "HIGHS_IPM": {"highs_options": {"solver": "ipm", **_HIGHS}},
-        "CLARABEL": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 200, "max_threads": 1, "time_limit": 600.0},
+        "CLARABEL": _CLARABEL,
+        "CLARABEL_DIRECT": {**_CLARABEL, "equilibrate_enable": False},
         # Steps adapted by count, not by the clock, so that runs repeat; polished, which cvxpy would leave out of some later solves.
         "OSQP": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20000, "polishing": True, "adaptive_rho": 1, "adaptive_rho_interval": 50},
         "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
@@ -49,6 +51,8 @@ LP_SOLVERS = ("HIGHS", "CLARABEL", "HIGHS_IPM")
 """Solvers of the linear programs, in the order in which they are tried."""
 QP_SOLVERS = ("OSQP", "CLARABEL")
 """Solvers of the convex quadratic programs, in the order in which they are tried. HiGHS may cycle for ever on them."""
+SOCP_SOLVERS = ("CLARABEL", "CLARABEL_DIRECT")
+"""Solvers of the second-order cone programs, in the order in which they are tried: the second one takes the rows as they stand."""
 MILP_SOLVERS = ("HIGHS_MIP", "HIGHS_MIP_LOOSE")
 """Solvers of the mixed-integer programs (whose objectives count, so that a gap of 0.5 is none), in the order in which they are tried."""
 
@@ -59,9 +63,10 @@ class Kind(Enum):
     LP = "linear program"
     QP = "quadratic program"
     MILP = "mixed-integer program"
+    SOCP = "second-order cone program"
 
 
-_SOLVERS = {Kind.LP: LP_SOLVERS, Kind.QP: QP_SOLVERS, Kind.MILP: MILP_SOLVERS}
+_SOLVERS = {Kind.LP: LP_SOLVERS, Kind.QP: QP_SOLVERS, Kind.MILP: MILP_SOLVERS, Kind.SOCP: SOCP_SOLVERS}
 
 
 class NoOptimum(SolverError):

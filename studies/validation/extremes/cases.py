@@ -17,6 +17,7 @@ from .guarantees import guarantee_probes
 from .probes import SHEAR, Answer, Probe, Sizes, nearly_separated
 from .ranges import range_probes
 from .separations import separation_probes
+from .space import space_probes
 
 __all__ = ["probes"]
 
@@ -32,6 +33,7 @@ def probes(sizes: Sizes) -> Iterator[Probe]:
     yield from guarantee_probes(sizes)
     yield from separation_probes(sizes)
     yield from range_probes(sizes)
+    yield from space_probes(sizes)
 
 
 def _limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:

@@ -91,7 +91,8 @@ class Scene:
     @cached_property
     def limit(self) -> fo.ShakedownLimit:
         """The limit that frictopt finds."""
-        return fo.shakedown_limit(*self.args)
+        found: fo.ShakedownLimit = fo.shakedown_limit(*self.args)
+        return found
 
     @cached_property
     def load_factor(self) -> float:
@@ -110,7 +111,8 @@ class Scene:
     def _steady(self) -> fo.SteadyState | fo.FrictoptError:
         """The same, or why there is none: a refusal may take long, and all questions meet it."""
         try:
-            return fo.steady_state(*self.args, self.load_factor, initial_slip=self.case.start, most_cycles=_MOST)
+            found: fo.SteadyState = fo.steady_state(*self.args, self.load_factor, initial_slip=self.case.start, most_cycles=_MOST)
+            return found
         except fo.FrictoptError as error:
             return error
 
@@ -118,7 +120,8 @@ class Scene:
     def marched(self) -> fo.Trajectory:
         """The path, for some cycles more than the steady state took."""
         cycles = min(self.steady.cycles + (10 if self.steady.extrapolated else 2), _MOST_MARCHED)
-        return fo.march(*self.args, self.load_factor, initial_slip=self.case.start, cycles=cycles)
+        found: fo.Trajectory = fo.march(*self.args, self.load_factor, initial_slip=self.case.start, cycles=cycles)
+        return found
 
     @cached_property
     def force(self) -> float:

@@ -34,17 +34,20 @@ class Known:
     @cached_property
     def answered_limit(self) -> fo.ShakedownLimit:
         """The limit that frictopt finds."""
-        return fo.shakedown_limit(*self.args)
+        found: fo.ShakedownLimit = fo.shakedown_limit(*self.args)
+        return found
 
     @cached_property
     def answered_guarantee(self) -> fo.GuaranteedLimit:
         """The guaranteed limit that frictopt finds."""
-        return fo.guaranteed_limit(*self.args)
+        found: fo.GuaranteedLimit = fo.guaranteed_limit(*self.args)
+        return found
 
     @cached_property
     def answered_safe_slip(self) -> fo.SafeSlip:
         """The safe slip that frictopt finds at the load factor of the case."""
-        return fo.safe_slip(*self.args, self.load_factor)
+        found: fo.SafeSlip = fo.safe_slip(*self.args, self.load_factor)
+        return found
 
     @property
     def finite(self) -> bool:

@@ -37,7 +37,7 @@ def separated(known: Known) -> tuple[float, bool]:
 
 def _rests(known: Known, load_factor: float, **begin: object) -> bool:
     try:
-        steady = fo.steady_state(*known.args, load_factor, **begin, most_cycles=200)  # type: ignore[arg-type]
+        steady = fo.steady_state(*known.args, load_factor, **begin, most_cycles=200)
     except (fo.NoContinuation, fo.SolverError):
         return False
     return steady.outcome is fo.Outcome.SHAKEDOWN

@@ -1,9 +1,9 @@
 """Thousands of random contacts: every answer is compared with an independent one, or is an error of frictopt that names a remedy.
 
-Run with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential]`. It prints wrong answers with their seeds, and the
-counts in Markdown; its exit status is 1 if any answer is wrong. Without a seed it draws a new one and prints it, so each run tests new cases.
+Run with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential | space]`. It prints wrong answers with their seeds,
+and the counts in Markdown; its exit status is 1 if any answer is wrong. Without a seed it draws a new one and prints it, so each run tests new cases.
 The part "answers" has small contacts, ordinary and extreme. The part "differential" has contacts of 3 to 130 nodes, each solved in two equivalent
-descriptions. The tests run some of the same cases.
+descriptions. The part "space" has contacts in three dimensions. The tests run some of the same cases.
 """
 
 import argparse
@@ -26,10 +26,11 @@ from .cases import random_case
 from .checks import CHECKS, Finding, findings
 from .differential import DIFFERENTIAL, differences
 from .scenes import random_scene
+from .space import SPACE, space_findings
 
 __all__ = ["COUNTS", "FULL", "PARTS", "QUICK", "REFUSALS", "STUDY", "Parameters", "counts", "refusals", "short"]
 
-PARTS: Mapping[str, Mapping[str, Any]] = {"answers": CHECKS, "differential": DIFFERENTIAL}
+PARTS: Mapping[str, Mapping[str, Any]] = {"answers": CHECKS, "differential": DIFFERENTIAL, "space": SPACE}
 """Part -> its questions."""
 
 
@@ -96,6 +97,8 @@ def _findings(seed: int, parts: Sequence[str]) -> Iterator[Finding]:
         yield from findings(random_case(seed))
     if "differential" in parts:
         yield from differences(random_scene(seed))
+    if "space" in parts:
+        yield from space_findings(seed)
 
 
 def counts(parameters: Parameters) -> pd.DataFrame:

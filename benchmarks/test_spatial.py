@@ -1,0 +1,83 @@
+"""Three dimensions at N = 400 and at 50,000 unknowns: times, against one sparse factorisation, the bare solver, one dense solve; and memory.
+
+Each call is timed once or a few times by the processor time of one thread, because it takes seconds.
+"""
+
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import splu
+from threadpoolctl import threadpool_limits
+
+import frictopt as fo
+from frictopt.fem import schur
+
+BULK = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+
+
+@pytest.fixture(scope="module")
+def model():
+    return fo.SquarePunchOnBlock(elements=19, block_half_width=5.0, block_depth=4.0).model()
+
+
+@pytest.fixture(scope="module")
+def contact(model):
+    return model.condense()
+
+
+def seconds(call, rounds=1):
+    """Least processor time of a call, one thread."""
+    spent = []
+    with threadpool_limits(1):
+        for _ in range(rounds):
+            start = time.process_time()
+            call()
+            spent.append(time.process_time() - start)
+    return min(spent)
+
+
+def ratio(ours, rival, record_property):
+    record_property("ratio", ours / rival)
+    print(f"\n    ours {ours:.3f} s, rival {rival:.3f} s, ratio {ours / rival:.2f}")
+    return ours / rival
+
+
+def test_condensation_against_one_factorisation(model, monkeypatch, record_property):
+    made = []
+    monkeypatch.setattr(schur, "splu", lambda *args, **options: made.append((args, options)) or splu(*args, **options))
+    ours = seconds(model.condense)
+    args, options = made[0]
+    assert ours < 8.0 and ratio(ours, seconds(lambda: splu(*args, **options)), record_property) < 3.0
+
+
+def test_limit_against_the_bare_solver(contact, record_property):
+    limit = fo.shakedown_limit(contact, BULK, 0.5)
+    assert contact.nodes == 400 and limit.residual <= 1e-9
+    ours = seconds(lambda: fo.shakedown_limit(contact, BULK, 0.5))
+    rival = seconds(lambda: limit.problem.solve(solver="CLARABEL", warm_start=False, max_threads=1))
+    assert ours < 4.0 and ratio(ours, rival, record_property) < 4.0
+
+
+def test_increment_against_one_dense_solve(contact, record_property):
+    limit = fo.shakedown_limit(contact, BULK, 0.5)
+    increments, load = fo.Increments3D(contact, 0.5), contact.reaction({"P": 1.0, "sigma": -0.9 * limit.load_factor})
+    zero, S, r = np.zeros((contact.nodes, 2)), contact.S + np.eye(3 * contact.nodes), load[1].repeat(3)
+    assert (increments.solve(zero, load).status == 1).sum() > 20
+    ours = seconds(lambda: increments.solve(zero, load), rounds=5)
+    assert ours < 0.2 and ratio(ours, seconds(lambda: np.linalg.solve(S, r), rounds=5), record_property) < 5.0
+
+
+def test_memory_at_50000_unknowns(record_property):
+    code = (
+        "import resource, frictopt as fo\n"
+        "model = fo.SquarePunchOnBlock(elements=24, block_half_width=6.0).model()\n"
+        "assert sum(3 * body.mesh.p.shape[1] for body in model.bodies.values()) > 50000\n"
+        "fo.shakedown_limit(model.condense(), fo.LoadCycle({'P': 1.0}, [{'sigma': -1.0}, {'sigma': 1.0}]), 0.5)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    record_property("gigabytes", int(done.stdout) / 1e6)
+    assert int(done.stdout) < 2e6  # kB

@@ -1,0 +1,109 @@
+"""A sphere pressed on a half-space and sheared to and fro: the contact of Hertz, Mindlin and Deresiewicz."""
+
+from dataclasses import dataclass, fields
+from math import pi
+
+from ..contact.checks import finite_number
+from ..errors import ModelError
+
+__all__ = ["SphereContact"]
+
+_SMALL, _TERMS = 0.1, 20  # shear over the bound below which the closed form loses digits, and so many terms of its series do not
+
+
+@dataclass(frozen=True)
+class SphereContact:
+    """Sphere on a half-space of the same material, under a constant normal force and a shear force that starts from zero.
+
+    Slip across the direction of the force, which Poisson's ratio causes, is neglected as it is in the sources; the solution is exact for `nu = 0`.
+
+    Parameters
+    ----------
+    P
+        Normal force, positive.
+    R
+        Radius of the sphere, length, positive.
+    E
+        Young's modulus of both bodies, force per area, positive.
+    nu
+        Poisson's ratio of both bodies, above -1 and at most 0.5.
+    f
+        Coefficient of friction, positive.
+
+    Raises
+    ------
+    ModelError
+        Values that are not real and finite, or out of range.
+
+    References
+    ----------
+    R. D. Mindlin and H. Deresiewicz (1953), Elastic spheres in contact under varying oblique forces, Journal of Applied Mechanics 20, 327-344.
+    K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, sections 4.2 and 7.4.
+
+    Examples
+    --------
+    >>> from frictopt.reference import SphereContact
+    >>> ball = SphereContact(P=1.0, R=1.0, E=1.0, nu=0.0, f=0.5)
+    >>> round(ball.half_width, 9), round(ball.dissipation(0.25), 9)
+    (1.144714243, 0.009229495)
+    """
+
+    P: float
+    R: float
+    E: float
+    nu: float
+    f: float
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            least = -1.0 if field.name == "nu" else 0.0
+            object.__setattr__(self, field.name, finite_number(field.name, getattr(self, field.name), above=least))
+        if self.nu > 0.5:
+            raise ModelError(f"nu: {self.nu:g}; give Poisson's ratio of at most 0.5")
+
+    @property
+    def half_width(self) -> float:
+        """Radius a of the contact, length: `a^3 = 3 P R / (4 E*)` with `E* = E / (2 (1 - nu^2))`."""
+        return float((1.5 * self.P * self.R * (1 - self.nu**2) / self.E) ** (1 / 3))
+
+    @property
+    def peak_pressure(self) -> float:
+        """Largest pressure, `3 P / (2 pi a^2)`."""
+        return float(1.5 * self.P / (pi * self.half_width**2))
+
+    def dissipation(self, Q: float) -> float:
+        """Work of friction per cycle of the shear force between -Q and Q, force times length.
+
+        With `x = Q / (f P)` and the shear modulus G of both bodies::
+
+            W = 9 f^2 P^2 / (10 a) * 2 (2 - nu) / G * {1 - (1 - x)^(5/3) - (5 x / 6) [1 + (1 - x)^(2/3)]}
+
+        Parameters
+        ----------
+        Q
+            Amplitude of the shear force, from 0 to f P.
+
+        Raises
+        ------
+        ModelError
+            Q out of range: beyond f P the sphere slides.
+        """
+        x = finite_number("Q", Q, least=0.0) / (self.f * self.P)
+        if x > 1:
+            raise ModelError(f"Q: {Q:g}; give at most f P = {self.f * self.P:g}, beyond which the sphere slides")
+        shear_modulus = self.E / (2 * (1 + self.nu))
+        unit = 2 * (2 - self.nu) / shear_modulus * (self.f * self.P) ** 2 / self.half_width
+        if x < _SMALL:
+            return 0.9 * unit * _series(x)
+        return float(0.9 * unit * (1 - (1 - x) ** (5 / 3) - 5 * x / 6 * (1 + (1 - x) ** (2 / 3))))
+
+
+def _series(x: float) -> float:
+    """The braces of the dissipation by powers of x, the first of which is x^3: the binomial series of both roots."""
+    total, root, other = 0.0, 1.0, 1.0  # (-1)^k binomial(5/3, k) and (-1)^(k-1) binomial(2/3, k-1)
+    for k in range(1, _TERMS):
+        root *= (k - 1 - 5 / 3) / k
+        if k >= 3:
+            total += (-root - 5 / 6 * other) * x**k
+        other *= (k - 1 - 2 / 3) / k
+    return total

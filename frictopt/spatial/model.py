@@ -1,0 +1,197 @@
+"""A contact of meshed bodies in space."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from scipy.sparse import block_diag, csr_matrix
+from scipy.spatial import cKDTree
+
+from ..contact.checks import Array, check_name, check_text, shown
+from ..contact.tolerances import SAME_POINT
+from ..errors import ModelError
+from ..fem.contacts import Contact
+from ..fem.frames import place
+from .bodies import Body3D, BodyForce3D, Support3D, Traction3D
+from .condense import condense
+from .system import ContactSystem3D
+
+__all__ = ["ContactModel3D"]
+
+
+@dataclass(frozen=True, eq=False)
+class ContactModel3D:
+    """Elastic bodies in space, meshes of hexahedra or tetrahedra, that meet along any number of faces; nodes of body 1 lie on nodes of body 2.
+
+    Parameters
+    ----------
+    bodies
+        Name -> body.
+    supports
+        Supports. With the contacts glued, they must prevent all rigid motions; a body that other bodies hold may be free.
+    loads
+        Load case name -> its tractions and body forces.
+    contacts
+        The contacts. None given: two bodies, the first of them body 1, meet along the boundary "contact" of both.
+
+    Raises
+    ------
+    ModelError
+        A body or boundary that is unknown, bodies that are plane, nodes of body 1 that no node of body 2 meets, a load case without loads.
+
+    Examples
+    --------
+    >>> from skfem import MeshHex
+    >>> import frictopt as fo
+    >>> x = [0.0, 0.5, 1.0]
+    >>> upper = MeshHex.init_tensor(x, x, [0.0, 1.0]).with_boundaries({"contact": lambda x: x[2] == 0, "top": lambda x: x[2] == 1})
+    >>> lower = MeshHex.init_tensor(x, x, [-1.0, 0.0]).with_boundaries({"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] == -1})
+    >>> model = fo.ContactModel3D(
+    ...     bodies={"punch": fo.Body3D(upper), "block": fo.Body3D(lower)},
+    ...     supports=[fo.Support3D("block", "bottom", "xyz")],
+    ...     loads={"P": [fo.Traction3D("punch", "top", z=-1.0)]},
+    ... )
+    >>> system = model.condense()
+    >>> system
+    ContactSystem3D(nodes=9, loads=['P'], gap=False)
+    >>> q, p = system.reaction({"P": 1.0})
+    >>> round(float(p.sum()), 6)  # the whole pressure
+    1.0
+    """
+
+    bodies: Mapping[str, Body3D]
+    supports: Sequence[Support3D]
+    loads: Mapping[str, Sequence[Traction3D | BodyForce3D]]
+    contacts: Sequence[Contact] = ()
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.bodies, Mapping) or not self.bodies:
+            raise ModelError(f"bodies: {shown(self.bodies)}; give a mapping, name -> Body3D")
+        for name, body in self.bodies.items():
+            check_text("bodies: name", name, "a printable text")
+            if not isinstance(body, Body3D):
+                raise ModelError(f"bodies[{name!r}]: {shown(body)}; give a Body3D")
+        if not isinstance(self.loads, Mapping) or not self.loads:
+            raise ModelError(f"loads: {shown(self.loads)}; give at least one load case, name -> list of Traction3D")
+        loads = {}
+        for name, parts in self.loads.items():
+            check_name("loads", name)
+            loads[name] = _listed(f"loads[{name!r}]", parts, Traction3D, BodyForce3D)
+            if not parts:
+                raise ModelError(f"loads[{name!r}]: no load; give at least one, or leave the load case out")
+        contacts = _listed("contacts", self.contacts, Contact)
+        if not contacts:
+            if len(self.bodies) != 2:
+                raise ModelError(f"contacts: none, with {len(self.bodies)} bodies; give a Contact for each face at which two of them meet")
+            one, two = self.bodies
+            contacts = (Contact(one, two),)
+        for name, value in {
+            "bodies": MappingProxyType(dict(self.bodies)),
+            "supports": _listed("supports", self.supports, Support3D),
+            "loads": MappingProxyType(loads),
+            "contacts": contacts,
+        }.items():
+            object.__setattr__(self, name, value)
+        self._held()
+        for name in loads:
+            self._force(name)
+        _ = self._pairs
+
+    def condense(self) -> ContactSystem3D:
+        """Condense the glued bodies to the relative motion of the contacts, see `frictopt.condense`.
+
+        Raises
+        ------
+        ModelError
+            Rigid motions that nothing prevents, a support on a node of body 1 on a contact, a node in two contacts, a stiffness that cannot be
+            factorised, or not accurately enough (extreme materials, sizes or elements).
+        """
+        parts = [body.stiffness() for body in self.bodies.values()]
+        pairs, normals = self._pairs
+        return condense(
+            csr_matrix(block_diag(parts, format="csr")),
+            loads={name: self._force(name) for name in self.loads},
+            pairs=pairs,
+            normals=normals,
+            unknowns=np.concatenate([self._unknowns(name) for name in self.bodies]),
+            points=np.concatenate([body.mesh.p.T for body in self.bodies.values()]),
+            held=self._held(),
+        )
+
+    @cached_property
+    def _first_node(self) -> dict[str, int]:
+        """Number of the first node of each body, when all nodes are counted body after body."""
+        sizes = [body.mesh.p.shape[1] for body in self.bodies.values()]
+        return dict(zip(self.bodies, (np.cumsum(sizes) - sizes).tolist(), strict=True))
+
+    @cached_property
+    def _pairs(self) -> tuple[np.ndarray, Array]:
+        """(N, 2) nodes of body 1 and body 2, contact after contact, and the (N, 3) normals into body 1."""
+        pairs, normals = [], []
+        for contact in self.contacts:
+            if contact.gap is not None:
+                raise ModelError(
+                    f"contacts: {contact.name!r} has gap={contact.gap!r}; in space the faces touch: set a gap by ContactSystem3D.with_gap"
+                )
+            one, two = (self._body("contacts", name) for name in (contact.body_1, contact.body_2))
+            nodes = one.boundary_nodes(contact.boundary_1, f"contact {contact.name!r}")
+            others = two.boundary_nodes(contact.boundary_2, f"contact {contact.name!r}")
+            distance, nearest = cKDTree(two.mesh.p[:, others].T).query(one.mesh.p[:, nodes].T)
+            if distance.max() > SAME_POINT * np.ptp(one.mesh.p):
+                point = one.mesh.p[:, nodes[distance.argmax()]]
+                raise ModelError(
+                    f"contacts: {contact.name!r}: the node of body {contact.body_1!r} at {place(point)} is {distance.max():g} from the next one of "
+                    f"body {contact.body_2!r}; mesh the faces with the same nodes"
+                )
+            pairs.append(np.column_stack([self._first_node[contact.body_1] + nodes, self._first_node[contact.body_2] + others[nearest]]))
+            normals.append(one.inward(contact.boundary_1)[nodes])
+        return np.concatenate(pairs), np.concatenate(normals)
+
+    def _body(self, argument: str, name: str) -> Body3D:
+        if name not in self.bodies:
+            raise ModelError(f"{argument}: body {name!r} is unknown; this model has {sorted(self.bodies)}")
+        return self.bodies[name]
+
+    def _unknowns(self, name: str) -> np.ndarray:
+        """(nodes, 3) unknowns of a body: all x displacements, all y, all z, body after body."""
+        nodes = self.bodies[name].mesh.p.shape[1]
+        return np.asarray(3 * self._first_node[name] + np.arange(nodes)[:, None] + nodes * np.arange(3))
+
+    def _force(self, case: str) -> Array:
+        """Nodal forces of a load case, on all unknowns."""
+        forces = np.zeros(sum(3 * body.mesh.p.shape[1] for body in self.bodies.values()))
+        for part in self.loads[case]:
+            body = self._body(f"loads[{case!r}]", part.body)
+            if isinstance(part, Traction3D):
+                body.boundary_nodes(part.boundary, f"loads[{case!r}]")
+            forces[self._unknowns(part.body)] += body.force(part).T
+        return forces
+
+    def _held(self) -> np.ndarray:
+        """Unknowns that the supports hold."""
+        held = [np.zeros(0, dtype=np.intp)]
+        for support in self.supports:
+            nodes = self._support_nodes(support)
+            held += [self._unknowns(support.body)[nodes, "xyz".index(direction)] for direction in support.directions]
+        return np.unique(np.concatenate(held))
+
+    def _support_nodes(self, support: Support3D) -> np.ndarray:
+        body = self._body("supports", support.body)
+        if isinstance(support.where, str):
+            return body.boundary_nodes(support.where, f"support of body {support.body!r}")
+        distance = np.linalg.norm(body.mesh.p.T - np.array(support.where), axis=1)
+        if distance.min() > SAME_POINT * np.ptp(body.mesh.p):
+            raise ModelError(
+                f"support of body {support.body!r}: no node at {support.where}; the nearest is at {place(body.mesh.p[:, distance.argmin()])}"
+            )
+        return np.array([distance.argmin()])
+
+
+def _listed(argument: str, parts: Any, *kinds: type) -> tuple[Any, ...]:
+    """Check a list of parts of some kinds."""
+    if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kinds) for part in parts):
+        raise ModelError(f"{argument}: {shown(parts)}; give a list of {' or '.join(kind.__name__ for kind in kinds)}")
+    return tuple(parts)

@@ -1,0 +1,132 @@
+"""One friction increment by Newton's method on the projected law (Alart & Curnier 1991), with line search.
+
+With `[q, p] = trial + S u`, `u = [dv, w]` and any c > 0, the contact law is::
+
+    p = max(p - c w, 0),     q = projection of (q - c dv) on the circle of radius f max(p - c w, 0)
+
+It is piecewise smooth: nodes that are open have q = p = 0, closed ones w = 0, sticking ones dv = 0, and slipping ones `q = f p n` with n the
+direction of `q - c dv`. Newton's method takes the piece at hand.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..contact.checks import Array
+from ..contact.tolerances import NEWTON, STALLED
+from .system import parted
+
+__all__ = ["OPEN", "SLIP", "STICK", "Law3D", "State3D", "newton"]
+
+STICK, SLIP, OPEN = 0, 1, 2
+
+_STEPS = 60  # Newton steps for one increment at most
+_HALVINGS = 6  # of a step in the line search
+
+
+@dataclass(frozen=True, eq=False)
+class Law3D:
+    """Dimensionless stiffness, friction, and the c of each node.
+
+    Attributes
+    ----------
+    S
+        (3N, 3N) stiffness over its scale.
+    friction
+        (N,) coefficients of friction.
+    c
+        (N,) positive numbers of the size of each node's own stiffness.
+    """
+
+    S: Array
+    friction: Array
+    c: Array
+
+
+@dataclass(frozen=True, eq=False)
+class State3D:
+    """A claimed state, dimensionless: (3N,) slip increments and gaps u, (3N,) reactions r, and the (N,) status of the nodes."""
+
+    u: Array
+    r: Array
+    status: np.ndarray
+    steps: int
+
+
+def newton(law: Law3D, trial: Array, u: Array) -> State3D:
+    """The state that Newton's method reaches from motions u; whether it obeys the law is for the referee to say."""
+    best, steps = _Piece(law, trial, u), 0
+    while steps < _STEPS and best.error > NEWTON:
+        steps += 1
+        direction, share, found = best.step(), 1.0, best
+        for _ in range(_HALVINGS):
+            found = _Piece(law, trial, best.u + share * direction)
+            if found.merit < best.merit:
+                break
+            share /= 2
+        if found.merit >= best.merit and best.error <= STALLED:
+            break
+        best = found
+    return best.state(steps)
+
+
+class _Piece:
+    """The smooth piece of the law at motions u, and its error there."""
+
+    def __init__(self, law: Law3D, trial: Array, u: Array) -> None:
+        n = len(law.friction)
+        self.law, self.u, self._n = law, u, n
+        self.r = trial + law.S @ u
+        (dv, w), (q, p) = parted(u), parted(self.r)
+        c = law.c
+        pressed = p - c * w
+        self._radius = law.friction * np.maximum(pressed, 0.0)
+        pull = q - c[:, None] * dv
+        size = np.linalg.norm(pull, axis=1)
+        self.status = np.where(pressed <= 0, OPEN, np.where(size > self._radius, SLIP, STICK))
+        self._unit = pull / np.where(size > 0, size, 1.0)[:, None]
+        self._shrink = self._radius / np.where(size > 0, size, 1.0)
+        project = np.where((self.status == SLIP)[:, None], self._radius[:, None] * self._unit, pull)
+        project[self.status == OPEN] = 0.0
+        self._error_q, self._error_p = q - project, p - np.maximum(pressed, 0.0)
+        self.merit = float(np.sum(self._error_q**2) + np.sum(self._error_p**2))
+        self.error = float(max(np.abs(self._error_q).max(), np.abs(self._error_p).max()))
+
+    def step(self) -> Array:
+        """Newton's step on this piece: sticking and closed motions vanish, the others solve their equations."""
+        law, n = self.law, self._n
+        slip, opened = np.flatnonzero(self.status == SLIP), np.flatnonzero(self.status == OPEN)
+        free = np.concatenate([slip, n + slip, opened, n + opened, 2 * n + opened])
+        step = -self.u.copy()
+        step[free] = 0.0
+        if not len(free):
+            return step
+        a, b = self._unit[slip].T
+        f, c, shrink, s = law.friction[slip], law.c[slip], self._shrink[slip], len(slip)
+        # tangential rows: (1 - shrink P) S_q + shrink c P - n f (S_p - c e_w), with P across the direction n = (a, b)
+        xx, xy, yy = 1 - shrink * b * b, shrink * a * b, 1 - shrink * a * a
+        rows = law.S[free]
+        normal = law.S[2 * n + slip]
+        rows_1, rows_2 = rows[:s].copy(), rows[s : 2 * s].copy()
+        rows[:s] = xx[:, None] * rows_1 + xy[:, None] * rows_2 - (f * a)[:, None] * normal
+        rows[s : 2 * s] = xy[:, None] * rows_1 + yy[:, None] * rows_2 - (f * b)[:, None] * normal
+        own = np.arange(s)
+        rows[own, slip] += c * (1 - xx)
+        rows[own, n + slip] -= c * xy
+        rows[s + own, slip] -= c * xy
+        rows[s + own, n + slip] += c * (1 - yy)
+        rows[own, 2 * n + slip] += f * a * c
+        rows[s + own, 2 * n + slip] += f * b * c
+        errors = np.concatenate([self._error_q[slip].T.ravel(), self._error_q[opened].T.ravel(), self._error_p[opened]])
+        matrix, right = rows[:, free], -errors - rows @ step
+        try:
+            step[free] = np.linalg.solve(matrix, right)
+        except np.linalg.LinAlgError:  # all that moves has nothing to hold it
+            step[free] = np.linalg.lstsq(matrix, right)[0]
+        return step
+
+    def state(self, steps: int) -> State3D:
+        """The state with the motions that the piece lets vanish at zero."""
+        still = np.concatenate([np.tile(self.status == STICK, 2), self.status != OPEN])
+        u = np.where(still, 0.0, self.u)
+        return State3D(u, self.r + self.law.S @ (u - self.u), self.status, steps)

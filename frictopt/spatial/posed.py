@@ -1,0 +1,137 @@
+"""A limit problem in three dimensions as posed: system, load cycle and friction, checked, with the corners that need no rows found out."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linprog
+
+from ..contact import LoadCycle, friction_coefficients
+from ..contact.checks import Array
+from ..contact.cycle import checked_cycle
+from ..contact.tolerances import INSIDE
+from .coulomb import referee
+from .mechanism import Mechanism3D
+from .scaling import ConeLoads, ScaledCones, scaled_cones
+from .system import ContactSystem3D, checked_3d
+
+__all__ = ["ConeQuestion", "pose"]
+
+
+@dataclass(frozen=True, eq=False)
+class ConeQuestion:
+    """One friction coefficient on one system and load cycle.
+
+    Attributes
+    ----------
+    system, cycle, loads
+        The contact, its load cycle and the cycle's reactions.
+    friction
+        (N,) coefficients of friction.
+    kept
+        The corners that have rows; the others lie in their hull, so that what is safe at the kept ones is safe at all.
+    """
+
+    system: ContactSystem3D
+    cycle: LoadCycle
+    loads: ConeLoads
+    friction: Array
+    kept: list[int]
+
+    @property
+    def force(self) -> float:
+        """Mean normal force of the mean load (or a force of the same size where there is none)."""
+        loads = self.loads
+        return float(np.abs(loads.p0).mean() or max(np.abs(part).mean() for part in (loads.q0, loads.q1, loads.p1)) or 1.0)
+
+    @property
+    def mean_bound(self) -> float:
+        """Mean friction bound `f p` under the mean load: the unit of margins (the mean normal force where there is no friction)."""
+        bound = float((self.friction * self.loads.p0).mean())
+        return bound if bound > 0 else self.force
+
+    @cached_property
+    def cones(self) -> ScaledCones:
+        """Unknowns and units."""
+        kept = ConeLoads(self.loads.q0, self.loads.p0, self.loads.q1[self.kept], self.loads.p1[self.kept])
+        return scaled_cones(self.system.A, self.system.B, float(np.abs(self.system.S).max()), self.friction, kept, self.force)
+
+    def slip(self, traction: Array) -> Array:
+        """(N, 2) slip of dimensionless shear forces, length."""
+        return np.stack(np.split(self.cones.slip @ traction, 2), axis=-1)
+
+    def slip_reactions(self, slip: Array) -> tuple[Array, Array]:
+        """(N, 2) and (N,) reactions of the closed contact under the mean load and a residual slip."""
+        v = slip.T.ravel()
+        q, p = self.system.A @ v, self.system.B @ v
+        return self.loads.q0 + np.stack(np.split(q, 2), axis=-1), self.loads.p0 + p
+
+    def reactions(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """(K, N, 2) and (K, N) reactions of the closed contact at the corners, under a residual slip."""
+        q, p = self.slip_reactions(slip)
+        return q + load_factor * self.loads.q1, p + load_factor * self.loads.p1
+
+    def violation(self, load_factor: float, slip: Array) -> float:
+        """How far the slip is from being safe: the largest violation of the contact law over the corners."""
+        q, p = self.reactions(load_factor, slip)
+        mean_q, mean_p = self.system.reaction(self.cycle.mean)
+        bonded = mean_q + load_factor * self.loads.q1, mean_p + load_factor * self.loads.p1
+        closed = np.zeros(self.system.nodes)
+        return referee(self.system, bonded, self.friction, v=slip, w=closed, q=q, p=p, force_scale=self.force).residual
+
+    def defect(self, mechanism: Mechanism3D, traction: Array) -> float:
+        """By how much the work bound of a mechanism may be off because its stress is not exactly zero.
+
+        Counted for all slips whose shear forces are, node by node, at most those of `traction`, or at most `1 + f` times the node's own pressure
+        where that is more.
+        """
+        c = self.cones
+        net, lift = mechanism.slips.sum(axis=0).T.ravel() * np.tile(c.unit, 2), mechanism.lift.sum(axis=0) * c.unit
+        stress = net + c.G.T @ lift
+        stress = stress - c.balance.T @ np.linalg.lstsq(c.balance.T, stress)[0] if c.balance.size else stress
+        return float(np.abs(stress) @ np.maximum(np.abs(traction), np.tile(1.0 + self.friction, 2)))
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What the scene did not need, in words."""
+        corners = len(self.loads.q1)
+        idle = corners - len(self.kept)
+        return (f"corners: {idle} of {corners} are within the hull of the others",) if idle else ()
+
+
+def pose(system: Any, cycle: Any, friction: Any) -> ConeQuestion:
+    """Check a limit problem.
+
+    Raises
+    ------
+    ModelError
+        Wrong types, load cases that the system does not have, bad friction.
+    """
+    f = friction_coefficients(friction, checked_3d(system).nodes)
+    checked_cycle(cycle)
+    loads = ConeLoads(*cycle.mean_reaction(system), *cycle.corner_reactions(system))
+    return ConeQuestion(system, cycle, loads, f, _outer_corners(cycle))
+
+
+def _outer_corners(cycle: LoadCycle) -> list[int]:
+    """Corners that are not in the hull of the others."""
+    cases = sorted({case for corner in cycle.corners for case in corner})
+    points = np.array([[corner.get(case, 0.0) for case in cases] for corner in cycle.corners]).reshape(len(cycle.corners), len(cases))
+    largest = np.abs(points).max(axis=0, initial=0.0)
+    points = points / np.where(largest > 0, largest, 1.0)
+    kept = list(range(len(points)))
+    for corner in range(len(points)):
+        others = [k for k in kept if k != corner]
+        if others and _inside(points[corner], points[others]):
+            kept = others
+    return kept
+
+
+def _inside(point: Array, others: Array) -> bool:
+    """Whether a point is a mean of others, which is checked on the weights that a linear program finds."""
+    found = linprog(np.zeros(len(others)), A_eq=np.vstack([others.T, np.ones(len(others))]), b_eq=np.r_[point, 1.0])
+    if found.status != 0:
+        return False
+    weights = np.maximum(found.x, 0.0)
+    return bool(np.abs(weights @ others / weights.sum() - point).max(initial=0.0) <= INSIDE)

@@ -1,0 +1,132 @@
+"""A scene in three dimensions: a square punch pressed on a block."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from skfem import MeshHex
+
+from ..contact.checks import Array, choice, finite_number, shown, whole_number
+from ..errors import ModelError
+from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
+from .bodies import Body3D, Support3D, Traction3D
+from .model import ContactModel3D
+from .system import ContactSystem3D
+
+__all__ = ["SquarePunchOnBlock"]
+
+_MOST_ELEMENTS = 32  # along a side of the contact: 100,000 unknowns and 6 GB
+_MOST_STEPS = 60
+
+
+@dataclass(frozen=True)
+class SquarePunchOnBlock:
+    """A punch of square section on a block, in structured hexahedra.
+
+    The contact is `|x|, |y| <= half_width`, z = 0; the block's bottom is held. Load cases, each of unit traction: "P", pressure on the top of the
+    punch; "Qx" and "Qy", shear there along x and y; "sigma", tension along x on the two sides of the block.
+
+    Parameters
+    ----------
+    elements
+        Number of elements along each side of the contact, from 2 to 32 (N = (elements + 1)^2 node pairs). 24 make 48,000 unknowns.
+    half_width, punch_height
+        Half the side `a` of the contact, and height of the punch, length.
+    block_half_width, block_depth
+        Size of the block, length.
+    growth
+        Ratio of neighbouring element sizes away from the contact, > 1; the first one has the size of those on the contact.
+    punch_material, block_material
+        The two materials.
+    element
+        "linear", or "mean_dilatation": hexahedra that do not lock as nu approaches 0.5.
+
+    Raises
+    ------
+    ModelError
+        Sizes that are not positive, too many elements, a block narrower than the punch.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.SquarePunchOnBlock(elements=2, growth=2.0).condense()
+    >>> system
+    ContactSystem3D(nodes=9, loads=['P', 'Qx', 'Qy', 'sigma'], gap=False)
+    >>> q, p = system.reaction({"P": 1.0})
+    >>> round(float(p.sum()), 6)  # the whole pressure, (2 a)^2
+    4.0
+    """
+
+    elements: int = 10
+    half_width: float = 1.0
+    punch_height: float = 1.5
+    block_half_width: float = 4.0
+    block_depth: float = 3.0
+    growth: float = 1.7
+    punch_material: Material = Material()
+    block_material: Material = Material()
+    element: ElementName = "linear"
+
+    def __post_init__(self) -> None:
+        values: dict[str, Any] = {"elements": whole_number("elements", self.elements, least=2, most=_MOST_ELEMENTS)}
+        for name in ("half_width", "punch_height", "block_half_width", "block_depth"):
+            values[name] = finite_number(name, getattr(self, name), above=0.0)
+        values["growth"] = finite_number("growth", self.growth, above=1.0, below=100.0)
+        choice("element", self.element, ELEMENT_NAMES)
+        for name in ("punch_material", "block_material"):
+            if not isinstance(getattr(self, name), Material):
+                raise ModelError(f"{name}: {shown(getattr(self, name))}; give a Material")
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+        if not self.block_half_width > self.half_width:
+            raise ModelError(f"block_half_width: {self.block_half_width:g}; the block must be wider than the punch ({self.half_width:g})")
+        for name, length in {name: values[name] for name in ("punch_height", "block_half_width", "block_depth")}.items():
+            if not 1e-3 <= length / self.half_width <= 1e3 or self._steps(length) > _MOST_STEPS:
+                raise ModelError(
+                    f"{name}, growth: {length:g}, {self.growth:g} beside half_width = {self.half_width:g}; give sizes less far apart, or more growth"
+                )
+
+    def _steps(self, length: float) -> int:
+        """Number of elements from the contact to that distance."""
+        size = 2 * self.half_width / self.elements
+        return max(1, int(np.ceil(np.log1p(length / size * (self.growth - 1)) / np.log(self.growth) - 1e-9)))
+
+    def _away(self, length: float) -> Array:
+        """Coordinates from 0 to exactly `length`, in steps that grow."""
+        nodes = np.concatenate([[0.0], np.cumsum(self.growth ** np.arange(self._steps(length)))])
+        return np.asarray(nodes * (length / nodes[-1]))
+
+    def model(self) -> ContactModel3D:
+        """The two meshes with supports and load cases."""
+        a, half, depth = self.half_width, self.block_half_width, self.block_depth
+        face = a * np.arange(-self.elements, self.elements + 1, 2) / self.elements
+        side = a + self._away(half - a)[1:]
+        side[-1] = half
+        line = np.r_[-side[::-1], face, side]
+        punch = MeshHex.init_tensor(face, face, self._away(self.punch_height))
+        block = MeshHex.init_tensor(line, line, -self._away(depth)[::-1])
+        top = punch.p[2].max()
+        punch = punch.with_boundaries({"contact": lambda x: x[2] == 0, "top": lambda x: x[2] == top})
+        bottom = block.p[2].min()
+        block = block.with_boundaries(
+            {
+                "contact": lambda x: (x[2] == 0) & (np.abs(x[0]) < a) & (np.abs(x[1]) < a),
+                "bottom": lambda x: x[2] == bottom,
+                "left": lambda x: x[0] == -half,
+                "right": lambda x: x[0] == half,
+            }
+        )
+        return ContactModel3D(
+            bodies={"punch": Body3D(punch, self.punch_material, self.element), "block": Body3D(block, self.block_material, self.element)},
+            supports=[Support3D("block", "bottom", "xyz")],
+            loads={
+                "P": [Traction3D("punch", "top", z=-1.0)],
+                "Qx": [Traction3D("punch", "top", x=1.0)],
+                "Qy": [Traction3D("punch", "top", y=1.0)],
+                "sigma": [Traction3D("block", "left", x=-1.0), Traction3D("block", "right", x=1.0)],
+            },
+        )
+
+    def condense(self) -> ContactSystem3D:
+        """Mesh, assemble and condense to the contact's interface."""
+        return self.model().condense()

@@ -1,0 +1,119 @@
+"""A contact under a load cycle in the unknowns and units in which its cone programs are well scaled."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..contact.checks import Array
+from ..contact.tolerances import NO_PRESSURE, RIGID
+
+__all__ = ["ConeLoads", "ScaledCones", "load_factor_unit", "scaled_cones"]
+
+_LITTLE_FRICTION = 0.01  # below it, the circles keep p >= 0 only to a hundred times their own accuracy
+
+
+@dataclass(frozen=True, eq=False)
+class ConeLoads:
+    """Closed reactions of a load cycle: mean `q0` (N, 2), `p0` (N,) and corners at load factor 1 `q1` (K, N, 2), `p1` (K, N), force."""
+
+    q0: Array
+    p0: Array
+    q1: Array
+    p1: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ScaledCones:
+    """Data of the cone programs, dimensionless: forces in a unit of each node, load factors in a unit of their own.
+
+    Attributes
+    ----------
+    friction
+        (N,) coefficients of friction.
+    q0, p0, q1, p1
+        Loads as in `ConeLoads`, in the units of the nodes and of the load factor.
+    G
+        (N, 2N) pressures by shear forces of a residual slip.
+    balance
+        (k, 2N) work of the shear forces on the k slips that need no force.
+    slip
+        (2N, 2N) slip by its shear forces, length.
+    unit
+        (N,) force unit of each node.
+    load_unit
+        Unit of the load factor.
+    clearance
+        (N,) mean friction bound in the units of the nodes.
+    opening
+        Whether there is so little friction somewhere that keeping nodes closed needs rows of its own.
+    """
+
+    friction: Array
+    q0: Array
+    p0: Array
+    q1: Array
+    p1: Array
+    G: Array
+    balance: Array
+    slip: Array
+    unit: Array
+    load_unit: float
+    clearance: Array
+    opening: bool
+
+    @property
+    def nodes(self) -> int:
+        """Number of node pairs, N."""
+        return len(self.p0)
+
+    @property
+    def corners(self) -> int:
+        """Number of corners that have rows, K."""
+        return len(self.p1)
+
+    @property
+    def mean_q(self) -> Array:
+        """(K, N, 2) mean load at each corner."""
+        return np.broadcast_to(self.q0, self.q1.shape)
+
+    @property
+    def mean_p(self) -> Array:
+        """(K, N) mean load at each corner."""
+        return np.broadcast_to(self.p0, self.p1.shape)
+
+
+def scaled_cones(A: Array, B: Array, stiff: float, friction: Array, loads: ConeLoads, force: float) -> ScaledCones:
+    """Choose unknowns and units for a contact of largest stiffness `stiff` under loads of the size of `force`."""
+    sizes = np.linalg.norm(loads.q1, axis=-1)
+    pressure = np.abs(loads.p0)
+    others = np.maximum(np.linalg.norm(loads.q0, axis=-1), np.maximum(sizes, np.abs(loads.p1)).max(axis=0))
+    unit = np.where(pressure > NO_PRESSURE * force, pressure, np.maximum(others, NO_PRESSURE * force))
+    values, vectors = np.linalg.eigh(A)
+    rigid = values <= RIGID * stiff
+    slip = (vectors[:, ~rigid] / values[~rigid]) @ vectors[:, ~rigid].T * np.tile(unit, 2)
+    balance = vectors[:, rigid].T * np.tile(unit, 2)
+    norms = np.linalg.norm(balance, axis=1, keepdims=True)
+    load_unit = load_factor_unit(loads, friction, force)
+    bound = float((friction * loads.p0).mean())
+    return ScaledCones(
+        friction=friction,
+        q0=loads.q0 / unit[:, None],
+        p0=loads.p0 / unit,
+        q1=loads.q1 / unit[:, None] * load_unit,
+        p1=loads.p1 / unit * load_unit,
+        G=B @ slip / unit[:, None],
+        balance=balance / norms,
+        slip=slip,
+        unit=unit,
+        load_unit=load_unit,
+        clearance=(bound if bound > 0 else force) / unit,
+        opening=bool(friction.min() < _LITTLE_FRICTION),
+    )
+
+
+def load_factor_unit(loads: ConeLoads, friction: Array, force: float) -> float:
+    """Load factor at which the cyclic reactions reach the size of the mean friction bound (of the force scale where there is none)."""
+    demand = float(np.linalg.norm(loads.q1, axis=-1).mean() + (friction * np.abs(loads.p1)).mean())
+    demand += float(np.abs(loads.p1[:, friction == 0]).sum()) / len(friction)
+    bound = float((friction * np.abs(loads.p0)).mean()) or force
+    return bound / demand if demand > 0 else 1.0

@@ -1,0 +1,237 @@
+"""The shakedown limit lambda_2 in three dimensions: the load factor above which no residual slip is safe, from a second-order cone program."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from time import perf_counter
+from typing import IO, Any
+
+import cvxpy as cp
+import numpy as np
+import pandas as pd
+
+from ..contact import LoadCycle
+from ..contact.answers import LimitKind
+from ..contact.checks import Array, frozen
+from ..contact.record import Recorded, SolveRecord
+from ..contact.show import frame
+from ..contact.tolerances import BARE, CARRIED, FLOOR, RESIDUAL
+from ..solve.explain import Units, explain
+from ..solve.portable import Portable
+from ..solve.solvers import Kind, solve
+from .cones import ConeProgram, shakedown_cones
+from .first_events import reach
+from .margin import MarginState3D, solve_margin
+from .mechanism import Mechanism3D, mechanism_of
+from .posed import ConeQuestion, pose
+from .scaling import load_factor_unit
+from .system import ContactSystem3D
+
+__all__ = ["ShakedownLimit3D", "shakedown_limit"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ShakedownLimit3D(Recorded, Portable):
+    """The shakedown limit in three dimensions with its proof from both sides.
+
+    Attributes
+    ----------
+    load_factor
+        lambda_2: what `slip` carries at every corner; inf if every load factor has a safe slip, nan if none has, not even 0.
+    kind, reason
+        Which of these it is, and why in words.
+    slip
+        (N, 2) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite.
+    dual_bound
+        Upper bound of the limit from the mechanism alone; equals `load_factor` up to `residual`.
+    record
+        How it was found. Its `residual` is the larger of the violations of the contact law by `slip` at the corners and the relative distance of
+        `dual_bound`; without a finite limit, that of the proof. At most 1e-9.
+    problem
+        The solved cvxpy problem; None in a copy. Its objective is `load_factor` over the unit that `explain()` prints.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import frictopt as fo
+    >>> node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
+    >>> corners = [{"Q": 1.0}, {"Q": -1.0}, {"R": 1.0}]
+    >>> limit = fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, corners), friction=0.5)
+    >>> round(limit.load_factor, 9)  # f P over the radius of the smallest circle around the corners
+    0.5
+    """
+
+    load_factor: float
+    kind: LimitKind
+    reason: str
+    slip: Array = field(repr=False)
+    dual_bound: float
+    record: SolveRecord
+    problem: cp.Problem | None = field(repr=False)
+    _task: ConeQuestion = field(repr=False)
+    _motion: Mechanism3D = field(repr=False)
+    _units: Units = field(repr=False)
+
+    @cached_property
+    def mechanism(self) -> pd.DataFrame:
+        """Which nodes limit the load: columns node, x, y, z, corner, slip1 and slip2 (unit vector), share of the total slip; largest first."""
+        return self._motion.table(self._task.system.points)
+
+    @cached_property
+    def friction_rate(self) -> Array:
+        """(N,) rate of the limit with the friction coefficient of each node (their sum: with one coefficient for all).
+
+        Where the mechanism is not unique the limit has a kink, and this is one of its supergradients. NaN without a finite limit.
+        """
+        return frozen((self._motion.size * self.reactions[1]).sum(axis=0))
+
+    @property
+    def reactions(self) -> tuple[Array, Array]:
+        """(K, N, 2) and (K, N) reactions `q, p` at the corners under the safe slip, at the limit, force; NaN without a finite limit."""
+        if not np.isfinite(self.load_factor):
+            return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
+        return self._task.reactions(self.load_factor, self.slip)
+
+    @property
+    def traction_ratios(self) -> Array:
+        """(K, N) ratios `|q| / (f p)` at the corners under the safe slip; NaN where the pressure or the friction vanishes, or without a limit."""
+        q, p = self.reactions
+        bound = self._task.friction * p
+        pressed = bound > BARE * self._task.mean_bound
+        return np.where(pressed, np.linalg.norm(q, axis=-1) / np.where(pressed, bound, 1.0), np.nan)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each node: node, x, y, z, the slip that is safe at the limit, and the largest `|q| / (f p)` over the corners.
+
+        Corners at which the node carries nothing do not count.
+        """
+        ratio, (x, y, z) = self.traction_ratios, self._task.system.points.T
+        ratio = np.where(np.isnan(ratio), 0.0, ratio).max(axis=0) if np.isfinite(self.load_factor) else ratio[0]
+        columns = {"x": x, "y": y, "z": z, "slip1": self.slip[:, 0], "slip2": self.slip[:, 1], "traction_ratio": ratio}
+        return frame({"node": range(len(x)), **columns})
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("load_factor", "kind", "dual_bound", "residual", "reason")}
+
+    def explain(self, file: IO[str] | None = None) -> None:
+        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the circles that bind."""
+        explain("shakedown limit", self.problem, self.load_factor, self._units, self.record.left_out, self.mechanism, file, self.reason)
+
+
+def shakedown_limit(system: ContactSystem3D, cycle: LoadCycle, friction: Any, *, solver: str | None = None) -> ShakedownLimit3D:
+    """Largest load factor at which some residual slip is safe, for the friction circle (Bjorkman & Klarbring 1987, with cones).
+
+    Above it the contact never stops slipping. Below it some slip is safe; that every transient finds one is known for uncoupled contacts only
+    (Klarbring, Ciavarella & Barber 2007).
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    solver
+        "CLARABEL" or "CLARABEL_DIRECT"; by default both in this order until an answer passes.
+
+    Returns
+    -------
+    ShakedownLimit3D
+        `load_factor` is finite, inf (no limit) or nan (no safe slip at any load factor): each is an answer.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+    SolverError
+        No solver gave an answer that passes the checks.
+    """
+    start, task = perf_counter(), pose(system, cycle, friction)
+    model = shakedown_cones(task.cones)
+    units: Units = {"load_factor": task.cones.load_unit, "traction": np.stack([task.cones.unit] * 2, axis=-1)}
+    answer = solve(model, lambda: _judged(task, model), solver, kind=Kind.SOCP, no_optimum=lambda: _no_limit(task, solver))
+    claim = answer.claim
+    if claim.kind is LimitKind.FINITE:  # what the slip carries
+        model.problem.var_dict["load_factor"].save_value(np.array(claim.load_factor / task.cones.load_unit))
+    return ShakedownLimit3D(
+        load_factor=claim.load_factor,
+        kind=claim.kind,
+        reason=_reason(task, claim),
+        slip=frozen(claim.slip),
+        dual_bound=claim.bound,
+        record=SolveRecord(answer.solver, answer.attempts, claim.residual, task.left_out, perf_counter() - start),
+        problem=model.problem,
+        _task=task,
+        _motion=claim.motion,
+        _units=units,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _LimitClaim:
+    """A claimed limit with what is known against it."""
+
+    kind: LimitKind
+    load_factor: float
+    slip: Array
+    motion: Mechanism3D
+    bound: float
+    residual: float
+
+
+def _judged(task: ConeQuestion, model: ConeProgram) -> _LimitClaim:
+    """Judge a limit from below by what its slip carries and the referee, and from above by the mechanism, which is scaled to unit drive."""
+    c, point, loads = task.cones, model.point, task.loads
+    slip = task.slip(point.traction)
+    load_factor = max(_carried(task, slip, float(point.x[0]) * c.load_unit), 0.0)
+    motion = mechanism_of(point, c.unit, task.friction, task.kept, len(loads.q1))
+    resistance, drive = motion.work(loads)
+    if not drive > 0:
+        return _LimitClaim(LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)
+    motion = motion.scaled(1 / drive)
+    bound = float(resistance / drive + task.defect(motion, point.traction))
+    gap = abs(bound - load_factor) / max(load_factor, FLOOR * load_factor_unit(loads, task.friction, task.force))
+    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
+    return _LimitClaim(LimitKind.FINITE, load_factor, slip, motion, bound, residual)
+
+
+def _carried(task: ConeQuestion, slip: Array, load_factor: float) -> float:
+    """The load factor, lowered in closed form to where the slip keeps every node within its circle at every corner.
+
+    Circles count from rounding on: where a node carries nothing, what it can carry is lost in it.
+    """
+    (q, p), f, loads = task.reactions(load_factor, slip), task.friction, task.loads
+    beyond = np.linalg.norm(q, axis=-1) - f * p > CARRIED * task.force
+    pulls = task.cones.opening & (p < -CARRIED * task.force) & (loads.p1 < 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lower = np.where(beyond, reach(q, f * p, loads.q1, f * loads.p1), 0.0)
+        shut = np.where(pulls, p / -loads.p1, 0.0)
+    return load_factor + float(min(np.where(np.isfinite(lower), lower, 0.0).min(), shut.min(), 0.0))
+
+
+def _no_limit(task: ConeQuestion, solver: str | None) -> _LimitClaim | None:
+    """Decide why there is no finite limit, by the margin of two problems that always have an optimum; None if neither reason can be proven."""
+
+    def claim(kind: LimitKind, value: float, proof: MarginState3D, factor: float) -> _LimitClaim:
+        return _LimitClaim(kind, value, np.full(task.system.slip_shape, np.nan), proof.motion.scaled(factor), value, proof.residual)
+
+    existence, _, _ = solve_margin(task, None, solver)
+    if existence.margin < -RESIDUAL:
+        return claim(LimitKind.NO_SAFE_SLIP, np.nan, existence, 1.0)
+    cyclic, _, _ = solve_margin(task, task.cones.load_unit, solver, mean=0.0)
+    return claim(LimitKind.UNBOUNDED, np.inf, cyclic, 0.0) if cyclic.margin >= -RESIDUAL else None
+
+
+def _reason(task: ConeQuestion, claim: _LimitClaim) -> str:
+    if claim.kind is LimitKind.UNBOUNDED:
+        loaded = bool(task.loads.q1.any() or task.loads.p1.any())
+        why = "the corners shear no node beyond the friction that they press up" if loaded else "the corners carry no load"
+        return f"every load factor has a safe residual slip: {why}"
+    if claim.kind is LimitKind.FINITE and claim.load_factor > 0:
+        return "no residual slip is safe above it"
+    q, p, f = task.loads.q0, task.loads.p0, task.friction
+    pulls, beyond = int((p < 0).sum()), int((np.linalg.norm(q, axis=-1) > f * p).sum())
+    above = " above 0" if claim.kind is LimitKind.FINITE else ""
+    return (
+        f"no residual slip is safe at any load factor{above}: under the mean load, if nothing slips, {pulls} of {len(p)} nodes pull and {beyond} "
+        "exceed their friction bound; press the contact, or give it more friction"
+    )

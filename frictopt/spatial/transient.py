@@ -1,0 +1,102 @@
+"""A transient in three dimensions, from increment to increment."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..contact import LoadCycle
+from ..contact.checks import Array, finite_array, finite_number, whole_number
+from ..contact.cycle import checked_cycle
+from ..errors import ModelError
+from .increment import Increments3D
+from .newton import OPEN
+from .system import ContactSystem3D, joined, parted
+
+__all__ = ["Point3D", "Transient3D", "checked_steps"]
+
+
+@dataclass(frozen=True, eq=False)
+class Point3D:
+    """One state of a transient: load, slip, gap, reactions, status, and the work of friction since the state before."""
+
+    bonded: Array
+    slip: Array
+    gap: Array
+    q: Array
+    p: Array
+    status: np.ndarray[Any, np.dtype[np.int8]]
+    work: Array
+
+
+class Transient3D:
+    """States from an initial slip on, a number of increments from corner to corner.
+
+    It starts at an artificial load that carries the initial slip with q = 0 and, at every node, p equal to the mean of |p^w| under the mean load.
+
+    Parameters
+    ----------
+    system, cycle, friction, load_factor, initial_slip
+        See `frictopt.march`.
+    engine
+        "newton" or "socp".
+    steps
+        Number of increments from corner to corner.
+    """
+
+    def __init__(
+        self, system: ContactSystem3D, cycle: LoadCycle, friction: Any, load_factor: Any, initial_slip: Any, engine: str, steps: int
+    ) -> None:
+        self._increments = Increments3D(system, friction, engine=engine)
+        self.system, self.friction, self.steps = system, self._increments.friction, steps
+        factor = finite_number("load_factor", load_factor, least=0.0)
+        slip = np.zeros((system.nodes, 2)) if initial_slip is None else finite_array("initial_slip", initial_slip, (system.nodes, 2))
+        self.mean = joined(*system.reaction(checked_cycle(cycle).mean))
+        self._cyclic = joined(*cycle.corner_reactions(system))
+        self.corners = self.corners_at(factor)
+        pressure = float(np.abs(parted(self.mean)[1]).mean())
+        if not pressure > 0:
+            raise ModelError("mean: the mean load has no normal reactions, and a transient starts from it; give `cycle.mean` a load that presses")
+        self.force = max(pressure, *(float(np.abs(corner).max()) for corner in self.corners))
+        q, p = np.zeros((system.nodes, 2)), np.full(system.nodes, pressure)
+        load = joined(q, p) - system.S @ joined(slip, -system.gap)
+        self.state = Point3D(load, slip, np.zeros(system.nodes), q, p, np.zeros(system.nodes, dtype=np.int8), np.zeros(system.nodes))
+
+    @property
+    def length(self) -> float:
+        """Scale of slips: that of forces over that of the stiffness."""
+        return self.force / self.system.stiffness_scale
+
+    def corners_at(self, load_factor: float) -> list[Array]:
+        """Bonded reactions (3N,) at the corners at another load factor."""
+        return [self.mean + load_factor * corner for corner in self._cyclic]
+
+    def follow_to(self, load: Array) -> Iterator[Point3D]:
+        """The states on the straight way to other bonded reactions; the last one stays.
+
+        Raises
+        ------
+        SolverError
+            An increment has no valid answer.
+        """
+        start = self.state.bonded
+        for step in range(1, self.steps + 1):
+            before, bonded = self.state, start + step / self.steps * (load - start) if step < self.steps else load
+            new = self._increments.solve(before.slip, parted(bonded))
+            moved = np.linalg.norm(new.slip - before.slip, axis=1) * (new.status != OPEN)
+            work = self.friction * (before.p + new.p) / 2 * moved
+            self.state = Point3D(bonded, new.slip, new.gap, new.q, new.p, new.status, work)
+            yield self.state
+
+    def moved_to(self, slip: Array) -> None:
+        """Put the contact at another slip, under the load at hand; where that is beyond the law, it slips at once."""
+        new = self._increments.solve(slip, parted(self.state.bonded))
+        self.state = Point3D(self.state.bonded, new.slip, new.gap, new.q, new.p, new.status, np.zeros_like(self.state.work))
+
+
+def checked_steps(steps: Any) -> int:
+    """Check a number of increments from corner to corner, even, so that half of it tells the error."""
+    if whole_number("steps", steps, least=2) % 2:
+        raise ModelError(f"steps: {steps}; give an even number, because the error is told by half as many increments")
+    return int(steps)

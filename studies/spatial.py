@@ -1,0 +1,198 @@
+"""Three dimensions: limits of a square punch under bulk stress and under shear that turns, error of increments, times against size.
+
+Run with `python -m studies spatial [--quick]`. Loads are in units of the mean pressure on the punch.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+import frictopt as fo
+
+from .tables import Study, Table
+
+__all__ = ["FULL", "LIMITS", "LOADS", "MAPS", "QUICK", "STEPS", "STUDY", "TIMES", "Parameters"]
+
+
+def _turning(corners: int) -> fo.LoadCycle:
+    """Shear on the top of the punch that turns about the normal, at so many corners of a circle."""
+    angles = 2 * np.pi * np.arange(corners) / corners
+    return fo.LoadCycle({"P": 1.0}, [{"Qx": float(np.cos(angle)), "Qy": float(np.sin(angle))} for angle in angles])
+
+
+LOADS: Mapping[str, fo.LoadCycle] = {
+    "bulk": fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]),
+    "to and fro": fo.LoadCycle({"P": 1.0}, [{"Qx": -1.0}, {"Qx": 1.0}]),
+    "turning, 4 corners": _turning(4),
+    "turning, 16 corners": _turning(16),
+}
+"""Load cycles by name: bulk stress, and shear on the top of the punch."""
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    elements: tuple[int, ...] = (6, 10)  # along a side of the contact
+    frictions: tuple[float, ...] = (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.25, 1.5, 2.0)
+    map_elements: int = 16
+    map_friction: float = 0.5
+    step_elements: int = 6
+    step_ratio: float = 1.15  # load factor of the transients over lambda_2
+    steps: tuple[int, ...] = (2, 4, 8, 16, 32, 64)
+    reference_steps: int = 256
+    sizes: tuple[int, ...] = (4, 6, 8, 10, 13, 16, 19, 24)
+
+
+FULL = Parameters()
+QUICK = Parameters(elements=(4,), frictions=(0.2, 0.5, 1.0), map_elements=4, step_elements=2, steps=(2, 4, 8), reference_steps=32, sizes=(2, 4))
+
+
+def limits_in_space(parameters: Parameters) -> pd.DataFrame:
+    """One row per mesh, load cycle and friction coefficient."""
+    rows = []
+    for elements in tqdm(parameters.elements, desc="limits in space", disable=None):
+        system = fo.SquarePunchOnBlock(elements=elements).condense()
+        for load, cycle in LOADS.items():
+            for friction in parameters.frictions:
+                limit = fo.shakedown_limit(system, cycle, friction)
+                rows.append(
+                    {
+                        "elements": elements,
+                        "nodes": system.nodes,
+                        "load": load,
+                        "friction": friction,
+                        "load_factor": limit.load_factor,
+                        "onset": fo.onset(system, cycle, friction).slip.load_factor,
+                        "slipping": len(limit.mechanism["node"].unique()),
+                        "residual": limit.residual,
+                    }
+                )
+    return pd.DataFrame(rows)
+
+
+def faces_at_limit(parameters: Parameters) -> pd.DataFrame:
+    """One row per load cycle and node, at the limit."""
+    scene = fo.SquarePunchOnBlock(elements=parameters.map_elements)
+    system, parts = scene.condense(), []
+    for load, cycle in tqdm(LOADS.items(), desc="faces at the limit", disable=None):
+        limit = fo.shakedown_limit(system, cycle, parameters.map_friction)
+        face = limit.to_frame().drop(columns="z")
+        share = limit.mechanism.groupby("node")["share"].sum().reindex(range(system.nodes), fill_value=0.0)
+        unit = float(system.bonded["P"][2 * system.nodes :].sum()) / (4 * scene.half_width**2) * scene.half_width / scene.block_material.E
+        face = face.assign(first_ratio=limit.traction_ratios[0], slip1=face["slip1"] / unit, slip2=face["slip2"] / unit, share=share.to_numpy())
+        parts.append(face.assign(load=load, load_factor=limit.load_factor, residual=limit.residual))
+    return pd.concat(parts)[list(_MAP)]
+
+
+def error_of_increments(parameters: Parameters) -> pd.DataFrame:
+    """One row per load cycle and number of increments."""
+    system, rows = fo.SquarePunchOnBlock(elements=parameters.step_elements).condense(), []
+    for load in ("to and fro", "turning, 4 corners"):
+        cycle = LOADS[load]
+        at = parameters.step_ratio * fo.shakedown_limit(system, cycle, parameters.map_friction).load_factor
+        states = {
+            steps: fo.steady_state(system, cycle, parameters.map_friction, at, steps=steps)
+            for steps in tqdm((*parameters.steps, parameters.reference_steps), desc=f"increments, {load}", disable=None)
+        }
+        reference = states[parameters.reference_steps].dissipation
+        for steps, steady in list(states.items())[:-1]:
+            error = abs(steady.dissipation / reference - 1)
+            rows.append(
+                {
+                    "load": load,
+                    "steps": steps,
+                    "dissipation": steady.dissipation,
+                    "error": error,
+                    "step_error": steady.step_error,
+                    "cycles": steady.cycles,
+                    "residual": steady.residual,
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def times_by_size(parameters: Parameters) -> pd.DataFrame:
+    """One row per mesh."""
+    rows = []
+    for elements in tqdm(parameters.sizes, desc="times", disable=None):
+        model = fo.SquarePunchOnBlock(elements=elements).model()
+        with threadpool_limits(1):
+            condense, system = _timed(model.condense)
+            row = {"nodes": system.nodes, "unknowns": sum(3 * body.mesh.p.shape[1] for body in model.bodies.values()), "condense": condense}
+            residual = 0.0
+            for name, load in (("two", "bulk"), ("four", "turning, 4 corners"), ("sixteen", "turning, 16 corners")):
+                row[f"limit_{name}"], limit = _timed(fo.shakedown_limit, system, LOADS[load], parameters.map_friction)
+                residual = max(residual, limit.residual)
+            at = 0.9 * limit.load_factor
+            corner = system.reaction({"P": 1.0, "Qx": at})
+            start = fo.Increments3D(system, parameters.map_friction).solve(np.zeros((system.nodes, 2)), system.reaction({"P": 1.0}))
+            increments = fo.Increments3D(system, parameters.map_friction)
+            row["increment"], found = _timed(increments.solve, start.slip, corner)
+        rows.append(row | {"steps": found.steps, "residual": max(residual, found.residual)})
+    return pd.DataFrame(rows)
+
+
+def _timed(call: Callable[..., Any], *arguments: Any) -> tuple[float, Any]:
+    """Seconds of this process, and what the call gives."""
+    start = time.process_time()
+    found = call(*arguments)
+    return time.process_time() - start, found
+
+
+_LIMIT = {
+    "elements": "elements along a side of the contact",
+    "nodes": "node pairs",
+    "load": "load cycle, see LOADS",
+    "friction": "coefficient of friction",
+    "load_factor": "shakedown limit lambda_2, load over mean pressure",
+    "onset": "load factor at the first slip of the bonded contact",
+    "slipping": "number of nodes that slip in the limiting mechanism",
+    "residual": "worst violation by the safe slip, or distance of the dual bound, relative",
+}
+_MAP = {
+    "load": _LIMIT["load"],
+    "load_factor": _LIMIT["load_factor"],
+    "node": "node pair",
+    "x": "position / a",
+    "y": "position / a",
+    "slip1": "safe residual slip along x, v E / (a times mean pressure)",
+    "slip2": "the same along y",
+    "traction_ratio": "largest |q| / (f p) over the corners",
+    "first_ratio": "|q| / (f p) at the first corner; NaN where p vanishes",
+    "share": "share of the node in the slip of the limiting mechanism",
+    "residual": _LIMIT["residual"],
+}
+_STEP = {
+    "load": _LIMIT["load"],
+    "steps": "increments from corner to corner",
+    "dissipation": "work of friction per cycle in the steady state",
+    "error": "its distance from that of the reference number of increments, relative",
+    "step_error": "the error that the result itself tells, from half as many increments",
+    "cycles": "cycles followed",
+    "residual": "violation of the contact law, or change of slip over the steady cycle",
+}
+_TIME = {
+    "nodes": "node pairs",
+    "unknowns": "displacements of both meshes",
+    "condense": "assembly and condensation, s",
+    "limit_two": "shakedown limit, two corners, s",
+    "limit_four": "four corners, s",
+    "limit_sixteen": "sixteen corners, s",
+    "increment": "one increment from the mean load to a corner, s",
+    "steps": "Newton steps of that increment",
+    "residual": "worst residual of limits and increment",
+}
+
+LIMITS = Table("spatial_limits", "shakedown limit of one mesh, load and friction", _LIMIT, full=FULL, quick=QUICK, compute=limits_in_space)
+MAPS = Table("spatial_maps", "one node at the shakedown limit", _MAP, full=FULL, quick=QUICK, compute=faces_at_limit)
+STEPS = Table("spatial_steps", "steady state with one number of increments", _STEP, full=FULL, quick=QUICK, compute=error_of_increments)
+TIMES = Table("spatial_times", "processor times of one mesh, one thread", _TIME, full=FULL, quick=QUICK, compute=times_by_size)
+
+STUDY = Study("studies.spatial", __doc__, "coarse meshes, in seconds", (LIMITS, MAPS, STEPS, TIMES))

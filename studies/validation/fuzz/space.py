@@ -1,0 +1,118 @@
+"""What is asked of a random contact in three dimensions, and how each answer is held against an independent one."""
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property, partial
+
+import numpy as np
+
+import frictopt as fo
+
+from ..extremes.space import polygon_limit
+from .checks import Finding, asked
+from .known import Wrong, same
+
+__all__ = ["SPACE", "space_findings"]
+
+_NEAR = 1e-6  # relative distance from the limit within which it is not asked whether a safe slip exists
+_SAME = 1e-7
+_ROUNDING = 1e-14  # of a slip, over the slips before and after
+
+
+class _Subject:
+    """A random coupled contact with its load cycle, friction and slip."""
+
+    def __init__(self, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        n, scale, coupling = int(rng.integers(1, 11)), 10.0 ** rng.uniform(-9, 9), rng.uniform(0.0, 1.0)
+        G = rng.normal(size=(3 * n, 3 * n))
+        S = scale * (G @ G.T / (3 * n) + 10.0 ** rng.uniform(-3, 0) * np.eye(3 * n))
+        S[: 2 * n, 2 * n :] *= coupling
+        S[2 * n :, : 2 * n] *= coupling
+        bonded = {name: np.r_[rng.normal(size=2 * n), rng.uniform(0, 0.6) * rng.normal(size=n)] for name in "abc"}
+        bonded["mean"] = np.r_[0.2 * rng.normal(size=2 * n), rng.uniform(0.0, 1.5, size=n)]
+        gap = rng.uniform(size=n) * (rng.uniform(size=n) < 0.2) / scale if rng.uniform() < 0.3 else np.zeros(n)
+        self.system = fo.ContactSystem3D(S, rng.normal(size=(n, 3)), bonded, gap)
+        corners = [{"a": 1.0}, {"a": -1.0}, {"b": rng.normal(), "c": rng.normal()}, {"c": 1.0}]
+        self.cycle = fo.LoadCycle({"mean": 1.0}, corners[: int(rng.integers(1, 5))])
+        self.friction = rng.uniform(0.05, 1.5, n)
+        self.slip = 0.3 * rng.normal(size=(n, 2)) / scale
+        self.share = float(rng.uniform(0.2, 1.8))
+
+    @cached_property
+    def limit(self) -> fo.ShakedownLimit3D:
+        """The limit that frictopt finds."""
+        found: fo.ShakedownLimit3D = fo.shakedown_limit(self.system, self.cycle, self.friction)
+        return found
+
+    @property
+    def load_factor(self) -> float:
+        """A load factor at some share of the limit."""
+        value = self.limit.load_factor
+        return self.share * (value if np.isfinite(value) and value > 0 else 1.0)
+
+
+def space_findings(seed: int) -> Iterator[Finding]:
+    """Ask every question of the contact of a seed."""
+    return asked(SPACE, _Subject(seed), seed)
+
+
+def _limit(subject: _Subject) -> tuple[float, bool]:
+    limit, known = subject.limit, polygon_limit(subject.system, subject.cycle, subject.friction)
+    if known is not None and not np.isnan(limit.load_factor):
+        same("the limit is", limit.load_factor, known, _SAME, _SAME)
+    return limit.residual, known is not None
+
+
+def _safe_slip(subject: _Subject) -> tuple[float, bool]:
+    safe = fo.safe_slip(subject.system, subject.cycle, subject.friction, subject.load_factor)
+    value = subject.limit.load_factor
+    compared = np.isfinite(value) and value > 0 and abs(subject.share - 1) > _NEAR
+    if compared and safe.exists and subject.share > 1:
+        raise Wrong(f"a safe slip at {subject.share:.6g} of the limit")
+    return safe.residual, bool(compared)
+
+
+def _increment(subject: _Subject, engine: str) -> tuple[float, bool]:
+    load = subject.system.reaction({"mean": 1.0, "a": subject.share, "b": 0.5})
+    found = fo.Increments3D(subject.system, subject.friction, engine=engine).solve(subject.slip, load)
+    q, p, f = found.q, found.p, subject.friction
+    moved = found.slip - subject.slip
+    work = float(np.sum(q * moved)) + float(np.sum(f * p * np.linalg.norm(moved, axis=1)))  # friction opposes slip: the sum vanishes
+    forces = float(np.abs(q).sum() + np.abs(load[0]).sum() + np.abs(load[1]).sum())
+    if abs(work) > forces * (_SAME * float(np.abs(moved).max()) + _ROUNDING * float(np.abs(subject.slip).max())):
+        raise Wrong(f"friction and slip are off by the work {work:.2e}")
+    return found.residual, True
+
+
+def _steady(subject: _Subject) -> tuple[float, bool]:
+    value = subject.limit.load_factor
+    if not (np.isfinite(value) and value > 0):
+        return 0.0, False
+    above = fo.steady_state(subject.system, subject.cycle, subject.friction, 1.05 * value, initial_slip=subject.slip, steps=4, most_cycles=200)
+    if above.outcome is fo.Outcome.SHAKEDOWN and not above.open.any():  # what lifts off need not slip
+        raise Wrong("shakedown above the limit")
+    return above.residual, True
+
+
+def _safe_start(subject: _Subject) -> tuple[float, bool]:
+    value = subject.limit.load_factor
+    if not (np.isfinite(value) and value > 0) or subject.cycle.mean_reaction(subject.system)[1].min() < 0:
+        return 0.0, False
+    below = 0.9 * value
+    safe = fo.safe_slip(subject.system, subject.cycle, subject.friction, below)
+    if not (safe.exists and safe.margin > _NEAR) or fo.safe_slip(subject.system, subject.cycle, subject.friction, 0.0).margin < 0:
+        return 0.0, False
+    steady = fo.steady_state(subject.system, subject.cycle, subject.friction, below, initial_slip=safe.slip, steps=4)
+    if steady.outcome is not fo.Outcome.SHAKEDOWN:
+        raise Wrong(f"{steady.outcome.name} from a safe slip, W = {steady.dissipation:.2e}")
+    return steady.residual, True
+
+
+SPACE: Mapping[str, Callable[[_Subject], tuple[float, bool]]] = {
+    "limit, 3-D": _limit,
+    "safe slip, 3-D": _safe_slip,
+    "increment, 3-D": partial(_increment, engine="newton"),
+    "increment by cones, 3-D": partial(_increment, engine="socp"),
+    "steady state above the limit, 3-D": _steady,
+    "steady state from a safe slip, 3-D": _safe_start,
+}

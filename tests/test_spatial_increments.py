@@ -1,0 +1,112 @@
+"""Increments in three dimensions: the referee, the cone programs, the plane, and closed forms of one node."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from spatial import random_contact, single, strip
+
+
+def random_increment(rng, most_friction=1.0, coupling=0.5):
+    nodes = int(rng.integers(1, 13))
+    contact = random_contact(rng, nodes, coupling)
+    if rng.uniform() < 0.5:
+        contact = contact.with_gap(0.3 * rng.uniform(size=nodes) * (rng.uniform(size=nodes) < 0.4))
+    load = contact.reaction({"mean": 1.0, "a": rng.normal(), "b": rng.normal()})
+    return contact, rng.uniform(0.05, most_friction, size=nodes), 0.3 * rng.normal(size=(nodes, 2)), load
+
+
+def judged(seed, count, most_friction, coupling=0.5):
+    """Status counts of many random increments; each is an answer that passes the referee or an error of ours."""
+    rng, counts, refused = np.random.default_rng(seed), np.zeros(3, dtype=int), 0
+    for _ in range(count):
+        contact, f, slip, load = random_increment(rng, most_friction, coupling)
+        try:
+            found = fo.Increments3D(contact, f).solve(slip, load)
+        except fo.SolverError:
+            refused += 1
+            continue
+        state = {"v": found.slip, "w": found.gap, "q": found.q, "p": found.p}
+        assert fo.referee(contact, load, f, **state, previous_slip=slip).residual <= 1e-9
+        assert np.array_equal(found.slip[found.status == 0], slip[found.status == 0])
+        counts += np.bincount(found.status, minlength=3)
+    return counts, refused
+
+
+def test_random_increments_pass_the_referee():
+    counts, refused = judged(1, 150, 1.0)
+    assert refused == 0 and counts.min() > 30  # sticking, slipping and open nodes all occur
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("most_friction", "coupling"), [(0.5, 0.5), (1.0, 1.0), (2.0, 1.0)])
+def test_two_thousand_random_increments_pass_the_referee(most_friction, coupling):
+    counts, refused = judged(2, 2000, most_friction, coupling)
+    assert refused <= 2 and counts.min() > 100
+
+
+def test_the_cone_programs_give_the_same_states():
+    rng = np.random.default_rng(3)
+    compared = 0
+    for _ in range(12):
+        contact, f, slip, load = random_increment(rng, 0.6)
+        one = fo.Increments3D(contact, f).solve(slip, load)
+        try:
+            other = fo.Increments3D(contact, f, engine="socp").solve(slip, load)
+        except fo.SolverError:
+            continue  # the sweeps need not settle
+        assert np.abs(one.slip - other.slip).max() < 1e-8 and np.abs(one.q - other.q).max() < 1e-8 and other.problem.is_dpp()
+        compared += 1
+    assert compared >= 10
+
+
+def test_the_cone_program_with_the_right_bound_is_the_increment():
+    rng = np.random.default_rng(4)
+    contact, f, slip, load = random_increment(rng, 0.8)
+    engine = fo.Increments3D(contact, f)
+    found = engine.solve(slip, load)
+    force, n = float(np.abs(load[1]).mean()), contact.nodes
+    values = engine.problem.param_dict
+    reactions = np.r_[load[0].T.ravel(), load[1]] + contact.S @ np.r_[slip.T.ravel(), -contact.gap]
+    values["trial_reaction"].value, values["friction_bound"].value = reactions / force, f * np.maximum(found.p, 0) / force
+    engine.problem.solve(solver="CLARABEL")
+    moved = engine.problem.var_dict["slip_increment"].value * force / contact.stiffness_scale
+    assert moved.shape == (n, 2) and np.abs(slip + moved - found.slip).max() < 1e-5
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(0, 6.2), st.floats(0.1, 3.0), st.floats(0.1, 2.0))
+def test_one_node_slips_straight_against_the_load(angle, size, f):
+    node, direction = single(), np.array([np.cos(angle), np.sin(angle)])
+    found = fo.Increments3D(node, f).solve([[0.0, 0.0]], (size * direction[None], [1.0]))
+    assert np.allclose(found.slip, -max(size - f, 0.0) * direction, atol=1e-12)
+    assert np.allclose(found.q, min(size, f) * direction, atol=1e-12)
+
+
+def test_a_strip_in_plane_strain_moves_as_the_plane_contact():
+    flat, solid = strip(0.7)
+    rng = np.random.default_rng(6)
+    plane, space = fo.ExactIncrement(flat, 0.4), fo.Increments3D(solid, 0.4)
+    for _ in range(4):
+        loads = {"P": 1.0, "Q": rng.uniform(-0.35, 0.35)}
+        slip = 0.05 * rng.normal(size=flat.nodes)
+        one, other = plane.solve(slip, flat.reaction(loads)), space.solve(np.column_stack([slip, 0 * slip]), solid.reaction(loads))
+        assert np.allclose(other.slip[:, 0], one.slip, rtol=1e-9, atol=1e-9) and np.abs(other.slip[:, 1]).max() < 1e-12
+        assert np.allclose(other.gap, one.gap, rtol=1e-9, atol=1e-9) and np.allclose(other.p / 0.7, one.p, rtol=1e-9, atol=1e-9)
+
+
+def test_a_contact_that_nothing_holds_down_has_no_state():
+    free = fo.ContactSystem3D(np.zeros((3, 3)), [[0, 0, 0]], {"P": [0, 0, 1]})
+    with pytest.raises(fo.SolverError, match="friction increment"):
+        fo.Increments3D(free, 0.5).solve([[0.0, 0.0]], ([[0.0, 0.0]], [-1.0]))
+    with pytest.raises(fo.SolverError):
+        fo.Increments3D(free, 0.5, engine="socp").solve([[0.0, 0.0]], ([[0.0, 0.0]], [-1.0]))
+
+
+@pytest.mark.parametrize(("name", "change"), [("slip", {"slip": [0.0]}), ("bonded", {"bonded": 1.0}), ("bonded p", {"bonded": ([[0, 0]], [np.nan])})])
+def test_what_does_not_fit_is_refused_by_name(name, change):
+    good = {"slip": [[0.0, 0.0]], "bonded": ([[0.0, 0.0]], [1.0])}
+    with pytest.raises(fo.ModelError, match=name):
+        fo.Increments3D(single(), 0.5).solve(**(good | change))

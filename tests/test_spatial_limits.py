@@ -1,0 +1,197 @@
+"""Limits in three dimensions: closed forms, the plane, invariances, extremes, and certificates from both sides."""
+
+import io
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize, minimize_scalar
+
+import frictopt as fo
+from frictopt.reference import smallest_circle, smallest_circle_limit
+from spatial import cycle, random_contact, single, strip
+
+
+def uncoupled(rng, nodes, corners):
+    """A contact with B = 0 and K corners that shear it, and their shears."""
+    contact = random_contact(rng, nodes, coupling=0.0)
+    p0, q1 = rng.uniform(0.5, 1.5, nodes), rng.normal(size=(corners, nodes, 2))
+    cases = {f"{k}": np.r_[q[:, 0], q[:, 1], np.zeros(nodes)] for k, q in enumerate(q1)}
+    system = fo.ContactSystem3D(contact.S, contact.points, {"mean": np.r_[rng.normal(size=2 * nodes), p0], **cases})
+    return system, fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]), p0, q1
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(0, 10**6), st.integers(2, 6), st.integers(1, 6))
+def test_uncoupled_nodes_are_limited_by_the_smallest_circle_around_their_shears(seed, corners, nodes):
+    rng = np.random.default_rng(seed)
+    system, loads, p0, q1 = uncoupled(rng, nodes, corners)
+    f = rng.uniform(0.1, 2.0, nodes)
+    limit = fo.shakedown_limit(system, loads, f)
+    assert limit.load_factor == pytest.approx(smallest_circle_limit(p0, q1, f), rel=1e-9)
+    assert abs(limit.dual_bound / limit.load_factor - 1) <= 1e-9
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(0, 10**6), st.integers(2, 8))
+def test_the_smallest_circle_is_the_one_that_a_minimiser_finds(seed, count):
+    points = np.random.default_rng(seed).normal(size=(count, 2))
+    centre, radius = smallest_circle(points)
+    assert np.hypot(*(points - centre).T).max() == pytest.approx(radius, rel=1e-12)
+    found = minimize(lambda c: np.hypot(*(points - c).T).max(), points.mean(axis=0), method="Nelder-Mead", options={"xatol": 1e-10, "fatol": 1e-12})
+    assert radius <= found.fun * (1 + 1e-12) and found.fun == pytest.approx(radius, rel=1e-3)
+
+
+def test_one_coupled_node_is_at_its_limit_when_no_slip_holds_all_corners():
+    rng = np.random.default_rng(5)
+    node = random_contact(rng, 1)
+    f = 0.6
+    limit = fo.shakedown_limit(node, cycle(), f)
+    q0, p0 = cycle().mean_reaction(node)
+    q1, p1 = cycle().corner_reactions(node)
+
+    def reserve(lam):  # the best reserve over slips: it is concave, so one direction after the other finds it
+        def worst(v):
+            q, p = q0 + lam * q1[:, 0] + node.A @ v, p0 + lam * p1[:, 0] + node.B @ v
+            return (np.linalg.norm(q, axis=-1) - f * p).max()
+
+        def best(first):
+            return minimize_scalar(lambda second: worst([first, second]), bounds=(-20, 20), options={"xatol": 1e-11}).fun
+
+        return -minimize_scalar(best, bounds=(-20, 20), options={"xatol": 1e-11}).fun
+
+    assert reserve(limit.load_factor * (1 - 1e-5)) > 0 > reserve(limit.load_factor * (1 + 1e-5))
+
+
+@pytest.mark.parametrize("f", [0.2, 0.6, 1.2])
+def test_a_strip_in_plane_strain_is_the_plane_contact_of_the_same_mesh(f):
+    flat, solid = strip(0.7)
+    loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    limit = fo.shakedown_limit(solid, loads, f)
+    assert limit.load_factor == pytest.approx(fo.shakedown_limit(flat, loads, f).load_factor, rel=1e-9)
+    at = 0.7 * limit.load_factor
+    assert fo.safe_slip(solid, loads, f, at).margin == pytest.approx(fo.safe_slip(flat, loads, f, at).margin, rel=1e-8, abs=1e-9)
+    first, plane = fo.onset(solid, loads, f), fo.onset(flat, loads, f)
+    assert [event.load_factor for event in first.slips] == pytest.approx([event.load_factor for event in plane.slips], rel=1e-9)
+
+
+def turned(system, angle):
+    """The same contact with its tangents turned about the normals."""
+    n = system.nodes
+    c, s = np.cos(angle), np.sin(angle)
+    T = np.kron(np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), np.eye(n))
+    return fo.ContactSystem3D(T @ system.S @ T.T, system.points, {name: T @ r for name, r in system.bonded.items()})
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(0, 10**6), st.floats(0.1, 6.0))
+def test_turned_tangents_change_nothing(seed, angle):
+    contact = random_contact(np.random.default_rng(seed), 4)
+    one, other = fo.shakedown_limit(contact, cycle(), 0.5), fo.shakedown_limit(turned(contact, angle), cycle(), 0.5)
+    if np.isfinite(one.load_factor):
+        assert other.load_factor == pytest.approx(one.load_factor, rel=1e-9)
+    else:
+        assert other.kind is one.kind
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1.0, 1e12])
+@pytest.mark.parametrize("f", [0.1, 0.5, 2.0])
+@pytest.mark.parametrize("stiffness", [1e-12, 1e12])
+def test_units_change_nothing_but_the_units(unit, f, stiffness):
+    rng = np.random.default_rng(11)
+    plain = random_contact(rng, 6)
+    scaled = fo.ContactSystem3D(stiffness * plain.S, plain.points, {name: unit * r for name, r in plain.bonded.items()})
+    one, other = fo.shakedown_limit(plain, cycle(), f), fo.shakedown_limit(scaled, cycle(), f)
+    assert other.load_factor == pytest.approx(one.load_factor, rel=1e-9) and other.residual <= 1e-9
+
+
+def test_corners_within_the_hull_of_others_are_left_out_and_change_nothing():
+    contact = random_contact(np.random.default_rng(3), 5)
+    loads = cycle()
+    inner = fo.LoadCycle(loads.mean, [*loads.corners, {"a": 0.3}, {"a": 0.0, "b": 0.35, "c": 0.1}, {"a": 1.0}])
+    one, other = fo.shakedown_limit(contact, loads, 0.5), fo.shakedown_limit(contact, inner, 0.5)
+    assert other.load_factor == pytest.approx(one.load_factor, rel=1e-9)
+    assert other.record.left_out == ("corners: 3 of 6 are within the hull of the others",) and one.record.left_out == ()
+
+
+def test_the_limit_is_where_safe_slips_end():
+    contact = random_contact(np.random.default_rng(8), 6)
+    limit = fo.shakedown_limit(contact, cycle(), 0.5)
+    below, above = (fo.safe_slip(contact, cycle(), 0.5, limit.load_factor * factor) for factor in (1 - 1e-6, 1 + 1e-6))
+    assert below.exists and not above.exists and below.margin > 0 > above.margin
+    assert below.certificate is None and above.certificate["share"].sum() == pytest.approx(1.0)
+    q, p = limit.reactions
+    assert (np.linalg.norm(q, axis=-1) - 0.5 * p).max() < 1e-12
+    rows = limit.mechanism[limit.mechanism["share"] > 1e-6]
+    on = (np.linalg.norm(q, axis=-1) / (0.5 * p))[rows["corner"], rows["node"]]
+    assert on == pytest.approx(1.0, abs=1e-6)  # what slips is on its circle, and slips against friction
+    along = np.sum(q[rows["corner"], rows["node"]] * rows[["slip1", "slip2"]].to_numpy(), axis=1)
+    assert along == pytest.approx(-np.linalg.norm(q[rows["corner"], rows["node"]], axis=1), rel=1e-6)
+
+
+def test_the_friction_rate_is_the_derivative_of_the_limit():
+    contact = random_contact(np.random.default_rng(9), 5)
+    f = np.linspace(0.4, 0.6, 5)
+    limit = fo.shakedown_limit(contact, cycle(), f)
+    for node in range(5):
+        step = np.eye(5)[node] * 1e-5
+        up, down = (fo.shakedown_limit(contact, cycle(), f + side * step).load_factor for side in (1, -1))
+        assert limit.friction_rate[node] == pytest.approx((up - down) / 2e-5, rel=1e-3, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("mean", "corners", "kind"),
+    [
+        ({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}], "FINITE"),
+        ({"P": 1.0}, [{"P": 1.0, "X": 0.2}, {"P": 1.0}], "UNBOUNDED"),
+        ({"P": 1.0}, [{"X": 0.0}], "UNBOUNDED"),
+        ({"P": -1.0}, [{"X": 1.0}], "NO_SAFE_SLIP"),
+    ],
+)
+def test_each_kind_of_limit_is_named_and_explained(mean, corners, kind):
+    limit = fo.shakedown_limit(single(), fo.LoadCycle(mean, corners), 0.5)
+    assert limit.kind.name == kind and limit.reason and limit.residual <= 1e-9
+    text = io.StringIO()
+    limit.explain(text)
+    assert "friction_circle_0" in text.getvalue() and "no_force" not in text.getvalue()
+
+
+@pytest.mark.parametrize("f", [0.0, 1e-3, 0.005])
+def test_little_friction_keeps_nodes_pressed(f):
+    rng = np.random.default_rng(4)
+    contact = random_contact(rng, 3, coupling=0.3)
+    bonded = dict(contact.bonded) | {"mean": np.r_[np.zeros(6), np.ones(3)], "push": np.r_[np.zeros(6), -1.0, 0.5, 0.2]}
+    contact = fo.ContactSystem3D(contact.S, contact.points, bonded)
+    limit = fo.shakedown_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}, {}]), f)
+    q, p = limit.reactions
+    assert limit.residual <= 1e-9 and p.min() > -1e-9 and (np.linalg.norm(q, axis=-1) - f * p).max() < 1e-9
+
+
+def test_a_corner_at_which_nodes_carry_nothing_is_answered_at_the_tip_of_the_cone():
+    rng = np.random.default_rng(0)
+    tips = 0
+    for _ in range(60):
+        contact = random_contact(rng, int(rng.integers(4, 9)))
+        limit = fo.shakedown_limit(contact, cycle(1), rng.uniform(0.8, 2.0))
+        if np.isfinite(limit.load_factor):
+            _, p = limit.reactions
+            tips += int(p.min() < 1e-9)
+            assert limit.residual <= 1e-9
+    assert tips >= 3
+
+
+@pytest.mark.slow
+def test_two_hundred_random_contacts_have_a_certified_limit():
+    rng = np.random.default_rng(20)
+    kinds = []
+    for _ in range(200):
+        nodes = int(rng.integers(1, 41))
+        contact = random_contact(rng, nodes, coupling=rng.uniform(0.0, 1.0), stiffness=10.0 ** rng.uniform(-12, 12))
+        f = rng.uniform(0.1, 2.0, nodes) if rng.uniform() < 0.5 else float(rng.uniform(0.1, 2.0))
+        limit = fo.shakedown_limit(contact, cycle(int(rng.integers(1, 4))), f)
+        assert limit.residual <= 1e-9
+        kinds.append(limit.kind.name)
+        if limit.kind.name == "FINITE" and limit.load_factor > 0:
+            assert fo.safe_slip(contact, limit._task.cycle, f, 0.99 * limit.load_factor).exists
+    assert kinds.count("FINITE") > 100

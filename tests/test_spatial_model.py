@@ -1,0 +1,220 @@
+"""Contacts in three dimensions from meshes and matrices: patch, rotations, hexahedra and tetrahedra, stiff and soft bodies, another code."""
+
+import tarfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from skfem import MeshHex, MeshQuad, MeshTet
+
+import frictopt as fo
+
+CYCLE = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
+ROUND = fo.LoadCycle({"P": 1.0}, [{"Qx": np.cos(t), "Qy": np.sin(t)} for t in np.pi / 2 * np.arange(4)])
+SCENE = fo.SquarePunchOnBlock(elements=4, growth=2.0)
+
+
+@pytest.fixture(scope="module")
+def system():
+    return SCENE.condense()
+
+
+def rotation():
+    """A rotation about an axis of no special direction."""
+    x, y, z = np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5])
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(1.1) * K + (1 - np.cos(1.1)) * K @ K
+
+
+def rotated(model, R):
+    """The same model turned in space, its loads with it."""
+    bodies = {name: replace(body, mesh=replace(body.mesh, doflocs=R @ body.mesh.p)) for name, body in model.bodies.items()}
+    loads = {}
+    for name, parts in model.loads.items():
+        turned = [(part, R @ [part.x, part.y, part.z]) for part in parts]
+        loads[name] = [replace(part, x=x, y=y, z=z) for part, (x, y, z) in turned]
+    return fo.ContactModel3D(bodies, model.supports, loads)
+
+
+def test_the_whole_scene_may_be_turned(system):
+    R = rotation()
+    turned = rotated(SCENE.model(), R).condense()
+    assert np.allclose(turned.frames[:, 2], R[:, 2], atol=1e-12)
+    for loads in (CYCLE, ROUND):
+        one, other = fo.shakedown_limit(system, loads, 0.5), fo.shakedown_limit(turned, loads, 0.5)
+        assert other.load_factor == pytest.approx(one.load_factor, rel=1e-9)
+        at = 1.2 * one.load_factor
+        paths = [fo.march(contact, loads, 0.5, at, cycles=1, steps=4) for contact in (system, turned)]
+        assert paths[1].work[-1] == pytest.approx(paths[0].work[-1], rel=1e-8, abs=1e-11 * paths[0].work[-1].sum())
+        in_space = [np.einsum("nak,na->nk", contact.frames[:, :2], path.slip[-1]) for contact, path in zip((system, turned), paths, strict=True)]
+        assert in_space[1] == pytest.approx(in_space[0] @ R.T, abs=1e-9 * np.abs(in_space[0]).max())
+
+
+def test_loads_that_turn_by_a_quarter_with_the_square_change_nothing(system):
+    onward = fo.LoadCycle({"P": 1.0}, [{"Qx": -corner["Qy"], "Qy": corner["Qx"]} for corner in ROUND.corners])
+    assert fo.shakedown_limit(system, onward, 0.5).load_factor == pytest.approx(fo.shakedown_limit(system, ROUND, 0.5).load_factor, rel=1e-9)
+
+
+def test_bonded_reactions_balance_the_loads(system):
+    n = system.nodes
+    for name, whole in {"P": (0, 0, 4.0), "Qx": (-4.0, 0, 0), "Qy": (0, -4.0, 0)}.items():
+        q, p = system.reaction({name: 1.0})
+        assert np.r_[q.sum(axis=0), p.sum()] == pytest.approx(np.array(whole), abs=1e-11)
+    assert np.abs(system.S @ np.kron(np.eye(3), np.ones((n, 1)))).max() < 1e-12 * np.abs(system.S).max()  # a free punch
+
+
+@pytest.mark.parametrize("kind", [MeshHex, MeshTet])
+def test_a_uniform_pressure_passes_through(kind):
+    x = np.array([0.0, 0.3, 1.0])
+    upper, lower = MeshHex.init_tensor(x, x, [0.0, 0.6, 1.0]), MeshHex.init_tensor(x, x, [-1.0, -0.3, 0.0])
+    meshes = [mesh if kind is MeshHex else mesh.to_meshtet() for mesh in (upper, lower)]
+    named = [
+        mesh.with_boundaries({"contact": lambda x: x[2] == 0, "far": lambda x: abs(x[2]) == 1, "x0": lambda x: x[0] == 0, "y0": lambda x: x[1] == 0})
+        for mesh in meshes
+    ]
+    supports = [fo.Support3D("block", "far", "z"), fo.Support3D("block", "x0", "x"), fo.Support3D("block", "y0", "y")]
+    bodies = {"punch": fo.Body3D(named[0]), "block": fo.Body3D(named[1])}
+    system = fo.ContactModel3D(bodies, supports, {"P": [fo.Traction3D("punch", "far", z=-1.0)]}).condense()
+    q, p = system.reaction({"P": 1.0})
+    weight = bodies["punch"].force(fo.Traction3D("punch", "contact", z=1.0))[2]
+    nodes = bodies["punch"].boundary_nodes("contact", "")
+    assert np.abs(q).max() < 1e-12 and p == pytest.approx(weight[nodes], abs=1e-12)
+
+
+def test_body_forces_and_points_that_hold():
+    x = [0.0, 1.0]
+    upper = MeshHex.init_tensor(x, x, [0.0, 1.0]).with_boundaries({"contact": lambda x: x[2] == 0})
+    lower = MeshHex.init_tensor(x, x, [-1.0, 0.0]).with_boundaries({"contact": lambda x: x[2] == 0})
+    corners = [
+        fo.Support3D("block", (0.0, 0.0, -1.0), "xyz"),
+        fo.Support3D("block", (1.0, 0.0, -1.0), "yz"),
+        fo.Support3D("block", (0.0, 1.0, -1.0), "z"),
+    ]
+    bodies = {"punch": fo.Body3D(upper), "block": fo.Body3D(lower, element="mean_dilatation")}
+    system = fo.ContactModel3D(bodies, corners, {"weight": [fo.BodyForce3D("punch", z=-3.0)]}).condense()
+    assert system.reaction({"weight": 1.0})[1].sum() == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("ratio", [1e-4, 1e-2, 1e2, 1e4])
+@pytest.mark.parametrize("f", [0.1, 0.5, 2.0])
+def test_stiff_and_soft_bodies_have_certified_limits(ratio, f):
+    system = replace(SCENE, punch_material=fo.Material(ratio)).condense()
+    for loads in (CYCLE, ROUND):
+        limit = fo.shakedown_limit(system, loads, f)
+        assert limit.residual <= 1e-9
+        if np.isfinite(limit.load_factor):
+            assert fo.safe_slip(system, loads, f, 0.9 * limit.load_factor).exists
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1e12])
+def test_units_of_the_materials_change_nothing(system, unit):
+    other = replace(SCENE, punch_material=fo.Material(unit), block_material=fo.Material(unit)).condense()
+    assert fo.shakedown_limit(other, CYCLE, 0.5).load_factor == pytest.approx(fo.shakedown_limit(system, CYCLE, 0.5).load_factor, rel=1e-9)
+    longer = replace(SCENE, **{name: unit * getattr(SCENE, name) for name in ("half_width", "punch_height", "block_half_width", "block_depth")})
+    assert fo.shakedown_limit(longer.condense(), CYCLE, 0.5).load_factor == pytest.approx(
+        fo.shakedown_limit(system, CYCLE, 0.5).load_factor, rel=1e-9
+    )
+
+
+def test_the_cube_of_another_code_has_its_known_limit(tmp_path):
+    with tarfile.open(Path(__file__).parent / "data" / "cube.tar.xz") as archive:
+        archive.extractall(tmp_path, filter="data")
+    job = fo.read_calculix(next(tmp_path.rglob("cube.sti")).with_suffix(""))
+    x, y, z = job.points.T
+    face = np.flatnonzero(np.isclose(z, 0) & (abs(x) < 1.001) & (abs(y) < 1.001))
+    sides = [job.force(np.flatnonzero(np.isclose(x, 4 * side)), [side, 0.0, 0.0]) for side in (1.0, -1.0)]
+    loads = {"P": job.force(np.flatnonzero(np.isclose(z, 1.5)), [0.0, 0.0, -1.0]), "sigma": sides[0] + sides[1]}
+    system = fo.condense(job.K, loads, job.pairs(face[:9], face[9:]), [0.0, 0.0, 1.0], job.unknowns, job.points)
+    assert fo.shakedown_limit(system, CYCLE, 0.5).load_factor == pytest.approx(1.413123958619, rel=1e-9)
+    gap = {name: r[18:].sum() for name, r in system.bonded.items()}
+    assert gap["P"] == pytest.approx(4.0)
+
+
+def spring_box():
+    """Four nodes on the ground, each on a spring in every direction: arguments of `condense`."""
+    K = np.kron(np.eye(8), np.eye(3))
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], dtype=float)
+    return {
+        "K": K,
+        "loads": {"P": np.tile([0.0, 0.0, -1.0], 8)},
+        "pairs": np.column_stack([np.arange(4), 4 + np.arange(4)]),
+        "normals": [0.0, 0.0, 1.0],
+        "unknowns": np.arange(24).reshape(8, 3),
+        "points": np.vstack([points, points]),
+    }
+
+
+def test_given_matrices_with_gaps_interference_and_normals():
+    good = spring_box()
+    system = fo.condense(**good, interference={"fit": 0.1}, gap=[0.0, 0.1, 0.0, 0.2])
+    assert system.gap.tolist() == [0.0, 0.1, 0.0, 0.2]
+    assert system.bonded["fit"][8:] == pytest.approx(0.05) and np.abs(system.bonded["fit"][:8]).max() == 0.0  # two springs in a row
+    for normal, first in (([0.0, 0.0, 2.0], [1.0, 0.0, 0.0]), ([3.0, 0.0, 0.0], [0.0, 1.0, 0.0]), ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0])):
+        frames = fo.condense(**good | {"normals": normal}).frames
+        assert frames[0, 0].tolist() == first and np.linalg.det(frames) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("message", "change"),
+    [
+        ("normals: zero at pair 0", {"normals": [0.0, 0.0, 0.0]}),
+        ("normals: shape", {"normals": [0.0, 1.0]}),
+        ("pairs: node 0 of body 1", {"pairs": [[0, 4], [0, 5]]}),
+        ("unknowns", {"unknowns": np.arange(16).reshape(8, 2)}),
+        ("condense in three dimensions: .*width", {"width": np.ones(4)}),
+    ],
+)
+def test_matrices_that_do_not_fit_are_refused_by_name(message, change):
+    with pytest.raises(fo.ModelError, match=message):
+        fo.condense(**spring_box() | change)
+
+
+PLANE = fo.Body(MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0]).with_boundaries({"contact": lambda x: x[1] == 0}))
+
+
+@pytest.mark.parametrize(
+    ("message", "change"),
+    [
+        ("bodies", {"bodies": {"punch": PLANE, "block": PLANE}}),
+        ("supports: they|supports: 6|supports", {"supports": []}),
+        ("body 'anvil' is unknown", {"supports": [fo.Support3D("anvil", "bottom", "xyz")]}),
+        ("no node at", {"supports": [fo.Support3D("block", (0.1, 0.1, 0.1), "xyz")]}),
+        ("boundary 'lid' is unknown", {"loads": {"P": [fo.Traction3D("punch", "lid", z=-1.0)]}}),
+        ("loads\\['P'\\]: no load", {"loads": {"P": []}}),
+        ("mesh the faces with the same nodes", {"contacts": [fo.Contact("punch", "block", "top", "contact")]}),
+        ("in space the faces touch", {"contacts": [fo.Contact("punch", "block", gap="measured")]}),
+    ],
+)
+def test_models_that_make_no_sense_are_refused_by_name(message, change):
+    model = SCENE.model()
+    values = {name: getattr(model, name) for name in ("bodies", "supports", "loads")}
+    with pytest.raises(fo.ModelError, match=message):
+        fo.ContactModel3D(**values | change).condense()
+
+
+def test_the_plane_model_refuses_bodies_in_space():
+    model = SCENE.model()
+    with pytest.raises(fo.ModelError, match="bodies"):
+        fo.ContactModel(model.bodies, model.supports, {"P": [fo.Traction3D("punch", "top", z=-1.0)]})
+
+
+def test_elements_without_volume_are_refused():
+    mesh = MeshHex.init_tensor([0.0, 1.0], [0.0, 1.0], [0.0, 1.0])
+    flat = replace(mesh, doflocs=mesh.p * [[1.0], [1.0], [0.0]])
+    with pytest.raises(fo.ModelError, match="not convex or have no volume"):
+        fo.Body3D(flat)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("elements", {"elements": 1}),
+        ("block_half_width", {"block_half_width": 1.0}),
+        ("growth", {"growth": 1.0}),
+        ("block_depth", {"block_depth": 1e6}),
+    ],
+)
+def test_scenes_that_make_no_sense_are_refused_by_name(name, change):
+    with pytest.raises(fo.ModelError, match=name):
+        fo.SquarePunchOnBlock(**change)

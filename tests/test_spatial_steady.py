@@ -1,0 +1,137 @@
+"""Transients and steady states in three dimensions: closed forms, the plane, limits, and the error of the increments."""
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.reference import SphereContact, half_space_contact, single_node_dissipation
+from spatial import cycle, random_contact, single, strip
+
+TO_AND_FRO = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
+
+
+@pytest.mark.parametrize("load_factor", [0.3, 0.7, 1.5])
+def test_one_node_dissipates_as_in_closed_form(load_factor):
+    known = single_node_dissipation(A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5, load_factor=load_factor)
+    steady = fo.steady_state(single(), TO_AND_FRO, 0.5, load_factor, steps=2)
+    assert steady.dissipation == pytest.approx(known, abs=1e-12) and steady.step_error < 1e-12
+    path = fo.march(single(), TO_AND_FRO, 0.5, load_factor, cycles=3, steps=2)
+    assert path.cycle_work[-1].sum() == pytest.approx(known, abs=1e-12)
+
+
+def test_a_strip_in_plane_strain_dissipates_as_the_plane_contact():
+    flat, solid = strip(0.7)
+    loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    at = 1.15 * fo.shakedown_limit(flat, loads, 0.4).load_factor
+    exact = fo.steady_state(flat, loads, 0.4, at)
+    errors = []
+    for steps in (8, 32):
+        steady = fo.steady_state(solid, loads, 0.4, at, steps=steps)
+        errors.append(abs(steady.dissipation / 0.7 / exact.dissipation - 1))
+        assert steady.outcome is exact.outcome is fo.Outcome.CYCLIC_SLIP
+    assert errors[1] < 0.5 * errors[0] < 0.05  # the error of increments goes with their size
+
+
+def sphere(cells, shear, nu=0.0):
+    """Work of friction per cycle of a sphere under a shear force of about `shear` times f P, over that of Mindlin and Deresiewicz."""
+    R, E, f = 5.0, 1.0, 0.5
+    system = fo.ContactSystem3D(**half_space_contact(cells, half_length=1.12, R=R, E=E, nu=nu))
+    P, G = E / (1.5 * R * (1 - nu**2)), E / (2 * (1 + nu))
+    shift = 3 * f * P / 16 * 2 * (2 - nu) / G * (1 - (1 - shear) ** (2 / 3))
+    path = fo.march(system, fo.LoadCycle({"approach": 1 / R}, [{"x": 1.0}, {"x": -1.0}]), f, shift, cycles=2, steps=2)
+    at = int(np.flatnonzero(path.time == 1)[0])
+    ball = SphereContact(float(path.p[at].sum()), R, E, nu, f)
+    assert ball.half_width == pytest.approx(1.0, rel=5e-3)
+    return path.cycle_work[-1].sum() / ball.dissipation(abs(path.q[at, :, 0].sum()))
+
+
+def scatter(sizes, shear):
+    """Root mean square of the error over meshes of nearly the same size: their edges lie differently on the circle."""
+    return float(np.sqrt(np.mean([(sphere(cells, shear) - 1) ** 2 for cells in sizes])))
+
+
+def test_a_sphere_dissipates_as_mindlin_and_deresiewicz_say():
+    coarse, fine = scatter(range(8, 12), 0.8), scatter(range(16, 20), 0.8)
+    assert fine < 0.5 * coarse < 0.05
+
+
+@pytest.mark.slow
+def test_the_dissipation_of_a_sphere_converges_with_the_mesh():
+    sizes = [range(7, 11), range(13, 19), range(24, 29)]
+    errors = [scatter(cells, 0.8) for cells in sizes]
+    order = np.polyfit(np.log([np.mean(cells) for cells in sizes]), np.log(errors), 1)[0]
+    assert order < -1.0 and errors[-1] < 0.01
+    assert sphere(19, 0.8, nu=0.3) == pytest.approx(1.0, abs=0.03)
+
+
+def test_small_shear_goes_with_its_third_power():
+    ball = SphereContact(1.0, 1.0, 1.0, 0.3, 0.5)
+    ratio = [ball.dissipation(0.5 * x) / x**3 for x in (1e-6, 1e-3, 0.099999, 0.100001)]
+    assert ratio[0] == pytest.approx(2 * 1.7 / (1 / 2.6) * 0.25 / (36 * ball.half_width), rel=1e-5)
+    assert ratio[2] == pytest.approx(ratio[3], rel=1e-5)
+
+
+def test_above_the_limit_the_contact_slips_for_ever_and_from_a_safe_slip_never():
+    rng = np.random.default_rng(2)
+    for _ in range(4):
+        contact, f = random_contact(rng, 5), 0.5
+        limit = fo.shakedown_limit(contact, cycle(), f)
+        safe = fo.steady_state(contact, cycle(), f, 0.999 * limit.load_factor, initial_slip=limit.slip, steps=4)
+        assert safe.outcome is fo.Outcome.SHAKEDOWN and safe.dissipation == 0.0
+        above = fo.steady_state(contact, cycle(), f, 1.01 * limit.load_factor, steps=4)
+        assert above.outcome is fo.Outcome.CYCLIC_SLIP and above.dissipation > 0.0
+
+
+def test_the_steady_state_is_where_the_cycles_go():
+    contact = random_contact(np.random.default_rng(7), 4)
+    at = 1.3 * fo.shakedown_limit(contact, cycle(), 0.5).load_factor
+    steady = fo.steady_state(contact, cycle(), 0.5, at, steps=4)
+    path = fo.march(contact, cycle(), 0.5, at, cycles=60, steps=4)
+    assert steady.cycles < 60 and steady.residual <= 1e-9
+    assert path.cycle_work[-1] == pytest.approx(steady.dissipation_per_node, abs=1e-8)
+    assert path.slip[-1] == pytest.approx(steady.slip, abs=1e-7)
+    assert path.cycle_work[0].sum() == pytest.approx(steady.first_cycle)
+
+
+def test_a_free_contact_that_is_pushed_round_ratchets():
+    """Two nodes that slide together: while one is pressed it holds, and the other one is dragged on (a walk)."""
+    A = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    S = np.zeros((6, 6))
+    S[:2, :2] = S[2:4, 2:4] = A
+    S[4:, 4:] = np.eye(2)
+    bonded = {"P": [0, 0, 0, 0, 1, 1], "left": [0, 0, 0, 0, 0.9, -0.9], "stretch": [1, -1, 0, 0, 0, 0]}
+    walker = fo.ContactSystem3D(S, [[0, 0, 0], [1, 0, 0]], {name: np.array(r, dtype=float) for name, r in bonded.items()})
+    corners = [{"left": 1.0}, {"left": 1.0, "stretch": 0.8}, {"left": -1.0, "stretch": 0.8}, {"left": -1.0}]
+    steady = fo.steady_state(walker, fo.LoadCycle({"P": 1.0}, corners), 0.4, 1.0, steps=4)
+    assert steady.outcome is fo.Outcome.RATCHETING and steady.dissipation > 0
+    path = fo.march(walker, fo.LoadCycle({"P": 1.0}, corners), 0.4, 1.0, cycles=4, steps=4)
+    ends = path.slip[np.isin(path.time, [4.0, 8.0, 12.0, 16.0])]
+    assert np.ptp(np.diff(ends, axis=0), axis=0).max() < 1e-9 and np.abs(np.diff(ends, axis=0)).max() > 0.1
+
+
+def test_half_as_many_increments_tell_the_error():
+    contact = random_contact(np.random.default_rng(12), 4)
+    at = 1.4 * fo.shakedown_limit(contact, cycle(), 0.5).load_factor
+    work = {steps: fo.steady_state(contact, cycle(), 0.5, at, steps=steps) for steps in (4, 8, 64)}
+    for steps in (4, 8):
+        error = abs(work[steps].dissipation - work[64].dissipation) / work[64].dissipation
+        assert error < 3 * work[steps].step_error
+    assert work[64].step_error < work[4].step_error
+
+
+def test_a_study_runs_from_every_kind_of_start():
+    contact = random_contact(np.random.default_rng(1), 3)
+    limit = fo.shakedown_limit(contact, cycle(2), 0.5).load_factor
+    starts = fo.safe_slips() + fo.overloads([2.0]) + fo.given_slips(0.1 * np.ones((1, 3, 2)))
+    table = fo.dissipation_study(contact, cycle(2), 0.5, [0.5 * limit, 1.2 * limit], starts, progress=False)
+    assert table.attrs["shakedown_limit"] == limit and len(table) == 6 and (table["engine"] == "newton").all() and (table["error"] == "").all()
+    for row in table.itertuples():
+        assert (row.dissipation > 0) == (row.outcome == "CYCLIC_SLIP") and (row.dissipation > 0 or row.load_ratio < 1)
+
+
+def test_a_start_of_another_shape_is_refused():
+    contact = random_contact(np.random.default_rng(1), 3)
+    with pytest.raises(fo.ModelError, match="initial_slips"):
+        fo.dissipation_study(contact, cycle(), 0.5, [0.1], [np.ones(3)], progress=False)
+    with pytest.raises(fo.ModelError, match="initial_slip"):
+        fo.march(contact, cycle(), 0.5, 0.1, initial_slip=np.ones(3))

@@ -1,0 +1,158 @@
+"""Contacts in three dimensions: what they accept, their files, the referee, the onset, and the questions that they refuse."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.spatial.first_events import reach
+from spatial import cycle, random_contact, single
+
+NODE = single()
+
+
+@pytest.mark.parametrize(
+    ("argument", "change"),
+    [
+        ("S", {"S": np.eye(4)}),
+        ("S: not symmetric", {"S": np.array([[1.0, 0.5, 0], [0, 1, 0], [0, 0, 1]])}),
+        ("negative eigenvalue", {"S": -np.eye(3)}),
+        ("points", {"points": [[0.0, 0.0]]}),
+        ("points: no nodes", {"points": np.zeros((0, 3))}),
+        ("bonded", {"bonded": {}}),
+        ("bonded", {"bonded": {"P": [1.0, 2.0]}}),
+        ("bonded: load case name", {"bonded": {"": [0.0, 0.0, 1.0]}}),
+        ("gap", {"gap": [-1.0]}),
+        ("frames", {"frames": np.ones((1, 3, 3))}),
+    ],
+)
+def test_what_is_no_contact_is_refused_by_name(argument, change):
+    with pytest.raises(fo.ModelError, match=argument):
+        fo.ContactSystem3D(**({"S": np.eye(3), "points": [[0, 0, 0]], "bonded": {"P": [0, 0, 1]}} | change))
+
+
+def test_a_file_gives_back_what_was_saved(tmp_path):
+    rng = np.random.default_rng(0)
+    system = random_contact(rng, 4).with_gap(rng.uniform(size=4))
+    system.save(tmp_path / "one.npz")
+    for again in (fo.ContactSystem3D.load(tmp_path / "one.npz"), pickle.loads(pickle.dumps(system))):
+        for name in ("S", "points", "gap", "frames"):
+            assert np.array_equal(getattr(again, name), getattr(system, name))
+        assert all(np.array_equal(again.bonded[name], system.bonded[name]) for name in system.bonded)
+
+
+def test_files_of_the_plane_and_of_space_are_not_mixed_up(tmp_path):
+    NODE.save(tmp_path / "space.npz")
+    fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0])}).save(tmp_path / "plane.npz")
+    for kind, name in ((fo.ContactSystem, "space"), (fo.ContactSystem3D, "plane")):
+        with pytest.raises(fo.ModelError, match="not a contact system"):
+            kind.load(tmp_path / f"{name}.npz")
+    (tmp_path / "space.npz").write_bytes((tmp_path / "space.npz").read_bytes()[:-40])
+    with pytest.raises(fo.ModelError, match="not a contact system"):
+        fo.ContactSystem3D.load(tmp_path / "space.npz")
+
+
+def test_reactions_follow_from_loads_gap_and_stiffness():
+    rng = np.random.default_rng(1)
+    system = random_contact(rng, 3).with_gap([0.1, 0.0, 0.3])
+    q, p = system.closed_reaction({"mean": 2.0, "a": -1.0})
+    r = 2 * system.bonded["mean"] - system.bonded["a"] - system.S @ np.r_[np.zeros(6), system.gap]
+    assert np.allclose(np.r_[q[:, 0], q[:, 1], p], r, atol=1e-14)
+    with pytest.raises(fo.ModelError, match="'z': unknown"):
+        system.reaction({"z": 1.0})
+    assert set(system.with_bonded({"z": np.zeros(9)}).bonded) == {"mean", "a", "b", "c", "z"}
+
+
+STATE = {"v": [[-0.3, 0.0]], "w": [0.0], "q": [[0.5, 0.0]], "p": [1.0]}
+
+
+@pytest.mark.parametrize(
+    ("line", "size", "change"),
+    [
+        ("equilibrium", 0.1, {"v": [[-0.2, 0.0]]}),
+        ("bound", 0.3, {"v": [[0.0, 0.0]], "q": [[0.8, 0.0]]}),
+        ("direction", 0.3, {"v": [[-0.3, 0.0]], "previous_slip": [[-0.6, 0.0]]}),  # it slips along +x, and friction pushes it on
+        ("direction", 0.1, {"previous_slip": [[-0.3, 0.1]]}),  # friction on its bound, but across the slip
+        ("contact", 0.2, {"w": [-0.2], "p": [0.8]}),
+    ],
+)
+def test_the_referee_sees_each_violation(line, size, change):
+    bonded = NODE.reaction({"P": 1.0, "X": 0.8})
+    assert fo.referee(NODE, bonded, 0.5, **STATE, previous_slip=[[0.0, 0.0]]).residual < 1e-15
+    verdict = fo.referee(NODE, bonded, 0.5, **({"previous_slip": [[0.0, 0.0]]} | STATE | change))
+    assert getattr(verdict, line) == pytest.approx(size)
+
+
+def test_the_referee_takes_many_states_at_once():
+    bonded = NODE.reaction({"P": 1.0, "X": 0.8})
+    many = {name: np.array([value, value]) for name, value in STATE.items()}
+    many["q"][1] *= 1.2
+    assert fo.referee(NODE, bonded, 0.5, **many, previous_slip=[[0.0, 0.0]]).bound == pytest.approx(0.1)
+
+
+def test_a_small_slip_between_large_ones_is_not_blamed_for_rounding():
+    before, step = 1e3 + np.pi / 10, 1e-9
+    load = NODE.reaction({"P": 1.0})
+    v = np.array([[before + step * 0.6, before + step * 0.8]])
+    q = np.array([[-0.3, -0.4]])
+    verdict = fo.referee(NODE, (q - v, load[1]), 0.5, v=v, w=[0.0], q=q, p=[1.0], previous_slip=[[before, before]], force_scale=1.0)
+    assert verdict.direction == 0.0 and verdict.bound < 1e-15
+
+
+def test_onset_is_where_the_circle_is_reached():
+    system = random_contact(np.random.default_rng(2), 5)
+    first = fo.onset(system, cycle(), 0.8)
+    q0, p0 = cycle().mean_reaction(system)
+    for event, corner in zip(first.slips, cycle().corners, strict=True):
+        q1, p1 = system.reaction(corner)
+        lam = np.linspace(0, 4, 400001)[:, None]
+        slack = 0.8 * (p0 + lam * p1) - np.hypot(q0[:, 0] + lam * q1[:, 0], q0[:, 1] + lam * q1[:, 1])
+        where = int((slack < 0).any(axis=1).argmax())
+        assert event.load_factor == pytest.approx(lam[where, 0], abs=2e-5) and event.node == int(slack[where].argmin())
+        q = q0[event.node] + event.load_factor * q1[event.node]
+        assert np.allclose(event.sense, -q / np.hypot(*q), atol=1e-12)
+    assert first.mean_admissible and first.residual < 1e-14
+    separations = [np.where(p1 < 0, -p0 / p1, np.inf).min() for _, p1 in (system.reaction(corner) for corner in cycle().corners)]
+    assert [event.load_factor for event in first.separations] == pytest.approx(separations)
+
+
+def test_onset_of_a_mean_load_beyond_the_circle_is_zero():
+    first = fo.onset(NODE, fo.LoadCycle({"P": 1.0, "X": 0.6}, [{"Y": 1.0}]), 0.5)
+    assert first.slip.load_factor == 0.0 and first.mean_slips == (0,)
+
+
+@pytest.mark.parametrize(
+    ("ask", "why"),
+    [
+        (lambda: fo.guaranteed_limit(NODE, cycle(), 0.5), "plane contacts only: with two tangents"),
+        (lambda: fo.verify_guaranteed(NODE, cycle(), 0.5), "plane contacts only"),
+        (lambda: fo.safe_vertices(NODE, cycle(), 0.5, 1.0, [[1.0, 0.0]]), "plane contacts only"),
+        (lambda: fo.march(NODE, cycle(), 0.5, 1.0, engine="path"), "engine: 'path'.*the friction circle is curved"),
+        (lambda: fo.shakedown_limit(NODE, cycle(), 0.5, slip_bound=1.0), "shakedown_limit of a ContactSystem3D: .*slip_bound"),
+        (lambda: fo.steady_state(NODE, cycle(), 0.5, 1.0, steps=3), "steps: 3; give an even number"),
+        (lambda: fo.ShakedownModel(NODE, cycle()), "system: a ContactSystem3D"),
+        (lambda: fo.march(NODE, fo.LoadCycle({"X": 0.1}, [{"Y": 1.0}]), 0.5, 1.0), "mean: the mean load has no normal reactions"),
+    ],
+)
+def test_what_is_not_answered_is_refused_by_name_and_says_why(ask, why):
+    with pytest.raises(fo.ModelError, match=why):
+        ask()
+
+
+@pytest.mark.parametrize(
+    ("q0", "g0", "q1", "g1", "largest"),
+    [
+        (0.2, 1.0, 0.5, -1.0, 0.8 / 1.5),  # the circle shrinks faster than the shear grows
+        (0.0, 1.0, 0.5, 0.0, 2.0),
+        (0.5, 1.0, -0.5, 0.0, 3.0),
+        (0.5, 1.0, -0.5, 0.2, 5.0),
+        (0.5, 1.0, 0.3, 0.3, np.inf),
+        (1.0, 1.0, 0.5, -0.5, 0.0),
+        (1.0, 1.0, -0.5, 0.0, 4.0),
+        (0.0, 2.0, 0.0, -4.0, 0.5),
+    ],
+)
+def test_how_far_a_circle_holds(q0, g0, q1, g1, largest):
+    turn = np.array([0.6, 0.8])
+    assert reach(q0 * turn, np.array(g0), q1 * turn, np.array(g1)) == pytest.approx(largest, abs=1e-12)

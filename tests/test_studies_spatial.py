@@ -1,0 +1,49 @@
+"""The study of three dimensions at quick size: facts that do not depend on the stored numbers."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import frictopt as fo
+from studies import spatial
+
+pytestmark = pytest.mark.slow
+
+TABLES = {"limits": spatial.LIMITS, "maps": spatial.MAPS, "steps": spatial.STEPS, "times": spatial.TIMES}
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data")
+    assert spatial.STUDY.run(["--quick", "--data", str(folder)]) == 0
+    return {name: pd.read_parquet(table.path(folder)) for name, table in TABLES.items()}
+
+
+def test_every_row_was_checked(tables):
+    for table in tables.values():
+        assert table["residual"].between(0, 1e-9).all()
+
+
+def test_limits_rise_with_friction_and_fall_with_corners(tables):
+    limits = tables["limits"].pivot(index="friction", columns="load", values="load_factor")
+    assert (np.diff(limits, axis=0) > 0).all()
+    assert (limits["to and fro"] >= limits["turning, 4 corners"]).all() and (limits["turning, 4 corners"] >= limits["turning, 16 corners"]).all()
+
+
+def test_the_map_is_that_of_the_limit(tables):
+    maps = tables["maps"]
+    assert maps["traction_ratio"].max() <= 1 + 1e-8 and (maps["first_ratio"].fillna(0.0) <= maps["traction_ratio"]).all()
+    for load, rows in maps.groupby("load"):
+        system = fo.SquarePunchOnBlock(elements=spatial.QUICK.map_elements).condense()
+        assert rows["load_factor"].iloc[0] == fo.shakedown_limit(system, spatial.LOADS[load], spatial.QUICK.map_friction).load_factor
+        assert rows["share"].sum() == pytest.approx(1.0)
+
+
+def test_more_increments_are_closer(tables):
+    for _, rows in tables["steps"].groupby("load"):
+        assert rows["error"].iloc[-1] < 0.2 and (rows["dissipation"] > 0).all()
+
+
+def test_times_are_of_every_size(tables):
+    times = tables["times"]
+    assert times["nodes"].tolist() == [9, 25] and (times["limit_two"] > 0).all()
