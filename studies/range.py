@@ -4,6 +4,8 @@ Run with `python -m studies range [--quick] [--workers 2] [--store FILE]`. The s
 mean pressure, sigma / (P / 2a). The sampled starts are those of the study "dissipation", the attack has starts of its own on a coarse mesh.
 """
 
+# One file because its four tables share contacts, limits and parameters.
+
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
