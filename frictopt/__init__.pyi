@@ -75,6 +75,7 @@ from .limits import (
     shakedown_limit,
 )
 from .path import Outcome, SteadyState, steady_state
+from .plots import plot_study
 from .spatial import (
     Body3D,
     BodyForce3D,
@@ -179,6 +180,7 @@ __all__ = [
     "no_slip",
     "onset",
     "overloads",
+    "plot_study",
     "practical_limit",
     "random_slips",
     "read_abaqus",

@@ -311,6 +311,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "single_node_limit": (reference.single_node_limit, NODE),
     "sliding_corner_exponent": (reference.sliding_corner_exponent, {"f": 0.3}),
     "tilted_bar": (reference.tilted_bar, {"k": 1.0, "angle": 0.5}),
+    "plot_study": (fo.plot_study, {"table": fo.dissipation_study(CONTACT, CYCLE, FRICTION, [0.5], progress=False)}),
     "two_node_limits": (reference.two_node_limits, PAIR),
     "uncoupled_limit": (reference.uncoupled_limit, UNCOUPLED),
 }

@@ -10,7 +10,7 @@ import numpy as np
 from ..contact import ContactState, ContactSystem, Verdict, referee
 from ..contact.checks import Array, whole_number
 from ..contact.record import SolveRecord
-from ..contact.show import Shown, frame
+from ..contact.show import Plotted, Shown, frame
 from ..contact.tolerances import SIMULTANEOUS
 from ..errors import ModelError
 
@@ -18,7 +18,7 @@ __all__ = ["Trajectory"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(Shown):
+class Trajectory(Shown, Plotted):
     """T states of a transient: one after each event of the exact path, or one after each increment.
 
     Attributes

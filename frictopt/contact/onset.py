@@ -1,7 +1,7 @@
 """Onset of slip and separation of the bonded contact, corner by corner of a load cycle (Flicek et al. 2015, section 3)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from .checks import Array
 from .coulomb import friction_coefficients
 from .cycle import LoadCycle, checked_cycle
 from .dispatch import answered_by_kind
-from .show import Shown, frame
+from .show import Plotted, Shown, frame
 from .system import ContactSystem, checked_system
 from .tolerances import ROUNDING, SIMULTANEOUS
 
@@ -54,7 +54,7 @@ class OnsetEvent(Shown):
 
 
 @dataclass(frozen=True, repr=False)
-class Onset(Shown):
+class Onset(Shown, Plotted):
     """First slip and first separation of the bonded contact under `mean + load_factor * corner`, for each corner of a load cycle.
 
     Attributes
@@ -67,6 +67,10 @@ class Onset(Shown):
     residual
         Largest violation of the contact law by the bonded contact at the first event under each corner, in units of the largest nodal force there.
         It exceeds rounding only if the mean load alone violates the law.
+    system, cycle
+        The contact and its load cycle.
+    friction
+        (N,) coefficients of friction.
 
     Examples
     --------
@@ -82,6 +86,9 @@ class Onset(Shown):
     mean_slips: tuple[int, ...]
     mean_opens: tuple[int, ...]
     residual: float
+    system: ContactSystem = field(compare=False)
+    cycle: LoadCycle = field(compare=False)
+    friction: Array = field(compare=False)
 
     @property
     def slip(self) -> OnsetEvent:
@@ -97,6 +104,14 @@ class Onset(Shown):
     def mean_admissible(self) -> bool:
         """Whether the mean load alone obeys the law at every node of the bonded contact."""
         return not (self.mean_slips or self.mean_opens)
+
+    @property
+    def reactions(self) -> tuple[Array, Array]:
+        """(K, N) reactions `q, p` of the bonded contact at the first slip towards each corner, force per depth; NaN where none slips."""
+        factor = np.array([[event.load_factor if event.node is not None else np.nan] for event in self.slips])
+        q0, p0 = self.cycle.mean_reaction(self.system)
+        q1, p1 = self.cycle.corner_reactions(self.system)
+        return q0 + factor * q1, p0 + factor * p1
 
     def to_frame(self) -> Any:
         """The DataFrame of all 2K events, by corner: columns corner, event, load_factor, node (NA if it never happens), sense."""
@@ -156,7 +171,7 @@ def onset(system: ContactSystem, cycle: LoadCycle, friction: Any) -> Onset:
         lam = lam if np.isfinite(lam) else 0.0
         unit = max(lam, 1.0)  # the load itself may be too large for a number
         residual = max(residual, _violation(f, q0 / unit + lam / unit * q1, p0 / unit + lam / unit * p1))
-    return Onset(tuple(slips), tuple(separations), _below(mean[:2].min(axis=0), floor), _below(mean[2], floor), residual)
+    return Onset(tuple(slips), tuple(separations), _below(mean[:2].min(axis=0), floor), _below(mean[2], floor), residual, system, cycle, f)
 
 
 def _first(corner: int, event: str, slack: Array, rate: Array, floor: float, senses: tuple[int, ...]) -> OnsetEvent:

@@ -3,9 +3,10 @@
 import html
 from collections.abc import Mapping
 from enum import Enum
+from importlib import import_module
 from typing import Any
 
-__all__ = ["Shown", "frame"]
+__all__ = ["Plotted", "Shown", "frame"]
 
 
 class Shown:
@@ -21,6 +22,31 @@ class Shown:
     def _repr_html_(self) -> str:
         rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(_text(value))}</td></tr>" for name, value in self._answer().items())
         return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
+
+
+class Plotted:
+    """Base of what has a picture."""
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw a picture with matplotlib (extra `figures`).
+
+        Parameters
+        ----------
+        ax
+            matplotlib axes to draw in, as many as the picture has panels; None: those of a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes or an array of them
+
+        Raises
+        ------
+        ImportError
+            matplotlib is not installed.
+        ModelError
+            Another number of axes.
+        """
+        return import_module("frictopt.plots.draw").draw(self, ax)  # here, for matplotlib is slow to import and need not be installed
 
 
 def frame(columns: Mapping[str, Any], types: Mapping[str, str] | None = None) -> Any:

@@ -125,7 +125,7 @@ class Assembly:
         moved = np.zeros(sum(2 * body.mesh.p.shape[1] for body in self.bodies.values()))
         for part in self.loads[case]:
             if isinstance(part, Displacement):
-                nodes = self._support_nodes(f"loads[{case!r}]", part)
+                nodes = self.nodes(f"loads[{case!r}]", part)
                 for direction, values in part._values(self.bodies[part.body].mesh.p[:, nodes]).items():
                     unknowns = self.unknowns(part.body)[nodes, "xy".index(direction)]
                     if not np.isin(unknowns, self.held()).all():
@@ -154,13 +154,13 @@ class Assembly:
         """Unknowns that the supports hold."""
         held = [np.zeros(0, dtype=np.intp)]
         for support in self.supports:
-            nodes = self._support_nodes("supports", support)
+            nodes = self.nodes("supports", support)
             held += [self.unknowns(support.body)[nodes, "xy".index(direction)] for direction in support.directions]
         if self.kinematics == "axisymmetric":  # the axis stays where it is
             held += [self.unknowns(name)[body.mesh.p[0] == 0, 0] for name, body in self.bodies.items()]
         return np.unique(np.concatenate(held))
 
-    def _support_nodes(self, argument: str, support: Support | Displacement) -> Integers:
+    def nodes(self, argument: str, support: Support | Displacement) -> Integers:
         """Nodes that a support holds, or a displacement moves."""
         body = self.body(argument, support.body)
         if isinstance(support.where, str):

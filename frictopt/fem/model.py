@@ -10,22 +10,24 @@ import numpy as np
 from scipy.sparse import identity
 
 from ..contact import ContactSystem
-from ..contact.checks import check_name, check_text, checked_loads, choice, finite_array, shown
+from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, shown
+from ..contact.show import Plotted, Shown
 from ..errors import ModelError
 from .assembly import LOADS, Assembly, Load
-from .bodies import Body, Support
+from .bodies import Body, Support, Traction
 from .condense import condense
 from .contacts import Contact
 from .elasticity import KINEMATICS, Kinematics
 from .frames import plane_frames
-from .loads import Expansion
+from .loads import Expansion, Pressure
+from .ordering import Integers
 from .recovery import BodyFields, body_fields
 
 __all__ = ["ContactModel"]
 
 
-@dataclass(frozen=True, eq=False)
-class ContactModel:
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactModel(Shown, Plotted):
     """Elastic bodies that meet along any number of faces; plane strain, plane stress, or axisymmetric.
 
     Parameters
@@ -181,6 +183,28 @@ class ContactModel:
         moved = {name: u[self._parts.rows[first : first + len(self.bodies[name].mesh.p.T)]].T for name, first in self._parts.first_node.items()}
         sides = identity(len(self._parts.points), format="csr")[self._parts.pairs], self._parts.projection
         return body_fields(self.bodies, self.kinematics, moved, expansions, r, plane_frames(self._parts.normals)[:, 0], sides)
+
+    @property
+    def held_nodes(self) -> tuple[Integers, ...]:
+        """Numbers of the nodes that each support holds, in the mesh of its body."""
+        return tuple(self._parts.nodes("supports", support) for support in self.supports)
+
+    @property
+    def surface_loads(self) -> tuple[tuple[str, str, Integers, Array], ...]:
+        """Tractions and pressures of all load cases, one after the other: load case, body, numbers of its loaded nodes, (2, nodes) forces on them."""
+        found = []
+        for case, parts in self.loads.items():
+            for part in parts:
+                if isinstance(part, Traction | Pressure):
+                    body = self.bodies[part.body]
+                    nodes = body.boundary_nodes(part.boundary, f"loads[{case!r}]")
+                    found.append((case, part.body, nodes, part._forces(body, self.kinematics)[:, nodes]))
+        return tuple(found)
+
+    def _answer(self) -> Mapping[str, Any]:
+        nodes = {name: body.mesh.p.shape[1] for name, body in self.bodies.items()}
+        contacts = {contact.name: len(joint.face.nodes) for contact, joint in zip(self.contacts, self._parts.joints, strict=True)}
+        return {"nodes": nodes, "contacts": contacts, "supports": len(self.supports), "loads": list(self.loads), "kinematics": self.kinematics}
 
     @cached_property
     def _parts(self) -> Assembly:

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementVector, LinearForm
 
 from ..contact.checks import Array, frozen, shown, whole_number
-from ..contact.show import Shown
+from ..contact.show import Plotted, Shown
 from ..errors import ModelError
 from .bodies import Body
 from .condense import eliminated
@@ -29,7 +29,7 @@ _COMPONENTS = ("xx", "yy", "xy", "zz")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BodyFields(Shown):
+class BodyFields(Shown, Plotted):
     """Displacements, strains and stresses in the bodies at one state of the contact.
 
     Stresses and strains are discontinuous from element to element; nodal ones are their projections onto the displacements' own functions (least
@@ -42,6 +42,8 @@ class BodyFields(Shown):
     stress, strain
         Body name -> (4, nodes) nodal values, rows xx, yy, xy (of the tensor), zz; zz is normal to the plane, or the hoop direction of an axisymmetric
         body. Stress tension positive.
+    bodies
+        Body name -> body.
     q, p
         (N,) reactions of body 2 on body 1 in this field, `K u - F` at the nodes of body 1: those of the state.
 
@@ -61,7 +63,7 @@ class BodyFields(Shown):
     strain: Mapping[str, Array]
     q: Array
     p: Array
-    _bodies: Mapping[str, Body]
+    bodies: Mapping[str, Body]
     _tangents: Array
     _sides: tuple[csr_matrix, csr_matrix]
 
@@ -122,9 +124,9 @@ class BodyFields(Shown):
             ) from error
 
     def _body(self, name: str) -> Body:
-        if not isinstance(name, str) or name not in self._bodies:
-            raise ModelError(f"body: {shown(name)} is unknown; these fields have {sorted(self._bodies)}")
-        return self._bodies[name]
+        if not isinstance(name, str) or name not in self.bodies:
+            raise ModelError(f"body: {shown(name)} is unknown; these fields have {sorted(self.bodies)}")
+        return self.bodies[name]
 
 
 class Recovery:

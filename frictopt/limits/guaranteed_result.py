@@ -11,11 +11,10 @@ import pandas as pd
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, finite_number, frozen
-from ..contact.record import Recorded, SolveRecord
+from ..contact.record import SolveRecord
 from ..solve.explain import Units, explain
-from ..solve.portable import Portable
 from .both_bounds_search import NodeClaim
-from .posed import LimitQuestion, cycle_loads
+from .posed import Answered, LimitQuestion, cycle_loads
 from .shakedown_result import ShakedownLimit
 
 __all__ = ["COINCIDE", "IMAGE", "LEFT_OUT", "NEVER", "NOT_NEEDED", "ONE_CORNER", "SOLVED", "GuaranteedLimit", "left_out", "reason"]
@@ -25,7 +24,7 @@ LEFT_OUT, IMAGE, ONE_CORNER, NOT_NEEDED = "left out by its bound", "mirror image
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GuaranteedLimit(Recorded, Portable):
+class GuaranteedLimit(Answered):
     """The guaranteed limit, and a residual slip from which the contact keeps slipping just above it.
 
     Attributes
@@ -102,16 +101,7 @@ class GuaranteedLimit(Recorded, Portable):
         load_factor is the least at which a safe slip holds the node on both its bounds, inf if none does; where the node was left out by its bound, a
         lower bound of it.
         """
-        return pd.DataFrame(
-            {"node": np.arange(len(self._how)), "x": self._task.system.x, "load_factor": self._least, "how": self._how, "slip": self.slip}
-        )
-
-    @property
-    def reactions(self) -> tuple[Array, Array]:
-        """(K, N) reactions `q, p` at the corners under the witness, at the limit, force per depth; NaN where it is not finite."""
-        if not np.isfinite(self.load_factor):
-            return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
-        return self._task.reactions(self.load_factor, self.slip)
+        return pd.DataFrame({"node": np.arange(len(self._how)), "x": self.system.x, "load_factor": self._least, "how": self._how, "slip": self.slip})
 
     def witness_above_zero(self, most: float) -> tuple[float, Array] | None:
         """Where the limit is 0: a load factor above 0, at most `most`, and the (N,) safe slip that holds `node` on both its bounds there, length.

@@ -8,17 +8,19 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
 from ..contact.checks import Array, flag
 from ..contact.cycle import checked_cycle
-from ..contact.record import Attempt, SolveRecord
+from ..contact.record import Attempt, Recorded, SolveRecord
+from ..contact.show import Plotted
 from ..contact.symmetry import Part, halve, whole
 from ..contact.system import checked_system
 from ..contact.tolerances import CONDENSATION, RESIDUAL
 from ..errors import ModelError
+from ..solve.portable import Portable
 from .mechanism import Mechanism
 from .ruling_corners import RulingLoads, ruling_loads
 from .scaling import Loads, ScaledContact, scaled_contact
 from .slip_bound import SlipBound, scaled_slip_bound
 
-__all__ = ["LimitQuestion", "cycle_loads"]
+__all__ = ["Answered", "LimitQuestion", "cycle_loads"]
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 _MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need
@@ -171,6 +173,31 @@ class LimitQuestion:
         corners = self.loads.corners
         idle = corners - len(np.union1d(*rows.corners[:2]))
         return (*self.part.left_out, *([f"corners: {idle} of {corners} rule no node"] if idle else []))
+
+
+class Answered(Recorded, Portable, Plotted):
+    """Base of results that answer a limit question by a residual slip at a load factor."""
+
+    load_factor: float
+    slip: Array
+    _task: LimitQuestion
+
+    @property
+    def system(self) -> ContactSystem:
+        """The contact."""
+        return self._task.system
+
+    @property
+    def friction(self) -> Array:
+        """(N,) coefficients of friction."""
+        return self._task.friction
+
+    @property
+    def reactions(self) -> tuple[Array, Array]:
+        """(K, N) reactions `q, p` at the corners under the slip at the load factor, force per depth; NaN where it is not finite."""
+        if not np.isfinite(self.load_factor):
+            return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
+        return self._task.reactions(self.load_factor, self.slip)
 
 
 def _check_shear(q0: Array, force: float) -> None:

@@ -124,6 +124,7 @@ class SafeSlipModel(Extendable):
             extended = self._expressions.extended(own, None, rows, task.opening, load_factor)
         state, answer, model = solve_margin(task, scaled, task.loads, load_factor, self._solver, extended)
         return SafeSlip(
+            load_factor=load_factor,
             exists=bool(state.margin >= -max(NO_MARGIN, state.residual)),
             slip=frozen(state.slip),
             margin=state.margin,

@@ -10,24 +10,25 @@ import pandas as pd
 
 from ..contact.checks import Array
 from ..contact.diagnosis import mean_load_diagnosis
-from ..contact.record import Recorded, SolveRecord
+from ..contact.record import SolveRecord
 from ..contact.show import frame
 from ..solve.explain import Units, explain
-from ..solve.portable import Portable
 from .mechanism import Mechanism
-from .posed import LimitQuestion
+from .posed import Answered, LimitQuestion
 
 __all__ = ["SafeSlip"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SafeSlip(Recorded, Portable):
+class SafeSlip(Answered):
     """A residual slip that keeps the contact stuck, or the proof that there is none.
 
     Attributes
     ----------
+    load_factor
+        The load factor that was asked for.
     exists
-        Whether a safe slip exists at the load factor: the margin is not negative by more than 1e-12 or its own residual.
+        Whether a safe slip exists at it: the margin is not negative by more than 1e-12 or its own residual.
     slip
         (N,) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe); within the slip bound.
     margin
@@ -59,6 +60,7 @@ class SafeSlip(Recorded, Portable):
     (True, True, 0.44)
     """
 
+    load_factor: float
     exists: bool
     slip: Array = field(repr=False)
     margin: float
@@ -86,16 +88,16 @@ class SafeSlip(Recorded, Portable):
         A table like `ShakedownLimit.mechanism`: slips whose friction cannot take up the work of the loads, while no residual slip does work
         on them, or with a slip bound too little. Under constraints of your own such slips alone prove nothing: `margin_bound` covers all.
         """
-        return None if self.exists or self.constraints else self._motion.table(self._task.system.x)
+        return None if self.exists or self.constraints else self._motion.table(self.system.x)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, x and slip."""
-        return frame({"node": range(len(self.slip)), "x": self._task.system.x, "slip": self.slip})
+        return frame({"node": range(len(self.slip)), "x": self.system.x, "slip": self.slip})
 
     def _answer(self) -> Mapping[str, Any]:
         return {name: getattr(self, name) for name in ("exists", "margin", "margin_bound", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        motion = self._motion.table(self._task.system.x)
+        motion = self._motion.table(self.system.x)
         explain("safe residual slip", self.problem, self.margin, self._units, self.record.left_out, motion, file, self.reason)

@@ -11,18 +11,17 @@ import pandas as pd
 
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, finite_number, frozen
-from ..contact.record import Attempt, Recorded, SolveRecord
+from ..contact.record import Attempt, SolveRecord
 from ..contact.show import frame
 from ..contact.tolerances import FLOOR, RESIDUAL
 from ..errors import ModelError
 from ..solve.explain import Units, explain
 from ..solve.polish import Program
-from ..solve.portable import Portable
 from .kinds import reason
 from .least_slip import LeastSlip, least_slip
 from .mechanism import Mechanism
 from .own_constraints import Extended, contradiction, is_unbounded
-from .posed import LimitQuestion
+from .posed import Answered, LimitQuestion
 from .ruling_corners import load_factor_unit
 from .safe_slip import MarginState
 from .scaling import ScaledContact
@@ -31,7 +30,7 @@ __all__ = ["LimitClaim", "ShakedownLimit", "judged", "judged_extended", "no_limi
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShakedownLimit(Recorded, Portable):
+class ShakedownLimit(Answered):
     """The shakedown limit with its proof from both sides.
 
     Attributes
@@ -94,7 +93,7 @@ class ShakedownLimit(Recorded, Portable):
     @cached_property
     def mechanism(self) -> pd.DataFrame:
         """Which nodes limit the load: columns node, x, corner, direction (+1 slips along +x), share of the total slip; largest first."""
-        return self._motion.table(self._task.system.x)
+        return self._motion.table(self.system.x)
 
     @cached_property
     def friction_rate(self) -> Array:
@@ -117,13 +116,6 @@ class ShakedownLimit(Recorded, Portable):
         rates = self._motion.load_rates(self._task.system, self._task.cycle, self._task.friction, load_factor)
         return rates.assign(rate=np.nan) if self.constraints else rates
 
-    @property
-    def reactions(self) -> tuple[Array, Array]:
-        """(K, N) reactions `q, p` at the corners under the safe slip, at the limit, force per depth; NaN without a finite limit."""
-        if not np.isfinite(self.load_factor):
-            return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
-        return self._task.reactions(self.load_factor, self.slip)
-
     def least_slip(self, load_factor: float) -> LeastSlip:
         """Proven lower bound of the slip in every cycle at a load factor, from every start; it is positive above the limit.
 
@@ -142,7 +134,7 @@ class ShakedownLimit(Recorded, Portable):
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, x and the slip that is safe at the limit."""
-        return frame({"node": range(len(self.slip)), "x": self._task.system.x, "slip": self.slip})
+        return frame({"node": range(len(self.slip)), "x": self.system.x, "slip": self.slip})
 
     def _answer(self) -> Mapping[str, Any]:
         chosen = () if self.objective is None else ("objective",)

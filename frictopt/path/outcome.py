@@ -6,17 +6,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..contact import ContactState
+from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.answers import Outcome
 from ..contact.checks import Array
 from ..contact.record import Recorded, SolveRecord
-from ..contact.show import frame
+from ..contact.show import Plotted, frame
 
 __all__ = ["SteadyState"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SteadyState(Recorded):
+class SteadyState(Recorded, Plotted):
     """The steady state that a transient reaches, proven by a cycle that starts from it and returns to it.
 
     Attributes
@@ -27,8 +27,8 @@ class SteadyState(Recorded):
         Work of friction per cycle in the steady state, >= 0, force times length per depth; exactly 0 after shakedown.
     dissipation_per_node
         (N,) work of friction per cycle at each node.
-    x
-        (N,) coordinates of the nodes along the interface, length.
+    system, cycle, friction, load_factor
+        What was asked: the contact, its load cycle, (N,) coefficients of friction, and the load factor.
     slip
         (N,) slip at the last corner of the cycle, length (for ratcheting: after the last cycle that was followed).
     gap
@@ -71,7 +71,10 @@ class SteadyState(Recorded):
     outcome: Outcome
     dissipation: float
     dissipation_per_node: Array
-    x: Array
+    system: ContactSystem
+    cycle: LoadCycle
+    friction: Array
+    load_factor: float
     slip: Array
     gap: Array
     state: ContactState
@@ -82,6 +85,11 @@ class SteadyState(Recorded):
     extrapolated: bool
     unproven: int
     record: SolveRecord
+
+    @property
+    def x(self) -> Array:
+        """(N,) coordinates of the nodes along the interface, length."""
+        return self.system.x
 
     def to_frame(self) -> Any:
         """The DataFrame of the nodes: columns node, x, slip, open, dissipation (work of friction per cycle)."""

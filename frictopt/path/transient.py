@@ -108,14 +108,14 @@ class ExactPath:
     ) -> None:
         self.started = perf_counter()
         nodes = checked_system(system).nodes
-        self._cycle = checked_cycle(cycle)
+        self.cycle = checked_cycle(cycle)
         slip = np.zeros(nodes) if initial_slip is None else finite_array("initial_slip", initial_slip, (nodes,))
-        load_factor = finite_number("load_factor", load_factor, least=0.0)
+        self.load_factor = finite_number("load_factor", load_factor, least=0.0)
         self.system = system
         self.friction = np.array(friction_coefficients(friction, nodes))
         self.mean = np.concatenate(system.reaction(cycle.mean))
         self._cyclic = [np.concatenate(pair) for pair in zip(*cycle.corner_reactions(system), strict=True)]
-        self.corners = self.corners_at(load_factor)
+        self.corners = self.corners_at(self.load_factor)
         self.force = float(np.abs(self.mean[nodes:]).mean() or max(np.abs(corner).max() for corner in self.corners) or 1.0)
         compiled()
         self.fallbacks = 0
@@ -183,7 +183,7 @@ class ExactPath:
     @property
     def _free_body(self) -> str:
         """The diagnosis of the mean load for a body without supports, and the remedy, as a sentence."""
-        return f"{mean_load_diagnosis(self.system, self._cycle, self.friction)}; hold the body by supports, or load it less"
+        return f"{mean_load_diagnosis(self.system, self.cycle, self.friction)}; hold the body by supports, or load it less"
 
     @property
     def unproven(self) -> int:

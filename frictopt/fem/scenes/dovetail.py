@@ -15,6 +15,7 @@ from ..contacts import Contact
 from ..elasticity import Material
 from ..model import ContactModel
 from .grading import along, away, steps
+from .scene import Scene
 
 __all__ = ["Dovetail"]
 
@@ -25,7 +26,7 @@ _CLEARANCE = 0.2  # of the slot beside neck and foot, over their height
 
 
 @dataclass(frozen=True)
-class Dovetail:
+class Dovetail(Scene):
     """A blade root, wider below than above, held by both flanks in the slot of a disc; meshed in quadrilaterals.
 
     Body 1 is the blade, body 2 the disc, clamped at its bottom. The contacts are "right" and "left"; the first node is at the bottom of the right

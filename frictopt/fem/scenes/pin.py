@@ -17,6 +17,7 @@ from ..loads import BodyForce
 from ..model import ContactModel
 from ..ordering import Integers
 from .grading import away, steps
+from .scene import Scene
 
 __all__ = ["PinInPlate"]
 
@@ -26,7 +27,7 @@ _CORE = 0.5  # half-side of the square in the middle of the pin, over its radius
 
 
 @dataclass(frozen=True)
-class PinInPlate:
+class PinInPlate(Scene):
     """A solid pin in the hole of a square plate, meshed in quadrilaterals.
 
     Body 1 is the pin, body 2 the plate, held at its two lower corners against rigid motions. The contact is the whole ring; its first node is at

@@ -16,6 +16,7 @@ from ..contacts import Contact, Interference
 from ..elasticity import Material
 from ..model import ContactModel
 from .grading import along, away, steps
+from .scene import Scene
 
 __all__ = ["PressFit"]
 
@@ -30,7 +31,7 @@ _REFUSED = {
 
 
 @dataclass(frozen=True)
-class PressFit:
+class PressFit(Scene):
     """A collar on a shaft, in axisymmetry: shrunk on by an interference, and under axial loads; meshed in quadrilaterals.
 
     x is the radius, y runs along the shaft, from the middle of the collar. Body 1 is the collar, body 2 the shaft; the nodes of the contact go from

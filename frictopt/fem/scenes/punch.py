@@ -13,6 +13,7 @@ from ..bodies import Body, Support, Traction
 from ..elasticity import ELEMENT_NAMES, ElementName, Material
 from ..model import ContactModel
 from .grading import along, away, steps
+from .scene import Scene
 
 __all__ = ["PunchOnHalfPlane"]
 
@@ -22,7 +23,7 @@ _MOST_NODES = 1_000_000  # of the block, or of the punch: twenty times those of 
 
 
 @dataclass(frozen=True)
-class PunchOnHalfPlane:
+class PunchOnHalfPlane(Scene):
     """A rectangular punch on a block that stands for a half-plane, meshed in quadrilaterals; the default has the paper's size.
 
     The contact is `-half_width <= x <= half_width`, y = 0. Load cases, each of unit traction: "P", pressure on the top of the punch;

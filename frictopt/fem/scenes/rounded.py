@@ -9,12 +9,13 @@ from ...contact.checks import Array, finite_number, shown
 from ...errors import ModelError
 from ..model import ContactModel
 from .punch import PunchOnHalfPlane
+from .scene import Scene
 
 __all__ = ["RoundedPunch"]
 
 
 @dataclass(frozen=True)
-class RoundedPunch:
+class RoundedPunch(Scene):
     """A punch with a flat middle and round ends on a block that stands for a half-plane; without a flat, a cylinder.
 
     The punch starts `max(|x| - flat_half_width, 0)^2 / (2 radius)` above the block: the parabola of the radius, as an initial gap on straight

@@ -1,0 +1,14 @@
+"""What all scenes share."""
+
+from ...contact.show import Plotted
+from ..model import ContactModel
+
+__all__ = ["Scene"]
+
+
+class Scene(Plotted):
+    """Base of scenes."""
+
+    def model(self) -> ContactModel:
+        """The model of the scene."""
+        raise NotImplementedError

@@ -1,0 +1,72 @@
+"""The door to all pictures, which needs no matplotlib before the first of them."""
+
+from contextlib import nullcontext
+from typing import Any
+
+import pandas as pd
+
+from ..errors import ModelError
+from .picture import picture
+
+__all__ = ["draw", "plot_study"]
+
+_NEEDED = ("load_factor", "load_ratio", "family", "outcome", "dissipation")
+
+
+def draw(result: Any, ax: Any = None) -> Any:
+    """Draw a result in the given axes, which keep their style, or in those of a new figure, and return the axes.
+
+    Raises
+    ------
+    ImportError
+        matplotlib is not installed.
+    ModelError
+        `ax` is not as many axes as the picture has panels.
+    """
+    try:
+        import matplotlib.pyplot  # noqa: F401
+    except ImportError as error:
+        raise ImportError("plots need matplotlib: python -m pip install 'frictopt[figures]'") from error
+    from . import bodies, limits, study, transients  # noqa: F401  each registers its pictures
+    from .style import screen
+
+    with nullcontext() if ax is not None else screen():
+        return picture(result, ax)
+
+
+def plot_study(table: pd.DataFrame, ax: Any = None) -> Any:
+    """Draw the steady dissipation of each run of a study against its load: a mark for each start, by family.
+
+    Runs that shake down have no dissipation and stand in a strip at the bottom. Runs that failed have no mark; the title counts them.
+
+    Parameters
+    ----------
+    table
+        What `dissipation_study` or `read_store` returned, or rows of it.
+    ax
+        matplotlib axes to draw in; None: those of a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ModelError
+        No such table, or not one axes.
+    ImportError
+        matplotlib is not installed.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> table = fo.dissipation_study(rod, cycle, 0.5, load_factors=[0.3, 1.0], initial_slips=fo.no_slip())
+    >>> axes = fo.plot_study(table)
+    >>> axes.get_yscale(), [text.get_text() for text in axes.get_legend().get_texts()]
+    ('log', ['none'])
+    """
+    if not isinstance(table, pd.DataFrame) or any(name not in table for name in _NEEDED):
+        raise ModelError(f"table: give the DataFrame of dissipation_study or read_store, with the columns {', '.join(_NEEDED)}")
+    return draw(table, ax)

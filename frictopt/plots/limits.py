@@ -1,0 +1,116 @@
+"""Pictures of onset and limits: how far each node is from slip, and which nodes limit the load."""
+
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+
+from ..contact import Onset
+from ..limits import GuaranteedLimit, SafeSlip, ShakedownLimit
+from .along import circle, friction_ratio, label_contacts, lines, looks
+from .picture import picture
+from .style import BLACK, GREY, legend, new_axes
+
+__all__: list[str] = []
+
+_AREA = 400  # of the circle round a node that is the whole mechanism, points^2
+_ONE_NODE = 60  # of the circle round a node that stands alone
+
+
+@picture.register
+def _onset(onset: Onset, ax: Any = None) -> Any:
+    """Shear over friction bound of the bonded contact at the first slip towards each corner; the node that slips is circled."""
+    (axes,) = new_axes(ax)
+    axes.set_title("bonded contact at the onset of slip" if onset.mean_admissible else "bonded contact; the mean load alone makes it slip or pulls")
+    nodes = {event.corner: event.node for event in onset.slips if event.node is not None}
+    if not nodes:
+        return _no_lines(axes, "no corner makes a node slip")
+    corners = list(nodes)
+    first = corners.index(onset.slip.corner)
+    names = [rf"corner {corner}, $\lambda = {onset.slips[corner].load_factor:.4g}$" for corner in corners]
+    q, p = (reaction[corners] for reaction in onset.reactions)
+    ratio = friction_ratio(axes, onset.system, onset.friction, q, p, names, [first])
+    label: str | None = "first node that slips"
+    for number, look in looks(len(corners), [first]).items():
+        node = nodes[corners[number]]
+        circle(axes, onset.system.x[node], ratio[number, node], onset.slips[corners[number]].sense, _ONE_NODE, look["color"], label)
+        label = None
+    legend(axes)
+    return axes
+
+
+@picture.register
+def _shakedown_limit(limit: ShakedownLimit, ax: Any = None) -> Any:
+    """Shear over friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism."""
+    (axes,) = new_axes(ax)
+    name = r"shakedown limit $\lambda_2$" if limit.objective is None else r"load factor $\lambda$ that the objective chooses"
+    axes.set_title(_equals(name, limit.load_factor))
+    if not np.isfinite(limit.load_factor):
+        return _no_lines(axes, limit.reason)
+    ruling = limit.mechanism.groupby("corner")["share"].sum().sort_values(ascending=False).index.tolist()
+    q, p = limit.reactions
+    ratio = friction_ratio(axes, limit.system, limit.friction, q, p, _corners(len(q)), ruling)
+    label: str | None = "limiting node; area: share"
+    for corner, look in looks(len(q), ruling).items():
+        rows = limit.mechanism[limit.mechanism["corner"] == corner]
+        if len(rows):
+            circle(axes, rows["x"], ratio[corner, rows["node"]], rows["direction"], _AREA * rows["share"], look["color"], label)
+            label = None
+    legend(axes)
+    return axes
+
+
+@picture.register
+def _guaranteed_limit(limit: GuaranteedLimit, ax: Any = None) -> Any:
+    """Shear over friction bound at the corners under the witness; the node on both its bounds is circled."""
+    (axes,) = new_axes(ax)
+    axes.set_title(
+        _equals(r"guaranteed limit $\lambda_1$", limit.load_factor) + ", " + _equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
+    )
+    if not np.isfinite(limit.load_factor):
+        return _no_lines(axes, limit.reason)
+    ruling = [] if limit.corners is None else list(limit.corners)
+    q, p = limit.reactions
+    ratio = friction_ratio(axes, limit.system, limit.friction, q, p, _corners(len(q)), ruling)
+    label: str | None = f"node {limit.node}, on both bounds"
+    for corner, sense in zip(ruling, (1, -1), strict=False):
+        circle(axes, limit.system.x[limit.node], ratio[corner, limit.node], sense, _ONE_NODE, looks(len(q), ruling)[corner]["color"], label)
+        label = None
+    legend(axes)
+    return axes
+
+
+@picture.register
+def _safe_slip(safe: SafeSlip, ax: Any = None) -> Any:
+    """Above, shear over friction bound at the corners under the slip (of many corners, the one with the least reserve); below, the slip itself."""
+    upper, lower = new_axes(ax, 2, (6.4, 5.4))
+    q, p = safe.reactions
+    least = int(np.argmin((safe.friction * p - np.abs(q)).min(axis=1)))
+    friction_ratio(upper, safe.system, safe.friction, q, p, _corners(len(q)), [least])
+    upper.set_xlabel("")
+    title = "safe slip" if safe.exists else "no slip is safe; the least unsafe one"
+    upper.set_title(rf"{title} at $\lambda = {safe.load_factor:.4g}$, margin {safe.margin:.4g}")
+    legend(upper)
+    lines(lower, safe.system, safe.slip, color=BLACK, marker=".", markersize=3)
+    lower.axhline(0, color=GREY, lw=0.8)
+    lower.set_ylabel("slip $v$ (length)")
+    label_contacts(lower, safe.system)
+    return np.array([upper, lower])
+
+
+def _corners(number: int) -> list[str]:
+    return [f"corner {corner}" for corner in range(number)]
+
+
+def _equals(name: str, value: float) -> str:
+    """A name with its value."""
+    if np.isfinite(value):
+        return f"{name} = {value:.5g}"
+    return f"{name} is infinite" if value > 0 else f"{name}: none"
+
+
+def _no_lines(axes: Any, why: str) -> Any:
+    """Say why there is nothing to draw."""
+    axes.text(0.5, 0.5, fill(why, width=60), transform=axes.transAxes, ha="center", va="center")
+    axes.set(xticks=[], yticks=[])
+    return axes

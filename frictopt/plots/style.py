@@ -1,0 +1,92 @@
+"""The look of all pictures."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+
+from ..contact.checks import shown
+from ..errors import ModelError
+
+__all__ = ["BLACK", "GREY", "RC", "SERIES", "legend", "new_axes", "screen", "series"]
+
+BLACK, GREY = "#000000", "#767676"
+
+# Okabe and Ito's colours, told apart with impaired colour vision; line and marker tell the series apart in grey as well.
+SERIES: tuple[dict[str, Any], ...] = (
+    {"color": "#0072B2", "linestyle": "-", "marker": "o"},
+    {"color": "#D55E00", "linestyle": "--", "marker": "s"},
+    {"color": "#009E73", "linestyle": "-.", "marker": "^"},
+    {"color": "#CC79A7", "linestyle": ":", "marker": "D"},
+    {"color": "#56B4E9", "linestyle": (0, (5, 1, 1, 1, 1, 1)), "marker": "v"},
+    {"color": "#E69F00", "linestyle": (0, (7, 2)), "marker": "P"},
+    {"color": "#000000", "linestyle": (0, (3, 1, 1, 1)), "marker": "X"},
+    {"color": "#767676", "linestyle": (0, (1, 1)), "marker": "*"},
+)
+
+RC: Mapping[str, Any] = {
+    "font.family": "STIXGeneral",  # comes with matplotlib, so every machine draws the same letters
+    "mathtext.fontset": "stix",
+    "font.size": 8.0,
+    "axes.labelsize": 8.0,
+    "axes.titlesize": 8.0,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "legend.fontsize": 7.5,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "lines.linewidth": 1.1,
+    "lines.markersize": 3.2,
+    "hatch.linewidth": 0.5,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "pdf.fonttype": 42,  # letters stay text that can be searched and edited
+    "savefig.dpi": 300,
+}
+
+_SCALE = 1.3  # letters and lines of a picture on a screen, over those on a journal page
+
+
+def screen() -> Any:
+    """Context in which a picture of its own is drawn, larger than on a journal page."""
+    sizes = {name: value * _SCALE for name, value in RC.items() if isinstance(value, float) and not name.startswith("savefig")}
+    return plt.rc_context({**RC, **sizes, "savefig.dpi": "figure"})
+
+
+def series(number: int) -> dict[str, Any]:
+    """Look of a series; after the last one they begin again."""
+    return SERIES[number % len(SERIES)]
+
+
+def new_axes(ax: Any, panels: int = 1, size: tuple[float, float] = (6.4, 3.6), *, common_x: bool = True) -> np.ndarray[Any, Any]:
+    """(panels,) axes to draw in: the given ones, or those of a new figure, one below the other.
+
+    Raises
+    ------
+    ModelError
+        Not that many axes.
+    """
+    if ax is None:
+        axes = np.ravel(plt.subplots(panels, 1, sharex=common_x, squeeze=False, figsize=size, layout="constrained")[1])
+        for axis in (axis for one in axes for axis in (one.xaxis, one.yaxis)):
+            axis.get_major_ticks(1)  # ticks made later, outside the context, copy the first one
+            axis.get_minor_ticks(1)
+        return axes
+    axes = np.ravel(np.asarray(ax, dtype=object))
+    if len(axes) != panels or not all(isinstance(one, Axes) for one in axes):
+        raise ModelError(f"ax: {shown(ax)}; give {'one matplotlib axes' if panels == 1 else f'{panels} matplotlib axes'}, or None")
+    return axes
+
+
+def legend(axes: Any, title: str | None = None) -> None:
+    """Legend beside the axes, where it covers no data."""
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), title=title, alignment="left", handlelength=2.2)

@@ -1,0 +1,71 @@
+"""Pictures of transients: their loops, their history, and what is left of them in the steady state."""
+
+from typing import Any
+
+import numpy as np
+
+from ..campaign import Trajectory, fretting_table, steady_cycle
+from ..contact.tolerances import SIMULTANEOUS
+from ..path import SteadyState
+from .along import label_contacts, lines, lines_or_band
+from .picture import picture
+from .style import BLACK, GREY, legend, new_axes, series
+
+__all__: list[str] = []
+
+_NODES = 3  # nodes whose loops are drawn: those with the most work of friction
+_DOTS: dict[str, Any] = {"marker": ".", "markersize": 3}
+_LOOKS: dict[str, dict[str, Any]] = {"q": {}, "p": {"lw": 0.5, "alpha": 0.8}}
+_MOST_LINES = 50  # cycles of which each has its own line
+
+
+@picture.register
+def _trajectory(path: Trajectory, ax: Any = None) -> Any:
+    """Two panels, for the nodes with the most work of friction: shear force against slip, and slip against the corners visited."""
+    upper, lower = new_axes(ax, 2, (6.4, 6.4), common_x=False)
+    work = path.work[-1]
+    for number, node in enumerate(np.argsort(-work, kind="stable")[:_NODES]):
+        look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"]}
+        upper.plot(path.slip[:, node], path.q[:, node], label=f"node {node}, $x = {path.system.x[node]:.4g}$", **look)
+        upper.plot(
+            path.slip[-1:, node], path.q[-1:, node], color=look["color"], marker="o", markersize=4, label="last state" if number == 0 else None
+        )
+        lower.plot(path.time, path.slip[:, node], **look)
+    upper.set(xlabel="slip $v$ (length)", ylabel="shear force $q$ (force per depth)")
+    upper.set_title("nodes with the most work of friction" if work.any() else "no node slips")
+    legend(upper)
+    cycles = int(path.time[-1]) // path.corners
+    if 0 < cycles <= _MOST_LINES:
+        for cycle in range(cycles + 1):
+            lower.axvline(cycle * path.corners, color=GREY, lw=0.5, label="cycles" if cycle == 0 else None)
+        legend(lower)
+    lower.set(xlabel="corners visited (0: mean load)", ylabel="slip $v$ (length)")
+    return np.array([upper, lower])
+
+
+@picture.register
+def _steady_state(steady: SteadyState, ax: Any = None) -> Any:
+    """Three panels: slip range of the steady cycle; tractions at its corners (nodal forces where there is no width); work of friction per cycle."""
+    slip, force, work = panels = new_axes(ax, 3, (6.4, 7.6))
+    system = steady.system
+    problem = system, steady.cycle, steady.friction, steady.load_factor, steady
+    slip.set_title(f"{steady.outcome.name.replace('_', ' ').lower()}, $W = {steady.dissipation:.4g}$ per cycle")
+    lines(slip, system, fretting_table(*problem)["slip_range"].to_numpy(), color=BLACK, **_DOTS)
+    slip.set_ylabel("slip range (length)")
+    states = steady_cycle(*problem)
+    corners = np.searchsorted(states["time"], np.arange(1, len(steady.cycle.corners) + 1) + SIMULTANEOUS) - 1
+    width, unit = (1.0, "nodal force\n(force per depth)") if system.width is None else (system.width, "traction\n(force per area)")
+    for name, look in _LOOKS.items():
+        lines_or_band(force, system, states[name][corners] / width, [f"${name}$, corner {corner}" for corner in range(len(corners))], **look)
+    force.set_ylabel(unit)
+    legend(force)
+    lines(work, system, steady.dissipation_per_node, color=BLACK, **_DOTS)
+    work.set_ylabel("work of friction per cycle\n(force times length per depth)")
+    for axes in panels:
+        axes.axhline(0, color=GREY, lw=0.6, zorder=0)
+        label_contacts(axes, system, names=axes is slip)
+    for axes in panels[:2]:
+        axes.set_xlabel("")
+    if ax is None:
+        slip.figure.align_ylabels()
+    return panels

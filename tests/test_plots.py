@@ -1,0 +1,364 @@
+"""Pictures: what they show is what the result says, on one contact and on several, and where there is nothing to show."""
+
+import subprocess
+import sys
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.collections import PathCollection
+from matplotlib.text import Text
+
+import frictopt as fo
+from systems import CYCLE, FIRST_PAIR, random_system, system
+
+F = 0.6
+PAIR = system(*FIRST_PAIR)
+ONE_CORNER = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
+FOUR_CORNERS = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"other": 1.0}, {"cyclic": -1.0}, {"other": -1.0}])
+MANY = fo.LoadCycle({"mean": 1.0}, [{"cyclic": np.cos(t), "other": np.sin(t)} for t in np.linspace(0, 6, 20)])
+FIVE = random_system(np.random.default_rng(3), 5, ("mean", "cyclic", "other"))
+JOINT = fo.ContactSystem(FIVE.A, FIVE.B, FIVE.C, FIVE.x, FIVE.bonded, contact=["left", "left", "right", "right", "right"], width=[0.5, 1, 1, 2, 1])
+CASES = {"one corner": (FIVE, ONE_CORNER), "four corners": (FIVE, FOUR_CORNERS), "two contacts": (JOINT, FOUR_CORNERS), "pair": (PAIR, CYCLE)}
+ALL = pytest.mark.parametrize(("contact", "cycle"), CASES.values(), ids=CASES)
+SCENES = {
+    "punch": fo.PunchOnHalfPlane(elements=4, growth=2.0),
+    "dovetail": fo.Dovetail(elements=4, growth=2.0),
+    "pin": fo.PinInPlate(),
+    "rounded": fo.RoundedPunch(punch=fo.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0)),
+}
+
+
+@pytest.fixture(autouse=True)
+def no_figures_stay_open():
+    yield
+    plt.close("all")
+
+
+def labelled(ax):
+    """Label -> line."""
+    return {line.get_label(): line for line in ax.get_lines() if not line.get_label().startswith("_")}
+
+
+def joined(ax, name, parts=1):
+    """Values of the line of that name, on all contacts: the lines of a name follow each other."""
+    every = ax.get_lines()
+    first = every.index(labelled(ax)[name])
+    return tuple(np.concatenate([np.asarray(line.get_data()[k], float) for line in every[first : first + parts]]) for k in (0, 1))
+
+
+def circles(ax):
+    """(M, 3) places and areas of all circles."""
+    rows = [np.empty((0, 3))]
+    for marks in ax.collections:
+        if isinstance(marks, PathCollection):
+            places = np.asarray(marks.get_offsets(), float)
+            rows.append(np.column_stack([places, np.broadcast_to(marks.get_sizes(), len(places))]))
+    return np.concatenate(rows)
+
+
+def parts(contact):
+    return 1 if contact.contact is None else len(set(contact.contact))
+
+
+def check_ratio(ax, contact, q, p, names):
+    for name, shear, pressure in zip(names, q, p, strict=True):
+        x, ratio = joined(ax, name, parts(contact))
+        assert np.array_equal(x, contact.x)
+        bound = F * pressure
+        pressed = bound > 1e-9 * F * np.abs(p).max()
+        assert np.allclose(ratio[pressed], (shear / bound)[pressed], rtol=1e-12) and np.isnan(ratio[~pressed]).all()
+    assert ax.get_ylabel() == "$q / (f p)$"
+    assert {line.get_ydata()[0] for line in ax.get_lines() if len(set(line.get_ydata())) == 1 and list(line.get_xdata()) == [0, 1]} >= {-1.0, 1.0}
+
+
+@ALL
+def test_onset_shows_the_bonded_contact_at_the_first_slip_and_circles_the_node(contact, cycle):
+    first = fo.onset(contact, cycle, F)
+    ax = first.plot()
+    q0, p0 = contact.reaction(cycle.mean)
+    rows = [event for event in first.slips if event.node is not None]
+    reactions = [contact.reaction({**cycle.mean, **{n: event.load_factor * a for n, a in cycle.corners[event.corner].items()}}) for event in rows]
+    names = [rf"corner {event.corner}, $\lambda = {event.load_factor:.4g}$" for event in rows]
+    check_ratio(ax, contact, *zip(*reactions, strict=True), names)
+    assert ax.get_xlabel().endswith("$x$ (length)")
+    assert first.mean_admissible and np.allclose(q0 + 0 * p0, contact.bonded["mean"][0])
+    assert np.allclose(circles(ax)[:, :2], [(contact.x[event.node], -event.sense) for event in rows], atol=1e-12)
+
+
+@ALL
+def test_a_shakedown_limit_shows_the_safe_slip_and_circles_the_mechanism(contact, cycle):
+    limit = fo.shakedown_limit(contact, cycle, F)
+    ax = limit.plot()
+    q, p = limit.reactions
+    check_ratio(ax, contact, q, p, [f"corner {k}" for k in range(len(cycle.corners))])
+    mean = contact.reaction(cycle.mean)[0]
+    swing = contact.reaction(cycle.corners[-1])[0]
+    assert np.allclose(q[-1], mean + limit.load_factor * swing + contact.A @ limit.slip)
+    drawn, motion = circles(ax), limit.mechanism
+    assert len(drawn) == len(motion) and np.isclose(drawn[:, 2].sum(), 400)
+    expected = sorted(zip(motion["x"], -motion["direction"], 400 * motion["share"], strict=True))
+    assert np.allclose(sorted(map(tuple, drawn.round(9))), expected, atol=1e-6)
+    assert f"{limit.load_factor:.5g}" in ax.get_title() and limit.system is contact and np.allclose(limit.friction, F)
+
+
+def test_a_guaranteed_limit_circles_the_node_on_both_its_bounds():
+    limit = fo.guaranteed_limit(PAIR, CYCLE, F)
+    ax = limit.plot()
+    check_ratio(ax, PAIR, *limit.reactions, ["corner 0", "corner 1"])
+    assert limit.node == 0 and sorted(map(tuple, circles(ax)[:, :2].round(9))) == [(0.0, -1.0), (0.0, 1.0)]
+    assert f"{limit.load_factor:.5g}" in ax.get_title() and f"{limit.shakedown.load_factor:.5g}" in ax.get_title()
+    alone = fo.guaranteed_limit(system(1.0, 0.0, 0.0, 1.0, 0.5, 0.0), CYCLE, F)
+    assert alone.node is None and not len(circles(alone.plot()))
+
+
+@ALL
+@pytest.mark.parametrize("share", [0.5, 2.0])
+def test_a_safe_slip_shows_its_reactions_and_its_slip(contact, cycle, share):
+    lam = share * fo.shakedown_limit(contact, cycle, F).load_factor
+    safe = fo.safe_slip(contact, cycle, F, lam)
+    upper, lower = safe.plot()
+    q, p = safe.reactions
+    check_ratio(upper, contact, q, p, [f"corner {k}" for k in range(len(cycle.corners))])
+    assert np.isclose((F * p - np.abs(q)).min() / (F * contact.bonded["mean"][1]).mean(), safe.margin, atol=1e-8)
+    drawn = [line for line in lower.get_lines() if line.get_marker() == "."]
+    assert np.array_equal(np.concatenate([line.get_ydata() for line in drawn]), safe.slip) and len(drawn) == parts(contact)
+    assert lower.get_xlabel().endswith("$x$ (length)")
+    assert lower.get_ylabel() == "slip $v$ (length)" and upper.get_title().startswith("safe slip" if share < 1 else "no slip is safe")
+
+
+NOTHING = {
+    "unbounded": lambda: fo.shakedown_limit(PAIR, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), F),
+    "unsafe": lambda: fo.shakedown_limit(PAIR, fo.LoadCycle({"mean": -1.0}, CYCLE.corners), F),
+    "unsafe, guaranteed": lambda: fo.guaranteed_limit(PAIR, fo.LoadCycle({"mean": -1.0}, CYCLE.corners), F),
+}
+
+
+@pytest.mark.parametrize("name", NOTHING)
+def test_a_limit_that_is_not_finite_says_why_in_place_of_lines(name):
+    limit = NOTHING[name]()
+    ax = limit.plot()
+    assert not ax.get_lines() and not len(circles(ax)) and np.isnan(limit.reactions[0]).all()
+    assert " ".join(ax.texts[0].get_text().split()) == limit.reason
+    assert ("infinite" if limit.load_factor == np.inf else "none") in ax.get_title()
+
+
+def test_a_contact_that_never_slips_has_no_onset_to_show():
+    ax = fo.onset(PAIR, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), F).plot()
+    assert ax.texts[0].get_text() == "no corner makes a node slip" and not ax.get_lines()
+
+
+def test_the_picture_of_a_bonded_contact_says_that_the_mean_load_alone_slips():
+    first = fo.onset(system(1.0, 0.0, 1.0, 1.0, 0.5, 0.0), CYCLE, F)
+    ax = first.plot()
+    assert not first.mean_admissible and "mean load alone" in ax.get_title()
+    assert np.allclose(circles(ax)[:, 1], 1 / F)  # at the bonded reactions, outside the bounds
+
+
+def test_of_many_corners_the_ruling_ones_have_lines_and_all_a_band():
+    limit = fo.shakedown_limit(FIVE, MANY, F)
+    ax = limit.plot()
+    q, p = limit.reactions
+    ratio = q / (F * p)
+    (band,) = [one for one in ax.collections if not isinstance(one, PathCollection)]
+    assert band.get_label() == "all 20 corners"
+    ends = band.get_paths()[0].vertices[:, 1]
+    assert np.isclose(ends.max(), np.nanmax(ratio)) and np.isclose(ends.min(), np.nanmin(ratio))
+    shares = limit.mechanism.groupby("corner")["share"].sum().nlargest(4)
+    drawn = {int(name.split()[1]) for name in labelled(ax) if name.startswith("corner")}
+    assert drawn == set(shares.index) and 0 < len(drawn) <= 4
+    assert set(map(tuple, circles(ax)[:, :1].round(9))) == {(x,) for x in limit.mechanism.loc[limit.mechanism["corner"].isin(drawn), "x"]}
+
+
+@ALL
+def test_a_steady_state_shows_slip_traction_and_work(contact, cycle):
+    steady = fo.steady_state(contact, cycle, F, 1.5 * fo.shakedown_limit(contact, cycle, F).load_factor)
+    slip, force, work = steady.plot()
+    width = np.ones(contact.nodes) if contact.width is None else contact.width
+    q, p = steady.reactions
+    for row, corner in enumerate(steady.corners):
+        assert np.array_equal(joined(slip, f"corner {corner}", parts(contact))[1], steady.slips[row])
+        assert np.allclose(joined(force, f"$q$, corner {corner}", parts(contact))[1], q[row] / width, rtol=1e-14)
+        assert np.allclose(joined(force, f"$p$, corner {corner}", parts(contact))[1], p[row] / width, rtol=1e-14)
+    drawn = np.concatenate([line.get_ydata() for line in work.get_lines() if line.get_marker() == "."])
+    assert np.array_equal(drawn, steady.dissipation_per_node)
+    assert force.get_ylabel().startswith("nodal force" if contact.width is None else "traction")
+    assert work.get_xlabel().endswith("(length)") and steady.outcome.name.split("_")[0].lower() in slip.get_title()
+
+
+@pytest.mark.parametrize(("contact", "cycle", "share"), [(FIVE, FOUR_CORNERS, 0.5), (FIVE, FOUR_CORNERS, 2.0), (PAIR, CYCLE, 2.0)])
+def test_the_states_of_a_steady_cycle_obey_the_law_and_end_at_its_slip(contact, cycle, share):
+    load_factor = share * fo.shakedown_limit(contact, cycle, F).load_factor
+    steady = fo.steady_state(contact, cycle, F, load_factor)
+    q, p = steady.reactions
+    mean = np.array(contact.reaction(cycle.mean))
+    bonded = np.array([mean + load_factor * np.array(contact.reaction(corner)) for corner in cycle.corners])
+    gap = np.linalg.solve(contact.C, (p - bonded[:, 1] - steady.slips @ contact.B.T).T).T
+    verdict = fo.referee(contact, (bonded[:, 0], bonded[:, 1]), F, v=steady.slips, w=np.where(p > 0, 0.0, gap), q=q, p=p)
+    assert verdict.residual < 1e-9 and np.array_equal(steady.slips[-1], steady.slip) and steady.corners == tuple(range(len(cycle.corners)))
+    assert np.array_equal((gap > 1e-9).any(axis=0), steady.open) and steady.open.any() == (contact is PAIR)
+
+
+def test_corners_that_are_left_out_keep_the_numbers_of_the_others():
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 0.0}, {"cyclic": 1.0}])
+    steady = fo.steady_state(PAIR, cycle, F, 1.5)
+    assert steady.corners == (0, 2) and len(steady.slips) == 2
+    assert {"corner 0", "corner 2"} == set(labelled(steady.plot()[0]))
+
+
+@ALL
+def test_a_trajectory_shows_the_loops_of_the_nodes_with_the_most_work(contact, cycle):
+    path = fo.march(contact, cycle, F, 1.5 * fo.shakedown_limit(contact, cycle, F).load_factor, cycles=2)
+    upper, lower = path.plot()
+    most = sorted(range(contact.nodes), key=lambda node: -path.work[-1, node])[:3]
+    for number, node in enumerate(most):
+        line = labelled(upper)[f"node {node}, $x = {contact.x[node]:.4g}$"]
+        assert np.array_equal(line.get_xdata(), path.slip[:, node]) and np.array_equal(line.get_ydata(), path.q[:, node])
+        assert np.array_equal(lower.get_lines()[number].get_ydata(), path.slip[:, node])
+        assert np.array_equal(lower.get_lines()[number].get_xdata(), path.time)
+    assert upper.get_xlabel() == lower.get_ylabel() == "slip $v$ (length)" and upper.get_ylabel() == "shear force $q$ (force per depth)"
+    ends = [line.get_xdata()[0] for line in lower.get_lines()[len(most) :]]
+    assert ends == [cycle_number * len(cycle.corners) for cycle_number in range(3)]
+
+
+def test_a_trajectory_without_slip_or_cycles_is_drawn():
+    path = fo.march(PAIR, CYCLE, F, 0.0, cycles=0)
+    upper, _ = path.plot()
+    assert upper.get_title() == "no node slips"
+
+
+def test_several_contacts_are_named_above_and_not_joined():
+    ax = fo.shakedown_limit(JOINT, CYCLE, F).plot()
+    ax.figure.draw_without_rendering()
+    (above,) = ax.child_axes
+    assert [text.get_text() for text in above.get_xticklabels()] == ["left", "right"]
+    assert above.get_xticks().tolist() == [0.5, 3.0]
+    assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_xdata()[0] == line.get_xdata()[-1] == 1.5] == [1.5]
+    assert not any(set(line.get_xdata()) >= {1.0, 2.0} for line in ax.get_lines())
+
+
+def study():
+    starts = fo.no_slip() + fo.overloads([1.5]) + fo.given_slips([[0.3, -0.2]])
+    return fo.dissipation_study(PAIR, CYCLE, F, [0.3, 0.6, 1.5], starts, progress=False)
+
+
+def test_a_study_has_a_mark_for_each_run():
+    table = study()
+    ax = fo.plot_study(table)
+    low = next(line.get_ydata()[0] for line in ax.get_lines() if len(line.get_xdata()) == 2 and line.get_ydata()[0] == line.get_ydata()[1])
+    slips = table["dissipation"] > 0
+    assert slips.any() and not slips.all()
+    for family, rows in table.groupby("family"):
+        x, y = (np.asarray(data) for data in labelled(ax)[family].get_data())
+        assert np.array_equal(x, rows["load_ratio"])
+        assert np.array_equal(y[rows["dissipation"] > 0], rows.loc[rows["dissipation"] > 0, "dissipation"])
+        assert (y[rows["dissipation"] == 0] < low).all() and (rows.loc[rows["dissipation"] > 0, "dissipation"] > low).all()
+    assert "force times length per depth" in ax.get_ylabel() and ax.get_yscale() == "log" and not ax.get_title()
+
+
+def test_a_study_without_a_limit_has_the_load_factor_below_and_failed_runs_are_counted():
+    table = study().assign(load_ratio=np.nan)
+    table.loc[0, "outcome"] = "FAILED"
+    ax = fo.plot_study(table)
+    assert ax.get_xlabel() == r"load factor $\lambda$" and ax.get_title() == "1 of 9 runs failed"
+    assert sum(len(line.get_xdata()) for line in labelled(ax).values()) == 8
+
+
+@pytest.mark.parametrize("table", [None, pd.DataFrame({"load_factor": [1.0]}), [1.0]], ids=["None", "other columns", "list"])
+def test_what_is_no_study_is_refused(table):
+    with pytest.raises(fo.ModelError, match="table: give the DataFrame of dissipation_study"):
+        fo.plot_study(table)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_scene_shows_bodies_contacts_supports_and_loads(name):
+    scene = SCENES[name]
+    ax = scene.plot()
+    model = scene.model()
+    named = labelled(ax)
+    for body, mesh in ((body, model.bodies[body].mesh) for body in model.bodies):
+        outline = np.array(named[body].get_data())
+        seen = outline[:, ~np.isnan(outline[0])].T
+        assert {tuple(point) for point in seen} == {tuple(point) for point in mesh.p[:, np.unique(mesh.facets[:, mesh.boundary_facets()])].T}
+    contact = np.array(named["contact"].get_data())
+    face = model.contacts[0]
+    mesh = model.bodies[face.body_1].mesh
+    assert np.count_nonzero(np.isnan(contact[0])) == len(mesh.boundaries[face.boundary_1])
+    held = np.concatenate([np.array(line.get_data()).T for line in ax.get_lines() if line.get_marker() in ("s", ">", "^") and len(line.get_xdata())])
+    nodes = [model.bodies[support.body].mesh.p[:, nodes].T for support, nodes in zip(model.supports, model.held_nodes, strict=True)]
+    assert {tuple(point) for point in held} <= {tuple(point) for point in np.concatenate(nodes)}
+    assert {label.split()[1] for label in named if label.startswith("load ")} == set(model.loads)
+    assert ax.get_aspect() == 1 and ax.get_xlabel() == "$x$ (length)" and ax.get_ylabel() == "$y$ (length)"
+    texts = {text.get_text() for text in ax.texts}
+    assert {contact.name for contact in model.contacts} <= texts or len(model.contacts) == 1
+
+
+def test_arrows_press_on_the_boundary_or_begin_there():
+    scene = SCENES["punch"]
+    top = scene.punch_height
+    arrows = [note for note in scene.plot().texts if note.arrow_patch is not None]
+    steps = {(note.xyann, note.xy) for note in arrows}
+    pressing = [(tail, tip) for tail, tip in steps if tail[0] == tip[0]]
+    assert len(pressing) == 5 and all(tip[1] == top < tail[1] for tail, tip in pressing)
+    side = scene.block_half_width
+    pulling = [(tail, tip) for tail, tip in steps if abs(tail[0]) == side and tail[1] <= 0]
+    assert pulling and all(abs(tip[0]) > side and tip[1] == tail[1] for tail, tip in pulling)
+
+
+def test_a_model_is_drawn_like_its_scene_and_shows_as_a_table():
+    model = SCENES["dovetail"].model()
+    assert set(labelled(model.plot())) == set(labelled(SCENES["dovetail"].plot()))
+    assert "contacts={'right': 5, 'left': 5}" in repr(model) and "<th>supports</th>" in model._repr_html_()
+
+
+def every():
+    asked = FIVE, FOUR_CORNERS, F
+    return {
+        "Onset": (fo.onset(*asked), 1),
+        "ShakedownLimit": (fo.shakedown_limit(*asked), 1),
+        "GuaranteedLimit": (fo.guaranteed_limit(*asked), 1),
+        "SafeSlip": (fo.safe_slip(*asked, 0.1), 2),
+        "SteadyState": (fo.steady_state(*asked, 0.5), 3),
+        "Trajectory": (fo.march(*asked, 0.5, cycles=1), 2),
+        "scene": (SCENES["punch"], 1),
+    }
+
+
+@pytest.mark.parametrize("name", every())
+def test_pictures_are_drawn_in_given_axes_and_other_numbers_of_axes_are_refused(name):
+    result, panels = every()[name]
+    given = plt.subplots(panels)[1]
+    returned = result.plot(given)
+    assert list(np.ravel(returned)) == list(np.ravel(given)) and all(ax.get_xlim() != (0, 1) for ax in np.ravel(given)[-1:])
+    assert len(plt.get_fignums()) == 1
+    for wrong in (plt.subplots(panels + 1)[1], 5, [None] * panels, "axes"):
+        with pytest.raises(fo.ModelError, match=r"^ax: "):
+            result.plot(wrong)
+
+
+@pytest.mark.parametrize("name", every())
+def test_letters_of_a_new_picture_are_those_of_the_figures_and_large_enough(name):
+    result, _ = every()[name]
+    figure = np.ravel(result.plot())[0].figure
+    figure.draw_without_rendering()  # outside the context, as a user's savefig
+    texts = [text for text in figure.findobj(Text) if text.get_text().strip()]
+    assert {text.get_fontfamily()[0] for text in texts} == {"STIXGeneral"} and min(text.get_fontsize() for text in texts) > 9
+    assert plt.rcParams["font.size"] == plt.rcParamsDefault["font.size"]
+    width, height = figure.get_size_inches() * figure.dpi
+    for ax in figure.axes:
+        box = ax.get_tightbbox()
+        assert box.x0 > -1 and box.y0 > -1 and box.x1 < width + 1 and box.y1 < height + 1, "all letters are in the picture"
+
+
+def test_without_matplotlib_a_plot_says_how_to_get_it_and_all_else_works():
+    code = (
+        "import sys; sys.modules['matplotlib'] = None\n"
+        "from frictopt import *\n"
+        "import frictopt as fo\n"
+        "node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {'P': ([0.0], [1.0]), 'Q': ([1.0], [0.0])})\n"
+        "first = fo.onset(node, fo.LoadCycle({'P': 1.0}, [{'Q': 2.0}]), friction=0.5)\n"
+        "try:\n    first.plot()\nexcept ImportError as error:\n    print(error)\n"
+    )
+    said = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
+    assert said == "plots need matplotlib: python -m pip install 'frictopt[figures]'\n"
