@@ -1,6 +1,7 @@
 """Draw the figures: `python -m paper_figures [name ...] [--quick] [--list]`.
 
-Data that is missing, or was made with other parameters or by another version of frictopt, is computed first.
+Data that is missing, or was made with other parameters or by another version of frictopt, is computed first. Finished tables are kept, so after an
+interrupt the same command goes on where it stopped.
 """
 
 import argparse
@@ -120,7 +121,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     try:
         folders = options.data or writable(data_folder(options.quick)), options.output or writable(style.output_folder(options.quick))
-        for name in options.names or FIGURES:
+        names = options.names or list(FIGURES)
+        for number, name in enumerate(names, start=1):
+            print(f"figure {number} of {len(names)}: {name}", file=sys.stderr, flush=True)
             print(*make(name, quick=options.quick, data=folders[0], output=folders[1]), sep="\n", flush=True)
     except KeyboardInterrupt:
         print("interrupted; finished tables and figures are kept", file=sys.stderr)

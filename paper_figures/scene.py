@@ -3,17 +3,17 @@
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 import frictopt as fo
+from frictopt.plots.bodies import draw_mesh
 from studies.tables import Table
 
 from .style import BLACK, SERIES, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw", "draw_mesh"]
+__all__ = ["TABLES", "draw"]
 
 TABLES: Mapping[str, Table[Any]] = {}
 
@@ -43,14 +43,6 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     _corner(corner, scene)
     panel_label(corner, "b")
     return figure
-
-
-def draw_mesh(axes: Any, mesh: Any, color: str, scale: float = 1.0) -> None:
-    """Lines of a mesh, with its outline; coordinates are divided by `scale`."""
-    outline = mesh.boundary_facets()
-    for facets, width in ((np.arange(mesh.facets.shape[1]), 0.12), (outline, 1.0)):
-        edges = np.insert(mesh.p[:, mesh.facets[:, facets]] / scale, 2, np.nan, axis=1)  # one line with gaps is drawn far faster than many lines
-        axes.plot(*edges.transpose(0, 2, 1).reshape(2, -1), color=color, lw=width, solid_capstyle="round", snap=False, zorder=0.5)
 
 
 def _mesh(axes: Any, scene: fo.PunchOnHalfPlane) -> None:

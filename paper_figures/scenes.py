@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from frictopt.plots.bodies import draw_mesh
 from studies.scenes import LIMITS, dovetail, pin, punch
 from studies.tables import Table
 
-from .scene import draw_mesh
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label
 
 __all__ = ["TABLES", "draw"]

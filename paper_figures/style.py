@@ -8,6 +8,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from frictopt.plots.style import BLACK, GREY, RC, SERIES
+
 __all__ = [
     "BLACK",
     "GREY",
@@ -26,51 +28,11 @@ __all__ = [
 
 OUTPUT = Path(__file__).parent / "output"
 NARROW, WIDE = 84.0, 174.0  # one and two columns of a journal page, mm
-BLACK, GREY = "#000000", "#767676"
-
-# Okabe and Ito's colours, told apart with impaired colour vision; line and marker tell the series apart in grey as well.
-SERIES: tuple[dict[str, Any], ...] = (
-    {"color": "#0072B2", "linestyle": "-", "marker": "o"},
-    {"color": "#D55E00", "linestyle": "--", "marker": "s"},
-    {"color": "#009E73", "linestyle": "-.", "marker": "^"},
-    {"color": "#CC79A7", "linestyle": ":", "marker": "D"},
-    {"color": "#56B4E9", "linestyle": (0, (5, 1, 1, 1, 1, 1)), "marker": "v"},
-    {"color": "#E69F00", "linestyle": (0, (7, 2)), "marker": "P"},
-    {"color": "#000000", "linestyle": (0, (3, 1, 1, 1)), "marker": "X"},
-    {"color": "#767676", "linestyle": (0, (1, 1)), "marker": "*"},
-)
-
-_RC = {
-    "font.family": "STIXGeneral",  # comes with matplotlib, so every machine draws the same letters
-    "mathtext.fontset": "stix",
-    "font.size": 8.0,
-    "axes.labelsize": 8.0,
-    "axes.titlesize": 8.0,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "legend.fontsize": 7.5,
-    "axes.linewidth": 0.6,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.minor.width": 0.4,
-    "ytick.minor.width": 0.4,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "xtick.top": True,
-    "ytick.right": True,
-    "lines.linewidth": 1.1,
-    "lines.markersize": 3.2,
-    "hatch.linewidth": 0.5,
-    "legend.frameon": False,
-    "legend.handlelength": 2.6,
-    "pdf.fonttype": 42,  # letters stay text that can be searched and edited
-    "savefig.dpi": 300,
-}
 
 
 def styled() -> Any:
     """Context in which figures are drawn and saved."""
-    return rc_context(_RC)
+    return rc_context({**RC})
 
 
 def new_figure(width: float, height: float) -> Figure:

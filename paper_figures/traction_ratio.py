@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from frictopt.plots.along import circle, friction_bounds
 from studies.limits import REACTIONS
 from studies.tables import Table
 
@@ -30,7 +31,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         rows = table[table["friction"] == friction]
         for axes, large in zip(panel[:2], _LARGE, strict=True):
             _ratio(axes, rows, large)
-        panel[0].set_ylabel("$q / (f p)$")
+        panel[1].set_ylabel("")
         panel[0].set_title(f"$f = {friction:g}$,  $\\lambda_2 = {rows['load_factor'].iloc[0]:.4f}$")
         panel[1].set_xlim(-1 - 0.1 * _CORNER, -1 + _CORNER)
         _slip(panel[2], rows)
@@ -45,13 +46,12 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 
 
 def _ratio(axes: Any, rows: pd.DataFrame, large: float) -> None:
-    axes.axhline(1, color=GREY, lw=0.6)
-    axes.axhline(-1, color=GREY, lw=0.6, label=r"friction bound $\pm 1$")
+    friction_bounds(axes)
     for (sigma, part), series in zip(rows.groupby("sigma"), SERIES, strict=False):
         name = rf"$\sigma = {'-' if sigma < 0 else '+'}\lambda_2\,P / 2a$"
         axes.plot(part["x"], part["ratio"], color=series["color"], linestyle=series["linestyle"], marker=".", markersize=1.5, lw=0.8, label=name)
         marked = part[part["share"] >= large]
-        axes.scatter(marked["x"], marked["ratio"], s=500 * marked["share"], ec=series["color"], fc="none", lw=0.8, marker=series["marker"], zorder=3)
+        circle(axes, marked["x"], marked["ratio"], marked["ratio"], 500 * marked["share"], series["color"], None)
     axes.set_ylim(-1.2, 1.2)
 
 

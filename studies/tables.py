@@ -1,18 +1,15 @@
 """Tables of the studies: their files, and the record of their origin."""
 
 import argparse
-import ast
-import hashlib
 import json
 import os
+import shlex
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import cache
 from importlib.metadata import version
-from importlib.util import resolve_name
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -20,6 +17,8 @@ import numpy as np
 import pandas as pd
 
 import frictopt as fo
+
+from .origin import machine, source_digest
 
 __all__ = ["INTERRUPTED", "Study", "Table", "at_least_one", "data_folder", "markdown", "seed_number", "two_digits", "writable"]
 
@@ -165,7 +164,7 @@ class Table(Generic[P]):
         return self.make(parameters, folder) if table is None else table
 
     def _origin(self, parameters: P) -> dict[str, Any]:
-        versions = {"frictopt": f"{fo.__version__}+{_source_digest(self.compute.__module__)}"} | {name: version(name) for name in _LIBRARIES}
+        versions = {"frictopt": f"{fo.__version__}+{source_digest(self.compute.__module__)}"} | {name: version(name) for name in _LIBRARIES}
         origin = {"table": self.name, "about": self.about, "columns": dict(self.columns), "parameters": asdict(parameters), "versions": versions}
         return dict(json.loads(json.dumps(origin)))  # as it is read back: tuples become lists
 
@@ -186,6 +185,8 @@ class Study:
         Its tables.
     summary
         What is printed of the tables, by name, after they are made; by default nothing.
+    picture
+        Draws one picture: parameters, folder -> its file; by default none.
     """
 
     module: str
@@ -193,6 +194,7 @@ class Study:
     quick: str
     tables: Sequence[Table[Any]]
     summary: Callable[[Mapping[str, pd.DataFrame]], str] | None = None
+    picture: Callable[[Any, Path], Path] | None = None
 
     @property
     def name(self) -> str:
@@ -206,6 +208,8 @@ class Study:
         parser.add_argument("--data", type=writable, metavar="FOLDER", help="where to write; by default studies/data, or studies/data/quick")
         for name, keywords in {name: keywords for table in self.tables for name, keywords in table.options.items()}.items():
             parser.add_argument(f"--{name}", **keywords)
+        if self.summary is not None:
+            parser.add_argument("--page", type=writable, metavar="FOLDER", help="write what is printed as NAME.md too, with the command that made it")
         return parser
 
     def run(self, argv: Sequence[str] | None = None) -> int:
@@ -216,9 +220,18 @@ class Study:
         int
             The exit status: 0; 1 where a table or a run cannot be written; 130 after Ctrl-C.
         """
-        options = self.parser().parse_args(argv)
+        arguments = list(sys.argv[1:] if argv is None else argv)
+        options = self.parser().parse_args(arguments)
         try:
-            self._make(options, options.data or writable(data_folder(options.quick)))
+            folder = options.data or writable(data_folder(options.quick))
+            made = self._make(options, folder)
+            if self.picture is not None:
+                print(self.picture(self.tables[0].parameters(options.quick), folder))
+            if self.summary is not None:
+                said = self.summary(made)
+                print(said)
+                if options.page is not None:
+                    (options.page / f"{self.name}.md").write_text(f"{said.strip()}\n\n*{self._origin(arguments, made)}*\n", encoding="utf-8")
         except KeyboardInterrupt:
             print(f"{self.module}: interrupted; finished tables, and finished runs in a store, are kept", file=sys.stderr)
             return INTERRUPTED
@@ -227,45 +240,23 @@ class Study:
             return 1
         return 0
 
-    def _make(self, options: argparse.Namespace, folder: Path) -> None:
+    def _origin(self, arguments: Sequence[str], made: Mapping[str, pd.DataFrame]) -> str:
+        """Origin of a page: the command without its folders, version, time and machine."""
+        folders = argparse.ArgumentParser(add_help=False)
+        folders.add_argument("--page")
+        folders.add_argument("--data")
+        command = shlex.join(["python", "-m", "studies", self.name, *folders.parse_known_args(arguments)[1]])
+        seconds = sum(table.attrs["seconds"] for table in made.values())
+        return f"Made by `{command}`, frictopt {fo.__version__}, in {seconds:.0f} s on {machine()}."
+
+    def _make(self, options: argparse.Namespace, folder: Path) -> dict[str, pd.DataFrame]:
         made = {}
         for table in self.tables:
             own = {name: getattr(options, name) for name in table.options}
             made[table.name] = table.make(table.parameters(options.quick), folder, **own)
             rows, seconds = made[table.name], made[table.name].attrs["seconds"]
             print(f"{table.path(folder)}: {len(rows)} rows, worst residual {rows['residual'].max():.1e}, {seconds:.1f} s")
-        if self.summary is not None:
-            print(self.summary(made))
-
-
-def _source_digest(study: str) -> str:
-    """Digest of the code that makes a table: all of frictopt, the module that computes it, and all studies that this imports."""
-    files = {*Path(fo.__file__).parent.rglob("*.py"), *(Path(str(sys.modules[name].__file__)) for name in _imported(study, set()))}
-    return hashlib.sha256("".join(_code(path.read_text(encoding="utf-8")) for path in sorted(files)).encode()).hexdigest()[:12]
-
-
-def _imported(name: str, found: set[str]) -> set[str]:
-    """Adds the module of that name, if it is one of the studies, and all of them that it imports."""
-    module = sys.modules.get(name)
-    if module is None or name in found or name.partition(".")[0] != __package__:
-        return found
-    found.add(name)
-    for node in ast.walk(ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom):
-            start = resolve_name("." * node.level + (node.module or ""), module.__package__)
-            for other in (start, *(f"{start}.{alias.name}" for alias in node.names)):
-                _imported(other, found)
-    return found
-
-
-@cache
-def _code(source: str) -> str:
-    """The syntax of a source without docstrings (and other bare texts) and comments."""
-    tree = ast.parse(source)
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            node.body = [line for line in node.body if not (isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant))]
-    return ast.dump(tree)
+        return made
 
 
 def _same_origin(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> bool:

@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from studies.origin import machine
 from studies.validation import error_vs_time
-from studies.validation.error_vs_time import clock, study
+from studies.validation.error_vs_time import clock
 from studies.validation.error_vs_time.clock import timed
 from studies.validation.error_vs_time.methods import ROUNDING, Method, Question, measured, not_dominated
 from studies.validation.error_vs_time.report import fronts
@@ -162,7 +163,7 @@ def test_limit_follows_the_law_of_the_corner(made):
 
 def test_printed_tables_name_machine_rivals_and_who_is_ahead(made):
     table, calls, _, printed = made
-    assert study.machine() in printed and all(name in printed for name in table.attrs["rivals"])
+    assert machine() in printed and all(name in printed for name in table.attrs["rivals"])
     assert "skipped: " + (", ".join(table.attrs["absent"]) or "none") in printed
     lines = fronts(table).splitlines()
     assert len(lines) == 2 + table.groupby(QUESTION).ngroups

@@ -1,15 +1,13 @@
 """The tables of the study."""
 
-import os
-import platform
 from collections.abc import Callable, Iterator
 from importlib.metadata import version
-from pathlib import Path
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
+from ...origin import machine
 from ...tables import Table
 from . import condensation, guaranteed, increments, limits, transients
 from .calls import first_and_second
@@ -18,7 +16,7 @@ from .methods import RIVALS, Question, absent, measured
 from .parameters import FULL, QUICK, Parameters
 from .scenes import punch
 
-__all__ = ["CALLS", "ERROR", "LAW", "error_against_time", "machine", "questions"]
+__all__ = ["CALLS", "ERROR", "LAW", "error_against_time", "questions"]
 
 
 def questions(parameters: Parameters) -> Iterator[Question]:
@@ -41,7 +39,11 @@ def error_against_time(parameters: Parameters) -> pd.DataFrame:
             rows += measured(question, parameters.repetitions)
     table = pd.DataFrame(rows)
     missing = list(absent())
-    table.attrs = {"machine": machine(), "absent": missing, "rivals": {name: version(name) for name in RIVALS if name not in missing}}
+    table.attrs = {
+        "machine": f"{machine()}, one thread used",
+        "absent": missing,
+        "rivals": {name: version(name) for name in RIVALS if name not in missing},
+    }
     return table
 
 
@@ -58,16 +60,8 @@ def law(parameters: Parameters) -> pd.DataFrame:
 def _one_thread(compute: Callable[[Parameters], pd.DataFrame], parameters: Parameters) -> pd.DataFrame:
     with threadpool_limits(1):
         table = compute(parameters)
-    table.attrs = {"machine": machine()}
+    table.attrs = {"machine": f"{machine()}, one thread used"}
     return table
-
-
-def machine() -> str:
-    """Model and number of the processors, as far as the system tells."""
-    cpuinfo = Path("/proc/cpuinfo")
-    lines = cpuinfo.read_text(encoding="utf-8").splitlines() if cpuinfo.is_file() else []
-    models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return f"{models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores, one thread used"
 
 
 _ERROR = {

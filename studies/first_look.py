@@ -1,0 +1,101 @@
+"""A first look at the paper's scene: onset, guaranteed and shakedown limit, and the steady state at two loads, in less than a minute.
+
+Run with `python -m studies first_look [--quick]`; it prints a table and draws one picture beside it. All loads are amplitudes of the bulk stress over
+the mean pressure, sigma / (P / 2a).
+"""
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import pandas as pd
+
+import frictopt as fo
+
+from .paper import LOADS, work_unit
+from .tables import Study, Table, markdown
+
+__all__ = ["ANSWERS", "FULL", "QUICK", "STUDY", "Parameters", "answers"]
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Mesh, friction and loads."""
+
+    elements: int = 124
+    friction: float = 0.7
+    load_factors: tuple[float, ...] = (1.5, 1.9)
+
+
+FULL = Parameters()
+QUICK = Parameters(elements=16)
+
+
+def answers(parameters: Parameters) -> pd.DataFrame:
+    """One row per question."""
+    rows = []
+    for question, ask in _questions(parameters):
+        start = time.perf_counter()
+        value, meaning, residual = ask()
+        rows.append({"question": question, "value": value, "meaning": meaning, "residual": residual, "seconds": time.perf_counter() - start})
+    return pd.DataFrame(rows)
+
+
+def _questions(parameters: Parameters) -> Iterator[tuple[str, Callable[[], tuple[float, str, float]]]]:
+    system, friction = fo.PunchOnHalfPlane(elements=parameters.elements).condense(), parameters.friction
+
+    def onset() -> tuple[float, str, float]:
+        first = fo.onset(system, LOADS, friction)
+        return first.slip.load_factor, f"the bonded contact slips first at x / a = {system.x[first.slip.node] / system.x[-1]:.3g}", first.residual
+
+    def guaranteed() -> tuple[float, str, float]:
+        limit = fo.guaranteed_limit(system, LOADS, friction)
+        return limit.load_factor, "above it slip goes on for ever from some residual slips", limit.residual
+
+    def shakedown() -> tuple[float, str, float]:
+        limit = fo.shakedown_limit(system, LOADS, friction)
+        return limit.load_factor, "above it no residual slip is safe", limit.residual
+
+    yield "onset of slip", onset
+    yield "guaranteed limit, lambda_1", guaranteed
+    yield "shakedown limit, lambda_2", shakedown
+    for load_factor in parameters.load_factors:
+        yield f"work of friction per cycle at load {load_factor:g}, W E* / P^2", partial(_steady, system, friction, load_factor)
+
+
+def _steady(system: fo.ContactSystem, friction: float, load_factor: float) -> tuple[float, str, float]:
+    steady = fo.steady_state(system, LOADS, friction, load_factor)
+    return steady.dissipation / work_unit(system), f"without initial slip, {steady.outcome.value}", steady.residual
+
+
+def _summary(tables: Mapping[str, pd.DataFrame]) -> str:
+    rows = [[row.question, f"{row.value:.4g}", row.meaning, f"{row.seconds:.2g} s"] for row in tables[ANSWERS.name].itertuples()]
+    head = f"A square punch on a half-plane, f = {tables[ANSWERS.name].attrs['parameters']['friction']:g}; loads are sigma / (P / 2a)."
+    more = "The first run on a machine waits for the compiler, once. All figures: python -m paper_figures (if interrupted, start it again)."
+    return "\n\n".join([head, markdown(["question", "value", "meaning", "time"], rows), more])
+
+
+def _picture(parameters: Any, folder: Path) -> Path:
+    """The contact at its shakedown limit."""
+    limit = fo.shakedown_limit(fo.PunchOnHalfPlane(elements=parameters.elements).condense(), LOADS, parameters.friction)
+    path = folder / "first_look.png"
+    figure = limit.plot().figure
+    figure.savefig(path, dpi=200)
+    plt.close(figure)
+    return path
+
+
+_COLUMNS = {
+    "question": "what is asked",
+    "value": "load factor, or scaled work of friction",
+    "meaning": "the answer in words",
+    "residual": "residual of the answer",
+    "seconds": "time of the call",
+}
+ANSWERS = Table("first_look", "one question", _COLUMNS, full=FULL, quick=QUICK, compute=answers)
+
+STUDY = Study("studies.first_look", __doc__, "a coarse mesh", (ANSWERS,), _summary, picture=_picture)

@@ -1,0 +1,52 @@
+"""Where a table comes from: its sources, and the machine."""
+
+import ast
+import hashlib
+import os
+import platform
+import sys
+from functools import cache
+from importlib.util import resolve_name
+from pathlib import Path
+
+import frictopt as fo
+
+__all__ = ["machine", "source_digest"]
+
+
+def machine() -> str:
+    """Model and number of the processors, as far as the system tells."""
+    cpuinfo = Path("/proc/cpuinfo")
+    lines = cpuinfo.read_text(encoding="utf-8").splitlines() if cpuinfo.is_file() else []
+    models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return f"{models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores"
+
+
+def source_digest(study: str) -> str:
+    """Digest of the code that makes a table: all of frictopt, the module that computes it, and all studies that this imports."""
+    files = {*Path(fo.__file__).parent.rglob("*.py"), *(Path(str(sys.modules[name].__file__)) for name in _imported(study, set()))}
+    return hashlib.sha256("".join(_code(path.read_text(encoding="utf-8")) for path in sorted(files)).encode()).hexdigest()[:12]
+
+
+def _imported(name: str, found: set[str]) -> set[str]:
+    """Adds the module of that name, if it is one of the studies, and all of them that it imports."""
+    module = sys.modules.get(name)
+    if module is None or name in found or name.partition(".")[0] != __package__:
+        return found
+    found.add(name)
+    for node in ast.walk(ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            start = resolve_name("." * node.level + (node.module or ""), module.__package__)
+            for other in (start, *(f"{start}.{alias.name}" for alias in node.names)):
+                _imported(other, found)
+    return found
+
+
+@cache
+def _code(source: str) -> str:
+    """The syntax of a source without docstrings (and other bare texts) and comments."""
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            node.body = [line for line in node.body if not (isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant))]
+    return ast.dump(tree)
