@@ -34,14 +34,16 @@ def lines(ax: Any, system: ContactSystem, values: Array, *, label: str | None = 
         label = None
 
 
-def lines_or_band(ax: Any, system: ContactSystem, values: Array, names: Sequence[str], ruling: Sequence[int] = (), **more: Any) -> None:
+def lines_or_band(
+    ax: Any, system: ContactSystem, values: Array, names: Sequence[str], ruling: Sequence[int] = (), band: str = GREY, **more: Any
+) -> None:
     """Draw (K, N) values as a line for each corner; of more corners than there are looks, the ruling ones as lines and all of them as a band."""
     if len(values) > len(SERIES):
         label: str | None = f"{names[0].rpartition('corner')[0]}all {len(values)} corners"
         known = np.isfinite(values)
         low, high = (np.where(known.any(axis=0), end(values, axis=0, where=known, initial=-start), np.nan) for end, start in _ENDS)
         for _, nodes in parts(system):
-            ax.fill_between(system.x[nodes], low[nodes], high[nodes], color=GREY, alpha=0.35, lw=0.6, label=label)
+            ax.fill_between(system.x[nodes], low[nodes], high[nodes], color=band, alpha=0.35, lw=0.6, label=label)
             label = None
     for corner, look in looks(len(values), ruling).items():
         own = {"color": look["color"], "linestyle": look["linestyle"], "marker": ".", "markersize": 3, **more}

@@ -15,7 +15,7 @@ __all__: list[str] = []
 
 _NODES = 3  # nodes whose loops are drawn: those with the most work of friction
 _DOTS: dict[str, Any] = {"marker": ".", "markersize": 3}
-_LOOKS: dict[str, dict[str, Any]] = {"q": {}, "p": {"lw": 0.5, "alpha": 0.8}}
+_LOOKS: dict[str, dict[str, Any]] = {"q": {"band": series(0)["color"]}, "p": {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}}
 _MOST_LINES = 50  # cycles of which each has its own line
 
 
