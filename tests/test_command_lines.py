@@ -1,7 +1,7 @@
 """Command lines of the studies and the figures: what cannot be done is said before anything is computed."""
 
 import errno
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pandas as pd
@@ -11,6 +11,7 @@ import paper_figures.__main__ as figures
 import studies.__main__ as studies
 from paper_figures import style
 from studies import tables
+from studies.origin import machine
 
 
 @dataclass(frozen=True)
@@ -113,3 +114,35 @@ def test_figures_go_nowhere_but_to_a_folder(file, tmp_path, monkeypatch, capsys)
     monkeypatch.setattr(style, "output_folder", lambda _quick: Path(file))
     assert figures.main(["scene", "--data", str(tmp_path)]) == 1
     assert "is no folder to write in" in capsys.readouterr().err
+
+
+def test_a_page_holds_what_is_printed_and_its_origin(computed, tmp_path, monkeypatch, capsys):
+    small = studies.STUDIES["small"]
+    drawn = []
+
+    def picture(parameters, folder):
+        drawn.append((parameters, folder))
+        return folder / "small.png"
+
+    told = replace(small, summary=lambda made: f"{len(made['small'])} row\n", picture=picture)
+    monkeypatch.setitem(studies.STUDIES, "small", told)
+    assert studies.main(["small", "--quick", "--data", str(tmp_path / "data"), f"--page={tmp_path / 'pages'}"]) == 0
+    printed = capsys.readouterr().out.splitlines()
+    page = (tmp_path / "pages" / "small.md").read_text().split("\n\n")
+    assert printed[1:] == [str(tmp_path / "data" / "small.png"), "1 row", ""] and drawn == [(Nothing(), tmp_path / "data")]
+    assert page[0] == "1 row" and len(page) == 2
+    assert page[1].startswith("*Made by `python -m studies small --quick`, frictopt ") and page[1].endswith(f" s on {machine()}.*\n")
+    assert str(tmp_path) not in page[1] and computed == [1]
+
+
+def test_a_study_that_prints_nothing_has_no_page(computed, tmp_path, capsys):
+    with pytest.raises(SystemExit) as end:
+        studies.main(["small", "--page", str(tmp_path)])
+    assert end.value.code == 2 and "--page" in capsys.readouterr().err and not computed
+
+
+def test_figures_say_how_many_are_done(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(figures, "make", lambda name, **_options: [f"{name}.pdf"])
+    assert figures.main(["scene", "onset", "--data", str(tmp_path), "--output", str(tmp_path)]) == 0
+    said = capsys.readouterr()
+    assert said.err.splitlines() == ["figure 1 of 2: scene", "figure 2 of 2: onset"] and said.out.split() == ["scene.pdf", "onset.pdf"]

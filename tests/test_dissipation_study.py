@@ -1,5 +1,6 @@
 import io
 import re
+import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
@@ -215,3 +216,24 @@ def test_bad_input_is_refused_by_name(contact, argument, change):
 def test_workers_and_an_executor_exclude_each_other(contact):
     with ThreadPoolExecutor(1) as threads, pytest.raises(fo.ModelError, match="workers: 2 "):
         fo.dissipation_study(contact, CYCLE, 0.4, [0.5], executor=threads, workers=2)
+
+
+NOTEBOOK = """
+import sys, types, warnings
+warnings.simplefilter("error")
+for name in ("ipykernel.zmqshell", "IPython", "IPython.display"):
+    sys.modules[name] = types.ModuleType(name)
+sys.modules["IPython"].get_ipython = lambda: types.SimpleNamespace()
+for name in ("HTML", "display", "clear_output"):
+    setattr(sys.modules["IPython.display"], name, None)
+sys.modules["ipywidgets"] = None
+import frictopt as fo
+rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+print(len(fo.dissipation_study(rod, cycle, 0.5, [0.3])))
+"""
+
+
+def test_a_notebook_without_widgets_gets_a_bar_of_text_and_no_warning():
+    done = subprocess.run([sys.executable, "-c", NOTEBOOK], capture_output=True, text=True)
+    assert done.stdout == "1\n" and "transients: 100%" in done.stderr and "Warning" not in done.stderr, done.stderr

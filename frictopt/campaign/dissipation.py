@@ -1,6 +1,7 @@
 """Campaigns: the steady states of many transients as one table."""
 
 import os
+import sys
 import warnings
 from collections.abc import Container, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -76,7 +77,7 @@ def dissipation_study(
         File that keeps each finished run by its content: a study that is started again computes only the missing runs. Several studies may share the
         file on a disk of this machine. `read_store` reads it.
     progress
-        Show count, rate and time left, on a terminal only.
+        Show count, rate and time left, on a terminal and in a notebook.
 
     Returns
     -------
@@ -197,6 +198,10 @@ def _checked_factors(load_factors: Any) -> list[float]:
 
 
 def _progress(total: int, done: int, show: bool) -> Any:
-    from tqdm import tqdm  # only campaigns need it
+    from tqdm import TqdmWarning  # only campaigns need it
 
-    return tqdm(total=total, initial=done, desc="transients", unit="run", disable=None if show else True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", TqdmWarning)  # a notebook without ipywidgets gets a bar of text
+        from tqdm.auto import tqdm
+    seen = False if "ipykernel.zmqshell" in sys.modules else None  # None: on a terminal
+    return tqdm(total=total, initial=done, desc="transients", unit="run", disable=seen if show else True)

@@ -41,7 +41,7 @@ def lines_or_band(
     if len(values) > len(SERIES):
         label: str | None = f"{names[0].rpartition('corner')[0]}all {len(values)} corners"
         known = np.isfinite(values)
-        low, high = (np.where(known.any(axis=0), end(values, axis=0, where=known, initial=-start), np.nan) for end, start in _ENDS)
+        low, high = (np.where(known.any(axis=0), end(values, axis=0, where=known, initial=start), np.nan) for end, start in _ENDS)
         for _, nodes in parts(system):
             ax.fill_between(system.x[nodes], low[nodes], high[nodes], color=band, alpha=0.35, lw=0.6, label=label)
             label = None
@@ -50,7 +50,7 @@ def lines_or_band(
         lines(ax, system, values[corner], label=names[corner], **own)
 
 
-_ENDS = (np.min, -np.inf), (np.max, np.inf)
+_ENDS = (np.min, np.inf), (np.max, -np.inf)
 
 
 def looks(corners: int, ruling: Sequence[int] = ()) -> dict[int, Mapping[str, Any]]:

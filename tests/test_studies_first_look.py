@@ -1,0 +1,37 @@
+"""The first look: what it prints is what the limits and the steady states say, and its picture is on disk."""
+
+import pandas as pd
+import pytest
+from matplotlib.image import imread
+
+import frictopt as fo
+from studies import first_look
+from studies.paper import LOADS
+
+
+def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys):
+    assert first_look.STUDY.run(["--quick", "--data", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    system, f = fo.PunchOnHalfPlane(elements=first_look.QUICK.elements).condense(), first_look.QUICK.friction
+    table = pd.read_parquet(tmp_path / "first_look.parquet").set_index("question")
+    first, lower, limit = fo.onset(system, LOADS, f), fo.guaranteed_limit(system, LOADS, f), fo.shakedown_limit(system, LOADS, f)
+    expected = {
+        "onset of slip": first.slip.load_factor,
+        "guaranteed limit, lambda_1": lower.load_factor,
+        "shakedown limit, lambda_2": limit.load_factor,
+    }
+    for load in first_look.QUICK.load_factors:
+        work = fo.steady_state(system, LOADS, f, load).dissipation * system.E_star / system.reaction(LOADS.mean)[1].sum() ** 2
+        expected[f"work of friction per cycle at load {load:g}, W E* / P^2"] = work
+    assert list(table.index) == list(expected) and table["value"].tolist() == pytest.approx(list(expected.values()), rel=1e-9, abs=1e-12)
+    assert table["residual"].max() < 1e-9
+    for question, value in expected.items():
+        assert f"| {question} | {value:.4g} |" in printed
+    assert printed.rstrip().splitlines()[-1].count("python -m paper_figures") == 1
+    assert imread(tmp_path / "first_look.png").shape[1] > 1000 and str(tmp_path / "first_look.png") in printed
+
+
+def test_its_loads_stand_on_both_sides_of_the_limit():
+    limit = fo.shakedown_limit(fo.PunchOnHalfPlane(elements=first_look.FULL.elements).condense(), LOADS, first_look.FULL.friction)
+    below, above = first_look.FULL.load_factors
+    assert below < limit.load_factor < above
