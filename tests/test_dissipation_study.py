@@ -220,7 +220,7 @@ def test_workers_and_an_executor_exclude_each_other(contact):
 
 NOTEBOOK = """
 import sys, types, warnings
-warnings.simplefilter("error")
+warnings.simplefilter("always")
 for name in ("ipykernel.zmqshell", "IPython", "IPython.display"):
     sys.modules[name] = types.ModuleType(name)
 sys.modules["IPython"].get_ipython = lambda: types.SimpleNamespace()

@@ -76,11 +76,7 @@ def new_axes(ax: Any, panels: int = 1, size: tuple[float, float] = (6.4, 3.6), *
         Not that many axes.
     """
     if ax is None:
-        axes = np.ravel(plt.subplots(panels, 1, sharex=common_x, squeeze=False, figsize=size, layout="constrained")[1])
-        for axis in (axis for one in axes for axis in (one.xaxis, one.yaxis)):
-            axis.get_major_ticks(1)  # ticks made later, outside the context, copy the first one
-            axis.get_minor_ticks(1)
-        return axes
+        return np.ravel(plt.subplots(panels, 1, sharex=common_x, squeeze=False, figsize=size, layout="constrained")[1])
     axes = np.ravel(np.asarray(ax, dtype=object))
     if len(axes) != panels or not all(isinstance(one, Axes) for one in axes):
         raise ModelError(f"ax: {shown(ax)}; give {'one matplotlib axes' if panels == 1 else f'{panels} matplotlib axes'}, or None")
