@@ -203,3 +203,13 @@ def test_loads_add_up_to_their_integrals():
 def test_bad_loads_are_refused(make, message):
     with pytest.raises(fo.ModelError, match=message):
         make()
+
+
+@pytest.mark.parametrize("grading", [1.0, 1e4])
+def test_a_traction_on_very_thin_elements_has_its_whole_force(grading):
+    model = fo.PunchOnHalfPlane(elements=64, grading=grading).model()
+    for case, body, _, force in model.surface_loads:
+        load = next(part for part in model.loads[case] if part.body == body)
+        assert force.shape[0] == 2 and np.isfinite(force).all()
+        if case == "P":
+            assert np.allclose(force.sum(axis=1), [2 * load.x, 2 * load.y], rtol=1e-12)

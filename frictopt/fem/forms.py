@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from skfem import Basis, FacetBasis, LinearForm
+from skfem import Basis, LinearForm
 
 from ..contact.checks import Array, finite_number, real_array, shown
 from ..errors import ModelError
@@ -14,6 +14,8 @@ __all__ = ["KINEMATICS", "Amount", "Kinematics", "boundary_forces", "checked_amo
 
 Amount: TypeAlias = float | Callable[[Array, Array], Any]
 """A number, or a function of the coordinates x and y (arrays) that returns an array of their shape."""
+
+_SHARE, _WEIGHT = (np.polynomial.legendre.leggauss(3) + np.array([[1.0], [0.0]])) / 2  # points of an edge, and their weights
 
 _Form: TypeAlias = Literal["value", "grad_x", "grad_y"]
 
@@ -46,9 +48,15 @@ def values_at(name: str, amount: Amount, x: Array, y: Array) -> Array:
 
 def boundary_forces(mesh: Any, boundary: str, traction: Callable[[Array, Array, Array], list[Array]], kinematics: Kinematics) -> Array:
     """(2, nodes) nodal forces of a traction on a boundary, a function of x, y and the outward normals (2, ...) there."""
-    basis = FacetBasis(mesh, ELEMENTS[type(mesh)](), facets=mesh.boundaries[boundary])
-    x, y = (np.asarray(part) for part in basis.global_coordinates())
-    return _forces(basis, traction(x, y, np.asarray(basis.normals)), x, kinematics)
+    ends = mesh.facets[:, mesh.boundaries[boundary]]
+    start, along = mesh.p[:, ends[0]], mesh.p[:, ends[1]] - mesh.p[:, ends[0]]
+    inward = mesh.p[:, mesh.t[:, mesh.f2t[0, mesh.boundaries[boundary]]]].mean(axis=1) - start
+    length, normals = np.hypot(*along), np.array([along[1], -along[0]])
+    normals = normals / length * -np.sign((normals * inward).sum(axis=0))
+    x, y = start[:, :, None] + along[:, :, None] * _SHARE  # on the edge itself: scikit-fem would invert the map of very thin elements, in vain
+    force = np.array(traction(x, y, np.broadcast_to(normals[:, :, None], (2, *x.shape)))) * circumference(x, kinematics) * length[:, None] * _WEIGHT
+    parts = np.concatenate([(force * shape).sum(axis=2) for shape in (1 - _SHARE, _SHARE)], axis=1)
+    return np.array([np.bincount(ends.ravel(), weights=part, minlength=mesh.p.shape[1]) for part in parts])
 
 
 def volume_forces(mesh: Any, force: Callable[[Array, Array], list[Array]], kinematics: Kinematics) -> Array:
