@@ -1,7 +1,6 @@
 """Campaigns: the steady states of many transients as one table."""
 
 import os
-import sys
 import warnings
 from collections.abc import Container, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -22,6 +21,7 @@ from ..contact.system import checked_kind
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import shakedown_limit
 from .execute import execute
+from .progress import bar_of
 from .run import CampaignContact, Run, one_thread, run_key
 from .starts import Start, checked_starts
 from .store import TYPES, Store
@@ -127,7 +127,7 @@ def dissipation_study(
         try:
             if kept is not None:
                 rows.update(kept.read(set(campaign.keys)))
-            with _progress(len(set(campaign.keys)), len(rows), progress) as bar:
+            with bar_of(progress, "transients", "run", total=len(set(campaign.keys)), initial=len(rows)) as bar:
                 with closing(execute(campaign.contact, campaign.missing(rows), executor, workers)) as finished:
                     for row, answered in finished:
                         rows[row["key"]] = row
@@ -195,13 +195,3 @@ def _checked_factors(load_factors: Any) -> list[float]:
     if len(set(factors)) < len(factors):
         raise ModelError("load_factors: a value occurs twice; give each once")
     return factors
-
-
-def _progress(total: int, done: int, show: bool) -> Any:
-    from tqdm import TqdmWarning  # only campaigns need it
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", TqdmWarning)  # a notebook without ipywidgets gets a bar of text
-        from tqdm.auto import tqdm
-    seen = False if "ipykernel.zmqshell" in sys.modules else None  # None: on a terminal
-    return tqdm(total=total, initial=done, desc="transients", unit="run", disable=seen if show else True)

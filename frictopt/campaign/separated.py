@@ -21,6 +21,7 @@ from ..limits.separated import CornerStates, SeparatedProblem
 from ..solve.bounds import BoundStatus
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
+from .progress import bar_of
 from .rest import Booleans, Question
 from .rest_search import RestSearch
 
@@ -251,9 +252,7 @@ def _reason(question: Question, search: RestSearch, found: _Bound, exact: bool) 
 
 @contextmanager
 def _progress(show: bool) -> Any:
-    from tqdm import tqdm  # only this and campaigns need it
-
-    with tqdm(desc="separated limit", unit="step", disable=None if show else True) as bar:
+    with bar_of(show, "separated limit", "step") as bar:
 
         def tell(text: str) -> None:
             bar.set_postfix_str(text, refresh=False)
