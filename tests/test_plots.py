@@ -157,6 +157,16 @@ def test_the_picture_of_a_bonded_contact_says_that_the_mean_load_alone_slips():
     assert np.allclose(circles(ax)[:, 1], 1 / F)  # at the bonded reactions, outside the bounds
 
 
+def test_the_onset_of_a_contact_in_space_has_no_picture_along_it():
+    S = np.diag([2.0, 2.0, 2.0])
+    contact = fo.ContactSystem3D(S, [[0.0, 0.0, 0.0]], bonded={"mean": [0.0, 0.0, 1.0], "cyclic": [1.0, 0.0, 0.0]})
+    first = fo.onset(contact, CYCLE, F)
+    q, p = first.reactions
+    assert np.allclose(np.linalg.norm(q, axis=-1), F * p) and q.shape == (2, 1, 2)
+    with pytest.raises(fo.ModelError, match="ContactSystem3D"):
+        first.plot()
+
+
 def test_of_many_corners_the_ruling_ones_have_lines_and_all_a_band():
     limit = fo.shakedown_limit(FIVE, MANY, F)
     ax = limit.plot()

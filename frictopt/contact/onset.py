@@ -86,7 +86,7 @@ class Onset(Shown, Plotted):
     mean_slips: tuple[int, ...]
     mean_opens: tuple[int, ...]
     residual: float
-    system: ContactSystem = field(compare=False)
+    system: Any = field(compare=False)
     cycle: LoadCycle = field(compare=False)
     friction: Array = field(compare=False)
 
@@ -107,11 +107,11 @@ class Onset(Shown, Plotted):
 
     @property
     def reactions(self) -> tuple[Array, Array]:
-        """(K, N) reactions `q, p` of the bonded contact at the first slip towards each corner, force per depth; NaN where none slips."""
-        factor = np.array([[event.load_factor if event.node is not None else np.nan] for event in self.slips])
+        """(K, N) reactions `q, p` of the bonded contact at the first slip towards each corner; NaN where none slips; in space q is (K, N, 2)."""
+        factor = np.array([event.load_factor if event.node is not None else np.nan for event in self.slips])
         q0, p0 = self.cycle.mean_reaction(self.system)
         q1, p1 = self.cycle.corner_reactions(self.system)
-        return q0 + factor * q1, p0 + factor * p1
+        return q0 + (factor * q1.T).T, p0 + (factor * p1.T).T
 
     def to_frame(self) -> Any:
         """The DataFrame of all 2K events, by corner: columns corner, event, load_factor, node (NA if it never happens), sense."""

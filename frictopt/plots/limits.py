@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import Onset
+from ..contact import ContactSystem, Onset
+from ..errors import ModelError
 from ..limits import GuaranteedLimit, SafeSlip, ShakedownLimit
 from .along import circle, friction_ratio, label_contacts, lines, looks
 from .picture import picture
@@ -20,6 +21,8 @@ _ONE_NODE = 60  # of the circle round a node that stands alone
 @picture.register
 def _onset(onset: Onset, ax: Any = None) -> Any:
     """Shear over friction bound of the bonded contact at the first slip towards each corner; the node that slips is circled."""
+    if not isinstance(onset.system, ContactSystem):
+        raise ModelError(f"plot: the onset of a {type(onset.system).__name__}; pictures along a contact need a plane one, use to_frame()")
     (axes,) = new_axes(ax)
     axes.set_title("bonded contact at the onset of slip" if onset.mean_admissible else "bonded contact; the mean load alone makes it slip or pulls")
     nodes = {event.corner: event.node for event in onset.slips if event.node is not None}

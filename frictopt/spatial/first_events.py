@@ -48,7 +48,7 @@ def onset(system: ContactSystem3D, cycle: LoadCycle, friction: Any) -> Onset:
         unit = max(lam, 1.0)  # the load itself may be too large for a number
         residual = max(residual, _violation(f, q0 / unit + lam / unit * q1, p0 / unit + lam / unit * p1))
     beyond = np.linalg.norm(q0, axis=1) - f * p0 > floor
-    return Onset(tuple(slips), tuple(separations), _listed(beyond), _listed(p0 < -floor), residual)
+    return Onset(tuple(slips), tuple(separations), _listed(beyond), _listed(p0 < -floor), residual, system, cycle, f)
 
 
 def reach(q0: Array, g0: Array, q1: Array, g1: Array) -> Array:
