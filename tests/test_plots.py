@@ -1,5 +1,7 @@
 """Pictures: what they show is what the result says, on one contact and on several, and where there is nothing to show."""
 
+# One file because all pictures are read back by the same few functions.
+
 import subprocess
 import sys
 

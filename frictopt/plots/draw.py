@@ -3,8 +3,6 @@
 from contextlib import nullcontext
 from typing import Any
 
-import pandas as pd
-
 from ..errors import ModelError
 from .picture import picture
 
@@ -34,7 +32,7 @@ def draw(result: Any, ax: Any = None) -> Any:
         return picture(result, ax)
 
 
-def plot_study(table: pd.DataFrame, ax: Any = None) -> Any:
+def plot_study(table: Any, ax: Any = None) -> Any:
     """Draw the steady dissipation of each run of a study against its load: a mark for each start, by family.
 
     Runs that shake down have no dissipation and stand in a strip at the bottom. Runs that failed have no mark; the title counts them.
@@ -67,6 +65,6 @@ def plot_study(table: pd.DataFrame, ax: Any = None) -> Any:
     >>> axes.get_yscale(), [text.get_text() for text in axes.get_legend().get_texts()]
     ('log', ['none'])
     """
-    if not isinstance(table, pd.DataFrame) or any(name not in table for name in _NEEDED):
+    if any(name not in getattr(table, "columns", ()) for name in _NEEDED):
         raise ModelError(f"table: give the DataFrame of dissipation_study or read_store, with the columns {', '.join(_NEEDED)}")
     return draw(table, ax)

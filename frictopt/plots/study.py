@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from .picture import picture
 from .style import BLACK, legend, new_axes, series
@@ -12,7 +11,7 @@ __all__: list[str] = []
 
 
 @picture.register
-def _study(table: pd.DataFrame, ax: Any = None) -> Any:
+def _study(table: Any, ax: Any = None) -> Any:
     """Steady dissipation against the load, over lambda_2 where that is finite; families of starts have each a look."""
     (axes,) = new_axes(ax)
     runs = table[table["outcome"] != "FAILED"]
