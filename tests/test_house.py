@@ -37,7 +37,7 @@ ALLOWED = {  # libraries beyond the standard one, by layer
     "path": {"numpy", "scipy", "numba"},
     "campaign": {"numpy", "pandas", "threadpoolctl", "tqdm"},
     "spatial": {"numpy", "scipy", "cvxpy", "pandas", "skfem", "lazy_loader"},
-    "plots": {"numpy", "pandas", "matplotlib"},
+    "plots": {"numpy", "matplotlib"},
 }
 FILES = sorted(PACKAGE.rglob("*.py"))
 IDS = [str(path.relative_to(PACKAGE)) for path in FILES]

@@ -4,7 +4,7 @@ from contextlib import nullcontext
 from typing import Any
 
 from ..errors import ModelError
-from .picture import picture
+from .picture import Runs, picture
 
 __all__ = ["draw", "plot_study"]
 
@@ -67,4 +67,4 @@ def plot_study(table: Any, ax: Any = None) -> Any:
     """
     if any(name not in getattr(table, "columns", ()) for name in _NEEDED):
         raise ModelError(f"table: give the DataFrame of dissipation_study or read_store, with the columns {', '.join(_NEEDED)}")
-    return draw(table, ax)
+    return draw(Runs(table), ax)

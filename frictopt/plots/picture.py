@@ -1,9 +1,17 @@
 """One function that draws any result; each kind of result registers its own picture."""
 
+from dataclasses import dataclass
 from functools import singledispatch
 from typing import Any
 
-__all__ = ["picture"]
+__all__ = ["Runs", "picture"]
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """The table of a study, so that it has a kind of its own."""
+
+    table: Any
 
 
 @singledispatch

@@ -4,16 +4,17 @@ from typing import Any
 
 import numpy as np
 
-from .picture import picture
+from .picture import Runs, picture
 from .style import BLACK, legend, new_axes, series
 
 __all__: list[str] = []
 
 
 @picture.register
-def _study(table: Any, ax: Any = None) -> Any:
+def _study(study: Runs, ax: Any = None) -> Any:
     """Steady dissipation against the load, over lambda_2 where that is finite; families of starts have each a look."""
     (axes,) = new_axes(ax)
+    table = study.table
     runs = table[table["outcome"] != "FAILED"]
     slips = runs["dissipation"] > 0
     low, high = (runs.loc[slips, "dissipation"].min() / 3, runs.loc[slips, "dissipation"].max() * 3) if slips.any() else (0.1, 10.0)
