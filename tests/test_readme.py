@@ -1,32 +1,38 @@
 """The README's examples run, and print what it says they print."""
 
 import re
+import shlex
 from pathlib import Path
 
-from paper_figures.__main__ import FIGURES
+import matplotlib.pyplot as plt
 
-README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+from studies.__main__ import STUDIES
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_examples_run_as_they_stand(capsys):
+def test_examples_run_as_they_stand(capsys, monkeypatch):
+    monkeypatch.chdir(ROOT)
     names = {}
     blocks = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
-    for block in blocks:
-        exec(block, names)
+    with plt.rc_context({"backend": "agg"}):
+        for block in blocks:
+            exec(block, names)
+    plt.close("all")
     printed = capsys.readouterr().out
-    assert len(blocks) == 4 and names["system"].nodes == 5
+    assert len(blocks) == 4 and names["foot"].nodes > 10 and names["flat"].nodes == 26 and set(names["dovetail"].contact) == {"right", "left"}
     assert "load_factor=0.798" in printed and "node=0, sense=-1" in printed
-    assert "0.1483" in printed and "0 0.6527" in printed
-    assert "1.8280" in printed and "0.0025" in printed and "True 0.0" in printed and "SHAKEDOWN 0.0" in printed and "CYCLIC_SLIP 0." in printed
-    assert "0.0 0.00" in printed and "LeastSlip(" in printed and "{'P': 0.0" in printed
+    assert printed.count("1.8280") >= 2 and "SHAKEDOWN 0.0" in printed and "CYCLIC_SLIP 0." in printed and "kind=FINITE" in printed
 
 
-def test_it_lists_the_figures_that_there_are():
-    table = re.findall(r"^\| .* \| `paper_figures/(\w+)\.py` \| .*\|$", README, re.MULTILINE)
-    assert sorted(table) == sorted(FIGURES)
+def test_it_is_short():
+    assert README.count("\n") <= 140 and all(block.count("\n") <= 18 for block in re.findall(r"```python\n(.*?)```", README, re.DOTALL))
 
 
-def test_files_that_it_names_exist():
-    root = Path(__file__).parent.parent
-    for name in re.findall(r"`((?:paper_figures|studies|tests)/\w+\.py)`", README) + re.findall(r"\]\((docs/[^)]+)\)", README):
-        assert (root / name).is_file(), name
+def test_the_two_commands_are_where_scripts_look_for_them():
+    for marker, module in (("set up and run", "studies"), ("set up and test", "pytest")):
+        line = README.split(f"<!-- {marker} -->\n```\n")[1].splitlines()[0]
+        words = shlex.split(line)
+        assert words[:4] == ["python3", "-m", "venv", ".venv"] and words[words.index("-m", 5) :][:3] == ["-m", "pip", "install"]
+        assert words[-1] in STUDIES if module == "studies" else words[-1] == "pytest"

@@ -36,8 +36,8 @@ def march(
 ) -> Trajectory:
     """Follow a transient from an initial slip, or from an earlier state, through a number of load cycles.
 
-    The load path starts at an artificial load that carries the initial slip with q = 0 and, at every node, p equal to the mean of |p^w| under the
-    mean load. It goes in a straight line to the mean load, and then visits the corners in their order, again and again.
+    The load path starts at an artificial load that carries the initial slip with q = 0 and, at every node, p equal to the mean of `abs(p^w)`
+    under the mean load. It goes in a straight line to the mean load, and then visits the corners in their order, again and again. Theory, eq. (13).
 
     Parameters
     ----------

@@ -92,6 +92,8 @@ def referee(
 ) -> Verdict:
     """Compute the residual of a state, or of T states at once, in every equation of the contact law.
 
+    Theory, eq. (4).
+
     Parameters
     ----------
     system
@@ -105,7 +107,7 @@ def referee(
     previous_slip
         Slip at the previous state, (N,) or (T, N); None: the slip has not changed.
     force_scale
-        Unit of the forces; by default the mean of |p^w|.
+        Unit of the forces; by default the mean of `abs(p^w)`.
 
     Returns
     -------

@@ -19,7 +19,7 @@ __all__ = ["LoadCycle", "checked_cycle"]
 class LoadCycle:
     """A mean load and the corners of a closed cycle around it; between corners the load is linear in time.
 
-    At load factor `lam` corner k carries the loads `mean + lam * corners[k]`.
+    At load factor `lam` corner k carries the loads `mean + lam * corners[k]`. Theory, eq. (5).
 
     Parameters
     ----------

@@ -129,7 +129,7 @@ class Onset(Shown, Plotted):
 def onset(system: ContactSystem, cycle: LoadCycle, friction: Any) -> Onset:
     """Find the first slip and the first separation of the bonded contact as the load grows towards each corner, `mean + lam * corner`, `lam >= 0`.
 
-    Closed form, node by node: forward slip starts where `q + f p = 0`, backward slip where `f p - q = 0`, separation where `p = 0`.
+    Closed form, node by node: forward slip starts where `q + f p = 0`, backward slip where `f p - q = 0`, separation where `p = 0`. Theory, eq. (6).
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ class ContactSystem(Shown):
 
     with `v` along +x, `w` opening positive, and the bonded reactions `q^w, p^w` (interface glued) linear in the loads. On a contact that is not
     straight, or on several of them, each node has its own directions: `w` along its normal, from body 2 into body 1, and `v` along its tangent,
-    the normal turned by -90 degrees (normal +y, tangent +x). `x` is then the arc length, one contact after the other.
+    the normal turned by -90 degrees (normal +y, tangent +x). `x` is then the arc length, one contact after the other. Theory, eq. (1).
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ def condense(
     part along the normal (y where the normal is nearly x), and normal times first tangent; contact, width and E_star are for the plane.
 
     The stiffness is that of the separate bodies: nothing couples them yet. Pair i glues its node of body 1 to its node of body 2, but for the
-    relative motion along the tangent, `v_i`, and along the normal, `w_i`, opening positive. The unknowns that remain are these.
+    relative motion along the tangent, `v_i`, and along the normal, `w_i`, opening positive. The unknowns that remain are these. Theory, eq. (3).
 
     Parameters
     ----------

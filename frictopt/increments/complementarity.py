@@ -136,6 +136,8 @@ class ComplementarityProblem:
 def complementarity_problem(system: ContactSystem, friction: Any, slip: Any, bonded: Any) -> ComplementarityProblem:
     """Build the complementarity problem of one increment.
 
+    Theory, eq. (12).
+
     Parameters
     ----------
     system

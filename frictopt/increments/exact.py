@@ -59,6 +59,7 @@ class ExactIncrement(IncrementEngine):
     minutes. The effort can grow exponentially with the number of nodes where the guess is wrong.
 
     Where several states obey the law (above the critical friction) one of them is returned. The program takes no constraints of your own.
+    Theory, eq. (4).
 
     Parameters
     ----------

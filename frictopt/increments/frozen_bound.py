@@ -45,7 +45,7 @@ class FrozenBoundIncrement(IncrementEngine):
     answer. Otherwise the bound moves to `f p` and the program is solved again. This need not converge where friction and coupling are strong. The
     `problem` of a result is the program of the last sweep, with the bound of that sweep.
 
-    It takes no constraints of your own: they would act as forces that the contact law does not have.
+    It takes no constraints of your own: they would act as forces that the contact law does not have. Theory, eq. (11).
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ __all__ = ["GuaranteedLimit", "GuaranteedModel", "guaranteed_limit"]
 class GuaranteedModel(Extendable):
     """The guaranteed limit of one system under one load cycle, compiled once and solved for any friction.
 
-    Not for use by several threads at once: give each its own.
+    Not for use by several threads at once: give each its own. Theory, eq. (10).
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def guaranteed_limit(
 
     If the limit is 0, the node carries no force under the mean load with the witness, and safe slips hold it on both bounds at every small load
     factor. The start from which slip goes on then depends on the load, see `GuaranteedLimit.witness_above_zero`. Start the transient at a load inside
-    the cycle: from a mean load outside it, the first segment can change the slip.
+    the cycle: from a mean load outside it, the first segment can change the slip. Theory, eq. (10).
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ def margin_problem(contact: ScaledContact, opening: bool, bound: SlipBound | Non
 class SafeSlipModel(Extendable):
     """The safe residual slips of one system under one load cycle, for any friction and load factor, also under constraints of your own.
 
-    Not for use by several threads at once: give each its own.
+    Not for use by several threads at once: give each its own. Theory, eq. (9).
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def safe_slip(
 ) -> SafeSlip:
     """Find the residual slip with the largest reserve at every node and corner of the cycle.
 
-    For constraints of your own see `SafeSlipModel`.
+    For constraints of your own see `SafeSlipModel`. Theory, eq. (9).
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ def shakedown_problem(contact: ScaledContact, opening: bool, bound: SlipBound | 
 class ShakedownModel(Extendable):
     """The shakedown limit of one system under one load cycle, compiled once and solved for any friction.
 
-    Not for use by several threads at once: give each its own.
+    Not for use by several threads at once: give each its own. Theory, eq. (7).
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ def shakedown_limit(
 ) -> ShakedownLimit:
     """Largest load factor at which some residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
 
-    Safe means: every node closed and stuck at every corner of the cycle. For a sweep over friction compile a `ShakedownModel` once.
+    Safe means: every node closed and stuck at every corner of the cycle. For a sweep over friction compile a `ShakedownModel` once. Theory, eq. (7).
 
     Parameters
     ----------

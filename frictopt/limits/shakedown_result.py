@@ -33,6 +33,8 @@ __all__ = ["LimitClaim", "ShakedownLimit", "judged", "judged_extended", "no_limi
 class ShakedownLimit(Answered):
     """The shakedown limit with its proof from both sides.
 
+    Theory, eq. (8).
+
     Attributes
     ----------
     load_factor

@@ -19,6 +19,8 @@ __all__ = ["SteadyState"]
 class SteadyState(Recorded, Plotted):
     """The steady state that a transient reaches, proven by a cycle that starts from it and returns to it.
 
+    Theory, eq. (15).
+
     Attributes
     ----------
     outcome

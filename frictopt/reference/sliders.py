@@ -110,7 +110,7 @@ def rod_end_displacement(F0: float, EA: float, tau: float, h: float = 0.0) -> fl
 
 
 def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
-    """Work of friction in one cycle of a rod on a Coulomb foundation whose end is pulled by `-F0 .. +F0`.
+    """Work of friction in one cycle of a rod on a Coulomb foundation whose end is pulled to and fro by a force of amplitude F0.
 
     Each node travels twice its largest displacement to and fro (see `rod_end_displacement`) against `tau h`. For `n = F0 / (tau h)` nodes that take
     up the force, n whole (any n is accepted)::

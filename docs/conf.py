@@ -1,0 +1,68 @@
+"""Settings of the documentation: `python -m sphinx -W -b html docs docs/_build/html` builds it."""
+
+import os
+from importlib.metadata import version as installed
+
+os.environ.setdefault("TQDM_DISABLE", "1")
+
+project = "frictopt"
+author = "The frictopt developers"
+copyright = "the frictopt developers"
+version = release = installed("frictopt")
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.viewcode",
+    "sphinx.ext.githubpages",
+    "numpydoc",
+    "sphinx_gallery.gen_gallery",
+    "sphinx-mathjax-offline",
+    "sphinx_copybutton",
+]
+myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
+myst_heading_anchors = 3
+exclude_patterns = ["_build", "_templates", "tables", "gallery/*.py", "gallery/*.ipynb", "gallery/*.zip", "gallery/*.json", "sg_execution_times.rst"]
+math_number_all = False
+math_eqref_format = "({number})"
+numfig = True
+
+default_role = "code"  # single backticks in docstrings
+autosummary_generate = True
+autodoc_typehints = "none"  # types and shapes are in the text, which a reader can understand
+numpydoc_class_members_toctree = False
+numpydoc_show_class_members = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": ["../examples"],
+    "gallery_dirs": ["gallery"],
+    "filename_pattern": r"/ex\d+_",
+    "within_subsection_order": "FileNameSortKey",
+    "remove_config_comments": True,
+    "show_memory": False,
+    "show_signature": False,
+    "min_reported_time": 1e9,
+    "download_all_examples": False,
+    "abort_on_example_error": True,
+    "write_computation_times": False,
+}
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+
+templates_path = ["_templates"]
+
+html_theme = "pydata_sphinx_theme"
+html_title = "frictopt"
+html_static_path = ["_static"]
+html_css_files = ["frictopt.css"]
+html_theme_options = {
+    "show_prev_next": True,
+    "navigation_with_keys": False,
+    "show_toc_level": 2,
+    "header_links_before_dropdown": 5,
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": ["sphinx-version"],
+}
+html_sidebars = {name: [] for name in ("theory", "glossary", "checked", "performance", "validity", "studies")}

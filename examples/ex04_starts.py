@@ -1,0 +1,23 @@
+"""
+Below the limit the start decides
+=================================
+
+The same contact, the same load: some starts stop slipping, others slip for ever.
+"""
+
+import frictopt as fo
+
+system = fo.PunchOnHalfPlane(elements=16).condense()
+cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+
+limit = fo.shakedown_limit(system, cycle, friction=0.7).load_factor
+starts = fo.no_slip() + fo.safe_slips([1.0, -1.0]) + fo.random_slips(system, amplitudes=[0.3, 1.0, 3.0], count=6) + fo.overloads([1.5, 2.0])
+loads = [share * limit for share in (0.2, 0.4, 0.6, 0.8, 0.95, 1.05, 1.2)]
+table = fo.dissipation_study(system, cycle, friction=0.7, load_factors=loads, initial_slips=starts)
+fo.plot_study(table)
+
+# %%
+# Count the outcomes.
+
+table["of the limit"] = table["load_ratio"].round(2)
+print(table.groupby(["of the limit", "outcome"]).size().unstack(fill_value=0))

@@ -1,0 +1,29 @@
+"""
+Your own mesh
+=============
+
+A mesh file of two bodies, made with gmsh: a steel foot on a titanium block. Lengths in mm, stresses in MPa.
+"""
+
+import frictopt as fo
+
+mesh = fo.read_mesh("../docs/tutorial/foot.msh")
+bodies = fo.split_bodies(mesh, {"foot": fo.Material(E=210e3, nu=0.3), "block": fo.Material(E=115e3, nu=0.33)})
+model = fo.ContactModel(
+    bodies,
+    contacts=[fo.Contact("foot", "block", "block", "foot")],
+    supports=[fo.Support("block", "bottom")],
+    loads={
+        "press": [fo.Traction("foot", "top", y=-100.0)],
+        "stretch": [fo.Traction("block", "left", x=-10.0), fo.Traction("block", "right", x=10.0)],
+    },
+)
+model.plot()
+
+# %%
+# The largest stress in the block, in units of 10 MPa, with which the foot can stop slipping:
+
+cycle = fo.LoadCycle(mean={"press": 1.0}, corners=[{"stretch": 1.0}, {"stretch": -1.0}])
+limit = fo.shakedown_limit(model.condense(), cycle, friction=0.5)
+print(limit)
+limit.plot()

@@ -1,0 +1,31 @@
+"""
+Matrices of CalculiX
+====================
+
+A job of CalculiX, run without contact, has written its stiffness matrix. Node sets say where the contact is.
+"""
+
+import frictopt as fo
+
+job = fo.read_calculix("../tests/data/flat")
+system = fo.condense(
+    job.K,
+    loads={"P": job.force("N_TOP", [0.0, -1.0]), "Q": job.force("N_TOP", [1.0, 0.0])},
+    pairs=job.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK"),
+    normals=[0.0, 1.0],
+    unknowns=job.unknowns,
+    points=job.points,
+)
+print(system)
+
+# %%
+# From here on it does not matter where the matrices come from.
+
+cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": -1.0}, {"Q": 1.0}])
+fo.onset(system, cycle, friction=0.5).plot()
+
+# %%
+
+limit = fo.shakedown_limit(system, cycle, friction=0.5)
+print(limit)
+limit.plot()

@@ -1,0 +1,169 @@
+"""The documentation: its code runs, its names, numbers, links and tables are those of the package."""
+
+import inspect
+import re
+import runpy
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pytest
+
+import frictopt as fo
+from paper_figures.__main__ import FIGURES
+from studies.__main__ import STUDIES
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(path for path in DOCS.rglob("*.md") if "_build" not in path.parts)]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+TABLES = sorted((DOCS / "tables").glob("*.md"))
+
+CITED = {  # public name -> label of the equation of the theory page that its docstring cites
+    "ContactSystem": "reactions",
+    "condense": "condensation",
+    "referee": "coulomb",
+    "LoadCycle": "cycle",
+    "onset": "onset",
+    "shakedown_limit": "shakedown",
+    "ShakedownModel": "shakedown",
+    "ShakedownLimit": "mechanism",
+    "safe_slip": "margin",
+    "SafeSlipModel": "margin",
+    "guaranteed_limit": "guaranteed",
+    "GuaranteedModel": "guaranteed",
+    "FrozenBoundIncrement": "frozen",
+    "ExactIncrement": "coulomb",
+    "complementarity_problem": "lcp",
+    "march": "rates",
+    "steady_state": "map",
+    "SteadyState": "work",
+}
+
+
+def text(path):
+    return path.read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def quiet(monkeypatch):
+    """No figure is left open, no progress bar printed."""
+    monkeypatch.setenv("TQDM_DISABLE", "1")
+    with plt.rc_context({"backend": "agg"}):
+        yield
+    plt.close("all")
+
+
+@pytest.mark.parametrize("page", sorted((DOCS / "tutorial").glob("*.md")), ids=lambda page: page.stem)
+def test_the_code_of_a_tutorial_page_runs_in_its_order(page, quiet, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", text(page), re.DOTALL):
+        exec(block, names)
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_is_short_and_runs(path, quiet, monkeypatch):
+    assert text(path).count("\n") <= 40
+    monkeypatch.chdir(path.parent)
+    runpy.run_path(str(path), run_name="__main__")
+    assert plt.get_fignums()
+
+
+def test_the_gallery_has_examples():
+    assert 8 <= len(EXAMPLES) <= 12
+
+
+def listed(page):
+    """Names in the lists of an API page."""
+    return re.findall(r"^   (\w+)$", text(page), re.MULTILINE)
+
+
+def test_every_public_name_is_on_exactly_one_page_of_the_reference():
+    pages = sorted((DOCS / "api").glob("*.md"))
+    names = [name for page in pages if page.stem != "reference" for name in listed(page)]
+    assert sorted(names) == sorted(set(fo.__all__) - {"reference"})
+    assert sorted(listed(DOCS / "api" / "reference.md")) == sorted(fo.reference.__all__)
+
+
+def test_docstrings_cite_the_equations_of_the_theory_page_by_their_numbers():
+    labels = re.findall(r"^:label: (\w+)$", text(DOCS / "theory.md"), re.MULTILINE)
+    assert len(set(labels)) == len(labels) == text(DOCS / "theory.md").count("```{math}")
+    for name, label in CITED.items():
+        assert f"Theory, eq. ({labels.index(label) + 1})" in " ".join(inspect.getdoc(getattr(fo, name)).split()), name
+    count = sum(" ".join(text(path).split()).count("Theory, eq. (") for path in (ROOT / "frictopt").rglob("*.py"))
+    assert count == len(CITED)
+    assert set(re.findall(r"\{eq\}`(\w+)`", text(DOCS / "theory.md"))) <= set(labels)
+
+
+def anchors(page):
+    """Anchors of the headings of a page, as GitHub and the site make them."""
+    heads = re.findall(r"^#+ (.+)$", re.sub(r"```.*?```", "", text(page), flags=re.DOTALL), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page):
+    body = text(page)
+    targets = re.findall(r"\]\(([^)\s]+)\)", body) + re.findall(r"\{download\}`[^<]*<([^>]+)>`", body)
+    targets += re.findall(r"```\{(?:image|include)\} (\S+)", body)
+    for target in targets:
+        if re.match(r"https?://", target):
+            continue
+        name, _, anchor = target.partition("#")
+        found = page.parent / name if name else page
+        if found == DOCS / "gallery" / "index.rst":  # the build makes it of the examples
+            continue
+        assert found.exists(), target
+        assert not anchor or anchor in anchors(found), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_what_a_page_names_exists(page):
+    body = text(page)
+    for name in re.findall(r"`((?:paper_figures|studies|tests|examples|frictopt)/[\w/]+(?:\.py)?)`", body):
+        assert (ROOT / name).exists() or name in ("studies/data", "paper_figures/output"), name
+    for name in re.findall(r"python -m studies (?!NAME)(\w+)", body):
+        assert name in STUDIES, name
+    for name in re.findall(r"\bfo\.((?:\w+\.)*\w+)", body):
+        thing = fo
+        for part in name.split("."):
+            thing = getattr(thing, part)
+
+
+def test_pages_in_a_table_of_contents_exist_and_are_complete():
+    for index in (DOCS / "index.md", DOCS / "tutorial" / "index.md", DOCS / "api" / "index.md"):
+        (entries,) = re.findall(r"```\{toctree\}\n(?::.*\n)*\n(.*?)```", text(index), re.DOTALL)
+        wanted = [entry for entry in entries.split() if entry != "gallery/index"]
+        assert all((index.parent / f"{entry}.md").exists() for entry in wanted)
+        siblings = {path.stem for path in index.parent.glob("*.md")} - {"index"}
+        assert siblings == {entry for entry in wanted if "/" not in entry}
+
+
+def test_the_page_of_figures_lists_all():
+    table = re.findall(r"^\| .* \| `paper_figures/(\w+)\.py` \| .*\|$", text(DOCS / "studies.md"), re.MULTILINE)
+    assert sorted(table) == sorted(FIGURES)
+
+
+def heads(page):
+    """First cells of all tables of a page: the names of their columns."""
+    return re.findall(r"^\| (.+) \|\n\|[-|]+\|$", page, re.MULTILINE)
+
+
+def test_tables_come_from_the_studies():
+    shown = {name for page in ("checked", "performance") for name in re.findall(r"```\{include\} tables/(\w+)\.md", text(DOCS / f"{page}.md"))}
+    assert shown == {path.stem for path in TABLES} and shown <= set(STUDIES)
+    for path in TABLES:
+        page = text(path)
+        assert f"`python -m studies {path.stem}" in page and heads(page), path
+        for part in re.findall(r"(?:^\|.*\|\n)+", page, re.MULTILINE):
+            assert len({line.count(" | ") for line in part.splitlines() if not line.startswith("|---")}) == 1, path
+    assert " --quick" not in "".join(map(text, TABLES))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", TABLES, ids=lambda path: path.stem)
+def test_tables_have_the_columns_of_the_studies(path, tmp_path):
+    arguments = ["--quick", "--data", str(tmp_path), "--page", str(tmp_path)]
+    assert STUDIES[path.stem].run([*arguments, *(["--seed", "0"] if path.stem == "fuzz" else [])]) == 0
+    made, kept = heads(text(tmp_path / path.name)), heads(text(path))
+    assert [re.sub(r"N = \d+", "N", head) for head in made] == [re.sub(r"N = \d+", "N", head) for head in kept]
