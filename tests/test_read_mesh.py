@@ -31,6 +31,12 @@ def test_groups_of_gmsh_become_boundaries_and_subdomains(tmp_path):
     assert {name: elements.tolist() for name, elements in mesh.subdomains.items()} == {"first": [0], "second": [1]}
 
 
+def test_a_file_of_gmsh_names_only_the_groups_of_its_author_and_is_read_in_silence(capfd):
+    mesh = fo.read_mesh("docs/tutorial/foot.msh")
+    assert sorted(mesh.subdomains) == ["block", "foot"] and sorted(mesh.boundaries) == ["bottom", "left", "right", "top"]
+    assert capfd.readouterr() == ("", "")
+
+
 def test_sets_of_a_deck_become_boundaries_and_subdomains(tmp_path):
     nodes = "".join(f"{i + 1}, {x}, {y}\n" for i, (x, y, _) in enumerate(POINTS))
     deck = f"*NODE\n{nodes}*ELEMENT, TYPE=CPE3, ELSET=A\n1, 1, 2, 5\n2, 1, 5, 6\n*ELEMENT, TYPE=CPE3, ELSET=B\n3, 2, 3, 4\n4, 2, 4, 5\n"

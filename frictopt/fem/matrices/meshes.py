@@ -1,6 +1,8 @@
 """Meshes of files and decks, through meshio and scikit-fem."""
 
 from collections.abc import Mapping
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +60,7 @@ def read_mesh(path: str | Path) -> Any:
     if len(solids) != 1 or solids[0] not in _PLANE:
         problem = f"elements {', '.join(solids)}" if solids else "no elements"
         raise ModelError(f"mesh {file.name}: {problem}; give triangles alone or quadrilaterals alone, linear ones")
+    found.cell_sets = {name: cells for name, cells in found.cell_sets.items() if not name.startswith("gmsh:")}  # of gmsh itself, not of the user
     try:
         mesh = from_meshio(found, force_meshio_type=solids[0])
     except (ValueError, IndexError, KeyError, TypeError) as error:
@@ -106,10 +109,10 @@ def _check_plane(points: Array, what: str) -> None:
 
 
 def _read(file: Path) -> Any:
+    library = meshio_library()
     try:
-        return meshio_library().read(file)
-    except ModelError:
-        raise
+        with redirect_stdout(StringIO()):  # meshio prints why each format that it tries first does not fit
+            return library.read(file)
     except (Exception, SystemExit) as error:  # meshio leaves the process where a file is damaged
         raise ModelError(f"mesh {str(file)!r}: meshio cannot read it ({str(error).strip() or type(error).__name__}); give a mesh file") from error
 
