@@ -41,6 +41,7 @@ sphinx_gallery_conf = {
     "within_subsection_order": "FileNameSortKey",
     "remove_config_comments": True,
     "show_memory": False,
+    "capture_repr": (),  # print what is to be seen
     "show_signature": False,
     "min_reported_time": 1e9,
     "download_all_examples": False,

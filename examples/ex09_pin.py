@@ -18,7 +18,7 @@ cycle = fo.LoadCycle({"fit": fit}, [{"Fx": np.cos(turn), "Fy": np.sin(turn)} for
 limit = fo.shakedown_limit(system, cycle, friction=0.2).load_factor
 for load_factor in (0.9 * limit, 1.2 * limit):
     steady = fo.steady_state(system, cycle, friction=0.2, load_factor=load_factor)
-    print(f"{load_factor:.3f}: {steady.outcome.value}, work of friction {steady.dissipation:.3g} in each cycle")
+    print(f"{load_factor:.3f}: {steady.outcome.name}, work of friction {steady.dissipation:.3g} a cycle")
 
 # %%
 # The slip of all nodes grows by the same amount in each cycle.

@@ -37,6 +37,9 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "march": "rates",
     "steady_state": "map",
     "SteadyState": "work",
+    "required_friction": "required",
+    "safe_region": "region",
+    "fretting_table": "fretting",
 }
 
 

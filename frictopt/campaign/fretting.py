@@ -79,6 +79,8 @@ def fretting_table(
 ) -> Any:
     """What frets where in a steady state: one row for each node.
 
+    Theory, eq. (18).
+
     Parameters
     ----------
     system, cycle, friction, load_factor

@@ -109,6 +109,7 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
     amplitudes is a convex polygon. Each shakedown limit along a ray gives a point of its border and, by its mechanism, a straight line that no
     safe amplitudes are beyond. The next ray goes to the point where two neighbouring lines meet: if it is safe, it is a vertex, else its limit gives
     a line between them. So all vertices and sides are found, by one linear program each, and each is proven by its slip and by its mechanism.
+    Theory, eq. (17).
 
     Parameters
     ----------
