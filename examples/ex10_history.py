@@ -29,5 +29,5 @@ for flank, rows in table.groupby("contact"):
     axes[0].plot(rows["x"], 1e3 * rows["slip_range"], "o-", label=flank)
     axes[1].plot(rows["x"], rows["F1"], "o-")
 axes[0].set(ylabel="slip range, um")
-axes[1].set(xlabel="arc length, flank after flank, mm", ylabel="Ruiz's first parameter, N/mm", yscale="log")
+axes[1].set(xlabel="arc length, flank after flank, mm", ylabel="Ruiz's first parameter, N/mm")
 axes[0].legend()
