@@ -39,6 +39,7 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "SteadyState": "work",
     "required_friction": "required",
     "safe_region": "region",
+    "separated_limit": "separated",
     "fretting_table": "fretting",
 }
 

@@ -105,7 +105,7 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, t
     holds at the corners, for the class of cycles that `covers` names. It is never below `shakedown_limit`, whose safe slips keep all nodes closed.
 
     A contact whose pressure falls to zero at its edge slips there at any load in the continuum (Barber, Klarbring & Ciavarella 2008): its limit
-    belongs to the mesh, and falls with it.
+    belongs to the mesh, and falls with it. Theory, eq. (18).
 
     Parameters
     ----------
