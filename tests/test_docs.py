@@ -40,6 +40,7 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "required_friction": "required",
     "safe_region": "region",
     "separated_limit": "separated",
+    "LeastSlip": "least",
     "fretting_table": "fretting",
 }
 

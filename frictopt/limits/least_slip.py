@@ -24,9 +24,10 @@ __all__ = ["LeastSlip", "least_slip"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LeastSlip(Shown):
-    """Proven lower bound of the slip in every cycle at a load factor: `sum over corners of g . v + h . w >= bound`, from every start.
+    """Proven lower bound of the slip in every cycle at a load factor, from every start.
 
-    `v` and `w` are slips and gaps at the corners of one cycle, also of one that is not yet periodic. A bound that is not positive says nothing.
+    It says that the sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (19). `v` and `w` are slips and gaps at the
+    corners of one cycle, also of one that is not yet periodic. A bound that is not positive says nothing.
 
     Attributes
     ----------
