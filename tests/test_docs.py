@@ -41,6 +41,7 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "safe_region": "region",
     "separated_limit": "separated",
     "LeastSlip": "least",
+    "ContactSystem3D": "circle",
     "fretting_table": "fretting",
 }
 

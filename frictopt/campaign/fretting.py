@@ -79,7 +79,7 @@ def fretting_table(
 ) -> Any:
     """What frets where in a steady state: one row for each node.
 
-    Theory, eq. (20).
+    Theory, eq. (21).
 
     Parameters
     ----------

@@ -51,6 +51,7 @@ class ContactSystem3D(Shown, OtherContact):
 
     The law is Coulomb's with a circle: `|(q1, q2)| <= f p`, and slip opposes friction. `onset`, `shakedown_limit`, `safe_slip`, `march`,
     `steady_state`, `dissipation_study` and `referee` take it as they take a `ContactSystem`; slips and shear forces are (N, 2) then.
+    Theory, eq. (20).
 
     Parameters
     ----------
