@@ -42,9 +42,9 @@ def _slips(axes: Any, table: pd.DataFrame) -> None:
         axes.plot(part["x"], 1e3 * part["slip_range"], color=look["color"], linestyle="-", label=f"{name} flank" if several else None)
     axes.set_xlabel("arc length, mm")
     axes.set_ylabel("slip range, µm")
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, 1.25e3 * table["slip_range"].max())
     if table["contact"].nunique() > 1:
-        axes.legend(loc="upper right")
+        axes.legend(loc="upper center", ncols=2)
 
 
 def _parameters(axes: Any, table: pd.DataFrame) -> None:
@@ -54,8 +54,8 @@ def _parameters(axes: Any, table: pd.DataFrame) -> None:
             axes.plot(part["x"], values, color=look["color"], linestyle=look["linestyle"], label=label if number == 0 else None)
     axes.set_xlabel("arc length, mm")
     axes.set_ylabel("over the largest value")
-    axes.set_ylim(0.0, 1.05)
-    axes.legend(loc="center right")
+    axes.set_ylim(0.0, 1.25)
+    axes.legend(loc="upper center", ncols=3)
 
 
 def _region(axes: Any, table: pd.DataFrame) -> None:
