@@ -74,6 +74,26 @@ def test_free_expansion_without_stress(kinematics):
     assert np.abs([fields.q, fields.p]).max() < 1e-12
 
 
+@pytest.mark.parametrize("nu", [0.3, 0.4999, 0.499999])
+def test_a_linear_temperature_bends_a_body_without_stress_however_little_its_volume_changes(nu):
+    x, y = np.linspace(0.0, 2.0, 17), np.linspace(0.0, 1.0, 9)
+    face = {"contact": lambda x: x[1] == 0.0}
+    bodies = {
+        name: fo.Body(MeshQuad.init_tensor(x, y + low).with_boundaries(face), fo.Material(1.0, nu), "mean_dilatation")
+        for name, low in (("a", 0.0), ("b", -1.0))
+    }
+    heat = [fo.Expansion(name, lambda x, y: x) for name in bodies]
+    model = fo.ContactModel(bodies, [fo.Support("b", (0.0, -1.0)), fo.Support("b", (2.0, -1.0), "y")], {"T": heat})
+    fields = glued(model, T=1.0)
+    shape = [(1 + nu) * np.array([x**2 - y**2, 2 * x * y]) / 2 for x, y in (body.mesh.p for body in bodies.values())]
+    moved = np.hstack([fields.displacement[name] for name in bodies]) - np.hstack(shape)
+    x, y = np.hstack([body.mesh.p for body in bodies.values()])
+    rigid = np.vstack([np.column_stack([1 + 0 * x, 0 * x, -y]), np.column_stack([0 * x, 1 + 0 * x, x])])
+    left = moved.ravel() - rigid @ np.linalg.lstsq(rigid, moved.ravel(), rcond=None)[0]
+    assert np.abs(left).max() < 0.01 * (1 + nu)
+    assert np.abs(fields.stress["a"][:3]).max() < 0.1 * 2  # of E times the largest strain
+
+
 def test_a_hot_collar_loosens_as_if_its_interference_were_less():
     """A ring that is free to grow by e has lost e times its radius of interference."""
     loads = {"hot": [fo.Expansion("rim", 0.01)], "fit": [fo.Interference("contact", 0.01)]}
