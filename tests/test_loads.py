@@ -94,6 +94,22 @@ def test_a_linear_temperature_bends_a_body_without_stress_however_little_its_vol
     assert np.abs(fields.stress["a"][:3]).max() < 0.1 * 2  # of E times the largest strain
 
 
+@pytest.mark.parametrize("inner", [0.01, 1.0])
+@pytest.mark.parametrize("elements", [(7, 7), (7, 5), (5, 8)])
+def test_uniform_pressure_passes_between_rings_that_do_not_match(inner, elements):
+    one, two = (inner + np.linspace(0.0, 1.0, n + 1) ** 1.2 for n in elements)
+    face = {"contact": lambda x: x[1] == 0.0}
+    upper = MeshQuad.init_tensor(one, [0.0, 0.4, 1.0]).with_boundaries({**face, "top": lambda x: x[1] == 1.0})
+    lower = MeshQuad.init_tensor(two, [-1.0, -0.3, 0.0]).with_boundaries({**face, "bottom": lambda x: x[1] == -1.0})
+    bodies = {"upper": fo.Body(upper), "lower": fo.Body(lower)}
+    model = fo.ContactModel(bodies, [fo.Support("lower", "bottom", "y")], {"P": [fo.Pressure("upper", "top")]}, kinematics="axisymmetric")
+    fields, width = glued(model, P=1.0), model.condense().width
+    assert np.allclose(fields.p, width, atol=1e-12 * width.sum()) and np.abs(fields.q).max() < 1e-12
+    assert width.sum() == pytest.approx(np.pi * ((inner + 1) ** 2 - inner**2))
+    for body in bodies:
+        assert np.allclose(fields.stress[body], np.array([0.0, -1.0, 0.0, 0.0])[:, None], atol=1e-9)
+
+
 def test_a_hot_collar_loosens_as_if_its_interference_were_less():
     """A ring that is free to grow by e has lost e times its radius of interference."""
     loads = {"hot": [fo.Expansion("rim", 0.01)], "fit": [fo.Interference("contact", 0.01)]}
