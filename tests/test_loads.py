@@ -132,6 +132,20 @@ def test_a_prescribed_displacement_is_the_equivalent_traction():
         assert np.allclose(fields.stress["upper"][1], -1.0)
 
 
+def test_displacements_that_share_a_node_agree_or_are_refused():
+    hold = [fo.Support("upper", "top", "y")]
+
+    def moved(*parts):
+        return column(loads={"D": list(parts)}, supports=hold).condense().bonded["D"][1]
+
+    down = fo.Displacement("upper", "top", y=lambda x, y: -0.01 * x)
+    assert np.array_equal(moved(down), moved(down, fo.Displacement("upper", (1.0, 2.0), y=-0.01)))
+    for other in (fo.Displacement("upper", (1.0, 2.0), y=-0.02), fo.Displacement("upper", "top", y=0.0)):
+        for parts in ((down, other), (other, down)):
+            with pytest.raises(fo.ModelError, match=r"move the node at \(.*, 2\) differently in y; give one"):
+                moved(*parts)
+
+
 def test_a_spinning_disc():
     """Stresses of a thin ring that spins (Timoshenko & Goodier, Theory of Elasticity, section 32)."""
     density, speed, a, b, nu = 2.0, 0.7, 0.5, 2.0, STEEL.nu

@@ -122,6 +122,7 @@ class Assembly:
     def moved(self, case: str) -> Array:
         """Displacements of all unknowns if a load case moves supports, and what is glued to them, and all else stays."""
         moved = np.zeros(sum(2 * body.mesh.p.shape[1] for body in self.bodies.values()))
+        given = np.full(len(moved), False)
         for part in self.loads[case]:
             if isinstance(part, Displacement):
                 nodes = self.nodes(f"loads[{case!r}]", part)
@@ -129,7 +130,12 @@ class Assembly:
                     unknowns = self.unknowns(part.body)[nodes, "xy".index(direction)]
                     if not np.isin(unknowns, self.held()).all():
                         raise ModelError(f"loads[{case!r}]: {part} moves nodes in {direction} that no support holds; hold them by a Support")
-                    moved[unknowns] = values
+                    if (other := given[unknowns] & (moved[unknowns] != values)).any():
+                        at = place(self.bodies[part.body].mesh.p[:, nodes[other][0]])
+                        raise ModelError(
+                            f"loads[{case!r}]: {part} and another displacement move the node at {at} differently in {direction}; give one"
+                        )
+                    moved[unknowns], given[unknowns] = values, True
         if moved.any():
             moved[self.rows[self.pairs]] += self.projection @ moved[self.rows]
         return moved

@@ -188,6 +188,8 @@ class Expansion:
 class Displacement:
     """Prescribed displacement of a support: its nodes move by (x, y) in the directions in which the support holds them.
 
+    Displacements of one load case do not add up: those that share a node move it alike.
+
     Parameters
     ----------
     body, where
