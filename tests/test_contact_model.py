@@ -224,6 +224,39 @@ def test_bodies_of_very_different_stiffness(contrast):
     assert np.allclose(S, np.linalg.inv(np.linalg.inv(upper) + np.linalg.inv(lower)), rtol=0, atol=1e-9 * np.abs(S).max())
 
 
+@pytest.mark.parametrize("contrast", [1e-12, 1e12])
+def test_a_stiff_body_1_on_a_soft_one_is_refused_and_the_reverse_is_exact(contrast):
+    bodies = {"punch": blocks()["punch"], "block": fo.Body(blocks()["block"].mesh, fo.Material(E=contrast))}
+    held = [fo.Support("block", "bottom"), fo.Support("punch", "top")]
+    load = {"tau": [fo.Traction("block", "left", x=1.0)]}
+    soft, stiff = ("punch", "block") if contrast > 1 else ("block", "punch")
+    with pytest.raises(fo.ModelError, match=r"bodies 1 are so much stiffer.*exchange the bodies"):
+        fo.ContactModel(bodies, held, load, [fo.Contact(stiff, soft)]).condense()
+    S = fo.ContactModel(bodies, held, load, [fo.Contact(soft, stiff)]).condense().S
+    rigid = fo.Body(bodies[stiff].mesh, fo.Material(E=1e3 * bodies[stiff].material.E))
+    limit = fo.ContactModel({**bodies, stiff: rigid}, held, load, [fo.Contact(soft, stiff)]).condense().S
+    assert np.allclose(S, limit, rtol=0, atol=1e-10 * np.abs(S).max())
+
+
+@pytest.mark.parametrize("ratio", [1e4, 1e8, 1e12])
+def test_a_stiff_contact_takes_no_digits_from_a_soft_one(ratio):
+    def pair(name, E, x):
+        meshes = {side: blocks()[side].mesh for side in ("punch", "block")}
+        return {f"{name} {side}": fo.Body(mesh.translated([x, 0.0]), fo.Material(E)) for side, mesh in meshes.items()}
+
+    soft = pair("soft", 1.0, 0.0)
+    supports, contacts = [
+        [make(name) for name in ("soft", "stiff")]
+        for make in (lambda n: fo.Support(f"{n} block", "bottom"), lambda n: fo.Contact(f"{n} punch", f"{n} block", name=n))
+    ]
+    loads = {"P": [fo.Traction("soft punch", "top", x=0.3, y=-1.0)]}
+    alone = fo.ContactModel(soft, supports[:1], loads, contacts[:1]).condense()
+    both = fo.ContactModel({**soft, **pair("stiff", ratio, 10.0)}, supports, loads, contacts).condense()
+    n = alone.nodes
+    for name in "ABC":
+        assert np.allclose(getattr(both, name)[:n, :n], getattr(alone, name), rtol=0, atol=1e-13)
+
+
 def test_an_interior_boundary_is_refused():
     inner = blocks()["punch"].mesh.with_boundaries({"contact": lambda x: np.isclose(x[1], 0.4)}, boundaries_only=False)
     with pytest.raises(fo.ModelError, match="facets inside the body"):

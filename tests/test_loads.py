@@ -74,6 +74,42 @@ def test_free_expansion_without_stress(kinematics):
     assert np.abs([fields.q, fields.p]).max() < 1e-12
 
 
+@pytest.mark.parametrize("nu", [0.3, 0.4999, 0.499999])
+def test_a_linear_temperature_bends_a_body_without_stress_however_little_its_volume_changes(nu):
+    x, y = np.linspace(0.0, 2.0, 17), np.linspace(0.0, 1.0, 9)
+    face = {"contact": lambda x: x[1] == 0.0}
+    bodies = {
+        name: fo.Body(MeshQuad.init_tensor(x, y + low).with_boundaries(face), fo.Material(1.0, nu), "mean_dilatation")
+        for name, low in (("a", 0.0), ("b", -1.0))
+    }
+    heat = [fo.Expansion(name, lambda x, y: x) for name in bodies]
+    model = fo.ContactModel(bodies, [fo.Support("b", (0.0, -1.0)), fo.Support("b", (2.0, -1.0), "y")], {"T": heat})
+    fields = glued(model, T=1.0)
+    shape = [(1 + nu) * np.array([x**2 - y**2, 2 * x * y]) / 2 for x, y in (body.mesh.p for body in bodies.values())]
+    moved = np.hstack([fields.displacement[name] for name in bodies]) - np.hstack(shape)
+    x, y = np.hstack([body.mesh.p for body in bodies.values()])
+    rigid = np.vstack([np.column_stack([1 + 0 * x, 0 * x, -y]), np.column_stack([0 * x, 1 + 0 * x, x])])
+    left = moved.ravel() - rigid @ np.linalg.lstsq(rigid, moved.ravel(), rcond=None)[0]
+    assert np.abs(left).max() < 0.01 * (1 + nu)
+    assert np.abs(fields.stress["a"][:3]).max() < 0.1 * 2  # of E times the largest strain
+
+
+@pytest.mark.parametrize("inner", [0.01, 1.0])
+@pytest.mark.parametrize("elements", [(7, 7), (7, 5), (5, 8)])
+def test_uniform_pressure_passes_between_rings_that_do_not_match(inner, elements):
+    one, two = (inner + np.linspace(0.0, 1.0, n + 1) ** 1.2 for n in elements)
+    face = {"contact": lambda x: x[1] == 0.0}
+    upper = MeshQuad.init_tensor(one, [0.0, 0.4, 1.0]).with_boundaries({**face, "top": lambda x: x[1] == 1.0})
+    lower = MeshQuad.init_tensor(two, [-1.0, -0.3, 0.0]).with_boundaries({**face, "bottom": lambda x: x[1] == -1.0})
+    bodies = {"upper": fo.Body(upper), "lower": fo.Body(lower)}
+    model = fo.ContactModel(bodies, [fo.Support("lower", "bottom", "y")], {"P": [fo.Pressure("upper", "top")]}, kinematics="axisymmetric")
+    fields, width = glued(model, P=1.0), model.condense().width
+    assert np.allclose(fields.p, width, atol=1e-12 * width.sum()) and np.abs(fields.q).max() < 1e-12
+    assert width.sum() == pytest.approx(np.pi * ((inner + 1) ** 2 - inner**2))
+    for body in bodies:
+        assert np.allclose(fields.stress[body], np.array([0.0, -1.0, 0.0, 0.0])[:, None], atol=1e-9)
+
+
 def test_a_hot_collar_loosens_as_if_its_interference_were_less():
     """A ring that is free to grow by e has lost e times its radius of interference."""
     loads = {"hot": [fo.Expansion("rim", 0.01)], "fit": [fo.Interference("contact", 0.01)]}
@@ -94,6 +130,20 @@ def test_a_prescribed_displacement_is_the_equivalent_traction():
         fields = glued(model, D=1.0)
         assert np.allclose([fields.q, fields.p], pulled, atol=1e-10)
         assert np.allclose(fields.stress["upper"][1], -1.0)
+
+
+def test_displacements_that_share_a_node_agree_or_are_refused():
+    hold = [fo.Support("upper", "top", "y")]
+
+    def moved(*parts):
+        return column(loads={"D": list(parts)}, supports=hold).condense().bonded["D"][1]
+
+    down = fo.Displacement("upper", "top", y=lambda x, y: -0.01 * x)
+    assert np.array_equal(moved(down), moved(down, fo.Displacement("upper", (1.0, 2.0), y=-0.01)))
+    for other in (fo.Displacement("upper", (1.0, 2.0), y=-0.02), fo.Displacement("upper", "top", y=0.0)):
+        for parts in ((down, other), (other, down)):
+            with pytest.raises(fo.ModelError, match=r"move the node at \(.*, 2\) differently in y; give one"):
+                moved(*parts)
 
 
 def test_a_spinning_disc():

@@ -163,6 +163,10 @@ def test_decks_are_read_as_written(squares):
         ("Left, 30", "Lost, 30", "'BOTH' names 'LOST'"),
         ("Left, 30", "Both, 30", "'BOTH' names 'BOTH'"),
         ("more.nod", "none.nod", "none.nod"),
+        ("*HEADING", "*SYSTEM\n1., 0., 0., 1., 1., 0.\n*HEADING", "block \\*SYSTEM .*in the global directions"),
+        ("*HEADING", "*TRANSFORM, NSET=LEFT\n0., 1., 0., -1., 0., 0.\n*HEADING", "block \\*TRANSFORM NSET=LEFT .*in the global directions"),
+        ("*node, nset=Left", "*node, nset=Left, system=c", "block \\*NODE NSET=LEFT, SYSTEM=C .*in the global directions"),
+        ("*node, nset=Left", "*system\n*node, nset=Left, system=r", None),
         ("TYPE=CPS4R, ELSET=second", "ELSET=second", "block \\*ELEMENT ELSET=SECOND cannot be read"),
     ],
 )
@@ -174,6 +178,13 @@ def test_damaged_decks_are_refused(squares, old, new, said):
     else:
         with pytest.raises(fo.ModelError, match=said):
             fo.read_calculix(squares / "job")
+
+
+def test_forces_of_axisymmetric_elements_are_refused(squares):
+    (squares / "job.inp").write_text(SQUARES.replace("CPS4R", "CAX4"))
+    job = fo.read_calculix(squares / "job")
+    with pytest.raises(fo.ModelError, match="force: elements CAX4 are axisymmetric"):
+        job.force("LEFT", 1.0)
 
 
 def test_a_deck_that_includes_itself_is_refused(squares):

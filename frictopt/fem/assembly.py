@@ -14,7 +14,6 @@ from ..errors import ModelError
 from .bodies import Body, Support, Traction
 from .contacts import Contact, Interference, Joint, joined
 from .elasticity import Kinematics, body_stiffness, circumference
-from .faces import Face
 from .frames import place, plane_frames
 from .interface import Interface
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
@@ -86,7 +85,7 @@ class Assembly:
     def joints(self) -> list[Joint]:
         """The joined nodes of each contact."""
         bodies = [(self.body("contacts", contact.body_1), self.body("contacts", contact.body_2)) for contact in self.contacts]
-        return [joined(contact, *pair) for contact, pair in zip(self.contacts, bodies, strict=True)]
+        return [joined(contact, *pair, self.kinematics) for contact, pair in zip(self.contacts, bodies, strict=True)]
 
     @cached_property
     def first_node(self) -> dict[str, int]:
@@ -123,6 +122,7 @@ class Assembly:
     def moved(self, case: str) -> Array:
         """Displacements of all unknowns if a load case moves supports, and what is glued to them, and all else stays."""
         moved = np.zeros(sum(2 * body.mesh.p.shape[1] for body in self.bodies.values()))
+        given = np.full(len(moved), False)
         for part in self.loads[case]:
             if isinstance(part, Displacement):
                 nodes = self.nodes(f"loads[{case!r}]", part)
@@ -130,7 +130,12 @@ class Assembly:
                     unknowns = self.unknowns(part.body)[nodes, "xy".index(direction)]
                     if not np.isin(unknowns, self.held()).all():
                         raise ModelError(f"loads[{case!r}]: {part} moves nodes in {direction} that no support holds; hold them by a Support")
-                    moved[unknowns] = values
+                    if (other := given[unknowns] & (moved[unknowns] != values)).any():
+                        at = place(self.bodies[part.body].mesh.p[:, nodes[other][0]])
+                        raise ModelError(
+                            f"loads[{case!r}]: {part} and another displacement move the node at {at} differently in {direction}; give one"
+                        )
+                    moved[unknowns], given[unknowns] = values, True
         if moved.any():
             moved[self.rows[self.pairs]] += self.projection @ moved[self.rows]
         return moved
@@ -196,14 +201,4 @@ class Assembly:
     @property
     def widths(self) -> Array:
         """(N,) tributary lengths of the nodes; axisymmetric: areas."""
-        return np.concatenate([_widths(joint.face, self.kinematics) for joint in self.joints])
-
-
-def _widths(face: Face, kinematics: Kinematics) -> Array:
-    """(n,) integrals of the hat functions of the nodes along a face."""
-    chain = face.chain
-    around = circumference(face.points[chain, 0], kinematics)
-    widths = np.zeros(len(face.nodes))
-    np.add.at(widths, chain[:-1], face.lengths * (2 * around[:-1] + around[1:]) / 6)
-    np.add.at(widths, chain[1:], face.lengths * (around[:-1] + 2 * around[1:]) / 6)
-    return widths
+        return np.concatenate([joint.face.widths(circumference(joint.face.points[:, 0], self.kinematics)) for joint in self.joints])

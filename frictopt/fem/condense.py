@@ -10,7 +10,8 @@ from scipy.sparse.csgraph import connected_components
 from ..contact import ContactSystem
 from ..contact.checks import Array, checked_contact, checked_overlaps, finite_array
 from ..contact.dispatch import answered_by_axes
-from ..contact.tolerances import SAME_POINT
+from ..contact.tolerances import EQUILIBRIUM, SAME_POINT
+from ..errors import ModelError
 from .frames import arc_length, check_course, check_sides, half_widths, plane_frames
 from .given import checked_forces, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness
 from .interface import Interface, glued
@@ -171,7 +172,14 @@ def condensed(K: csr_matrix, F: Array, interface: Interface, unknowns: Integers,
     T, elimination = eliminated(K, interface, unknowns, points, graph)
     S, R = elimination.S, elimination.reactions(T.T @ F)
     _, body = connected_components(graph, directed=False)
-    return balanced(S, R, K, F, interface, unknowns, free_motions(K, unknowns, points, body))
+    motions = free_motions(K, unknowns, points, body)
+    S, R = balanced(S, R, K, F, interface, unknowns, motions)
+    if motions.shape[1] < len(S) and elimination.rounding > EQUILIBRIUM:
+        raise ModelError(
+            f"stiffness: bodies 1 are so much stiffer than bodies 2 that the stiffness of the contact has an error of {elimination.rounding:.1e}; "
+            "exchange the bodies, or bring their stiffness closer together"
+        )
+    return S, R
 
 
 def eliminated(K: csr_matrix, interface: Interface, unknowns: Integers, points: Array, graph: csr_matrix) -> tuple[csr_matrix, Elimination]:

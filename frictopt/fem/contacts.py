@@ -11,6 +11,7 @@ from ..contact.checks import Array, check_text, choice, finite_number
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from .bodies import Body
+from .elasticity import Kinematics, circumference
 from .faces import Face, face
 from .frames import place
 from .mortar import foot_points, mortar_projection
@@ -112,7 +113,7 @@ class Joint:
     gap: Array
 
 
-def joined(contact: Contact, body_1: Body, body_2: Body) -> Joint:
+def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics) -> Joint:
     """Join the nodes of two faces: pairs where they match, else by the dual mortar method.
 
     Raises
@@ -129,7 +130,7 @@ def joined(contact: Contact, body_1: Body, body_2: Body) -> Joint:
         P = csr_matrix((np.ones(len(where)), (np.arange(len(where)), two.nodes[where])), shape=(len(where), nodes))
         return Joint(one, P, np.zeros(len(where)))
     facing, s = _facing(one, two, near, contact)
-    P = mortar_projection(one, two.nodes[facing], s, nodes)
+    P = mortar_projection(one, two.nodes[facing], s, nodes, circumference(one.points[:, 0], kinematics))
     allowed = near + one.sag + two.sag.max()
     opening = one.points - P @ body_2.mesh.p.T
     unit = one.normals / np.hypot(*one.normals.T)[:, None]

@@ -9,7 +9,7 @@ from skfem import Basis, BilinearForm, ElementQuad0, ElementQuad1, ElementTriP0,
 
 from ..contact.checks import Array, finite_number
 
-__all__ = ["ELEMENTS", "ELEMENT_NAMES", "KINEMATICS", "ElementName", "Kinematics", "Material", "body_stiffness", "circumference"]
+__all__ = ["ELEMENTS", "ELEMENT_NAMES", "KINEMATICS", "ElementName", "Kinematics", "Material", "body_stiffness", "circumference", "element_means"]
 
 ELEMENTS = {MeshQuad1: ElementQuad1, MeshTri1: ElementTriP1}
 _UNIFORM = {MeshQuad1: ElementQuad0, MeshTri1: ElementTriP0}
@@ -107,6 +107,11 @@ def _gradient_x_value(u: Any, v: Any, w: Any) -> Any:
 @BilinearForm
 def _gradient_y_value(u: Any, v: Any, w: Any) -> Any:
     return u.grad[1] * v / w.x[0]
+
+
+def element_means(basis: Any, values: Array) -> Array:
+    """Values at the integration points of a basis, each replaced by the mean of its element."""
+    return np.broadcast_to(((values * basis.dx).sum(axis=1) / basis.dx.sum(axis=1))[:, None], values.shape)
 
 
 def circumference(x: Array, kinematics: Kinematics) -> Array:

@@ -53,10 +53,12 @@ class Face:
         np.add.at(sums, self.chain[1:], edges)
         return sums
 
-    @property
-    def widths(self) -> Array:
-        """(n,) tributary lengths: half of each edge at the node."""
-        return self.gathered(self.lengths) / 2
+    def widths(self, around: Array) -> Array:
+        """(n,) integrals of the hat functions of the nodes along the face, of the depth `around` (n,) at its nodes."""
+        chain, widths = self.chain, np.zeros(len(self.nodes))
+        np.add.at(widths, chain[:-1], self.lengths * (2 * around[chain[:-1]] + around[chain[1:]]) / 6)
+        np.add.at(widths, chain[1:], self.lengths * (around[chain[:-1]] + 2 * around[chain[1:]]) / 6)
+        return widths
 
     @property
     def normals(self) -> Array:

@@ -66,11 +66,10 @@ def volume_forces(mesh: Any, force: Callable[[Array, Array], list[Array]], kinem
     return _forces(basis, force(x, y), x, kinematics)
 
 
-def gradient_forces(mesh: Any, stress: Callable[[Array, Array], Array], kinematics: Kinematics) -> Array:
-    """(2, nodes) nodal forces that a uniform tension in all directions, a function of x and y, exerts on the nodes."""
-    basis = Basis(mesh, ELEMENTS[type(mesh)]())
-    x, y = (np.asarray(part) for part in basis.global_coordinates())
-    amount = stress(x, y) * circumference(x, kinematics)
+def gradient_forces(basis: Any, stress: Array, kinematics: Kinematics) -> Array:
+    """(2, nodes) nodal forces that a tension of the same size in all directions, given at the integration points, exerts on the nodes."""
+    x = np.asarray(basis.global_coordinates())[0]
+    amount = stress * circumference(x, kinematics)
     forces = [_assembled(basis, amount, form) for form in ("grad_x", "grad_y")]
     if kinematics == "axisymmetric":
         forces[0] = forces[0] + _assembled(basis, amount / x, "value")

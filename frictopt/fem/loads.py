@@ -1,13 +1,15 @@
 """Loads of a body besides a uniform traction: pressure, forces per volume, free expansion, displacements of supports."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from skfem import Basis
 
 from ..contact.checks import Array, check_text, finite_number, shown
 from ..errors import ModelError
 from .bodies import Body
+from .elasticity import ELEMENTS, element_means
 from .forms import Amount, Kinematics, boundary_forces, checked_amount, gradient_forces, values_at, volume_forces
 
 __all__ = ["BodyForce", "Centrifugal", "Displacement", "Expansion", "Pressure"]
@@ -164,19 +166,29 @@ class Expansion:
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         """(2, nodes) nodal forces of the tension that would hold the body back, force per depth (axisymmetric: of the whole circumference)."""
-        stress = self._tension(body, kinematics)
-        return gradient_forces(body.mesh, stress, kinematics)
+        basis = Basis(body.mesh, ELEMENTS[type(body.mesh)]())
+        return gradient_forces(basis, self._tension(body, kinematics, basis), kinematics)
 
-    def _tension(self, body: Body, kinematics: Kinematics) -> Callable[[Array, Array], Array]:
-        """The tension in the plane that the expansion takes off the stress of the strains, as a function of x and y."""
+    def _strain(self, basis: Any) -> Array:
+        """The expansion at the integration points of a basis."""
+        return values_at("strain", self.strain, *(np.asarray(part) for part in basis.global_coordinates()))
+
+    def _tension(self, body: Body, kinematics: Kinematics, basis: Any) -> Array:
+        """The tension in the plane that the expansion takes off the stress of the strains, at the integration points of a basis.
+
+        Where the first Lame constant resists the mean dilatation of an element, it is the mean expansion that takes off its part.
+        """
         lam, mu = body.material._plane_lame(kinematics)
-        factor = 2 * (lam + mu) if kinematics == "plane_stress" else 3 * lam + 2 * mu
-        return lambda x, y: factor * values_at("strain", self.strain, x, y)
+        strain = self._strain(basis)
+        dilatation = strain if body.element == "linear" else element_means(basis, strain)
+        return (2 if kinematics == "plane_stress" else 3) * lam * dilatation + 2 * mu * strain
 
 
 @dataclass(frozen=True)
 class Displacement:
     """Prescribed displacement of a support: its nodes move by (x, y) in the directions in which the support holds them.
+
+    Displacements of one load case do not add up: those that share a node move it alike.
 
     Parameters
     ----------

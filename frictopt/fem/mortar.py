@@ -35,11 +35,12 @@ def foot_points(face: Face, points: Array) -> tuple[Array, Array]:
     return s, height
 
 
-def mortar_projection(face: Face, other: Integers, s: Array, nodes: int) -> csr_matrix:
+def mortar_projection(face: Face, other: Integers, s: Array, nodes: int, around: Array) -> csr_matrix:
     """(n, nodes) matrix `P = D^-1 M` that gives the n nodes of the face the displacements of nodes on the other side.
 
-    With phi the hat functions of the face, psi the dual ones (on each edge `2 phi_a - phi_b` and `2 phi_b - phi_a`) and chi those of the other side,
-    `D = diag(int phi_a)` and `M_aj = int psi_a chi_j` over the arc length of the face. Linear displacements along it are reproduced.
+    With phi the hat functions of the face, psi the dual ones (over an edge, `int psi_a phi_b` is `int phi_a` for a = b, else zero) and chi those of
+    the other side, `D = diag(int phi_a)` and `M_aj = int psi_a chi_j` over the face, which is an area where it goes around an axis. Linear
+    displacements along it are reproduced, and a uniform traction is handed over as such.
 
     Parameters
     ----------
@@ -49,6 +50,8 @@ def mortar_projection(face: Face, other: Integers, s: Array, nodes: int) -> csr_
         Nodes of body 2 and the arc lengths at which they face body 1, increasing, at least from 0 to its length.
     nodes
         Number of columns of P.
+    around
+        (n,) depth of the face at its nodes: 1 in the plane, the circumference of an axisymmetric body; linear along each edge.
     """
     chain = face.chain
     own = np.r_[0.0, np.cumsum(face.lengths)]
@@ -59,7 +62,13 @@ def mortar_projection(face: Face, other: Integers, s: Array, nodes: int) -> csr_
         at = cuts[:-1] + share * size
         a, j = (np.clip(np.searchsorted(knots, at) - 1, 0, len(knots) - 2) for knots in (own, s))
         phi, chi = (at - own[a]) / (own[a + 1] - own[a]), (at - s[j]) / (s[j + 1] - s[j])
-        for node, psi in ((chain[a], 2 - 3 * phi), (chain[a + 1], 3 * phi - 1)):
-            entries += [(node, other[j], size / 2 * psi * (1 - chi)), (node, other[j + 1], size / 2 * psi * chi)]
+        first, last = around[chain[a]], around[chain[a + 1]]
+        depth, mixed = size / 2 * (first * (1 - phi) + last * phi), first + last
+        own_first, own_last = 3 * first + last, first + 3 * last  # with `mixed`, 12 times the mass matrix of phi on an edge of length 1
+        scale = 2 / (own_first * own_last - mixed**2)
+        psi_first = (2 * first + last) * scale * (own_last * (1 - phi) - mixed * phi)
+        psi_last = (first + 2 * last) * scale * (own_first * phi - mixed * (1 - phi))
+        for node, psi in ((chain[a], psi_first), (chain[a + 1], psi_last)):
+            entries += [(node, other[j], depth * psi * (1 - chi)), (node, other[j + 1], depth * psi * chi)]
     row, column, value = (np.concatenate(parts) for parts in zip(*entries, strict=True))
-    return csr_matrix((value / face.widths[row], (row, column)), shape=(len(face.nodes), nodes))
+    return csr_matrix((value / face.widths(around)[row], (row, column)), shape=(len(face.nodes), nodes))

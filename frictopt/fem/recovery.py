@@ -15,7 +15,7 @@ from ..contact.show import Plotted, Shown
 from ..errors import ModelError
 from .bodies import Body
 from .condense import eliminated
-from .elasticity import ELEMENTS, Kinematics
+from .elasticity import ELEMENTS, Kinematics, element_means
 from .interface import Interface
 from .loads import Expansion
 from .matrices.meshes import meshio_library
@@ -176,19 +176,19 @@ def body_fields(
 def _strain_and_stress(body: Body, kinematics: Kinematics, u: Array, expansions: Sequence[tuple[float, Expansion]]) -> tuple[Array, Array]:
     """(4, nodes) nodal strain and stress."""
     basis = Basis(body.mesh, ELEMENTS[type(body.mesh)]())
-    x, y = (np.asarray(part) for part in basis.global_coordinates())
+    x = np.asarray(basis.global_coordinates())[0]
     fields = [basis.interpolate(component) for component in u]
     (ux_x, ux_y), (uy_x, uy_y) = (np.asarray(field.grad) for field in fields)
     out = np.asarray(fields[0]) / x if kinematics == "axisymmetric" else np.zeros_like(x)
     lam, mu = body.material._plane_lame(kinematics)
     volume = ux_x + uy_y + out
     if body.element == "mean_dilatation":
-        volume = np.broadcast_to(((volume * basis.dx).sum(axis=1) / basis.dx.sum(axis=1))[:, None], x.shape)
-    tension = lam * volume - sum((amplitude * part._tension(body, kinematics)(x, y) for amplitude, part in expansions), np.zeros_like(x))
+        volume = element_means(basis, volume)
+    tension = lam * volume - sum((amplitude * part._tension(body, kinematics, basis) for amplitude, part in expansions), np.zeros_like(x))
     xx, yy, xy = tension + 2 * mu * ux_x, tension + 2 * mu * uy_y, mu * (ux_y + uy_x)
     zz = np.zeros_like(x) if kinematics == "plane_stress" else tension + 2 * mu * out
     if kinematics == "plane_stress":
-        free = sum((amplitude * part._tension(body, kinematics)(x, y) for amplitude, part in expansions), np.zeros_like(x)) / (2 * (lam + mu))
+        free = sum((amplitude * part._strain(basis) for amplitude, part in expansions), np.zeros_like(x))
         out = -body.material.nu / body.material.E * (xx + yy) + free
     strain, stress = (ux_x, uy_y, (ux_y + uy_x) / 2, out), (xx, yy, xy, zz)
     mass = splu(BilinearForm(lambda a, b, w: a * b).assemble(basis).tocsc())

@@ -28,6 +28,8 @@ class Elimination:
     ----------
     S
         (kept, kept) stiffness.
+    rounding
+        Error of S over its largest entry: what is left of it has the rounding of the stiffness from which the elimination subtracts.
 
     Raises
     ------
@@ -37,8 +39,9 @@ class Elimination:
 
     def __init__(self, K: csr_matrix, kept: int) -> None:
         n = K.shape[0]
-        shift = K.diagonal()[n - kept :].max()
-        shifted = K + diags(np.r_[np.zeros(n - kept), np.full(kept, shift)], format="csr")
+        own = K.diagonal()[n - kept :]
+        shift = np.where(own > 0, own, own.max())  # each by its own size: soft contacts keep their digits beside stiff ones
+        shifted = K + diags(np.r_[np.zeros(n - kept), shift], format="csr")
         columns = csc_matrix((shifted.data, shifted.indices, shifted.indptr), shape=K.shape)  # its rows: it is symmetric
         try:
             factors = splu(columns, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
@@ -49,8 +52,10 @@ class Elimination:
             raise ModelError("stiffness: its factorisation had to reorder the interface, so it is far from positive definite; check the materials")
         self._factors, self._kept = factors, kept
         self._trailing = factors.L[n - kept :, n - kept :].toarray() @ factors.U[n - kept :, n - kept :].toarray()
-        S = self._trailing - shift * np.eye(kept)
+        S = self._trailing - np.diag(shift)
         self.S: Array = (S + S.T) / 2
+        largest = np.abs(S).max()
+        self.rounding = float(np.finfo(float).eps * own.max() / largest) if largest > 0 else 0.0
 
     def reactions(self, F: Array) -> Array:
         """(kept, m) reactions `-(F_r - K_ri K_ii^-1 F_i)` that hold the kept unknowns at zero under the loads F (unknowns, m)."""

@@ -103,12 +103,18 @@ def read_deck(path: Path) -> Deck:
     Raises
     ------
     ModelError
-        The file is missing or is no deck, nodes numbered twice (parts and instances), sets or elements of unknown nodes.
+        The file is missing or is no deck, nodes numbered twice (parts and instances), sets or elements of unknown nodes, coordinates or
+        displacements in directions that are not the global ones.
     """
     nodes: dict[int, list[float]] = {}
     members: dict[str, dict[str, list[str]]] = {"NSET": {}, "ELSET": {}}
     solids: list[tuple[str, list[list[int]]]] = []
     for keyword, options, lines in _blocks(path):
+        if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
+            raise ModelError(
+                f"deck {path.name}: the block *{keyword} {_text(options)} gives nodes or displacements in directions of their own; "
+                "write coordinates, and the matrix, in the global directions"
+            )
         try:
             if keyword == "NODE":
                 found = [_fields(line) for line in lines]

@@ -195,15 +195,17 @@ class MatrixJob(Shown):
         Parameters
         ----------
         face
-            The nodes, see `nodes`.
+            The nodes, see `nodes`; not of an axisymmetric job, in which codes count forces per angle in ways of their own.
         traction
             (d,) components, force per area; or one number, a pressure.
 
         Raises
         ------
         ModelError
-            Nodes that no facet of the outline joins, tractions that are not finite; see `nodes`.
+            Nodes that no facet of the outline joins, tractions that are not finite, axisymmetric elements; see `nodes`.
         """
+        if axisymmetric := sorted({kind for kind, _, _ in self._known.elements if kind.startswith("CAX")}):
+            raise ModelError(f"force: elements {axisymmetric[0]} are axisymmetric; give condense the nodal forces that belong to the code's matrix")
         pressure = real_array("traction", traction).ndim == 0
         value = finite_number("traction", traction) if pressure else finite_array("traction", traction, (self._directions,))
         nodes = self.nodes(face)
