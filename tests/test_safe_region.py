@@ -100,7 +100,7 @@ def test_a_region_without_safe_amplitudes_says_why():
     contact = system(np.eye(1), np.zeros((1, 1)), 0.0, -1.0, 1.0, 0.0)
     region = fo.safe_region(contact.with_bonded({"b": ([0], [1])}), {"mean": 1.0}, ["cyclic", "b"], 0.5)
     assert not len(region.vertices) and not region.contains(0.0, 0.0)
-    assert "the mean load does not press the bodies together" in region.reason
+    assert "the mean load pulls the bodies apart" in region.reason
 
 
 def test_a_mean_load_at_the_bound_leaves_amplitude_zero():

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.linalg import block_diag
 
 import frictopt as fo
 from frictopt.reference import single_node_limit, two_node_limits, uncoupled_limit
 from studies.validation.oracles import largest_load_factor
-from systems import CYCLE, random_system, system
+from systems import CYCLE, FIRST_PAIR, random_system, system
 
 EXACT = 1e-9
 
@@ -254,3 +255,15 @@ def test_normal_forces_that_drown_in_the_shear_of_the_mean_load_are_refused():
         with pytest.raises(fo.ModelError, match=r"mean: its shear force at node 0 is 1\.6e\+10 times the mean normal force 1e-12"):
             ask(contact, CYCLE, 0.465)
     assert limit_of(system(0.6, 0.0, 0.5, 1e-6, 1.5, 0.3), 0.465, CYCLE) > 0
+
+
+@pytest.mark.parametrize("ratio", [1e-15, 1e-10, 1e10, 1e15])
+def test_a_soft_contact_beside_a_stiff_one_is_no_free_one(ratio):
+    """Two contacts that know nothing of each other have the limits of the one that is loaded."""
+    alone = system(*FIRST_PAIR)
+    A, B, C = (block_diag(part, ratio * part) for part in (alone.A, alone.B, alone.C))
+    mean, cyclic = alone.bonded["mean"], alone.bonded["cyclic"]
+    bonded = {"mean": tuple(np.r_[part, part] for part in mean), "cyclic": tuple(np.r_[part, 0 * part] for part in cyclic)}
+    beside = fo.ContactSystem(A, B, C, np.arange(4.0), bonded)
+    for limit in (fo.shakedown_limit, fo.guaranteed_limit):
+        assert limit(beside, CYCLE, 0.5).load_factor == pytest.approx(limit(alone, CYCLE, 0.5).load_factor, rel=1e-9)

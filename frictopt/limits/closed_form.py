@@ -4,9 +4,9 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
-from ..contact.tolerances import NO_COUPLING, RIGID
+from ..contact.tolerances import NO_COUPLING
 from .mechanism import Mechanism
-from .scaling import Loads
+from .scaling import Loads, rigid_slides
 
 __all__ = ["is_uncoupled", "uncoupled_limit"]
 
@@ -27,10 +27,9 @@ def uncoupled_limit(system: ContactSystem, loads: Loads, friction: Array) -> tup
     if not is_uncoupled(system, friction) or loads.p0.min() < 0 or friction.min() == 0:
         return None
     nodes = system.nodes
-    values, vectors = np.linalg.eigh(system.A)
-    rigid = values <= RIGID * max(np.abs(system.A).max(), np.abs(system.C).max())
-    floating = bool(rigid.any())
-    if floating and (rigid.sum() > 1 or np.ptp(vectors[:, 0]) > 1e-6 / np.sqrt(nodes)):
+    rigid, compliance = rigid_slides(system)
+    floating = bool(rigid.size)
+    if floating and (rigid.shape[1] > 1 or np.ptp(rigid) > 1e-6 / np.sqrt(nodes)):
         return None
 
     bound = friction * loads.p0
@@ -53,8 +52,7 @@ def uncoupled_limit(system: ContactSystem, loads: Loads, friction: Array) -> tup
     room = most - least
     share = 0.5 if not floating or room.sum() <= 0 else float(np.clip(-least.sum() / room.sum(), 0.0, 1.0))
     shear = least + share * room
-    slip = vectors[:, ~rigid] @ ((vectors[:, ~rigid].T @ shear) / values[~rigid])
-    return load_factor, slip, _mechanism(int(limits.argmin()), rules, forward.shape)
+    return load_factor, compliance @ shear, _mechanism(int(limits.argmin()), rules, forward.shape)
 
 
 def _mechanism(which: int, rules: tuple[np.ndarray, np.ndarray], shape: tuple[int, int]) -> Mechanism:

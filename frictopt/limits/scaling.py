@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import qr
 
+from ..contact import ContactSystem
 from ..contact.checks import Array, frozen
 from ..contact.symmetry import Part
 from ..contact.tolerances import NO_PRESSURE, RIGID
@@ -72,10 +73,8 @@ def scaled_contact(part: Part, loads: Loads, force: float) -> ScaledContact:
     system = part.system
     pressure, others = np.abs(loads.p0), np.abs([loads.q0, *loads.q1, *loads.p1]).max(axis=0)
     unit = np.where(pressure > NO_PRESSURE * force, pressure, np.maximum(others, NO_PRESSURE * force))
-    values, vectors = np.linalg.eigh(system.A)
-    rigid = values <= RIGID * max(np.abs(system.A).max(), np.abs(system.C).max())
-    loaded, basis = _balanced(vectors[:, rigid])
-    compliance = (vectors[:, ~rigid] / values[~rigid]) @ vectors[:, ~rigid].T
+    rigid, compliance = rigid_slides(system)
+    loaded, basis = _balanced(rigid)
     slip = compliance @ (unit[:, None] * basis)
     return ScaledContact(
         part=part,
@@ -83,10 +82,25 @@ def scaled_contact(part: Part, loads: Loads, force: float) -> ScaledContact:
         shear=frozen(system.A @ slip / unit[:, None]),
         normal=frozen(system.B @ slip / unit[:, None]),
         slip=frozen(slip),
-        rigid=frozen(vectors[:, rigid] * (force / system.stiffness_scale)),
+        rigid=frozen(rigid * (force / system.stiffness_scale)),
         loaded=loaded,
         force=force,
     )
+
+
+def rigid_slides(system: ContactSystem) -> tuple[Array, Array]:
+    """Orthonormal slips that A does not resist, (N, k), and the compliance (N, N) of forces that do no work on them, to slips free of them.
+
+    Each node counts in units of its own stiffness: a soft contact beside a stiff one in the same system is not taken for a free one.
+    """
+    stiffness = np.maximum(np.diag(system.A), np.diag(system.C))
+    root = np.sqrt(np.where(stiffness > 0, stiffness, system.stiffness_scale))
+    values, vectors = np.linalg.eigh(system.A / np.outer(root, root))
+    held = values > RIGID
+    rigid = np.linalg.qr(vectors[:, ~held] / root[:, None])[0]
+    slips = vectors[:, held] / root[:, None]
+    slips -= rigid @ (rigid.T @ slips)
+    return rigid, (slips / values[held]) @ slips.T
 
 
 def _balanced(rigid: Array) -> tuple[np.ndarray[Any, np.dtype[np.intp]], Array]:

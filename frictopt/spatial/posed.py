@@ -55,7 +55,7 @@ class ConeQuestion:
     def cones(self) -> ScaledCones:
         """Unknowns and units."""
         kept = ConeLoads(self.loads.q0, self.loads.p0, self.loads.q1[self.kept], self.loads.p1[self.kept])
-        return scaled_cones(self.system.A, self.system.B, float(np.abs(self.system.S).max()), self.friction, kept, self.force)
+        return scaled_cones(self.system.A, self.system.B, self.system.node_stiffness, self.friction, kept, self.force)
 
     def slip(self, traction: Array) -> Array:
         """(N, 2) slip of dimensionless shear forces, length."""

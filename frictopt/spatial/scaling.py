@@ -82,16 +82,17 @@ class ScaledCones:
         return np.broadcast_to(self.p0, self.p1.shape)
 
 
-def scaled_cones(A: Array, B: Array, stiff: float, friction: Array, loads: ConeLoads, force: float) -> ScaledCones:
-    """Choose unknowns and units for a contact of largest stiffness `stiff` under loads of the size of `force`."""
+def scaled_cones(A: Array, B: Array, stiffness: Array, friction: Array, loads: ConeLoads, force: float) -> ScaledCones:
+    """Choose unknowns and units for a contact under loads of the size of `force`; `stiffness` (N,) is the size of each node's own stiffness, > 0."""
     sizes = np.linalg.norm(loads.q1, axis=-1)
     pressure = np.abs(loads.p0)
     others = np.maximum(np.linalg.norm(loads.q0, axis=-1), np.maximum(sizes, np.abs(loads.p1)).max(axis=0))
     unit = np.where(pressure > NO_PRESSURE * force, pressure, np.maximum(others, NO_PRESSURE * force))
-    values, vectors = np.linalg.eigh(A)
-    rigid = values <= RIGID * stiff
-    slip = (vectors[:, ~rigid] / values[~rigid]) @ vectors[:, ~rigid].T * np.tile(unit, 2)
-    balance = vectors[:, rigid].T * np.tile(unit, 2)
+    root = np.sqrt(np.tile(stiffness, 2))  # a soft node beside stiff ones is not taken for a free one
+    values, vectors = np.linalg.eigh(A / np.outer(root, root))
+    rigid, held = values <= RIGID, vectors[:, values > RIGID] / root[:, None]
+    slip = (held / values[~rigid]) @ held.T * np.tile(unit, 2)
+    balance = (vectors[:, rigid] / root[:, None]).T * np.tile(unit, 2)
     norms = np.linalg.norm(balance, axis=1, keepdims=True)
     load_unit = load_factor_unit(loads, friction, force)
     bound = float((friction * loads.p0).mean())

@@ -145,6 +145,12 @@ class ContactSystem3D(Shown, OtherContact):
         """Mean of the diagonal of S (1 if S is zero): the scale that turns mean forces into the scale of slips."""
         return float(np.trace(self.S) / len(self.S)) or 1.0
 
+    @property
+    def node_stiffness(self) -> Array:
+        """(N,) largest entry on the diagonal of S of each node (the scale of all where that is zero)."""
+        own = np.diag(self.S).reshape(3, self.nodes).max(axis=0)
+        return np.asarray(np.where(own > 0, own, self.stiffness_scale))
+
     def reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
         """Bonded reactions, (N, 2) `q` and (N,) `p`, under a sum of load cases, name -> amplitude.
 
