@@ -36,7 +36,8 @@ class Contact:
     name
         Name of the contact; None: that of `boundary_1`.
     gap
-        None: the faces touch. "measured": the distance of the meshes along the normal is the initial gap.
+        None: the faces touch. "measured": the distance of the meshes along the normal is the initial gap. On curved faces it has the error of the
+        facets: overlaps up to their sag count as touching, so mesh finely enough that the sag is small beside the gap.
 
     Raises
     ------
