@@ -107,7 +107,7 @@ def test_a_script_without_a_guard_runs_once_and_its_workers_are_silent(tmp_path)
 def test_an_error_that_is_no_result_is_raised_wherever_the_run_is_followed(workers):
     runs = [execute.Run(str(number), no_slip()[0], 1.0) for number in range(2)]
     contact = execute.CampaignContact("no contact", CYCLE, np.full(3, 0.4), np.nan, np.zeros(3))
-    with pytest.raises(AttributeError, match="nodes"):
+    with pytest.raises(AttributeError, match="slip_shape"):
         list(execute.execute(contact, runs, None, workers))
 
 
