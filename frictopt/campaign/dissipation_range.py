@@ -6,7 +6,7 @@ from typing import Any
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, flag, frozen
-from ..contact.show import Shown, frame
+from ..contact.show import Plotted, Shown, frame
 from ..contact.system import checked_system
 from ..errors import NoContinuation, SolverError
 from ..limits import shakedown_limit
@@ -22,7 +22,7 @@ _CLIMBED, _DESCENDED = 4, 2  # levels of work, the highest and the lowest, from 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DissipationRange(Shown):
+class DissipationRange(Shown, Plotted):
     """The least and the most steady dissipation found over all starts: two that occur, not bounds of what may occur.
 
     The true range is at least as wide. Only `least = 0` is known to be the true least, for no work of friction is negative.

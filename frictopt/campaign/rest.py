@@ -63,12 +63,20 @@ class Question:
         (q0, p0), (q1, p1) = self.system.reaction(self.cycle.mean), self.cycle.corner_reactions(self.system)
         return q0 + load_factor * q1[corner], p0 + load_factor * p1[corner]
 
+    def reactions(self, rest: Rest) -> tuple[Array, Array]:
+        """(K, N) reactions `q, p` at the corners, by the balance alone: those of open nodes are zero up to rounding."""
+        both = self._bonded(rest) + np.hstack([rest.slip, rest.gap - self.system.gap]) @ self.system.S
+        return both[:, : self.system.nodes], both[:, self.system.nodes :]
+
     def touching(self, rest: Rest) -> Booleans:
         """(K, N) which nodes are at the corners neither open nor pressed by more than what could be rounding."""
-        bonded = np.array([np.concatenate(self.load(rest.load_factor, corner)) for corner in range(len(rest.gap))])
-        p = (bonded + np.hstack([rest.slip, rest.gap - self.system.gap]) @ self.system.S)[:, self.system.nodes :]
-        force = float(np.abs(bonded).max()) or 1.0
+        _, p = self.reactions(rest)
+        force = float(np.abs(self._bonded(rest)).max()) or 1.0
         return np.maximum(rest.gap * self.system.stiffness_scale, np.abs(p)) < TOUCHING * force
+
+    def _bonded(self, rest: Rest) -> Array:
+        """(K, 2N) bonded reactions at the corners."""
+        return np.array([np.concatenate(self.load(rest.load_factor, corner)) for corner in range(len(rest.gap))])
 
     def state(self, load_factor: float, slip: Array, gap: Array) -> ContactState:
         """The state with slip and gap (N,) at the last corner."""

@@ -13,7 +13,7 @@ from ..contact.checks import Array, finite_number, flag, frozen
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis
 from ..contact.record import Attempt, Recorded, SolveRecord
-from ..contact.show import frame
+from ..contact.show import Plotted, frame
 from ..contact.system import checked_system
 from ..contact.tolerances import ONE_LIMIT
 from ..limits import LimitKind
@@ -22,7 +22,7 @@ from ..solve.bounds import BoundStatus
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
 from .progress import bar_of
-from .rest import Booleans, Question
+from .rest import Booleans, Question, Rest
 from .rest_search import RestSearch
 
 __all__ = ["SeparatedLimit", "separated_limit"]
@@ -33,7 +33,7 @@ _SMALL = 1e-3  # load factor, in load units, below which the range of the bound 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SeparatedLimit(Recorded, Portable):
+class SeparatedLimit(Recorded, Portable, Plotted):
     """The largest load factor found at which the contact comes to rest with nodes open or closed, and what is known above it.
 
     Attributes
@@ -80,13 +80,32 @@ class SeparatedLimit(Recorded, Portable):
     open: Booleans = field(repr=False)
     record: SolveRecord
     problem: Any = field(repr=False)
-    _x: Array = field(repr=False)
+    _question: Question = field(repr=False)
+    _rest: Rest | None = field(repr=False)
     _units: Units = field(repr=False)
+
+    @property
+    def system(self) -> ContactSystem:
+        """The contact."""
+        return self._question.system
+
+    @property
+    def friction(self) -> Array:
+        """(N,) coefficients of friction."""
+        return self._question.friction
+
+    @property
+    def reactions(self) -> tuple[Array, Array]:
+        """(K, N) reactions `q, p` at the corners of the resting cycle, force per depth, zero where open; NaN where `load_factor` is not finite."""
+        if self._rest is None or not np.isfinite(self.load_factor):
+            return np.full(self.open.shape, np.nan), np.full(self.open.shape, np.nan)
+        q, p = self._question.reactions(self._rest)
+        return np.where(self.open, 0.0, q), np.where(self.open, 0.0, p)
 
     def to_frame(self) -> Any:
         """The DataFrame of the nodes: columns node, x, slip, gap at the last corner, and open, the number of corners at which it is."""
         gap = np.full_like(self.slip, np.nan) if self.state is None else self.state.gap
-        return frame({"node": range(len(self._x)), "x": self._x, "slip": self.slip, "gap": gap, "open": self.open.sum(axis=0)})
+        return frame({"node": range(self.system.nodes), "x": self.system.x, "slip": self.slip, "gap": gap, "open": self.open.sum(axis=0)})
 
     def _answer(self) -> Mapping[str, Any]:
         return {name: getattr(self, name) for name in ("load_factor", "bound", "exact", "kind", "residual", "reason")}
@@ -214,7 +233,8 @@ def _result(question: Question, search: RestSearch, found: _Bound, began: float)
         open=np.zeros((corners, n), dtype=bool) if best is None else best.open,
         record=SolveRecord(*_found(search, found), time.perf_counter() - began),
         problem=found.problem,
-        _x=question.system.x,
+        _question=question,
+        _rest=best,
         _units=found.units,
     )
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, finite_array, frozen
-from ..contact.show import Shown, frame
+from ..contact.show import Plotted, Shown, frame
 from ..contact.tolerances import RESIDUAL, WEIGHT
 from ..errors import SolverError
 from .mechanism import Mechanism
@@ -23,7 +23,7 @@ __all__ = ["LeastSlip", "least_slip"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LeastSlip(Shown):
+class LeastSlip(Shown, Plotted):
     """Proven lower bound of the slip in every cycle at a load factor, from every start.
 
     It says that the sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (19). `v` and `w` are slips and gaps at the
@@ -41,6 +41,8 @@ class LeastSlip(Shown):
         (K, N) weights of the gap `w` at the corners, 1 over length; idle while all nodes are closed.
     weight
         (N,) largest value that a node's slip between corners adds to the sum, per unit of slip: half the sum over the corners of `abs(g)`.
+    system
+        The contact.
     residual
         Largest entry of the sum of g over the corners, which is zero for exact multipliers, over the largest stress that the mechanism's motions
         make one by one; or the residual of the limit if that is larger.
@@ -64,7 +66,7 @@ class LeastSlip(Shown):
     g: Array = field(repr=False)
     h: Array = field(repr=False)
     weight: Array = field(repr=False)
-    x: Array = field(repr=False)
+    system: ContactSystem = field(repr=False)
     residual: float
 
     @property
@@ -100,7 +102,7 @@ class LeastSlip(Shown):
         nodes = nodes[np.argsort(-self.weight[nodes], kind="stable")]
         alone = max(self.bound, 0.0) / self.weight[nodes]
         weights = {f"g{k}": row[nodes] for k, row in enumerate(self.g)}
-        return frame({"node": nodes, "x": self.x[nodes], "weight": self.weight[nodes], "alone": alone, **weights})
+        return frame({"node": nodes, "x": self.system.x[nodes], "weight": self.weight[nodes], "alone": alone, **weights})
 
     def _answer(self) -> Mapping[str, Any]:
         return {name: getattr(self, name) for name in ("load_factor", "bound", "total", "residual")}
@@ -119,4 +121,4 @@ def least_slip(system: ContactSystem, friction: Array, motion: Mechanism, limit:
             f"least slip: the multipliers of the limit are off by {residual:.1e} (tolerance {RESIDUAL:g}); check for reactions and stiffnesses of "
             "very different sizes"
         )
-    return LeastSlip(load_factor, load_factor - limit, frozen(g), frozen(h), frozen(weight), system.x, residual)
+    return LeastSlip(load_factor, load_factor - limit, frozen(g), frozen(h), frozen(weight), system, residual)

@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from ..campaign import SeparatedLimit
 from ..contact import ContactSystem, Onset
 from ..errors import ModelError
-from ..limits import GuaranteedLimit, SafeSlip, ShakedownLimit
-from .along import circle, friction_ratio, label_contacts, lines, looks
+from ..limits import GuaranteedLimit, LeastSlip, SafeSlip, ShakedownLimit
+from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks
 from .picture import picture
 from .style import BLACK, GREY, legend, new_axes
 
@@ -79,6 +80,48 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Any = None) -> Any:
     for corner, sense in zip(ruling, (1, -1), strict=False):
         circle(axes, limit.system.x[limit.node], ratio[corner, limit.node], sense, _ONE_NODE, looks(len(q), ruling)[corner]["color"], label)
         label = None
+    legend(axes)
+    return axes
+
+
+@picture.register
+def _separated_limit(limit: SeparatedLimit, ax: Any = None) -> Any:
+    """Shear over friction bound at the corners of the resting cycle; open nodes, which have none, are marked at zero."""
+    (axes,) = new_axes(ax)
+    title = _equals(rf"{'limit with separation' if limit.exact else 'largest load factor found to rest'}, $\lambda$", limit.load_factor)
+    if not (limit.load_factor == np.inf or np.isnan(limit.bound)):
+        title += f", bound {limit.bound:.5g}" if np.isfinite(limit.bound) else ", no bound"
+    axes.set_title(title)
+    if not np.isfinite(limit.load_factor):
+        return _no_lines(axes, limit.reason)
+    q, p = limit.reactions
+    friction_ratio(axes, limit.system, limit.friction, q, p, _corners(len(q)))
+    always = limit.open.all(axis=0)
+    for nodes, inside, label in (always, BLACK, "open at all corners"), (limit.open.any(axis=0) & ~always, "none", "open at some corners"):
+        if nodes.any():
+            x = limit.system.x[nodes]
+            axes.scatter(x, np.zeros(len(x)), marker="v", s=20, facecolors=inside, edgecolors=BLACK, linewidths=0.8, zorder=3, label=label)
+    legend(axes)
+    return axes
+
+
+@picture.register
+def _least_slip(least: LeastSlip, ax: Any = None) -> Any:
+    """Weights of the slip at the corners (of many corners, lines of those with the largest)."""
+    (axes,) = new_axes(ax)
+    if least.bound <= 0:
+        claim = "no slip is proven"
+    else:
+        claim = f"weighted sum of the slips at least {least.bound:.4g};\n"
+        if np.isfinite(least.total):
+            claim += f"slip between corners at least {least.total:.4g} in all while all nodes are closed"
+        else:
+            claim += "no cycle keeps all nodes closed"
+    axes.set_title(rf"$\lambda = {least.load_factor:.4g}$: {claim}")
+    lines_or_band(axes, least.system, least.g, _corners(len(least.g)), np.argsort(-np.abs(least.g).sum(axis=1), kind="stable").tolist())
+    axes.axhline(0, color=GREY, lw=0.6, zorder=0)
+    axes.set_ylabel("weight $g$ of the slip (1 / length)")
+    label_contacts(axes, least.system)
     legend(axes)
     return axes
 

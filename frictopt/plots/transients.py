@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..campaign import Trajectory, fretting_table, steady_cycle
+from ..campaign import DissipationRange, Trajectory, fretting_table, steady_cycle
 from ..contact.tolerances import SIMULTANEOUS
 from ..path import SteadyState
 from .along import label_contacts, lines, lines_or_band
@@ -16,6 +16,7 @@ __all__: list[str] = []
 _NODES = 3  # nodes whose loops are drawn: those with the most work of friction
 _DOTS: dict[str, Any] = {"marker": ".", "markersize": 3}
 _LOOKS: dict[str, dict[str, Any]] = {"q": {"band": series(0)["color"]}, "p": {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}}
+_SLIP_RANGE, _WORK = "slip range (length)", "work of friction per cycle\n(force times length per depth)"
 _MOST_LINES = 50  # cycles of which each has its own line
 
 
@@ -50,8 +51,8 @@ def _steady_state(steady: SteadyState, ax: Any = None) -> Any:
     system = steady.system
     problem = system, steady.cycle, steady.friction, steady.load_factor, steady
     slip.set_title(f"{steady.outcome.name.replace('_', ' ').lower()}, $W = {steady.dissipation:.4g}$ per cycle")
-    lines(slip, system, fretting_table(*problem)["slip_range"].to_numpy(), color=BLACK, **_DOTS)
-    slip.set_ylabel("slip range (length)")
+    lines(slip, system, _slip_range(steady), color=BLACK, **_DOTS)
+    slip.set_ylabel(_SLIP_RANGE)
     states = steady_cycle(*problem)
     corners = np.searchsorted(states["time"], np.arange(1, len(steady.cycle.corners) + 1) + SIMULTANEOUS) - 1
     width, unit = (1.0, "nodal force\n(force per depth)") if system.width is None else (system.width, "traction\n(force per area)")
@@ -60,7 +61,7 @@ def _steady_state(steady: SteadyState, ax: Any = None) -> Any:
     force.set_ylabel(unit)
     legend(force)
     lines(work, system, steady.dissipation_per_node, color=BLACK, **_DOTS)
-    work.set_ylabel("work of friction per cycle\n(force times length per depth)")
+    work.set_ylabel(_WORK)
     for axes in panels:
         axes.axhline(0, color=GREY, lw=0.6, zorder=0)
         label_contacts(axes, system, names=axes is slip)
@@ -69,3 +70,31 @@ def _steady_state(steady: SteadyState, ax: Any = None) -> Any:
     if ax is None:
         slip.figure.align_ylabels()
     return panels
+
+
+@picture.register
+def _dissipation_range(found: DissipationRange, ax: Any = None) -> Any:
+    """Two panels: slip range and work of friction per cycle of the steady states with the least and with the most work found."""
+    slip, work = panels = new_axes(ax, 2, (6.4, 5.4))
+    system = found.least_state.system
+    for number, (name, steady) in enumerate((("least work found", found.least_state), ("most work found", found.most_state))):
+        look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"], "label": name, **_DOTS}
+        lines(slip, system, _slip_range(steady), **look)
+        lines(work, system, steady.dissipation_per_node, **look)
+    slip.set_title(rf"$\lambda = {found.least_state.load_factor:.4g}$: $W$ from {found.least:.4g} to {found.most:.4g} per cycle found")
+    slip.set_ylabel(_SLIP_RANGE)
+    work.set_ylabel(_WORK)
+    legend(slip)
+    for axes in panels:
+        axes.axhline(0, color=GREY, lw=0.6, zorder=0)
+        label_contacts(axes, system, names=axes is slip)
+    slip.set_xlabel("")
+    if ax is None:
+        slip.figure.align_ylabels()
+    return panels
+
+
+def _slip_range(steady: SteadyState) -> np.ndarray[Any, Any]:
+    """(N,) slip range of the steady cycle."""
+    table = fretting_table(steady.system, steady.cycle, steady.friction, steady.load_factor, steady)
+    return np.asarray(table["slip_range"])

@@ -1,0 +1,20 @@
+"""
+The work of friction depends on the start
+=========================================
+
+Above the shakedown limit slip goes on from every start, but the work of friction is not the same. How far apart may it be?
+"""
+
+import frictopt as fo
+
+system = fo.PunchOnHalfPlane(elements=16).condense()
+cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+limit = fo.shakedown_limit(system, cycle, friction=0.6)
+found = fo.dissipation_range(system, cycle, friction=0.6, load_factor=1.2 * limit.load_factor)
+print(found)
+found.plot()
+
+# %%
+# Below the limit the start decides whether slip stops. Up to which load factor does it, for a contact assembled by its mean load?
+
+print(limit.load_factor, fo.practical_limit(system, cycle, friction=0.6))

@@ -1,0 +1,142 @@
+"""Pictures of limits with separation, of ranges of dissipation and of least slips: what they show is what the result says."""
+
+from dataclasses import replace
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.collections import PathCollection
+
+import frictopt as fo
+from systems import CYCLE, random_system, system
+from test_plots import FIVE, JOINT, MANY, PAIR, F, joined, labelled, parts
+
+PUNCH = fo.PunchOnHalfPlane(elements=4).condense()
+ROUNDED = PUNCH.with_gap(2.0 * PUNCH.x**4)
+PULL = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+
+
+@pytest.fixture(autouse=True)
+def no_figures_stay_open():
+    yield
+    plt.close("all")
+
+
+def marks(ax, label):
+    """(M, 2) places of the marks of a name."""
+    places = [np.asarray(one.get_offsets(), float) for one in ax.collections if isinstance(one, PathCollection) and one.get_label() == label]
+    return np.concatenate([np.empty((0, 2)), *places])
+
+
+def rounded_limit():
+    return fo.separated_limit(ROUNDED, PULL, F, time_limit=60.0, progress=False)
+
+
+def test_a_limit_with_separation_shows_the_corners_of_the_path_from_its_state_and_marks_open_nodes():
+    limit = rounded_limit()
+    ax = limit.plot()
+    path = fo.march(ROUNDED, PULL, F, limit.load_factor, initial_state=limit.state, cycles=1)  # what the state does
+    rows = [np.flatnonzero(path.time == corner)[-1] for corner in (1, 2)]
+    q, p = path.q[rows], path.p[rows]
+    for corner, closed in enumerate(path.gap[rows] <= 0):
+        x, ratio = joined(ax, f"corner {corner}")
+        assert np.array_equal(x, ROUNDED.x) and np.isnan(ratio[~closed]).all()
+        assert np.allclose(ratio[closed], q[corner, closed] / (F * p[corner, closed]), atol=1e-9)
+    assert ax.get_ylabel() == "$q / (f p)$"
+    shear, pressure = limit.reactions
+    assert np.allclose(shear, q, atol=1e-9) and np.allclose(pressure, p, atol=1e-9) and not pressure[limit.open].any()
+    always, sometimes = ((path.gap[rows] > 0).all(axis=0), (path.gap[rows] > 0).any(axis=0))
+    assert always.any() and marks(ax, "open at all corners").tolist() == [[x, 0.0] for x in ROUNDED.x[always]]
+    assert marks(ax, "open at some corners").tolist() == [[x, 0.0] for x in ROUNDED.x[sometimes & ~always]]
+    assert ax.get_title() == rf"limit with separation, $\lambda$ = {limit.load_factor:.5g}, bound {limit.bound:.5g}"
+    assert limit.exact and limit.system is ROUNDED and np.array_equal(limit.friction, np.full(5, F))
+
+
+def test_nodes_that_open_and_close_have_marks_of_their_own():
+    rng = np.random.default_rng(0)
+    seen = 0
+    for _ in range(30):
+        contact = random_system(rng, 2)
+        limit = fo.separated_limit(contact, CYCLE, F, time_limit=20.0, progress=False)
+        some = limit.open.any(axis=0) & ~limit.open.all(axis=0)
+        if not np.isfinite(limit.load_factor) or not some.any():
+            continue
+        seen += 1
+        ax = limit.plot()
+        assert np.array_equal(marks(ax, "open at some corners")[:, 0], contact.x[some])
+        assert len(marks(ax, "open at all corners")) == limit.open.all(axis=0).sum()
+        for corner, opened in enumerate(limit.open):
+            assert np.isnan(joined(ax, f"corner {corner}")[1][opened]).all()
+    assert seen
+
+
+@pytest.mark.parametrize("bound", [2.0, np.inf])
+def test_what_is_not_the_limit_is_called_what_it_is(bound):
+    limit = replace(rounded_limit(), bound=bound, exact=False)
+    title = rf"largest load factor found to rest, $\lambda$ = {limit.load_factor:.5g}, " + ("bound 2" if bound == 2 else "no bound")
+    assert limit.plot().get_title() == title
+
+
+SLIDING = fo.ContactSystem(
+    A=np.zeros((2, 2)), B=np.zeros((2, 2)), C=[[1, -1], [-1, 1]], x=[0, 1], bonded={"mean": ([2, 2], [1, 1]), "cyclic": ([1, 1], [0, 0])}
+)
+PRESSED = system(1.0, 0.0, 0.0, 1.0, 0.0, 1.0)  # pressed more at the only corner
+
+
+@pytest.mark.parametrize(
+    ("contact", "cycle", "title"),
+    [(SLIDING, CYCLE, "none"), (PRESSED, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), "is infinite")],
+    ids=["none", "infinite"],
+)
+def test_a_limit_with_separation_that_is_not_finite_says_why_in_place_of_lines(contact, cycle, title):
+    limit = fo.separated_limit(contact, cycle, 0.5, time_limit=20.0, progress=False)
+    ax = limit.plot()
+    assert not ax.get_lines() and not ax.collections and np.isnan(limit.reactions).all()
+    assert " ".join(ax.texts[0].get_text().split()) == limit.reason and ax.get_title().endswith(title)
+
+
+@pytest.mark.parametrize("contact", [PAIR, JOINT], ids=["pair", "two contacts"])
+def test_a_range_shows_the_steady_states_of_least_and_most_work(contact):
+    factor = 1.3 * fo.shakedown_limit(contact, CYCLE, F).load_factor
+    found = fo.dissipation_range(contact, CYCLE, F, factor)
+    slip, work = found.plot()
+    for name, state, start in ("least", found.least_state, found.least_start), ("most", found.most_state, found.worst_start):
+        x, drawn = joined(work, f"{name} work found", parts(contact))
+        assert np.array_equal(x, contact.x) and np.array_equal(drawn, state.dissipation_per_node)
+        assert np.isclose(drawn.sum(), getattr(found, name))
+        path = fo.march(contact, CYCLE, F, factor, initial_slip=start, cycles=300)  # another way to the steady cycle
+        last = path.slip[path.time >= 299 * 2]
+        assert np.allclose(joined(slip, f"{name} work found", parts(contact))[1], np.ptp(last, axis=0), atol=1e-6)
+    assert found.most > found.least and f"from {found.least:.4g} to {found.most:.4g} per cycle" in slip.get_title()
+    assert f"{factor:.4g}" in slip.get_title() and slip.get_ylabel() == "slip range (length)" and work.get_xlabel().endswith("(length)")
+
+
+def test_a_least_slip_shows_its_weights_and_what_they_prove():
+    limit = fo.shakedown_limit(PAIR, CYCLE, F)
+    least = limit.least_slip(1.5 * limit.load_factor)
+    ax = least.plot()
+    drawn = np.array([joined(ax, f"corner {corner}")[1] for corner in (0, 1)])
+    assert np.array_equal(drawn, least.g) and np.abs(drawn).sum(axis=0).max() / 2 == pytest.approx(least.weight.max())
+    total = 0.5 * limit.load_factor / (np.abs(drawn).sum(axis=0).max() / 2)  # bound over the largest weight
+    assert f"at least {0.5 * limit.load_factor:.4g};\n" in ax.get_title() and f"at least {total:.4g} in all" in ax.get_title()
+    assert ax.get_ylabel() == "weight $g$ of the slip (1 / length)" and least.system is PAIR
+    assert limit.least_slip(0.5 * limit.load_factor).plot().get_title().endswith("no slip is proven")
+    pulled = fo.shakedown_limit(system(1.0, 0.0, 0.0, 1.0, 0.0, -1.0), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), F)
+    assert pulled.least_slip(2.0).plot().get_title().endswith("no cycle keeps all nodes closed")
+
+
+def test_of_many_corners_a_least_slip_draws_those_that_weigh_most():
+    limit = fo.shakedown_limit(FIVE, MANY, F)
+    least = limit.least_slip(1.5 * limit.load_factor)
+    ax = least.plot()
+    drawn = [int(name.split()[1]) for name in labelled(ax) if name.startswith("corner")]
+    weight = np.abs(least.g).sum(axis=1)
+    assert sorted(weight[drawn]) == sorted(np.sort(weight)[-4:]) and [one.get_label() for one in ax.collections] == ["all 20 corners"]
+
+
+def test_pictures_ask_for_as_many_axes_as_they_have_panels():
+    limit = fo.shakedown_limit(PAIR, CYCLE, F)
+    _, one = plt.subplots()
+    assert limit.least_slip(1.0).plot(one) is one
+    with pytest.raises(fo.ModelError, match="give 2 matplotlib axes"):
+        fo.dissipation_range(PAIR, CYCLE, F, 0.8).plot(one)
