@@ -76,7 +76,7 @@ def test_an_example_is_short_and_runs(path, quiet, monkeypatch):
 
 
 def test_the_gallery_has_examples():
-    assert 8 <= len(EXAMPLES) <= 14
+    assert 8 <= len(EXAMPLES) <= 16
 
 
 def listed(page):

@@ -24,7 +24,7 @@ BELOW = {
     "path": _BASE,
     "campaign": _BASE | {"solve", "limits", "increments", "path"},
     "spatial": _BASE | {"fem", "solve"},
-    "plots": _BASE | {"fem", "limits", "path", "campaign"},
+    "plots": _BASE | {"fem", "limits", "path", "campaign", "spatial"},
 }
 ALLOWED = {  # libraries beyond the standard one, by layer
     "errors": set(),

@@ -1,6 +1,5 @@
 """Pictures of onset and limits: how far each node is from slip, and which nodes limit the load."""
 
-from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from ..errors import ModelError
 from ..limits import GuaranteedLimit, LeastSlip, SafeSlip, ShakedownLimit
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks
 from .picture import picture
-from .style import BLACK, GREY, legend, new_axes
+from .style import BLACK, GREY, equals, legend, new_axes, no_lines
 
 __all__: list[str] = []
 
@@ -28,7 +27,7 @@ def _onset(onset: Onset, ax: Any = None) -> Any:
     axes.set_title("bonded contact at the onset of slip" if onset.mean_admissible else "bonded contact; the mean load alone makes it slip or pulls")
     nodes = {event.corner: event.node for event in onset.slips if event.node is not None}
     if not nodes:
-        return _no_lines(axes, "no corner makes a node slip")
+        return no_lines(axes, "no corner makes a node slip")
     corners = list(nodes)
     first = corners.index(onset.slip.corner)
     names = [rf"corner {corner}, $\lambda = {onset.slips[corner].load_factor:.4g}$" for corner in corners]
@@ -48,9 +47,9 @@ def _shakedown_limit(limit: ShakedownLimit, ax: Any = None) -> Any:
     """Shear over friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism."""
     (axes,) = new_axes(ax)
     name = r"shakedown limit $\lambda_2$" if limit.objective is None else r"load factor $\lambda$ that the objective chooses"
-    axes.set_title(_equals(name, limit.load_factor))
+    axes.set_title(equals(name, limit.load_factor))
     if not np.isfinite(limit.load_factor):
-        return _no_lines(axes, limit.reason)
+        return no_lines(axes, limit.reason)
     ruling = limit.mechanism.groupby("corner")["share"].sum().sort_values(ascending=False).index.tolist()
     q, p = limit.reactions
     ratio = friction_ratio(axes, limit.system, limit.friction, q, p, _corners(len(q)), ruling)
@@ -69,10 +68,10 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Any = None) -> Any:
     """Shear over friction bound at the corners under the witness; the node on both its bounds is circled."""
     (axes,) = new_axes(ax)
     axes.set_title(
-        _equals(r"guaranteed limit $\lambda_1$", limit.load_factor) + ", " + _equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
+        equals(r"guaranteed limit $\lambda_1$", limit.load_factor) + ", " + equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
     )
     if not np.isfinite(limit.load_factor):
-        return _no_lines(axes, limit.reason)
+        return no_lines(axes, limit.reason)
     ruling = [] if limit.corners is None else list(limit.corners)
     q, p = limit.reactions
     ratio = friction_ratio(axes, limit.system, limit.friction, q, p, _corners(len(q)), ruling)
@@ -146,17 +145,3 @@ def _safe_slip(safe: SafeSlip, ax: Any = None) -> Any:
 
 def _corners(number: int) -> list[str]:
     return [f"corner {corner}" for corner in range(number)]
-
-
-def _equals(name: str, value: float) -> str:
-    """A name with its value."""
-    if np.isfinite(value):
-        return f"{name} = {value:.5g}"
-    return f"{name} is infinite" if value > 0 else f"{name}: none"
-
-
-def _no_lines(axes: Any, why: str) -> Any:
-    """Say why there is nothing to draw."""
-    axes.text(0.5, 0.5, fill(why, width=60), transform=axes.transAxes, ha="center", va="center")
-    axes.set(xticks=[], yticks=[])
-    return axes

@@ -1,6 +1,7 @@
 """The look of all pictures."""
 
 from collections.abc import Mapping
+from textwrap import fill
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -10,7 +11,7 @@ from matplotlib.axes import Axes
 from ..contact.checks import shown
 from ..errors import ModelError
 
-__all__ = ["BLACK", "GREY", "RC", "SERIES", "legend", "new_axes", "screen", "series"]
+__all__ = ["BLACK", "GREY", "RC", "SERIES", "equals", "legend", "new_axes", "no_lines", "screen", "series"]
 
 BLACK, GREY = "#000000", "#767676"
 
@@ -86,3 +87,17 @@ def new_axes(ax: Any, panels: int = 1, size: tuple[float, float] = (6.4, 3.6), *
 def legend(axes: Any, title: str | None = None) -> None:
     """Legend beside the axes, where it covers no data."""
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), title=title, alignment="left", handlelength=2.2)
+
+
+def equals(name: str, value: float) -> str:
+    """A name with its value."""
+    if np.isfinite(value):
+        return f"{name} = {value:.5g}"
+    return f"{name} is infinite" if value > 0 else f"{name}: none"
+
+
+def no_lines(axes: Any, why: str) -> Any:
+    """Say why there is nothing to draw."""
+    axes.text(0.5, 0.5, fill(why, width=60), transform=axes.transAxes, ha="center", va="center")
+    axes.set(xticks=[], yticks=[])
+    return axes

@@ -13,7 +13,7 @@ import pandas as pd
 from ..contact import LoadCycle
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.record import Recorded, SolveRecord
-from ..contact.show import frame
+from ..contact.show import Plotted, frame
 from ..contact.tolerances import NO_MARGIN, RESIDUAL
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
@@ -28,11 +28,13 @@ __all__ = ["MarginState3D", "SafeSlip3D", "safe_slip", "solve_margin"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SafeSlip3D(Recorded, Portable):
+class SafeSlip3D(Recorded, Portable, Plotted):
     """A residual slip that keeps the contact stuck, or the proof that there is none.
 
     Attributes
     ----------
+    load_factor
+        Load factor of the question.
     exists
         Whether a safe slip exists at the load factor: the margin is not negative by more than 1e-12 or its own residual.
     slip
@@ -59,6 +61,7 @@ class SafeSlip3D(Recorded, Portable):
     (True, [[-0.25, -0.25]])
     """
 
+    load_factor: float
     exists: bool
     slip: Array = field(repr=False)
     margin: float
@@ -73,6 +76,16 @@ class SafeSlip3D(Recorded, Portable):
     def certificate(self) -> pd.DataFrame | None:
         """Why no slip is safe (Farkas's lemma): slips whose friction cannot take up the work of the loads; None if one is safe."""
         return None if self.exists else self._motion.table(self._task.system.points)
+
+    @property
+    def reactions(self) -> tuple[Array, Array]:
+        """(K, N, 2) and (K, N) reactions `q, p` at the corners under the slip, force."""
+        return self._task.reactions(self.load_factor, self.slip)
+
+    @property
+    def traction_ratios(self) -> Array:
+        """(K, N) ratios `|q| / (f p)` at the corners under the slip; NaN where the pressure or the friction vanishes."""
+        return self._task.traction_ratios(*self.reactions)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, x, y, z, slip1 and slip2."""
@@ -114,6 +127,7 @@ def safe_slip(system: ContactSystem3D, cycle: LoadCycle, friction: Any, load_fac
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     state, answer, model = solve_margin(task, load_factor, solver)
     return SafeSlip3D(
+        load_factor=load_factor,
         exists=bool(state.margin >= -max(NO_MARGIN, state.residual)),
         slip=frozen(state.slip),
         margin=state.margin,

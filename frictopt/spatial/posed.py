@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 from ..contact import LoadCycle, friction_coefficients
 from ..contact.checks import Array
 from ..contact.cycle import checked_cycle
-from ..contact.tolerances import INSIDE
+from ..contact.tolerances import BARE, INSIDE
 from .coulomb import referee
 from .mechanism import Mechanism3D
 from .scaling import ConeLoads, ScaledCones, scaled_cones
@@ -71,6 +71,12 @@ class ConeQuestion:
         """(K, N, 2) and (K, N) reactions of the closed contact at the corners, under a residual slip."""
         q, p = self.slip_reactions(slip)
         return q + load_factor * self.loads.q1, p + load_factor * self.loads.p1
+
+    def traction_ratios(self, q: Array, p: Array) -> Array:
+        """(K, N) ratios `|q| / (f p)` of reactions; NaN where the pressure or the friction vanishes."""
+        bound = self.friction * p
+        pressed = bound > BARE * self.mean_bound
+        return np.where(pressed, np.linalg.norm(q, axis=-1) / np.where(pressed, bound, 1.0), np.nan)
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """How far the slip is from being safe: the largest violation of the contact law over the corners."""

@@ -14,8 +14,8 @@ from ..contact import LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, frozen
 from ..contact.record import Recorded, SolveRecord
-from ..contact.show import frame
-from ..contact.tolerances import BARE, CARRIED, FLOOR, RESIDUAL
+from ..contact.show import Plotted, frame
+from ..contact.tolerances import CARRIED, FLOOR, RESIDUAL
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
 from ..solve.solvers import Kind, solve
@@ -31,7 +31,7 @@ __all__ = ["ShakedownLimit3D", "shakedown_limit"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShakedownLimit3D(Recorded, Portable):
+class ShakedownLimit3D(Recorded, Portable, Plotted):
     """The shakedown limit in three dimensions with its proof from both sides.
 
     Attributes
@@ -95,10 +95,7 @@ class ShakedownLimit3D(Recorded, Portable):
     @property
     def traction_ratios(self) -> Array:
         """(K, N) ratios `|q| / (f p)` at the corners under the safe slip; NaN where the pressure or the friction vanishes, or without a limit."""
-        q, p = self.reactions
-        bound = self._task.friction * p
-        pressed = bound > BARE * self._task.mean_bound
-        return np.where(pressed, np.linalg.norm(q, axis=-1) / np.where(pressed, bound, 1.0), np.nan)
+        return self._task.traction_ratios(*self.reactions)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, x, y, z, the slip that is safe at the limit, and the largest `|q| / (f p)` over the corners.

@@ -12,7 +12,7 @@ from ..contact.answers import Outcome
 from ..contact.checks import Array, finite_number, frozen, whole_number
 from ..contact.extrapolation import fixed_point
 from ..contact.record import Recorded, SolveRecord
-from ..contact.show import frame
+from ..contact.show import Plotted, frame
 from ..contact.tolerances import NO_WORK, PERIODIC, RESIDUAL
 from ..errors import NoContinuation, SolverError
 from .coulomb import referee
@@ -27,7 +27,7 @@ _ROUNDS = 6  # extrapolations in a row, each from the cycles that follow the one
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SteadyState3D(Recorded):
+class SteadyState3D(Recorded, Plotted):
     """The steady state that a transient reaches in increments, confirmed by a cycle that starts from it and comes back.
 
     Attributes
@@ -77,11 +77,11 @@ class SteadyState3D(Recorded):
     record: SolveRecord
     step_error: float
     extrapolated: bool
-    _points: Array = field(repr=False)
+    _system: ContactSystem3D = field(repr=False)
 
     def to_frame(self) -> Any:
         """The DataFrame of the nodes: columns node, x, y, z, slip1, slip2, open, dissipation (work of friction per cycle)."""
-        columns = dict(zip("xyz", self._points.T, strict=True)) | {"slip1": self.slip[:, 0], "slip2": self.slip[:, 1], "open": self.open}
+        columns = dict(zip("xyz", self._system.points.T, strict=True)) | {"slip1": self.slip[:, 0], "slip2": self.slip[:, 1], "open": self.open}
         return frame({"node": range(len(self.slip)), **columns, "dissipation": self.dissipation_per_node})
 
     def _answer(self) -> Mapping[str, Any]:
@@ -162,7 +162,7 @@ def steady_state(
         record=SolveRecord("NEWTON", (), residual, (), perf_counter() - start),
         step_error=abs(work - half) / max(work, half) if max(work, half) > 0 else 0.0,
         extrapolated=extrapolated,
-        _points=system.points,
+        _system=system,
     )
 
 

@@ -1,0 +1,28 @@
+"""
+A contact in three dimensions
+=============================
+
+A square punch is pressed on a block, and the shear on its top turns: along x, y, -x, -y. Where does the contact slip, and when does it stop?
+"""
+
+import frictopt as fo
+
+system = fo.SquarePunchOnBlock(elements=6).condense()
+turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
+
+limit = fo.shakedown_limit(system, turning, friction=0.5)
+limit.plot()
+print(limit)
+
+# %%
+# The circled nodes limit the load: above the limit no residual slip, drawn as arrows, keeps all of them from slipping. Below it, this start comes
+# to rest; above it, no start can.
+
+for ratio in (0.9, 1.15):
+    steady = fo.steady_state(system, turning, friction=0.5, load_factor=ratio * limit.load_factor)
+    print(ratio, steady.outcome.name, steady.dissipation)
+
+# %%
+# Above the limit, the work of friction shows where the contact wears.
+
+steady.plot()

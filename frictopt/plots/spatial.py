@@ -1,0 +1,105 @@
+"""Pictures of contacts in three dimensions: maps of the contact face, seen along its normal."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.transforms import offset_copy
+
+from ..contact.checks import Array
+from ..errors import ModelError
+from ..spatial import ContactSystem3D, SafeSlip3D, ShakedownLimit3D, SteadyState3D
+from .picture import picture
+from .style import BLACK, GREY, SERIES, equals, new_axes, no_lines
+
+__all__: list[str] = []
+
+_SIZE = (5.6, 4.6)  # of a figure, inches
+_FACE = 25_000  # area that the points of a face share, points^2
+_LARGEST, _SMALLEST = 160.0, 6.0  # area of a point, points^2
+_ARROW = 0.12  # of the longest arrow, widths of the axes
+_LABELS = 30.0  # height of the labels of the axis below a map, points
+_ENDS = np.array([-1.0, 1.0])
+_FLAT = 1e-9  # difference of the directions of nodes in one plane
+
+
+@picture.register
+def _shakedown_limit(limit: ShakedownLimit3D, ax: Any = None) -> Any:
+    """Shear over friction bound at the first corner under the safe slip, the slip as arrows; the nodes of the mechanism are circled."""
+    (axes,) = new_axes(ax, size=_SIZE)
+    axes.set_title(equals(r"shakedown limit $\lambda_2$", limit.load_factor))
+    if not np.isfinite(limit.load_factor):
+        return no_lines(axes, limit.reason)
+    system = limit._task.system
+    places, size = _map(axes, system, limit.traction_ratios[0], "$|q| / (f p)$ at the first corner", 1.0)
+    _arrows(axes, places, limit.slip, "residual slip")
+    nodes = np.unique(limit.mechanism["node"])
+    axes.scatter(*places[nodes].T, s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label="limiting node")
+    return _finished(axes)
+
+
+@picture.register
+def _safe_slip(safe: SafeSlip3D, ax: Any = None) -> Any:
+    """Shear over friction bound under the slip, at the corner with the least reserve; the slip as arrows."""
+    (axes,) = new_axes(ax, size=_SIZE)
+    title = "safe slip" if safe.exists else "no slip is safe; the least unsafe one"
+    axes.set_title(rf"{title} at $\lambda = {safe.load_factor:.4g}$, margin {safe.margin:.4g}")
+    task, (q, p) = safe._task, safe.reactions
+    corner = int(np.argmin((task.friction * p - np.linalg.norm(q, axis=-1)).min(axis=1)))
+    ratio = safe.traction_ratios[corner]
+    places, _ = _map(axes, task.system, ratio, f"$|q| / (f p)$ at corner {corner}", max(1.0, float(np.nanmax(ratio, initial=0.0))))
+    _arrows(axes, places, safe.slip, "residual slip")
+    return _finished(axes)
+
+
+@picture.register
+def _steady_state(steady: SteadyState3D, ax: Any = None) -> Any:
+    """Work of friction per cycle at each node; the slip at the last corner as arrows."""
+    (axes,) = new_axes(ax, size=_SIZE)
+    outcome = steady.outcome.name.lower().replace("_", " ")
+    axes.set_title(f"{outcome}, work of friction per cycle {steady.dissipation:.4g}")
+    work = steady.dissipation_per_node
+    places, _ = _map(axes, steady._system, work, "work of friction per cycle (force times length)", float(work.max()) or 1.0)
+    _arrows(axes, places, steady.slip, "slip at the last corner")
+    return _finished(axes)
+
+
+def _map(axes: Any, system: ContactSystem3D, values: Array, name: str, most: float) -> tuple[Array, float]:
+    """Draw values of the nodes as coloured points, grey where there is none; the (N, 2) places of the nodes, and the area of a point."""
+    tangents = system.frames[0, :2]
+    if np.abs(system.frames - system.frames[0]).max() > _FLAT:
+        raise ModelError("plot: the contact is not flat (its frames differ from node to node), so that one map cannot show it; use to_frame()")
+    places, size = system.points @ tangents.T, float(np.clip(_FACE / system.nodes, _SMALLEST, _LARGEST))
+    colours = colormaps["cividis"].with_extremes(bad=GREY)
+    shown = axes.scatter(*places.T, c=values, s=size, cmap=colours, vmin=0.0, vmax=most, plotnonfinite=True)
+    axes.figure.colorbar(shown, ax=axes, label=name)
+    if np.isnan(values).any():
+        axes.scatter([], [], s=size, color=GREY, label="node without friction bound")
+    axes.set(xlabel=f"{_along(tangents[0], 'first')} (length)", ylabel=f"{_along(tangents[1], 'second')} (length)")
+    middle, half = (places.max(axis=0) + places.min(axis=0)) / 2, np.ptp(places, axis=0) / 2
+    half = 1.15 * np.maximum(half, 0.25 * half.max() or 1.0)  # nodes on a line get a map as well
+    axes.set(xlim=middle[0] + half[0] * _ENDS, ylim=middle[1] + half[1] * _ENDS, aspect="equal")
+    return places, size
+
+
+def _along(tangent: Array, number: str) -> str:
+    """Name of a direction: that of the coordinate axis where it is one."""
+    axis = np.flatnonzero(tangent == 1.0)
+    return f"${'xyz'[axis[0]]}$" if len(axis) else f"position along the {number} tangent"
+
+
+def _arrows(axes: Any, places: Array, slip: Array, name: str) -> None:
+    """Draw the slip of the nodes as arrows."""
+    longest = float(np.linalg.norm(slip, axis=1).max())
+    if longest > 0:
+        look = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "width": 0.007, "zorder": 3}
+        axes.quiver(*places.T, *slip.T, angles="xy", scale_units="width", scale=longest / _ARROW, **look)
+        axes.plot([], [], linestyle="none", marker=r"$\rightarrow$", markersize=11, color=BLACK, label=f"{name}, longest {longest:.3g} (length)")
+
+
+def _finished(axes: Any) -> Any:
+    """Legend below the map, if it has one."""
+    if axes.get_legend_handles_labels()[1]:
+        below = offset_copy(axes.transAxes, axes.figure, y=-_LABELS, units="points")
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=2)
+    return axes
