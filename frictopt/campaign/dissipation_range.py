@@ -18,7 +18,7 @@ from .range_starts import RangeStarts
 
 __all__ = ["DissipationRange", "dissipation_range"]
 
-_CLIMBED, _DESCENDED = 4, 2  # levels of work, the highest and the lowest, from which the search goes on
+_CLIMBED, _DESCENDED = 12, 2  # levels of work, the highest and the lowest, from which the search goes on
 
 
 @dataclass(frozen=True, eq=False, repr=False)

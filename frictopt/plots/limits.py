@@ -87,12 +87,12 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Any = None) -> Any:
 def _separated_limit(limit: SeparatedLimit, ax: Any = None) -> Any:
     """Shear over friction bound at the corners of the resting cycle; open nodes, which have none, are marked at zero."""
     (axes,) = new_axes(ax)
-    title = _equals(rf"{'limit with separation' if limit.exact else 'largest load factor found to rest'}, $\lambda$", limit.load_factor)
+    title = equals(rf"{'limit with separation' if limit.exact else 'largest load factor found to rest'}, $\lambda$", limit.load_factor)
     if not (limit.load_factor == np.inf or np.isnan(limit.bound)):
         title += f", bound {limit.bound:.5g}" if np.isfinite(limit.bound) else ", no bound"
     axes.set_title(title)
     if not np.isfinite(limit.load_factor):
-        return _no_lines(axes, limit.reason)
+        return no_lines(axes, limit.reason)
     q, p = limit.reactions
     friction_ratio(axes, limit.system, limit.friction, q, p, _corners(len(q)))
     always = limit.open.all(axis=0)
