@@ -110,7 +110,7 @@ def test_a_slip_and_a_state_are_one_too_many():
         fo.steady_state(one_node(), CYCLE, 0.5, 0.1, initial_slip=[0.0], initial_state=state)
     with pytest.raises(fo.ModelError, match="two of slip"):
         fo.Start("a", "b", slip=[0.0], state=state)
-    with pytest.raises(fo.ModelError, match="the state of start 'b' has 1 nodes"):
+    with pytest.raises(fo.ModelError, match=r"start 'b' has the slip of a state of shape \(1,\)"):
         fo.dissipation_study(random_system(np.random.default_rng(0), 2), CYCLE, 0.5, [0.1], [fo.Start("a", "b", state=state)])
 
 
