@@ -1,5 +1,7 @@
 """Mesh files: what they name is kept, and what would be read wrongly is refused."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import meshio
@@ -106,3 +108,15 @@ def test_one_mesh_of_pin_and_plate_is_the_scene():
     assert np.abs(read.S - scene.S).max() < 1e-10 * np.abs(scene.S).max() and np.allclose(read.normals, scene.normals, atol=1e-12)
     for name in ("fit", "sigma"):
         assert np.allclose(read.bonded[name], scene.bonded[name], atol=1e-10)
+
+
+def test_without_meshio_all_but_mesh_files_works():
+    """The first command of the README installs no meshio."""
+    code = (
+        "import sys; sys.modules['meshio'] = None\n"
+        "import frictopt as fo, studies.__main__\n"
+        "print(fo.PunchOnHalfPlane(elements=2, growth=3.0).condense().nodes)\n"
+        "try:\n    fo.read_mesh('tests/data/pin.msh')\nexcept fo.ModelError as error:\n    print(error)"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path(__file__).parents[1]).stdout
+    assert said.split("\n")[0] == "3" and "install frictopt with its extra `mesh`" in said

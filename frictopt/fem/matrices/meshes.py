@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from skfem.io.meshio import from_meshio
 
 from ...contact.checks import Array, shown
 from ...contact.tolerances import SAME_POINT
@@ -62,7 +61,7 @@ def read_mesh(path: str | Path) -> Any:
         raise ModelError(f"mesh {file.name}: {problem}; give triangles alone or quadrilaterals alone, linear ones")
     found.cell_sets = {name: cells for name, cells in found.cell_sets.items() if not name.startswith("gmsh:")}  # of gmsh itself, not of the user
     try:
-        mesh = from_meshio(found, force_meshio_type=solids[0])
+        mesh = _of_scikit_fem(found, solids[0])
     except (ValueError, IndexError, KeyError, TypeError) as error:
         raise ModelError(f"mesh {file.name}: scikit-fem cannot use it ({error}); write it again, as .msh 4.1 for instance") from error
     _check_plane(found.points, file.name)
@@ -82,7 +81,7 @@ def mesh_of(deck: Deck, directions: int) -> Any:
         raise ModelError(f"deck: elements of shape {shape}, but {directions} directions of displacement; give plane elements for 2, solids for 3")
     if directions == 2:
         _check_plane(deck.points, "of the deck")
-    return from_meshio(meshio_library().Mesh(deck.points, [(shape, nodes)]), force_meshio_type=shape)
+    return _of_scikit_fem(meshio_library().Mesh(deck.points, [(shape, nodes)]), shape)
 
 
 def file_path(argument: str, path: str | Path) -> Path:
@@ -115,6 +114,13 @@ def _read(file: Path) -> Any:
             return library.read(file)
     except (Exception, SystemExit) as error:  # meshio leaves the process where a file is damaged
         raise ModelError(f"mesh {str(file)!r}: meshio cannot read it ({str(error).strip() or type(error).__name__}); give a mesh file") from error
+
+
+def _of_scikit_fem(mesh: Any, shape: str) -> Any:
+    """The mesh of scikit-fem, from one of meshio."""
+    from skfem.io.meshio import from_meshio  # here, for it imports meshio
+
+    return from_meshio(mesh, force_meshio_type=shape)
 
 
 def meshio_library() -> Any:
