@@ -1,6 +1,6 @@
 """Input checks shared by all layers: each returns the checked value or raises a `ModelError` that names argument, value and remedy."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from decimal import Decimal
 from numbers import Real
 from types import MappingProxyType
@@ -26,6 +26,7 @@ __all__ = [
     "flag",
     "frozen",
     "listed",
+    "listed_parts",
     "real_array",
     "shown",
     "whole_array",
@@ -105,6 +106,13 @@ def listed(name: str, values: Any) -> list[Any]:
     if isinstance(values, str | bytes | Mapping) or hasattr(values, "toarray") or not np.iterable(values) or _unfit(values):
         raise ModelError(f"{name}: {shown(values)}; give a list")
     return list(values)
+
+
+def listed_parts(argument: str, parts: Any, *kinds: type) -> tuple[Any, ...]:
+    """Check that `parts` is a sequence of parts of some kinds, and return it as a tuple."""
+    if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kinds) for part in parts):
+        raise ModelError(f"{argument}: {shown(parts)}; give a list of {' or '.join(kind.__name__ for kind in kinds)}")
+    return tuple(parts)
 
 
 def checked_loads(name: str, loads: Any) -> Mapping[str, float]:

@@ -9,14 +9,14 @@ import numpy as np
 from scipy.sparse import block_diag, csr_matrix, vstack
 
 from ..contact.checks import Array
-from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
-from .bodies import Body, Support, Traction
+from .bodies import Body, Traction
 from .contacts import Contact, Interference, Joint, joined
 from .elasticity import Kinematics, body_stiffness, circumference
 from .frames import place, plane_frames
 from .interface import Interface
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
+from .numbering import NumberedBodies
 from .ordering import Integers
 from .recovery import Recovery
 
@@ -27,11 +27,9 @@ Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Di
 
 
 @dataclass(frozen=True, eq=False)
-class Assembly:
+class Assembly(NumberedBodies[Body]):
     """The parts of a `ContactModel`, all nodes counted body after body."""
 
-    bodies: Mapping[str, Body]
-    supports: Sequence[Support]
     loads: Mapping[str, Sequence[Load]]
     contacts: Sequence[Contact]
     kinematics: Kinematics
@@ -48,16 +46,6 @@ class Assembly:
         """Stiffness of the separate bodies."""
         parts = [body_stiffness(body.mesh, body.material, body.element, self.kinematics) for body in self.bodies.values()]
         return csr_matrix(block_diag(parts, format="csr"))
-
-    @cached_property
-    def rows(self) -> Integers:
-        """(nodes, 2) unknowns of all nodes, body after body."""
-        return np.concatenate([self.unknowns(name) for name in self.bodies])
-
-    @cached_property
-    def points(self) -> Array:
-        """(nodes, 2) coordinates."""
-        return np.concatenate([body.mesh.p.T for body in self.bodies.values()])
 
     @cached_property
     def pairs(self) -> Integers:
@@ -86,23 +74,6 @@ class Assembly:
         """The joined nodes of each contact."""
         bodies = [(self.body("contacts", contact.body_1), self.body("contacts", contact.body_2)) for contact in self.contacts]
         return [joined(contact, *pair, self.kinematics) for contact, pair in zip(self.contacts, bodies, strict=True)]
-
-    @cached_property
-    def first_node(self) -> dict[str, int]:
-        """Number of the first node of each body, when all nodes are counted body after body."""
-        sizes = [body.mesh.p.shape[1] for body in self.bodies.values()]
-        return dict(zip(self.bodies, (np.cumsum(sizes) - sizes).tolist(), strict=True))
-
-    def body(self, argument: str, name: str) -> Body:
-        """The body of that name."""
-        if name not in self.bodies:
-            raise ModelError(f"{argument}: body {name!r} is unknown; this model has {sorted(self.bodies)}")
-        return self.bodies[name]
-
-    def unknowns(self, name: str) -> Integers:
-        """(nodes, 2) unknowns of a body: its x displacements, then its y displacements, body after body."""
-        nodes = self.bodies[name].mesh.p.shape[1]
-        return np.asarray(2 * self.first_node[name] + np.arange(nodes)[:, None] + [0, nodes])
 
     def _widened(self, name: str, projection: csr_matrix, nodes: int) -> csr_matrix:
         """A projection with the columns of all nodes, from one with those of a body."""
@@ -156,25 +127,11 @@ class Assembly:
         return np.repeat(list(amounts.values()), [len(joint.face.nodes) for joint in self.joints])
 
     def held(self) -> Integers:
-        """Unknowns that the supports hold."""
-        held = [np.zeros(0, dtype=np.intp)]
-        for support in self.supports:
-            nodes = self.nodes("supports", support)
-            held += [self.unknowns(support.body)[nodes, "xy".index(direction)] for direction in support.directions]
-        if self.kinematics == "axisymmetric":  # the axis stays where it is
-            held += [self.unknowns(name)[body.mesh.p[0] == 0, 0] for name, body in self.bodies.items()]
-        return np.unique(np.concatenate(held))
-
-    def nodes(self, argument: str, support: Support | Displacement) -> Integers:
-        """Nodes that a support holds, or a displacement moves."""
-        body = self.body(argument, support.body)
-        if isinstance(support.where, str):
-            return body.boundary_nodes(support.where, f"support of body {support.body!r}")
-        distance = np.hypot(*(body.mesh.p - np.array(support.where)[:, None]))
-        if distance.min() > SAME_POINT * np.ptp(body.mesh.p):
-            nearest = tuple(float(value) for value in body.mesh.p[:, distance.argmin()])
-            raise ModelError(f"support of body {support.body!r}: no node at {support.where}; the nearest is at {nearest}")
-        return np.array([distance.argmin()])
+        """Unknowns that the supports hold, and the radial ones on the axis of axisymmetric bodies."""
+        held = super().held()
+        if self.kinematics != "axisymmetric":
+            return held
+        return np.unique(np.concatenate([held, *(self.unknowns(name)[body.mesh.p[0] == 0, 0] for name, body in self.bodies.items())]))
 
     def check_contacts(self) -> None:
         """Check the names of the contacts, and that no node is body 1's in two of them, or on both sides."""

@@ -11,6 +11,7 @@ from ..contact.checks import Array, check_text, choice, finite_number, shown
 from ..errors import ModelError
 from .elasticity import ELEMENT_NAMES, ELEMENTS, ElementName, Material
 from .forms import Amount, Kinematics, boundary_forces, checked_amount, values_at
+from .numbering import outline_facets
 from .ordering import Integers
 
 __all__ = ["Body", "Support", "Traction"]
@@ -65,13 +66,7 @@ class Body:
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:
         """Nodes on the boundary of that name; error messages call it `argument`."""
-        boundaries = self.mesh.boundaries or {}
-        if not isinstance(name, str) or name not in boundaries:
-            raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}")
-        facets = np.asarray(boundaries[name])
-        if not len(facets) or np.any(self.mesh.f2t[1, facets] >= 0):
-            raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name facets of the outline")
-        return np.unique(self.mesh.facets[:, facets])
+        return np.unique(self.mesh.facets[:, outline_facets(self.mesh, name, argument)])
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import identity
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, shown
+from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, listed_parts, shown
 from ..contact.show import Plotted, Shown
 from ..errors import ModelError
 from .assembly import LOADS, Assembly, Load
@@ -91,12 +91,12 @@ class ContactModel(Shown, Plotted):
         for name, body in self.bodies.items():
             if self.kinematics == "axisymmetric":
                 _check_axisymmetric(name, body)
-        loads = {name: _listed(f"loads[{name!r}]", parts, *LOADS) for name, parts in self.loads.items()}
-        contacts = _listed("contacts", self.contacts, Contact)
+        loads = {name: listed_parts(f"loads[{name!r}]", parts, *LOADS) for name, parts in self.loads.items()}
+        contacts = listed_parts("contacts", self.contacts, Contact)
         if not contacts and len(self.bodies) != 2:
             raise ModelError(f"contacts: none, with {len(self.bodies)} bodies; give a Contact for each face at which two of them meet")
         object.__setattr__(self, "bodies", MappingProxyType(dict(self.bodies)))
-        object.__setattr__(self, "supports", _listed("supports", self.supports, Support))
+        object.__setattr__(self, "supports", listed_parts("supports", self.supports, Support))
         object.__setattr__(self, "loads", MappingProxyType(loads))
         if not contacts:
             one, two = self.bodies
@@ -218,10 +218,3 @@ def _check_axisymmetric(name: str, body: Body) -> None:
         raise ModelError(f"bodies[{name!r}]: x = {radius.min():g} at node {int(radius.argmin())}; of an axisymmetric body x is the radius, >= 0")
     if body.element != "linear":
         raise ModelError(f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have element='linear'")
-
-
-def _listed(argument: str, parts: Any, *kinds: type) -> tuple[Any, ...]:
-    """Check a list of parts of some kinds."""
-    if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kinds) for part in parts):
-        raise ModelError(f"{argument}: {shown(parts)}; give a list of {' or '.join(kind.__name__ for kind in kinds)}")
-    return tuple(parts)

@@ -10,6 +10,7 @@ from skfem import Basis, BilinearForm, ElementHex0, ElementHex1, ElementTetP0, E
 from ..contact.checks import Array, check_text, choice, finite_number, shown
 from ..errors import ModelError
 from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
+from ..fem.numbering import outline_facets
 from ..fem.ordering import Integers
 
 __all__ = ["Body3D", "BodyForce3D", "Support3D", "Traction3D"]
@@ -67,7 +68,7 @@ class Body3D:
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:
         """Nodes on the boundary of that name; error messages call it `argument`."""
-        return np.unique(self.mesh.facets[:, self._facets(name, argument)])
+        return np.unique(self.mesh.facets[:, outline_facets(self.mesh, name, argument)])
 
     def force(self, load: "Traction3D | BodyForce3D") -> Array:
         """(3, nodes) nodal forces of a traction or a body force on this body."""
@@ -75,12 +76,12 @@ class Body3D:
             return np.outer([load.x, load.y, load.z], _value.assemble(self._basis))
         if not isinstance(load, Traction3D):
             raise ModelError(f"load: {shown(load)}; give a Traction3D or a BodyForce3D")
-        facets = self._facets(load.boundary, "load")
+        facets = outline_facets(self.mesh, load.boundary, "load")
         return np.outer([load.x, load.y, load.z], _value.assemble(FacetBasis(self.mesh, self._basis.elem, facets=facets)))
 
     def inward(self, boundary: str) -> Array:
         """(nodes, 3) normals into the body at the nodes of a boundary, the mean over its facets weighted by their size, of any length."""
-        basis = FacetBasis(self.mesh, self._basis.elem, facets=self._facets(boundary, "boundary"))
+        basis = FacetBasis(self.mesh, self._basis.elem, facets=outline_facets(self.mesh, boundary, "boundary"))
         return -np.column_stack([LinearForm(lambda v, w, axis=axis: w.n[axis] * v).assemble(basis) for axis in range(3)])
 
     def stiffness(self) -> csr_matrix:
@@ -114,15 +115,6 @@ class Body3D:
         corners, element = self.mesh.elem.refdom.p, _ELEMENTS[type(self.mesh)]()
         slopes = np.array([np.broadcast_to(element.lbasis(corners, i)[1], corners.shape) for i in range(len(self.mesh.t))])
         return np.asarray(np.linalg.det(np.einsum("aie,ibk->keab", self.mesh.p[:, self.mesh.t], slopes)))
-
-    def _facets(self, name: str, argument: str) -> Integers:
-        boundaries = self.mesh.boundaries or {}
-        if not isinstance(name, str) or name not in boundaries:
-            raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}")
-        facets = np.asarray(boundaries[name])
-        if not len(facets) or np.any(self.mesh.f2t[1, facets] >= 0):
-            raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name facets of its surface")
-        return facets
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array, check_name, check_text, shown
+from ..contact.checks import Array, check_name, check_text, listed_parts, shown
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from ..fem.contacts import Contact
 from ..fem.frames import place
+from ..fem.numbering import NumberedBodies
 from .bodies import Body3D, BodyForce3D, Support3D, Traction3D
 from .condense import condense
 from .system import ContactSystem3D
@@ -79,10 +79,10 @@ class ContactModel3D:
         loads = {}
         for name, parts in self.loads.items():
             check_name("loads", name)
-            loads[name] = _listed(f"loads[{name!r}]", parts, Traction3D, BodyForce3D)
+            loads[name] = listed_parts(f"loads[{name!r}]", parts, Traction3D, BodyForce3D)
             if not parts:
                 raise ModelError(f"loads[{name!r}]: no load; give at least one, or leave the load case out")
-        contacts = _listed("contacts", self.contacts, Contact)
+        contacts = listed_parts("contacts", self.contacts, Contact)
         if not contacts:
             if len(self.bodies) != 2:
                 raise ModelError(f"contacts: none, with {len(self.bodies)} bodies; give a Contact for each face at which two of them meet")
@@ -90,12 +90,12 @@ class ContactModel3D:
             contacts = (Contact(one, two),)
         for name, value in {
             "bodies": MappingProxyType(dict(self.bodies)),
-            "supports": _listed("supports", self.supports, Support3D),
+            "supports": listed_parts("supports", self.supports, Support3D),
             "loads": MappingProxyType(loads),
             "contacts": contacts,
         }.items():
             object.__setattr__(self, name, value)
-        self._held()
+        self._numbered.held()
         for name in loads:
             self._force(name)
         _ = self._pairs
@@ -116,16 +116,14 @@ class ContactModel3D:
             loads={name: self._force(name) for name in self.loads},
             pairs=pairs,
             normals=normals,
-            unknowns=np.concatenate([self._unknowns(name) for name in self.bodies]),
-            points=np.concatenate([body.mesh.p.T for body in self.bodies.values()]),
-            held=self._held(),
+            unknowns=self._numbered.rows,
+            points=self._numbered.points,
+            held=self._numbered.held(),
         )
 
     @cached_property
-    def _first_node(self) -> dict[str, int]:
-        """Number of the first node of each body, when all nodes are counted body after body."""
-        sizes = [body.mesh.p.shape[1] for body in self.bodies.values()]
-        return dict(zip(self.bodies, (np.cumsum(sizes) - sizes).tolist(), strict=True))
+    def _numbered(self) -> NumberedBodies[Body3D]:
+        return NumberedBodies(self.bodies, self.supports)
 
     @cached_property
     def _pairs(self) -> tuple[np.ndarray, Array]:
@@ -136,7 +134,7 @@ class ContactModel3D:
                 raise ModelError(
                     f"contacts: {contact.name!r} has gap={contact.gap!r}; in space the faces touch: set a gap by ContactSystem3D.with_gap"
                 )
-            one, two = (self._body("contacts", name) for name in (contact.body_1, contact.body_2))
+            one, two = (self._numbered.body("contacts", name) for name in (contact.body_1, contact.body_2))
             nodes = one.boundary_nodes(contact.boundary_1, f"contact {contact.name!r}")
             others = two.boundary_nodes(contact.boundary_2, f"contact {contact.name!r}")
             distance, nearest = cKDTree(two.mesh.p[:, others].T).query(one.mesh.p[:, nodes].T)
@@ -146,52 +144,18 @@ class ContactModel3D:
                     f"contacts: {contact.name!r}: the node of body {contact.body_1!r} at {place(point)} is {distance.max():g} from the next one of "
                     f"body {contact.body_2!r}; mesh the faces with the same nodes"
                 )
-            pairs.append(np.column_stack([self._first_node[contact.body_1] + nodes, self._first_node[contact.body_2] + others[nearest]]))
+            pairs.append(
+                np.column_stack([self._numbered.first_node[contact.body_1] + nodes, self._numbered.first_node[contact.body_2] + others[nearest]])
+            )
             normals.append(one.inward(contact.boundary_1)[nodes])
         return np.concatenate(pairs), np.concatenate(normals)
-
-    def _body(self, argument: str, name: str) -> Body3D:
-        if name not in self.bodies:
-            raise ModelError(f"{argument}: body {name!r} is unknown; this model has {sorted(self.bodies)}")
-        return self.bodies[name]
-
-    def _unknowns(self, name: str) -> np.ndarray:
-        """(nodes, 3) unknowns of a body: all x displacements, all y, all z, body after body."""
-        nodes = self.bodies[name].mesh.p.shape[1]
-        return np.asarray(3 * self._first_node[name] + np.arange(nodes)[:, None] + nodes * np.arange(3))
 
     def _force(self, case: str) -> Array:
         """Nodal forces of a load case, on all unknowns."""
         forces = np.zeros(sum(3 * body.mesh.p.shape[1] for body in self.bodies.values()))
         for part in self.loads[case]:
-            body = self._body(f"loads[{case!r}]", part.body)
+            body = self._numbered.body(f"loads[{case!r}]", part.body)
             if isinstance(part, Traction3D):
                 body.boundary_nodes(part.boundary, f"loads[{case!r}]")
-            forces[self._unknowns(part.body)] += body.force(part).T
+            forces[self._numbered.unknowns(part.body)] += body.force(part).T
         return forces
-
-    def _held(self) -> np.ndarray:
-        """Unknowns that the supports hold."""
-        held = [np.zeros(0, dtype=np.intp)]
-        for support in self.supports:
-            nodes = self._support_nodes(support)
-            held += [self._unknowns(support.body)[nodes, "xyz".index(direction)] for direction in support.directions]
-        return np.unique(np.concatenate(held))
-
-    def _support_nodes(self, support: Support3D) -> np.ndarray:
-        body = self._body("supports", support.body)
-        if isinstance(support.where, str):
-            return body.boundary_nodes(support.where, f"support of body {support.body!r}")
-        distance = np.linalg.norm(body.mesh.p.T - np.array(support.where), axis=1)
-        if distance.min() > SAME_POINT * np.ptp(body.mesh.p):
-            raise ModelError(
-                f"support of body {support.body!r}: no node at {support.where}; the nearest is at {place(body.mesh.p[:, distance.argmin()])}"
-            )
-        return np.array([distance.argmin()])
-
-
-def _listed(argument: str, parts: Any, *kinds: type) -> tuple[Any, ...]:
-    """Check a list of parts of some kinds."""
-    if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kinds) for part in parts):
-        raise ModelError(f"{argument}: {shown(parts)}; give a list of {' or '.join(kind.__name__ for kind in kinds)}")
-    return tuple(parts)

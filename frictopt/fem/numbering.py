@@ -1,0 +1,91 @@
+"""Bodies of a model in one numbering, body after body, and what their supports hold; in any number of dimensions."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from ..contact.checks import Array, shown
+from ..contact.tolerances import SAME_POINT
+from ..errors import ModelError
+from .ordering import Integers
+
+__all__ = ["NumberedBodies", "outline_facets"]
+
+B = TypeVar("B", bound=Any)  # a body: its `mesh` of scikit-fem, and `boundary_nodes`
+
+
+@dataclass(frozen=True, eq=False)
+class NumberedBodies(Generic[B]):
+    """The nodes and unknowns of all bodies: of each body all x displacements, then all y, and so on.
+
+    Parameters
+    ----------
+    bodies
+        Name -> body.
+    supports
+        Supports, each with the name of its `body`, `where` it holds it and in which `directions`.
+    """
+
+    bodies: Mapping[str, B]
+    supports: Sequence[Any]
+
+    @cached_property
+    def first_node(self) -> dict[str, int]:
+        """Number of the first node of each body, when all nodes are counted body after body."""
+        sizes = [body.mesh.p.shape[1] for body in self.bodies.values()]
+        return dict(zip(self.bodies, (np.cumsum(sizes) - sizes).tolist(), strict=True))
+
+    @cached_property
+    def points(self) -> Array:
+        """(nodes, d) coordinates."""
+        return np.concatenate([body.mesh.p.T for body in self.bodies.values()])
+
+    @cached_property
+    def rows(self) -> Integers:
+        """(nodes, d) unknowns of all nodes."""
+        return np.concatenate([self.unknowns(name) for name in self.bodies])
+
+    def body(self, argument: str, name: str) -> B:
+        """The body of that name."""
+        if name not in self.bodies:
+            raise ModelError(f"{argument}: body {name!r} is unknown; this model has {sorted(self.bodies)}")
+        return self.bodies[name]
+
+    def unknowns(self, name: str) -> Integers:
+        """(nodes, d) unknowns of a body."""
+        d, nodes = self.bodies[name].mesh.p.shape
+        return np.asarray(d * self.first_node[name] + np.arange(nodes)[:, None] + nodes * np.arange(d))
+
+    def held(self) -> Integers:
+        """Unknowns that the supports hold."""
+        held = [np.zeros(0, dtype=np.intp)]
+        for support in self.supports:
+            nodes = self.nodes("supports", support)
+            held += [self.unknowns(support.body)[nodes, "xyz".index(direction)] for direction in support.directions]
+        return np.unique(np.concatenate(held))
+
+    def nodes(self, argument: str, support: Any) -> Integers:
+        """Nodes of its body that a support holds, or a displacement moves."""
+        body = self.body(argument, support.body)
+        if isinstance(support.where, str):
+            return np.asarray(body.boundary_nodes(support.where, f"support of body {support.body!r}"))
+        distance = np.linalg.norm(body.mesh.p - np.array(support.where)[:, None], axis=0)
+        if distance.min() > SAME_POINT * np.ptp(body.mesh.p):
+            nearest = tuple(float(value) for value in body.mesh.p[:, distance.argmin()])
+            raise ModelError(f"support of body {support.body!r}: no node at {support.where}; the nearest is at {nearest}")
+        return np.array([distance.argmin()])
+
+
+def outline_facets(mesh: Any, name: str, argument: str) -> Integers:
+    """Facets of the boundary of that name, which lie on the outline of the mesh; error messages call it `argument`."""
+    boundaries = mesh.boundaries or {}
+    if not isinstance(name, str) or name not in boundaries:
+        raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}")
+    facets = np.asarray(boundaries[name])
+    if not len(facets) or np.any(mesh.f2t[1, facets] >= 0):
+        outline = "the outline" if mesh.dim() == 2 else "its surface"
+        raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name facets of {outline}")
+    return facets
