@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from studies.dissipation import RUNS
-from studies.range import FOUND
+from studies.range import FOUND, against_sample
 from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label
@@ -23,7 +23,7 @@ _SHADE = "#DCE6EE"
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     """One panel for each friction: the band from the least to the largest dissipation found, and a mark for each sampled start."""
-    found, runs = tables["found"], tables["runs"]
+    found, runs = against_sample(tables["found"], tables["runs"]), tables["runs"]
     runs = runs[runs["dissipation_scaled"] > 0]
     frictions = sorted(found["friction"].unique())
     figure = new_figure(WIDE, 84)

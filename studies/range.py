@@ -1,7 +1,7 @@
 """The range of steady dissipation found without sampling, the slip that no start avoids, and the load that assembly and overloads leave.
 
-Run with `python -m studies range [--quick] [--workers 2] [--store FILE]`. The scene is the paper's; loads are amplitudes of the bulk stress over the
-mean pressure, sigma / (P / 2a). The sampled starts are those of the study "dissipation", the attack has starts of its own on a coarse mesh.
+Run with `python -m studies range [--quick]`. The scene is the paper's; loads are amplitudes of the bulk stress over the mean pressure,
+sigma / (P / 2a). The sampled starts are those of the study "dissipation", the attack has starts of its own on a coarse mesh.
 """
 
 # One file because its four tables share contacts, limits and parameters.
@@ -21,7 +21,7 @@ from . import dissipation
 from .paper import LOADS, slip_unit, work_unit
 from .tables import Study, Table
 
-__all__ = ["ATTACK", "FOUND", "FULL", "PROTOCOLS", "QUICK", "SLIP", "STUDY", "Parameters"]
+__all__ = ["ATTACK", "FOUND", "FULL", "PROTOCOLS", "QUICK", "SLIP", "STUDY", "Parameters", "against_sample"]
 
 _INSIDE = 1e-6  # excess over the range, relative, that counts as rounding
 _SETTLED = 12  # cycles from a steady state's slip, after which the corners of its orbit are read
@@ -69,11 +69,10 @@ def _ranges(parameters: Parameters) -> list[tuple[dissipation.Case, float, fo.Di
     return found
 
 
-def found_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
+def found_of(parameters: Parameters) -> pd.DataFrame:
     """One row for each friction and load."""
-    runs, rows = dissipation.runs_of(parameters.sampled, **options), []
+    rows = []
     for case, ratio, span, seconds in _ranges(parameters):
-        works = runs.loc[(runs["friction"] == case.friction) & (runs["load_ratio"] == ratio) & (runs["outcome"] != "FAILED"), "dissipation"]
         unit = work_unit(case.system)
         rows.append(
             {
@@ -82,10 +81,6 @@ def found_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
                 "load_factor": ratio * case.limit,
                 "least": span.least / unit,
                 "most": span.most / unit,
-                "sampled_least": works.min() / unit,
-                "sampled_most": works.max() / unit,
-                "runs": len(works),
-                "outside": int(_outside(works.to_numpy(), span).sum()),
                 "levels": len(span.levels),
                 "transients": span.transients,
                 "open": int(span.most_state.open.sum()),
@@ -94,6 +89,15 @@ def found_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
             }
         )
     return pd.DataFrame(rows)
+
+
+def against_sample(found: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
+    """The table `FOUND` with what the runs at the same friction and load have: the least and the largest W E* / P^2, number, and how many outside."""
+    load = ["friction", "load_ratio"]
+    runs = runs.loc[runs["outcome"] != "FAILED", [*load, "dissipation_scaled"]].merge(found[[*load, "least", "most"]], on=load)
+    runs["out"] = _outside(runs["dissipation_scaled"], runs["least"], runs["most"])
+    sampled = runs.groupby(load)["dissipation_scaled"].agg(sampled_least="min", sampled_most="max", runs="size")
+    return found.merge(sampled.assign(outside=runs.groupby(load)["out"].sum()).reset_index(), on=load)
 
 
 def slip_of(parameters: Parameters) -> pd.DataFrame:
@@ -185,7 +189,7 @@ def attack_of(parameters: Parameters) -> pd.DataFrame:
                 "sampled_least": works.min() / unit,
                 "sampled_most": works.max() / unit,
                 "runs": len(works),
-                "outside": int(_outside(works, span).sum()),
+                "outside": int(_outside(works, span.least, span.most).sum()),
                 "opened": opened,
                 "transients": span.transients,
                 "residual": span.residual,
@@ -228,8 +232,8 @@ def _starts(
     return slips
 
 
-def _outside(works: np.ndarray, span: fo.DissipationRange) -> np.ndarray:
-    return np.asarray((works > span.most * (1 + _INSIDE)) | (works < span.least * (1 - _INSIDE)))
+def _outside(works: Any, least: Any, most: Any) -> Any:
+    return (works > most * (1 + _INSIDE)) | (works < least * (1 - _INSIDE))
 
 
 _LOAD = {
@@ -237,9 +241,8 @@ _LOAD = {
     "load_ratio": "load factor over lambda_2",
     "load_factor": "amplitude of sigma / (P / 2a)",
 }
-_SPAN = {
-    "least": "least W E* / P^2 per steady cycle found",
-    "most": "largest W E* / P^2 per steady cycle found",
+_SPAN = {"least": "least W E* / P^2 per steady cycle found", "most": "largest W E* / P^2 per steady cycle found"}
+_SAMPLE = {
     "sampled_least": "least of the sampled runs",
     "sampled_most": "largest of the sampled runs",
     "runs": "number of sampled runs",
@@ -282,18 +285,18 @@ _ATTACK = {
     "cyclic": "cyclic load: 'sigma', bulk stress, or 'Q', shear of the punch",
     **{name: _LOAD[name] for name in ("friction", "load_ratio")},
     **_SPAN,
+    **_SAMPLE,
     "opened": "sampled runs with open nodes",
     "transients": "transients followed for the range",
     **_RESIDUAL,
 }
-_OPTIONS = dissipation.RUNS.options
 
 
-def _table(name: str, about: str, columns: dict[str, str], compute: Any, options: Any = None) -> Table[Parameters]:
-    return Table(name, about, columns, full=FULL, quick=QUICK, compute=compute, options=options or {})
+def _table(name: str, about: str, columns: dict[str, str], compute: Any) -> Table[Parameters]:
+    return Table(name, about, columns, full=FULL, quick=QUICK, compute=compute)
 
 
-FOUND = _table("range_found", "the range found at one load, and the sample", _FOUND, found_of, _OPTIONS)
+FOUND = _table("range_found", "the range found at one load", _FOUND, found_of)
 SLIP = _table("range_slip", "the least slip that is proven at one load, and that found", _SLIP, slip_of)
 PROTOCOLS = _table("range_protocols", "the load up to which the contact comes to rest after one protocol", _PROTOCOLS, protocols_of)
 ATTACK = _table("range_attack", "random starts against the range found on a coarse mesh", _ATTACK, attack_of)
@@ -302,10 +305,20 @@ ATTACK = _table("range_attack", "random starts against the range found on a coar
 def _summary(tables: Any) -> str:
     lines = [
         f"{name}: {table['outside'].sum()} of {table['runs'].sum()} sampled runs outside of the range found"
-        for name, table in ((table.name, tables[table.name]) for table in (FOUND, ATTACK))
+        for name, table in (
+            (FOUND.name, against_sample(tables[FOUND.name], tables[dissipation.RUNS.name])),
+            (ATTACK.name, tables[ATTACK.name]),
+        )
     ]
     limits = tables[PROTOCOLS.name].pivot(index="friction", columns="protocol", values="ratio")
     return "\n".join([*lines, limits.to_string(float_format="{:.4f}".format)])
 
 
-STUDY = Study("studies.range", __doc__, "coarse meshes and few starts, in seconds", (FOUND, SLIP, PROTOCOLS, ATTACK), summary=_summary)
+STUDY = Study(
+    "studies.range",
+    __doc__,
+    "coarse meshes and few starts, in seconds",
+    (FOUND, SLIP, PROTOCOLS, ATTACK),
+    summary=_summary,
+    needs=(dissipation.RUNS,),
+)

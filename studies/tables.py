@@ -187,6 +187,8 @@ class Study:
         What is printed of the tables, by name, after they are made; by default nothing.
     picture
         Draws one picture: parameters, folder -> its file; by default none.
+    needs
+        Tables of other studies that the summary compares with; they are loaded, and computed first where they are missing.
     """
 
     module: str
@@ -195,6 +197,7 @@ class Study:
     tables: Sequence[Table[Any]]
     summary: Callable[[Mapping[str, pd.DataFrame]], str] | None = None
     picture: Callable[[Any, Path], Path] | None = None
+    needs: Sequence[Table[Any]] = ()
 
     @property
     def name(self) -> str:
@@ -228,7 +231,7 @@ class Study:
             if self.picture is not None:
                 print(self.picture(self.tables[0].parameters(options.quick), folder))
             if self.summary is not None:
-                said = self.summary(made)
+                said = self.summary({table.name: table.load(table.parameters(options.quick), folder) for table in self.needs} | made)
                 print(said)
                 if options.page is not None:
                     (options.page / f"{self.name}.md").write_text(f"{said.strip()}\n\n*{self._origin(arguments, made)}*\n", encoding="utf-8")

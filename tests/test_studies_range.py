@@ -8,20 +8,33 @@ from studies import range as study
 
 pytestmark = pytest.mark.slow
 
+LOADS = {"friction": [0.5, 0.5], "load_ratio": [0.9, 1.2]}
+
+
+def test_runs_outside_are_counted_at_their_load():
+    found = pd.DataFrame(LOADS | {"least": [0.0, 1.0], "most": [2.0, 3.0]})
+    works = {0.9: [0.0, 2.0, 2.1], 1.2: [0.9, 1.0 - 1e-9, 2.5, 3.1, 4.0, np.nan]}
+    runs = pd.DataFrame(
+        [(0.5, ratio, work) for ratio, row in works.items() for work in row], columns=["friction", "load_ratio", "dissipation_scaled"]
+    )
+    table = study.against_sample(found, runs.assign(outcome=np.where(runs["dissipation_scaled"].isna(), "FAILED", "CYCLIC_SLIP")))
+    assert table[["sampled_least", "sampled_most", "runs", "outside"]].to_numpy().tolist() == [[0.0, 2.1, 3, 1], [0.9, 4.0, 5, 3]]
+
 
 @pytest.fixture(scope="module")
 def tables(tmp_path_factory):
     folder = tmp_path_factory.mktemp("data")
     assert study.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    return {table.name: pd.read_parquet(table.path(folder)) for table in study.STUDY.tables}
+    read = {table.name: pd.read_parquet(table.path(folder)) for table in (*study.STUDY.tables, *study.STUDY.needs)}
+    return read | {"against_sample": study.against_sample(read["range_found"], read["dissipation_runs"])}
 
 
 def test_every_row_was_checked_and_describes_itself(tables):
-    for table in tables.values():
+    for table in (tables[table.name] for table in study.STUDY.tables):
         assert table["residual"].between(0, 1e-9).all() and list(table.attrs["columns"]) == list(table.columns)
 
 
-@pytest.mark.parametrize("name", ["range_found", "range_attack"])
+@pytest.mark.parametrize("name", ["against_sample", "range_attack"])
 def test_no_sampled_run_lies_outside(tables, name):
     table = tables[name]
     assert (table["outside"] == 0).all() and (table["runs"] >= 18).all()
