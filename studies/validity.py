@@ -1,0 +1,94 @@
+"""What Poisson's ratio, the element and the corner make of the limits of the paper's scene.
+
+Run with `python -m studies validity [--quick]`; it prints two tables in Markdown. Linear elements lock as Poisson's ratio approaches 0.5, elements
+with averaged dilatation do not. The guaranteed limit falls with the corner element, and jumps up at the friction from which the corner node only
+lifts off; its values are those of the study "guaranteed".
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+import frictopt as fo
+
+from . import guaranteed
+from .paper import LOADS
+from .tables import Study, Table, markdown
+
+__all__ = ["FULL", "POISSON", "QUICK", "STUDY", "Parameters", "jump"]
+
+_USUAL = 0.3  # Poisson's ratio that the others are compared with
+_JUMP = 1.5  # ratio to all guaranteed limits before it from which on a rise counts as a jump
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    elements: int = 124  # default grading
+    kinds: tuple[Literal["linear", "mean_dilatation"], ...] = ("linear", "mean_dilatation")
+    ratios: tuple[float, ...] = (0.0, 0.1, _USUAL, 0.4, 0.45, 0.49, 0.4999)
+    frictions: tuple[float, ...] = (0.3, 0.5, 0.7)
+
+
+FULL = Parameters()
+QUICK = Parameters(elements=16, ratios=(0.1, _USUAL, 0.4999))
+
+
+def limits(parameters: Parameters) -> pd.DataFrame:
+    """One row per element, Poisson's ratio and friction coefficient."""
+    rows: list[dict[str, Any]] = []
+    for element, nu in tqdm(list(product(parameters.kinds, parameters.ratios)), desc="Poisson's ratio", disable=None):
+        material = fo.Material(nu=nu)
+        scene = fo.PunchOnHalfPlane(elements=parameters.elements, punch_material=material, block_material=material, element=element)
+        system = scene.condense()
+        for friction in parameters.frictions:
+            limit = fo.shakedown_limit(system, LOADS, friction)
+            rows.append({"element": element, "nu": nu, "friction": friction, "load_factor": limit.load_factor, "residual": limit.residual})
+    return pd.DataFrame(rows)
+
+
+POISSON = Table(
+    "validity_poisson",
+    "shakedown limit with one kind of element at one Poisson's ratio and friction",
+    {
+        "element": "kind of element",
+        "nu": "Poisson's ratio of both bodies",
+        "friction": "coefficient of friction",
+        "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
+        "residual": "residual of the limit",
+    },
+    FULL,
+    QUICK,
+    limits,
+)
+
+
+def jump(rows: pd.DataFrame) -> tuple[float, float] | None:
+    """The two neighbouring frictions between which the guaranteed limit of one mesh rises most; None if that is no jump above all before it."""
+    ordered = rows.sort_values("friction")
+    friction, limit = ordered["friction"].to_numpy(), ordered["guaranteed"].to_numpy()
+    k = int(np.diff(limit).argmax())
+    return (float(friction[k]), float(friction[k + 1])) if limit[k + 1] > _JUMP * limit[: k + 1].max() else None
+
+
+def summary(tables: Mapping[str, pd.DataFrame]) -> str:
+    """Both tables."""
+    limits, rows = tables[POISSON.name].pivot(index=["element", "nu"], columns="friction", values="load_factor"), []
+    for element, nu in limits.index:
+        change = 100 * (limits.loc[element, nu] / limits.loc[element, _USUAL] - 1)
+        rows.append([str(element), f"{nu:g}", *(f"{value:+.1f} %" for value in change)])
+    first = markdown(["element", r"Poisson's ratio", *(f"$\\lambda_2$ at f = {friction:g}" for friction in limits.columns)], rows)
+    rows = []
+    for size, mesh in sorted(tables[guaranteed.FRICTION.name].groupby("corner_size"), reverse=True):
+        between = jump(mesh)
+        rows.append([f"{size:.2g}", "no jump" if between is None else "f = {:g} to {:g}".format(*between)])
+    return f"{first}\n\n{markdown(['corner element / a', 'guaranteed limit jumps up from'], rows)}"
+
+
+STUDY = Study("studies.validity", __doc__, "a coarse mesh, in seconds", (POISSON,), summary, needs=(guaranteed.FRICTION,))
