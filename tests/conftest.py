@@ -1,7 +1,11 @@
 import pytest
+import scipy.linalg  # noqa: F401  brings a BLAS of its own, to be limited too
 from hypothesis import settings
+from threadpoolctl import threadpool_limits
 
 import frictopt as fo
+
+threadpool_limits(1)  # tests run side by side
 
 settings.register_profile("repeatable", derandomize=True)
 settings.load_profile("repeatable")
