@@ -1,10 +1,11 @@
-"""Draw the figures: `python -m paper_figures [name ...] [--quick] [--list]`.
+"""Draw the figures: `python -m paper_figures [name ...] [--quick] [--workers N] [--list]`.
 
-Data that is missing, or was made with other parameters or by another version of frictopt, is computed first. Finished tables are kept, so after an
-interrupt the same command goes on where it stopped.
+Data that is missing, or was made with other parameters or by another version of frictopt, is computed first, on all processors. Tables of times come
+after the others, alone. Finished tables are kept, so after an interrupt the same command goes on where it stopped.
 """
 
 import argparse
+import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any, Protocol
 import pandas as pd
 from matplotlib.figure import Figure
 
-from studies.tables import INTERRUPTED, Table, data_folder, writable
+from studies.tables import INTERRUPTED, Table, at_least_one, data_folder, writable
 
 from . import (
     amplitude,
@@ -42,6 +43,7 @@ from . import (
     traction_ratio,
     two_states,
 )
+from .prepare import prepare
 
 __all__ = ["FIGURES", "main", "make"]
 
@@ -108,6 +110,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m paper_figures", description="Draw the figures of the paper's scene.")
     parser.add_argument("names", nargs="*", metavar="name", help=f"figures to draw, all by default: {', '.join(FIGURES)}")
     parser.add_argument("--quick", action="store_true", help="from quick data on coarse meshes")
+    parser.add_argument("--workers", type=at_least_one, default=os.cpu_count() or 1, metavar="N", help="processes; by default one for each processor")
     parser.add_argument("--list", action="store_true", help="list the figures and draw none")
     parser.add_argument("--data", type=writable, metavar="FOLDER", help="folder of the tables")
     parser.add_argument("--output", type=writable, metavar="FOLDER", help="folder of the figures")
@@ -122,6 +125,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         folders = options.data or writable(data_folder(options.quick)), options.output or writable(style.output_folder(options.quick))
         names = options.names or list(FIGURES)
+        if options.workers > 1:
+            prepare((table for name in names for table in FIGURES[name].TABLES.values()), options.quick, folders[0], options.workers)
         for number, name in enumerate(names, start=1):
             print(f"figure {number} of {len(names)}: {name}", file=sys.stderr, flush=True)
             print(*make(name, quick=options.quick, data=folders[0], output=folders[1]), sep="\n", flush=True)

@@ -211,7 +211,7 @@ _HISTORY = (
     | _RESIDUAL
 )
 
-ERROR = Table("increments_error", "two cycles on one mesh by one engine", _ERROR, full=FULL, quick=QUICK, compute=error_by_increments)
+ERROR = Table("increments_error", "two cycles on one mesh by one engine", _ERROR, full=FULL, quick=QUICK, compute=error_by_increments, alone=True)
 CYCLE = Table("increments_cycle", "one node at one instant of the steady cycle", _CYCLE, full=FULL, quick=QUICK, compute=steady_cycle)
 CORNER = Table("increments_corner", "one node after one event of the exact path", _HISTORY, full=FULL, quick=QUICK, compute=corner_history)
 

@@ -116,6 +116,8 @@ class Table(Generic[P]):
         Parameters -> table; its options, if any, are keywords.
     options
         Options of the computation that change nothing in the table but its times: name -> keywords of `ArgumentParser.add_argument`.
+    alone
+        Whether its times are what it is for, so that nothing else should run beside it.
     """
 
     name: str
@@ -125,6 +127,7 @@ class Table(Generic[P]):
     quick: P
     compute: Callable[..., pd.DataFrame]
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    alone: bool = False
 
     def parameters(self, quick: bool) -> P:
         """Parameters of the quick or the full size."""

@@ -143,6 +143,6 @@ def test_a_study_that_prints_nothing_has_no_page(computed, tmp_path, capsys):
 
 def test_figures_say_how_many_are_done(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(figures, "make", lambda name, **_options: [f"{name}.pdf"])
-    assert figures.main(["scene", "onset", "--data", str(tmp_path), "--output", str(tmp_path)]) == 0
+    assert figures.main(["scene", "onset", "--workers", "1", "--data", str(tmp_path), "--output", str(tmp_path)]) == 0
     said = capsys.readouterr()
     assert said.err.splitlines() == ["figure 1 of 2: scene", "figure 2 of 2: onset"] and said.out.split() == ["scene.pdf", "onset.pdf"]

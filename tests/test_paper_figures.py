@@ -8,9 +8,11 @@ import pytest
 from matplotlib.image import imread
 from matplotlib.text import Text
 
+import frictopt as fo
 from paper_figures import style
 from paper_figures.__main__ import FIGURES, main, make
-from studies import dissipation, limits
+from paper_figures.prepare import prepare
+from studies import dissipation, guaranteed, increments, limits
 
 pytestmark = pytest.mark.slow
 
@@ -92,6 +94,19 @@ def test_data_of_other_parameters_is_replaced(tmp_path):
     assert pd.read_parquet(path)["friction"].unique().tolist() == [0.4]
     make("traction_ratio", quick=True, data=tmp_path, output=tmp_path)
     assert pd.read_parquet(path)["friction"].unique().tolist() == list(limits.QUICK.reaction_frictions)
+
+
+def test_studies_side_by_side_make_the_same_tables_and_leave_measured_times_alone(tmp_path):
+    prepare([limits.REACTIONS, guaranteed.PLANE, increments.ERROR], True, tmp_path, workers=2)
+    assert sorted(path.stem for path in tmp_path.iterdir()) == ["guaranteed_plane", "limits_reactions"]
+    for table in (limits.REACTIONS, guaranteed.PLANE):
+        pd.testing.assert_frame_equal(table.stored(table.quick, tmp_path), table.compute(table.quick).reset_index(drop=True), rtol=1e-9, atol=1e-12)
+
+
+def test_an_error_in_another_process_arrives(tmp_path):
+    wrong = replace(limits.REACTIONS, quick=replace(limits.QUICK, reaction_frictions=(-1.0,)))
+    with pytest.raises(fo.ModelError, match="friction"):
+        prepare([wrong], True, tmp_path, workers=2)
 
 
 def test_unknown_name_is_refused_before_anything_is_drawn(data, tmp_path, capsys):

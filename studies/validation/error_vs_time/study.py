@@ -102,6 +102,6 @@ _LAW = {
     "error": "|exponent - expected|",
 }
 
-ERROR = Table("error_vs_time", "one method with one setting for one question", _ERROR, full=FULL, quick=QUICK, compute=error_against_time)
-CALLS = Table("error_vs_time_calls", "one call on one mesh", _CALLS, full=FULL, quick=QUICK, compute=calls)
+ERROR = Table("error_vs_time", "one method with one setting for one question", _ERROR, full=FULL, quick=QUICK, compute=error_against_time, alone=True)
+CALLS = Table("error_vs_time_calls", "one call on one mesh", _CALLS, full=FULL, quick=QUICK, compute=calls, alone=True)
 LAW = Table("error_vs_time_law", "shakedown limit on one mesh at one friction", _LAW, full=FULL, quick=QUICK, compute=law)
