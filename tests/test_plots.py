@@ -4,6 +4,7 @@
 
 import subprocess
 import sys
+from functools import cache
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -157,16 +158,6 @@ def test_the_picture_of_a_bonded_contact_says_that_the_mean_load_alone_slips():
     ax = first.plot()
     assert not first.mean_admissible and "mean load alone" in ax.get_title()
     assert np.allclose(circles(ax)[:, 1], 1 / F)  # at the bonded reactions, outside the bounds
-
-
-def test_the_onset_of_a_contact_in_space_has_no_picture_along_it():
-    S = np.diag([2.0, 2.0, 2.0])
-    contact = fo.ContactSystem3D(S, [[0.0, 0.0, 0.0]], bonded={"mean": [0.0, 0.0, 1.0], "cyclic": [1.0, 0.0, 0.0]})
-    first = fo.onset(contact, CYCLE, F)
-    q, p = first.reactions
-    assert np.allclose(np.linalg.norm(q, axis=-1), F * p) and q.shape == (2, 1, 2)
-    with pytest.raises(fo.ModelError, match="ContactSystem3D"):
-        first.plot()
 
 
 def test_of_many_corners_the_ruling_ones_have_lines_and_all_a_band():
@@ -359,6 +350,7 @@ def test_a_model_is_drawn_like_its_scene_and_shows_as_a_table():
     assert "contacts={'right': 5, 'left': 5}" in repr(model) and "<th>supports</th>" in model._repr_html_()
 
 
+@cache
 def every():
     asked = FIVE, FOUR_CORNERS, F
     return {
@@ -368,6 +360,11 @@ def every():
         "SafeSlip": (fo.safe_slip(*asked, 0.1), 2),
         "SteadyState": (fo.steady_state(*asked, 0.5), 3),
         "Trajectory": (fo.march(*asked, 0.5, cycles=1), 2),
+        "RequiredFriction": (fo.required_friction(FIVE, FOUR_CORNERS, 0.5), 1),
+        "SafeRegion": (fo.safe_region(FIVE, {"mean": 1.0}, ["cyclic", "other"], F), 1),
+        "GuaranteeCheck": (fo.verify_guaranteed(PAIR, CYCLE, F, starts=10, moved=1), 1),
+        "PracticalLimit": (fo.practical_limit(PAIR, CYCLE, F, start="worst", scan=4), 1),
+        "Cure": (fo.cure(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2), 1),
         "scene": (SCENES["punch"], 1),
         "BodyFields": (SCENES["punch"].model().recover({"P": 1.0}, slip=np.zeros(5)), 1),
     }

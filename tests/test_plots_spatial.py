@@ -37,14 +37,16 @@ def marks(ax):
 
 
 def check_face(ax, contact, axes, values, slip):
-    """Places, colours and arrows of the nodes; (N, 2) places."""
+    """Places, colours and arrows of the nodes (none of slip None); (N, 2) places."""
     places = contact.points @ axes[:2].T
     points, _, arrows = marks(ax)
     assert np.allclose(points.get_offsets(), places, atol=1e-14)
     colours = np.ma.filled(points.get_array(), np.nan)
     assert np.allclose(colours, values, rtol=1e-9, atol=1e-14, equal_nan=True)
-    assert np.allclose(arrows.get_offsets(), places, atol=1e-14)
-    assert np.allclose(np.column_stack([arrows.U, arrows.V]), slip, rtol=1e-12)
+    assert (arrows is None) is (slip is None)
+    if slip is not None:
+        assert np.allclose(arrows.get_offsets(), places, atol=1e-14)
+        assert np.allclose(np.column_stack([arrows.U, arrows.V]), slip, rtol=1e-12)
     x, y = ax.get_xlim(), ax.get_ylim()
     assert (x[0] < places[:, 0]).all() and (places[:, 0] < x[1]).all() and (y[0] < places[:, 1]).all() and (places[:, 1] < y[1]).all()
     return places
@@ -135,18 +137,85 @@ def test_without_a_limit_the_picture_says_why():
 
 
 def test_a_contact_that_is_not_flat_is_refused():
-    with pytest.raises(fo.ModelError, match="not flat"):
-        fo.shakedown_limit(CURVED, cycle(), F).plot()
+    for result in (fo.shakedown_limit(CURVED, cycle(), F), fo.onset(CURVED, cycle(), F)):
+        with pytest.raises(fo.ModelError, match="not flat"):
+            result.plot()
+
+
+@ALL
+def test_an_onset_shows_the_bonded_contact_at_the_first_slip_of_all_and_circles_what_slips(contact, axes):
+    first = fo.onset(contact, cycle(), F)
+    ax = first.plot()
+    at = [reaction(contact, cycle(), first.slip.load_factor, corner, np.zeros((6, 2))) for corner in range(3)]
+    most = [(q / (F * p)).max() for q, p in at]
+    corner = int(np.argmax(most))
+    q, p = at[corner]
+    places = check_face(ax, contact, axes, q / (F * p), None)
+    assert max(most) == pytest.approx(1.0, rel=1e-9) and sorted(most)[1] < 0.999 and (p > 0.01).all()
+    assert np.allclose(marks(ax)[1].get_offsets(), places[[np.argmax(q / p)]], atol=1e-14)
+    (bar,) = [one for one in ax.figure.axes if one is not ax]
+    assert bar.get_ylabel() == rf"$|q| / (f p)$ at corner {corner}, $\lambda = {first.slip.load_factor:.4g}$" and marks(ax)[0].get_clim() == (0, 1)
+    assert ax.get_title() == "bonded contact at the onset of slip"
+    assert [one.get_text() for one in ax.get_legend().get_texts()] == ["node that slips first"]
+
+
+def test_nodes_that_slip_at_once_are_all_circled():
+    three = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    bonded = {"mean": [0, 0, 0, 0, 0, 0, 1, 1, 1], "cyclic": [0.5, 1.0, 0, 0, 0, -1.0, 0, 0, 0]}
+    contact = fo.ContactSystem3D(np.eye(9), three, bonded)
+    ax = fo.onset(contact, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), F).plot()
+    assert np.array_equal(marks(ax)[1].get_offsets(), [[1, 0], [0, 1]])
+
+
+def test_an_onset_in_space_says_that_nothing_slips_or_that_the_mean_load_does():
+    ax = fo.onset(single(), fo.LoadCycle({"P": 1.0}, [{"P": 1.0}]), F).plot()
+    assert ax.texts[0].get_text() == "no corner makes a node slip" and not ax.collections
+    ax = fo.onset(single(), fo.LoadCycle({"P": 1.0, "X": 1.0}, [{"X": 1.0}]), F).plot()
+    assert "mean load alone" in ax.get_title() and marks(ax)[0].get_array()[0] == marks(ax)[0].get_clim()[1] == pytest.approx(1 / F)
+
+
+@pytest.mark.parametrize("contact", [FLAT, CURVED], ids=["flat", "curved"])
+def test_a_trajectory_shows_loops_along_both_tangents_and_both_slips(contact):
+    path = fo.march(contact, cycle(), F, 1.2 * fo.shakedown_limit(contact, cycle(), F).load_factor, cycles=2, steps=4)
+    *sides, below = path.plot()
+    work = path.to_frame().query(f"state == {len(path.time) - 1}")["work"]
+    nodes = sorted(range(6), key=lambda node: -work.iloc[node])[:3]
+    table = path.to_frame()
+    for axis, ax in enumerate(sides, start=1):
+        for number, node in enumerate(nodes):
+            own, line = table[table["node"] == node], ax.get_lines()[2 * number]
+            assert np.array_equal(line.get_data(), own[[f"slip{axis}", f"q{axis}"]].to_numpy().T)
+            assert np.array_equal(ax.get_lines()[2 * number + 1].get_xydata(), own[[f"slip{axis}", f"q{axis}"]].tail(1))
+            lower = below.get_lines()[4 * (axis - 1) + number]
+            assert np.array_equal(lower.get_data(), own[["time", f"slip{axis}"]].to_numpy().T)
+            assert lower.get_color() == line.get_color()
+            assert line.get_label() == f"node {node} at ({', '.join(f'{place:.3g}' for place in contact.points[node])})"
+        assert ax.get_xlabel() == f"slip $v_{axis}$ (length)" and ax.get_ylabel() == f"shear force $q_{axis}$ (force)"
+    assert [text.get_text() for text in below.get_legend().get_texts()] == ["$v_1$, colours as above", "$v_2$, colours as above", "cycles"]
+    assert [line.get_xdata()[0] for line in below.get_lines()[8:]] == [0, 3, 6]
+    assert below.get_xlabel() == "corners visited (0: mean load)" and below.get_ylabel() == "slip $v_1$, $v_2$ (length)"
+    assert sides[0].get_title() == "nodes with the most work of friction" and sides[0].get_legend() is not None
+
+
+def test_a_trajectory_of_one_node_is_that_of_a_spring_and_a_slider():
+    loads = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
+    path = fo.march(single(), loads, 0.5, 1.0, cycles=2, steps=4)
+    first, second, below = path.plot()
+    slip, force = first.get_lines()[0].get_data()
+    assert np.allclose(force, np.clip(force, -0.5, 0.5)) and np.allclose([slip.min(), slip.max()], [-0.5, 0.5])
+    assert not np.any(second.get_lines()[0].get_data()) and np.array_equal(below.get_lines()[0].get_ydata(), slip)
+    assert fo.march(single(), loads, 0.5, 0.1, cycles=1, steps=2).plot()[0].get_title() == "no node slips"
 
 
 @pytest.mark.parametrize("contact", [FLAT, LINE], ids=["flat", "line"])
 def test_all_letters_are_in_the_picture_and_given_axes_are_used(contact):
     limit = fo.shakedown_limit(contact, cycle(), F)
-    figure = limit.plot().figure
-    figure.draw_without_rendering()
-    for ax in figure.axes:
-        box = ax.get_tightbbox()
-        assert box.x0 > -1 and box.y0 > -1 and box.x1 < figure.bbox.width + 1 and box.y1 < figure.bbox.height + 1
+    for result in (limit, fo.onset(contact, cycle(), F), fo.march(contact, cycle(), F, limit.load_factor, cycles=1, steps=2)):
+        figure = np.ravel(result.plot())[0].figure
+        figure.draw_without_rendering()
+        for ax in figure.axes:
+            box = ax.get_tightbbox()
+            assert box.x0 > -1 and box.y0 > -1 and box.x1 < figure.bbox.width + 1 and box.y1 < figure.bbox.height + 1
     given = plt.subplots()[1]
     assert limit.plot(given) is given
     with pytest.raises(fo.ModelError, match=r"^ax: "):

@@ -9,7 +9,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, checked_loads, finite_number, frozen, whole_number
-from ..contact.show import Shown
+from ..contact.show import Plotted, Shown
 from ..errors import ModelError
 from .treatment import REST, LoadStep, Treatment
 
@@ -19,7 +19,7 @@ _DECADES = -1.0, 1.0  # of the size of sampled slips, over the spread of the lar
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Cure(Shown):
+class Cure(Shown, Plotted):
     """The least excursion found after which the contact comes to rest from all starts tried.
 
     Attributes

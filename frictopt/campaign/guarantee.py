@@ -10,15 +10,15 @@ import pandas as pd
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
 from ..contact.dispatch import answered_by_kind
-from ..contact.show import Shown
+from ..contact.show import Plotted, Shown
 from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, guaranteed_limit, safe_vertices
 from ..path import Outcome, steady_state
 
-__all__ = ["GuaranteeCheck", "verify_guaranteed"]
+__all__ = ["NO_OUTCOME", "GuaranteeCheck", "verify_guaranteed"]
 
-_UNDECIDED = "NO_CONTINUATION"
+NO_OUTCOME = "NO_CONTINUATION"
 _BELOW = 0.98  # load factor of the test below the limit, over the limit
 _MOVED = 1e-3  # largest change of the slip of a moved witness, over its largest slip
 _SMALL_LOAD = 0.02  # load factor just above a guaranteed limit of 0, over lambda_2 or the load unit
@@ -29,7 +29,7 @@ _DECADES = -1.0, 2.0  # powers of ten of the size of random slips, over the larg
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GuaranteeCheck(Shown):
+class GuaranteeCheck(Shown, Plotted):
     """The verification of a guaranteed limit by transients.
 
     Attributes
@@ -76,7 +76,7 @@ class GuaranteeCheck(Shown):
     @property
     def undecided(self) -> int:
         """Number of transients without an outcome, because their path ends."""
-        return int((self.runs["outcome"] == _UNDECIDED).sum())
+        return int((self.runs["outcome"] == NO_OUTCOME).sum())
 
     @property
     def residual(self) -> float:
@@ -94,7 +94,7 @@ class GuaranteeCheck(Shown):
 
     def _persisting(self, *, below: bool) -> np.ndarray:
         runs = self.runs
-        slips = ~runs["outcome"].isin([Outcome.SHAKEDOWN.name, _UNDECIDED])
+        slips = ~runs["outcome"].isin([Outcome.SHAKEDOWN.name, NO_OUTCOME])
         return np.asarray(slips & ((runs["share"] < 1) == below))
 
 
@@ -204,7 +204,7 @@ def _starts(
 def _run(
     system: ContactSystem, cycle: LoadCycle, friction: Any, limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array
 ) -> dict[str, Any]:
-    outcome, dissipation, cycles, residual = _UNDECIDED, np.nan, 0, np.nan
+    outcome, dissipation, cycles, residual = NO_OUTCOME, np.nan, 0, np.nan
     try:
         steady = steady_state(system, _from_its_middle(cycle, load_factor), friction, 1.0, initial_slip=slip)
         outcome, dissipation, cycles, residual = steady.outcome.name, steady.dissipation, steady.cycles, steady.residual

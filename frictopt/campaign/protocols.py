@@ -9,7 +9,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen, whole_number
-from ..contact.show import Shown
+from ..contact.show import Plotted, Shown
 from ..errors import ModelError
 from .treatment import REST, LoadStep, Treatment, checked_protocol
 
@@ -17,7 +17,7 @@ __all__ = ["PracticalLimit", "practical_limit"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PracticalLimit(Shown):
+class PracticalLimit(Shown, Plotted):
     """The load factor up to which a contact comes to rest after a protocol, found by transients.
 
     Attributes

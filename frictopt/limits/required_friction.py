@@ -13,7 +13,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.cycle import checked_cycle
 from ..contact.record import Recorded, SolveRecord
-from ..contact.show import frame
+from ..contact.show import Plotted, frame
 from ..contact.tolerances import NO_LEAST_PRESSURE, PROVEN_FRICTION, RESIDUAL, WIDEST_PROOF
 from ..errors import SolverError
 from .mechanism import Mechanism
@@ -26,7 +26,7 @@ _LEAST_FRICTION, _MOST_FRICTION = 1e-6, 1e4  # which linear programs can tell fr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RequiredFriction(Recorded):
+class RequiredFriction(Recorded, Plotted):
     """The least coefficient of friction with which a load factor is safe, with its proof from both sides.
 
     Attributes
@@ -42,6 +42,8 @@ class RequiredFriction(Recorded):
         while no residual slip resists them. Columns node, x, corner, direction (+1 slips along +x, -1 against it, 0 opens), share; largest first.
     reason
         Why it is so, in words.
+    system, cycle, load_factor
+        What was asked: the contact, its load cycle and the load factor.
     record
         How it was found. Its `residual` is the larger one of the two proofs. At most 1e-9.
 
@@ -58,12 +60,20 @@ class RequiredFriction(Recorded):
     slip: Array = field(repr=False)
     mechanism: pd.DataFrame = field(repr=False)
     reason: str
+    system: ContactSystem = field(repr=False)
+    cycle: LoadCycle = field(repr=False)
+    load_factor: float
     record: SolveRecord
-    _x: Array = field(repr=False)
+
+    @property
+    def reactions(self) -> tuple[Array, Array]:
+        """(K, N) reactions `q, p` at the corners under the slip, force per depth; NaN where no friction is enough."""
+        (q0, p0), (q1, p1) = self.cycle.mean_reaction(self.system), self.cycle.corner_reactions(self.system)
+        return q0 + self.load_factor * q1 + self.system.A @ self.slip, p0 + self.load_factor * p1 + self.system.B @ self.slip
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, x and the slip that is safe with the required friction."""
-        return frame({"node": range(len(self.slip)), "x": self._x, "slip": self.slip})
+        return frame({"node": range(len(self.slip)), "x": self.system.x, "slip": self.slip})
 
     def _answer(self) -> Mapping[str, Any]:
         return {name: getattr(self, name) for name in ("friction", "too_little", "residual", "reason")}
@@ -110,12 +120,30 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         places = ", ".join(f"{x:.4g}" for x in system.x[nodes][:4]) + ", ..." * (len(nodes) > 4)
         why = f"no friction is enough: whatever slips, the loads open one of {len(nodes)} nodes (x = {places}) at some corner; press them"
         return RequiredFriction(
-            np.inf, np.inf, frozen(np.full(system.nodes, np.nan)), pressed.mechanism, why, asked.record((), pressed.residual), system.x
+            friction=np.inf,
+            too_little=np.inf,
+            slip=frozen(np.full(system.nodes, np.nan)),
+            mechanism=pressed.mechanism,
+            reason=why,
+            system=system,
+            cycle=cycle,
+            load_factor=load_factor,
+            record=asked.record((), pressed.residual),
         )
     if asked.proven(0.0, True):
         slip, none = asked.safe(0.0), np.zeros(system.nodes)
         why = "none is needed: a residual slip takes all shear off every node at every corner"
-        return RequiredFriction(0.0, np.nan, slip.slip, _motions(system, none, none.astype(int)), why, asked.record((slip,), slip.residual), system.x)
+        return RequiredFriction(
+            friction=0.0,
+            too_little=np.nan,
+            slip=slip.slip,
+            mechanism=_motions(system, none, none.astype(int)),
+            reason=why,
+            system=system,
+            cycle=cycle,
+            load_factor=load_factor,
+            record=asked.record((slip,), slip.residual),
+        )
     most = 1.0
     while not asked.proven(most, True):
         if most >= _MOST_FRICTION:
@@ -144,8 +172,10 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         slip=enough.slip,
         mechanism=too_little.certificate,
         reason="no residual slip is safe with less: see the mechanism",
+        system=system,
+        cycle=cycle,
+        load_factor=load_factor,
         record=asked.record((enough, too_little), max(enough.residual, too_little.residual)),
-        _x=system.x,
     )
 
 

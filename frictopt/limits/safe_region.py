@@ -11,7 +11,7 @@ import pandas as pd
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, check_name, checked_loads, finite_number, frozen, listed
 from ..contact.record import Recorded, SolveRecord
-from ..contact.show import frame
+from ..contact.show import Plotted, frame
 from ..contact.system import checked_system
 from ..contact.tolerances import ONE_SIDE, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
@@ -27,7 +27,7 @@ _MOST_SIDES = 1000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SafeRegion(Recorded):
+class SafeRegion(Recorded, Plotted):
     """The amplitudes `(a, b)` of two loads at which some residual slip is safe.
 
     The region is convex, and holds all smaller amplitudes with any that it holds. Its border is a chain of straight sides from an amplitude of the

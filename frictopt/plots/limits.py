@@ -5,12 +5,14 @@ from typing import Any
 import numpy as np
 
 from ..campaign import SeparatedLimit
-from ..contact import ContactSystem, Onset
-from ..errors import ModelError
-from ..limits import GuaranteedLimit, LeastSlip, SafeSlip, ShakedownLimit
+from ..contact import Onset
+from ..contact.checks import Array
+from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, ShakedownLimit
+from ..spatial import ContactSystem3D
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks
 from .picture import picture
-from .style import BLACK, GREY, equals, legend, new_axes, no_lines
+from .spatial import FACE, first_slips
+from .style import ALONG, BLACK, GREY, equals, legend, new_axes, no_lines
 
 __all__: list[str] = []
 
@@ -20,14 +22,15 @@ _ONE_NODE = 60  # of the circle round a node that stands alone
 
 @picture.register
 def _onset(onset: Onset, ax: Any = None) -> Any:
-    """Shear over friction bound of the bonded contact at the first slip towards each corner; the node that slips is circled."""
-    if not isinstance(onset.system, ContactSystem):
-        raise ModelError(f"plot: the onset of a {type(onset.system).__name__}; pictures along a contact need a plane one, use to_frame()")
-    (axes,) = new_axes(ax)
+    """Shear over friction bound of the bonded contact at the first slip towards each corner (in space, the first of all); what slips is circled."""
+    in_space = isinstance(onset.system, ContactSystem3D)
+    (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
     axes.set_title("bonded contact at the onset of slip" if onset.mean_admissible else "bonded contact; the mean load alone makes it slip or pulls")
     nodes = {event.corner: event.node for event in onset.slips if event.node is not None}
     if not nodes:
         return no_lines(axes, "no corner makes a node slip")
+    if in_space:
+        return first_slips(axes, onset)
     corners = list(nodes)
     first = corners.index(onset.slip.corner)
     names = [rf"corner {corner}, $\lambda = {onset.slips[corner].load_factor:.4g}$" for corner in corners]
@@ -50,17 +53,17 @@ def _shakedown_limit(limit: ShakedownLimit, ax: Any = None) -> Any:
     axes.set_title(equals(name, limit.load_factor))
     if not np.isfinite(limit.load_factor):
         return no_lines(axes, limit.reason)
-    ruling = limit.mechanism.groupby("corner")["share"].sum().sort_values(ascending=False).index.tolist()
-    q, p = limit.reactions
-    ratio = friction_ratio(axes, limit.system, limit.friction, q, p, _corners(len(q)), ruling)
-    label: str | None = "limiting node; area: share"
-    for corner, look in looks(len(q), ruling).items():
-        rows = limit.mechanism[limit.mechanism["corner"] == corner]
-        if len(rows):
-            circle(axes, rows["x"], ratio[corner, rows["node"]], rows["direction"], _AREA * rows["share"], look["color"], label)
-            label = None
-    legend(axes)
-    return axes
+    return _limiting(axes, limit, limit.friction)
+
+
+@picture.register
+def _required_friction(required: RequiredFriction, ax: Any = None) -> Any:
+    """Shear over the required friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism."""
+    (axes,) = new_axes(ax)
+    axes.set_title(equals(rf"$\lambda = {required.load_factor:.4g}$: required friction $f$", required.friction))
+    if not 0 < required.friction < np.inf:
+        return no_lines(axes, required.reason)
+    return _limiting(axes, required, np.full(required.system.nodes, required.friction))
 
 
 @picture.register
@@ -141,6 +144,21 @@ def _safe_slip(safe: SafeSlip, ax: Any = None) -> Any:
     lower.set_ylabel("slip $v$ (length)")
     label_contacts(lower, safe.system)
     return np.array([upper, lower])
+
+
+def _limiting(axes: Any, result: ShakedownLimit | RequiredFriction, friction: Array) -> Any:
+    """Draw the shear over the friction bound at the corners, and circles at the nodes of the mechanism."""
+    ruling = result.mechanism.groupby("corner")["share"].sum().sort_values(ascending=False).index.tolist()
+    q, p = result.reactions
+    ratio = friction_ratio(axes, result.system, friction, q, p, _corners(len(q)), ruling)
+    label: str | None = "limiting node; area: share"
+    for corner, look in looks(len(q), ruling).items():
+        rows = result.mechanism[result.mechanism["corner"] == corner]
+        if len(rows):
+            circle(axes, rows["x"], ratio[corner, rows["node"]], rows["direction"], _AREA * rows["share"], look["color"], label)
+            label = None
+    legend(axes)
+    return axes
 
 
 def _corners(number: int) -> list[str]:

@@ -6,15 +6,18 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.transforms import offset_copy
 
+from ..contact import Onset
 from ..contact.checks import Array
+from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..spatial import ContactSystem3D, SafeSlip3D, ShakedownLimit3D, SteadyState3D
+from ..spatial import ContactSystem3D, SafeSlip3D, ShakedownLimit3D, SteadyState3D, Trajectory3D
+from .loops import cycle_lines, loops, most_work, work_title
 from .picture import picture
-from .style import BLACK, GREY, SERIES, equals, new_axes, no_lines
+from .style import BLACK, GREY, SERIES, equals, legend, new_axes, no_lines, series
 
-__all__: list[str] = []
+__all__ = ["FACE", "first_slips"]
 
-_SIZE = (5.6, 4.6)  # of a figure, inches
+FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 _FACE = 25_000  # area that the points of a face share, points^2
 _LARGEST, _SMALLEST = 160.0, 6.0  # area of a point, points^2
 _ARROW = 0.12  # of the longest arrow, widths of the axes
@@ -26,22 +29,21 @@ _FLAT = 1e-9  # difference of the directions of nodes in one plane
 @picture.register
 def _shakedown_limit(limit: ShakedownLimit3D, ax: Any = None) -> Any:
     """Shear over friction bound at the first corner under the safe slip, the slip as arrows; the nodes of the mechanism are circled."""
-    (axes,) = new_axes(ax, size=_SIZE)
+    (axes,) = new_axes(ax, size=FACE)
     axes.set_title(equals(r"shakedown limit $\lambda_2$", limit.load_factor))
     if not np.isfinite(limit.load_factor):
         return no_lines(axes, limit.reason)
     system = limit._task.system
     places, size = _map(axes, system, limit.traction_ratios[0], "$|q| / (f p)$ at the first corner", 1.0)
     _arrows(axes, places, limit.slip, "residual slip")
-    nodes = np.unique(limit.mechanism["node"])
-    axes.scatter(*places[nodes].T, s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label="limiting node")
+    _circles(axes, places[np.unique(limit.mechanism["node"])], size, "limiting node")
     return _finished(axes)
 
 
 @picture.register
 def _safe_slip(safe: SafeSlip3D, ax: Any = None) -> Any:
     """Shear over friction bound under the slip, at the corner with the least reserve; the slip as arrows."""
-    (axes,) = new_axes(ax, size=_SIZE)
+    (axes,) = new_axes(ax, size=FACE)
     title = "safe slip" if safe.exists else "no slip is safe; the least unsafe one"
     axes.set_title(rf"{title} at $\lambda = {safe.load_factor:.4g}$, margin {safe.margin:.4g}")
     task, (q, p) = safe._task, safe.reactions
@@ -55,13 +57,51 @@ def _safe_slip(safe: SafeSlip3D, ax: Any = None) -> Any:
 @picture.register
 def _steady_state(steady: SteadyState3D, ax: Any = None) -> Any:
     """Work of friction per cycle at each node; the slip at the last corner as arrows."""
-    (axes,) = new_axes(ax, size=_SIZE)
+    (axes,) = new_axes(ax, size=FACE)
     outcome = steady.outcome.name.lower().replace("_", " ")
     axes.set_title(f"{outcome}, work of friction per cycle {steady.dissipation:.4g}")
     work = steady.dissipation_per_node
     places, _ = _map(axes, steady._system, work, "work of friction per cycle (force times length)", float(work.max()) or 1.0)
     _arrows(axes, places, steady.slip, "slip at the last corner")
     return _finished(axes)
+
+
+@picture.register
+def _trajectory(path: Trajectory3D, ax: Any = None) -> Any:
+    """Three panels, for the nodes with the most work: shear force against slip along each tangent, and slip against the corners visited."""
+    *sides, below = panels = new_axes(ax, 3, (6.4, 8.4), common_x=False)
+    nodes = most_work(path)
+    places = [", ".join(f"{place:.3g}" for place in path.system.points[node]) for node in nodes]
+    names = [f"node {node} at ({place})" for node, place in zip(nodes, places, strict=True)]
+    for axis, axes in enumerate(sides):
+        loops(axes, path.slip[:, nodes, axis], path.q[:, nodes, axis], names)
+        axes.set(xlabel=f"slip $v_{axis + 1}$ (length)", ylabel=f"shear force $q_{axis + 1}$ (force)")
+    sides[0].set_title(work_title(path))
+    legend(sides[0])
+    for axis in (0, 1):
+        for number, node in enumerate(nodes):
+            below.plot(path.time, path.slip[:, node, axis], color=series(number)["color"], linestyle=series(axis)["linestyle"])
+        below.plot([], [], color=BLACK, linestyle=series(axis)["linestyle"], label=f"$v_{axis + 1}$, colours as above")
+    cycle_lines(below, path)
+    below.set_ylabel("slip $v_1$, $v_2$ (length)")
+    legend(below)
+    return panels
+
+
+def first_slips(axes: Any, onset: Onset) -> Any:
+    """Draw the shear over the friction bound of the bonded contact at the first slip of all; the nodes that slip are circled."""
+    first, system = onset.slip, onset.system
+    q, p = (reaction[first.corner] for reaction in onset.reactions)
+    bound, ratio = onset.friction * p, np.full(len(p), np.nan)
+    np.divide(np.linalg.norm(q, axis=1), bound, out=ratio, where=bound > RESIDUAL * np.abs(bound).max())
+    name = rf"$|q| / (f p)$ at corner {first.corner}, $\lambda = {first.load_factor:.4g}$"
+    places, size = _map(axes, system, ratio, name, max(1.0, float(np.nanmax(ratio, initial=0.0))))
+    _circles(axes, places[np.union1d(np.flatnonzero(ratio >= 1 - RESIDUAL), [first.node])], size, "node that slips first")
+    return _finished(axes)
+
+
+def _circles(axes: Any, places: Array, size: float, name: str) -> None:
+    axes.scatter(*places.T, s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label=name)
 
 
 def _map(axes: Any, system: ContactSystem3D, values: Array, name: str, most: float) -> tuple[Array, float]:

@@ -11,8 +11,9 @@ from matplotlib.axes import Axes
 from ..contact.checks import shown
 from ..errors import ModelError
 
-__all__ = ["BLACK", "GREY", "RC", "SERIES", "equals", "legend", "new_axes", "no_lines", "screen", "series"]
+__all__ = ["ALONG", "BLACK", "GREY", "RC", "SERIES", "equals", "legend", "new_axes", "no_lines", "screen", "series"]
 
+ALONG = (6.4, 3.6)  # size of a picture along the contact, inches
 BLACK, GREY = "#000000", "#767676"
 
 # Okabe and Ito's colours, told apart with impaired colour vision; line and marker tell the series apart in grey as well.
@@ -68,7 +69,7 @@ def series(number: int) -> dict[str, Any]:
     return SERIES[number % len(SERIES)]
 
 
-def new_axes(ax: Any, panels: int = 1, size: tuple[float, float] = (6.4, 3.6), *, common_x: bool = True) -> np.ndarray[Any, Any]:
+def new_axes(ax: Any, panels: int = 1, size: tuple[float, float] = ALONG, *, common_x: bool = True) -> np.ndarray[Any, Any]:
     """(panels,) axes to draw in: the given ones, or those of a new figure, one below the other.
 
     Raises

@@ -8,39 +8,30 @@ from ..campaign import DissipationRange, Trajectory, fretting_table, steady_cycl
 from ..contact.tolerances import SIMULTANEOUS
 from ..path import SteadyState
 from .along import label_contacts, lines, lines_or_band
+from .loops import cycle_lines, loops, most_work, work_title
 from .picture import picture
 from .style import BLACK, GREY, legend, new_axes, series
 
 __all__: list[str] = []
 
-_NODES = 3  # nodes whose loops are drawn: those with the most work of friction
 _DOTS: dict[str, Any] = {"marker": ".", "markersize": 3}
 _LOOKS: dict[str, dict[str, Any]] = {"q": {"band": series(0)["color"]}, "p": {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}}
 _SLIP_RANGE, _WORK = "slip range (length)", "work of friction per cycle\n(force times length per depth)"
-_MOST_LINES = 50  # cycles of which each has its own line
 
 
 @picture.register
 def _trajectory(path: Trajectory, ax: Any = None) -> Any:
     """Two panels, for the nodes with the most work of friction: shear force against slip, and slip against the corners visited."""
     upper, lower = new_axes(ax, 2, (6.4, 6.4), common_x=False)
-    work = path.work[-1]
-    for number, node in enumerate(np.argsort(-work, kind="stable")[:_NODES]):
-        look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"]}
-        upper.plot(path.slip[:, node], path.q[:, node], label=f"node {node}, $x = {path.system.x[node]:.4g}$", **look)
-        upper.plot(
-            path.slip[-1:, node], path.q[-1:, node], color=look["color"], marker="o", markersize=4, label="last state" if number == 0 else None
-        )
-        lower.plot(path.time, path.slip[:, node], **look)
-    upper.set(xlabel="slip $v$ (length)", ylabel="shear force $q$ (force per depth)")
-    upper.set_title("nodes with the most work of friction" if work.any() else "no node slips")
+    nodes = most_work(path)
+    loops(upper, path.slip[:, nodes], path.q[:, nodes], [f"node {node}, $x = {path.system.x[node]:.4g}$" for node in nodes])
+    upper.set(xlabel="slip $v$ (length)", ylabel="shear force $q$ (force per depth)", title=work_title(path))
     legend(upper)
-    cycles = int(path.time[-1]) // path.corners
-    if 0 < cycles <= _MOST_LINES:
-        for cycle in range(cycles + 1):
-            lower.axvline(cycle * path.corners, color=GREY, lw=0.5, label="cycles" if cycle == 0 else None)
+    for number, node in enumerate(nodes):
+        lower.plot(path.time, path.slip[:, node], color=series(number)["color"], linestyle=series(number)["linestyle"])
+    if cycle_lines(lower, path):
         legend(lower)
-    lower.set(xlabel="corners visited (0: mean load)", ylabel="slip $v$ (length)")
+    lower.set_ylabel("slip $v$ (length)")
     return np.array([upper, lower])
 
 

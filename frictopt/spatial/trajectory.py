@@ -10,7 +10,7 @@ import numpy as np
 from ..contact import Verdict
 from ..contact.checks import Array
 from ..contact.record import SolveRecord
-from ..contact.show import Shown, frame
+from ..contact.show import Plotted, Shown, frame
 from .coulomb import referee
 from .system import ContactSystem3D, joined
 
@@ -18,7 +18,7 @@ __all__ = ["Trajectory3D"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory3D(Shown):
+class Trajectory3D(Shown, Plotted):
     """T states of a transient in three dimensions, one after each increment.
 
     Attributes

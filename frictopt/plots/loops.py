@@ -1,0 +1,48 @@
+"""Loops of shear force against slip, and what else the pictures of transients in the plane and in space share."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..campaign import Trajectory
+from ..contact.checks import Array
+from ..spatial import Trajectory3D
+from .style import GREY, series
+
+__all__ = ["cycle_lines", "loops", "most_work", "work_title"]
+
+_NODES = 3  # nodes whose loops are drawn
+_MOST_LINES = 50  # cycles of which each has its own line
+
+AnyTrajectory = Trajectory | Trajectory3D
+
+
+def most_work(path: AnyTrajectory) -> np.ndarray[Any, Any]:
+    """The nodes with the most work of friction, first the one with the most."""
+    return np.argsort(-path.work[-1], kind="stable")[:_NODES]
+
+
+def work_title(path: AnyTrajectory) -> str:
+    """What these nodes are."""
+    return "nodes with the most work of friction" if path.work[-1].any() else "no node slips"
+
+
+def loops(axes: Any, slip: Array, force: Array, names: Sequence[str]) -> None:
+    """Draw (T, M) forces against slips, each node with a mark at its last state."""
+    for number, name in enumerate(names):
+        look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"]}
+        axes.plot(slip[:, number], force[:, number], label=name, **look)
+        last = "last state" if number == 0 else None
+        axes.plot(slip[-1:, number], force[-1:, number], color=look["color"], marker="o", markersize=4, label=last)
+
+
+def cycle_lines(axes: Any, path: AnyTrajectory) -> bool:
+    """Label the axis of time, and draw a line at each whole cycle where they are not too many; whether there are lines."""
+    axes.set_xlabel("corners visited (0: mean load)")
+    cycles = int(path.time[-1]) // path.corners
+    if not 0 < cycles <= _MOST_LINES:
+        return False
+    for cycle in range(cycles + 1):
+        axes.axvline(cycle * path.corners, color=GREY, lw=0.5, label="cycles" if cycle == 0 else None)
+    return True

@@ -1,0 +1,221 @@
+"""Pictures of required friction, of safe regions, and of what was tried in a search: what they show is what the result says."""
+
+import itertools
+from dataclasses import replace
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.patches import Polygon, Rectangle
+
+import frictopt as fo
+from systems import CYCLE, linprog_limit, random_system, system
+from test_plots import FIVE, FOUR_CORNERS, JOINT, PAIR, F, circles, joined, labelled, parts
+
+FEW = {"four corners": (FIVE, FOUR_CORNERS), "two contacts": (JOINT, FOUR_CORNERS), "pair": (PAIR, CYCLE)}
+MEAN = {"mean": 1.0}
+
+
+@pytest.fixture(autouse=True)
+def no_figures_stay_open():
+    yield
+    plt.close("all")
+
+
+def at_corners(contact, cycle, factor, slip):
+    """(K, N) reactions at the corners under a slip, from the stiffness matrix."""
+    loads = [{name: cycle.mean.get(name, 0) + factor * corner.get(name, 0) for name in {*cycle.mean, *corner}} for corner in cycle.corners]
+    q, p = np.array([contact.reaction(load) for load in loads]).swapaxes(0, 1)
+    return q + contact.A @ slip, p + contact.B @ slip
+
+
+@pytest.mark.parametrize(("contact", "cycle"), FEW.values(), ids=FEW)
+def test_a_required_friction_shows_the_reactions_on_its_bounds_and_circles_the_mechanism(contact, cycle):
+    factor = 0.9 * fo.shakedown_limit(contact, cycle, F).load_factor
+    required = fo.required_friction(contact, cycle, factor)
+    ax = required.plot()
+    q, p = at_corners(contact, cycle, factor, required.slip)
+    assert np.allclose(required.reactions, (q, p), rtol=1e-12)
+    assert required.system is contact and required.load_factor == factor and 0 < required.friction < F
+    for corner, (shear, pressure) in enumerate(zip(q, p, strict=True)):
+        x, ratio = joined(ax, f"corner {corner}", parts(contact))
+        pressed = pressure > 1e-8 * np.abs(p).max()
+        assert np.array_equal(x, contact.x) and np.allclose(ratio[pressed], (shear / (required.friction * pressure))[pressed], rtol=1e-9)
+    drawn, motion = circles(ax), required.mechanism
+    expected = sorted(zip(motion["x"], -motion["direction"], 400 * motion["share"], strict=True))
+    assert np.allclose(sorted(map(tuple, drawn.round(6))), expected, atol=1e-3) and np.isclose(drawn[:, 2].sum(), 400)
+    assert ax.get_title() == rf"$\lambda = {factor:.4g}$: required friction $f$ = {required.friction:.5g}"
+    assert ax.get_ylabel() == "$q / (f p)$" and ax.get_xlabel().endswith("$x$ (length)")
+
+
+PULLED = system(1.0, 0.0, 0.0, 1.0, 0.5, -1.0)
+
+
+@pytest.mark.parametrize(
+    ("contact", "factor", "title"),
+    [(PULLED, 2.0, "required friction $f$ is infinite"), (system(1.0, 0.0, 0.5, 1.0, 0.0, 0.1), 1.0, "required friction $f$ = 0")],
+    ids=["infinite", "none"],
+)
+def test_where_no_friction_is_needed_or_none_is_enough_the_picture_says_why(contact, factor, title):
+    required = fo.required_friction(contact, fo.LoadCycle(MEAN, [{"cyclic": 1.0}]), factor)
+    ax = required.plot()
+    assert not ax.get_lines() and " ".join(ax.texts[0].get_text().split()) == required.reason and ax.get_title().endswith(title)
+    assert np.isnan(required.reactions).all() == np.isinf(required.friction) and np.shape(required.reactions) == (2, 1, 1)
+
+
+def sides(ax):
+    """Label -> line, of the sides of a polygon."""
+    return {name: line for name, line in labelled(ax).items() if name.startswith("side ")}
+
+
+def test_a_safe_region_is_drawn_to_where_another_program_finds_its_border():
+    region = fo.safe_region(FIVE, MEAN, ["cyclic", "other"], F)
+    ax = region.plot()
+    (inside,) = [patch for patch in ax.patches if isinstance(patch, Polygon)]
+    corners = [tuple(point) for point in inside.get_xy()]
+    drawn = [point for point in dict.fromkeys(corners) if point != (0.0, 0.0)]
+    assert (0.0, 0.0) in corners and inside.get_label() == "some residual slip is safe" and len(drawn) > 2
+    for first, second in drawn:
+        amplitudes = [{"cyclic": one * first, "other": other * second} for one, other in itertools.product((-1, 1), repeat=2)]
+        assert linprog_limit(FIVE, fo.LoadCycle(MEAN, amplitudes), F)[1] == pytest.approx(1.0, rel=1e-7)
+    assert np.array_equal(np.transpose(labelled(ax)["vertex, proven safe"].get_data()), drawn)
+    assert ax.get_xlabel() == "amplitude of cyclic (times its unit load)" and ax.get_ylabel() == "amplitude of other (times its unit load)"
+    assert ax.get_xlim()[0] == ax.get_ylim()[0] == 0 and ax.get_xlim()[1] > drawn[0][0] and ax.get_ylim()[1] > drawn[-1][1]
+    assert len(sides(ax)) == len(region.sides) == len(drawn) - 1
+    for number, (name, line) in enumerate(sides(ax).items()):
+        side, motion = region.sides.loc[number], region.mechanisms[number]
+        x, y = line.get_data()
+        assert np.allclose(side["a"] * x + side["b"] * y, side["bound"], atol=1e-7) and np.hypot(np.ptp(x), np.ptp(y)) > 0
+        most = motion.loc[motion["share"].idxmax()]
+        word = "opens" if most["direction"] == 0 else "slips"
+        assert name == f"side {number}: node {most['node']:.0f}, $x = {most['x']:.4g}$, {word} most"
+
+
+def test_a_side_on_which_a_node_opens_says_so_and_many_sides_have_one_look():
+    open_first = system(1.0, 0.0, 0.0, 1.0, 0.0, -1.0).with_bonded({"other": ([0.0], [-0.5])})
+    (name,) = sides(fo.safe_region(open_first, MEAN, ["cyclic", "other"], 0.0).plot())
+    assert name == "side 0: node 0, $x = 0$, opens most"
+    region = fo.safe_region(random_system(np.random.default_rng(7), 12, ("mean", "cyclic", "other")), MEAN, ["cyclic", "other"], F)
+    ax = region.plot()
+    assert len(region.sides) == 19 and not sides(ax)
+    first = labelled(ax)["19 sides, each a mechanism"]
+    every = ax.get_lines()[ax.get_lines().index(first) :][:19]
+    assert np.array_equal([np.transpose(line.get_data()) for line in every], list(itertools.pairwise(region.vertices)))
+    assert {line.get_color() for line in every} == {first.get_color()}
+
+
+def test_a_load_without_limit_has_an_axis_without_numbers():
+    node = system(1.0, 0.0, 0.0, 2.0, 1.0, 0.0).with_bonded({"none": ([0.0], [0.0])})
+    for loads in (["cyclic", "none"], ["none", "cyclic"]):
+        ax = fo.safe_region(node, MEAN, loads, F).plot()
+        (band,) = [patch for patch in ax.patches if isinstance(patch, Rectangle) and patch.get_label() == "some residual slip is safe"]
+        (line,) = sides(ax).values()
+        size, ends, numbers = (band.get_width(), line.get_xdata(), ax.get_yticks())
+        if loads[0] == "none":
+            size, ends, numbers = (band.get_height(), line.get_ydata(), ax.get_xticks())
+        assert size == pytest.approx(2 * F) and np.allclose(ends, 2 * F) and not len(numbers)
+        assert {ax.get_xlabel(), ax.get_ylabel()} == {"amplitude of cyclic (times its unit load)", "amplitude of none: no limit"}
+        assert (ax.get_xlabel() if loads[0] == "none" else ax.get_ylabel()).endswith("no limit")
+
+
+@pytest.mark.parametrize(
+    ("mean", "loads", "word"), [({"mean": -1.0}, ["cyclic", "other"], "no amplitudes"), (MEAN, ["none", [{"mean": 1.0}]], "all amplitudes")]
+)
+def test_a_region_without_border_says_why_in_place_of_lines(mean, loads, word):
+    region = fo.safe_region(FIVE.with_bonded({"none": np.zeros((2, 5))}), mean, loads, F)
+    ax = region.plot()
+    assert not ax.get_lines() and not ax.patches and " ".join(ax.texts[0].get_text().split()) == region.reason
+    assert region.reason.startswith(word)
+
+
+def test_a_region_that_is_zero_alone_is_a_point():
+    region = fo.safe_region(FIVE, {}, ["cyclic", "other"], F)
+    ax = region.plot()
+    assert not np.any(labelled(ax)["vertex, proven safe"].get_data()) and ax.get_xlim() == ax.get_ylim() == (0, 1)
+
+
+def rows(ax):
+    """Row of the vertical axis -> values with a mark in it."""
+    ax.figure.draw_without_rendering()
+    names = {int(tick): text.get_text() for tick, text in zip(ax.get_yticks(), ax.get_yticklabels(), strict=True)}
+    marks = [line for line in ax.get_lines() if line.get_marker() != "None"]
+    assert len(marks) == len(names) and all(len(set(line.get_ydata())) <= 1 for line in marks)
+    return {names[number]: np.asarray(line.get_xdata(), float) for number, line in enumerate(marks)}
+
+
+def at(ax, label):
+    """Place of the vertical line of that name."""
+    return next(line.get_xdata()[0] for name, line in labelled(ax).items() if name.startswith(label))
+
+
+def test_a_practical_limit_shows_what_became_of_the_contact_at_each_load_factor():
+    start = fo.guaranteed_limit(PAIR, CYCLE, F).slip
+    limit = fo.practical_limit(PAIR, CYCLE, F, start=start, scan=10)
+    ax = limit.plot()
+    drawn = rows(ax)
+    assert list(drawn) == ["comes to rest", "keeps slipping"] and all(len(factors) > 3 for factors in drawn.values())
+    for name, factors in drawn.items():
+        for factor in factors:
+            outcome = fo.steady_state(PAIR, CYCLE, F, factor, initial_slip=start).outcome
+            assert (outcome is fo.Outcome.SHAKEDOWN) == (name == "comes to rest")
+    assert sum(map(len, drawn.values())) == len(limit.tried)
+    assert at(ax, "practical limit") == limit.load_factor == drawn["comes to rest"].max() < drawn["keeps slipping"].min()
+    assert at(ax, "shakedown limit") == pytest.approx(linprog_limit(PAIR, CYCLE, F)[1], rel=1e-8)
+    assert ax.get_title() == rf"comes to rest up to $\lambda$ = {limit.load_factor:.5g}" and ax.get_xlabel() == r"load factor $\lambda$"
+    assert ax.get_xlim()[0] == 0
+
+
+def test_a_practical_limit_says_what_is_undecided_and_that_it_rests_above():
+    limit = fo.practical_limit(PAIR, CYCLE, F, scan=4)
+    outcomes = ["rest", "UNDECIDED", "rest", "slip"]
+    changed = replace(limit, tried=limit.tried.head(4).assign(outcome=outcomes), monotonic=False, shakedown_limit=np.inf)
+    ax = changed.plot()
+    drawn = rows(ax)
+    assert list(drawn) == ["comes to rest", "keeps slipping", "undecided"]
+    assert [drawn[name].tolist() for name in drawn] == [[limit.tried["load_factor"][k] for k in places] for places in ([0, 2], [3], [1])]
+    assert ax.get_title().endswith(", and at some load factors above") and not [name for name in labelled(ax) if "shakedown" in name]
+
+
+def test_a_cure_shows_the_shares_tried():
+    found = fo.cure(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2)
+    ax = found.plot()
+    drawn = rows(ax)
+    for name, outcome in (("comes to rest", "rest"), ("keeps slipping", "slip")):
+        assert drawn[name].tolist() == found.tried.loc[found.tried["outcome"] == outcome, "share"].tolist() and len(drawn[name])
+    assert at(ax, "least found") == found.share and ax.get_xlabel() == "share of the largest excursion"
+    assert ax.get_title() == f"least excursion found: {found.share:.4g} of the largest, to mean = {1 - 0.95 * found.share:.4g}"
+
+
+def test_a_cure_that_is_not_found_or_not_needed_says_so():
+    ax = fo.cure(PAIR, CYCLE, F, 0.6, excursion={"mean": 5.0}, samples=2, scan=4).plot()
+    assert rows(ax)["keeps slipping"].tolist() == [0.25, 0.5, 0.75, 1.0] and not len(rows(ax)["comes to rest"])
+    assert ax.get_title() == "no share of the excursion tried brings all starts to rest" and ax.get_legend() is None
+    ax = fo.cure(PAIR, CYCLE, F, 0.1, excursion={"mean": 5.0}, samples=2).plot()
+    assert ax.texts[0].get_text() == "all starts come to rest without an excursion" and not ax.get_lines()
+
+
+def test_a_check_of_the_guaranteed_limit_shows_how_soon_starts_of_each_kind_rest():
+    check = fo.verify_guaranteed(PAIR, CYCLE, F, starts=20, moved=2)
+    ax = check.plot()
+    runs, most = check.runs, check.runs["cycles"].max()
+    assert len(labelled(ax)) == runs.groupby(["load_factor", "start"]).ngroups == 5
+    for label, line in labelled(ax).items():
+        kind = label.split(",")[0]
+        own = runs[runs["start"] == kind]
+        cycles, share = line.get_data()
+        for number in range(most + 1):
+            at_rest = ((own["outcome"] == "SHAKEDOWN") & (own["cycles"] <= number)).mean()
+            assert share[np.flatnonzero(np.asarray(cycles) <= number)[-1]] == pytest.approx(at_rest)
+        rests = 0 if "witness" in kind else len(own)  # above the limit none, below it all
+        assert label == rf"{kind}, $\lambda = {own['load_factor'].iloc[0]:.4g}$: {rests} of {len(own)}" and line.get_drawstyle() == "steps-post"
+    assert ax.get_title() == rf"check of the guaranteed limit $\lambda_1$ = {check.limit.load_factor:.5g}"
+    assert ax.get_xlabel() == "cycles followed" and ax.get_ylabel() == "share of the starts at rest"
+
+
+def test_a_check_counts_starts_without_an_outcome():
+    check = fo.verify_guaranteed(PAIR, CYCLE, F, starts=4, moved=0)
+    runs = check.runs.copy()
+    runs.loc[runs["start"] == "random", ["outcome", "cycles"]] = ["NO_CONTINUATION", 0]
+    (label,) = [name for name in labelled(replace(check, runs=runs).plot()) if name.startswith("random")]
+    count = (runs["start"] == "random").sum()
+    assert label.endswith(f": 0 of {count}, {count} undecided")
