@@ -165,6 +165,11 @@ def test_nodes_that_slip_at_once_are_all_circled():
     contact = fo.ContactSystem3D(np.eye(9), three, bonded)
     ax = fo.onset(contact, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), F).plot()
     assert np.array_equal(marks(ax)[1].get_offsets(), [[1, 0], [0, 1]])
+    idle_sheared_pulled = contact.with_bonded({"mean": [0, 1, 0, 0, 0, 0, 0, 1, -1]})
+    ax = fo.onset(idle_sheared_pulled, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 0.0}]), F).plot()
+    assert np.array_equal(marks(ax)[1].get_offsets(), [[1, 0], [0, 1]])
+    ax = fo.onset(contact, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), [0.0, F, F]).plot()  # without friction it slips under any shear
+    assert np.array_equal(marks(ax)[1].get_offsets(), [[0, 0]])
 
 
 def test_an_onset_in_space_says_that_nothing_slips_or_that_the_mean_load_does():

@@ -92,11 +92,14 @@ def first_slips(axes: Any, onset: Onset) -> Any:
     """Draw the shear over the friction bound of the bonded contact at the first slip of all; the nodes that slip are circled."""
     first, system = onset.slip, onset.system
     q, p = (reaction[first.corner] for reaction in onset.reactions)
-    bound, ratio = onset.friction * p, np.full(len(p), np.nan)
-    np.divide(np.linalg.norm(q, axis=1), bound, out=ratio, where=bound > RESIDUAL * np.abs(bound).max())
+    shear, bound, ratio = np.linalg.norm(q, axis=1), onset.friction * p, np.full(len(p), np.nan)
+    zero = RESIDUAL * np.abs(bound).max()
+    np.divide(shear, bound, out=ratio, where=bound > zero)
+    slips = (shear - bound >= -zero) & (np.maximum(shear, -bound) > zero)  # a node that carries nothing does not slip
+    slips[first.node] = True
     name = rf"$|q| / (f p)$ at corner {first.corner}, $\lambda = {first.load_factor:.4g}$"
     places, size = _map(axes, system, ratio, name, max(1.0, float(np.nanmax(ratio, initial=0.0))))
-    _circles(axes, places[np.union1d(np.flatnonzero(ratio >= 1 - RESIDUAL), [first.node])], size, "node that slips first")
+    _circles(axes, places[slips], size, "node that slips first")
     return _finished(axes)
 
 
