@@ -22,6 +22,13 @@ ax.set(xlabel="amplitude of the tension over the mean pressure", ylabel="amplitu
 ax.legend()
 
 # %%
-# Each side of a polygon is a mechanism, proven from both sides. How much friction does one pair of amplitudes require?
+# Each side of a polygon is a mechanism, proven from both sides. Which nodes limit the amplitudes with the least friction?
 
-print(fo.required_friction(system, region.cycle(0.2, 1.0), load_factor=1.0))
+region.plot()
+
+# %%
+# How much friction does one pair of amplitudes require, and where?
+
+required = fo.required_friction(system, region.cycle(0.2, 1.0), load_factor=1.0)
+print(required)
+required.plot()

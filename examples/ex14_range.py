@@ -17,4 +17,6 @@ found.plot()
 # %%
 # Below the limit the start decides whether slip stops. Up to which load factor does it, for a contact assembled by its mean load?
 
-print(limit.load_factor, fo.practical_limit(system, cycle, friction=0.6))
+practical = fo.practical_limit(system, cycle, friction=0.6)
+print(practical)
+practical.plot()

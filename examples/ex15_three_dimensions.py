@@ -10,6 +10,11 @@ import frictopt as fo
 system = fo.SquarePunchOnBlock(elements=6).condense()
 turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
 
+fo.onset(system, turning, friction=0.5).plot()
+
+# %%
+# The bonded contact would slip first at the circled nodes. Slip there does not matter if it stops, which it can up to the shakedown limit.
+
 limit = fo.shakedown_limit(system, turning, friction=0.5)
 limit.plot()
 print(limit)
@@ -23,6 +28,7 @@ for ratio in (0.9, 1.15):
     print(ratio, steady.outcome.name, steady.dissipation)
 
 # %%
-# Above the limit, the work of friction shows where the contact wears.
+# Above the limit, the work of friction shows where the contact wears, and the transient how.
 
 steady.plot()
+fo.march(system, turning, friction=0.5, load_factor=1.15 * limit.load_factor, cycles=3, steps=8).plot()
