@@ -212,6 +212,16 @@ def test_a_trajectory_of_one_node_is_that_of_a_spring_and_a_slider():
     assert fo.march(single(), loads, 0.5, 0.1, cycles=1, steps=2).plot()[0].get_title() == "no node slips"
 
 
+def test_contacts_above_each_other_are_refused_and_their_transients_drawn():
+    z = [[0.0, 0.0, 1.0]]
+    stacked = fo.ContactSystem3D(FLAT.S, np.r_[FLAT.points[:3], FLAT.points[:3] + z], FLAT.bonded)
+    limit = fo.shakedown_limit(stacked, cycle(), F)
+    for result in (limit, fo.onset(stacked, cycle(), F), fo.safe_slip(stacked, cycle(), F, 0.1)):
+        with pytest.raises(fo.ModelError, match="above each other"):
+            result.plot()
+    fo.march(stacked, cycle(), F, limit.load_factor, cycles=1, steps=2).plot()
+
+
 @pytest.mark.parametrize("contact", [FLAT, LINE], ids=["flat", "line"])
 def test_all_letters_are_in_the_picture_and_given_axes_are_used(contact):
     limit = fo.shakedown_limit(contact, cycle(), F)

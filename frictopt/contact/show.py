@@ -44,7 +44,7 @@ class Plotted:
         ImportError
             matplotlib is not installed.
         ModelError
-            Another number of axes.
+            Another number of axes, or a contact in space that one map cannot show.
         """
         return import_module("frictopt.plots.draw").draw(self, ax)  # here, for matplotlib is slow to import and need not be installed
 

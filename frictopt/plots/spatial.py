@@ -23,7 +23,7 @@ _LARGEST, _SMALLEST = 160.0, 6.0  # area of a point, points^2
 _ARROW = 0.12  # of the longest arrow, widths of the axes
 _LABELS = 30.0  # height of the labels of the axis below a map, points
 _ENDS = np.array([-1.0, 1.0])
-_FLAT = 1e-9  # difference of the directions of nodes in one plane
+_FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of nodes at one place, over the size of the contact
 
 
 @picture.register
@@ -113,6 +113,8 @@ def _map(axes: Any, system: ContactSystem3D, values: Array, name: str, most: flo
     if np.abs(system.frames - system.frames[0]).max() > _FLAT:
         raise ModelError("plot: the contact is not flat (its frames differ from node to node), so that one map cannot show it; use to_frame()")
     places, size = system.points @ tangents.T, float(np.clip(_FACE / system.nodes, _SMALLEST, _LARGEST))
+    if len(np.unique(np.round(places / (_FLAT * (np.ptp(places) or 1.0))), axis=0)) < system.nodes:
+        raise ModelError("plot: the contact has nodes above each other, which one map would hide; use to_frame()")
     colours = colormaps["cividis"].with_extremes(bad=GREY)
     shown = axes.scatter(*places.T, c=values, s=size, cmap=colours, vmin=0.0, vmax=most, plotnonfinite=True)
     axes.figure.colorbar(shown, ax=axes, label=name)
