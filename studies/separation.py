@@ -36,13 +36,13 @@ class Parameters:
     elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96)  # of the punches, grading 3
     roundings: tuple[float, ...] = (2.0, 20.0, 100.0, 1000.0)  # gap s (|x| / a - 0.6)^2 over a P / (2a E)
     friction: float = 0.6
-    frictions: tuple[float, ...] = tuple(round(float(f), 6) for f in np.arange(0.2, 1.2001, 0.1))  # of the rounded punch
+    frictions: tuple[float, ...] = tuple(round(float(f), 6) for f in np.arange(0.2, 1.2001, 0.2))  # of the rounded punch
     friction_elements: int = 48
     flat_elements: int = 20
     flat_frictions: tuple[float, ...] = (1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0)
     pin_elements: int = 40
     pin_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0)
-    time_limit: float = 10.0
+    time_limit: float = 2.0
 
 
 FULL = Parameters()
@@ -56,7 +56,7 @@ QUICK = Parameters(
     flat_frictions=(1.5, 2.0),
     pin_elements=16,
     pin_frictions=(0.3, 0.5),
-    time_limit=2.0,
+    time_limit=1.0,
 )
 
 
