@@ -7,7 +7,13 @@ A square punch is pressed on a block, and the shear on its top turns: along x, y
 
 import frictopt as fo
 
-system = fo.SquarePunchOnBlock(elements=6).condense()
+scene = fo.SquarePunchOnBlock(elements=6)
+scene.plot()
+
+# %%
+# The mesh, its contact, supports and unit loads. The pressure stays, the shear turns.
+
+system = scene.condense()
 turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
 
 fo.onset(system, turning, friction=0.5).plot()

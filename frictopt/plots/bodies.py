@@ -11,7 +11,7 @@ from ..fem.scenes import Scene
 from .picture import picture
 from .style import BLACK, legend, new_axes, series
 
-__all__ = ["draw_edges", "draw_mesh"]
+__all__ = ["draw_edges", "draw_mesh", "spread", "words"]
 
 _HELD = {"xy": "s", "x": ">", "y": "^"}  # directions -> marker
 _MOST_MARKS = 17  # along each support
@@ -95,7 +95,7 @@ def _supports(axes: Any, model: ContactModel) -> None:
     named: set[str] = set()
     for support, nodes in zip(model.supports, model.held_nodes, strict=True):
         points = model.bodies[support.body].mesh.p[:, nodes]
-        chosen = _spread(points, _MOST_MARKS)
+        chosen = spread(points, _MOST_MARKS)
         label = None if support.directions in named else f"held in {' and '.join(support.directions)}"
         named.add(support.directions)
         axes.plot(*points[:, chosen], linestyle="none", marker=_HELD[support.directions], color=BLACK, markersize=4.5, label=label, clip_on=False)
@@ -103,21 +103,22 @@ def _supports(axes: Any, model: ContactModel) -> None:
 
 def _load(axes: Any, model: ContactModel, case: str, size: float, color: str) -> None:
     """Draw one load case; what acts on no surface is named in the legend."""
-    others = [_words(type(part).__name__) for part in model.loads[case] if not isinstance(part, Traction | Pressure)]
+    others = [words(type(part).__name__) for part in model.loads[case] if not isinstance(part, Traction | Pressure)]
     for name, body, nodes, force in model.surface_loads:
         if name == case:
             _arrows(axes, model.bodies[body].mesh, nodes, force, _LENGTH * size, color)
     axes.plot([], [], color=color, marker=">", label=f"load {case}" + (f" ({', '.join(others)})" if others else ""))
 
 
-def _words(name: str) -> str:
+def words(name: str) -> str:
+    """The name of a class as words."""
     return re.sub("(?<!^)(?=[A-Z])", " ", name).lower()
 
 
 def _arrows(axes: Any, mesh: Any, nodes: Any, force: Array, length: float, color: str) -> None:
     """Draw arrows of equal length along the loaded boundary: those that press end on it, the others begin there."""
     points, strength = mesh.p[:, nodes], np.hypot(*force)
-    chosen = [node for node in _spread(points, _ARROWS) if strength[node] > 0]
+    chosen = [node for node in spread(points, _ARROWS) if strength[node] > 0]
     step = force[:, chosen] / strength[chosen] * length
     inward = mesh.p.mean(axis=1)[:, None] - points[:, chosen]
     tails = points[:, chosen] - np.where((step * inward).sum(axis=0) > 0, 1.0, 0.0) * step
@@ -127,11 +128,11 @@ def _arrows(axes: Any, mesh: Any, nodes: Any, force: Array, length: float, color
     axes.autoscale_view()
 
 
-def _spread(points: Array, most: int) -> list[int]:
+def spread(points: Array, most: int) -> list[int]:
     """Numbers of at most so many points, each as far as possible from those before it: on a straight side evenly spaced."""
     chosen = [int(points.sum(axis=0).argmin())]
-    distance = np.hypot(*(points - points[:, chosen]))
+    distance = np.linalg.norm(points - points[:, chosen], axis=0)
     while len(chosen) < most and distance.max() > 0:
         chosen.append(int(distance.argmax()))
-        distance = np.minimum(distance, np.hypot(*(points - points[:, chosen[-1:]])))
+        distance = np.minimum(distance, np.linalg.norm(points - points[:, chosen[-1:]], axis=0))
     return chosen

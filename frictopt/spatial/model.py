@@ -10,11 +10,13 @@ from scipy.sparse import block_diag, csr_matrix
 from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, check_name, check_text, listed_parts, shown
+from ..contact.show import Plotted
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from ..fem.contacts import Contact
 from ..fem.frames import place
 from ..fem.numbering import NumberedBodies
+from ..fem.ordering import Integers
 from .bodies import Body3D, BodyForce3D, Support3D, Traction3D
 from .condense import condense
 from .system import ContactSystem3D
@@ -23,7 +25,7 @@ __all__ = ["ContactModel3D"]
 
 
 @dataclass(frozen=True, eq=False)
-class ContactModel3D:
+class ContactModel3D(Plotted):
     """Elastic bodies in space, meshes of hexahedra or tetrahedra, that meet along any number of faces; nodes of body 1 lie on nodes of body 2.
 
     Parameters
@@ -120,6 +122,11 @@ class ContactModel3D:
             points=self._numbered.points,
             held=self._numbered.held(),
         )
+
+    @property
+    def held_nodes(self) -> tuple[Integers, ...]:
+        """Numbers of the nodes that each support holds, in the mesh of its body."""
+        return tuple(self._numbered.nodes("supports", support) for support in self.supports)
 
     @cached_property
     def _numbered(self) -> NumberedBodies[Body3D]:

@@ -7,6 +7,7 @@ import numpy as np
 from skfem import MeshHex
 
 from ..contact.checks import Array, choice, finite_number, shown, whole_number
+from ..contact.show import Plotted
 from ..errors import ModelError
 from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
 from .bodies import Body3D, Support3D, Traction3D
@@ -20,7 +21,7 @@ _MOST_STEPS = 60
 
 
 @dataclass(frozen=True)
-class SquarePunchOnBlock:
+class SquarePunchOnBlock(Plotted):
     """A punch of square section on a block, in structured hexahedra.
 
     The contact is `|x|, |y| <= half_width`, z = 0; the block's bottom is held. Load cases, each of unit traction: "P", pressure on the top of the
