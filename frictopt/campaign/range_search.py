@@ -9,7 +9,7 @@ from ..contact.checks import Array
 from ..contact.tolerances import LEVEL, WORK_GAIN
 from ..errors import NoContinuation, SolverError
 from ..path import ExactPath, Outcome, SteadyState, return_map
-from ..path.ascent import proposed_change
+from ..path.ascent import Ascent
 from ..path.steady import settled
 from ..path.stops import turning_corners
 
@@ -95,9 +95,9 @@ class Search:
                 slip = cycle.before[: path.nodes]
                 radius = _FIRST * (float(np.ptp(slip)) or path.force / path.system.stiffness_scale)
                 smallest = _LEAST * radius
-            better = None
+            better, ascent = None, Ascent(path, cycle, sense, self._most)
             while better is None:
-                step = proposed_change(path, cycle, sense, radius, self._most)
+                step = ascent.step(radius)
                 if self.transients >= limit:
                     return replace(orbit, end=_STOPPED)
                 if step is None or not step[1] > WORK_GAIN * orbit.work or radius < smallest:

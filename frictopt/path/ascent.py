@@ -13,13 +13,13 @@ from ..contact.tolerances import STAYING
 from .derivative import ReturnMap
 from .transient import ExactPath
 
-__all__ = ["proposed_change"]
+__all__ = ["Ascent"]
 
 _TIGHTEST = 2  # events whose bounds each locked node keeps in the program: the ones where it has least reserve
 
 
-def proposed_change(path: ExactPath, cycle: ReturnMap, sense: int, radius: float, most: Array | None) -> tuple[Array, float] | None:
-    """Change of the slip at the last corner by which the work of a periodic orbit grows (sense 1) or falls (sense -1) most.
+class Ascent:
+    """Changes of a periodic orbit, by which its work grows (sense 1) or falls (sense -1).
 
     Parameters
     ----------
@@ -27,36 +27,44 @@ def proposed_change(path: ExactPath, cycle: ReturnMap, sense: int, radius: float
         The path that is on the orbit, and the orbit's cycle.
     sense
         1 for more work, -1 for less.
-    radius
-        Largest change of a locked slip, length.
     most
         (N,) largest slip of the changed orbit at the last corner, length; None for no bound.
-
-    Returns
-    -------
-    change, gain
-        (N,) change of the slip, length, and by how much the work then changes in first order, >= 0; None where no node is locked, nothing changes the
-        work, or the slip exceeds its bound already.
     """
-    if not cycle.locked.any():
-        return None
-    n, follow = path.nodes, _followed(cycle)
-    gain = sense * (cycle.work_gradient @ follow)
-    largest = float(np.abs(gain).max())
-    if largest == 0.0:
-        return None
-    rows, right = _bounds(path, cycle, follow)
-    if most is not None:
-        unit = np.maximum(most, radius)
-        bound = follow[:n] / unit[:, None]
-        rows = np.vstack([rows, -bound, bound])
-        right = np.concatenate([right, (most - cycle.before[:n]) / unit, (most + cycle.before[:n]) / unit])
-    near = radius * np.abs(rows).sum(axis=1) > right  # no change within the region meets the other rows
-    rows, right = rows[near], right[near]
-    answer = linprog(-gain / largest, -radius * rows, right, bounds=(-1.0, 1.0))
-    if answer.status != 0:
-        return None
-    return radius * (follow[:n] @ answer.x), radius * float(gain @ answer.x)
+
+    def __init__(self, path: ExactPath, cycle: ReturnMap, sense: int, most: Array | None) -> None:
+        n, self._most, self._before = path.nodes, most, cycle.before[: path.nodes]
+        follow = _followed(cycle)
+        self._slip = follow[:n]
+        self._gain = sense * (cycle.work_gradient @ follow)
+        self._bounds = _bounds(path, cycle, follow) if self._gain.any() else None
+
+    def step(self, radius: float) -> tuple[Array, float] | None:
+        """The change within a radius that changes the work most.
+
+        Parameters
+        ----------
+        radius
+            Largest change of a locked slip, length.
+
+        Returns
+        -------
+        change, gain
+            (N,) change of the slip, length, and by how much the work then changes in first order, >= 0; None where no node is locked, nothing changes
+            the work, or the slip exceeds its bound already.
+        """
+        if self._bounds is None:
+            return None
+        rows, right = self._bounds
+        if self._most is not None:
+            unit = np.maximum(self._most, radius)
+            bound = self._slip / unit[:, None]
+            rows = np.vstack([rows, -bound, bound])
+            right = np.concatenate([right, (self._most - self._before) / unit, (self._most + self._before) / unit])
+        near = radius * np.abs(rows).sum(axis=1) > right  # no change within the region meets the other rows
+        answer = linprog(-self._gain / np.abs(self._gain).max(), -radius * rows[near], right[near], bounds=(-1.0, 1.0), options={"presolve": False})
+        if answer.status != 0:
+            return None
+        return radius * (self._slip @ answer.x), radius * float(self._gain @ answer.x)
 
 
 def _followed(cycle: ReturnMap) -> Array:
