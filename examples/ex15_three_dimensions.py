@@ -34,7 +34,6 @@ for ratio in (0.9, 1.15):
     print(ratio, steady.outcome.name, steady.dissipation)
 
 # %%
-# Above the limit, the work of friction shows where the contact wears, and the transient how.
+# Above the limit, the work of friction shows where the contact wears.
 
 steady.plot()
-fo.march(system, turning, friction=0.5, load_factor=1.15 * limit.load_factor, cycles=3, steps=8).plot()
