@@ -44,7 +44,7 @@ def _slips(axes: Any, table: pd.DataFrame) -> None:
     axes.set_ylabel("slip range, µm")
     axes.set_ylim(0.0, 1.25e3 * table["slip_range"].max())
     if table["contact"].nunique() > 1:
-        axes.legend(loc="upper center", ncols=2)
+        axes.legend(loc="upper center", ncols=2, handlelength=1.6, columnspacing=1.2)
 
 
 def _parameters(axes: Any, table: pd.DataFrame) -> None:
@@ -55,7 +55,7 @@ def _parameters(axes: Any, table: pd.DataFrame) -> None:
     axes.set_xlabel("arc length, mm")
     axes.set_ylabel("over the largest value")
     axes.set_ylim(0.0, 1.25)
-    axes.legend(loc="upper center", ncols=3)
+    axes.legend(loc="upper center", ncols=3, handlelength=1.8, columnspacing=1.0)
 
 
 def _region(axes: Any, table: pd.DataFrame) -> None:

@@ -32,7 +32,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 def _corner(axes: Any, rows: pd.DataFrame) -> None:
     for (knob, part), series in zip(rows.groupby("knob", sort=False), SERIES, strict=False):
         axes.plot(part["seconds"], part["error"], label=knob.removeprefix("elements, "), **series, lw=0.8)
-        _name_ends(axes, part)
+    _name_ends(axes, rows[rows["knob"] == rows["knob"].iloc[0]])
     whole_decades(axes, "xy")
     axes.set_xlabel("run time from scene to system, s")
     axes.set_ylabel("relative error of the corner exponent")
