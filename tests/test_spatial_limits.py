@@ -1,6 +1,7 @@
 """Limits in three dimensions: closed forms, the plane, invariances, extremes, and certificates from both sides."""
 
 import io
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -195,3 +196,41 @@ def test_two_hundred_random_contacts_have_a_certified_limit():
         if limit.kind.name == "FINITE" and limit.load_factor > 0:
             assert fo.safe_slip(contact, limit._task.cycle, f, 0.99 * limit.load_factor).exists
     assert kinds.count("FINITE") > 100
+
+
+def unlike(seed):
+    """A random contact whose limit hangs on small multipliers, weakly coupled or of nodes with stiffnesses over eight decades, and its load cycle."""
+    rng = np.random.default_rng(seed)
+    nodes, corners = int(rng.integers(4, 41)), int(rng.integers(2, 9))
+    contact = random_contact(rng, nodes, coupling=10.0 ** rng.uniform(-6, 0))
+    size = np.tile(10.0 ** rng.uniform(-2, 2, nodes), 3) if seed % 2 else np.ones(3 * nodes)
+    cases = {f"{k}": np.r_[rng.normal(size=2 * nodes), 0.3 * rng.normal(size=nodes)] for k in range(corners)}
+    unlike = fo.ContactSystem3D(contact.S * np.outer(size, size), contact.points, {"mean": contact.bonded["mean"], **cases})
+    return unlike, fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]), float(rng.choice([0.1, 0.3, 0.5, 1.0, 2.0]))
+
+
+def certified(seeds):
+    """Counts of the kinds of the limits of such contacts, each with its proof from both sides."""
+    kinds = []
+    for seed in seeds:
+        try:
+            limit = fo.shakedown_limit(*unlike(seed))
+        except fo.SolverError:
+            kinds.append("refused")
+            continue
+        assert limit.residual <= 1e-9
+        if limit.kind.name == "FINITE":
+            assert abs(limit.dual_bound - limit.load_factor) <= 1e-8 * limit.load_factor
+        kinds.append(limit.kind.name)
+    return Counter(kinds)
+
+
+def test_limits_that_hang_on_small_multipliers_are_certified():
+    kinds = certified(range(60))
+    assert kinds["FINITE"] >= 57 and kinds["refused"] <= 2
+
+
+@pytest.mark.slow
+def test_three_hundred_limits_that_hang_on_small_multipliers_are_certified():
+    kinds = certified(range(300))
+    assert kinds["FINITE"] >= 285 and kinds["refused"] <= 10

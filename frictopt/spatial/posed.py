@@ -59,7 +59,9 @@ class ConeQuestion:
 
     def slip(self, traction: Array) -> Array:
         """(N, 2) slip of dimensionless shear forces, length."""
-        return np.stack(np.split(self.cones.slip @ traction, 2), axis=-1)
+        c, v = self.cones, self.cones.slip @ traction
+        v = v + c.slip @ (traction - self.system.A @ v / np.tile(c.unit, 2))  # without most of its rounding
+        return np.stack(np.split(v, 2), axis=-1)
 
     def slip_reactions(self, slip: Array) -> tuple[Array, Array]:
         """(N, 2) and (N,) reactions of the closed contact under the mean load and a residual slip."""
