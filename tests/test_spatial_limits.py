@@ -12,6 +12,7 @@ from scipy.optimize import minimize, minimize_scalar
 import frictopt as fo
 from frictopt.reference import smallest_circle, smallest_circle_limit
 from spatial import cycle, random_contact, single, strip
+from studies.validation.extremes.space import polygon_limit
 
 
 def uncoupled(rng, nodes, corners):
@@ -234,3 +235,33 @@ def test_limits_that_hang_on_small_multipliers_are_certified():
 def test_three_hundred_limits_that_hang_on_small_multipliers_are_certified():
     kinds = certified(range(300))
     assert kinds["FINITE"] >= 285 and kinds["refused"] <= 10
+
+
+def wedged(seed):
+    """A contact of unlike nodes that slips can press thousands of times harder than the mean load, its load cycle and friction."""
+    rng = np.random.default_rng(seed)
+    nodes, corners = int(rng.integers(2, 7)), int(rng.integers(2, 5))
+    contact = random_contact(rng, nodes, coupling=1.0)
+    size = np.tile(10.0 ** rng.uniform(-3, 3, nodes), 3)
+    cases = {f"{k}": rng.normal(size=3 * nodes) for k in range(corners)}
+    pressure = rng.uniform(0.5, 1.5, nodes) * np.r_[1e-3, np.ones(nodes - 1)]
+    system = fo.ContactSystem3D(contact.S * np.outer(size, size), contact.points, {"mean": np.r_[np.zeros(2 * nodes), pressure], **cases})
+    return system, fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]), 10.0 ** rng.uniform(-3, 1, nodes)
+
+
+def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
+    """A mechanism that stresses the contact a little bounds nothing where slips can be large."""
+    compared = 0
+    for seed in [52, 91, 234, 319, 340, *range(40)]:
+        system, loads, f = wedged(seed)
+        try:
+            limit = fo.shakedown_limit(system, loads, f)
+        except fo.SolverError:
+            continue
+        safe = polygon_limit(system, loads, f)
+        if limit.kind.name == "FINITE" and safe is not None and np.isfinite(safe):
+            assert limit.load_factor >= safe * (1 - 1e-6)
+            q, p = limit.reactions
+            assert (np.linalg.norm(q, axis=-1) - f * p).max() <= 1e-9
+            compared += 1
+    assert compared >= 20

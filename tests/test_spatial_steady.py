@@ -82,6 +82,15 @@ def test_above_the_limit_the_contact_slips_for_ever_and_from_a_safe_slip_never()
         assert above.outcome is fo.Outcome.CYCLIC_SLIP and above.dissipation > 0.0
 
 
+@pytest.mark.parametrize("hard", [1e2, 1e6, 1e10])
+def test_slips_that_are_small_beside_the_largest_force_are_no_shakedown(hard):
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}, {"P": hard}])
+    steady = fo.steady_state(single(), cycle, 0.5, 1.0)
+    path = fo.march(single(), cycle, 0.5, 1.0, cycles=4)
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(path.cycle_work[-1].sum(), rel=1e-6)
+    assert fo.steady_state(single(), cycle, 0.5, 0.2).outcome is fo.Outcome.SHAKEDOWN
+
+
 def test_the_steady_state_is_where_the_cycles_go():
     contact = random_contact(np.random.default_rng(7), 4)
     at = 1.3 * fo.shakedown_limit(contact, cycle(), 0.5).load_factor

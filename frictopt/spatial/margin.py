@@ -156,7 +156,8 @@ class MarginState3D:
         resistance, drive = self.motion.work(loads)
         if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
             drive = min(drive, 0.0)
-        self.bound = cap + resistance - self.load_factor * drive + task.defect(self.motion, point.traction)
+        defect = task.defect(self.motion, point.traction)
+        self.bound = cap + resistance - self.load_factor * drive + defect
         if not slips > 0 and cap < 1 - RESIDUAL:  # multipliers that do not add up to one bound nothing
             self.bound = np.inf
         q, p = task.slip_reactions(self.slip)
@@ -165,7 +166,8 @@ class MarginState3D:
         reserve = float(min((task.friction * p - np.linalg.norm(q, axis=-1)).min(), p.min() if c.opening else np.inf))
         pull = float(-p.min() / task.force) if self.margin >= 0 else 0.0
         shortfall = max(self.margin - reserve / task.mean_bound, pull, 0.0)
-        self.residual = float(np.nan_to_num(max(abs(self.bound - self.margin), shortfall), nan=np.inf))
+        gap = abs(self.bound - defect - self.margin) + defect  # a defect that closes the gap is one for slips like this one alone
+        self.residual = float(np.nan_to_num(max(gap, shortfall), nan=np.inf))
 
 
 def solve_margin(

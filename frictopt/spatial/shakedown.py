@@ -185,10 +185,10 @@ def _judged(task: ConeQuestion, model: ConeProgram) -> _LimitClaim:
     if not drive > 0:
         return _LimitClaim(LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)
     motion = motion.scaled(1 / drive)
-    bound = float(resistance / drive + task.defect(motion, point.traction))
-    gap = abs(bound - load_factor) / max(load_factor, FLOOR * load_factor_unit(loads, task.friction, task.force))
+    bound, defect = resistance / drive, task.defect(motion, point.traction)
+    gap = (abs(bound - load_factor) + defect) / max(load_factor, FLOOR * load_factor_unit(loads, task.friction, task.force))
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
-    return _LimitClaim(LimitKind.FINITE, load_factor, slip, motion, bound, residual)
+    return _LimitClaim(LimitKind.FINITE, load_factor, slip, motion, bound + defect, residual)
 
 
 def _carried(task: ConeQuestion, slip: Array, load_factor: float) -> float:

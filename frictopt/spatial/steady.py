@@ -13,7 +13,7 @@ from ..contact.checks import Array, finite_number, frozen, whole_number
 from ..contact.extrapolation import fixed_point
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, frame
-from ..contact.tolerances import NO_WORK, PERIODIC, RESIDUAL
+from ..contact.tolerances import LEVEL, NO_SLIP, PERIODIC, RESIDUAL, ROUNDING
 from ..errors import NoContinuation, SolverError
 from .coulomb import referee
 from .newton import OPEN
@@ -168,9 +168,10 @@ def steady_state(
 
 @dataclass(frozen=True, eq=False)
 class _Cycle:
-    """One cycle: work of friction per node, slip before and after, its change in slip scales, nodes that open, reactions at its end, its states."""
+    """One cycle: work of friction and way slid per node, slip before and after and its change in slip scales, what opens, last reactions, states."""
 
     work: Array
+    way: Array
     before: Array
     after: Array
     change: float
@@ -217,16 +218,21 @@ class _Run:
             points += path.follow_to(corner)
         self.cycles += 1
         states = tuple(np.array([getattr(point, name) for point in points]) for name in ("bonded", "slip", "gap", "q", "p"))
-        work, after = np.sum([point.work for point in points], axis=0), points[-1].slip
+        work, way = (np.sum([getattr(point, name) for point in points], axis=0) for name in ("work", "way"))
+        after = points[-1].slip
         opened = np.any([point.status == OPEN for point in points], axis=0)
         change = float(np.abs(after - before).max()) / path.length
-        return _Cycle(work, previous, after, change, opened, np.r_[points[-1].q.ravel(), points[-1].p], states)
+        return _Cycle(work, way, previous, after, change, opened, np.r_[points[-1].q.ravel(), points[-1].p], states)
 
     def _outcome(self, before: _Cycle, last: _Cycle) -> Outcome | None:
         """What a cycle shows; None if it does not come back."""
         path = self._transient
         if last.change <= PERIODIC:
-            return Outcome.SHAKEDOWN if last.work.max() <= NO_WORK * path.force * path.length else Outcome.CYCLIC_SLIP
+            slid = float(last.way.max()) / path.length
+            if slid <= max(NO_SLIP * path.pressure / path.force, ROUNDING):
+                return Outcome.SHAKEDOWN
+            if last.change <= LEVEL * slid:  # so that the work is right to this share, however small the slips are beside the largest force
+                return Outcome.CYCLIC_SLIP
         drift = np.abs((last.after - last.before) - (before.after - before.before)).max() / path.length
         if max(drift, float(np.abs(last.end - before.end).max()) / path.force) <= PERIODIC:
             return Outcome.RATCHETING

@@ -9,6 +9,7 @@ import numpy as np
 from ..contact import LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, whole_number
 from ..contact.cycle import checked_cycle
+from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
 from .increment import Increments3D
 from .newton import OPEN
@@ -19,7 +20,7 @@ __all__ = ["Point3D", "Transient3D", "checked_steps"]
 
 @dataclass(frozen=True, eq=False)
 class Point3D:
-    """One state of a transient: load, slip, gap, reactions, status, and the work of friction since the state before."""
+    """One state of a transient: load, slip, gap, reactions, status, and since the state before the work of friction and the way slid against it."""
 
     bonded: Array
     slip: Array
@@ -28,6 +29,7 @@ class Point3D:
     p: Array
     status: np.ndarray[Any, np.dtype[np.int8]]
     work: Array
+    way: Array
 
 
 class Transient3D:
@@ -55,13 +57,14 @@ class Transient3D:
         self.mean = joined(*system.reaction(checked_cycle(cycle).mean))
         self._cyclic = joined(*cycle.corner_reactions(system))
         self.corners = self.corners_at(factor)
-        pressure = float(np.abs(parted(self.mean)[1]).mean())
+        self.pressure = pressure = float(np.abs(parted(self.mean)[1]).mean())
         if not pressure > 0:
             raise ModelError("mean: the mean load has no normal reactions, and a transient starts from it; give `cycle.mean` a load that presses")
         self.force = max(pressure, *(float(np.abs(corner).max()) for corner in self.corners))
         q, p = np.zeros((system.nodes, 2)), np.full(system.nodes, pressure)
         load = joined(q, p) - system.S @ joined(slip, -system.gap)
-        self.state = Point3D(load, slip, np.zeros(system.nodes), q, p, np.zeros(system.nodes, dtype=np.int8), np.zeros(system.nodes))
+        none = np.zeros(system.nodes)
+        self.state = Point3D(load, slip, none, q, p, np.zeros(system.nodes, dtype=np.int8), none, none)
 
     @property
     def length(self) -> float:
@@ -85,14 +88,15 @@ class Transient3D:
             before, bonded = self.state, start + step / self.steps * (load - start) if step < self.steps else load
             new = self._increments.solve(before.slip, parted(bonded))
             moved = np.linalg.norm(new.slip - before.slip, axis=1) * (new.status != OPEN)
-            work = self.friction * (before.p + new.p) / 2 * moved
-            self.state = Point3D(bonded, new.slip, new.gap, new.q, new.p, new.status, work)
+            bound = self.friction * (before.p + new.p) / 2
+            way = np.where(bound > ROUNDING * self.force, moved, 0.0)
+            self.state = Point3D(bonded, new.slip, new.gap, new.q, new.p, new.status, bound * moved, way)
             yield self.state
 
     def moved_to(self, slip: Array) -> None:
         """Put the contact at another slip, under the load at hand; where that is beyond the law, it slips at once."""
         new = self._increments.solve(slip, parted(self.state.bonded))
-        self.state = Point3D(self.state.bonded, new.slip, new.gap, new.q, new.p, new.status, np.zeros_like(self.state.work))
+        self.state = Point3D(self.state.bonded, new.slip, new.gap, new.q, new.p, new.status, *[np.zeros(self.system.nodes)] * 2)
 
 
 def checked_steps(steps: Any) -> int:
