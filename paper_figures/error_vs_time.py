@@ -1,4 +1,4 @@
-"""Error against run time of each computation on the finest mesh: frictopt, and direct calls of other packages for the same work."""
+"""Error against run time of each computation on its finest mesh: frictopt, and direct calls of other packages for the same work."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -27,30 +27,43 @@ _LOOKS: dict[str, dict[str, Any]] = {
         for name, series in zip(("HiGHS", "Clarabel", "OSQP", "DAQP", "Lemke", "scipy"), SERIES[1:], strict=False)
     },
 }
+_COLUMNS = 4
 _PROGRAMS = ("qp", "milp", "QP", "MILP")
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """One panel for each comparison with others; the line is the front of undominated methods. The last panel is the legend."""
-    table = tables["error"]
-    finest = table[table["nodes"] == table["nodes"].max()]
-    questions = [(key, rows) for key, rows in finest.groupby(["computation", "quantity"], sort=False) if (rows["rival"] != "").any()]
-    figure = new_figure(WIDE, 112)
-    *panels, last = figure.subplots(2, (len(questions) + 2) // 2, sharex=True, sharey=True).ravel()
-    for axes, (key, rows) in zip(panels, questions, strict=False):
+    """One panel for each comparison with others, and for each one of increments in three dimensions; the line is the front of undominated methods."""
+    questions = {key: rows[rows["nodes"] == rows["nodes"].max()] for key, rows in tables["error"].groupby(["computation", "quantity"], sort=False)}
+    plane, space = (
+        {key: rows for key, rows in questions.items() if _shown(rows) and key[0].endswith("3-D") is in_space} for in_space in (False, True)
+    )
+    lines = (len(plane) + 1 + len(space) + _COLUMNS - 1) // _COLUMNS
+    figure = new_figure(WIDE, 56 * lines)
+    grid = figure.subplots(lines, _COLUMNS, sharex=True, sharey=True).ravel()
+    legend, panels = grid[len(plane)], [axes for place, axes in enumerate(grid) if place != len(plane)]
+    shown = {**plane, **space}
+    for axes, (key, rows) in zip(panels, shown.items(), strict=False):
         _panel(axes, rows[rows["result"] == "answer"])
-        axes.set_title("\n".join(key).replace("lambda_1", r"$\lambda_1$").replace("lambda_2", r"$\lambda_2$"), loc="left")
+        axes.set_title(
+            "\n".join(key).replace("lambda_1", r"$\lambda_1$").replace("lambda_2", r"$\lambda_2$").replace(", shear", ",\nshear"), loc="left"
+        )
     whole_decades(panels[0], "x")
-    for axes, (_, rows) in zip(panels, questions, strict=False):
+    for axes, rows in zip(panels, shown.values(), strict=False):
         _front(axes, rows[rows["on_front"]].sort_values("seconds"))
-    for axes in panels[len(questions) :]:
+    for axes in panels[len(shown) :]:
         axes.axis("off")
-    for axes in (*panels, last):
+    for axes in grid:
         place = axes.get_subplotspec()
         axes.set_xlabel("run time, s" if place.is_last_row() else "")
         axes.set_ylabel("relative error" if place.is_first_col() else "")
-    _legend(last, finest)
+    _legend(legend, pd.concat(shown.values()))
     return figure
+
+
+def _shown(rows: pd.DataFrame) -> bool:
+    """Whether others answer the question too, or it is one of increments in three dimensions."""
+    in_space = rows["computation"].iloc[0].endswith("3-D")
+    return bool((rows["rival"] != "").any() or (in_space and rows["knob"].str.startswith("increments").all()))
 
 
 def _panel(axes: Any, rows: pd.DataFrame) -> None:

@@ -1,4 +1,4 @@
-"""Three dimensions: limits of a square punch under bulk stress and under shear that turns, error of increments, times against size.
+"""Three dimensions: limits of a square punch under bulk stress and under shear that turns, their proofs, error of increments, times against size.
 
 Run with `python -m studies spatial [--quick]`. Loads are in units of the mean pressure on the punch.
 """
@@ -15,9 +15,9 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from .tables import Study, Table
+from .tables import Study, Table, markdown, two_digits
 
-__all__ = ["FULL", "LIMITS", "LOADS", "MAPS", "QUICK", "STEPS", "STUDY", "TIMES", "Parameters"]
+__all__ = ["FULL", "LIMITS", "LOADS", "MAPS", "PROOFS", "QUICK", "STEPS", "STUDY", "TIMES", "Parameters"]
 
 
 def _turning(corners: int) -> fo.LoadCycle:
@@ -48,10 +48,24 @@ class Parameters:
     steps: tuple[int, ...] = (2, 4, 8, 16, 32, 64)
     reference_steps: int = 256
     sizes: tuple[int, ...] = (4, 6, 8, 10, 13, 16, 19, 24)
+    proof_elements: int = 19
+    proof_frictions: tuple[float, ...] = (0.1, 0.3, 0.5, 1.0, 2.0)
+    proof_ratios: tuple[float, ...] = (1e-4, 1e-2, 1.0, 1e2, 1e4)  # Young's modulus of the punch over that of the block
+    proof_units: tuple[float, ...] = (1e-12, 1e12)  # of force, and of length
 
 
 FULL = Parameters()
-QUICK = Parameters(elements=(4,), frictions=(0.2, 0.5, 1.0), map_elements=4, step_elements=2, steps=(2, 4, 8), reference_steps=32, sizes=(2, 4))
+QUICK = Parameters(
+    elements=(4,),
+    frictions=(0.2, 0.5, 1.0),
+    map_elements=4,
+    step_elements=2,
+    steps=(2, 4, 8),
+    reference_steps=32,
+    sizes=(2, 4),
+    proof_elements=4,
+    proof_ratios=(1e-4, 1.0, 1e4),
+)
 
 
 def limits_in_space(parameters: Parameters) -> pd.DataFrame:
@@ -139,6 +153,72 @@ def times_by_size(parameters: Parameters) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def proofs_of_limits(parameters: Parameters) -> pd.DataFrame:
+    """One row per mesh, ratio of stiffness, unit, load cycle and friction; in other units for bodies of one stiffness alone."""
+    rows = []
+    cases = [(mesh, ratio) for mesh in ("even", "uneven") for ratio in parameters.proof_ratios]
+    for mesh, ratio in tqdm(cases, desc="proofs of limits", disable=None):
+        model = fo.SquarePunchOnBlock(elements=parameters.proof_elements, punch_material=fo.Material(ratio)).model()
+        system = (_uneven(model) if mesh == "uneven" else model).condense()
+        others = [(unit, 1.0) for unit in parameters.proof_units] + [(1.0, unit) for unit in parameters.proof_units]
+        for force, length in [(1.0, 1.0), *(others if mesh == "even" and ratio == 1.0 else [])]:
+            bonded = {name: r / force for name, r in system.bonded.items()}
+            scaled = fo.ContactSystem3D(system.S * (length / force), system.points / length, bonded, frames=system.frames)
+            for load in ("bulk", "turning, 4 corners"):
+                for friction in parameters.proof_frictions:
+                    named = {"mesh": mesh, "nodes": system.nodes, "ratio": ratio, "force": force, "length": length, "load": load}
+                    rows.append(named | {"friction": friction} | _proof(scaled, LOADS[load], friction))
+    return pd.DataFrame(rows)
+
+
+def _proof(system: fo.ContactSystem3D, cycle: fo.LoadCycle, friction: float) -> dict[str, Any]:
+    """The gap between slip and mechanism, or that the limit is refused."""
+    with threadpool_limits(1):
+        start = time.process_time()
+        try:
+            limit = fo.shakedown_limit(system, cycle, friction)
+        except fo.SolverError as error:
+            return {"result": str(error), "load_factor": np.nan, "gap": np.nan, "seconds": time.process_time() - start, "residual": np.nan}
+        seconds = time.process_time() - start
+    gap = abs(limit.dual_bound / limit.load_factor - 1)
+    return {"result": "answer", "load_factor": limit.load_factor, "gap": gap, "seconds": seconds, "residual": limit.residual}
+
+
+def _uneven(model: fo.ContactModel3D) -> fo.ContactModel3D:
+    """The model with the nodes of its face moved towards the edges: along each side the element there is a tenth or less of that in the middle."""
+
+    def moved(x: Any) -> Any:
+        return np.where(np.abs(x) < 1, np.sign(x) * (1 - (1 - np.abs(x)) ** 2), x)
+
+    def with_moved(body: fo.Body3D) -> fo.Body3D:
+        p, mesh = body.mesh.p.copy(), body.mesh
+        p[:2] = moved(p[:2])
+        return fo.Body3D(type(mesh)(p, mesh.t).with_boundaries(dict(mesh.boundaries)), body.material, body.element)
+
+    return fo.ContactModel3D({name: with_moved(body) for name, body in model.bodies.items()}, model.supports, model.loads)
+
+
+def _report(tables: Mapping[str, pd.DataFrame]) -> str:
+    """The proofs of the limits, in Markdown."""
+    proofs = tables["spatial_proofs"]
+    ratios = list(dict.fromkeys(proofs["ratio"]))
+    rows = []
+    for (mesh, force, length, load), part in proofs.groupby(["mesh", "force", "length", "load"], sort=False):
+        units = [f"unit of {name} {unit:g}" for name, unit in (("force", force), ("length", length)) if unit != 1]
+        cells = [_cell(part[part["ratio"] == ratio]) for ratio in ratios]
+        rows.append([", ".join([f"{mesh} mesh", *units, load]), *cells])
+    head = [f"largest gap and time, N = {proofs['nodes'].iloc[0]}", *(f"ratio {ratio:g}" for ratio in ratios)]
+    return f"\n{markdown(head, rows)}"
+
+
+def _cell(rows: pd.DataFrame) -> str:
+    if not len(rows):
+        return ""
+    refused = int((rows["result"] != "answer").sum())
+    answers = f"{rows['gap'].max():.0e}, {two_digits(rows['seconds'].max())} s"
+    return answers + (f", {refused} refused" if refused else "")
+
+
 def _timed(call: Callable[..., Any], *arguments: Any) -> tuple[float, Any]:
     """Seconds of this process, and what the call gives."""
     start = time.process_time()
@@ -190,9 +270,26 @@ _TIME = {
     "residual": "worst residual of limits and increment",
 }
 
+_PROOF = {
+    "mesh": "'even', or 'uneven': elements of the face that shrink towards the edges",
+    "nodes": "node pairs",
+    "ratio": "Young's modulus of the punch over that of the block",
+    "force": "unit of force",
+    "length": "unit of length",
+    "load": _LIMIT["load"],
+    "friction": "coefficient of friction",
+    "result": "'answer', or why the limit is refused",
+    "load_factor": _LIMIT["load_factor"],
+    "gap": "distance of the bound of the mechanism from what the slip carries, relative",
+    "seconds": "processor time of the limit, one thread",
+    "residual": _LIMIT["residual"],
+}
+
 LIMITS = Table("spatial_limits", "shakedown limit of one mesh, load and friction", _LIMIT, full=FULL, quick=QUICK, compute=limits_in_space)
 MAPS = Table("spatial_maps", "one node at the shakedown limit", _MAP, full=FULL, quick=QUICK, compute=faces_at_limit)
 STEPS = Table("spatial_steps", "steady state with one number of increments", _STEP, full=FULL, quick=QUICK, compute=error_of_increments)
 TIMES = Table("spatial_times", "processor times of one mesh, one thread", _TIME, full=FULL, quick=QUICK, compute=times_by_size)
 
-STUDY = Study("studies.spatial", __doc__, "coarse meshes, in seconds", (LIMITS, MAPS, STEPS, TIMES))
+PROOFS = Table("spatial_proofs", "shakedown limit at one corner of the range", _PROOF, full=FULL, quick=QUICK, compute=proofs_of_limits)
+
+STUDY = Study("studies.spatial", __doc__, "coarse meshes, in seconds", (LIMITS, MAPS, STEPS, TIMES, PROOFS), _report)

@@ -17,7 +17,7 @@ from .methods import Method, Question
 from .parameters import Parameters
 from .scenes import Scene
 
-__all__ = ["exact_onset", "questions"]
+__all__ = ["exact_limit", "exact_onset", "questions"]
 
 Array = np.ndarray[Any, Any]
 
@@ -40,6 +40,12 @@ def exact_onset(system: fo.ContactSystem, friction: float) -> float:
     return float(min(-slack / rate for slack, rate in zip(slacks, rates, strict=True) if rate < 0))
 
 
+def exact_limit(system: fo.ContactSystem, friction: float) -> float:
+    """Shakedown limit under bulk stress, in rational arithmetic."""
+    slips, mean, cyclic, _ = safe_rows(system, LOADS, friction)
+    return exact_shakedown_limit(system, LOADS, friction, _vertex(slips, -cyclic, mean)).value
+
+
 def _vertex(slips: Any, last: Any, right: Any) -> Array:
     """(N,) rows of the vertex that HiGHS finds, of the N rows against forward slip and the N against backward slip."""
     slips, last, right = (values.astype(float) for values in (slips, last, right))
@@ -56,8 +62,7 @@ def _onset(parameters: Parameters, scene: Scene) -> Question:
 
 def _limit(parameters: Parameters, scene: Scene) -> Question:
     system, friction = scene.system, parameters.friction
-    slips, mean, cyclic, _ = safe_rows(system, LOADS, friction)
-    exact = exact_shakedown_limit(system, LOADS, friction, _vertex(slips, -cyclic, mean)).value
+    exact = exact_limit(system, friction)
     compiled = {solver: fo.ShakedownModel(system, LOADS, solver=solver) for solver in LP_SOLVERS}
     kept = fo.ShakedownModel(system, LOADS, simplify=False)
     first = partial(fo.shakedown_limit, system, LOADS, friction)

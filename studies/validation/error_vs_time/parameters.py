@@ -32,6 +32,14 @@ class Parameters:
     reference_cycles: int = 100  # cycles that stand for infinitely many
     start: float = 0.3  # amplitude of the initial slip of steady states, in coefficients of the six lowest Chebyshev polynomials
     seed: int = 0
+    # Three dimensions
+    space_elements: tuple[int, ...] = (16, 40)  # of the paper's scene in space, for transients: with 125 nodes they take minutes
+    space_steps: tuple[int, ...] = (4, 8, 16, 32, 64)  # increments from corner to corner
+    space_reference_steps: int = 512
+    space_overload: float = 1.15  # load factor of shear that turns, over the shakedown limit
+    space_friction: float = 0.5
+    punch_elements: int = 4  # along a side of the square punch
+    sphere_cells: tuple[int, ...] = (8, 12, 16, 20)  # across a sphere's contact
 
 
 FULL = Parameters()
@@ -50,4 +58,9 @@ QUICK = Parameters(
     milp_elements=(8,),
     steady_cycles=(1, 2, 4),
     reference_cycles=40,
+    space_elements=(8, 16),
+    space_steps=(4, 16),
+    space_reference_steps=64,
+    punch_elements=2,
+    sphere_cells=(6, 12),
 )

@@ -48,8 +48,11 @@ def _questions(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
 
 
 def _shown(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
-    ends = {0, table.loc[table["nodes"] > 0, "nodes"].min(), table["nodes"].max()}
-    yield from (question for question in _questions(table) if question["nodes"].iloc[0] in ends)
+    for question in _questions(table):
+        alike = (table[["computation", "quantity"]] == question[["computation", "quantity"]].iloc[0]).all(axis=1)
+        sizes = table.loc[alike & (table["nodes"] > 0), "nodes"]
+        if question["nodes"].iloc[0] in {0, sizes.min(), sizes.max()}:
+            yield question
 
 
 def _best(question: pd.DataFrame) -> Any:

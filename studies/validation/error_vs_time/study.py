@@ -9,7 +9,7 @@ from tqdm import tqdm
 
 from ...origin import machine
 from ...tables import Table
-from . import condensation, guaranteed, increments, limits, transients
+from . import condensation, guaranteed, increments, limits, space, transients
 from .calls import first_and_second
 from .corner_law import corner_law
 from .methods import RIVALS, Question, absent, measured
@@ -28,7 +28,10 @@ def questions(parameters: Parameters) -> Iterator[Question]:
         yield from guaranteed.questions(parameters, scene)
         yield from increments.questions(parameters, scene, elements)
         yield from transients.questions(parameters, scene, elements)
+        yield from space.questions(parameters, scene, elements)
     yield from transients.cylinders(parameters)
+    yield space.spheres(parameters)
+    yield space.turning(parameters)
 
 
 def error_against_time(parameters: Parameters) -> pd.DataFrame:

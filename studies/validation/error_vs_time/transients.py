@@ -14,11 +14,12 @@ from .methods import Method, Question, installed
 from .parameters import Parameters
 from .scenes import CYLINDER, CYLINDER_LOADS, SHEAR, Scene, cylinder
 
-__all__ = ["cylinders", "questions", "start_slip"]
+__all__ = ["CYCLES", "cylinders", "last_work", "questions", "start_slip"]
 
 Array = np.ndarray[Any, Any]
 
-_CYCLES = 2  # of a transient; the work in the last one is asked for
+CYCLES = 2
+"""Cycles of a transient; the work in the last one is asked for."""
 _STEPS = "increments from corner to corner"
 
 
@@ -33,7 +34,7 @@ def cylinders(parameters: Parameters) -> Iterator[Question]:
     exact = CYLINDER.dissipation(SHEAR)
 
     def followed(cells: int) -> fo.Trajectory:
-        return fo.march(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR, cycles=_CYCLES)
+        return fo.march(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR, cycles=CYCLES)
 
     def proven(cells: int) -> fo.SteadyState:
         return fo.steady_state(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR)
@@ -45,7 +46,7 @@ def cylinders(parameters: Parameters) -> Iterator[Question]:
         return [method(cells) for cells in parameters.cells]
 
     reference = "closed form of Cattaneo and Mindlin"
-    yield Question("transient", "work in the second cycle", "cylinder on a half-plane", 0, reference, methods(followed, _last_work))
+    yield Question("transient", "work in the second cycle", "cylinder on a half-plane", 0, reference, methods(followed, last_work))
     yield Question("steady state", "work in a cycle", "cylinder on a half-plane", 0, reference, methods(proven, lambda state: state.dissipation))
 
 
@@ -57,20 +58,20 @@ def start_slip(parameters: Parameters, system: fo.ContactSystem) -> Array:
 
 def _transient(parameters: Parameters, scene: Scene, elements: int) -> Question:
     system, friction, factor = scene.system, parameters.friction, parameters.overload * scene.limit
-    march = partial(fo.march, system, LOADS, friction, factor, cycles=_CYCLES)
-    exact = _last_work(march())
+    march = partial(fo.march, system, LOADS, friction, factor, cycles=CYCLES)
+    exact = last_work(march())
 
     def error(work: float) -> float:
         return abs(work / exact - 1)
 
     def ours(engine: str, steps: int) -> Method:
         run = partial(march, engine=engine, steps=steps)
-        return Method(f"frictopt, {engine}", _STEPS, f"{steps}", run, lambda made: error(_last_work(made)), lambda made: made.residual)
+        return Method(f"frictopt, {engine}", _STEPS, f"{steps}", run, lambda made: error(last_work(made)), lambda made: made.residual)
 
     methods = [Method("frictopt, exact path", "none", "events", march, _energy_error, lambda made: made.residual)]
     methods += [ours("qp", steps) for steps in parameters.steps]
     methods += [ours("milp", steps) for steps in parameters.milp_steps if elements in parameters.milp_elements]
-    methods += _lemke(parameters, scene, factor, np.zeros(system.nodes), _CYCLES, error)
+    methods += _lemke(parameters, scene, factor, np.zeros(system.nodes), CYCLES, error)
     reference = "exact path; that of the path itself is its largest energy residual over the work"
     return Question("transient", "work in the second cycle", scene.name, system.nodes, reference, methods)
 
@@ -79,7 +80,7 @@ def _steady(parameters: Parameters, scene: Scene) -> Question:
     system, friction, factor = scene.system, parameters.friction, parameters.steady_overload * scene.limit
     start = start_slip(parameters, system)
     march = partial(fo.march, system, LOADS, friction, factor, initial_slip=start)
-    exact = _last_work(march(cycles=parameters.reference_cycles))
+    exact = last_work(march(cycles=parameters.reference_cycles))
 
     def error(work: float) -> float:
         return abs(work / exact - 1)
@@ -89,7 +90,7 @@ def _steady(parameters: Parameters, scene: Scene) -> Question:
     for cycles in parameters.steady_cycles:
         follow = partial(march, cycles=cycles)
         methods.append(
-            Method("frictopt, so many cycles", "cycles", f"{cycles}", follow, lambda made: error(_last_work(made)), lambda made: made.residual)
+            Method("frictopt, so many cycles", "cycles", f"{cycles}", follow, lambda made: error(last_work(made)), lambda made: made.residual)
         )
     methods += _lemke(parameters, scene, factor, start, max(parameters.steady_cycles), error)
     reference = f"work in cycle {parameters.reference_cycles} of the exact path"
@@ -112,9 +113,10 @@ def _lemke(parameters: Parameters, scene: Scene, factor: float, start: Array, cy
         yield Method(f"Lemke, {cycles} cycles", _STEPS, f"{steps}", run, error, rival="quantecon")
 
 
-def _last_work(path: fo.Trajectory) -> float:
+def last_work(path: fo.Trajectory | fo.Trajectory3D) -> float:
+    """Work of friction in the last cycle of a transient."""
     return float(path.cycle_work[-1].sum())
 
 
 def _energy_error(path: fo.Trajectory) -> float:
-    return float(np.abs(path.energy_error).max()) / _last_work(path)
+    return float(np.abs(path.energy_error).max()) / last_work(path)

@@ -1,0 +1,199 @@
+"""Three dimensions: the plane scene as a contact in space, whose answers are known, a sphere in closed form, and shear that turns."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csc_matrix
+
+import frictopt as fo
+from frictopt.path import ExactPath
+from frictopt.reference import SphereContact, half_space_contact
+
+from ...paper import LOADS
+from .exact import exact_increment
+from .limits import exact_limit
+from .methods import Method, Question, installed
+from .parameters import Parameters
+from .scenes import Scene
+from .transients import CYCLES, last_work, start_slip
+
+__all__ = ["InSpace", "questions", "spheres", "turning"]
+
+Array = np.ndarray[Any, Any]
+
+_STEPS = "increments from corner to corner"
+_TURNING = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
+_SHEAR = 0.8  # of the sphere, over the friction bound
+_RADIUS, _WIDTH = 5.0, 1.12  # of the sphere, and of the grid; in units of the contact's radius
+
+
+@dataclass(frozen=True, eq=False)
+class InSpace:
+    """A plane contact as a contact in three dimensions, whose answers are those of the plane.
+
+    Out of the plane it is as stiff as along it, which no load feels: if a state obeys the law, so does its mirror image. The tangents of each
+    node are turned about its normal by an angle of its own, so that all motions have two components.
+    """
+
+    plane: fo.ContactSystem
+    angles: Array
+
+    @property
+    def system(self) -> fo.ContactSystem3D:
+        """The contact in three dimensions."""
+        plane, n = self.plane, self.plane.nodes
+        c, s, none = np.diag(np.cos(self.angles)), np.diag(np.sin(self.angles)), np.zeros((n, n))
+        turn = np.block([[c, s, none], [-s, c, none], [none, none, np.eye(n)]])
+        S = np.block([[plane.A, none, plane.B.T], [none, plane.A, none], [plane.B, none, plane.C]])
+        bonded = {name: turn @ np.concatenate([q, np.zeros(n), p]) for name, (q, p) in plane.bonded.items()}
+        points = np.column_stack([plane.x, np.zeros((n, 2))])
+        frames = np.zeros((n, 3, 3))
+        frames[:, 0, 0] = frames[:, 1, 1] = np.cos(self.angles)
+        frames[:, 0, 1], frames[:, 1, 0], frames[:, 2, 2] = np.sin(self.angles), -np.sin(self.angles), 1.0
+        return fo.ContactSystem3D(turn @ S @ turn.T, points, bonded, plane.gap, frames)
+
+    def turned(self, slip: Array) -> Array:
+        """(N, 2) slip along the turned tangents, from one in the plane."""
+        return np.column_stack([np.cos(self.angles) * slip, -np.sin(self.angles) * slip])
+
+
+def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:
+    """The questions to the plane scene, in three dimensions."""
+    angles = np.random.default_rng(parameters.seed).uniform(0, 2 * np.pi, scene.system.nodes)
+    space = InSpace(scene.system, angles)
+    yield _limit(parameters, scene, space)
+    yield _increment(parameters, scene, space)
+    if elements in parameters.space_elements:
+        yield _transient(parameters, scene, space)
+        yield _steady(parameters, scene, space)
+
+
+def spheres(parameters: Parameters) -> Question:
+    """Work in the second cycle of a sphere, over the cells on the diameter of its grid."""
+    E, f, nu = 1.0, 0.5, 0.0
+    P = E / (1.5 * _RADIUS)  # makes a contact of radius one
+    far = 3 * f * P / 8 * 2 / E * 2 * (1 - (1 - _SHEAR) ** (2 / 3))  # motion of the far end under that shear (Mindlin and Deresiewicz)
+
+    def followed(cells: int) -> Any:
+        arrays: Any = half_space_contact(cells, _WIDTH, _RADIUS, E, nu)
+        system = fo.ContactSystem3D(**arrays)
+        cycle = fo.LoadCycle({"approach": 1 / _RADIUS}, [{"x": 1.0}, {"x": -1.0}])
+        return fo.march(system, cycle, f, far, cycles=CYCLES, steps=2)
+
+    def error(path: fo.Trajectory3D) -> float:
+        corner = int(np.flatnonzero(path.time == 1)[0])
+        ball = SphereContact(float(path.p[corner].sum()), _RADIUS, E, nu, f)
+        return abs(last_work(path) / ball.dissipation(abs(float(path.q[corner, :, 0].sum()))) - 1)
+
+    methods = [Method("frictopt, newton", "cells", f"{n}", partial(followed, n), error, lambda made: made.residual) for n in parameters.sphere_cells]
+    reference = "closed form of Mindlin and Deresiewicz, with the forces of the mesh"
+    return Question("transient, 3-D", "work in the second cycle", "sphere on a half-space", 0, reference, methods)
+
+
+def turning(parameters: Parameters) -> Question:
+    """Work in the second cycle of a square punch under shear that turns, where the friction circle bends every path."""
+    system = fo.SquarePunchOnBlock(elements=parameters.punch_elements).condense()
+    factor = parameters.space_overload * fo.shakedown_limit(system, _TURNING, parameters.space_friction).load_factor
+    march = partial(fo.march, system, _TURNING, parameters.space_friction, factor, cycles=CYCLES)
+    exact = last_work(march(steps=parameters.space_reference_steps))
+    methods = [_newton(march, steps, exact) for steps in parameters.space_steps]
+    reference = f"frictopt with {parameters.space_reference_steps} increments"
+    return Question("transient, 3-D", "work in the second cycle, shear that turns", "square punch", system.nodes, reference, methods)
+
+
+def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
+    system, friction = space.system, parameters.friction
+    exact = exact_limit(scene.system, friction)
+
+    def error(load_factor: float) -> float:
+        return abs(load_factor / exact - 1)
+
+    methods = []
+    for solver in ("CLARABEL", "CLARABEL_DIRECT"):
+        run = partial(fo.shakedown_limit, system, LOADS, friction, solver=solver)
+        methods.append(Method("frictopt", "solver", solver, run, lambda limit: error(limit.load_factor), lambda limit: limit.residual))
+    found = fo.shakedown_limit(system, LOADS, friction)
+    problem: Any = found.problem
+    unit, data = found.load_factor / problem.value, problem.get_problem_data("CLARABEL")[0]
+    for tolerance in parameters.tolerances:
+        bare = partial(_clarabel, data, tolerance)
+        methods.append(Method("Clarabel", "tolerance", f"{tolerance:.0e}", bare, lambda cost: error(-cost * unit), rival="clarabel"))
+    return Question(
+        "lambda_2, 3-D", "load factor", _name(scene), system.nodes, "vertex of the plane's linear program in rational arithmetic", methods
+    )
+
+
+def _clarabel(data: Any, tolerance: float) -> float:
+    """Optimal cost of a cone program in cvxpy's matrices.
+
+    Raises
+    ------
+    ArithmeticError
+        No optimum, not even an inaccurate one.
+    """
+    package, cost, dims = installed("clarabel"), data["c"], data["dims"]
+    settings = package.DefaultSettings()
+    settings.verbose, settings.max_threads = False, 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    cones = [package.ZeroConeT(dims.zero), package.NonnegativeConeT(dims.nonneg), *map(package.SecondOrderConeT, dims.soc)]
+    answer = package.DefaultSolver(csc_matrix((len(cost),) * 2), cost, csc_matrix(data["A"]), data["b"], cones, settings).solve()
+    if str(answer.status) not in ("Solved", "AlmostSolved"):
+        raise ArithmeticError(f"no optimum ({answer.status})")
+    return float(answer.obj_val)
+
+
+def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
+    """From the state at the first corner, above the shakedown limit, to the second corner at once."""
+    plane, friction, n = scene.system, parameters.friction, scene.system.nodes
+    path = ExactPath(plane, LOADS, friction, parameters.overload * scene.limit)
+    path.start()
+    path.follow_to(path.corners[0], "the segment to the first corner")
+    slip, load = path.state.u[:n].copy(), path.corners[1]
+    path.follow_to(load, "the segment to the second corner")
+    exact = exact_increment(plane, friction, slip, (load[:n], load[n:]), np.sign(path.state.u[:n] - slip))
+    system, before, after = space.system, space.turned(slip), space.turned(exact)
+    bonded = space.turned(load[:n]), load[n:]
+
+    def error(found: fo.Increment3D) -> float:
+        return float(np.abs(found.slip - after).max() / np.abs(after - before).max())
+
+    methods = []
+    for engine in ("newton", "socp"):
+        run = partial(fo.Increments3D(system, friction, engine=engine).solve, before, bonded)
+        methods.append(Method("frictopt", "engine", engine, run, error, lambda made: made.residual))
+    return Question("increment, 3-D", "slip", _name(scene), n, "the plane's increment in rational arithmetic, refined to 40 digits", methods)
+
+
+def _transient(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
+    friction, factor = parameters.friction, parameters.overload * scene.limit
+    exact = last_work(fo.march(scene.system, LOADS, friction, factor, cycles=CYCLES))
+    march = partial(fo.march, space.system, LOADS, friction, factor, cycles=CYCLES)
+    methods = [_newton(march, steps, exact) for steps in parameters.space_steps]
+    return Question("transient, 3-D", "work in the second cycle", _name(scene), scene.system.nodes, "exact path of the plane contact", methods)
+
+
+def _steady(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
+    friction, factor = parameters.friction, parameters.steady_overload * scene.limit
+    start = start_slip(parameters, scene.system)
+    exact = last_work(fo.march(scene.system, LOADS, friction, factor, initial_slip=start, cycles=parameters.reference_cycles))
+    steady = partial(fo.steady_state, space.system, LOADS, friction, factor, initial_slip=space.turned(start))
+    methods = []
+    for steps in parameters.space_steps:
+        run = partial(steady, steps=steps)
+        methods.append(
+            Method("frictopt, newton", _STEPS, f"{steps}", run, lambda made: abs(made.dissipation / exact - 1), lambda made: made.residual)
+        )
+    reference = f"work in cycle {parameters.reference_cycles} of the plane's exact path"
+    return Question("steady state, 3-D", "work in a cycle", _name(scene), scene.system.nodes, reference, methods)
+
+
+def _newton(march: Any, steps: int, exact: float) -> Method:
+    run = partial(march, steps=steps)
+    return Method("frictopt, newton", _STEPS, f"{steps}", run, lambda made: abs(last_work(made) / exact - 1), lambda made: made.residual)
+
+
+def _name(scene: Scene) -> str:
+    return f"{scene.name}, in space"
