@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from studies.spatial import LIMITS, MAPS
 from studies.tables import Table
 
-from .style import SERIES, WIDE, new_figure, panel_label, plain_log
+from .style import BLACK, SERIES, WIDE, new_figure, panel_label, plain_log
 
 __all__ = ["TABLES", "draw"]
 
@@ -20,7 +20,7 @@ _FACES = ("bulk", "turning, 4 corners")
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: limits of the finest mesh; middle and right: traction ratio at the first corner and safe slip."""
+    """Left: limits of the finest mesh; middle and right: traction ratio at the first corner and safe slip, with the length of an arrow below."""
     figure = new_figure(WIDE, 66)
     left, *faces = figure.subplots(1, 3, width_ratios=(1.15, 1, 1))
     _limits(left, tables["limits"])
@@ -48,7 +48,9 @@ def _face(axes: Any, rows: pd.DataFrame) -> Any:
     x, y = np.unique(rows["x"]), np.unique(rows["y"])
     grid = rows.pivot(index="y", columns="x", values="first_ratio").to_numpy()
     shown = axes.pcolormesh(x, y, np.clip(grid, 0.0, 1.0), cmap="cividis", vmin=0.0, vmax=1.0, shading="nearest", rasterized=True)
-    axes.quiver(rows["x"], rows["y"], rows["slip1"], rows["slip2"], color="white", pivot="mid", width=0.006, headwidth=3.5)
+    arrows = axes.quiver(rows["x"], rows["y"], rows["slip1"], rows["slip2"], color=BLACK, pivot="mid", width=0.006, headwidth=3.5)
+    size = float(f"{np.hypot(rows['slip1'], rows['slip2']).max():.0e}")  # the longest, with one digit
+    axes.quiverkey(arrows, 0.86, -0.27, size, f"$v E / (a \\bar p)$ = {size:g}", labelpos="W", coordinates="axes")
     axes.set_aspect("equal")
     axes.set_xlabel("$x / a$")
     axes.set_ylabel("$y / a$")

@@ -106,6 +106,7 @@ def test_calls_from_the_mesh_to_what_is_solved(made):
 
 def test_every_computation_is_there_and_ours_all_answer(table):
     expected = {"condensation", "onset", "lambda_2", "lambda_1", "safe slip", "increment", "transient", "steady state"}
+    expected |= {"lambda_2, 3-D", "increment, 3-D", "transient, 3-D", "steady state, 3-D"}
     assert set(table["computation"]) == expected
     ours = table[table["rival"] == ""]
     assert (ours["result"] == "answer").all()
@@ -143,6 +144,21 @@ def test_errors_fall_with_the_knob(table):
     assert corner["error"].is_monotonic_decreasing and corner["error"].max() < 0.03
     for _, part in table[table["method"] == "frictopt, so many cycles"].groupby("scene"):
         assert part["error"].iloc[-1] < 1e-10 < 1e-4 < part["error"].iloc[0]
+
+
+def test_the_plane_in_space_has_the_answers_of_the_plane(table):
+    assert rows(table, "lambda_2, 3-D", rival="")["error"].max() < 1e-9
+    assert rows(table, "increment, 3-D")["error"].max() < 1e-12
+    for computation in ("transient, 3-D", "steady state, 3-D"):
+        part = rows(table, computation, knob="increments from corner to corner")
+        straight = part[part["scene"] != "square punch"]
+        for _, scene in straight.groupby("scene"):
+            coarse, fine = scene["error"]
+            assert 1.5 < np.log(coarse / fine) / np.log(4) < 3, "second order, as in the plane"
+        turning = part.loc[part["scene"] == "square punch", "error"]
+        assert turning.empty or turning.iloc[1] < 0.6 * turning.iloc[0]
+    coarse, fine = rows(table, "transient, 3-D", scene="sphere on a half-space")["error"]
+    assert fine < coarse < 0.1
 
 
 def test_increments_by_frozen_bounds_and_by_lemke_make_the_same_error(table):

@@ -9,7 +9,7 @@ from studies import spatial
 
 pytestmark = pytest.mark.slow
 
-TABLES = {"limits": spatial.LIMITS, "maps": spatial.MAPS, "steps": spatial.STEPS, "times": spatial.TIMES}
+TABLES = {"limits": spatial.LIMITS, "maps": spatial.MAPS, "steps": spatial.STEPS, "times": spatial.TIMES, "proofs": spatial.PROOFS}
 
 
 @pytest.fixture(scope="module")
@@ -47,3 +47,13 @@ def test_more_increments_are_closer(tables):
 def test_times_are_of_every_size(tables):
     times = tables["times"]
     assert times["nodes"].tolist() == [9, 25] and (times["limit_two"] > 0).all()
+
+
+def test_limits_are_proven_and_the_same_in_all_units(tables):
+    proofs = tables["proofs"]
+    assert (proofs["result"] == "answer").all() and proofs["gap"].max() <= 1e-9
+    assert len(proofs) == (2 * len(spatial.QUICK.proof_ratios) + 4) * 2 * len(spatial.QUICK.proof_frictions)
+    for _, rows in proofs.groupby(["mesh", "ratio", "load", "friction"]):
+        assert np.ptp(rows["load_factor"]) <= 1e-8 * rows["load_factor"].max()
+    means = proofs[proofs["ratio"] == 1].groupby("mesh")["load_factor"].mean()
+    assert means["even"] != pytest.approx(means["uneven"], rel=1e-3)  # the meshes are two
