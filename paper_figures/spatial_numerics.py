@@ -42,6 +42,7 @@ def _errors(axes: Any, table: pd.DataFrame) -> None:
         axes.plot(rows["steps"], rows["step_error"], **(series | {"linestyle": "none"}), mfc="white")
     whole_decades(axes, "y")
     axes.set_xscale("log", base=2)
+    axes.xaxis.set_major_formatter("{x:g}")
     axes.set_xlabel("increments from corner to corner")
     axes.set_ylabel("relative error of the dissipation per cycle")
     handles, labels = axes.get_legend_handles_labels()
