@@ -64,7 +64,6 @@ QUICK = Parameters(
     reference_steps=32,
     sizes=(2, 4),
     proof_elements=4,
-    proof_ratios=(1e-4, 1.0, 1e4),
 )
 
 
