@@ -265,3 +265,14 @@ def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
             assert (np.linalg.norm(q, axis=-1) - f * p).max() <= 1e-9
             compared += 1
     assert compared >= 20
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ratio", [1e-4, 1e4])
+def test_four_hundred_nodes_have_a_certified_limit_at_the_ends_of_the_range(ratio):
+    system = fo.SquarePunchOnBlock(elements=19, punch_material=fo.Material(ratio)).condense()
+    turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
+    for loads in (fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), turning):
+        for f in (0.1, 2.0):
+            limit = fo.shakedown_limit(system, loads, f)
+            assert system.nodes == 400 and abs(limit.dual_bound / limit.load_factor - 1) <= 1e-8
