@@ -49,7 +49,7 @@ FAULTS = [
     Fault("G3", "bound of a mechanism that has not settled", "np.where(done & (resistance <", "np.where((resistance <", LIMITS),
     Fault("G5", "sign of the derived bounds", "centre, reach = -ends @ Z", "centre, reach = ends @ Z", LIMITS, "studies/**/*.py"),
     Fault("L1", "least for largest load", "corners=(forward.argmax(axis=0)", "corners=(forward.argmin(axis=0)", LIMITS),
-    Fault("L3", "defect of the mechanism not added", "resistance / drive + task.defect(scaled, motion, slip)", "resistance / drive", LIMITS),
+    Fault("L3", "stress of a mechanism closes the gap", "bound - load_factor) + defect)", "bound + defect - load_factor))", LIMITS),
     Fault("L4", "the limit itself is not safe", "margin >= -max(NO_MARGIN, state.residual)", "margin >= 0", LIMITS, "frictopt/limits/*.py"),
     Fault("L5", "wrong node limits an uncoupled contact", "int(limits.argmin())", "int(limits.argmax())", LIMITS),
     Fault("C1", "referee takes B for its transpose", "pw - v @ system.B.T", "pw - v @ system.B", "test_referee.py"),

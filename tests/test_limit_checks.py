@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.limits.mechanism import Mechanism
 from frictopt.limits.posed import LimitQuestion, cycle_loads
 from frictopt.limits.screening import load_factor_bounds
+from frictopt.limits.shakedown_result import judged
 from frictopt.solve import solvers as policy
 from systems import CYCLE, FIRST_PAIR, random_system, system
 from test_guaranteed import least_by_node, random_cycle
@@ -131,6 +133,24 @@ def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
     assert (bounds <= least * (1 + 1e-8) + 1e-12).all() and (bounds == 0).any()
 
 
+@pytest.mark.parametrize("share", [0.1, 0.25, 0.9])
+def test_a_mechanism_that_stresses_the_contact_does_not_prove_a_small_limit_by_a_small_slip(share):
+    """Node 0 slips and so presses itself: it carries any load, with a slip in proportion. Node 1 alone limits the load, at 1."""
+    wedge, shear, friction = 1e10, 1e12, 2.0
+    bonded = {"P": ([0.0, 0.0], [1.0, 1e5]), "X": ([shear, 2e5], [0.0, 0.0])}
+    contact = fo.ContactSystem(np.eye(2), np.diag([wedge, 0.0]), np.diag([4 * wedge**2, 1.0]), [0.0, 1.0], bonded)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
+    assert fo.shakedown_limit(contact, cycle, friction).load_factor == pytest.approx(1.0, rel=1e-9)
+
+    task = LimitQuestion(contact, cycle, cycle_loads(contact, cycle), friction, False)
+    slip = np.array([share * shear / (friction * wedge), 0.0])
+    load_factor = (friction + (friction * wedge - 1) * slip[0]) / shear  # the largest one that this slip carries
+    to_and_fro = Mechanism(np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[1.0, 0.0], [0.0, 0.0]]), np.zeros((2, 2)), np.zeros(2))
+    claim = judged(task, task.scaled(), load_factor, slip, to_and_fro)
+    assert task.violation(load_factor, slip) <= 1e-9 and load_factor == pytest.approx(share, rel=1e-3)
+    assert claim.residual > 0.1
+
+
 def test_a_safe_slip_exists_at_the_limit_itself():
     """Where rounding leaves its margin just below zero, too."""
     margins = []
@@ -142,3 +162,34 @@ def test_a_safe_slip_exists_at_the_limit_itself():
             assert safe.exists
             margins.append(safe.margin)
     assert min(margins) < 0
+
+
+@pytest.mark.parametrize("large", [1e6, 1e12, 1e13, 1e15])
+def test_a_node_whose_load_is_small_beside_the_others_still_limits(large):
+    """Node 2 slips at 0.25. The others are pressed by a load that is larger by decades, and an answer without node 2 would be inf."""
+    bonded = {"P": (np.zeros(3), np.ones(3)), "X": ([0.0, 0.0, 2.0], np.zeros(3)), "Y": (np.zeros(3), [large, large, 0.0])}
+    coupling = np.array([[0.0, 0.5, 0.0], [-0.5, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    contact = fo.ContactSystem(2 * np.eye(3), coupling, 2 * np.eye(3), [0.0, 1.0, 2.0], bonded)
+    try:
+        limit = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"X": 1.0, "Y": 1.0}, {"X": -1.0}]), 0.5)
+    except fo.SolverError:
+        assert large > 1e12  # no solver sees it, and that is said
+    else:
+        assert limit.load_factor == pytest.approx(0.25, rel=1e-9)
+
+
+@pytest.mark.parametrize("wedge", [1.0, 1e3, 1e6, 1e8, 1e10])
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_soft_slip_that_presses_a_stiff_node_is_no_free_one(wedge, count):
+    """Node 0 locks by a slip that its stiffness resists little beside that of its normal; node 1 limits the load, at 1. In the plane and in space."""
+    stiff, shear = 4 * wedge**2, 1e6
+    if count == 1:
+        bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "X": ([shear, 2.0], [0.0, 0.0])}
+        contact = fo.ContactSystem(np.eye(2), np.diag([wedge, 0.0]), np.diag([stiff, 1.0]), [0.0, 1.0], bonded)
+    else:
+        S = np.diag([1.0, 1.0, 1.0, 1.0, stiff, 1.0])
+        S[0, 4] = S[4, 0] = wedge
+        bonded = {"P": [0.0, 0.0, 0.0, 0.0, 1.0, 1.0], "X": [shear, 2.0, 0.0, 0.0, 0.0, 0.0]}
+        contact = fo.ContactSystem3D(S, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], {name: np.array(value) for name, value in bonded.items()})
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
+    assert fo.shakedown_limit(contact, cycle, 2.0).load_factor == pytest.approx(1.0, rel=1e-8)

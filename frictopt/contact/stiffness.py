@@ -1,12 +1,12 @@
-"""Checks of the stiffness S of an interface: symmetric, and positive semi-definite."""
+"""The stiffness S of an interface: symmetric, positive semi-definite, and which slips it resists."""
 
 import numpy as np
 
 from ..errors import ModelError
 from .checks import Array, frozen
-from .tolerances import CONDENSATION
+from .tolerances import CONDENSATION, RIGID
 
-__all__ = ["check_semi_definite", "symmetrised"]
+__all__ = ["check_semi_definite", "slip_modes", "symmetrised"]
 
 
 def symmetrised(name: str, matrix: Array) -> Array:
@@ -36,3 +36,28 @@ def check_semi_definite(name: str, S: Array) -> None:
             f"{name} has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); "
             "an elastic interface stores energy, so S must be positive semi-definite: check signs and the order of the nodes"
         ) from None
+
+
+def slip_modes(A: Array, B: Array, stiffness: Array) -> tuple[Array, Array, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+    """The slips that are orthogonal in their stress, their stiffness, and which of them the contact resists.
+
+    Each node counts in units of its own stiffness, so that a soft node beside stiff ones is not taken for a free one. A slip that changes a pressure
+    is resisted, however little, or S would not be positive semi-definite.
+
+    Parameters
+    ----------
+    A, B
+        (d N, d N) and (N, d N) parts of S that slips in d directions meet.
+    stiffness
+        (N,) size of each node's own stiffness, > 0.
+
+    Returns
+    -------
+    slips, values, held
+        (d N, d N) slips in columns, length; (d N,) their stiffness with each node in units of its own; (d N,) whether it is resisted.
+    """
+    normal = np.sqrt(stiffness)
+    root = np.tile(normal, len(A) // len(stiffness))
+    values, vectors = np.linalg.eigh(A / np.outer(root, root))
+    pressed = np.abs(B / np.outer(normal, root) @ vectors).max(axis=0)
+    return vectors / root[:, None], values, (values > RIGID) | ((values > 0) & (pressed > RIGID))

@@ -52,7 +52,7 @@ BINDING = 100 * RESIDUAL  # slack below which a row is printed as binding: solve
 
 # --- limits ---
 
-RIGID = CONDENSATION  # eigenvalues of A, each node in units of its stiffness, up to this belong to rigid sliding: the data have this error
+RIGID = ROUNDING  # eigenvalues of A, each node in units of its stiffness, up to this belong to rigid sliding; condensation balances it to rounding
 NO_COUPLING = ROUNDING / 10  # f B up to this share of the largest entry of A counts as none: the closed form neglects it
 NO_MARGIN = ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit
 ZERO_LOAD_FACTOR = ROUNDING  # dimensionless load factors up to this are zero

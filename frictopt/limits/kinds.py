@@ -23,7 +23,16 @@ def classify(task: LimitQuestion, scaled: ScaledContact, solver: str | None) -> 
     alone = Loads(np.zeros_like(loads.q0), np.zeros_like(loads.p0), loads.q1, loads.p1)
     growing = task if task.most is None else replace(task, most=np.zeros_like(task.most))  # a bounded slip cannot grow with the load
     cyclic, _, _ = solve_margin(growing, scaled, alone, task.rows(scaled).load_unit, solver)
-    return (LimitKind.UNBOUNDED, cyclic) if cyclic.margin >= -RESIDUAL else None
+    return (LimitKind.UNBOUNDED, cyclic) if cyclic.margin >= -RESIDUAL and _carried(task, cyclic) else None
+
+
+def _carried(task: LimitQuestion, cyclic: MarginState) -> bool:
+    """Whether the slip that grows with the load keeps each node within its bound, up to a share of what acts on this node itself."""
+    A, B, f, slip = task.system.A, task.system.B, task.friction, cyclic.slip
+    q1, p1 = cyclic.load_factor * task.loads.q1, cyclic.load_factor * task.loads.p1
+    own = np.maximum(np.abs(q1), f * np.abs(p1)).max(axis=0) + np.abs(A) @ np.abs(slip) + f * (np.abs(B) @ np.abs(slip))
+    q, p = q1 + A @ slip, p1 + B @ slip
+    return bool((np.maximum(np.abs(q) - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
 
 
 def reason(task: LimitQuestion, kind: LimitKind, load_factor: float) -> str:

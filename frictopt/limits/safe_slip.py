@@ -201,13 +201,15 @@ class MarginState:
         resistance, drive = self.motion.work(loads, task.friction, task.most)
         if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
             drive = min(drive, 0.0)
-        self.bound = cap + resistance - self.load_factor * drive + task.defect(model.scaled, self.motion, self.slip)
+        defect = task.defect(model.scaled, self.motion, self.slip)
+        self.bound = cap + resistance - self.load_factor * drive + defect
         if not slips > 0 and cap < 1 - RESIDUAL:  # multipliers that do not add up to one bound nothing
             self.bound = np.inf
         if model.own:
-            self.bound = Program(model.problem).bounds[1]
+            self.bound, defect = Program(model.problem).bounds[1], 0.0
+        gap = abs(self.bound - defect - self.margin) + defect  # a defect that closes the gap counts for slips like this one alone
         shortfall = _shortfall(task, loads, self.load_factor, self.slip, self.margin)
-        self.residual = float(np.nan_to_num(max(abs(self.bound - self.margin), shortfall, task.beyond(self.slip), model.violation()), nan=np.inf))
+        self.residual = float(np.nan_to_num(max(gap, shortfall, task.beyond(self.slip), model.violation()), nan=np.inf))
 
 
 def solve_margin(

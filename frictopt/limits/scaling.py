@@ -8,8 +8,9 @@ from scipy.linalg import qr
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, frozen
+from ..contact.stiffness import slip_modes
 from ..contact.symmetry import Part
-from ..contact.tolerances import NO_PRESSURE, RIGID
+from ..contact.tolerances import NO_PRESSURE
 
 __all__ = ["Loads", "ScaledContact", "scaled_contact"]
 
@@ -91,16 +92,13 @@ def scaled_contact(part: Part, loads: Loads, force: float) -> ScaledContact:
 def rigid_slides(system: ContactSystem) -> tuple[Array, Array]:
     """Orthonormal slips that A does not resist, (N, k), and the compliance (N, N) of forces that do no work on them, to slips free of them.
 
-    Each node counts in units of its own stiffness: a soft contact beside a stiff one in the same system is not taken for a free one.
+    Each node counts in units of its own stiffness, see `slip_modes`.
     """
     stiffness = np.maximum(np.diag(system.A), np.diag(system.C))
-    root = np.sqrt(np.where(stiffness > 0, stiffness, system.stiffness_scale))
-    values, vectors = np.linalg.eigh(system.A / np.outer(root, root))
-    held = values > RIGID
-    rigid = np.linalg.qr(vectors[:, ~held] / root[:, None])[0]
-    slips = vectors[:, held] / root[:, None]
-    slips -= rigid @ (rigid.T @ slips)
-    return rigid, (slips / values[held]) @ slips.T
+    slips, values, held = slip_modes(system.A, system.B, np.where(stiffness > 0, stiffness, system.stiffness_scale))
+    rigid, resisted = np.linalg.qr(slips[:, ~held])[0], slips[:, held]
+    resisted = resisted - rigid @ (rigid.T @ resisted)
+    return rigid, (resisted / values[held]) @ resisted.T
 
 
 def _balanced(rigid: Array) -> tuple[np.ndarray[Any, np.dtype[np.intp]], Array]:

@@ -178,10 +178,10 @@ def judged(task: LimitQuestion, scaled: ScaledContact, load_factor: float, slip:
     if not drive > 0:
         return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)
     motion = motion.scaled(1 / drive)
-    bound = resistance / drive + task.defect(scaled, motion, slip)
-    gap = abs(bound - load_factor) / max(load_factor, FLOOR * load_factor_unit(task.loads, task.friction, task.force))
+    bound, defect = resistance / drive, task.defect(scaled, motion, slip)
+    gap = (abs(bound - load_factor) + defect) / max(load_factor, FLOOR * load_factor_unit(task.loads, task.friction, task.force))
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
-    return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound, residual)
+    return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound + defect, residual)
 
 
 def judged_extended(task: LimitQuestion, extended: Extended, load_unit: float, motion: Mechanism) -> LimitClaim:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..contact.checks import Array
-from ..contact.tolerances import NO_PRESSURE, RIGID
+from ..contact.stiffness import slip_modes
+from ..contact.tolerances import NO_PRESSURE
 
 __all__ = ["ConeLoads", "ScaledCones", "load_factor_unit", "scaled_cones"]
 
@@ -88,11 +89,9 @@ def scaled_cones(A: Array, B: Array, stiffness: Array, friction: Array, loads: C
     pressure = np.abs(loads.p0)
     others = np.maximum(np.linalg.norm(loads.q0, axis=-1), np.maximum(sizes, np.abs(loads.p1)).max(axis=0))
     unit = np.where(pressure > NO_PRESSURE * force, pressure, np.maximum(others, NO_PRESSURE * force))
-    root = np.sqrt(np.tile(stiffness, 2))  # a soft node beside stiff ones is not taken for a free one
-    values, vectors = np.linalg.eigh(A / np.outer(root, root))
-    rigid, held = values <= RIGID, vectors[:, values > RIGID] / root[:, None]
-    slip = (held / values[~rigid]) @ held.T * np.tile(unit, 2)
-    balance = (vectors[:, rigid] / root[:, None]).T * np.tile(unit, 2)
+    slips, values, held = slip_modes(A, B, stiffness)
+    slip = (slips[:, held] / values[held]) @ slips[:, held].T * np.tile(unit, 2)
+    balance = slips[:, ~held].T * np.tile(unit, 2)
     norms = np.linalg.norm(balance, axis=1, keepdims=True)
     load_unit = load_factor_unit(loads, friction, force)
     bound = float((friction * loads.p0).mean())
