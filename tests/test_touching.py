@@ -33,6 +33,11 @@ def bridge(feet=(0, 1, 2), angle=0.0, kind=MeshQuad, gap=None):
     )
 
 
+def test_of_several_forgotten_feet_one_is_named():
+    with pytest.raises(fo.ModelError, match=r"touch from \((-12, 0\) to \(-7|7, 0\) to \(12), 0\)"):
+        bridge([1])
+
+
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri])
 @pytest.mark.parametrize("angle", [0.0, 0.5, -0.7])
 def test_a_forgotten_foot_is_named_by_its_ends(kind, angle):
