@@ -1,5 +1,7 @@
 """The inner parts of a condensation in three dimensions: two blocks of hexahedra against the equations with multipliers, by dense algebra."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.sparse import block_diag, csr_matrix
@@ -45,8 +47,37 @@ def test_a_free_block_on_a_held_one():
     assert (np.linalg.eigvalsh(S) < 1e-12).sum() == 6
 
 
-@pytest.mark.parametrize(("held", "left"), [(slice(0), 6), (slice(1), 3), (slice(2), 1)])
-def test_rigid_motions_in_space(held, left):
+@pytest.mark.parametrize(
+    ("held", "free"), [(slice(0), "move along x and y and z and turn about x and y and z"), (slice(1), "turn about x and y and z"), (slice(2), "")]
+)
+def test_rigid_motions_in_space(held, free):
+    """Two nodes that are held leave the turn about the line through them."""
     K, F, interface, unknowns, points, _ = problem(held)
-    with pytest.raises(fo.ModelError, match=f"supports: {left} rigid motions"):
+    if not free:
+        one, two = points[(unknowns < 0).all(axis=1)]
+        axis = (two - one) / np.linalg.norm(two - one)
+        axis *= np.sign(axis[np.abs(axis).argmax()])
+        free = f"turn about ({', '.join(f'{value:g}' for value in axis.round(6))})"
+    with pytest.raises(fo.ModelError, match=re.escape(f"can still {free}; add")):
         condensed(K, F, interface, unknowns, points, node_graph(K, unknowns))
+
+
+SIDES = {
+    "floor": ("xz", "move along y"),
+    "wall": ("x", "move along y and z and turn about x"),
+    "ground": ("z", "move along x and y and turn about z"),
+}
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_what_a_face_held_in_some_directions_leaves(side):
+    """By hand: of six motions, a face with normal n held along n leaves the two shifts in it and the turn about n."""
+    x = np.array([0.0, 0.5, 1.0])
+    names = {"contact": lambda x: x[2] == 0, "floor": lambda x: x[2] == -1, "wall": lambda x: x[0] == 0, "ground": lambda x: x[2] == -1}
+    upper = MeshHex.init_tensor(x, x, [0.0, 1.0]).with_boundaries({"contact": names["contact"]})
+    lower = MeshHex.init_tensor(x, x, [-1.0, 0.0]).with_boundaries(names)
+    directions, free = SIDES[side]
+    bodies = {"punch": fo.Body3D(upper), "block": fo.Body3D(lower)}
+    model = fo.ContactModel3D(bodies, [fo.Support3D("block", side, directions)], {"W": [fo.BodyForce3D("punch", z=-1.0)]})
+    with pytest.raises(fo.ModelError, match=f"can still {free}; add"):
+        model.condense()

@@ -109,6 +109,9 @@ BAD_MODELS = {
         "contacts": [fo.Contact("punch", "block", "joint", name="contact")]
     },
     "contacts: body 'bolt' is unknown; this model has ['block', 'punch']": {"contacts": [fo.Contact("bolt", "block")]},
+    "body 'left' is unknown, but it is a boundary of 'punch'; the order is Contact(body_1, body_2, boundary_1, boundary_2)": {
+        "contacts": [fo.Contact("punch", "left", "block", "contact")]
+    },
     "contacts: two are called 'contact'": {"contacts": [fo.Contact("punch", "block")] * 2},
     "contacts: none, with 3 bodies": {"bodies": {**BOTH, "wall": WALL}},
     "contacts: ['contact']; give a list of Contact": {"contacts": ["contact"]},
@@ -134,11 +137,20 @@ def test_bad_models_are_refused(message):
         fo.ContactModel(**{**GOOD, **BAD_MODELS[message]})
 
 
+def test_a_model_shows_the_units_of_its_bodies():
+    soft = fo.Body(BLOCK.mesh, fo.Material(E=70e9, nu=0.25))
+    model = fo.ContactModel({"punch": PUNCH, "block": soft}, FREE, LOADS)
+    told = f"'block': 'E=7e+10, nu=0.25, 2 x 1, {soft.mesh.p.shape[1]} nodes'"
+    assert f"'punch': 'E={PUNCH.material.E:g}, nu={PUNCH.material.nu:g}, 2 x 1, 12 nodes'" in repr(model) and told in repr(model)
+    assert f"block: {told[10:-1]}</td>" in model._repr_html_() and "12 nodes<br>block" in model._repr_html_()
+
+
 UNHELD = {
-    "supports: 1 rigid motions of the glued bodies at node 0, (-1, 0)": {"supports": FREE[:1]},
-    "supports: 3 rigid motions of the glued bodies": {"supports": []},
-    "supports: 2 rigid motions of the glued bodies": {"supports": [fo.Support("block", (-0.5, -1.0), "x")]},
-    "supports: 3 rigid motions of the glued bodies at node 24, (-1, 2), are not prevented": {
+    "the body at (-1, 0), with all that contacts glue to it, can still turn; add a Support": {"supports": FREE[:1]},
+    "can still move along x and y and turn; add": {"supports": []},
+    "can still move along x; add": {"supports": [fo.Support("block", "bottom", "y")]},
+    "can still move along y and turn; add": {"supports": [fo.Support("block", (-0.5, -1.0), "x")]},
+    "the body at (-1, 2), with all that contacts glue to it, can still move along x and y and turn": {
         "bodies": {**BOTH, "floor": FLOOR},
         "contacts": [fo.Contact("punch", "block")],
     },

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.diagnosis import mean_load_diagnosis, open_nodes
+from frictopt.contact.diagnosis import mean_load_diagnosis, open_nodes, pressing
 from systems import system
 
 
@@ -90,3 +90,23 @@ def test_bad_input_is_refused():
         mean_load_diagnosis(3, mean(mean=1.0), 0.5)
     with pytest.raises(fo.ModelError, match="cycle: a dict"):
         mean_load_diagnosis(pressed([1.0]), {}, 0.5)
+
+
+def test_the_forces_of_a_state_are_those_of_each_contact():
+    contact = fo.ContactSystem(np.eye(4), np.zeros((4, 4)), np.eye(4), range(4), {"P": (np.zeros(4), np.ones(4))}, contact=["a", "a", "b", "b"])
+    said = pressing(contact, np.full(4, 0.5), np.array([0.25, 0.5, 0.0, 1e-14]), np.array([1.0, 2.0, 0.0, -1e-15]), 1.0)
+    assert said == (
+        "contact 'a' has a normal force of 3 on 2 of 2 nodes and a shear force of 0.75, of at most f p = 1.5, "
+        "contact 'b' has a normal force of 0 on 0 of 2 nodes and a shear force of 0, of at most f p = 0"
+    )
+
+
+def test_a_path_that_ends_names_the_forces_at_its_end_and_not_the_mean_load():
+    """A free body, pressed by 0.5 + 0.5 and then pulled: at 1 / 1.1 of the way from 1 to -0.1 nothing presses it."""
+    punch = fo.PunchOnHalfPlane(elements=8, growth=2.0).condense()
+    cycle = fo.LoadCycle({"P": 0.5}, [{"P": 0.5}, {"P": -0.6}])
+    with pytest.raises(fo.NoContinuation, match=r"corner 1: at 0\.909090909 of it .* a normal force of 0 on 0 of 9 nodes") as ended:
+        fo.steady_state(punch, cycle, 0.5, 1.0)
+    assert "mean load" not in str(ended.value)
+    with pytest.raises(fo.NoContinuation, match=r"a normal force of .* the mean load pulls the bodies apart"):
+        fo.steady_state(punch, fo.LoadCycle({"P": -0.5}, [{"P": -0.5}]), 0.5, 1.0)

@@ -3,7 +3,9 @@
 import copy
 import io
 import pickle
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import frictopt as fo
@@ -16,6 +18,16 @@ def test_systems_cycles_and_results_can_be_copied_and_sent(punch, paper_cycle, c
     assert limit.load_factor == fo.shakedown_limit(punch(16), paper_cycle, 0.7).load_factor
     assert limit.problem is None and safe.problem is None and len(limit.mechanism) and safe.exists
     limit.explain(io.StringIO())
+
+
+def test_a_mechanism_names_the_contacts_if_there_are_several(punch, paper_cycle):
+    contact = punch(16)
+    names = np.where(contact.x < 0, "left", "right")
+    limits = [fo.shakedown_limit(replace(contact, contact=name), paper_cycle, 0.7) for name in (None, ["foot"] * contact.nodes, names)]
+    *plain, named = (limit.mechanism for limit in limits)
+    assert all(list(table) == ["node", "x", "corner", "direction", "share"] for table in plain)
+    assert list(named) == ["node", "contact", "x", "corner", "direction", "share"] and set(named["contact"]) == {"left", "right"}
+    assert ((named["x"] < 0) == (named["contact"] == "left")).all() and named.drop(columns="contact").equals(plain[1])
 
 
 def test_results_cannot_be_changed(punch, paper_cycle):

@@ -154,6 +154,25 @@ def test_small_changes_that_hardly_shrink_are_no_end():
     assert run.found(50) is None and run._change(run.last[-1]) < 1.1e-10
 
 
+@pytest.mark.parametrize(
+    ("slip", "gap", "events", "for_two_cycles", "for_all"),
+    [
+        (lambda v: v + 1.0, 0.1, lambda v: 0, True, True),
+        (lambda v: v + 1.0, 0.1, lambda v: v > 500, True, False),  # another event lies ahead
+        (lambda v: v + 1.0 * (v < 500), 0.1, lambda v: 0, True, False),  # the drift ends ahead
+        (lambda v: v + 1.0, 0.0, lambda v: 0, False, False),  # it may be ratcheting for ever
+        (lambda v: v + (1.0 - 1e-2 * v), 0.1, lambda v: 0, False, False),  # it decays
+    ],
+)
+def test_more_cycles_cannot_help_a_drift_only_if_it_is_the_same_after_all_of_them(slip, gap, events, for_two_cycles, for_all):
+    run = Mapped(lambda v, w: (slip(v), w + gap), [0.0, 0.0], signature=lambda v, w: events(v))
+    run._extrapolated = lambda same: None
+    run.path = SimpleNamespace(**{**vars(run.path), "nodes": 1, "bonded": np.zeros(2), "stress": np.zeros_like})
+    run.path.system, run.path.state.status = SimpleNamespace(S=np.zeros((2, 2))), np.zeros(1)
+    assert run.found(7) is None and run.drifts_on(run.cycles + 2) == for_two_cycles
+    assert run.drifts_on(2000) == for_all and not run.drifts_on(run.cycles)
+
+
 def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch):
     """The balance of energy sees work of friction that nobody did, and work that is not counted."""
     contact, friction = punch(16), 0.5

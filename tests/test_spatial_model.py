@@ -170,6 +170,14 @@ def test_matrices_that_do_not_fit_are_refused_by_name(message, change):
         fo.condense(**spring_box() | change)
 
 
+def test_a_model_shows_its_bodies_in_one_line():
+    told = repr(SCENE.model())
+    assert told.count("\n") == 0 and len(told) < 300
+    for name, body in SCENE.model().bodies.items():
+        extents = " x ".join(f"{extent:.4g}" for extent in np.ptp(body.mesh.p, axis=1))
+        assert f"'{name}': 'E={body.material.E:g}, nu={body.material.nu:g}, {extents}, {body.mesh.p.shape[1]} nodes'" in told
+
+
 PLANE = fo.Body(MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0]).with_boundaries({"contact": lambda x: x[1] == 0}))
 
 
@@ -177,7 +185,7 @@ PLANE = fo.Body(MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0]).with_boundaries({"c
     ("message", "change"),
     [
         ("bodies", {"bodies": {"punch": PLANE, "block": PLANE}}),
-        ("supports: they|supports: 6|supports", {"supports": []}),
+        ("can still move along x and y and z and turn about x and y and z", {"supports": []}),
         ("body 'anvil' is unknown", {"supports": [fo.Support3D("anvil", "bottom", "xyz")]}),
         ("no node at", {"supports": [fo.Support3D("block", (0.1, 0.1, 0.1), "xyz")]}),
         ("boundary 'lid' is unknown", {"loads": {"P": [fo.Traction3D("punch", "lid", z=-1.0)]}}),

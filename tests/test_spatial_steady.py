@@ -1,5 +1,7 @@
 """Transients and steady states in three dimensions: closed forms, the plane, limits, and the error of the increments."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -102,20 +104,36 @@ def test_the_steady_state_is_where_the_cycles_go():
     assert path.cycle_work[0].sum() == pytest.approx(steady.first_cycle)
 
 
-def test_a_free_contact_that_is_pushed_round_ratchets():
-    """Two nodes that slide together: while one is pressed it holds, and the other one is dragged on (a walk)."""
-    A = np.array([[1.0, -1.0], [-1.0, 1.0]])
+def walking(spring=0.0):
+    """Two nodes that slide together, against a spring: while one is pressed it holds, and the other one is dragged on (a walk)."""
+    A = np.array([[1.0, -1.0], [-1.0, 1.0]]) + spring * np.eye(2)
     S = np.zeros((6, 6))
     S[:2, :2] = S[2:4, 2:4] = A
     S[4:, 4:] = np.eye(2)
     bonded = {"P": [0, 0, 0, 0, 1, 1], "left": [0, 0, 0, 0, 0.9, -0.9], "stretch": [1, -1, 0, 0, 0, 0]}
-    walker = fo.ContactSystem3D(S, [[0, 0, 0], [1, 0, 0]], {name: np.array(r, dtype=float) for name, r in bonded.items()})
     corners = [{"left": 1.0}, {"left": 1.0, "stretch": 0.8}, {"left": -1.0, "stretch": 0.8}, {"left": -1.0}]
-    steady = fo.steady_state(walker, fo.LoadCycle({"P": 1.0}, corners), 0.4, 1.0, steps=4)
+    walker = fo.ContactSystem3D(S, [[0, 0, 0], [1, 0, 0]], {name: np.array(r, dtype=float) for name, r in bonded.items()})
+    return walker, fo.LoadCycle({"P": 1.0}, corners), 0.4, 1.0
+
+
+def test_a_free_contact_that_is_pushed_round_ratchets():
+    steady = fo.steady_state(*walking(), steps=4)
     assert steady.outcome is fo.Outcome.RATCHETING and steady.dissipation > 0
-    path = fo.march(walker, fo.LoadCycle({"P": 1.0}, corners), 0.4, 1.0, cycles=4, steps=4)
+    path = fo.march(*walking(), cycles=4, steps=4)
     ends = path.slip[np.isin(path.time, [4.0, 8.0, 12.0, 16.0])]
     assert np.ptp(np.diff(ends, axis=0), axis=0).max() < 1e-9 and np.abs(np.diff(ends, axis=0)).max() > 0.1
+
+
+@pytest.mark.parametrize("most", [1, 3, 40])
+def test_a_walk_against_a_weak_spring_is_called_a_drift_once_an_extrapolation_failed(most):
+    problem = walking(1e-7)
+    path = fo.march(*problem, cycles=4, steps=4)
+    steps = np.diff(path.slip[np.isin(path.time, [4.0, 8.0, 12.0, 16.0])], axis=0)
+    decay = np.abs(steps[-1] - steps[-2]).max() / np.abs(steps[-1]).max()
+    with pytest.raises(fo.NoContinuation) as told:
+        fo.steady_state(*problem, steps=4, most_cycles=most)
+    drift = re.search(r"changes by only (\S+) of itself: .*; guide it by a Support", str(told.value))
+    assert (float(drift[1]) == pytest.approx(decay, rel=0.05)) if most == 40 else "give more cycles" in str(told.value)
 
 
 def test_half_as_many_increments_tell_the_error():

@@ -7,22 +7,23 @@ import numpy as np
 from .checks import Array
 from .coulomb import friction_coefficients
 from .cycle import LoadCycle, checked_cycle
+from .dispatch import OtherContact
 from .system import ContactSystem, checked_system
 from .tolerances import CONDENSATION
 
-__all__ = ["mean_load_diagnosis", "open_nodes"]
+__all__ = ["mean_load_diagnosis", "open_nodes", "pressing"]
 
 _MOST_SETS = 100  # changes of the set of open nodes
 _RANGES = 4  # ranges of x that a text names
 
 
-def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Any) -> str:
+def mean_load_diagnosis(system: ContactSystem | OtherContact, cycle: LoadCycle, friction: Any) -> str:
     """Describe what is wrong with the mean load and how to correct it, or that nothing is wrong.
 
     Parameters
     ----------
     system, cycle
-        The contact and its load cycle.
+        The contact, plane or in space, and its load cycle.
     friction
         Coefficient of friction, one or one per node.
 
@@ -37,22 +38,44 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Any) 
     ModelError
         Bad input.
     """
-    f = friction_coefficients(friction, checked_system(system).nodes)
+    f = friction_coefficients(friction, (system if isinstance(system, OtherContact) else checked_system(system)).nodes)
     glued_q, glued_p = system.reaction(checked_cycle(cycle).mean)
     if not (glued_q.any() or glued_p.any()):
         return "the mean load is zero, and nothing presses the bodies together: give `cycle.mean` a load that does"
     if glued_p.sum() <= CONDENSATION * np.abs(glued_p).sum():
         return _pulls(glued_p)
     q, p = cycle.mean_reaction(system)
-    floor = CONDENSATION * float(np.abs(np.r_[glued_q, glued_p]).mean())
-    slides = _slides(system, f, glued_q, glued_p)
+    floor = CONDENSATION * float(np.abs(np.r_[glued_q.ravel(), glued_p]).mean())
+    slides = _slides(system, f, glued_q, glued_p) if isinstance(system, ContactSystem) else ""
     if (p < -floor).any():
         return "; ".join(text for text in (_opens(system, p, floor), slides) if text)
-    texts = [text for text in (_without_pressure(system, p, floor), slides, _frictionless(system, f, q, floor)) if text]
-    return "; ".join(texts) if texts else _beyond_bounds(system, f, q, p, floor)
+    texts = [text for text in (_without_pressure(system, p, floor), slides, _frictionless(system, f, _sizes(q), floor)) if text]
+    return "; ".join(texts) if texts else _beyond_bounds(system, f, _sizes(q), p, floor)
 
 
-def open_nodes(system: ContactSystem, p: Array) -> np.ndarray | None:
+def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: float) -> str:
+    """The forces of each contact in a state, as a text.
+
+    Parameters
+    ----------
+    system, friction
+        The contact and its (N,) coefficients of friction.
+    q, p
+        (N,) reactions of the state.
+    force
+        Size of the forces: what is within rounding of it is none.
+    """
+    names = np.array(["the contact"] * system.nodes if system.contact is None else [f"contact {str(name)!r}" for name in system.contact])
+    texts = []
+    for name in dict.fromkeys(names.tolist()):
+        own, floor = names == name, CONDENSATION * force
+        P, Q, most = (total if abs(total := float(part[own].sum())) > floor else 0.0 for part in (p, q, friction * p))
+        pressed = f"a normal force of {P:.3g} on {int((p[own] > floor).sum())} of {int(own.sum())} nodes"
+        texts.append(f"{name} has {pressed} and a shear force of {abs(Q):.3g}, of at most f p = {most:.3g}")
+    return ", ".join(texts)
+
+
+def open_nodes(system: ContactSystem | OtherContact, p: Array) -> np.ndarray | None:
     """(N,) whether each node is open if no node slips and the closed contact has the normal reactions p (N,); None if no state is found.
 
     The state is that of the complementarity problem `p + C w >= 0, w >= 0, w (p + C w) = 0`; its set of open nodes is iterated until it repeats.
@@ -82,7 +105,7 @@ def _pulls(p: Array) -> str:
     )
 
 
-def _opens(system: ContactSystem, p: Array, floor: float) -> str:
+def _opens(system: ContactSystem | OtherContact, p: Array, floor: float) -> str:
     opened = open_nodes(system, p)
     if opened is None:
         return f"the mean load would pull at {_share(system, p < -floor)} if the contact were closed: press it there"
@@ -94,7 +117,7 @@ def _opens(system: ContactSystem, p: Array, floor: float) -> str:
     )
 
 
-def _without_pressure(system: ContactSystem, p: Array, floor: float) -> str:
+def _without_pressure(system: ContactSystem | OtherContact, p: Array, floor: float) -> str:
     bare = np.abs(p) <= floor
     return f"{_share(system, bare)} carry no pressure under the mean load if nothing slips" if bare.any() else ""
 
@@ -109,21 +132,30 @@ def _slides(system: ContactSystem, f: Array, q: Array, p: Array) -> str:
     return f"the body slides as a whole: the mean load has the shear force {shear:.3g}, above f P = {most:.3g}; hold it, or press it"
 
 
-def _frictionless(system: ContactSystem, f: Array, q: Array, floor: float) -> str:
-    smooth = (f == 0) & (np.abs(q) > floor)
+def _sizes(q: Array) -> Array:
+    """(N,) sizes of shear forces (N,) or (N, 2)."""
+    return np.asarray(np.linalg.norm(q.reshape(len(q), -1), axis=1))
+
+
+def _frictionless(system: ContactSystem | OtherContact, f: Array, shear: Array, floor: float) -> str:
+    smooth = (f == 0) & (shear > floor)
     return f"{_share(system, smooth)} have no friction and slip under the shear of the mean load" if smooth.any() else ""
 
 
-def _beyond_bounds(system: ContactSystem, f: Array, q: Array, p: Array, floor: float) -> str:
-    beyond = np.abs(q) > f * p + floor
+def _beyond_bounds(system: ContactSystem | OtherContact, f: Array, shear: Array, p: Array, floor: float) -> str:
+    beyond = shear > f * p + floor
     if beyond.any():
         return f"the mean load presses all nodes, but {_share(system, beyond)} exceed their friction bound f p and slip: more friction, or less shear"
     return "the mean load presses all nodes and none slips under it"
 
 
-def _share(system: ContactSystem, which: np.ndarray) -> str:
+def _share(system: ContactSystem | OtherContact, which: np.ndarray) -> str:
     """Number and positions of the nodes, as a text."""
     numbers = np.flatnonzero(which)
+    if isinstance(system, OtherContact):
+        low, high = (pick(system.points[numbers], axis=0) for pick in (np.min, np.max))
+        where = (f"{name} = {a:.4g}" + (f" .. {b:.4g}" if b > a else "") for name, a, b in zip("xyz", low, high, strict=True))
+        return f"{len(numbers)} of {system.nodes} nodes ({', '.join(where)})"
     runs = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
     ranges = [f"{system.x[run[0]]:.4g}" + (f" .. {system.x[run[-1]]:.4g}" if len(run) > 1 else "") for run in runs[:_RANGES]]
     more = ", ..." if len(runs) > _RANGES else ""

@@ -25,6 +25,7 @@ class OtherContact(ABC):
     A: Array
     B: Array
     C: Array
+    points: Array
     gap: Array
 
     @property

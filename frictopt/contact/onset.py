@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from .checks import Array
 from .coulomb import friction_coefficients
 from .cycle import LoadCycle, checked_cycle
+from .diagnosis import mean_load_diagnosis
 from .dispatch import answered_by_kind
 from .show import Plotted, Shown, frame
 from .system import ContactSystem, checked_system
@@ -106,6 +108,14 @@ class Onset(Shown, Plotted):
         return not (self.mean_slips or self.mean_opens)
 
     @property
+    def reason(self) -> str:
+        """What the mean load does to the bonded contact, and what to change if that contact cannot carry it, as a sentence."""
+        text = mean_load_diagnosis(self.system, self.cycle, self.friction)
+        if self.mean_admissible:
+            return text
+        return f"{text}; the bonded contact cannot carry the mean load, so its onset says nothing of more load (shakedown_limit and steady_state do)"
+
+    @property
     def reactions(self) -> tuple[Array, Array]:
         """(K, N) reactions `q, p` of the bonded contact at the first slip towards each corner; NaN where none slips; in space q is (K, N, 2)."""
         factor = np.array([event.load_factor if event.node is not None else np.nan for event in self.slips])
@@ -119,10 +129,11 @@ class Onset(Shown, Plotted):
         return frame({name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__}, {"node": "Int64"})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {"slip": self.slip, "separation": self.separation, "mean_slips": self.mean_slips, "mean_opens": self.mean_opens}
+        slips, opens = (f"{len(nodes)} of {len(self.friction)} nodes" for nodes in (self.mean_slips, self.mean_opens))
+        return {"slip": self.slip, "separation": self.separation, "mean_slips": slips, "mean_opens": opens, "reason": self.reason}
 
     def _repr_html_(self) -> str:
-        return str(self.to_frame().to_html(index=False))
+        return f"{self.to_frame().to_html(index=False)}<p>{escape(self.reason)}</p>"
 
 
 @answered_by_kind

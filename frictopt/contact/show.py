@@ -20,7 +20,7 @@ class Shown:
         return f"{type(self).__name__}({', '.join(f'{name}={_text(value)}' for name, value in self._answer().items())})"
 
     def _repr_html_(self) -> str:
-        rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(_text(value))}</td></tr>" for name, value in self._answer().items())
+        rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{_html(value)}</td></tr>" for name, value in self._answer().items())
         return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
 
 
@@ -54,6 +54,12 @@ def frame(columns: Mapping[str, Any], types: Mapping[str, str] | None = None) ->
     import pandas as pd  # imported here, because only tables need it
 
     return pd.DataFrame(columns).astype(dict(types or {}))
+
+
+def _html(value: Any) -> str:
+    """A value as HTML: a line for each entry of a mapping."""
+    lines = [f"{name}: {_text(part)}" for name, part in value.items()] if isinstance(value, Mapping) else [_text(value)]
+    return "<br>".join(html.escape(line) for line in lines)
 
 
 def _text(value: Any) -> str:

@@ -19,6 +19,7 @@ from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
 from .numbering import NumberedBodies
 from .ordering import Integers
 from .recovery import Recovery
+from .touching import check_touching
 
 __all__ = ["LOADS", "Assembly", "Load"]
 
@@ -72,8 +73,7 @@ class Assembly(NumberedBodies[Body]):
     @cached_property
     def joints(self) -> list[Joint]:
         """The joined nodes of each contact."""
-        bodies = [(self.body("contacts", contact.body_1), self.body("contacts", contact.body_2)) for contact in self.contacts]
-        return [joined(contact, *pair, self.kinematics) for contact, pair in zip(self.contacts, bodies, strict=True)]
+        return [joined(contact, *self.sides(contact), self.kinematics) for contact in self.contacts]
 
     def _widened(self, name: str, projection: csr_matrix, nodes: int) -> csr_matrix:
         """A projection with the columns of all nodes, from one with those of a body."""
@@ -134,7 +134,7 @@ class Assembly(NumberedBodies[Body]):
         return np.unique(np.concatenate([held, *(self.unknowns(name)[body.mesh.p[0] == 0, 0] for name, body in self.bodies.items())]))
 
     def check_contacts(self) -> None:
-        """Check the names of the contacts, and that no node is body 1's in two of them, or on both sides."""
+        """Check the names of the contacts, and that no node is body 1's in two of them or on both sides, and that none is forgotten."""
         names = [contact.name for contact in self.contacts]
         if again := [name for i, name in enumerate(names) if name in names[:i]]:
             raise ModelError(f"contacts: two are called {again[0]!r}; give each a name")
@@ -154,6 +154,11 @@ class Assembly(NumberedBodies[Body]):
                         f"contacts: node {node} of body {contact.body_2!r} at {place(self.bodies[contact.body_2].mesh.p[:, node])} is body 1's in "
                         f"{owner[contact.body_2, node]!r} and body 2's in {contact.name!r}; let it be in one of them, or exchange the bodies of one"
                     )
+        joined: dict[tuple[str, str], list[Integers]] = {}
+        for contact, joint in zip(self.contacts, self.joints, strict=True):
+            joined.setdefault((contact.body_1, contact.body_2), []).append(joint.face.nodes)
+            joined.setdefault((contact.body_2, contact.body_1), []).append(joint.projection.indices)
+        check_touching(self.bodies, joined)
 
     @property
     def widths(self) -> Array:

@@ -20,6 +20,7 @@ from .contacts import Contact
 from .elasticity import KINEMATICS, Kinematics
 from .frames import plane_frames
 from .loads import Expansion, Pressure
+from .numbering import described
 from .ordering import Integers
 from .recovery import BodyFields, body_fields
 
@@ -48,7 +49,7 @@ class ContactModel(Shown, Plotted):
     ------
     ModelError
         A body or boundary that is unknown, contacts of the same name, faces that do not meet (see `Contact`), a node of body 1 in two contacts or on
-        both sides, a load case without loads.
+        both sides, flat facets of two bodies that lie on each other in no contact, a load case without loads.
 
     Examples
     --------
@@ -202,9 +203,9 @@ class ContactModel(Shown, Plotted):
         return tuple(found)
 
     def _answer(self) -> Mapping[str, Any]:
-        nodes = {name: body.mesh.p.shape[1] for name, body in self.bodies.items()}
         contacts = {contact.name: len(joint.face.nodes) for contact, joint in zip(self.contacts, self._parts.joints, strict=True)}
-        return {"nodes": nodes, "contacts": contacts, "supports": len(self.supports), "loads": list(self.loads), "kinematics": self.kinematics}
+        model = {"bodies": described(self.bodies), "contacts": contacts, "supports": len(self.supports), "loads": list(self.loads)}
+        return {**model, "kinematics": self.kinematics}
 
     @cached_property
     def _parts(self) -> Assembly:

@@ -12,7 +12,7 @@ from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from .ordering import Integers
 
-__all__ = ["NumberedBodies", "outline_facets"]
+__all__ = ["NumberedBodies", "described", "outline_facets"]
 
 B = TypeVar("B", bound=Any)  # a body: its `mesh` of scikit-fem, and `boundary_nodes`
 
@@ -54,6 +54,16 @@ class NumberedBodies(Generic[B]):
             raise ModelError(f"{argument}: body {name!r} is unknown; this model has {sorted(self.bodies)}")
         return self.bodies[name]
 
+    def sides(self, contact: Any) -> tuple[B, B]:
+        """The two bodies of a contact."""
+        for name in (contact.body_1, contact.body_2):
+            if owners := [owner for owner, body in self.bodies.items() if name not in self.bodies and name in (body.mesh.boundaries or {})]:
+                raise ModelError(
+                    f"contacts: body {name!r} is unknown, but it is a boundary of {owners[0]!r}; the order is "
+                    "Contact(body_1, body_2, boundary_1, boundary_2)"
+                )
+        return self.body("contacts", contact.body_1), self.body("contacts", contact.body_2)
+
     def unknowns(self, name: str) -> Integers:
         """(nodes, d) unknowns of a body."""
         d, nodes = self.bodies[name].mesh.p.shape
@@ -77,6 +87,16 @@ class NumberedBodies(Generic[B]):
             nearest = tuple(float(value) for value in body.mesh.p[:, distance.argmin()])
             raise ModelError(f"support of body {support.body!r}: no node at {support.where}; the nearest is at {nearest}")
         return np.array([distance.argmin()])
+
+
+def described(bodies: Mapping[str, Any]) -> dict[str, str]:
+    """Material, extents and number of nodes of each body, as a text."""
+
+    def text(body: Any) -> str:
+        extents = " x ".join(f"{extent:.4g}" for extent in np.ptp(body.mesh.p, axis=1))
+        return f"E={body.material.E:g}, nu={body.material.nu:g}, {extents}, {body.mesh.p.shape[1]} nodes"
+
+    return {name: text(body) for name, body in bodies.items()}
 
 
 def outline_facets(mesh: Any, name: str, argument: str) -> Integers:

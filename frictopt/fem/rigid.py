@@ -75,10 +75,10 @@ def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_
     if left.shape[1]:
         node = int(np.flatnonzero((unknowns == left.tocoo().row[0]).any(axis=1))[0])
         group = assembly == assembly[node]
-        count = int(left[unknowns[group][unknowns[group] >= 0]].getnnz(axis=0).astype(bool).sum())
+        free = _in_words(left, unknowns[group], points[group])
         raise ModelError(
-            f"supports: {count} rigid motions of the glued bodies at node {node}, {place(points[node])}, are not prevented; "
-            "hold the bodies against translation and turning, and leave out what touches nothing"
+            f"supports: the body at {place(points[node])}, with all that contacts glue to it, can still {free}; "
+            "add a Support (or rows in `held`) against it, and leave out what touches nothing"
         )
 
 
@@ -123,6 +123,31 @@ def balanced(S: Array, R: Array, K: csr_matrix, F: Array, interface: Interface, 
         )
     S = S - rigid @ (rigid.T @ S)
     return np.asarray(S - (S @ rigid) @ rigid.T), np.asarray(R - rigid @ excess)
+
+
+def _in_words(motions: csr_matrix, unknowns: Integers, points: Array) -> str:
+    """The rigid motions of some glued nodes, as what they can still do."""
+    d, names = points.shape[1], "xyz"
+    rows = motions[unknowns.ravel()].toarray() * (unknowns >= 0).ravel()[:, None]
+    rows = rows[:, np.abs(rows).max(axis=0) > 0]
+    basis = _rigid_motions(points, np.zeros(len(points), dtype=np.intp)).reshape(-1, d * (d + 1) // 2)
+    parts = np.linalg.lstsq(basis, rows)[0]
+    turns, sizes, mixed = np.linalg.svd(parts[d:] / np.linalg.norm(parts, axis=0))
+    turning = sizes > np.sqrt(FREE_MOTION)
+    turns, still = turns[:, : len(sizes)][:, turning], np.pad(~turning, (0, len(mixed) - len(sizes)), constant_values=True)
+    shifts = np.linalg.qr((parts[:d] / np.linalg.norm(parts, axis=0)) @ mixed[still].T)[0]
+    words = [f"move along {_axes(shifts, names[:d])}"] if shifts.shape[1] else []
+    if turns.shape[1]:  # of the turns, the basis has those in xy, xz and yz
+        words.append("turn" if d == 2 else f"turn about {_axes(turns[::-1] * [[1.0], [-1.0], [1.0]], names)}")
+    return " and ".join(words)
+
+
+def _axes(basis: Array, names: str) -> str:
+    """The directions that an orthonormal basis spans: axes where it can, else its vectors."""
+    inside = np.linalg.norm(basis, axis=1) > 1 - np.sqrt(FREE_MOTION)
+    if inside.sum() == basis.shape[1]:
+        return " and ".join(name for name, free in zip(names, inside, strict=True) if free)
+    return " and ".join(place((vector * np.sign(vector[np.abs(vector).argmax()])).round(6) + 0.0) for vector in basis.T)
 
 
 def _rigid_motions(points: Array, body: Integers) -> Array:

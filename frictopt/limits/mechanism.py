@@ -69,14 +69,18 @@ class Mechanism:
         """The same mechanism with all motions multiplied."""
         return Mechanism(self.forward * factor, self.backward * factor, self.opening * factor, self.hold * factor)
 
-    def table(self, x: Array) -> pd.DataFrame:
-        """One row for each motion: node, x, corner, direction (+1 slip along +x, -1 against it, 0 opening), share of all; largest first."""
-        parts = []
+    def table(self, system: ContactSystem) -> pd.DataFrame:
+        """One row for each motion, largest first.
+
+        Columns node, contact (where there are several), x, corner, direction (+1 slip along +x, -1 against it, 0 opening), share of all.
+        """
+        parts, names = [], np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact)
         whole = float(self.total.sum() + self.opening.sum()) or 1.0
         for direction, motions in ((1, self.forward), (-1, self.backward), (0, self.opening)):
             corner, node = np.nonzero(motions > SHARE * whole)
             share = motions[corner, node] / whole
-            parts.append(pd.DataFrame({"node": node, "x": x[node], "corner": corner, "direction": direction, "share": share}))
+            columns = {"node": node, "contact": names[node], "x": system.x[node], "corner": corner, "direction": direction, "share": share}
+            parts.append(pd.DataFrame(columns if len(np.unique(names)) > 1 else {name: columns[name] for name in columns if name != "contact"}))
         table = pd.concat(parts, ignore_index=True)
         return table.sort_values(["share", "node", "corner"], ascending=[False, True, True], ignore_index=True)
 

@@ -265,4 +265,4 @@ def _motions(system: ContactSystem, opening: Array, corners: np.ndarray) -> pd.D
     """The table of a mechanism in which nodes only open."""
     openings = np.zeros((int(corners.max()) + 1, system.nodes))
     openings[corners, np.arange(system.nodes)] = opening
-    return Mechanism(0 * openings, 0 * openings, openings, np.zeros(system.nodes)).table(system.x)
+    return Mechanism(0 * openings, 0 * openings, openings, np.zeros(system.nodes)).table(system)

@@ -258,7 +258,7 @@ class _Search:
             loads=self.names,
             vertices=frozen(np.reshape(vertices, (-1, 2))),
             sides=pd.DataFrame(rows, columns=["a", "b", "bound"]),
-            mechanisms=tuple(side.of.motion.table(self._system.x) for side in sides),
+            mechanisms=tuple(side.of.motion.table(self._system) for side in sides),
             unlimited=unlimited,
             reason=reason,
             record=SolveRecord(self._limits[0].record.solver, attempts, max(residual, error), self._limits[0].record.left_out, seconds),

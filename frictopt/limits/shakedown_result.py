@@ -95,7 +95,7 @@ class ShakedownLimit(Answered):
     @cached_property
     def mechanism(self) -> pd.DataFrame:
         """Which nodes limit the load: columns node, x, corner, direction (+1 slips along +x), share of the total slip; largest first."""
-        return self._motion.table(self.system.x)
+        return self._motion.table(self.system)
 
     @cached_property
     def friction_rate(self) -> Array:

@@ -1,7 +1,7 @@
 """The cycles of a transient, and the proof of its steady state from the last cycles."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from time import perf_counter
 from typing import Any
@@ -11,48 +11,23 @@ import numpy as np
 from ..contact import ContactState, referee
 from ..contact.answers import Outcome
 from ..contact.checks import Array, frozen
-from ..contact.extrapolation import fixed_point
+from ..contact.extrapolation import SLOW, drift_text, fixed_point
 from ..contact.record import SolveRecord
 from ..contact.tolerances import PERIODIC, REPEATED, RESIDUAL, SAFE
 from ..errors import NoContinuation, SolverError
+from .cycle import Cycle
 from .extrapolation import slower_modes
+from .kernel import OPEN
 from .outcome import SteadyState
 from .stops import left_out_corners
 from .transient import ExactPath
 
-__all__ = ["Cycle", "Run"]
+__all__ = ["Run"]
 
 _NEAR = 1e-3  # the affine map is also tested at this share of the distance from the extrapolated limit
 _AFFINE = 1e-3  # largest deviation from an affine map, over the change, that is accepted: a new event changes it by more
 _WINDOW = 12  # number of last cycles that an extrapolation uses
 _LEAST = 4  # cycles with the same events before the first extrapolation
-
-
-@dataclass(frozen=True, eq=False)
-class Cycle:
-    """One load cycle on the path.
-
-    Attributes
-    ----------
-    work
-        (N,) work of friction.
-    signature
-        Number that identifies the changes of status; their order within a segment does not matter.
-    corners
-        `u, r`, (2N,) each, at the corners.
-    before, after
-        (2N,) `u` at the beginning and at the end.
-    energy
-        Error of the energy balance (work of the loads, less work of friction, less elastic energy gained), or negative work of friction at a node,
-        over the largest energy in the balance.
-    """
-
-    work: Array
-    signature: int
-    corners: list[tuple[Array, Array]]
-    before: Array
-    after: Array
-    energy: float
 
 
 class Run:
@@ -69,6 +44,7 @@ class Run:
         self.tried = self.pause = 0  # extrapolations that failed since the events last changed, and cycles until the next one
         self.last: list[Cycle] = []
         self.settled = path  # where the steady state was proven
+        self._ahead = ""  # what a look ahead along a drift shows
 
     def cycle(self) -> None:
         """Follow one cycle. The first one starts at the mean load, not at the last corner, so no proof uses it."""
@@ -139,6 +115,41 @@ class Run:
             return self._extrapolated(same)
         return None
 
+    @property
+    def _decay(self) -> float:
+        """Change of the drift from the last cycle but one to the last, over the drift; inf where their events differ."""
+        if len(self.last) < 2 or self.last[-2].signature != self.latest.signature:
+            return np.inf
+        return self._distance(self.latest.after - self.latest.before, self.last[-2].after - self.last[-2].before) / self._change(self.latest)
+
+    def drifts_on(self, most_cycles: int) -> bool:
+        """Whether more cycles cannot help: the slip drifts, and a cycle from where the drift leads in all cycles left has the same events and drift.
+
+        Asked only when an extrapolation has failed, and where neither the drift nor its change of the gaps would die out in these cycles: a drift
+        that changes no gap may yet be proven to be ratcheting.
+        """
+        last, left = self.latest, most_cycles - self.cycles
+        if not self.tried or self.pause < self.tried or left <= 0 or self._change(last) <= PERIODIC or self._decay >= min(SLOW, 1 / left):
+            return False
+        drift, n = last.after - last.before, self.path.nodes
+        earlier = self.last[-2].after - self.last[-2].before
+        if not (np.abs(drift) - left * np.abs(drift - earlier))[n:].max() > PERIODIC * np.abs(drift).max():
+            return False
+        u, opened = last.after + left * drift, np.flatnonzero(np.tile(self.path.state.status == OPEN, 2))
+        bare = (self.path.bonded + self.path.stress(u))[opened]  # rounding of the drift, many times
+        u[opened] -= np.linalg.lstsq(self.path.system.S[np.ix_(opened, opened)], bare)[0]
+        far = self.path.restarted_at(u)
+        try:
+            ahead = None if far is None else self._follow(far)
+        except NoContinuation:
+            return False
+        if ahead is None or ahead.signature != last.signature or not 2 * self._distance(ahead.after - ahead.before, drift) < self._change(last):
+            return False
+        self._ahead = (
+            f"; a cycle from where the drift leads in {left} more cycles has the same events, changes gaps, and drifts by {self._change(ahead):.1e}"
+        )
+        return True
+
     def reason(self, most_cycles: int) -> str:
         """Why no steady state is proven, and what to change."""
         last = self.latest
@@ -146,6 +157,8 @@ class Run:
         text = f"none proven within most_cycles = {most_cycles} cycles (the slip changes by {change:.1e} slip scales a cycle)"
         if self.path.far_start:
             return f"{text}; {self.path.cause_of_rounding}"
+        if change > PERIODIC and self.tried and self._decay < SLOW:
+            return f"none proven within {self.cycles} of most_cycles = {most_cycles} cycles; {drift_text(change, self._decay)}{self._ahead}"
         if change > PERIODIC:
             return f"{text}; allow more"
         return (

@@ -109,4 +109,6 @@ def settled(path: ExactPath, stops: Sequence[int], turns: Sequence[int], most_cy
         found = run.steady()
         if found is not None:
             return found, run.settled
+        if run.drifts_on(most_cycles):
+            break
     raise NoContinuation(f"steady state: {run.reason(most_cycles)}")

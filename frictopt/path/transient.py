@@ -8,7 +8,7 @@ import numpy as np
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients, referee
 from ..contact.checks import Array, finite_array, finite_number, flag
 from ..contact.cycle import checked_cycle
-from ..contact.diagnosis import mean_load_diagnosis
+from ..contact.diagnosis import mean_load_diagnosis, pressing
 from ..contact.state import checked_state
 from ..contact.system import checked_system
 from ..contact.tolerances import NO_DRIVE, RESTART
@@ -182,8 +182,11 @@ class ExactPath:
 
     @property
     def _free_body(self) -> str:
-        """The diagnosis of the mean load for a body without supports, and the remedy, as a sentence."""
-        return f"{mean_load_diagnosis(self.system, self.cycle, self.friction)}; hold the body by supports, or load it less"
+        """The forces of the present state, or the diagnosis of the mean load on the way to it, and the remedy for a free body, as a sentence."""
+        q, p = np.split(self.state.r, 2)
+        forces = pressing(self.system, self.friction, q, p, self.force)
+        mean = f"{mean_load_diagnosis(self.system, self.cycle, self.friction)}; " if self.visited < 0 else ""
+        return f"there {forces}; {mean}hold the body by supports, or load it less"
 
     @property
     def unproven(self) -> int:

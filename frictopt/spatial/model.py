@@ -4,19 +4,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix
 from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, check_name, check_text, listed_parts, shown
-from ..contact.show import Plotted
+from ..contact.show import Plotted, Shown
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from ..fem.contacts import Contact
 from ..fem.frames import place
-from ..fem.numbering import NumberedBodies
+from ..fem.numbering import NumberedBodies, described
 from ..fem.ordering import Integers
+from ..fem.touching import check_touching
 from .bodies import Body3D, BodyForce3D, Support3D, Traction3D
 from .condense import condense
 from .system import ContactSystem3D
@@ -24,8 +26,8 @@ from .system import ContactSystem3D
 __all__ = ["ContactModel3D"]
 
 
-@dataclass(frozen=True, eq=False)
-class ContactModel3D(Plotted):
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactModel3D(Shown, Plotted):
     """Elastic bodies in space, meshes of hexahedra or tetrahedra, that meet along any number of faces; nodes of body 1 lie on nodes of body 2.
 
     Parameters
@@ -42,7 +44,8 @@ class ContactModel3D(Plotted):
     Raises
     ------
     ModelError
-        A body or boundary that is unknown, bodies that are plane, nodes of body 1 that no node of body 2 meets, a load case without loads.
+        A body or boundary that is unknown, bodies that are plane, nodes of body 1 that no node of body 2 meets, flat facets of two
+        bodies that lie on each other in no contact, a load case without loads.
 
     Examples
     --------
@@ -128,6 +131,10 @@ class ContactModel3D(Plotted):
         """Numbers of the nodes that each support holds, in the mesh of its body."""
         return tuple(self._numbered.nodes("supports", support) for support in self.supports)
 
+    def _answer(self) -> Mapping[str, Any]:
+        contacts = [contact.name for contact in self.contacts]
+        return {"bodies": described(self.bodies), "contacts": contacts, "supports": len(self.supports), "loads": list(self.loads)}
+
     @cached_property
     def _numbered(self) -> NumberedBodies[Body3D]:
         return NumberedBodies(self.bodies, self.supports)
@@ -135,13 +142,13 @@ class ContactModel3D(Plotted):
     @cached_property
     def _pairs(self) -> tuple[np.ndarray, Array]:
         """(N, 2) nodes of body 1 and body 2, contact after contact, and the (N, 3) normals into body 1."""
-        pairs, normals = [], []
+        pairs, normals, joined = [], [], dict[tuple[str, str], list[np.ndarray]]()
         for contact in self.contacts:
             if contact.gap is not None:
                 raise ModelError(
                     f"contacts: {contact.name!r} has gap={contact.gap!r}; in space the faces touch: set a gap by ContactSystem3D.with_gap"
                 )
-            one, two = (self._numbered.body("contacts", name) for name in (contact.body_1, contact.body_2))
+            one, two = self._numbered.sides(contact)
             nodes = one.boundary_nodes(contact.boundary_1, f"contact {contact.name!r}")
             others = two.boundary_nodes(contact.boundary_2, f"contact {contact.name!r}")
             distance, nearest = cKDTree(two.mesh.p[:, others].T).query(one.mesh.p[:, nodes].T)
@@ -155,6 +162,9 @@ class ContactModel3D(Plotted):
                 np.column_stack([self._numbered.first_node[contact.body_1] + nodes, self._numbered.first_node[contact.body_2] + others[nearest]])
             )
             normals.append(one.inward(contact.boundary_1)[nodes])
+            joined.setdefault((contact.body_1, contact.body_2), []).append(nodes)
+            joined.setdefault((contact.body_2, contact.body_1), []).append(others[nearest])
+        check_touching(self.bodies, joined)
         return np.concatenate(pairs), np.concatenate(normals)
 
     def _force(self, case: str) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from ..contact import LoadCycle
 from ..contact.answers import Outcome
 from ..contact.checks import Array, finite_number, frozen, whole_number
-from ..contact.extrapolation import fixed_point
+from ..contact.extrapolation import SLOW, drift_text, fixed_point
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, frame
 from ..contact.tolerances import LEVEL, NO_SLIP, PERIODIC, RESIDUAL, ROUNDING
@@ -195,7 +195,7 @@ class _Run:
                 pass
         last = self._cycle()  # it starts at the mean load and not at the last corner, and says nothing of those to come
         self.first, iterates = float(last.work.sum()), [last.after.ravel()]
-        pause = _LEAST
+        before, pause = last, _LEAST
         while self.cycles < self._most:
             before, last = last, self._cycle()
             iterates = [*iterates[-_WINDOW:], last.after.ravel()]
@@ -206,10 +206,11 @@ class _Run:
             if pause <= 0 and (found := self._extrapolated(iterates)):
                 return *found, True
             pause = pause if pause > 0 else len(iterates)
-        raise NoContinuation(
-            f"steady state: no cycle comes back within most_cycles = {self._most}; the slip still changes by {last.change:.1e} slip scales a cycle; "
-            "give more cycles"
-        )
+        text = f"the slip still changes by {last.change:.1e} slip scales a cycle; give more cycles"
+        if len(iterates) > _LEAST:  # an extrapolation failed
+            decay = float(np.abs((last.after - last.before) - (before.after - before.before)).max()) / path.length / last.change
+            text = drift_text(last.change, decay) if decay < SLOW else text
+        raise NoContinuation(f"steady state: no cycle comes back within most_cycles = {self._most}; {text}")
 
     def _cycle(self) -> _Cycle:
         path, before = self._transient, self._transient.state.slip

@@ -1,0 +1,114 @@
+"""Faces of two bodies that lie on each other, in any number of dimensions: each of them belongs to a contact."""
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ..contact.checks import Array
+from ..contact.tolerances import SAME_POINT
+from ..errors import ModelError
+from .frames import place
+from .ordering import Integers
+
+__all__ = ["check_touching"]
+
+
+def check_touching(bodies: Mapping[str, Any], joined: Mapping[tuple[str, str], list[Integers]]) -> None:
+    """Check that two bodies are joined wherever a flat facet of one lies on a facet of the other.
+
+    Facets that meet in a point or at an edge do not count, nor those whose nodes a contact of the two bodies joins. Curved faces are seen where the
+    nodes of both sides coincide.
+
+    Parameters
+    ----------
+    bodies
+        Name -> body, with its `mesh`.
+    joined
+        Body, other body -> nodes of the body that contacts join to the other one.
+
+    Raises
+    ------
+    ModelError
+        They are not.
+    """
+    for one, two in combinations(bodies, 2):
+        nodes = [np.concatenate([*joined.get(pair, []), np.zeros(0, int)]) for pair in ((one, two), (two, one))]
+        sides = list(zip((bodies[one].mesh, bodies[two].mesh), nodes, strict=True))
+        near = SAME_POINT * min(float(np.ptp(mesh.p, axis=1).max()) for mesh, _ in sides)
+        low, high = (pick([edge(mesh.p, axis=1) for mesh, _ in sides], axis=0) for pick, edge in ((np.max, np.min), (np.min, np.max)))
+        P, Q = (_free_facets(mesh, nodes, low - near, high + near) for mesh, nodes in sides)
+        if not (P.size and Q.size and len(pairs := _overlapping(P, Q, near))):
+            continue
+        piece = _first_piece(P[pairs[:, 0]], Q[pairs[:, 1]], near)
+        first = piece[np.lexsort(piece.T[::-1])[0]]
+        last = piece[np.linalg.norm(piece - first, axis=1).argmax()]
+        raise ModelError(
+            f"contacts: bodies {one!r} and {two!r} touch from {place(first)} to {place(last)}, and no contact joins them there: "
+            "they would pass through each other; add a Contact of these faces, or move the bodies apart, or merge them"
+        )
+
+
+def _free_facets(mesh: Any, joined: Integers, low: Array, high: Array) -> Array:
+    """(facets, corners, d) corners of the facets of the outline that reach into a box and are not joined, in the order around the body."""
+    outline = mesh.boundary_facets()
+    nodes = mesh.facets[:, outline]
+    corners = mesh.p[:, nodes]
+    free = ~np.isin(nodes, joined).all(axis=0)
+    free &= (corners.max(axis=1) >= low[:, None]).all(axis=0) & (corners.min(axis=1) <= high[:, None]).all(axis=0)
+    corners = corners[:, :, free].transpose(2, 1, 0)
+    centre = mesh.p[:, mesh.t[:, mesh.f2t[0, outline[free]]]].mean(axis=1).T
+    away = np.sum(_normals(corners) * (centre - corners[:, 0]), axis=1) < 0
+    corners[away] = corners[away][:, ::-1]
+    return np.asarray(corners)
+
+
+def _normals(corners: Array) -> Array:
+    """(facets, d) unit normals of facets: of an edge that turned by 90 degrees, of a polygon that of its area."""
+    if corners.shape[2] == 2:
+        step = corners[:, 1] - corners[:, 0]
+        normal = np.column_stack([-step[:, 1], step[:, 0]])
+    else:
+        normal = np.cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1)
+    return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
+
+
+def _overlapping(P: Array, Q: Array, near: float) -> Integers:
+    """(pairs, 2) facets of two bodies, in one plane and with opposite normals, that overlap: by the separating axes of convex polygons."""
+    middles = [facets.mean(axis=1) for facets in (P, Q)]
+    radii = [np.linalg.norm(facets - middle[:, None], axis=2).max(axis=1) for facets, middle in zip((P, Q), middles, strict=True)]
+    found = cKDTree(middles[1]).query_ball_point(middles[0], radii[0] + radii[1].max() + near)
+    i = np.repeat(np.arange(len(P)), [len(part) for part in found])
+    j = np.concatenate([np.asarray(part, dtype=np.intp) for part in found])
+    normals = _normals(P), _normals(Q)
+    opposite = np.sum(normals[0][i] * normals[1][j], axis=1) < 0
+    i, j = i[opposite], j[opposite]
+    heights = [np.abs(np.einsum("mkd,md->mk", P[i] - Q[j, :1], normals[1][j])), np.abs(np.einsum("mkd,md->mk", Q[j] - P[i, :1], normals[0][i]))]
+    flat = np.minimum(*(height.max(axis=1) for height in heights)) <= near
+    i, j = i[flat], j[flat]
+    axes = np.concatenate([_edge_normals(P[i], normals[0][i]), _edge_normals(Q[j], normals[0][i])], axis=1)
+    (a, b), (c, d) = ((reach.min(axis=2), reach.max(axis=2)) for reach in (np.einsum("mxd,mkd->mxk", axes, facets) for facets in (P[i], Q[j])))
+    overlap = (np.minimum(b, d) - np.maximum(a, c) > near).all(axis=1)
+    return np.column_stack([i[overlap], j[overlap]])
+
+
+def _edge_normals(corners: Array, normal: Array) -> Array:
+    """(facets, axes, d) directions in the plane of facets across their edges, of unit length; of an edge its own direction."""
+    steps = np.roll(corners, -1, axis=1) - corners
+    axes = steps[:, :1] if corners.shape[2] == 2 else np.cross(normal[:, None], steps)
+    return np.asarray(axes / np.linalg.norm(axes, axis=2)[:, :, None])
+
+
+def _first_piece(P: Array, Q: Array, near: float) -> Array:
+    """(points, d) corners of the facets in one connected piece of the pairs of facets, on the side where they reach less far."""
+    begin, end = np.maximum(P.min(axis=1), Q.min(axis=1)), np.minimum(P.max(axis=1), Q.max(axis=1))
+    i, j = cKDTree((begin + end) / 2).query_pairs(float(np.linalg.norm(end - begin, axis=1).max()) + near, output_type="ndarray").T
+    touch = (np.maximum(begin[i], begin[j]) <= np.minimum(end[i], end[j]) + near).all(axis=1)
+    graph = coo_matrix((np.ones(int(touch.sum())), (i[touch], j[touch])), shape=(len(begin),) * 2)
+    label = connected_components(graph, directed=False)[1]
+    sides = [facets[label == label[0]].reshape(-1, facets.shape[2]) for facets in (P, Q)]
+    return min(sides, key=lambda points: float(np.linalg.norm(np.ptp(points, axis=0))))
