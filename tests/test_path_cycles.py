@@ -16,7 +16,7 @@ class Mapped(Run):
     def __init__(self, cycle_map, start, *, safe=lambda *x: False, signature=lambda *x: 0):
         start = np.atleast_1d(np.array(start, dtype=float))
         self.path = SimpleNamespace(
-            x=start, nodes=len(start), friction=np.ones(1), state=SimpleNamespace(gap=np.zeros(0)), restarted_at=self._restarted_at
+            x=start, nodes=len(start), friction=np.ones(1), force=1.0, state=SimpleNamespace(gap=np.zeros(0)), restarted_at=self._restarted_at
         )
         self.stops = self.turns = [0]
         self.force = self.length = 1.0
@@ -224,3 +224,22 @@ def test_slow_transients_end_where_many_cycles_go(punch, paper_cycle, elements, 
     assert steady.cycles <= 40
     assert path.state.work.sum() == pytest.approx(steady.dissipation, rel=1e-7, abs=1e-8 * scale)
     assert path.state.u[: contact.nodes] == pytest.approx(steady.slip, abs=1e-7 * np.abs(steady.slip).max())
+
+
+@pytest.mark.parametrize("other", ["rubs", "slides", "opens"])
+@pytest.mark.parametrize("hard", [1.0, 1e2, 1e4, 1e5, 1e6, 1e8, 1e10])
+def test_slip_that_is_small_beside_the_largest_force_is_no_shakedown(hard, other):
+    """One node slips to and fro by q = +-f p at p = 1, and from -f at p = 1 + hard it needs no more; whatever the other node does."""
+    friction = np.array([0.5, 0.0 if other == "slides" else 0.5])
+    bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "X": ([1.0, 0.0], [0.0, 0.0]), "H": ([0.0, 0.0], [1.0, 0.0]), "N": ([0.0, 0.0], [0.0, -2.0])}
+    contact = fo.ContactSystem(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}, {"H": hard, "N": 1.0 if other == "opens" else 0.0}])
+    path = fo.march(contact, cycle, friction, 1.0, cycles=4)
+    try:
+        steady = fo.steady_state(contact, cycle, friction, 1.0)
+    except fo.NoContinuation as error:
+        assert hard >= 1e8 and "closer together" in str(error)
+    else:
+        assert steady.outcome is fo.Outcome.CYCLIC_SLIP
+        assert steady.dissipation == pytest.approx(path.cycle_work[-1].sum(), rel=1e-6) and steady.dissipation > 1.0
+    assert fo.steady_state(contact, cycle, friction, 0.2).outcome is fo.Outcome.SHAKEDOWN

@@ -149,7 +149,7 @@ def test_slip_too_small_to_tell_is_said():
     """Less than a part in 1e9 above the limit the cycle comes back, but its work drowns in the tolerance."""
     contact = system(2.0, 0.5, 0.1, 1.0, 1.0, 0.2)
     limit = fo.shakedown_limit(contact, CYCLE, 0.4)
-    with pytest.raises(fo.NoContinuation, match=r"too little to tell slip from none: take a load factor further from the limit"):
+    with pytest.raises(fo.NoContinuation, match=r"too little .* to tell slip from none: take a load factor further from the limit"):
         steady_state(contact, CYCLE, 0.4, limit.load_factor * (1 + 4e-10), initial_slip=limit.slip, most_cycles=8)
 
 

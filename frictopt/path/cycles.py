@@ -13,7 +13,7 @@ from ..contact.answers import Outcome
 from ..contact.checks import Array, frozen
 from ..contact.extrapolation import SLOW, drift_text, fixed_point
 from ..contact.record import SolveRecord
-from ..contact.tolerances import PERIODIC, REPEATED, RESIDUAL, SAFE
+from ..contact.tolerances import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAFE
 from ..errors import NoContinuation, SolverError
 from .cycle import Cycle
 from .extrapolation import slower_modes
@@ -162,8 +162,8 @@ class Run:
         if change > PERIODIC:
             return f"{text}; allow more"
         return (
-            f"{text}; its work of friction, {last.work.sum():.1e} a cycle, is too little to tell slip from none: take a load factor further from the "
-            "limit"
+            f"{text}; its work of friction, {last.work.sum():.1e} a cycle, is too little beside forces of {self.force:.1e} to tell slip from none: "
+            "take a load factor further from the limit, or loads that are closer together"
         )
 
     def _distance_left(self) -> float:
@@ -232,17 +232,29 @@ class Run:
         q, p = np.split(np.array(path.corners) + path.stress(u), 2, axis=1)
         return bool(min((path.friction * p - np.abs(q)).min(), p.min()) >= -SAFE * path.force)
 
-    def _slips(self, cycle: Cycle) -> bool:
-        """Whether some node's work of friction exceeds the tolerance: the work of a slip of 1e-9 slip scales under the largest force."""
-        return bool(cycle.work.max() > RESIDUAL * self.force * self.length * min(1.0, float(self.path.friction.max())))
+    def _slips(self, cycle: Cycle) -> bool | None:
+        """Whether some node slips in a periodic cycle; None where its work is too little to tell.
+
+        Some node does if it works more than a slip of 1e-9 slip scales does under the largest force. Where a corner presses far more than the mean
+        load, this may be much: less work is enough if it is more than rounding and the same as in the cycle before. None does if it works less than
+        such a slip does under the mean load, in slip scales of the mean load.
+        """
+        most, unit = float(cycle.work.max()), self.force * self.length * min(1.0, float(self.path.friction.max()))
+        least = RESIDUAL * (self.path.force / self.force) ** 2 * unit
+        if most > RESIDUAL * unit:
+            return True
+        if most <= least:
+            return False
+        before = self.last[-2].work if len(self.last) > 1 and cycle is self.latest else np.full_like(cycle.work, np.inf)
+        return True if most > ROUNDING * unit and np.abs(cycle.work - before).max() <= LEVEL * most else None
 
     def _conclusive(self, cycle: Cycle) -> bool:
-        """Whether a periodic cycle decides between slip and shakedown: it dissipates, or some node lifts off or has no friction.
+        """Whether a periodic cycle decides between slip and shakedown: it slips; or it does not, and some node lifts off or has no friction.
 
-        If all nodes stay closed and have friction, a small work does not decide, because it may still decay to zero. Shakedown then needs a safe
-        slip.
+        If all nodes stay closed and have friction, little work does not decide, because it may still decay to zero. Shakedown then needs a safe slip.
         """
-        return self._slips(cycle) or bool((self.path.friction == 0).any()) or bool(self._open(cycle).any())
+        slips = self._slips(cycle)
+        return bool(slips) or (slips is False and bool((self.path.friction == 0).any() or self._open(cycle).any()))
 
     def _open(self, cycle: Cycle) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """(N,) whether each node is open at some corner at which the load turns."""
