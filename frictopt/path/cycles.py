@@ -161,10 +161,8 @@ class Run:
             return f"none proven within {self.cycles} of most_cycles = {most_cycles} cycles; {drift_text(change, self._decay)}{self._ahead}"
         if change > PERIODIC:
             return f"{text}; allow more"
-        return (
-            f"{text}; its work of friction, {last.work.sum():.1e} a cycle, is too little beside forces of {self.force:.1e} to tell slip from none: "
-            "take a load factor further from the limit, or loads that are closer together"
-        )
+        beside = f"its work of friction, {last.work.sum():.1e} a cycle, is too little beside forces of {self.force:.1e} to tell slip from none"
+        return f"{text}; {beside}: take a load factor further from the limit, or loads that are closer together"
 
     def _distance_left(self) -> float:
         """Estimated distance from the limit: the sum of all later changes, if they decay by the largest ratio of the last cycles."""
@@ -233,34 +231,30 @@ class Run:
         return bool(min((path.friction * p - np.abs(q)).min(), p.min()) >= -SAFE * path.force)
 
     def _slips(self, cycle: Cycle) -> bool | None:
-        """Whether some node slips in a periodic cycle; None where its work is too little to tell.
+        """Whether some node slips in a periodic cycle, by its work; None where it is too little to tell.
 
-        Some node does if it works more than a slip of 1e-9 slip scales does under the largest force. Where a corner presses far more than the mean
-        load, this may be much: less work is enough if it is more than rounding and the same as in the cycle before. None does if it works less than
-        such a slip does under the mean load, in slip scales of the mean load.
+        A slip of 1e-9 slip scales is none, with scale and pressure of the mean load. Work is more than rounding if it is the same in two cycles, and
+        without doubt if it is that of such a slip under the largest force of the corners.
         """
         most, unit = float(cycle.work.max()), self.force * self.length * min(1.0, float(self.path.friction.max()))
-        least = RESIDUAL * (self.path.force / self.force) ** 2 * unit
         if most > RESIDUAL * unit:
             return True
-        if most <= least:
+        if most <= RESIDUAL * (self.path.force / self.force) ** 2 * unit:
             return False
         before = self.last[-2].work if len(self.last) > 1 and cycle is self.latest else np.full_like(cycle.work, np.inf)
         return True if most > ROUNDING * unit and np.abs(cycle.work - before).max() <= LEVEL * most else None
 
     def _conclusive(self, cycle: Cycle) -> bool:
-        """Whether a periodic cycle decides between slip and shakedown: it slips; or it does not, and some node lifts off or has no friction.
+        """Whether a periodic cycle decides: it slips; or it does not, and some node lifts off or has no friction.
 
-        If all nodes stay closed and have friction, little work does not decide, because it may still decay to zero. Shakedown then needs a safe slip.
+        If all nodes stay closed and have friction, little work may still decay to zero: shakedown needs a safe slip.
         """
-        slips = self._slips(cycle)
-        return bool(slips) or (slips is False and bool((self.path.friction == 0).any() or self._open(cycle).any()))
+        return self._slips(cycle) or (self._slips(cycle) is False and bool((self.path.friction == 0).any() or self._open(cycle).any()))
 
     def _open(self, cycle: Cycle) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """(N,) whether each node is open at some corner at which the load turns."""
         gaps = [u[self.path.nodes :] + self.path.state.gap for number, (u, _) in zip(self.stops, cycle.corners, strict=True) if number in self.turns]
-        opened: np.ndarray[Any, np.dtype[np.bool_]] = np.any(np.array(gaps) > 0, axis=0)
-        return opened
+        return np.asarray(np.any(np.array(gaps) > 0, axis=0))
 
     def _periodic(self, path: ExactPath, cycle: Cycle, change: float, extrapolated: bool) -> SteadyState:
         """The steady state of a periodic cycle; it is shakedown if the work of friction is below the tolerance."""
