@@ -98,6 +98,13 @@ def test_a_node_that_slides_freely_has_starts_below_its_limit():
     assert check.limit.load_factor == pytest.approx(0.5) and check.dies_out and len(check.runs) == 16
 
 
+def test_starts_have_a_size_where_neither_mean_pressure_nor_witness_gives_one():
+    pulled = {"P": ([4.0], [0.0]), "Q": ([-5.6], [0.0])}  # slip presses the node, not the mean load
+    contact, cycle = fo.ContactSystem([[1.0]], [[-0.9]], [[1.0]], [0.0], pulled), fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
+    check = fo.verify_guaranteed(contact, cycle, 0.4, starts=6, moved=2)
+    assert not check.limit.slip.any() and (check.runs["moved"] > 0).sum() == 2 and np.ptp(check.starts) > 0.1
+
+
 def test_vertices_are_safe_and_as_far_out_as_can_be():
     contact = random_system(np.random.default_rng(4), 3)
     load_factor = 0.5 * fo.shakedown_limit(contact, CYCLE, 0.5).load_factor

@@ -164,7 +164,9 @@ def verify_guaranteed(
         raise ModelError(
             f"limit: guaranteed limit {limit.load_factor:g} below lambda_2 = {limit.shakedown.load_factor:g}; there is no load to test at"
         )
-    size = float(np.abs(limit.slip).max()) or float(np.abs(cycle.mean_reaction(system)[1]).mean()) / system.stiffness_scale
+    forces = cycle.mean_reaction(system)[1], *cycle.corner_reactions(system)  # the mean load may press nothing
+    force = next(size for size in (float(np.abs(part).mean()) for part in forces) if size > 0)
+    size = float(np.abs(limit.slip).max()) or force / system.stiffness_scale
     high = above * limit.load_factor if limit.load_factor > 0 else _SMALL_LOAD * _least_load(system, cycle, limit.shakedown.load_factor)
     changes = _MOVED * size * rng.uniform(-1.0, 1.0, (moved, system.nodes))
     begins = [(high, "witness", limit.slip), *((high, "moved witness", limit.slip + change) for change in changes)]
