@@ -31,6 +31,13 @@ def test_bad_cycles_are_refused(mean, corners, message):
         fo.LoadCycle(mean=mean, corners=corners)
 
 
+def test_the_text_of_a_long_cycle_is_short():
+    corners = [{"sigma": float(k)} for k in range(200)]
+    text = repr(fo.LoadCycle({"P": 1.0}, corners))
+    assert text.endswith("{'sigma': 3.0}, ... 200 in all])") and len(text) < 150
+    assert repr(fo.LoadCycle({}, corners[:4])).endswith("{'sigma': 3.0}])")
+
+
 def test_reactions_of_a_cycle():
     system = random_system(np.random.default_rng(0), 3, loads=("mean", "a", "b"))
     cycle = fo.LoadCycle(mean={"mean": 2.0}, corners=[{"a": 1.0}, {"a": -1.0, "b": 0.5}, {}])

@@ -20,7 +20,27 @@ def cases():
     half_open = system(np.eye(2), np.zeros((2, 2)), 0.0, [1.0, -0.5], 1.0, 0.0)
     sheared = system(np.eye(1), np.zeros((1, 1)), 3.0, 1.0, 1.0, 0.0)
     yield "finite", coupled, CYCLE, {}, LimitKind.FINITE, ["is safe above it"]
-    yield "pressing", coupled, pressing, {}, LimitKind.UNBOUNDED, ["every load factor has a safe residual slip"]
+    yield (
+        "pressing",
+        coupled,
+        pressing,
+        {},
+        LimitKind.UNBOUNDED,
+        ["no load factor is the largest one with a safe residual slip: the corners add no more shear"],
+    )
+    alone = system(np.eye(1), np.zeros((1, 1)), 0.0, 1.0, 1.0, 0.0)
+    held, one = system(np.eye(2), [[0.0, 0.1], [-0.1, 0.0]], 0.0, 1.0, 0.4, 1.0), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
+    no_growth = "the corners add no more shear than friction f p at any node"
+    yield "pressed as much as sheared", held, one, {}, LimitKind.UNBOUNDED, [no_growth]
+    yield "pressed within a slip bound", held, one, {"slip_bound": 0.1}, LimitKind.UNBOUNDED, ["within the slip bound: ", no_growth]
+    yield (
+        "following",
+        alone,
+        one,
+        {},
+        LimitKind.UNBOUNDED,
+        ["a slip that grows with the load keeps every node within its friction bound; ", "slip_bound limits it"],
+    )
     yield "still", coupled, still, {}, LimitKind.UNBOUNDED, ["the corners carry no load"]
     yield "pulled", pair, CYCLE, {}, LimitKind.NO_SAFE_SLIP, ["compression must be positive", "sum to -2"]
     yield "half open", half_open, CYCLE, {}, LimitKind.NO_SAFE_SLIP, ["1 of 2 nodes (x = 1)", "open under the mean load"]
@@ -50,6 +70,17 @@ def test_every_limit_says_its_kind_and_why(ask, name, contact, cycle, options, k
         for text in texts:
             assert text in limit.reason and text in printed.getvalue()
     assert limit.reason in repr(limit) and f"kind={kind.name}" in repr(limit)
+
+
+def test_a_contact_that_locks_itself_says_so():
+    """A slip presses the node 2.5 times as much as it shears it: with f = 0.5 it may follow any load, with f = 0.3 it helps up to a limit."""
+    wedge = system(np.eye(1), [[2.5]], 0.0, 1.0, 1.0, 0.0)
+    locked = fo.shakedown_limit(wedge, CYCLE, 0.5)
+    assert locked.kind is LimitKind.UNBOUNDED
+    assert "wedges the contact tighter (self-locking with f = 0.5)" in locked.reason and "slip_bound limits it" in locked.reason
+    assert fo.shakedown_limit(wedge, CYCLE, 0.3).kind is LimitKind.FINITE
+    bounded = fo.shakedown_limit(wedge, CYCLE, 0.5, slip_bound=0.4)
+    assert bounded.load_factor == pytest.approx(0.5 * (1 + 2.5 * 0.4) - 0.4) and bounded.largest_slip == pytest.approx(0.4)
 
 
 def test_kinds_are_sentences_with_a_remedy():

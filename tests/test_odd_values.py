@@ -260,7 +260,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "read_store": (fo.read_store, {"path": "none"}),
     "SafeRegion.contains": (REGION.contains, {"first": 0.1, "second": 0.1}),
     "SafeRegion.cycle": (REGION.cycle, {"first": 0.1, "second": 0.1}),
-    "required_friction": (fo.required_friction, {"system": CONTACT, "cycle": CYCLE, "load_factor": 0.1}),
+    "required_friction": (fo.required_friction, {"system": CONTACT, "cycle": CYCLE, "load_factor": 0.1, "slip_bound": None}),
     "safe_region": (fo.safe_region, {"system": TWO_LOADS, "mean": {"mean": 1.0}, "loads": ["cyclic", "other"], "friction": FRICTION}),
     "safe_slip": (fo.safe_slip, {**ASKED, "load_factor": 0.1}),
     "separated_limit": (fo.separated_limit, {**ASKED, "time_limit": 0.05, "progress": False}),

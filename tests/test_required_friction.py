@@ -1,3 +1,5 @@
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -5,18 +7,19 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import frictopt as fo
+from frictopt.limits.pressing import best_pressed
 from systems import CYCLE, random_system, system
 
 
-def brute_force(contact, cycle, load_factor):
-    """Least friction by bisection on the feasibility of all rows of all corners in raw slips; inf if none up to 1000 will do."""
+def brute_force(contact, cycle, load_factor, bound=None):
+    """Least friction by bisection on the feasibility of all rows of all corners in raw slips of at most `bound`; inf if none up to 1000 will do."""
     (q0, p0), (q1, p1) = cycle.mean_reaction(contact), cycle.corner_reactions(contact)
     q, p = q0 + load_factor * q1, p0 + load_factor * p1
 
     def safe(f):
         rows = np.vstack([np.vstack([contact.A - f * contact.B, -contact.A - f * contact.B, -contact.B])] * len(q))
         right = np.concatenate([np.concatenate([f * pk - qk, f * pk + qk, pk]) for qk, pk in zip(q, p, strict=True)])
-        return linprog(np.zeros(contact.nodes), rows, right, bounds=(None, None)).status == 0
+        return linprog(np.zeros(contact.nodes), rows, right, bounds=(None if bound is None else -bound, bound)).status == 0
 
     if not safe(1e3):
         return np.inf
@@ -38,6 +41,114 @@ def test_required_friction_by_brute_force(seed, nodes, factor, coupling):
     elif np.isfinite(required.friction):  # more friction than the brute force tries
         assert required.friction > 500
     assert required.residual <= 1e-9
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), most=st.floats(0.0, 2.0))
+def test_required_friction_within_a_slip_bound_by_brute_force(seed, nodes, factor, most):
+    contact = random_system(np.random.default_rng(seed), nodes, coupling=1.0)
+    required = fo.required_friction(contact, CYCLE, factor, slip_bound=most)
+    expected = brute_force(contact, CYCLE, factor, most)
+    if expected < 500:
+        assert required.friction == pytest.approx(expected, rel=1e-5, abs=1e-6)
+        assert required.largest_slip <= most * (1 + 1e-9)
+    elif np.isfinite(required.friction):
+        assert required.friction > 500
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), most=st.none() | st.floats(0.0, 2.0))
+def test_the_best_pressed_slip_by_another_program(seed, nodes, factor, most):
+    contact = random_system(np.random.default_rng(seed), nodes, coupling=1.0)
+    pressed = best_pressed(contact, CYCLE, factor, None if most is None else np.full(nodes, most)).claim
+    p = CYCLE.mean_reaction(contact)[1] + factor * CYCLE.corner_reactions(contact)[1]
+    force = CYCLE.mean_reaction(contact)[1].mean()
+    rows = np.vstack([np.column_stack([-contact.B, np.full(nodes, force)])] * len(p))
+    slips = [(None if most is None else -most, most)] * nodes
+    raw = linprog(np.r_[np.zeros(nodes), -1.0], rows, p.ravel(), bounds=[*slips, (None, 1.0)])
+    assert pressed.least == pytest.approx(-raw.fun, abs=1e-7)
+    assert pressed.impossible == (raw.fun > 0)
+
+
+@cache
+def graded(which):
+    """A contact whose elements span decades, with its mean load and the loads that cycle."""
+    stiff, soft = fo.Material(E=10.0, nu=0.3), fo.Material(E=0.1, nu=0.3)
+    scene, *loads = [
+        (fo.Dovetail(angle=60, elements=40, grading=100, growth=1.8, blade_material=stiff), "pull", ("pull", "sway")),
+        (fo.Dovetail(angle=45, elements=10, grading=5000, growth=1.8, blade_material=soft), "pull", ("pull", "sway")),
+        (fo.Dovetail(angle=70, elements=10, grading=50, growth=1.8, edge_radius=200.0), "pull", ("pull", "sway")),
+        (fo.PunchOnHalfPlane(elements=20, grading=1000, growth=1.6, punch_material=stiff), "P", ("Q", "sigma")),
+        (fo.RoundedPunch(50.0, 0.5, fo.PunchOnHalfPlane(elements=20, grading=10, growth=1.6)), "P", ("Q", "sigma")),
+        (fo.PinInPlate(elements=24, growth=1.5), "fit", ("Fx", "sigma")),
+    ][which]
+    return scene.condense(), *loads
+
+
+def straddles(contact, cycle, load_factor, required):
+    """Whether the load factor lies between the shakedown limits of a little less and of a little more friction.
+
+    Where the mean load alone has no safe slip, the safe load factors may begin above the one in question.
+    """
+    frictions = [required.friction * (1 + step) for step in (-2e-5, 2e-6)]
+    less, more = (fo.shakedown_limit(contact, cycle, friction).load_factor for friction in frictions)
+    too_little = not less >= load_factor or not fo.safe_slip(contact, cycle, frictions[0], 0.0).exists
+    return too_little and more >= load_factor
+
+
+@pytest.mark.parametrize("load_factor", [0.05, 0.1, 0.3])
+def test_faces_of_strongly_graded_nodes(load_factor):
+    """Two inclined faces with a hundredfold grading, a stiff blade in a soft disc: there B hardly feels some slips."""
+    contact = graded(0)[0]
+    cycle = fo.LoadCycle({"pull": 1.0}, [{"sway": 1.0}, {"sway": -1.0}])
+    assert best_pressed(contact, cycle, load_factor, None).claim.residual < 1e-11
+    assert straddles(contact, cycle, load_factor, fo.required_friction(contact, cycle, load_factor))
+
+
+CORNERS = st.lists(st.tuples(st.sampled_from([-0.3, -0.1, 0.1, 0.2]), st.sampled_from([-0.3, 0.0, 0.2])), min_size=2, max_size=4)
+FACTORS = st.sampled_from([0.1, 0.5, 0.9])
+
+
+@settings(max_examples=12, deadline=None)
+@given(which=st.integers(1, 5), corners=CORNERS, load_factor=FACTORS)
+def test_required_friction_by_the_limits_of_graded_contacts(which, corners, load_factor):
+    check_graded(*graded(which), corners, load_factor)
+
+
+@pytest.mark.slow
+@settings(max_examples=100, deadline=None)
+@given(which=st.integers(0, 5), corners=CORNERS, load_factor=FACTORS)
+def test_required_friction_by_the_limits_of_many_graded_contacts(which, corners, load_factor):
+    check_graded(*graded(which), corners, load_factor)
+
+
+def check_graded(contact, mean, loads, corners, load_factor):
+    unit = 0.01 if mean == "fit" else 1.0
+    cycle = fo.LoadCycle({mean: 1.0}, [{load: unit * amplitude for load, amplitude in zip(loads, corner, strict=True)} for corner in corners])
+    required = fo.required_friction(contact, cycle, load_factor)
+    if required.friction == 0:
+        assert fo.shakedown_limit(contact, cycle, 1e-3).load_factor >= load_factor * (1 - 1e-9)
+    elif np.isinf(required.friction):
+        assert not fo.shakedown_limit(contact, cycle, 10.0).load_factor >= load_factor
+    else:
+        assert straddles(contact, cycle, load_factor, required)
+
+
+def test_faces_that_lock_themselves_need_slips_without_bound():
+    """Pushed from below, a dovetail is held by friction alone, of the cotangent of its angle: with it the slip has no bound."""
+    contact, cot = fo.Dovetail(angle=50, elements=4, growth=2.0).condense(), 1 / np.tan(np.radians(50))
+    cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
+    free = fo.required_friction(contact, cycle, 1.5)
+    assert free.friction == pytest.approx(cot, rel=1e-5) and free.largest_slip > 1e6
+    held = [fo.required_friction(contact, cycle, 1.5, slip_bound=most) for most in (1e2, 1e3, 1e4)]
+    assert [required.largest_slip for required in held] == pytest.approx([1e2, 1e3, 1e4])
+    assert held[0].friction > held[1].friction > held[2].friction > free.friction and "within the slip bound" in held[0].reason
+    for required, most in zip(held, (1e2, 1e3, 1e4), strict=True):
+        less, more = (fo.shakedown_limit(contact, cycle, f, slip_bound=most).load_factor for f in (required.too_little, required.friction))
+        assert less < 1.5 < more < 1.5001
+    assert "within the slip bound" in fo.required_friction(contact, cycle, 1.5, slip_bound=1.0).reason
+    with pytest.raises(fo.SolverError, match=r"no slip is safe with 0\.838.*one of up to .* is with 0\.839.*give a smaller slip_bound"):
+        fo.required_friction(contact, cycle, 1.5, slip_bound=1e5)
 
 
 def test_it_is_proven_from_both_sides(punch, paper_cycle):

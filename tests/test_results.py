@@ -31,10 +31,19 @@ MOVED = fo.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.reaction({"me
         (STEADY, [f"outcome={STEADY.outcome.name}", f"dissipation={STEADY.dissipation:.6g}", "residual="]),
         (PATH, ["nodes=2", "cycles=2", "engine=path", "residual="]),
         (PATH.verdict, ["residual=", "direction="]),
-        (LIMIT, [f"load_factor={LIMIT.load_factor:.6g}", "kind=FINITE", "residual=", "reason=no residual slip"]),
-        (LOWER, [f"load_factor={LOWER.load_factor:.6g}", "proven=False", "node=0", "residual="]),
-        (SAFE, ["exists=True", f"margin={SAFE.margin:.6g}", "residual="]),
-        (NEEDED, [f"friction={NEEDED.friction:.6g}", "residual=", "reason=no residual slip"]),
+        (
+            LIMIT,
+            [
+                f"load_factor={LIMIT.load_factor:.6g}",
+                "kind=FINITE",
+                f"largest_slip={np.abs(LIMIT.slip).max():.6g}",
+                "residual=",
+                "reason=no residual slip",
+            ],
+        ),
+        (LOWER, [f"load_factor={LOWER.load_factor:.6g}", "proven=False", "node=0", f"largest_slip={np.abs(LOWER.slip).max():.6g}", "residual="]),
+        (SAFE, ["exists=True", f"largest_slip={np.abs(SAFE.slip).max():.6g}", f"margin={SAFE.margin:.6g}", "residual="]),
+        (NEEDED, [f"friction={NEEDED.friction:.6g}", f"largest_slip={np.abs(NEEDED.slip).max():.6g}", "residual=", "reason=no residual slip"]),
         (REGION, ["loads=('cyclic', 'other')", f"sides={len(REGION.sides)}", "reason="]),
         (SLIP, ["load_factor=1", f"bound={SLIP.bound:.6g}", "residual="]),
         (SPAN, [f"least={SPAN.least:.6g}", f"most={SPAN.most:.6g}", "residual=", "proven=False"]),
@@ -52,6 +61,15 @@ def test_a_result_says_its_answer_in_one_line_and_as_a_table(result, said):
     assert all(part in line for part in said)
     assert table.count("<table") == table.count("</table>") == 1
     assert table.count("<tr") >= len(said) and "array" not in table
+
+
+def test_the_largest_slip_in_space_is_that_of_a_node():
+    node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 6.0, "R": 8.0}])
+    for found in (fo.safe_slip(node, cycle, 0.5, 1.0), fo.safe_slip(node, cycle, 0.5, 0.5)):
+        assert found.largest_slip == pytest.approx(float(np.hypot(*found.slip[0])), rel=1e-12)
+        assert f"largest_slip={found.largest_slip:.6g}" in repr(found)
+    assert np.isnan(fo.shakedown_limit(node, cycle, 0.5).largest_slip)  # inf, no slip
 
 
 @pytest.mark.parametrize("result", [STEADY, PATH, LIMIT, LOWER, SAFE, NEEDED, REGION, MOVED], ids=lambda value: type(value).__name__)

@@ -193,6 +193,11 @@ def test_all_nodes_open_for_ever():
     assert limit.load_factor >= 2.0 and limit.state is not None
 
 
+def test_a_search_that_is_out_of_time_says_what_to_give(punch, paper_cycle):
+    limit = fo.separated_limit(rounded(punch(40), 0.02), paper_cycle, 0.6, time_limit=1e-3, progress=False)
+    assert limit.bound == np.inf and "give a larger time_limit" in limit.reason and limit.largest_slip == np.abs(limit.slip).max()
+
+
 def test_a_time_limit_is_above_zero():
     with pytest.raises(fo.ModelError, match="time_limit"):
         fo.separated_limit(system(1.0, 0.0, 0.0, 1.0, 1.0, 0.0), CYCLE, 0.5, time_limit=0)

@@ -159,6 +159,20 @@ def test_each_kind_of_limit_is_named_and_explained(mean, corners, kind):
     assert "friction_circle_0" in text.getvalue() and "no_force" not in text.getvalue()
 
 
+@pytest.mark.parametrize(
+    ("coupling", "corners", "why"),
+    [
+        (0.0, [{"P": 2.0, "X": 1.0}], "add no more shear than friction f p at any node"),
+        (0.0, [{"X": 1.0}], "keeps every node within its friction bound; "),
+        (2.5, [{"X": 1.0}, {"X": -1.0}], "wedges the contact tighter (self-locking with f = 0.5)"),
+    ],
+)
+def test_a_limit_without_end_says_why(coupling, corners, why):
+    S = np.array([[1.0, 0.0, coupling], [0.0, 1.0, 0.0], [coupling, 0.0, 10.0]])
+    node = fo.ContactSystem3D(S, [[0.0, 0.0, 0.0]], {"P": [0, 0, 1], "X": [1, 0, 0]})
+    assert why in fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, corners), 0.5).reason
+
+
 @pytest.mark.parametrize("f", [0.0, 1e-3, 0.005])
 def test_little_friction_keeps_nodes_pressed(f):
     rng = np.random.default_rng(4)

@@ -12,7 +12,7 @@ from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficie
 from ..contact.checks import Array, finite_number, flag, frozen
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis
-from ..contact.record import Attempt, Recorded, SolveRecord
+from ..contact.record import Attempt, SolveRecord, WithSlip
 from ..contact.show import Plotted, frame
 from ..contact.system import checked_system
 from ..contact.tolerances import ONE_LIMIT
@@ -33,7 +33,7 @@ _SMALL = 1e-3  # load factor, in load units, below which the range of the bound 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SeparatedLimit(Recorded, Portable, Plotted):
+class SeparatedLimit(WithSlip, Portable, Plotted):
     """The largest load factor found at which the contact comes to rest with nodes open or closed, and what is known above it.
 
     Attributes
@@ -108,7 +108,7 @@ class SeparatedLimit(Recorded, Portable, Plotted):
         return frame({"node": range(self.system.nodes), "x": self.system.x, "slip": self.slip, "gap": gap, "open": self.open.sum(axis=0)})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("load_factor", "bound", "exact", "kind", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("load_factor", "bound", "exact", "kind", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the answer, the reason, what the bound covers, and the mixed-integer program by its names."""
@@ -266,7 +266,7 @@ def _reason(question: Question, search: RestSearch, found: _Bound, exact: bool) 
     if found.endless:
         return f"{text}; no bound, for at the corners the mixed-integer program allows states at any load factor, of which none was found to rest"
     if np.isinf(found.bound):
-        return f"{text}; nothing is known above it within the time limit, give more"
+        return f"{text}; nothing is known above it, for the time was over: give a larger time_limit"
     return f"{text}; above it the mixed-integer program allows states, of which none was found to rest"
 
 

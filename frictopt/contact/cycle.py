@@ -14,6 +14,8 @@ from .system import ContactSystem, checked_kind
 
 __all__ = ["LoadCycle", "checked_cycle"]
 
+_SHOWN = 4  # corners in the text of a load cycle: those of two independent loads
+
 
 @dataclass(frozen=True)
 class LoadCycle:
@@ -61,7 +63,9 @@ class LoadCycle:
         return hash((frozenset(self.mean.items()), tuple(frozenset(corner.items()) for corner in self.corners)))
 
     def __repr__(self) -> str:
-        return f"LoadCycle(mean={dict(self.mean)}, corners={[dict(corner) for corner in self.corners]})"
+        shown = ", ".join(str(dict(corner)) for corner in self.corners[:_SHOWN])
+        more = f", ... {len(self.corners)} in all" if len(self.corners) > _SHOWN else ""
+        return f"LoadCycle(mean={dict(self.mean)}, corners=[{shown}{more}])"
 
     @classmethod
     def from_history(cls, history: Any, *, mean: Mapping[str, float] | None = None, time: str | None = None) -> Self:

@@ -11,7 +11,7 @@ from .dispatch import OtherContact
 from .system import ContactSystem, checked_system
 from .tolerances import CONDENSATION
 
-__all__ = ["mean_load_diagnosis", "open_nodes", "pressing"]
+__all__ = ["growth_diagnosis", "mean_load_diagnosis", "open_nodes", "pressing"]
 
 _MOST_SETS = 100  # changes of the set of open nodes
 _RANGES = 4  # ranges of x that a text names
@@ -75,6 +75,31 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
     return ", ".join(texts)
 
 
+def growth_diagnosis(friction: Array, corners: tuple[Array, Array], slipped: tuple[Array, Array], rounding: float, remedy: str) -> str:
+    """Describe why the load may grow without end, from the residual slip that then grows with it.
+
+    Parameters
+    ----------
+    friction
+        (N,) coefficients of friction.
+    corners
+        Reactions (K, N) or (K, N, 2) of shear, and (K, N), at the corners, without the mean.
+    slipped
+        Those of the slip that is safe under them, (N,) or (N, 2), and (N,).
+    rounding
+        Force that counts as none.
+    remedy
+        What limits such a slip, as the end of a sentence.
+    """
+    if not any(part.any() for part in corners):
+        return "the corners carry no load"
+    if _within(friction, *corners, rounding):
+        return "the corners add no more shear than friction f p at any node, so no slip need grow with the load"
+    text = "a slip that grows with the load keeps every node within its friction bound"
+    locks = f" and wedges the contact tighter (self-locking with f = {float(friction.max()):g})" if _within(friction, *slipped, rounding) else ""
+    return f"{text}{locks}; assembly may not leave one so large{remedy}"
+
+
 def open_nodes(system: ContactSystem | OtherContact, p: Array) -> np.ndarray | None:
     """(N,) whether each node is open if no node slips and the closed contact has the normal reactions p (N,); None if no state is found.
 
@@ -93,6 +118,11 @@ def open_nodes(system: ContactSystem | OtherContact, p: Array) -> np.ndarray | N
             return opened
         opened = again
     return None
+
+
+def _within(f: Array, q: Array, p: Array, rounding: float) -> bool:
+    shear = np.abs(q) if q.ndim == p.ndim else np.linalg.norm(q, axis=-1)
+    return bool((shear <= f * p + rounding).all() and (p >= -rounding).all())
 
 
 def _pulls(p: Array) -> str:

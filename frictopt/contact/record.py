@@ -2,9 +2,12 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from .checks import Array
 from .show import Shown
 
-__all__ = ["Attempt", "Recorded", "SolveRecord"]
+__all__ = ["Attempt", "Recorded", "SolveRecord", "WithSlip"]
 
 
 @dataclass(frozen=True)
@@ -78,3 +81,17 @@ class Recorded(Shown):
     def residual(self) -> float:
         """The residual of the record."""
         return self.record.residual
+
+
+class WithSlip(Recorded):
+    """Base of results with a residual slip, (N,) or (N, 2)."""
+
+    slip: Array
+
+    @property
+    def largest_slip(self) -> float:
+        """Largest size of the slip at a node, length; NaN without a slip. Other slips may be safe too.
+
+        Compare it with what assembly can leave. A slip far larger than that is of no use: bound it by `slip_bound` (plane contacts).
+        """
+        return float(np.linalg.norm(self.slip.reshape(len(self.slip), -1), axis=1).max())

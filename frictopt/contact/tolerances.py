@@ -55,6 +55,9 @@ BINDING = 100 * RESIDUAL  # slack below which a row is printed as binding: solve
 RIGID = ROUNDING  # eigenvalues of A, each node in units of its stiffness, up to this belong to rigid sliding; condensation balances it to rounding
 NO_COUPLING = ROUNDING / 10  # f B up to this share of the largest entry of A counts as none: the closed form neglects it
 NO_MARGIN = ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit
+GROWN = (
+    10 * RESIDUAL
+)  # share of the mean friction bound that counts as none in a slip that grows with the load: its rows have errors up to the residual
 ZERO_LOAD_FACTOR = ROUNDING  # dimensionless load factors up to this are zero
 TIE = ROUNDING  # corners whose rows differ by less than this share rule together
 FLOOR = 1e6 * RESIDUAL  # values count relative to themselves from this share of their unit on: below it, the error of the unit is felt

@@ -40,7 +40,7 @@ class GuaranteedLimit(Answered):
         nothing is safe. Otherwise it is an upper bound of the load factor up to which that holds.
     slip
         (N,) the witness: safe at the limit, with `node` on both its bounds, length. If no node is on both bounds below lambda_2, the safe slip at
-        lambda_2. NaN where the limit is not finite.
+        lambda_2. NaN where the limit is not finite. `largest_slip` is its size: a start of this size must be possible for the witness to matter.
     node
         The node that starts to slip to and fro; None where lambda_2 rules.
     corners
@@ -120,7 +120,7 @@ class GuaranteedLimit(Answered):
         return self._task.same_input(LimitQuestion(system, cycle, cycle_loads(system, cycle), friction, False))
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("load_factor", "kind", "proven", "node", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("load_factor", "kind", "proven", "node", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from ..contact.answers import LimitKind
-from ..contact.diagnosis import mean_load_diagnosis
-from ..contact.tolerances import RESIDUAL
+from ..contact.diagnosis import growth_diagnosis, mean_load_diagnosis
+from ..contact.tolerances import GROWN, RESIDUAL
 from .posed import LimitQuestion
 from .safe_slip import MarginState, solve_margin
 from .scaling import Loads, ScaledContact
 
-__all__ = ["classify", "reason"]
+__all__ = ["classify", "reason", "unbounded_reason"]
 
 
 def classify(task: LimitQuestion, scaled: ScaledContact, solver: str | None) -> tuple[LimitKind, MarginState] | None:
@@ -35,13 +35,18 @@ def _carried(task: LimitQuestion, cyclic: MarginState) -> bool:
     return bool((np.maximum(np.abs(q) - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
 
 
-def reason(task: LimitQuestion, kind: LimitKind, load_factor: float) -> str:
-    """Why the shakedown limit is what it is, in words."""
+def unbounded_reason(task: LimitQuestion, proof: MarginState) -> str:
+    """Why no load factor is the largest one with a safe slip, in words, from the slip that grows with the load."""
+    growing, corners = proof.slip / proof.load_factor, (task.loads.q1, task.loads.p1)
+    slipped, rounding = (task.system.A @ growing, task.system.B @ growing), GROWN * task.mean_bound / proof.load_factor
+    why = growth_diagnosis(task.friction, corners, slipped, rounding, ": slip_bound limits it")
     within = "" if task.most is None else " within the slip bound"
-    if kind is LimitKind.UNBOUNDED:
-        loaded = bool(task.loads.q1.any() or task.loads.p1.any())
-        why = "the corners shear no node beyond the friction that they press up" if loaded else "the corners carry no load"
-        return f"every load factor has a safe residual slip{within}: {why}"
+    return f"no load factor is the largest one with a safe residual slip{within}: {why}"
+
+
+def reason(task: LimitQuestion, kind: LimitKind, load_factor: float) -> str:
+    """Why a shakedown limit that is not inf is what it is, in words."""
+    within = "" if task.most is None else " within the slip bound"
     if kind is LimitKind.FINITE and load_factor > 0:
         return f"no residual slip{within} is safe above it"
     remedy = "" if task.most is None else "a larger slip_bound may leave one; "

@@ -8,7 +8,7 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
 from ..contact.checks import Array, flag
 from ..contact.cycle import checked_cycle
-from ..contact.record import Attempt, Recorded, SolveRecord
+from ..contact.record import Attempt, SolveRecord, WithSlip
 from ..contact.show import Plotted
 from ..contact.symmetry import Part, halve, whole
 from ..contact.system import checked_system
@@ -175,7 +175,7 @@ class LimitQuestion:
         return (*self.part.left_out, *([f"corners: {idle} of {corners} rule no node"] if idle else []))
 
 
-class Answered(Recorded, Portable, Plotted):
+class Answered(WithSlip, Portable, Plotted):
     """Base of results that answer a limit question by a residual slip at a load factor."""
 
     load_factor: float

@@ -7,18 +7,19 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import brentq, linprog
+from scipy.optimize import brentq
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen
-from ..contact.cycle import checked_cycle
-from ..contact.record import Recorded, SolveRecord
+from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, frame
-from ..contact.tolerances import NO_LEAST_PRESSURE, PROVEN_FRICTION, RESIDUAL, WIDEST_PROOF
+from ..contact.tolerances import PROVEN_FRICTION, WIDEST_PROOF
 from ..errors import SolverError
 from .mechanism import Mechanism
+from .pressing import Pressing, best_pressed
 from .safe_slip import SafeSlipModel
 from .safe_slip_result import SafeSlip
+from .slip_bound import slip_bounds
 
 __all__ = ["RequiredFriction", "required_friction"]
 
@@ -26,7 +27,7 @@ _LEAST_FRICTION, _MOST_FRICTION = 1e-6, 1e4  # which linear programs can tell fr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RequiredFriction(Recorded, Plotted):
+class RequiredFriction(WithSlip, Plotted):
     """The least coefficient of friction with which a load factor is safe, with its proof from both sides.
 
     Attributes
@@ -36,7 +37,8 @@ class RequiredFriction(Recorded, Plotted):
     too_little
         Coefficient of friction with which no slip is safe, less than 1e-5 below `friction`, relatively; nan where none is needed.
     slip
-        (N,) a residual slip that is safe with `friction`, length; NaN where none is enough.
+        (N,) a residual slip that is safe with `friction`, length; NaN where none is enough. `largest_slip` is its size: compare it with what assembly
+        can leave, and bound it by `slip_bound`.
     mechanism
         Why `too_little` is not enough (Farkas's lemma), or why no friction is: motions for which the loads do more work than friction can take up,
         while no residual slip resists them. Columns node, x, corner, direction (+1 slips along +x, -1 against it, 0 opens), share; largest first.
@@ -76,10 +78,10 @@ class RequiredFriction(Recorded, Plotted):
         return frame({"node": range(len(self.slip)), "x": self.system.x, "slip": self.slip})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("friction", "too_little", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("friction", "too_little", "largest_slip", "residual", "reason")}
 
 
-def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: float) -> RequiredFriction:
+def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: float, *, slip_bound: Any = None) -> RequiredFriction:
     """Least coefficient of friction, the same at all nodes, with which some residual slip is safe at a load factor.
 
     A slip that is safe with friction f presses every node at every corner: `abs(q) <= f p` needs `p >= 0`, and without friction it is asked for. With
@@ -93,6 +95,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         The contact and its load cycle.
     load_factor
         Load factor, >= 0.
+    slip_bound
+        Largest slip `abs(v)` that assembly can leave, see `ShakedownModel`; None for no bound. Faces that lock themselves may need far more.
 
     Raises
     ------
@@ -111,47 +115,24 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     (1.0, True)
     """
     started, load_factor = perf_counter(), finite_number("load_factor", load_factor, least=0.0)
-    (q0, p0), (q1, p1) = checked_cycle(cycle).mean_reaction(system), cycle.corner_reactions(system)
-    pressed = _best_pressed(system, q0 + load_factor * q1, p0 + load_factor * p1)
-
-    asked = _Asked(SafeSlipModel(system, cycle), load_factor, started)
-    if pressed.mechanism is not None:
-        nodes = sorted(set(pressed.mechanism["node"]))
-        places = ", ".join(f"{x:.4g}" for x in system.x[nodes][:4]) + ", ..." * (len(nodes) > 4)
-        why = f"no friction is enough: whatever slips, the loads open one of {len(nodes)} nodes (x = {places}) at some corner; press them"
-        return RequiredFriction(
-            friction=np.inf,
-            too_little=np.inf,
-            slip=frozen(np.full(system.nodes, np.nan)),
-            mechanism=pressed.mechanism,
-            reason=why,
-            system=system,
-            cycle=cycle,
-            load_factor=load_factor,
-            record=asked.record((), pressed.residual),
-        )
+    asked, most = _Asked(SafeSlipModel(system, cycle, slip_bound=slip_bound), load_factor, started), 1.0
+    within = "" if slip_bound is None else " within the slip bound"
     if asked.proven(0.0, True):
-        slip, none = asked.safe(0.0), np.zeros(system.nodes)
-        why = "none is needed: a residual slip takes all shear off every node at every corner"
-        return RequiredFriction(
-            friction=0.0,
-            too_little=np.nan,
-            slip=slip.slip,
-            mechanism=_motions(system, none, none.astype(int)),
-            reason=why,
-            system=system,
-            cycle=cycle,
-            load_factor=load_factor,
-            record=asked.record((slip,), slip.residual),
-        )
-    most = 1.0
-    while not asked.proven(most, True):
-        if most >= _MOST_FRICTION:
-            raise SolverError(
-                f"required friction: none up to {most:g} is enough, although no node need open: the best residual slip leaves a pressure of "
-                f"{pressed.least:.1e} force scales at its least pressed node; press such nodes, or leave them out"
-            )
-        most = min(4 * most, max(2 * most, 1.01 * pressed.friction), _MOST_FRICTION)
+        slip, none = asked.safe(0.0), np.zeros((1, system.nodes))
+        why = f"none is needed: a residual slip{within} takes all shear off every node at every corner"
+        motionless, record = Mechanism(none, none, none, none[0]).table(system), asked.record((slip,), slip.residual)
+        return RequiredFriction(0.0, np.nan, slip.slip, motionless, why, system, cycle, load_factor, record)
+    if not asked.proven(most, True):
+        best = best_pressed(system, cycle, load_factor, slip_bounds(slip_bound, system.nodes))
+        if (pressed := best.claim).impossible:
+            mechanism = pressed.motion.table(system)
+            nodes = sorted(set(mechanism["node"]))
+            places = ", ".join(f"{x:.4g}" for x in system.x[nodes][:4]) + ", ..." * (len(nodes) > 4)
+            why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes (x = {places}) at some corner; press them"
+            unsafe = frozen(np.full(system.nodes, np.nan))
+            record = SolveRecord(best.solver, best.attempts, pressed.residual, (), perf_counter() - started)
+            return RequiredFriction(np.inf, np.inf, unsafe, mechanism, why, system, cycle, load_factor, record)
+        most = _enough(asked, pressed)
     least = most
     while not asked.proven(least, False):
         if least < _LEAST_FRICTION:
@@ -161,9 +142,11 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     while not (asked.proven(root * (1 + step), True) and asked.proven(root * (1 - step), False)):
         step *= 4
         if step > WIDEST_PROOF:
+            (less, more), smaller = asked.bracket(), "" if slip_bound is None else "smaller "
             raise SolverError(
-                f"required friction: about {root:g}, but rounding leaves it open on which side of it a slip is safe; check for reactions of very "
-                "different sizes"
+                f"required friction: no slip is safe with {less:g}, one of up to {asked.safe(more).largest_slip:.3g} is with {more:g}, and rounding "
+                f"leaves it open what is enough between them; give a {smaller}slip_bound if that slip is more than assembly can leave, or check for "
+                "reactions of very different sizes"
             )
     enough, too_little = asked.safe(root * (1 + step)), asked.safe(root * (1 - step))
     return RequiredFriction(
@@ -171,12 +154,25 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         too_little=root * (1 - step),
         slip=enough.slip,
         mechanism=too_little.certificate,
-        reason="no residual slip is safe with less: see the mechanism",
+        reason=f"no residual slip{within} is safe with less: see the mechanism",
         system=system,
         cycle=cycle,
         load_factor=load_factor,
         record=asked.record((enough, too_little), max(enough.residual, too_little.residual)),
     )
+
+
+def _enough(asked: "_Asked", pressed: Pressing) -> float:
+    """A coefficient of friction above 1 that is proven to be enough."""
+    most = 1.0
+    while not asked.proven(most, True):
+        if most >= _MOST_FRICTION:
+            raise SolverError(
+                f"required friction: none up to {most:g} is enough, although no node need open: the best residual slip leaves a pressure of "
+                f"{pressed.least:.1e} force scales at its least pressed node; press such nodes, or leave them out"
+            )
+        most = min(4 * most, max(2 * most, 1.01 * pressed.friction), _MOST_FRICTION)
+    return most
 
 
 class _Asked:
@@ -206,63 +202,12 @@ class _Asked:
         except SolverError:
             return False
 
+    def bracket(self) -> tuple[float, float]:
+        """The largest friction asked for that is proven to be too little, and the least that is proven to be enough."""
+        exists = {friction: safe.exists for friction, safe in self._found.items()}
+        return max(f for f, enough in exists.items() if not enough), min(f for f, enough in exists.items() if enough)
+
     def record(self, proofs: tuple[SafeSlip, ...], residual: float) -> SolveRecord:
         """How an answer with these proofs was found."""
         attempts = tuple(attempt for proof in proofs for attempt in proof.record.attempts)
-        left_out = proofs[0].record.left_out if proofs else ()
-        return SolveRecord(proofs[0].record.solver if proofs else "HIGHS", attempts, residual, left_out, perf_counter() - self._started)
-
-
-@dataclass(frozen=True, eq=False)
-class _Pressed:
-    """The residual slip under which the least normal reaction, over all nodes and corners, is largest.
-
-    Attributes
-    ----------
-    least
-        This reaction, in force scales, at most 1.
-    friction
-        Coefficient of friction with which the slip is safe; inf where a node carries no pressure.
-    mechanism
-        Why no slip presses every node; None if one does or may.
-    residual
-        Error of `least`, from its multipliers.
-    """
-
-    least: float
-    friction: float
-    mechanism: pd.DataFrame | None
-    residual: float
-
-
-def _best_pressed(system: ContactSystem, q: Array, p: Array) -> _Pressed:
-    """For the reactions (K, N) at the corners without slip: `max t` subject to `p_k + B v >= t force` at every node and corner."""
-    n, rules, lowest = system.nodes, p.argmin(axis=0), p.min(axis=0)
-    force = float(np.abs(p).mean() or np.abs(q).mean()) or 1.0
-    B = system.B / system.stiffness_scale
-    tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    bounds = [(None, None)] * n + [(None, 1.0)]
-    answer = linprog(np.r_[np.zeros(n), -1.0], np.column_stack([-B, np.ones(n)]), lowest / force, bounds=bounds, options=tight)
-    if answer.status != 0:
-        raise SolverError(
-            f"required friction: which slip presses all nodes best is not found ({answer.message}); check the sizes of B and of the loads"
-        )
-    v, opening = answer.x[:n], np.maximum(-answer.ineqlin.marginals, 0.0)
-    pressures = p / force + B @ v
-    least = float(min(pressures.min(), 1.0))
-    bound = float(opening @ lowest) / force + 1.0 - float(opening.sum()) + float(np.abs(opening @ B) @ np.maximum(np.abs(v), 1.0))
-    residual = abs(bound - least)
-    if residual > RESIDUAL:
-        raise SolverError(f"required friction: which slip presses all nodes best has a residual of {residual:.1e} (tolerance {RESIDUAL:g})")
-    if least < -NO_LEAST_PRESSURE:
-        return _Pressed(least, np.inf, _motions(system, opening, rules), residual)
-    shears = np.abs(q + system.A @ v * (force / system.stiffness_scale)) / force
-    friction = float((shears / pressures).max()) if least > NO_LEAST_PRESSURE else np.inf
-    return _Pressed(least, friction, None, residual)
-
-
-def _motions(system: ContactSystem, opening: Array, corners: np.ndarray) -> pd.DataFrame:
-    """The table of a mechanism in which nodes only open."""
-    openings = np.zeros((int(corners.max()) + 1, system.nodes))
-    openings[corners, np.arange(system.nodes)] = opening
-    return Mechanism(0 * openings, 0 * openings, openings, np.zeros(system.nodes)).table(system)
+        return SolveRecord(proofs[0].record.solver, attempts, residual, proofs[0].record.left_out, perf_counter() - self._started)

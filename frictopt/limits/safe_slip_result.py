@@ -31,6 +31,7 @@ class SafeSlip(Answered):
         Whether a safe slip exists at it: the margin is not negative by more than 1e-12 or its own residual.
     slip
         (N,) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe); within the slip bound.
+        `largest_slip` is its size: compare it with what assembly can leave, and bound it by `slip_bound`.
     margin
         Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds of the mean load, at most 1; negative: none is safe.
         With friction below 0.01 somewhere the reserve of p counts as well.
@@ -95,7 +96,7 @@ class SafeSlip(Answered):
         return frame({"node": range(len(self.slip)), "x": self.system.x, "slip": self.slip})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("exists", "margin", "margin_bound", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("exists", "margin", "margin_bound", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""

@@ -17,7 +17,7 @@ from ..contact.tolerances import FLOOR, RESIDUAL
 from ..errors import ModelError
 from ..solve.explain import Units, explain
 from ..solve.polish import Program
-from .kinds import reason
+from .kinds import reason, unbounded_reason
 from .least_slip import LeastSlip, least_slip
 from .mechanism import Mechanism
 from .own_constraints import Extended, contradiction, is_unbounded
@@ -38,11 +38,12 @@ class ShakedownLimit(Answered):
     Attributes
     ----------
     load_factor
-        lambda_2; inf if every load factor has a safe slip, nan if none has, not even 0.
+        lambda_2; inf if no load factor is the largest one with a safe slip, nan if none has one, not even 0.
     kind, reason
         Which of these it is, and why in words.
     slip
-        (N,) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite.
+        (N,) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite. `largest_slip` is its size: compare it with
+        what assembly can leave, and bound it by `slip_bound`.
     dual_bound
         Upper bound of the limit from the mechanism alone, or with constraints of your own from all multipliers, theirs too; equals
         `load_factor` up to `residual`.
@@ -140,7 +141,7 @@ class ShakedownLimit(Answered):
 
     def _answer(self) -> Mapping[str, Any]:
         chosen = () if self.objective is None else ("objective",)
-        return {name: getattr(self, name) for name in ("load_factor", "kind", *chosen, "dual_bound", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("load_factor", "kind", *chosen, "dual_bound", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
@@ -218,7 +219,7 @@ def no_limit_under(extended: Extended, task: LimitQuestion, solver: str | None) 
         return None
     if extended.objective_unit is not None:
         raise ModelError("objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint")
-    why = f"every load factor has a safe residual slip that obeys {', '.join(names)}"
+    why = f"no load factor is the largest one with a safe residual slip that obeys {', '.join(names)}"
     return LimitClaim(task, LimitKind.UNBOUNDED, np.inf, unsafe, still, np.inf, max(excess.residual, growing.residual), why, names)
 
 
@@ -226,4 +227,5 @@ def no_limit_claim(task: LimitQuestion, kind: LimitKind, proof: MarginState) -> 
     """The claim that there is no finite limit, with the residual of its proof; the mechanism proves that nothing is safe."""
     value = np.inf if kind is LimitKind.UNBOUNDED else np.nan
     motion = proof.motion if kind is LimitKind.NO_SAFE_SLIP else proof.motion.scaled(0.0)
-    return LimitClaim(task, kind, value, np.full(task.system.nodes, np.nan), motion, value, proof.residual)
+    why = unbounded_reason(task, proof) if kind is LimitKind.UNBOUNDED else ""
+    return LimitClaim(task, kind, value, np.full(task.system.nodes, np.nan), motion, value, proof.residual, why)

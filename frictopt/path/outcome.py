@@ -52,7 +52,9 @@ class SteadyState(Recorded, Plotted):
     extrapolated
         True if the state is the extrapolated fixed point of the cycle map, False if the transient reached it cycle by cycle.
     unproven
-        Number of events whose rates are not proven to be unique; 0: the whole transient is proven.
+        Number of events whose rates are not proven to be the only ones that obey the contact law; 0: no other transient follows from this start. Such
+        events occur where nodes lift off, or where friction comes near its critical value. The transient and its steady state obey the law all the
+        same, to `residual`; but another transient from the same start may end in another steady state.
 
     Examples
     --------
@@ -93,9 +95,19 @@ class SteadyState(Recorded, Plotted):
         """(N,) coordinates of the nodes along the interface, length."""
         return self.system.x
 
+    @property
+    def uniqueness(self) -> str:
+        """Whether another transient may follow from the same start, in words."""
+        if self.unproven == 0:
+            return "proven: no other transient follows from this start"
+        return (
+            f"not proven at {self.unproven} events: this transient and its steady state obey the contact law, but from the same start there may be "
+            "another with another outcome"
+        )
+
     def to_frame(self) -> Any:
         """The DataFrame of the nodes: columns node, x, slip, open, dissipation (work of friction per cycle)."""
         return frame({"node": range(len(self.x)), "x": self.x, "slip": self.slip, "open": self.open, "dissipation": self.dissipation_per_node})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("outcome", "dissipation", "cycles", "residual", "unproven")}
+        return {name: getattr(self, name) for name in ("outcome", "dissipation", "cycles", "residual", "uniqueness")}

@@ -12,7 +12,7 @@ import pandas as pd
 
 from ..contact import LoadCycle
 from ..contact.checks import Array, finite_number, frozen
-from ..contact.record import Recorded, SolveRecord
+from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, frame
 from ..contact.tolerances import NO_MARGIN, RESIDUAL
 from ..solve.explain import Units, explain
@@ -28,7 +28,7 @@ __all__ = ["MarginState3D", "SafeSlip3D", "safe_slip", "solve_margin"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SafeSlip3D(Recorded, Portable, Plotted):
+class SafeSlip3D(WithSlip, Portable, Plotted):
     """A residual slip that keeps the contact stuck, or the proof that there is none.
 
     Attributes
@@ -93,7 +93,7 @@ class SafeSlip3D(Recorded, Portable, Plotted):
         return frame({"node": range(len(x)), "x": x, "y": y, "z": z, "slip1": self.slip[:, 0], "slip2": self.slip[:, 1]})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("exists", "margin", "margin_bound", "residual")}
+        return {name: getattr(self, name) for name in ("exists", "margin", "margin_bound", "largest_slip", "residual")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the circles that bind."""

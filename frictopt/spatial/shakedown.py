@@ -13,9 +13,10 @@ import pandas as pd
 from ..contact import LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, frozen
-from ..contact.record import Recorded, SolveRecord
+from ..contact.diagnosis import growth_diagnosis
+from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, frame
-from ..contact.tolerances import CARRIED, FLOOR, RESIDUAL
+from ..contact.tolerances import CARRIED, FLOOR, GROWN, RESIDUAL
 from ..solve.explain import Units, explain
 from ..solve.portable import Portable
 from ..solve.solvers import Kind, solve
@@ -31,13 +32,13 @@ __all__ = ["ShakedownLimit3D", "shakedown_limit"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShakedownLimit3D(Recorded, Portable, Plotted):
+class ShakedownLimit3D(WithSlip, Portable, Plotted):
     """The shakedown limit in three dimensions with its proof from both sides.
 
     Attributes
     ----------
     load_factor
-        lambda_2: what `slip` carries at every corner; inf if every load factor has a safe slip, nan if none has, not even 0.
+        lambda_2: what `slip` carries at every corner; inf if no load factor is the largest one with a safe slip, nan if none has one, not even 0.
     kind, reason
         Which of these it is, and why in words.
     slip
@@ -108,7 +109,7 @@ class ShakedownLimit3D(Recorded, Portable, Plotted):
         return frame({"node": range(len(x)), **columns})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("load_factor", "kind", "dual_bound", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("load_factor", "kind", "dual_bound", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the circles that bind."""
@@ -173,6 +174,7 @@ class _LimitClaim:
     motion: Mechanism3D
     bound: float
     residual: float
+    why: str = ""
 
 
 def _judged(task: ConeQuestion, model: ConeProgram) -> _LimitClaim:
@@ -208,21 +210,24 @@ def _carried(task: ConeQuestion, slip: Array, load_factor: float) -> float:
 def _no_limit(task: ConeQuestion, solver: str | None) -> _LimitClaim | None:
     """Decide why there is no finite limit, by the margin of two problems that always have an optimum; None if neither reason can be proven."""
 
-    def claim(kind: LimitKind, value: float, proof: MarginState3D, factor: float) -> _LimitClaim:
-        return _LimitClaim(kind, value, np.full(task.system.slip_shape, np.nan), proof.motion.scaled(factor), value, proof.residual)
+    def claim(kind: LimitKind, value: float, proof: MarginState3D, factor: float, why: str = "") -> _LimitClaim:
+        return _LimitClaim(kind, value, np.full(task.system.slip_shape, np.nan), proof.motion.scaled(factor), value, proof.residual, why)
 
     existence, _, _ = solve_margin(task, None, solver)
     if existence.margin < -RESIDUAL:
         return claim(LimitKind.NO_SAFE_SLIP, np.nan, existence, 1.0)
     cyclic, _, _ = solve_margin(task, task.cones.load_unit, solver, mean=0.0)
-    return claim(LimitKind.UNBOUNDED, np.inf, cyclic, 0.0) if cyclic.margin >= -RESIDUAL else None
+    if cyclic.margin < -RESIDUAL:
+        return None
+    (q, p), unit, loads = task.slip_reactions(cyclic.slip), task.cones.load_unit, task.loads
+    slipped = (q - loads.q0) / unit, (p - loads.p0) / unit
+    why = growth_diagnosis(task.friction, (loads.q1, loads.p1), slipped, GROWN * task.mean_bound / unit, "")
+    return claim(LimitKind.UNBOUNDED, np.inf, cyclic, 0.0, f"no load factor is the largest one with a safe residual slip: {why}")
 
 
 def _reason(task: ConeQuestion, claim: _LimitClaim) -> str:
     if claim.kind is LimitKind.UNBOUNDED:
-        loaded = bool(task.loads.q1.any() or task.loads.p1.any())
-        why = "the corners shear no node beyond the friction that they press up" if loaded else "the corners carry no load"
-        return f"every load factor has a safe residual slip: {why}"
+        return claim.why
     if claim.kind is LimitKind.FINITE and claim.load_factor > 0:
         return "no residual slip is safe above it"
     q, p, f = task.loads.q0, task.loads.p0, task.friction
