@@ -53,7 +53,7 @@ BINDING = 100 * RESIDUAL  # slack below which a row is printed as binding: solve
 # --- limits ---
 
 RIGID = ROUNDING  # eigenvalues of A, each node in units of its stiffness, up to this belong to rigid sliding; condensation balances it to rounding
-NO_COUPLING = ROUNDING / 10  # f B up to this share of the largest entry of A counts as none: the closed form neglects it
+NO_COUPLING = ROUNDING / 10  # f B between two nodes up to this share of their own A counts as none: the closed form neglects it
 NO_MARGIN = ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit
 GROWN = (
     10 * RESIDUAL

@@ -12,9 +12,9 @@ __all__ = ["is_uncoupled", "uncoupled_limit"]
 
 
 def is_uncoupled(system: ContactSystem, friction: Array) -> bool:
-    """Whether tangential motion does not change the friction bounds: f B is zero up to rounding, against A."""
-    coupling = float(np.abs(friction[:, None] * system.B).max())
-    return coupling <= NO_COUPLING * float(np.abs(system.A).max())
+    """Whether tangential motion does not change the friction bounds: f B is zero up to rounding, against A of the two nodes that it joins."""
+    stiffness = np.sqrt(np.diag(system.A).clip(0.0))
+    return bool((np.abs(friction[:, None] * system.B) <= NO_COUPLING * np.outer(stiffness, stiffness)).all())
 
 
 def uncoupled_limit(system: ContactSystem, loads: Loads, friction: Array) -> tuple[float, Array, Mechanism] | None:
