@@ -147,3 +147,19 @@ def test_a_false_denial_is_not_believed(monkeypatch):
     pressing = contact.with_bonded({"cyclic": (contact.A @ np.ones(3) * 1.0, np.full(3, 2.0) + contact.B @ np.ones(3))})
     with pytest.raises(fo.SolverError):
         fo.shakedown_limit(pressing, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.4, slip_bound=1e3)
+
+
+@pytest.mark.parametrize("share", [1.0, 1e-3])
+@pytest.mark.parametrize("stiff", [1.0, 1e6, 1e9])
+@pytest.mark.parametrize("most", [[0.1, 0.4], [0.4, 0.1]])
+def test_a_slide_within_the_bound_is_not_lost_beside_a_stiff_node(most, stiff, share):
+    """Two nodes of a sliding body reach v_0 - v_1 = 0.5 within their bounds only by a slide, and so carry 1.5.
+
+    Node 1 has a share of the forces of node 0, and slips in proportion. Neither this nor the third node changes the limit.
+    """
+    forces = np.array([1.0, share, 1.0])
+    A = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, stiff]]) * np.outer(forces, forces)
+    bonded = {"P": (np.zeros(3), forces), "Q": (forces * [-1.0, 1.0, 0.1], np.zeros(3))}
+    contact = fo.ContactSystem(A, np.zeros((3, 3)), np.diag([2.0, 2 * share**2, stiff]), [0.0, 1.0, 2.0], bonded)
+    cycle, bound = fo.LoadCycle({"P": 1.0}, [{}, {"Q": 1.0}]), [*most, 1.0] / forces
+    assert fo.shakedown_limit(contact, cycle, 1.0, slip_bound=bound).load_factor == pytest.approx(1.5, rel=1e-8)

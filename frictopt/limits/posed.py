@@ -153,7 +153,7 @@ class LimitQuestion:
         """By how much the work bound of a mechanism may be off because its stress is not exactly zero.
 
         Counted for all slips whose tractions are, node by node, at most those of `slip`, or at most `1 + f` times the node's own pressure where
-        that is more; and under a slip bound, whose rigid slide is at most that of `slip`, or at most a force over a stiffness of the contact's size.
+        that is more; and under a slip bound, for all rigid slides within it.
         """
         stress = mechanism.stress(self.system, self.friction)
         nodes = scaled.loaded
@@ -161,7 +161,7 @@ class LimitQuestion:
         off = float(np.abs(stress @ scaled.part.odd(scaled.slip.T).T) @ tractions)
         if self.most is not None and scaled.rigid.shape[1]:
             rigid = scaled.part.odd(scaled.rigid.T).T
-            off += float(np.abs(stress @ rigid) @ np.maximum(np.abs(np.linalg.pinv(rigid) @ slip), 1.0))
+            off += float(np.abs(mechanism.hold @ rigid) @ (np.abs(np.linalg.pinv(rigid)) @ self.most))
         return off
 
     def record(self, solver: str, attempts: tuple[Attempt, ...], residual: float, left_out: tuple[str, ...]) -> SolveRecord:

@@ -83,7 +83,7 @@ def scaled_contact(part: Part, loads: Loads, force: float) -> ScaledContact:
         shear=frozen(system.A @ slip / unit[:, None]),
         normal=frozen(system.B @ slip / unit[:, None]),
         slip=frozen(slip),
-        rigid=frozen(rigid * (force / system.stiffness_scale)),
+        rigid=frozen(rigid * (force / (node_stiffness(system) @ rigid**2))),
         loaded=loaded,
         force=force,
     )
@@ -94,11 +94,16 @@ def rigid_slides(system: ContactSystem) -> tuple[Array, Array]:
 
     Each node counts in units of its own stiffness, see `slip_modes`.
     """
-    stiffness = np.maximum(np.diag(system.A), np.diag(system.C))
-    slips, values, held = slip_modes(system.A, system.B, np.where(stiffness > 0, stiffness, system.stiffness_scale))
+    slips, values, held = slip_modes(system.A, system.B, node_stiffness(system))
     rigid, resisted = np.linalg.qr(slips[:, ~held])[0], slips[:, held]
     resisted = resisted - rigid @ (rigid.T @ resisted)
     return rigid, (resisted / values[held]) @ resisted.T
+
+
+def node_stiffness(system: ContactSystem) -> Array:
+    """(N,) size of each node's own stiffness, > 0."""
+    stiffness = np.maximum(np.diag(system.A), np.diag(system.C))
+    return np.asarray(np.where(stiffness > 0, stiffness, system.stiffness_scale))
 
 
 def _balanced(rigid: Array) -> tuple[np.ndarray[Any, np.dtype[np.intp]], Array]:
