@@ -43,7 +43,9 @@ STAYING = CONDENSATION  # motions that a cycle changes by less than this share s
 
 # --- symmetry ---
 
-ASYMMETRY = ROUNDING / 10  # of stiffness, friction, gap and slip, over their largest value: a half adds nothing to the error of the whole
+ASYMMETRY = (
+    ROUNDING / 10
+)  # of stiffness, over that of the two nodes, of friction, gap and slip, over their largest value: a half adds nothing to the error of the whole
 ASYMMETRY_OF_LOADS = ROUNDING  # the same of reactions, which do not add up from one increment to the next
 
 # --- solve ---
