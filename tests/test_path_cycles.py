@@ -30,7 +30,7 @@ class Mapped(Run):
         before = path.x
         path.x = np.atleast_1d(self._map(*before)).astype(float)
         self.cycles += 1
-        return Cycle(np.ones(1), self._signature(*before), [(path.x, path.x)], before, path.x, 0.0)
+        return Cycle(np.ones(1), self._signature(*before), [(path.x, np.tile(np.ones_like(path.x), 2))], before, path.x, 0.0)
 
     def _safe(self, u):
         return self._inside(*u)
@@ -243,3 +243,26 @@ def test_slip_that_is_small_beside_the_largest_force_is_no_shakedown(hard, other
         assert steady.outcome is fo.Outcome.CYCLIC_SLIP
         assert steady.dissipation == pytest.approx(path.cycle_work[-1].sum(), rel=1e-6) and steady.dissipation > 1.0
     assert fo.steady_state(contact, cycle, friction, 0.2).outcome is fo.Outcome.SHAKEDOWN
+
+
+@pytest.mark.parametrize(("soft", "force", "corner"), [(1.0, 1e-5, 1.0), (1e-3, 1e-6, 1.0), (1e6, 1e-3, 1e3)])
+def test_slip_of_a_node_with_much_less_pressure_than_the_others_is_no_shakedown(soft, force, corner):
+    """Node 0 slips to and fro by q = +-f p at p = force; node 1, without friction, opens under the corner that presses node 2 hard."""
+    friction, k = np.array([0.5, 0.0, 0.5]), np.diag([soft, 1.0, 1.0])
+    bonded = {"P": ([0.0, 0.0, 0.0], [force, 1.0, 1.0]), "X": ([force, 0.0, 0.0], [0.0, -2.0, corner])}
+    contact = fo.ContactSystem(k, np.zeros((3, 3)), k, [0.0, 1.0, 2.0], bonded)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": 0.0}, {"X": -0.9}])
+    work = 2 * 0.5 * force * (0.9 + 1.0 - 1.0) * force / soft  # 2 f p times the stroke (range of q less 2 f p) / stiffness
+    assert fo.march(contact, cycle, friction, 1.0, cycles=3).cycle_work[-1, 0] == pytest.approx(work, rel=1e-6)
+    steady = fo.steady_state(contact, cycle, friction, 1.0)
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP
+    assert steady.dissipation_per_node == pytest.approx([work, 0.0, 0.0], rel=1e-6)
+
+
+def test_slip_under_a_load_rate_that_is_tiny_beside_that_of_another_node_is_not_missed():
+    """The corner that presses node 1 by 1e12 also drives node 0 from one friction bound to the other."""
+    bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "X": ([1.0, 0.0], [0.0, 0.0]), "H": ([0.0, 0.0], [0.0, 1e12])}
+    contact = fo.ContactSystem(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0, "H": 1.0}, {"X": -1.0}])
+    path = fo.march(contact, cycle, 0.5, 1.0, cycles=3)
+    assert path.cycle_work[-1] == pytest.approx([1.0, 0.0], rel=1e-6)

@@ -13,7 +13,7 @@ from ..contact.answers import Outcome
 from ..contact.checks import Array, frozen
 from ..contact.extrapolation import SLOW, drift_text, fixed_point
 from ..contact.record import SolveRecord
-from ..contact.tolerances import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAFE
+from ..contact.tolerances import LEVEL, NO_FORCE, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAFE
 from ..errors import NoContinuation, SolverError
 from .cycle import Cycle
 from .extrapolation import slower_modes
@@ -233,16 +233,21 @@ class Run:
     def _slips(self, cycle: Cycle) -> bool | None:
         """Whether some node slips in a periodic cycle, by its work; None where it is too little to tell.
 
-        A slip of 1e-9 slip scales is none, with scale and pressure of the mean load. Work is more than rounding if it is the same in two cycles, and
-        without doubt if it is that of such a slip under the largest force of the corners.
+        A slip of 1e-9 slip scales of the mean load is none, under the node's own largest pressure or, if that is less, the mean load. A node with
+        less than 1e-9 of the mean load counts as if it bore that load: its pressure is rounding. Work is more than rounding if it is the same in two
+        cycles, and without doubt if it is that of such a slip in slip scales of the largest force of the corners.
         """
-        most, unit = float(cycle.work.max()), self.force * self.length * min(1.0, float(self.path.friction.max()))
-        if most > RESIDUAL * unit:
+        n, mean = self.path.nodes, self.path.force
+        pressure = np.maximum.reduce([r[n:] for _, r in cycle.corners])
+        pressure = np.where(pressure > NO_FORCE * mean, pressure, mean)
+        unit = self.length * np.minimum(1.0, self.path.friction)
+        if np.any(cycle.work > RESIDUAL * np.minimum(pressure, self.force) * unit):
             return True
-        if most <= RESIDUAL * (self.path.force / self.force) ** 2 * unit:
+        in_doubt = cycle.work > RESIDUAL * np.minimum(pressure, mean) * (mean / self.force) * unit
+        if not in_doubt.any():
             return False
         before = self.last[-2].work if len(self.last) > 1 and cycle is self.latest else np.full_like(cycle.work, np.inf)
-        return True if most > ROUNDING * unit and np.abs(cycle.work - before).max() <= LEVEL * most else None
+        return True if np.any(in_doubt & (cycle.work > ROUNDING * self.force * unit) & (np.abs(cycle.work - before) <= LEVEL * cycle.work)) else None
 
     def _conclusive(self, cycle: Cycle) -> bool:
         """Whether a periodic cycle decides: it slips; or it does not, and some node lifts off or has no friction.

@@ -363,6 +363,17 @@ def at_bound(f, state, node, force):
 
 
 @njit(**_OPTIONS)
+def _own_least(S, load_rate, u_rate, node):
+    """Rates of a node's reactions that count as zero beside the loads that reach it; another node may bear much larger ones."""
+    nodes = len(load_rate) // 2
+    own = abs(load_rate[node]) + abs(load_rate[nodes + node])
+    for k in range(2 * nodes):
+        if u_rate[k] != 0.0:
+            own += abs(u_rate[k]) * (abs(S[k, node]) + abs(S[k, nodes + node]))
+    return _RATE * own
+
+
+@njit(**_OPTIONS)
 def _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u):
     """Status that agrees with the signs of a node's rates; the present one if that does."""
     nodes = len(f)
@@ -410,6 +421,13 @@ def settle(S, f, load_rate, state, active, force, u_rate, r_rate):
         wrong = 0
         for node in range(nodes):
             wanted[node] = _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u)
+            if wanted[node] == state.status[node] and _wanted(f, state, u_rate, r_rate, node, force, 0.0, 0.0) != wanted[node]:
+                least = _own_least(S, load_rate, u_rate, node)
+                moved = nodes + node if state.status[node] == OPEN else node
+                own = S[moved, moved]
+                wanted[node] = _wanted(
+                    f, state, u_rate, r_rate, node, force, min(least, least_r), min(least / own, least_u) if own > 0.0 else least_u
+                )
             if wanted[node] != state.status[node]:
                 wrong += 1
                 if iteration >= _BLOCK and wrong > 1:
