@@ -1,13 +1,12 @@
 """The stiffness S of an interface: symmetric, positive semi-definite, and which slips it resists."""
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from ..errors import ModelError
 from .checks import Array, frozen
 from .tolerances import CONDENSATION, RIGID
 
-__all__ = ["blocks", "check_semi_definite", "slip_modes", "symmetrised"]
+__all__ = ["check_semi_definite", "slip_modes", "symmetrised"]
 
 
 def symmetrised(name: str, matrix: Array) -> Array:
@@ -37,16 +36,6 @@ def check_semi_definite(name: str, S: Array) -> None:
             f"{name} has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); "
             "an elastic interface stores energy, so S must be positive semi-definite: check signs and the order of the nodes"
         ) from None
-
-
-def blocks(S: Array) -> list[np.ndarray[tuple[int], np.dtype[np.intp]]]:
-    """The nodes of each part of a contact that no entry of the (2N, 2N) stiffness joins to the others."""
-    nodes = len(S) // 2
-    joined = (S.reshape(2, nodes, 2, nodes) != 0).any(axis=(0, 2))
-    if joined[0].all():
-        return [np.arange(nodes)]
-    number, block = connected_components(joined, directed=False)
-    return [np.flatnonzero(block == k) for k in range(number)]
 
 
 def slip_modes(A: Array, B: Array, stiffness: Array) -> tuple[Array, Array, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
