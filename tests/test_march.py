@@ -110,3 +110,11 @@ def test_increments_in_threads_leave_the_output_of_the_process_alone():
     *printed, last = done.stdout.splitlines()
     assert (done.returncode, last, done.stderr) == (0, "said afterwards", "")
     assert all(line.startswith("Polishing not needed") for line in printed)  # OSQP, where nothing slips
+
+
+def test_work_of_a_node_that_bears_a_billionth_of_the_mean_load_counts():
+    """Node 0 slides by q = 0.7 at f p = 0.5, from where it sticks; node 1 only bears 1e9 times as much."""
+    bonded = {"P": ([0.0, 0.0], [1.0, 4e9]), "X": ([0.7, 0.0], [0.0, 0.0])}
+    contact = fo.ContactSystem(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
+    path = fo.march(contact, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), 0.5, 1.0, cycles=2, engine="qp", steps=1)
+    assert path.cycle_work[-1] == pytest.approx([2 * 0.5 * 0.4, 0.0], rel=1e-6)

@@ -4,10 +4,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 
 import frictopt as fo
 from frictopt.path import ExactPath, Outcome
 from frictopt.path.cycles import Cycle, Run
+from frictopt.path.scales import Scales
 
 
 class Mapped(Run):
@@ -16,10 +18,17 @@ class Mapped(Run):
     def __init__(self, cycle_map, start, *, safe=lambda *x: False, signature=lambda *x: 0):
         start = np.atleast_1d(np.array(start, dtype=float))
         self.path = SimpleNamespace(
-            x=start, nodes=len(start), friction=np.ones(1), force=1.0, state=SimpleNamespace(gap=np.zeros(0)), restarted_at=self._restarted_at
+            x=start,
+            nodes=len(start),
+            friction=np.ones(1),
+            force=1.0,
+            forces=np.ones(1),
+            state=SimpleNamespace(gap=np.zeros(0)),
+            restarted_at=self._restarted_at,
         )
         self.stops = self.turns = [0]
         self.force = self.length = 1.0
+        self.scales = Scales(np.ones(1), np.ones(1), np.ones(1))
         self.cycles, self.energy, self.tried, self.pause, self.last = 0, 0.0, 0, 0, []
         self._map, self._inside, self._signature = cycle_map, safe, signature
 
@@ -30,7 +39,7 @@ class Mapped(Run):
         before = path.x
         path.x = np.atleast_1d(self._map(*before)).astype(float)
         self.cycles += 1
-        return Cycle(np.ones(1), self._signature(*before), [(path.x, path.x)], before, path.x, 0.0)
+        return Cycle(np.ones(1), self._signature(*before), [(path.x, np.tile(np.ones_like(path.x), 2))], before, path.x, 0.0)
 
     def _safe(self, u):
         return self._inside(*u)
@@ -243,3 +252,56 @@ def test_slip_that_is_small_beside_the_largest_force_is_no_shakedown(hard, other
         assert steady.outcome is fo.Outcome.CYCLIC_SLIP
         assert steady.dissipation == pytest.approx(path.cycle_work[-1].sum(), rel=1e-6) and steady.dissipation > 1.0
     assert fo.steady_state(contact, cycle, friction, 0.2).outcome is fo.Outcome.SHAKEDOWN
+
+
+@pytest.mark.parametrize(("soft", "force", "corner"), [(1.0, 1e-5, 1.0), (1e-3, 1e-6, 1.0), (1e6, 1e-3, 1e3)])
+def test_slip_of_a_node_with_much_less_pressure_than_the_others_is_no_shakedown(soft, force, corner):
+    """Node 0 slips to and fro by q = +-f p at p = force; node 1, without friction, opens under the corner that presses node 2 hard."""
+    friction, k = np.array([0.5, 0.0, 0.5]), np.diag([soft, 1.0, 1.0])
+    bonded = {"P": ([0.0, 0.0, 0.0], [force, 1.0, 1.0]), "X": ([force, 0.0, 0.0], [0.0, -2.0, corner])}
+    contact = fo.ContactSystem(k, np.zeros((3, 3)), k, [0.0, 1.0, 2.0], bonded)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": 0.0}, {"X": -0.9}])
+    work = 2 * 0.5 * force * (0.9 + 1.0 - 1.0) * force / soft  # 2 f p times the stroke (range of q less 2 f p) / stiffness
+    assert fo.march(contact, cycle, friction, 1.0, cycles=3).cycle_work[-1, 0] == pytest.approx(work, rel=1e-6)
+    steady = fo.steady_state(contact, cycle, friction, 1.0)
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP
+    assert steady.dissipation_per_node == pytest.approx([work, 0.0, 0.0], rel=1e-6)
+
+
+def test_slip_under_a_load_rate_that_is_tiny_beside_that_of_another_node_is_not_missed():
+    """The corner that presses node 1 by 1e12 also drives node 0 from one friction bound to the other."""
+    bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "X": ([1.0, 0.0], [0.0, 0.0]), "H": ([0.0, 0.0], [0.0, 1e12])}
+    contact = fo.ContactSystem(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0, "H": 1.0}, {"X": -1.0}])
+    path = fo.march(contact, cycle, 0.5, 1.0, cycles=3)
+    assert path.cycle_work[-1] == pytest.approx([1.0, 0.0], rel=1e-6)
+
+
+@pytest.mark.parametrize("stiff", [1e-9, 1e-4, 1.0, 1e5, 1e9])
+@pytest.mark.parametrize("force", [1e-11, 1e-6, 1.0, 1e6, 1e11])
+def test_contacts_that_do_not_meet_change_nothing_in_each_other(stiff, force):
+    """Two coupled nodes slip for ever or shake down; beside them, two others with other stiffness and loads do the one or the other."""
+    M = np.array([[2.0, -0.7, 0.3, 0.2], [-0.7, 1.5, -0.1, -0.2], [0.3, -0.1, 1.8, -0.5], [0.2, -0.2, -0.5, 2.0]])
+    shears = np.array([[0.7, -0.1], [-0.7, 0.2]])
+
+    def contact(parts):
+        """Parts with stiffness, force, and share of the shear."""
+        A, B, C = (block_diag(*(k * M[rows, columns] for k, *_ in parts)) for rows, columns in ((L, L), (H, L), (H, H)))
+        p, q = np.concatenate([[g, g] for _, g, _ in parts]), np.hstack([g * share * shears for _, g, share in parts])
+        bonded = {"P": (0 * p, p), "X": (q[0], 0 * p), "Y": (q[1], 0.4 * p)}
+        system = fo.ContactSystem(A, B, C, np.arange(len(p)), bonded)
+        begin = fo.ContactState(0 * p, 0 * p, 0 * p, p)
+        return fo.steady_state(system, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]), 0.4, 1.0, initial_state=begin)
+
+    L, H = slice(0, 2), slice(2, 4)
+    alone = [contact([(1.0, 1.0, share)]) for share in (1.5, 0.5, 0.8)]
+    assert {one.outcome for one in alone} == {fo.Outcome.CYCLIC_SLIP, fo.Outcome.SHAKEDOWN}
+    for first, second in ((0, 1), (1, 0), (2, 0), (1, 2), (0, 0)):
+        whole = contact([(stiff, force, (1.5, 0.5, 0.8)[first]), (1.0, 1.0, (1.5, 0.5, 0.8)[second])])
+        outcomes = alone[first].outcome, alone[second].outcome
+        assert whole.outcome is (fo.Outcome.CYCLIC_SLIP if fo.Outcome.CYCLIC_SLIP in outcomes else fo.Outcome.SHAKEDOWN)
+        work, slip = whole.dissipation_per_node, whole.slip
+        assert work[:2] * stiff / force**2 == pytest.approx(alone[first].dissipation_per_node, rel=1e-7, abs=1e-9)
+        assert work[2:] == pytest.approx(alone[second].dissipation_per_node, rel=1e-7, abs=1e-9)
+        assert slip[:2] * stiff / force == pytest.approx(alone[first].slip, rel=1e-7, abs=1e-9)
+        assert slip[2:] == pytest.approx(alone[second].slip, rel=1e-7, abs=1e-9)

@@ -107,7 +107,7 @@ def one_node(q, p, w=0.0, A=1.0, B=0.5, C=1.0, load_rate=(0.0, 0.0), friction=3.
     S = np.array([[A, B], [B, C]])
     state = act.new_state(np.array([0.0, w]), np.array([q, p]), np.zeros(1))
     state.status[0] = status
-    return find_rates(rate_problem(S, np.array([friction]), np.array(load_rate), state, 1.0), state.status)
+    return find_rates(rate_problem(S, np.array([friction]), np.array(load_rate), state, np.ones(1)), state.status)
 
 
 def test_wedging():

@@ -75,7 +75,7 @@ def test_a_proof_holds_exactly_where_the_quadratic_form_is_definite():
             form = (rows @ S)[np.ix_(moving, moving)]
             definite = not moving.any() or np.linalg.eigvalsh(form + form.T)[0] > 0
             verdicts.append(definite)
-            assert prove(S, friction, state_of(status, friction, 1.0), 1.0, proof) == definite
+            assert prove(S, friction, state_of(status, friction, 1.0), np.ones(len(friction)), proof) == definite
     assert 50 < sum(verdicts) < 250
 
 
@@ -84,4 +84,4 @@ def test_nothing_is_proven_of_a_closed_node_without_pressure():
     for friction, pressure, gap, proven in ((0.2, 1.0, 0.0, True), (0.2, 0.0, 0.0, False), (0.0, 0.0, 0.0, False), (0.2, 0.0, 1.0, True)):
         state = new_state(np.array([0.0, 0.0, gap, 0.0]), np.array([0.0, 0.0, pressure, 1.0]), np.zeros(2))
         state.status[0] = 2 if gap else 0
-        assert prove(S, np.full(2, friction), state, 1.0, new_proof(2)) == proven
+        assert prove(S, np.full(2, friction), state, np.ones(2), new_proof(2)) == proven

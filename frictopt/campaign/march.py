@@ -152,7 +152,7 @@ def _increments(path: ExactPath, bonded: Array, engine: str, simplify: bool) -> 
         u, r, _, work = states[-1]
         new = increment.solve(u[:n], (load[:n], load[n:]))
         left_out.update(new.record.left_out)
-        slid = path.friction * (r[n:] + new.p) / 2 * np.abs(new.slip - u[:n]) * (new.status != 2)
+        slid = path.friction * (r[n:] + new.p) / 2 * np.abs(new.slip - u[:n]) * (new.p > 0)  # not by status: little pressure counts as open there
         states.append((np.concatenate([new.slip, new.gap - path.system.gap]), np.concatenate([new.q, new.p]), new.status, work + slid))
     u, r, status, work = (np.array(parts) for parts in zip(*states, strict=True))
     return u, r, status, work, tuple(f"in {count} of {len(bonded) - 1} increments, {text}" for text, count in left_out.items())

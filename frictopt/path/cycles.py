@@ -13,7 +13,7 @@ from ..contact.answers import Outcome
 from ..contact.checks import Array, frozen
 from ..contact.extrapolation import SLOW, drift_text, fixed_point
 from ..contact.record import SolveRecord
-from ..contact.tolerances import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAFE
+from ..contact.tolerances import LEVEL, NO_FORCE, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAFE
 from ..errors import NoContinuation, SolverError
 from .cycle import Cycle
 from .extrapolation import slower_modes
@@ -31,14 +31,13 @@ _LEAST = 4  # cycles with the same events before the first extrapolation
 
 
 class Run:
-    """The cycles of one transient so far. Forces are in units of the largest nodal force of the loads, slips in units of that over the stiffness."""
+    """The cycles of one transient so far. Slips are in units of the largest nodal force of the loads over the stiffness, see `scales`."""
 
     def __init__(self, path: ExactPath, stops: Sequence[int], turns: Sequence[int]) -> None:
-        self.path, self.stops, self.turns = path, stops, turns
+        self.path, self.scales, self.stops, self.turns = path, path.scales, stops, turns
         self.force = max(path.force, *(float(np.abs(corner).max()) for corner in path.corners))
         self.length = self.force / path.system.stiffness_scale
-        self.cycles = 0
-        self.first = np.nan
+        self.cycles, self.first = 0, np.nan
         self.latest: Cycle
         self.energy = 0.0
         self.tried = self.pause = 0  # extrapolations that failed since the events last changed, and cycles until the next one
@@ -84,7 +83,7 @@ class Run:
         return [self.path.corners[number] for number in self.stops]
 
     def _distance(self, one: Array, other: Array) -> float:
-        return float(np.abs(one - other).max() / self.length)
+        return float((np.abs(one - other) / np.resize(self.scales.length, one.shape)).max())
 
     def _change(self, cycle: Cycle) -> float:
         """Change of slip and gap over a cycle."""
@@ -152,8 +151,7 @@ class Run:
 
     def reason(self, most_cycles: int) -> str:
         """Why no steady state is proven, and what to change."""
-        last = self.latest
-        change = self._change(last)
+        last, change = self.latest, self._change(self.latest)
         text = f"none proven within most_cycles = {most_cycles} cycles (the slip changes by {change:.1e} slip scales a cycle)"
         if self.path.far_start:
             return f"{text}; {self.path.cause_of_rounding}"
@@ -178,11 +176,11 @@ class Run:
             return False
         path, n, (before, last) = self.path, self.path.nodes, self.last[-2:]
         drift = last.after - last.before
-        size, rounding = float(np.abs(drift).max()), np.finfo(float).eps * float(np.abs(last.after).max())
-        resisted = float(np.abs(path.stress(drift)).max()) > PERIODIC * self.force
-        steady = self._distance(drift, before.after - before.before) * self.length <= PERIODIC * size
+        size, rounding = self._distance(drift, 0 * drift), np.finfo(float).eps * self._distance(last.after, 0 * drift)
+        resisted = bool(np.any(np.abs(path.stress(drift)) > PERIODIC * np.tile(self.scales.force, 2)))
+        steady = self._distance(drift, before.after - before.before) <= PERIODIC * size
         steady = steady and bool(np.abs(last.work - before.work).max() <= PERIODIC * last.work.sum())
-        opens = float(np.abs(drift[n:]).max()) > PERIODIC * size
+        opens = bool(np.any(np.abs(drift[n:]) > PERIODIC * size * self.scales.length))
         return bool(steady and size > rounding / PERIODIC and not (resisted or opens))
 
     def _extrapolated(self, same: int) -> SteadyState | None:
@@ -192,18 +190,18 @@ class Run:
         are weighted means of the limit, the last state and a few states between (`slower_modes`), and a cycle from each of these ends where the
         affine map says.
         """
-        last, proof, modes = self.last[-1], None, None
+        last, unit, proof, modes = self.last[-1], np.resize(self.scales.length, self.latest.after.shape), None, None
         for count in range(same, _LEAST - 1, -2):  # the first of these cycles may have another map: the same events in another order
             cycles = self.last[-count:]
             states = np.array([cycles[0].before, *(cycle.after for cycle in cycles)])
             limit = fixed_point(states)
-            modes = slower_modes((states - limit) / self.length)
+            modes = slower_modes((states - limit) / unit)
             proof = None if modes is None else self.path.restarted_at(limit)
             if proof is not None:
                 break
         if proof is None or modes is None:
             return None
-        shares = [(last.before - limit, last.after - limit), *((self.length * before, self.length * after) for before, after in modes)]
+        shares = [(last.before - limit, last.after - limit), *((unit * before, unit * after) for before, after in modes)]
         tried = [(size * before, size * after) for before, after in shares for size in (1.0, _NEAR)][1:]  # the first one is the last cycle itself
         try:
             proving = self._follow(proof)
@@ -228,21 +226,24 @@ class Run:
         if np.any(u[n:] + path.state.gap > 0):
             return False
         q, p = np.split(np.array(path.corners) + path.stress(u), 2, axis=1)
-        return bool(min((path.friction * p - np.abs(q)).min(), p.min()) >= -SAFE * path.force)
+        return bool((np.minimum(path.friction * p - np.abs(q), p) >= -SAFE * self.scales.mean).all())
 
     def _slips(self, cycle: Cycle) -> bool | None:
         """Whether some node slips in a periodic cycle, by its work; None where it is too little to tell.
 
-        A slip of 1e-9 slip scales is none, with scale and pressure of the mean load. Work is more than rounding if it is the same in two cycles, and
-        without doubt if it is that of such a slip under the largest force of the corners.
+        A slip of 1e-9 slip scales of the mean load is none, under the node's own pressure (the mean load, if that is less or none). Work is more than
+        rounding if it is the same in two cycles, and without doubt if it is that of such a slip in slip scales of the largest force of the corners.
         """
-        most, unit = float(cycle.work.max()), self.force * self.length * min(1.0, float(self.path.friction.max()))
-        if most > RESIDUAL * unit:
+        mean, force, length = self.scales
+        pressure, unit = np.max([r[self.path.nodes :] for _, r in cycle.corners], axis=0), length * np.minimum(1.0, self.path.friction)
+        pressure = np.where(pressure > NO_FORCE * mean, pressure, mean)
+        if np.any(cycle.work > RESIDUAL * np.minimum(pressure, force) * unit):
             return True
-        if most <= RESIDUAL * (self.path.force / self.force) ** 2 * unit:
+        in_doubt = cycle.work > RESIDUAL * np.minimum(pressure, mean) * (mean / force) * unit
+        if not in_doubt.any():
             return False
         before = self.last[-2].work if len(self.last) > 1 and cycle is self.latest else np.full_like(cycle.work, np.inf)
-        return True if most > ROUNDING * unit and np.abs(cycle.work - before).max() <= LEVEL * most else None
+        return True if np.any(in_doubt & (cycle.work > ROUNDING * force * unit) & (np.abs(cycle.work - before) <= LEVEL * cycle.work)) else None
 
     def _conclusive(self, cycle: Cycle) -> bool:
         """Whether a periodic cycle decides: it slips; or it does not, and some node lifts off or has no friction.

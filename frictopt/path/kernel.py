@@ -358,8 +358,19 @@ def at_bound(f, state, node, force):
     nodes = len(f)
     p, gap = state.r[nodes + node], state.u[nodes + node] + state.gap[node]
     slack_forward, slack_backward = _slacks(f, state.r, node, nodes)
-    small = AT_BOUND * (f[node] * p + 1e-3 * force)
-    return slack_forward <= small, slack_backward <= small, p <= AT_BOUND * 1e-3 * force and gap <= 0.0
+    small = AT_BOUND * (f[node] * p + 1e-3 * force[node])
+    return slack_forward <= small, slack_backward <= small, p <= AT_BOUND * 1e-3 * force[node] and gap <= 0.0
+
+
+@njit(**_OPTIONS)
+def _own_least(S, load_rate, u_rate, node):
+    """Rates of a node's reactions that count as zero beside the loads that reach it; another node may bear much larger ones."""
+    nodes = len(load_rate) // 2
+    own = abs(load_rate[node]) + abs(load_rate[nodes + node])
+    for k in range(2 * nodes):
+        if u_rate[k] != 0.0:
+            own += abs(u_rate[k]) * (abs(S[k, node]) + abs(S[k, nodes + node]))
+    return _RATE * own
 
 
 @njit(**_OPTIONS)
@@ -371,7 +382,7 @@ def _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u):
     if status == OPEN:
         touching = state.u[nodes + node] + state.gap[node] <= 0.0
         return STICK if touching and u_rate[nodes + node] < -least_u else OPEN
-    if p <= AT_BOUND * 1e-3 * force and p_rate < -least_r:
+    if p <= AT_BOUND * 1e-3 * force[node] and p_rate < -least_r:
         return OPEN
     if status != STICK:
         return STICK if f[node] > 0.0 and status * u_rate[node] < -least_u else status
@@ -410,6 +421,12 @@ def settle(S, f, load_rate, state, active, force, u_rate, r_rate):
         wrong = 0
         for node in range(nodes):
             wanted[node] = _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u)
+            if wanted[node] == state.status[node] and _wanted(f, state, u_rate, r_rate, node, force, 0.0, 0.0) != wanted[node]:
+                least = _own_least(S, load_rate, u_rate, node)
+                moved = nodes + node if state.status[node] == OPEN else node
+                own = S[moved, moved]
+                slow = min(least / own, least_u) if own > 0.0 else least_u
+                wanted[node] = _wanted(f, state, u_rate, r_rate, node, force, min(least, least_r), slow)
             if wanted[node] != state.status[node]:
                 wrong += 1
                 if iteration >= _BLOCK and wrong > 1:
@@ -584,11 +601,11 @@ def _next_event(f, state, u_rate, r_rate, force):
             if u_rate[nodes + node] < 0.0:
                 time = max(state.u[nodes + node] + state.gap[node], 0.0) / -u_rate[nodes + node]
         else:
-            if state.r[nodes + node] > AT_BOUND * 1e-3 * force and r_rate[nodes + node] < 0.0:
+            if state.r[nodes + node] > AT_BOUND * 1e-3 * force[node] and r_rate[nodes + node] < 0.0:
                 time = state.r[nodes + node] / -r_rate[nodes + node]
             if status == STICK:
                 slack_forward, slack_backward = _slacks(f, state.r, node, nodes)
-                small = AT_BOUND * (f[node] * state.r[nodes + node] + 1e-3 * force)
+                small = AT_BOUND * (f[node] * state.r[nodes + node] + 1e-3 * force[node])
                 bound_rate = f[node] * r_rate[nodes + node]
                 if slack_forward > small and bound_rate + r_rate[node] < 0.0:
                     time = min(time, slack_forward / -(bound_rate + r_rate[node]))
@@ -641,7 +658,7 @@ def _snap(f, state, node, force):
     status = state.status[node]
     if status == OPEN:
         state.u[nodes + node] = -state.gap[node]
-    elif status != STICK or state.r[nodes + node] <= AT_BOUND * 1e-3 * force:
+    elif status != STICK or state.r[nodes + node] <= AT_BOUND * 1e-3 * force[node]:
         state.r[node] = 0.0
         state.r[nodes + node] = 0.0
     else:
@@ -675,7 +692,7 @@ def follow(S, f, bonded, load_rate, state, active, proof, force, start, settled,
     proof
         Proof that the rates are unique; changed in place.
     force
-        Scale of the nodal forces.
+        (N,) scale of the nodal forces at each node.
     start, settled
         Time to start at, and whether the statuses agree with the rates there already.
     record
@@ -736,8 +753,8 @@ def compiled() -> None:
     S, f, load = np.eye(2), np.ones(1), np.zeros(2)
     state, active, proof = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1)), new_active_set(1), new_proof(1)
     begin_segment(S, f, state, active, proof)
-    at_bound(f, state, 0, 1.0)
+    at_bound(f, state, 0, np.ones(1))
     set_statuses(S, f, state, active, state.status)
-    follow(S, f, load, load, state, active, proof, 1.0, 0.0, True, new_record(0, 1))
+    follow(S, f, load, load, state, active, proof, np.ones(1), 0.0, True, new_record(0, 1))
     refresh(S, f, load, state, active)
     notice.cancel()

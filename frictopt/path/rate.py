@@ -69,7 +69,7 @@ class Solutions:
     complete: bool
 
 
-def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: float) -> RateProblem:
+def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: Array) -> RateProblem:
     """Set up the rate problem for the nodes of a state that are at a bound, under a rate of the bonded reactions."""
     nodes = len(f)
     columns, rows, node, kind, free = [], [], [], [], []

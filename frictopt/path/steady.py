@@ -39,7 +39,7 @@ def steady_state(
     and the last state show that the map is affine for all states to come.
 
     Shakedown needs a slip that is safe at every corner. If nodes lift off or have no friction, a periodic state without work of friction also counts
-    (at each node at most the work of a slip of 1e-9 slip scales under the largest force). Theory, eq. (14).
+    (at each node at most the work of a slip of 1e-9 slip scales under its own largest pressure). Theory, eq. (14).
 
     Parameters
     ----------

@@ -32,6 +32,7 @@ from .kernel import (
     set_statuses,
 )
 from .rate import find_rates, rate_problem
+from .scales import scales
 
 __all__ = ["ExactPath"]
 
@@ -117,11 +118,11 @@ class ExactPath:
         self._cyclic = [np.concatenate(pair) for pair in zip(*cycle.corner_reactions(system), strict=True)]
         self.corners = self.corners_at(self.load_factor)
         self.force = float(np.abs(self.mean[nodes:]).mean() or max(np.abs(corner).max() for corner in self.corners) or 1.0)
-        compiled()
-        self.fallbacks = 0
-        self.visited = -1
-        self.history: list[tuple[Array, ...]] = []
         self._S = np.ascontiguousarray(system.S)
+        self.scales = scales(self._S, self.mean, self.corners)
+        compiled()
+        self.fallbacks, self.visited = 0, -1
+        self.history: list[tuple[Array, ...]] = []
         self._active, self._proof = new_active_set(nodes), new_proof(nodes)
         if initial_state is None:
             self._start_name, self._start_stress = "initial_slip", self.check_near("initial_slip", self._S[:, :nodes] @ slip)
@@ -247,12 +248,12 @@ class ExactPath:
             At some load of the segment no rates obey the contact law, or more than one set of rates does.
         """
         load_rate = bonded - self.bonded
-        settled = not np.abs(load_rate).max() > NO_DRIVE * self.force
+        settled = not np.any(np.abs(load_rate) > NO_DRIVE * np.tile(self.scales.mean, 2))
         begin_segment(self._S, self.friction, self.state, self._active, self._proof)
         code, time = UNSETTLED, 0.0
         while code != DONE:
             own = self.state, self._active, self._proof
-            code, time = follow(self._S, self.friction, self.bonded, load_rate, *own, self.force, time, settled, self._record)
+            code, time = follow(self._S, self.friction, self.bonded, load_rate, *own, self.scales.mean, time, settled, self._record)
             if code == STALLED:
                 raise NoContinuation(f"{where}: at {time:.9g} of it the statuses change without end; loads or gaps may differ too much in size")
             settled = True
@@ -278,7 +279,7 @@ class ExactPath:
 
     def _solve_rate_problem(self, load_rate: Array, not_unique: bool, time: float, where: str) -> None:
         """Set the statuses to the solution of the rate problem."""
-        problem = rate_problem(self._S, self.friction, load_rate, self.state, self.force)
+        problem = rate_problem(self._S, self.friction, load_rate, self.state, self.scales.mean)
         if problem.floating:
             raise NoContinuation(f"{where}: at {time:.9g} of it the contact slides or opens freely; {self._free_body}")
         solutions = find_rates(problem, self.state.status)
