@@ -369,29 +369,35 @@ def _own_least(S, load_rate, u_rate, node):
     own = abs(load_rate[node]) + abs(load_rate[nodes + node])
     for k in range(2 * nodes):
         if u_rate[k] != 0.0:
-            own += abs(u_rate[k]) * (abs(S[k, node]) + abs(S[k, nodes + node]))
+            own += abs(u_rate[k]) * (abs(S[node, k]) + abs(S[nodes + node, k]))  # S is symmetric, and its rows lie together
     return _RATE * own
 
 
 @njit(**_OPTIONS)
 def _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u):
-    """Status that agrees with the signs of a node's rates; the present one if that does."""
+    """Status that agrees with the signs of a node's rates, the present one if that does; and whether a sign counted as zero may change it."""
     nodes = len(f)
     status = state.status[node]
     p, p_rate = state.r[nodes + node], r_rate[nodes + node]
     if status == OPEN:
-        touching = state.u[nodes + node] + state.gap[node] <= 0.0
-        return STICK if touching and u_rate[nodes + node] < -least_u else OPEN
-    if p <= AT_BOUND * 1e-3 * force[node] and p_rate < -least_r:
-        return OPEN
+        closes = -u_rate[nodes + node] if state.u[nodes + node] + state.gap[node] <= 0.0 else 0.0
+        return (STICK, False) if closes > least_u else (OPEN, closes > 0.0)
+    masked = False
+    if p <= AT_BOUND * 1e-3 * force[node]:
+        if p_rate < -least_r:
+            return OPEN, False
+        masked = p_rate < 0.0
     if status != STICK:
-        return STICK if f[node] > 0.0 and status * u_rate[node] < -least_u else status
+        turns = -status * u_rate[node] if f[node] > 0.0 else 0.0
+        return (STICK, False) if turns > least_u else (status, masked or turns > 0.0)
     at_forward, at_backward, _ = at_bound(f, state, node, force)
-    if at_forward and f[node] * p_rate + r_rate[node] < -least_r:
-        return 1
-    if at_backward and f[node] * p_rate - r_rate[node] < -least_r:
-        return -1
-    return STICK
+    for sense in (1, -1):
+        if at_forward if sense == 1 else at_backward:
+            slack_rate = f[node] * p_rate + sense * r_rate[node]
+            if slack_rate < -least_r:
+                return sense, False
+            masked = masked or slack_rate < 0.0
+    return STICK, masked
 
 
 @njit(**_OPTIONS)
@@ -420,13 +426,13 @@ def settle(S, f, load_rate, state, active, force, u_rate, r_rate):
         solve_rates(S, active, load_rate, u_rate, r_rate)
         wrong = 0
         for node in range(nodes):
-            wanted[node] = _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u)
-            if wanted[node] == state.status[node] and _wanted(f, state, u_rate, r_rate, node, force, 0.0, 0.0) != wanted[node]:
+            wanted[node], masked = _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u)
+            if masked:
                 least = _own_least(S, load_rate, u_rate, node)
                 moved = nodes + node if state.status[node] == OPEN else node
                 own = S[moved, moved]
                 slow = min(least / own, least_u) if own > 0.0 else least_u
-                wanted[node] = _wanted(f, state, u_rate, r_rate, node, force, min(least, least_r), slow)
+                wanted[node], _ = _wanted(f, state, u_rate, r_rate, node, force, min(least, least_r), slow)
             if wanted[node] != state.status[node]:
                 wrong += 1
                 if iteration >= _BLOCK and wrong > 1:
