@@ -18,8 +18,8 @@ pytestmark = pytest.mark.slow
 
 NAMES = [
     *("scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"),
-    *("guaranteed_limit", "separation", "slip_plane", "dissipation", "shakedown_share", "amplitude", "two_states"),
-    *("dissipation_range", "least_slip", "practical_limit"),
+    *("guaranteed_limit", "slip_plane", "dissipation", "shakedown_share", "amplitude", "two_states"),
+    *("dissipation_range", "least_slip", "practical_limit", "separation"),
     *("error_vs_time", "mesh_error", "extremes", "scenes", "joint", "spatial_limit", "spatial_numerics"),
 ]
 
