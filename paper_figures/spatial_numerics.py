@@ -54,6 +54,7 @@ def _times(axes: Any, table: pd.DataFrame) -> None:
     for (column, words), series in zip(_WORDS.items(), SERIES, strict=False):
         axes.plot(table["nodes"], table[column], label=words, **series)
     whole_decades(axes, "xy")
+    axes.set_ylim(top=10 * axes.get_ylim()[1])  # room for the legend
     axes.set_xlabel("node pairs $N$")
     axes.set_ylabel("processor time, s")
     axes.legend(loc="upper left")
