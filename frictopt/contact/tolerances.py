@@ -89,6 +89,9 @@ WRONG = ROUNDING / 10  # dimensionless violation that changes no status: less th
 CONVERGED = 10 * ROUNDING  # change of the frozen bound, in mean normal forces, that counts as none
 SWEEP = 1e3 * RESIDUAL  # violation with which a sweep may end: it only guides the next sweep and the exact state
 AT_BOUND = RESIDUAL  # distance from a bound, in force scales, up to which a node is on it: the state has this error
+LITTLE = (
+    100 * RESIDUAL
+)  # a node's pressure below this share of the mean one is too little to judge its slip by: its bounds have the error of an answer
 NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
 NOT_CONVEX = ROUNDING  # negative eigenvalues up to this share of the largest entry are rounding
 SINGULAR = CONDENSATION  # singular values up to this share of the largest one count as zero

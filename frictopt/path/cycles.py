@@ -13,7 +13,7 @@ from ..contact.answers import Outcome
 from ..contact.checks import Array, frozen
 from ..contact.extrapolation import SLOW, drift_text, fixed_point
 from ..contact.record import SolveRecord
-from ..contact.tolerances import LEVEL, NO_FORCE, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAFE
+from ..contact.tolerances import LEVEL, LITTLE, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAFE
 from ..errors import NoContinuation, SolverError
 from .cycle import Cycle
 from .extrapolation import slower_modes
@@ -231,19 +231,19 @@ class Run:
     def _slips(self, cycle: Cycle) -> bool | None:
         """Whether some node slips in a periodic cycle, by its work; None where it is too little to tell.
 
-        A slip of 1e-9 slip scales of the mean load is none, under the node's own pressure (the mean load, if that is less or none). Work is more than
-        rounding if it is the same in two cycles, and without doubt if it is that of such a slip in slip scales of the largest force of the corners.
+        A slip of 1e-9 slip scales of the mean load is none, under the node's own pressure (that of the mean load, if too little). Work is more
+        than rounding if it is the same in two cycles, and without doubt if it is that of such a slip in slip scales of the largest corner force.
         """
         mean, force, length = self.scales
         pressure, unit = np.max([r[self.path.nodes :] for _, r in cycle.corners], axis=0), length * np.minimum(1.0, self.path.friction)
-        pressure = np.where(pressure > NO_FORCE * mean, pressure, mean)
-        if np.any(cycle.work > RESIDUAL * np.minimum(pressure, force) * unit):
+        pressure = np.where(pressure > LITTLE * mean, pressure, mean)
+        far, work = self._distance(cycle.after, 0 * cycle.after), cycle.work  # slips lose digits to their own size
+        if np.any(work > max(RESIDUAL, ROUNDING * far) * np.minimum(pressure, force) * unit):
             return True
-        in_doubt = cycle.work > RESIDUAL * np.minimum(pressure, mean) * (mean / force) * unit
-        if not in_doubt.any():
-            return False
-        before = self.last[-2].work if len(self.last) > 1 and cycle is self.latest else np.full_like(cycle.work, np.inf)
-        return True if np.any(in_doubt & (cycle.work > ROUNDING * force * unit) & (np.abs(cycle.work - before) <= LEVEL * cycle.work)) else None
+        in_doubt = work > RESIDUAL * np.minimum(pressure, mean) * (mean / force) * unit
+        before = self.last[-2].work if len(self.last) > 1 and cycle is self.latest else np.full_like(work, np.inf)
+        repeated = (np.abs(work - before) <= LEVEL * work) & (work > ROUNDING * np.maximum(force, far * pressure) * unit)
+        return None if in_doubt.any() and not np.any(in_doubt & repeated) else bool(in_doubt.any())
 
     def _conclusive(self, cycle: Cycle) -> bool:
         """Whether a periodic cycle decides: it slips; or it does not, and some node lifts off or has no friction.
