@@ -27,10 +27,7 @@ _ANSWERS = {  # public question -> file of this room with the function of that n
     "shakedown_limit": "shakedown",
     "steady_state": "steady",
 }
-_GUARANTEE = (
-    "is for plane contacts only: with two tangents the load factors at which a node is on two opposed bounds make no convex problem; "
-    "use shakedown_limit, above which nothing is safe, and steady_state from several starts below it"
-)
+_GUARANTEE = "is not yet offered in three dimensions; use shakedown_limit, above which nothing is safe, and steady_state from several starts below it"
 _REFUSED = {
     "guaranteed_limit": f"guaranteed_limit {_GUARANTEE}",
     "verify_guaranteed": f"verify_guaranteed {_GUARANTEE}",
