@@ -20,7 +20,6 @@ from ..limits import LimitKind
 from ..limits.separated import CornerStates, SeparatedProblem
 from ..solve.bounds import BoundStatus
 from ..solve.explain import Units, explain
-from ..solve.portable import Portable
 from .progress import bar_of
 from .rest import Booleans, Question, Rest
 from .rest_search import RestSearch
@@ -33,7 +32,7 @@ _SMALL = 1e-3  # load factor, in load units, below which the range of the bound 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SeparatedLimit(WithSlip, Portable, Plotted):
+class SeparatedLimit(WithSlip, Plotted):
     """The largest load factor found at which the contact comes to rest with nodes open or closed, and what is known above it.
 
     Attributes

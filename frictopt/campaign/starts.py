@@ -8,6 +8,7 @@ import numpy as np
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, finite_array, finite_number, finite_numbers, frozen, whole_number
+from ..contact.portable import Portable
 from ..contact.system import checked_system
 from ..errors import ModelError
 from ..limits import safe_slip, shakedown_limit
@@ -19,7 +20,7 @@ _MOST = 100_000  # slips of a kind and amplitude; more would fill the memory
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
+class Start(Portable):
     """The start of a transient: a residual slip or an earlier state, an overload, or both.
 
     Attributes

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..contact import ContactState, ContactSystem, Verdict, referee
-from ..contact.checks import Array, whole_number
+from ..contact.checks import Array, frozen, whole_number
 from ..contact.record import SolveRecord
 from ..contact.show import Plotted, Shown, frame
 from ..contact.tolerances import SIMULTANEOUS
@@ -122,7 +122,7 @@ class Trajectory(Shown, Plotted):
     def energy(self) -> Array:
         """(T,) elastic energy `u S u / 2` of the relative motion `u = [v, w - g0]`, force times length per depth."""
         u = np.hstack([self.slip, self.gap - self.system.gap])
-        return np.asarray(((u @ self.system.S) * u).sum(axis=1) / 2)
+        return frozen(((u @ self.system.S) * u).sum(axis=1) / 2)
 
     @cached_property
     def energy_error(self) -> Array:
@@ -133,14 +133,14 @@ class Trajectory(Shown, Plotted):
         u, load = np.hstack([self.slip, self.gap]), np.hstack([self.bonded_q, self.bonded_p])
         against = ((load[1:] + load[:-1]) / 2 * np.diff(u, axis=0)).sum(axis=1)
         spent = self.work.sum(axis=1) - self.work[0].sum()
-        return np.asarray(spent + self.energy - self.energy[0] + np.concatenate([[0.0], np.cumsum(against)]))
+        return frozen(spent + self.energy - self.energy[0] + np.concatenate([[0.0], np.cumsum(against)]))
 
     @cached_property
     def cycle_work(self) -> Array:
         """(cycles, N) work of friction in each whole cycle."""
         first = max(0, -(-int(np.ceil(self.time[0])) // self.corners) * self.corners)
         ends = np.searchsorted(self.time, np.arange(first, self.time[-1] + 0.5, self.corners) + SIMULTANEOUS) - 1
-        return np.diff(self.work[ends], axis=0)
+        return frozen(np.diff(self.work[ends], axis=0))
 
     def state_at(self, number: int) -> ContactState:
         """The state of a number (from the end, if negative), for another transient to start from: at the mean load or after it.

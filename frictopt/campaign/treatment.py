@@ -56,9 +56,6 @@ class LoadStep:
         object.__setattr__(self, "loads", checked_loads("loads", self.loads))
         object.__setattr__(self, "cyclic", checked_loads("cyclic", self.cyclic))
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (dict(self.loads), dict(self.cyclic))
-
     def __hash__(self) -> int:
         return hash((frozenset(self.loads.items()), frozenset(self.cyclic.items())))
 

@@ -1,5 +1,6 @@
 """Input checks shared by all layers: each returns the checked value or raises a `ModelError` that names argument, value and remedy."""
 
+import copyreg
 from collections.abc import Collection, Mapping, Sequence
 from decimal import Decimal
 from numbers import Real
@@ -113,6 +114,14 @@ def listed_parts(argument: str, parts: Any, *kinds: type) -> tuple[Any, ...]:
     if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kinds) for part in parts):
         raise ModelError(f"{argument}: {shown(parts)}; give a list of {' or '.join(kind.__name__ for kind in kinds)}")
     return tuple(parts)
+
+
+def _read_only(entries: dict[Any, Any]) -> MappingProxyType[Any, Any]:
+    """A read-only view of a dictionary."""
+    return MappingProxyType(entries)
+
+
+copyreg.pickle(MappingProxyType, lambda view: (_read_only, (dict(view),)))  # Python can neither pickle nor copy such a view by itself
 
 
 def checked_loads(name: str, loads: Any) -> Mapping[str, float]:

@@ -56,9 +56,6 @@ class LoadCycle:
             raise ModelError("corners: empty; a load cycle visits at least one corner")
         object.__setattr__(self, "corners", tuple(checked_loads(f"corners[{k}]", corner) for k, corner in enumerate(self.corners)))
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (dict(self.mean), [dict(corner) for corner in self.corners])
-
     def __hash__(self) -> int:
         return hash((frozenset(self.mean.items()), tuple(frozenset(corner.items()) for corner in self.corners)))
 

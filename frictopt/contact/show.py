@@ -6,10 +6,12 @@ from enum import Enum
 from importlib import import_module
 from typing import Any
 
+from .portable import Portable
+
 __all__ = ["Plotted", "Shown", "frame"]
 
 
-class Shown:
+class Shown(Portable):
     """Base of results: one line for the console and a table for notebooks, both made of `_answer`."""
 
     def _answer(self) -> Mapping[str, Any]:

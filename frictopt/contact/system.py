@@ -122,10 +122,6 @@ class ContactSystem(Shown):
         }.items():
             object.__setattr__(self, name, value)
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        rest = self.gap, self.E_star, self.points, self.normals, self.contact, self.width
-        return type(self), (self.A, self.B, self.C, self.x, dict(self.bonded), *rest)
-
     def _answer(self) -> Mapping[str, Any]:
         names = [] if self.contact is None else list(dict.fromkeys(self.contact.tolist()))
         several = {"contacts": names} if len(names) > 1 else {}

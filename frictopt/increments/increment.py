@@ -18,14 +18,13 @@ from ..contact.system import checked_system
 from ..contact.tolerances import NO_FORCE, STUCK
 from ..errors import ModelError
 from ..solve.explain import explain
-from ..solve.portable import Portable
 from .newton import State, classified, sticking
 
 __all__ = ["Increment", "Law", "PosedIncrement"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Increment(Recorded, Portable):
+class Increment(Recorded):
     """The state after one increment of load, judged by the referee.
 
     Attributes

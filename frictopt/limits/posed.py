@@ -14,7 +14,6 @@ from ..contact.symmetry import Part, halve, whole
 from ..contact.system import checked_system
 from ..contact.tolerances import CONDENSATION, RESIDUAL
 from ..errors import ModelError
-from ..solve.portable import Portable
 from .mechanism import Mechanism
 from .ruling_corners import RulingLoads, ruling_loads
 from .scaling import Loads, ScaledContact, scaled_contact
@@ -175,7 +174,7 @@ class LimitQuestion:
         return (*self.part.left_out, *([f"corners: {idle} of {corners} rule no node"] if idle else []))
 
 
-class Answered(WithSlip, Portable, Plotted):
+class Answered(WithSlip, Plotted):
     """Base of results that answer a limit question by a residual slip at a load factor."""
 
     load_factor: float

@@ -17,7 +17,6 @@ from ..contact.show import frame
 from ..contact.tolerances import NO_FORCE, RESIDUAL, SETTLED_BOUND, SWEEP_OF_CONES
 from ..errors import ModelError, SolverError
 from ..solve.explain import explain
-from ..solve.portable import Portable
 from ..solve.solvers import Kind, solve
 from .coulomb import referee
 from .newton import OPEN, SLIP, Law3D, State3D, newton
@@ -30,7 +29,7 @@ _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c of Newton's method, tried in
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Increment3D(Recorded, Portable):
+class Increment3D(Recorded):
     """The state after one increment of load, judged by the referee.
 
     Attributes

@@ -16,7 +16,6 @@ from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, frame
 from ..contact.tolerances import NO_MARGIN, RESIDUAL
 from ..solve.explain import Units, explain
-from ..solve.portable import Portable
 from ..solve.solvers import Answer, Kind, solve
 from .cones import ConeProgram, margin_cones
 from .mechanism import Mechanism3D, mechanism_of
@@ -28,7 +27,7 @@ __all__ = ["MarginState3D", "SafeSlip3D", "safe_slip", "solve_margin"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SafeSlip3D(WithSlip, Portable, Plotted):
+class SafeSlip3D(WithSlip, Plotted):
     """A residual slip that keeps the contact stuck, or the proof that there is none.
 
     Attributes

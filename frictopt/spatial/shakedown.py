@@ -18,7 +18,6 @@ from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, frame
 from ..contact.tolerances import CARRIED, FLOOR, GROWN, RESIDUAL
 from ..solve.explain import Units, explain
-from ..solve.portable import Portable
 from ..solve.solvers import Kind, solve
 from .cones import ConeProgram, shakedown_cones
 from .first_events import reach
@@ -32,7 +31,7 @@ __all__ = ["ShakedownLimit3D", "shakedown_limit"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShakedownLimit3D(WithSlip, Portable, Plotted):
+class ShakedownLimit3D(WithSlip, Plotted):
     """The shakedown limit in three dimensions with its proof from both sides.
 
     Attributes

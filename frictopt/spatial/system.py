@@ -106,9 +106,6 @@ class ContactSystem3D(Shown, OtherContact):
         for name, value in {"S": S, "points": points, "gap": gap, "frames": frames, "bonded": _checked_bonded("bonded", self.bonded, n)}.items():
             object.__setattr__(self, name, value)
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.S, self.points, dict(self.bonded), self.gap, self.frames)
-
     def _answer(self) -> Mapping[str, Any]:
         return {"nodes": self.nodes, "loads": sorted(self.bonded), "gap": bool(self.gap.any())}
 

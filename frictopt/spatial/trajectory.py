@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..contact import Verdict
-from ..contact.checks import Array
+from ..contact.checks import Array, frozen
 from ..contact.record import SolveRecord
 from ..contact.show import Plotted, Shown, frame
 from .coulomb import referee
@@ -102,13 +102,13 @@ class Trajectory3D(Shown, Plotted):
     def energy(self) -> Array:
         """(T,) elastic energy `u S u / 2` of the relative motion `u = [v1, v2, w - g0]`, force times length."""
         u = joined(self.slip, self.gap - self.system.gap)
-        return np.asarray(((u @ self.system.S) * u).sum(axis=1) / 2)
+        return frozen(((u @ self.system.S) * u).sum(axis=1) / 2)
 
     @cached_property
     def cycle_work(self) -> Array:
         """(cycles, N) work of friction in each whole cycle."""
         ends = np.searchsorted(self.time, np.arange(0, self.time[-1] + 0.5, self.corners) + 1e-9) - 1
-        return np.diff(self.work[ends], axis=0)
+        return frozen(np.diff(self.work[ends], axis=0))
 
     def to_frame(self) -> Any:
         """The DataFrame of all states and nodes: columns state, time, node, slip1, slip2, gap, q1, q2, p, status, work."""

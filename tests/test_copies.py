@@ -1,0 +1,106 @@
+"""Results are pickled, copied and deep-copied: nothing but the solved program is lost, no array can be written, and the copy can be drawn."""
+
+import copy
+import pickle
+
+import matplotlib
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.contact.portable import Portable
+from systems import CYCLE, FIRST_PAIR, system
+
+matplotlib.use("Agg")
+
+PAIR = system(*FIRST_PAIR)
+ASKED = PAIR, CYCLE, 0.6
+NODE = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
+LIFTS = fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0}])
+TWO = PAIR.with_bonded({"other": (np.array([0.1, 0.1]), np.ones(2))})
+GRID = [[x, y, 0.0] for x in (0.0, 1.0) for y in (0.0, 1.0)]
+PAD = fo.ContactSystem3D(
+    np.diag(np.arange(12.0) + 4.0), GRID, {"P": np.r_[np.zeros(8), np.ones(4)], "Q": np.r_[1.0, np.zeros(11)], "R": np.r_[0.0, 1.0, np.zeros(10)]}
+)
+TURNS = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}, {"Q": -1.0}])
+PUNCH, BLOCKS = fo.PunchOnHalfPlane(elements=4, growth=1.6).model(), fo.SquarePunchOnBlock(elements=2, growth=2.0).model()
+LIMIT = fo.shakedown_limit(*ASKED)
+EXAMPLES = [
+    PAIR,
+    PAD,
+    PUNCH,
+    BLOCKS,
+    fo.read_calculix("tests/data/flat"),
+    PUNCH.recover({"P": 1.0}, np.zeros(5), np.zeros(5)),
+    fo.Start(family="own", name="one", slip=[0.5, 0.0]),
+    fo.onset(*ASKED),
+    fo.onset(*ASKED).slip,
+    fo.slip_order(PAIR, 0.6),
+    LIMIT,
+    LIMIT.least_slip(1.0),
+    fo.safe_slip(*ASKED, 0.3),
+    fo.guaranteed_limit(*ASKED),
+    fo.required_friction(PAIR, CYCLE, 0.3),
+    fo.safe_region(TWO, {"mean": 1.0}, ["cyclic", "other"], 0.6),
+    fo.separated_limit(NODE, LIFTS, 0.5),
+    fo.ExactIncrement(PAIR, 0.6).solve(np.zeros(2), PAIR.reaction({"mean": 1.0, "cyclic": 1.0})),
+    fo.steady_state(*ASKED, 1.5),
+    fo.steady_state(*ASKED, 1.5).state,
+    fo.march(*ASKED, 1.5, cycles=1),
+    fo.march(*ASKED, 1.5, cycles=1).verdict,
+    fo.verify_guaranteed(*ASKED, starts=3, moved=1),
+    fo.dissipation_range(*ASKED, 0.8),
+    fo.practical_limit(*ASKED, scan=3, protocol=[fo.LoadStep({"mean": 2.0}, {"cyclic": 1.0})]),
+    fo.cure(*ASKED, 0.6, excursion={"mean": -0.95}, samples=2),
+    fo.shakedown_limit(PAD, TURNS, 0.5),
+    fo.safe_slip(PAD, TURNS, 0.5, 0.3),
+    fo.steady_state(PAD, TURNS, 0.5, 3.0),
+    fo.march(PAD, TURNS, 0.5, 3.0, cycles=1, steps=2),
+    fo.Increments3D(PAD, 0.5).solve(np.zeros((4, 2)), PAD.reaction({"P": 1.0, "Q": 2.0})),
+]
+WAYS = {"pickle": lambda one: pickle.loads(pickle.dumps(one)), "copy": copy.copy, "deepcopy": copy.deepcopy}
+
+
+def arrays(thing, name):
+    """All arrays among the public attributes of a result, by name."""
+    if isinstance(thing, np.ndarray):
+        yield name, thing
+    elif isinstance(thing, tuple | list):
+        for number, part in enumerate(thing):
+            yield from arrays(part, f"{name}[{number}]")
+    elif isinstance(thing, Portable):
+        for attribute in vars(thing):
+            if not attribute.startswith("_"):
+                yield from arrays(getattr(thing, attribute), f"{name}.{attribute}")
+
+
+@pytest.mark.parametrize("result", EXAMPLES, ids=lambda one: type(one).__name__)
+@pytest.mark.parametrize("way", WAYS)
+def test_a_copy_says_the_same_stays_read_only_and_can_be_drawn(way, result):
+    again = WAYS[way](result)
+    assert type(again) is type(result) and repr(again) == repr(result)
+    assert getattr(again, "problem", None) is None
+    mine, others = dict(arrays(result, "")), dict(arrays(again, ""))
+    assert list(mine) == list(others)
+    for name, values in mine.items():
+        assert np.array_equal(values, others[name], equal_nan=values.dtype.kind == "f"), name
+        assert not values.flags.writeable and not others[name].flags.writeable, name
+    if hasattr(result, "to_frame"):
+        assert again.to_frame().equals(result.to_frame())
+    if hasattr(result, "plot"):
+        again.plot()
+        plt.close("all")
+
+
+def test_every_public_kind_of_result_is_among_the_examples():
+    public = {kind for kind in vars(fo).values() if isinstance(kind, type) and issubclass(kind, Portable)}
+    public |= {kind for kind in (getattr(fo, name) for name in fo.__all__) if isinstance(kind, type) and issubclass(kind, Portable)}
+    assert {type(result) for result in EXAMPLES} == public
+
+
+def test_the_loads_of_a_copy_stay_read_only():
+    for again in (way(LIFTS) for way in WAYS.values()):
+        assert again == LIFTS
+        with pytest.raises(TypeError, match="does not support item assignment"):
+            again.mean["P"] = 2.0
