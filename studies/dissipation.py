@@ -88,8 +88,6 @@ def runs_of(parameters: Parameters, workers: int = 1, store: str | None = None) 
     for case in cases_of(parameters):
         factors = case.limit * np.array(parameters.ratios)
         part = fo.dissipation_study(case.system, LOADS, case.friction, factors, starts_of(parameters, case), workers=workers, store=store)
-        if part.attrs["missing"]:
-            raise KeyboardInterrupt
         part["amplitude"] /= slip_unit(case.system)
         part["load_ratio"] = np.repeat(parameters.ratios, len(part) // len(factors))  # as asked for, without the rounding of a division
         parts.append(part.assign(friction=case.friction))

@@ -34,4 +34,8 @@ if __name__ == "__main__":
     store, table = map(Path, sys.argv[1:])
     Store.write = telling("kept", Store.write, lambda _, row: row["key"])
     execute._Worker.__init__ = telling("worker", execute._Worker.__init__, lambda worker, *_: worker.pid)
-    study(workers=2, store=store).to_pickle(table)
+    try:
+        study(workers=2, store=store).to_pickle(table)
+    except KeyboardInterrupt as stop:
+        stop.table.to_pickle(table)
+        raise

@@ -161,8 +161,10 @@ def test_an_interrupt_leaves_the_finished_rows(contact, factors, starts, table, 
     study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "store": tmp_path / "runs.sqlite"}
     with monkeypatch.context() as patch:
         patch.setattr(run, "steady_state", until_interrupted)
-        with pytest.warns(fo.Interrupted, match=f"{len(table) - 7} runs are not in the table"):
-            part = fo.dissipation_study(**study, workers=1)
+        with pytest.raises(KeyboardInterrupt) as stop:
+            fo.dissipation_study(**study, workers=1)
+    part, (note,) = stop.value.table, stop.value.__notes__
+    assert f"{len(table) - 7} runs are left; 7 are in" in note and note.endswith("runs.sqlite', from where the same call goes on")
     pd.testing.assert_frame_equal(results(part), results(table.head(7)), check_exact=True)
     assert part.attrs["missing"] == len(table) - 7
     pd.testing.assert_frame_equal(results(fo.dissipation_study(**study, workers=1)), results(table), check_exact=True)

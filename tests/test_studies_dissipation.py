@@ -112,15 +112,3 @@ def test_a_study_explains_its_options(capsys):
     with pytest.raises(SystemExit) as end:
         studies.main(["limits", "--help"])
     assert end.value.code == 0 and limits.STUDY.quick in capsys.readouterr().out
-
-
-def test_an_interrupted_study_makes_no_table(monkeypatch):
-    def interrupted(*_args, **_options):
-        table = pd.DataFrame()
-        table.attrs["missing"] = 3
-        return table
-
-    monkeypatch.setattr(fo, "dissipation_study", interrupted)
-    monkeypatch.setattr(dissipation, "runs_of", dissipation.runs_of.__wrapped__)
-    with pytest.raises(KeyboardInterrupt):
-        dissipation.runs_of(dissipation.QUICK)

@@ -1,7 +1,7 @@
 """Campaigns: transients as trajectories, and steady states of many transients as tables."""
 
 from .cures import Cure, cure
-from .dissipation import Interrupted, dissipation_study
+from .dissipation import dissipation_study
 from .dissipation_range import DissipationRange, dissipation_range
 from .fretting import fretting_table, steady_cycle
 from .guarantee import GuaranteeCheck, verify_guaranteed
@@ -18,7 +18,6 @@ __all__ = [
     "DamagedRows",
     "DissipationRange",
     "GuaranteeCheck",
-    "Interrupted",
     "LoadStep",
     "PracticalLimit",
     "SeparatedLimit",

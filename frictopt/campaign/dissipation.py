@@ -1,10 +1,9 @@
 """Campaigns: the steady states of many transients as one table."""
 
 import os
-import warnings
 from collections.abc import Container, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -26,7 +25,7 @@ from .run import CampaignContact, Run, one_thread, run_key
 from .starts import Start, checked_starts
 from .store import TYPES, Store
 
-__all__ = ["Interrupted", "dissipation_study"]
+__all__ = ["dissipation_study"]
 
 _MOST_WORKERS = 1000  # more is taken for a typing error
 _COLUMNS = (
@@ -34,10 +33,6 @@ _COLUMNS = (
     *("largest_share", "cycles", "slipping", "open", "residual", "engine", "seconds", "error"),
 )
 _TYPES = {"seed": "Int64", "family": "str", **TYPES}
-
-
-class Interrupted(UserWarning):
-    """A study was stopped by Ctrl-C; its table holds the runs that were finished."""
 
 
 def dissipation_study(
@@ -54,8 +49,8 @@ def dissipation_study(
 ) -> pd.DataFrame:
     """Follow a transient to its steady state from every start at every load factor (Flicek et al. 2015, section 5).
 
-    A run that fails is a row with its error. Ctrl-C ends the study with a warning; the table then holds the finished runs. The number of
-    processes only changes the column seconds.
+    A run that fails is a row with its error. The number of processes only changes the column seconds. Ctrl-C stays a KeyboardInterrupt; as
+    soon as there are runs it has an attribute `table`, that of the finished ones. The store is closed then and holds them too.
 
     Parameters
     ----------
@@ -87,7 +82,7 @@ def dissipation_study(
         "FAILED"; dissipation, work of friction per cycle in the steady state; dissipation_scaled, `W E* / P^2` with P the total normal force of the
         mean load (NaN if the system does not know its `E_star`, and in three dimensions); first_cycle, work in the first cycle; largest_share, that
         of the node that dissipates most; cycles followed; slipping and open, numbers of nodes; residual; engine; seconds; error, the text for a run
-        that failed, else empty. `attrs` holds "shakedown_limit" and "missing", the number of runs that an interrupt left out.
+        that failed, else empty. `attrs` holds "shakedown_limit" and "missing", the number of runs without a row in the table of an error.
 
     Raises
     ------
@@ -120,6 +115,7 @@ def dissipation_study(
         raise ModelError(f"workers: {workers!r} and an executor; the executor has its own workers, so give one of the two")
     flag("progress", progress)
     rows: dict[str, dict[str, Any]] = {}
+    latest: dict[str, dict[str, Any]] = {}
     with ExitStack() as stack:
         kept = None if store is None else stack.enter_context(closing(Store(store)))
         stack.enter_context(one_thread())
@@ -130,17 +126,22 @@ def dissipation_study(
             with bar_of(progress, "transients", "run", total=len(set(campaign.keys)), initial=len(rows)) as bar:
                 with closing(execute(campaign.contact, campaign.missing(rows), executor, workers)) as finished:
                     for row, answered in finished:
-                        rows[row["key"]] = row
+                        latest = {row["key"]: row}
                         if kept is not None and answered:
                             kept.write(row)
+                        rows |= latest
                         bar.update()
+            return campaign.table(rows)
         except StoreError as error:
-            error.table = campaign.table(rows)
+            error.table = campaign.table(rows | latest)
             raise
-        except KeyboardInterrupt:
-            left = len(set(campaign.keys) - rows.keys())
-            warnings.warn(f"dissipation_study: interrupted, {left} runs are not in the table", Interrupted, stacklevel=2)
-    return campaign.table(rows)
+        except KeyboardInterrupt as interrupt:
+            with suppress(StoreError):
+                rows |= {} if kept is None else kept.read(set(campaign.keys))
+            table = interrupt.table = campaign.table(rows)  # type: ignore[attr-defined]  # no class of its own: the exit status stays Python's
+            known = "" if kept is None else f" and in {str(kept.path)!r}, from where the same call goes on"
+            interrupt.add_note(f"dissipation_study: {table.attrs['missing']} runs are left; {len(table)} are in the attribute `table`{known}")
+            raise
 
 
 @dataclass(frozen=True, eq=False)
