@@ -28,14 +28,14 @@ BELOW = {
 }
 ALLOWED = {  # libraries beyond the standard one, by layer
     "errors": set(),
-    "contact": {"numpy", "pandas"},  # pandas where a table is asked for
+    "contact": {"numpy", "pandas", "tqdm"},  # pandas where a table is asked for, tqdm where a computation is long
     "reference": {"numpy"},
     "fem": {"numpy", "scipy", "skfem", "meshio", "pandas"},  # the last two where a file is read
     "solve": {"numpy", "scipy", "cvxpy", "pandas"},
     "limits": {"numpy", "scipy", "cvxpy", "pandas"},
     "increments": {"numpy", "scipy", "cvxpy", "pandas"},
     "path": {"numpy", "scipy", "numba"},
-    "campaign": {"numpy", "pandas", "threadpoolctl", "tqdm"},
+    "campaign": {"numpy", "pandas", "threadpoolctl"},
     "spatial": {"numpy", "scipy", "cvxpy", "pandas", "skfem", "lazy_loader"},
     "plots": {"numpy", "matplotlib", "mpl_toolkits"},  # the last one comes with matplotlib
 }

@@ -16,11 +16,11 @@ from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, finite_numbers, flag, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.dispatch import OtherContact
+from ..contact.progress import bar_of
 from ..contact.system import checked_kind
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import shakedown_limit
 from .execute import execute
-from .progress import bar_of
 from .run import CampaignContact, Run, one_thread, run_key
 from .starts import Start, checked_starts
 from .store import TYPES, Store

@@ -12,6 +12,7 @@ from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficie
 from ..contact.checks import Array, finite_number, flag, frozen
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis
+from ..contact.progress import bar_of
 from ..contact.record import Attempt, SolveRecord, WithSlip
 from ..contact.show import Plotted, frame
 from ..contact.system import checked_system
@@ -20,7 +21,6 @@ from ..limits import LimitKind
 from ..limits.separated import CornerStates, SeparatedProblem
 from ..solve.bounds import BoundStatus
 from ..solve.explain import Units, explain
-from .progress import bar_of
 from .rest import Booleans, Question, Rest
 from .rest_search import RestSearch
 

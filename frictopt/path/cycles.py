@@ -11,12 +11,11 @@ import numpy as np
 from ..contact import ContactState, referee
 from ..contact.answers import Outcome
 from ..contact.checks import Array, frozen
-from ..contact.extrapolation import SLOW, drift_text, fixed_point
+from ..contact.extrapolation import SLOW, drift_text, fixed_point, slower_modes
 from ..contact.record import SolveRecord
 from ..contact.tolerances import LEVEL, LITTLE, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAFE
 from ..errors import NoContinuation, SolverError
 from .cycle import Cycle
-from .extrapolation import slower_modes
 from .kernel import OPEN
 from .outcome import SteadyState
 from .stops import left_out_corners
