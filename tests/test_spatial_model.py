@@ -226,3 +226,21 @@ def test_elements_without_volume_are_refused():
 def test_scenes_that_make_no_sense_are_refused_by_name(name, change):
     with pytest.raises(fo.ModelError, match=name):
         fo.SquarePunchOnBlock(**change)
+
+
+@pytest.mark.parametrize("kind", [MeshHex, MeshTet])
+@pytest.mark.parametrize("by", [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [3.0, 0.0, 0.0]])
+def test_a_body_of_pieces_that_share_no_face_is_refused(kind, by):
+    """Two cubes with nodes of their own, and two that share an edge once their nodes are merged."""
+    cube = kind.init_tensor([0.0, 1.0], [0.0, 1.0], [0.0, 1.0])
+    other = cube.translated(by)
+    apart = kind(np.hstack([cube.p, other.p]), np.hstack([cube.t, cube.p.shape[1] + other.t]))
+    with pytest.raises(fo.ModelError, match="2 parts that share no face; give one connected body"):
+        fo.Body3D(apart)
+    points, number = np.unique(apart.p, axis=1, return_inverse=True)
+    merged = kind(points, number.ravel()[apart.t])
+    if by == [1.0, 0.0, 0.0]:
+        assert fo.Body3D(merged).mesh.p.shape[1] == 12
+    else:
+        with pytest.raises(fo.ModelError, match="share no face"):
+            fo.Body3D(merged)

@@ -4,14 +4,12 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ..contact.checks import Array, check_text, choice, finite_number, shown
 from ..errors import ModelError
 from .elasticity import ELEMENT_NAMES, ELEMENTS, ElementName, Material
 from .forms import Amount, Kinematics, boundary_forces, checked_amount, values_at
-from .numbering import outline_facets
+from .numbering import check_one_piece, outline_facets
 from .ordering import Integers
 
 __all__ = ["Body", "Support", "Traction"]
@@ -56,13 +54,7 @@ class Body:
         if not isinstance(self.material, Material):
             raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
         _check_elements(self.mesh)
-        inner = self.mesh.f2t[:, self.mesh.f2t[1] >= 0]
-        elements = self.mesh.t.shape[1]
-        parts, _ = connected_components(coo_matrix((np.ones(inner.shape[1]), inner), shape=(elements, elements)), directed=False)
-        if parts != 1:
-            raise ModelError(f"mesh: {parts} parts that share no edge; give one connected body (merge nodes that coincide)")
-        if len(np.unique(self.mesh.t)) != self.mesh.p.shape[1]:
-            raise ModelError(f"mesh: {self.mesh.p.shape[1] - len(np.unique(self.mesh.t))} nodes belong to no element; remove them")
+        check_one_piece(self.mesh)
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:
         """Nodes on the boundary of that name; error messages call it `argument`."""

@@ -6,13 +6,15 @@ from functools import cached_property
 from typing import Any, Generic, TypeVar
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from ..contact.checks import Array, shown
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from .ordering import Integers
 
-__all__ = ["NumberedBodies", "described", "outline_facets"]
+__all__ = ["NumberedBodies", "check_one_piece", "described", "outline_facets"]
 
 B = TypeVar("B", bound=Any)  # a body: its `mesh` of scikit-fem, and `boundary_nodes`
 
@@ -97,6 +99,23 @@ def described(bodies: Mapping[str, Any]) -> dict[str, str]:
         return f"E={body.material.E:g}, nu={body.material.nu:g}, {extents}, {body.mesh.p.shape[1]} nodes"
 
     return {name: text(body) for name, body in bodies.items()}
+
+
+def check_one_piece(mesh: Any) -> None:
+    """Check that the elements of a mesh hang together by their facets, and that every node belongs to one.
+
+    Raises
+    ------
+    ModelError
+        They do not.
+    """
+    inner, elements = mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1]
+    parts, _ = connected_components(coo_matrix((np.ones(inner.shape[1]), inner), shape=(elements, elements)), directed=False)
+    if parts != 1:
+        facet = "edge" if mesh.dim() == 2 else "face"
+        raise ModelError(f"mesh: {parts} parts that share no {facet}; give one connected body (merge nodes that coincide)")
+    if loose := mesh.p.shape[1] - len(np.unique(mesh.t)):
+        raise ModelError(f"mesh: {loose} nodes belong to no element; remove them")
 
 
 def outline_facets(mesh: Any, name: str, argument: str) -> Integers:

@@ -10,7 +10,7 @@ from skfem import Basis, BilinearForm, ElementHex0, ElementHex1, ElementTetP0, E
 from ..contact.checks import Array, check_text, choice, finite_number, shown
 from ..errors import ModelError
 from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
-from ..fem.numbering import outline_facets
+from ..fem.numbering import check_one_piece, outline_facets
 from ..fem.ordering import Integers
 
 __all__ = ["Body3D", "BodyForce3D", "Support3D", "Traction3D"]
@@ -36,7 +36,8 @@ class Body3D:
     Raises
     ------
     ModelError
-        Elements without volume or turned inside out, other elements than linear hexahedra or tetrahedra, nodes that belong to no element.
+        Elements without volume or turned inside out, other elements than linear hexahedra or tetrahedra, a mesh of several parts that share no face,
+        nodes that belong to no element.
 
     Examples
     --------
@@ -63,8 +64,7 @@ class Body3D:
         bad = ~((volumes > 0).all(axis=0) | (volumes < 0).all(axis=0))
         if bad.any():
             raise ModelError(f"mesh: {int(bad.sum())} elements are not convex or have no volume, first element {int(np.argmax(bad))}; repair it")
-        if len(np.unique(self.mesh.t)) != self.mesh.p.shape[1]:
-            raise ModelError(f"mesh: {self.mesh.p.shape[1] - len(np.unique(self.mesh.t))} nodes belong to no element; remove them")
+        check_one_piece(self.mesh)
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:
         """Nodes on the boundary of that name; error messages call it `argument`."""
