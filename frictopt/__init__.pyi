@@ -27,7 +27,7 @@ from .campaign import (
     verify_guaranteed,
 )
 from .contact import Attempt, ContactState, ContactSystem, LoadCycle, Onset, OnsetEvent, SlipOrder, SolveRecord, Verdict, onset, referee, slip_order
-from .errors import FrictoptError, ModelError, NoContinuation, SolverError, StoreError
+from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, SolverError, StoreError
 from .fem import (
     Body,
     BodyFields,
@@ -131,6 +131,7 @@ __all__ = [
     "Material",
     "MatrixJob",
     "ModelError",
+    "ModelWarning",
     "NoContinuation",
     "Onset",
     "OnsetEvent",

@@ -6,7 +6,7 @@ its solvers) never leak: they are either handled or turned into one of these.
 
 from typing import Any
 
-__all__ = ["FrictoptError", "ModelError", "NoContinuation", "SolverError", "StoreError"]
+__all__ = ["FrictoptError", "ModelError", "ModelWarning", "NoContinuation", "SolverError", "StoreError"]
 
 
 class FrictoptError(Exception):
@@ -15,6 +15,10 @@ class FrictoptError(Exception):
 
 class ModelError(FrictoptError, ValueError):
     """The input is not a contact problem: repeating the call cannot help, changing the named argument can."""
+
+
+class ModelWarning(UserWarning):
+    """The input is a contact problem, but perhaps not the one that was meant: the message names the value that is odd, and the answer is to it."""
 
 
 class SolverError(FrictoptError, RuntimeError):

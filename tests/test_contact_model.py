@@ -6,7 +6,7 @@ from skfem import MeshQuad, MeshTet, MeshTri, MeshTri2
 
 import frictopt as fo
 from frictopt.reference import patch_limit
-from meshes import blocks, hung, uniform_loads
+from meshes import blocks, hung, ring, uniform_loads
 
 FREE, LOADS = hung(), uniform_loads()
 
@@ -112,6 +112,8 @@ BAD_MODELS = {
     "body 'left' is unknown, but it is a boundary of 'punch'; the order is Contact(body_1, body_2, boundary_1, boundary_2)": {
         "contacts": [fo.Contact("punch", "left", "block", "contact")]
     },
+    "contact 'contact': gap -1 at (-1, 0); the bodies cannot overlap": {"contacts": [fo.Contact("punch", "block", gap=lambda x, y: x)]},
+    "contact 'contact': gap: the function raised": {"contacts": [fo.Contact("punch", "block", gap=lambda x: x)]},
     "contacts: two are called 'contact'": {"contacts": [fo.Contact("punch", "block")] * 2},
     "contacts: none, with 3 bodies": {"bodies": {**BOTH, "wall": WALL}},
     "contacts: ['contact']; give a list of Contact": {"contacts": ["contact"]},
@@ -182,7 +184,7 @@ def test_bad_parts_are_refused():
         lambda: fo.Traction("punch", "top", x=np.inf): "traction x: inf",
         lambda: fo.Contact("punch", "punch"): "a face cannot touch itself",
         lambda: fo.Contact("punch", 3): "body_2: 3; give the name of a body",
-        lambda: fo.Contact("punch", "block", gap=0.1): "gap: 0.1; give 'measured'",
+        lambda: fo.Contact("punch", "block", gap=0.1): "gap: 0.1; give 'measured' or a function",
         lambda: fo.Interference("contact", -1.0): "amount: -1.0",
         lambda: fo.Traction("punch", ["top"]): r"boundary: \['top'\]",
         lambda: fo.Support(["punch"], "top"): r"body: \['punch'\]",
@@ -296,3 +298,19 @@ def test_the_weight_of_a_body_is_carried_by_the_contact():
     ).condense()
     assert np.allclose(system.bonded["column"][1], 6.0 * system.width) and np.allclose(system.bonded["column"][0], 0.0)
     assert np.allclose(system.bonded["base"], 0.0)
+
+
+@pytest.mark.parametrize("elements", [(12, 96), (96, 12)])
+def test_the_chords_of_a_coarse_circle_touch_a_fine_one(elements):
+    """A shaft in its hub: the nodes of one lie off the chords of the other by up to R (1 - cos(pi / n)), which is no gap, and a real gap is."""
+
+    def fit(gap):
+        shaft, hub = ring([0.5, 1.0 - gap], elements[0], "bore", "seat"), ring([1.0, 2.0], elements[1], "seat", "rim")
+        loads = {"P": [fo.Pressure("hub", "rim", 1.0)]}
+        contact = [fo.Contact("shaft", "hub", "seat", "seat")], [fo.Contact("hub", "shaft", "seat", "seat")]
+        return [fo.ContactModel({"shaft": fo.Body(shaft), "hub": fo.Body(hub)}, [fo.Support("shaft", "bore")], loads, c) for c in contact]
+
+    for model in fit(0.0):
+        assert not model.condense().gap.any()
+    with pytest.raises(fo.ModelError, match="the faces do not touch"):
+        fit(0.1)

@@ -1,18 +1,20 @@
 """Contacts of a model: which faces of which bodies meet, and how their nodes are joined."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array, check_text, choice, finite_number
+from ..contact.checks import Array, check_text, finite_number, shown
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, circumference
 from .faces import Face, face
+from .forms import values_at
 from .frames import place
 from .mortar import foot_points, mortar_projection
 from .ordering import Integers
@@ -36,13 +38,14 @@ class Contact:
     name
         Name of the contact; None: that of `boundary_1`.
     gap
-        None: the faces touch. "measured": the distance of the meshes along the normal is the initial gap. On curved faces it has the error of the
-        facets: overlaps up to their sag count as touching, so mesh finely enough that the sag is small beside the gap.
+        None: the faces touch. A function of x and y (arrays): the initial gap at the nodes of faces that touch in the mesh, such as that of a rounded
+        body. "measured": the distance of the meshes along the normal is the initial gap. On curved faces it has the error of the facets: overlaps up
+        to their sag count as touching, so mesh finely enough that the sag is small beside the gap.
 
     Raises
     ------
     ModelError
-        A name that is no text, a contact of a face with itself.
+        A name that is no text, a contact of a face with itself, a gap of another kind.
 
     Examples
     --------
@@ -56,7 +59,7 @@ class Contact:
     boundary_1: str = "contact"
     boundary_2: str = "contact"
     name: str | None = None
-    gap: Literal["measured"] | None = None
+    gap: Literal["measured"] | Callable[[Array, Array], Any] | None = None
 
     def __post_init__(self) -> None:
         for side in ("1", "2"):
@@ -67,8 +70,8 @@ class Contact:
         if self.name is None:
             object.__setattr__(self, "name", self.boundary_1)
         check_text("name", self.name, "a printable text")
-        if self.gap is not None:
-            choice("gap", self.gap, ("measured",))
+        if self.gap is not None and not callable(self.gap) and not (isinstance(self.gap, str) and self.gap == "measured"):
+            raise ModelError(f"gap: {shown(self.gap)}; give 'measured' or a function of x and y")
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,7 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
     ------
     ModelError
         A face that is unknown or in pieces, faces that do not face each other, do not touch or overlap, a face of body 1 that is longer than that of
-        body 2.
+        body 2, a gap that is negative.
     """
     one = face(body_1, contact.boundary_1, f"contact {contact.name!r}, body {contact.body_1!r}")
     two = face(body_2, contact.boundary_2, f"contact {contact.name!r}, body {contact.body_2!r}").reversed()
@@ -129,7 +132,7 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
     where = _matched(one, two, near)
     if where is not None:
         P = csr_matrix((np.ones(len(where)), (np.arange(len(where)), two.nodes[where])), shape=(len(where), nodes))
-        return Joint(one, P, np.zeros(len(where)))
+        return Joint(one, P, _given_gap(contact, one))
     facing, s = _facing(one, two, near, contact)
     P = mortar_projection(one, two.nodes[facing], s, nodes, circumference(one.points[:, 0], kinematics))
     allowed = near + one.sag + two.sag.max()
@@ -140,12 +143,24 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
     if np.any(distance < -allowed):
         i = int(distance.argmin())
         raise ModelError(f"{start} {place(one.points[i])}: the bodies overlap by {-distance[i]:g}; move them apart, and give an Interference load")
-    if contact.gap is None and np.any(distance > allowed):
+    if contact.gap != "measured" and np.any(distance > allowed):
         i = int(distance.argmax())
         raise ModelError(
             f'{start} {place(one.points[i])}: the faces do not touch, they are {distance[i]:g} apart; move the bodies together, or say gap="measured"'
         )
-    return Joint(one, P, np.maximum(distance, 0.0) if contact.gap else np.zeros(len(distance)))
+    return Joint(one, P, np.maximum(distance, 0.0) if contact.gap == "measured" else _given_gap(contact, one))
+
+
+def _given_gap(contact: Contact, one: Face) -> Array:
+    """(n,) initial gap at the nodes of a face that touches the other one in the mesh."""
+    gap = values_at(f"contact {contact.name!r}: gap", contact.gap if callable(contact.gap) else 0.0, *one.points.T)
+    if gap.min() < 0:
+        i = int(gap.argmin())
+        raise ModelError(
+            f"contact {contact.name!r}: gap {gap[i]:g} at {place(one.points[i])}; the bodies cannot overlap before loading, give gaps >= 0, and an "
+            "Interference load"
+        )
+    return gap
 
 
 def _matched(one: Face, two: Face, near: float) -> Integers | None:

@@ -1,5 +1,6 @@
 """A contact of meshed bodies: its description by the user, and the checks of it."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +13,8 @@ from scipy.sparse import identity
 from ..contact import ContactSystem
 from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, listed_parts, shown
 from ..contact.show import Plotted, Shown
-from ..errors import ModelError
+from ..contact.tolerances import COUNTS
+from ..errors import ModelError, ModelWarning
 from .assembly import LOADS, Assembly, Load
 from .bodies import Body, Support, Traction
 from .condense import condense
@@ -151,7 +153,13 @@ class ContactModel(Shown, Plotted):
         loads
             The loads of the state, load case name -> amplitude.
         slip, gap
-            (N,) slip v and gap w of the state, length; no gap means the initial one, closed where the bodies touch.
+            (N,) slip v and gap w of the state, length. The gap of a state contains the initial one of this model; no gap means just that one.
+
+        Warns
+        -----
+        ModelWarning
+            Nodes that are open carry force: the slip and the gap are not those of a state under these loads, or the system has another initial gap
+            (`ContactSystem.with_gap`) than the model.
 
         Raises
         ------
@@ -182,6 +190,8 @@ class ContactModel(Shown, Plotted):
             expansions += [(amplitude, part) for part in self.loads[name] if isinstance(part, Expansion)]
         u, r = self._parts.recovery.displacements(force, lift, np.concatenate([v, w - initial + overlap]))
         moved = {name: u[self._parts.rows[first : first + len(self.bodies[name].mesh.p.T)]].T for name, first in self._parts.first_node.items()}
+        if gap is not None:
+            _warn_of_open_nodes(w, r, float(np.abs(u).max()))
         sides = identity(len(self._parts.points), format="csr")[self._parts.pairs], self._parts.projection
         return body_fields(self.bodies, self.kinematics, moved, expansions, r, plane_frames(self._parts.normals)[:, 0], sides)
 
@@ -210,6 +220,20 @@ class ContactModel(Shown, Plotted):
     @cached_property
     def _parts(self) -> Assembly:
         return Assembly(self.bodies, self.supports, self.loads, self.contacts, self.kinematics)
+
+
+def _warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:
+    """Warn of forces (2N,) at nodes that are open, beside displacements of the bodies."""
+    forces = np.hypot(*np.split(r, 2))
+    carries = (w > COUNTS * moved) & (forces > COUNTS * forces.max())
+    if carries.any():
+        i = int(np.argmax(forces * carries))
+        warnings.warn(
+            f"recover: node {i} is open by {w[i]:g} and carries a force of {forces[i]:.3g}: these are no slip and gap of a state under these loads; "
+            "the loads must be all those of the state, and an initial gap that `with_gap` gave to the system belongs into the model (`Contact.gap`)",
+            ModelWarning,
+            stacklevel=3,
+        )
 
 
 def _check_axisymmetric(name: str, body: Body) -> None:

@@ -1,12 +1,13 @@
 """A rounded punch, or a cylinder, pressed on a half-plane: the contact ends inside the meshed face."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...contact import ContactSystem
 from ...contact.checks import Array, finite_number, shown
 from ...errors import ModelError
+from ..contacts import Contact
 from ..model import ContactModel
 from .punch import PunchOnHalfPlane
 from .scene import Scene
@@ -60,11 +61,14 @@ class RoundedPunch(Scene):
     @property
     def gap(self) -> Array:
         """(N,) initial gap."""
-        return np.asarray(np.maximum(np.abs(self.punch.contact_nodes) - self.flat_half_width, 0.0) ** 2 / (2 * self.radius))
+        return self._gap_at(self.punch.contact_nodes)
+
+    def _gap_at(self, x: Array, _: Array | None = None) -> Array:
+        return np.asarray(np.maximum(np.abs(x) - self.flat_half_width, 0.0) ** 2 / (2 * self.radius))
 
     def model(self) -> ContactModel:
-        """The two straight meshes with supports and load cases, without the gap."""
-        return self.punch.model()
+        """The two straight meshes with supports, load cases and the initial gap."""
+        return replace(self.punch.model(), contacts=[Contact("punch", "block", gap=self._gap_at)])
 
     def condense(self) -> ContactSystem:
         """Mesh, assemble, condense to the contact, and take the gap in."""
