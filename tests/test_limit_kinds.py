@@ -26,13 +26,13 @@ def cases():
         pressing,
         {},
         LimitKind.UNBOUNDED,
-        ["no load factor is the largest one with a safe residual slip: the corners add no more shear"],
+        ["the shakedown limit is infinite: every load factor has a safe residual slip; at no node does the cyclic shear exceed f p"],
     )
     alone = system(np.eye(1), np.zeros((1, 1)), 0.0, 1.0, 1.0, 0.0)
     held, one = system(np.eye(2), [[0.0, 0.1], [-0.1, 0.0]], 0.0, 1.0, 0.4, 1.0), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
-    no_growth = "the corners add no more shear than friction f p at any node"
+    no_growth = "at no node does the cyclic shear exceed f p, so the residual slip stays bounded"
     yield "pressed as much as sheared", held, one, {}, LimitKind.UNBOUNDED, [no_growth]
-    yield "pressed within a slip bound", held, one, {"slip_bound": 0.1}, LimitKind.UNBOUNDED, ["within the slip bound: ", no_growth]
+    yield "pressed within a slip bound", held, one, {"slip_bound": 0.1}, LimitKind.UNBOUNDED, ["within the slip bound; ", no_growth]
     yield (
         "following",
         alone,

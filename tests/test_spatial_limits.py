@@ -162,7 +162,7 @@ def test_each_kind_of_limit_is_named_and_explained(mean, corners, kind):
 @pytest.mark.parametrize(
     ("coupling", "corners", "why"),
     [
-        (0.0, [{"P": 2.0, "X": 1.0}], "add no more shear than friction f p at any node"),
+        (0.0, [{"P": 2.0, "X": 1.0}], "at no node does the cyclic shear exceed f p"),
         (0.0, [{"X": 1.0}], "keeps every node within its friction bound; "),
         (2.5, [{"X": 1.0}, {"X": -1.0}], "wedges the contact tighter (self-locking with f = 0.5)"),
     ],

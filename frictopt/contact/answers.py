@@ -12,11 +12,11 @@ class LimitKind(Enum):
     --------
     >>> import frictopt as fo
     >>> print(fo.LimitKind.UNBOUNDED.value)
-    there is no limit: check that the corners of the cycle load the contact as they should
+    there is no largest safe load factor: check that the corners of the cycle load the contact as they should
     """
 
-    FINITE = "the limit is finite: stay below it"
-    UNBOUNDED = "there is no limit: check that the corners of the cycle load the contact as they should"
+    FINITE = "the limit is finite: stay below it, and not below the least safe load factor where that is above 0"
+    UNBOUNDED = "there is no largest safe load factor: check that the corners of the cycle load the contact as they should"
     NO_SAFE_SLIP = "no load factor has a safe residual slip: change the mean load, the friction or the slip bound, see the reason"
 
     def __repr__(self) -> str:

@@ -94,7 +94,7 @@ def growth_diagnosis(friction: Array, corners: tuple[Array, Array], slipped: tup
     if not any(part.any() for part in corners):
         return "the corners carry no load"
     if _within(friction, *corners, rounding):
-        return "the corners add no more shear than friction f p at any node, so no slip need grow with the load"
+        return "at no node does the cyclic shear exceed f p, so the residual slip stays bounded"
     text = "a slip that grows with the load keeps every node within its friction bound"
     locks = f" and wedges the contact tighter (self-locking with f = {float(friction.max()):g})" if _within(friction, *slipped, rounding) else ""
     return f"{text}{locks}; assembly may not leave one so large{remedy}"

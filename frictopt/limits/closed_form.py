@@ -1,4 +1,6 @@
-"""Closed form of the shakedown limit where tangential motion leaves the pressures alone (B = 0)."""
+"""Closed form of the safe load factors where tangential motion leaves the pressures alone (B = 0)."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -8,7 +10,16 @@ from ..contact.tolerances import NO_COUPLING
 from .mechanism import Mechanism
 from .scaling import Loads, rigid_slides
 
-__all__ = ["is_uncoupled", "uncoupled_limit"]
+__all__ = ["UncoupledEnd", "is_uncoupled", "uncoupled_ends"]
+
+
+@dataclass(frozen=True, eq=False)
+class UncoupledEnd:
+    """An end of the safe load factors, a slip that is safe there, and the mechanism that proves it (idle at load factor 0)."""
+
+    load_factor: float
+    slip: Array
+    motion: Mechanism
 
 
 def is_uncoupled(system: ContactSystem, friction: Array) -> bool:
@@ -17,14 +28,14 @@ def is_uncoupled(system: ContactSystem, friction: Array) -> bool:
     return bool((np.abs(friction[:, None] * system.B) <= NO_COUPLING * np.outer(stiffness, stiffness)).all())
 
 
-def uncoupled_limit(system: ContactSystem, loads: Loads, friction: Array) -> tuple[float, Array, Mechanism] | None:
-    """Limit, safe slip and mechanism of an uncoupled contact, or None where this form does not hold.
+def uncoupled_ends(system: ContactSystem, loads: Loads, friction: Array) -> tuple[UncoupledEnd, UncoupledEnd] | None:
+    """The least and the largest safe load factor of an uncoupled contact, or None where this form does not hold.
 
     With B = 0 the shear changes `s = A v` are free, node by node: a node needs room for `s` between its ruling corners, and a contact that slides
-    rigidly (a punch without supports, A 1 = 0) needs `sum s = 0` besides. Holds for mean loads that press every node.
-    (Klarbring, Ciavarella & Barber 2007: here the limit also guarantees shakedown.)
+    rigidly (a punch without supports, A 1 = 0) needs `sum s = 0` besides. Each of these needs is a row `lam drive <= resistance`. Holds where the
+    largest load factor is finite. (Klarbring, Ciavarella & Barber 2007: between the two ends shakedown is guaranteed.)
     """
-    if not is_uncoupled(system, friction) or loads.p0.min() < 0 or friction.min() == 0:
+    if not is_uncoupled(system, friction) or friction.min() == 0:
         return None
     nodes = system.nodes
     rigid, compliance = rigid_slides(system)
@@ -38,21 +49,20 @@ def uncoupled_limit(system: ContactSystem, loads: Loads, friction: Array) -> tup
     rise, fall = forward.max(axis=0), backward.max(axis=0)
     resistance, drive = 2 * bound, rise + fall
     if floating:
-        whole = np.array([(bound + loads.q0).sum(), (bound - loads.q0).sum()])
-        if whole.min() < 0:
-            return None
-        resistance, drive = np.r_[resistance, whole], np.r_[drive, rise.sum(), fall.sum()]
+        resistance, drive = np.r_[resistance, (bound + loads.q0).sum(), (bound - loads.q0).sum()], np.r_[drive, rise.sum(), fall.sum()]
     with np.errstate(divide="ignore", invalid="ignore"):
-        limits = np.where(drive > 0, resistance / drive, np.inf)
-    load_factor = float(limits.min())
-    if not np.isfinite(load_factor):
+        limits = resistance / drive
+    above, below = np.where(drive > 0, limits, np.inf), np.where(drive < 0, limits, -np.inf)
+    if not np.isfinite(above.min()) or below.max() > above.min() or (resistance[drive == 0] < 0).any():
         return None
 
-    least, most = load_factor * rise - bound - loads.q0, bound - loads.q0 - load_factor * fall
-    room = most - least
-    share = 0.5 if not floating or room.sum() <= 0 else float(np.clip(-least.sum() / room.sum(), 0.0, 1.0))
-    shear = least + share * room
-    return load_factor, compliance @ shear, _mechanism(int(limits.argmin()), rules, forward.shape)
+    def end(load_factor: float, row: int) -> UncoupledEnd:
+        least, most = load_factor * rise - bound - loads.q0, bound - loads.q0 - load_factor * fall
+        room = most - least
+        share = 0.5 if not floating or room.sum() <= 0 else float(np.clip(-least.sum() / room.sum(), 0.0, 1.0))
+        return UncoupledEnd(load_factor, compliance @ (least + share * room), _mechanism(row, rules, forward.shape))
+
+    return end(max(float(below.max()), 0.0), int(below.argmax())), end(float(above.min()), int(above.argmin()))
 
 
 def _mechanism(which: int, rules: tuple[np.ndarray, np.ndarray], shape: tuple[int, int]) -> Mechanism:

@@ -36,8 +36,8 @@ class GuaranteedLimit(Answered):
     kind, reason
         Whether it is finite, and why it is what it is in words.
     proven
-        Whether it is a theorem that slip stops below it from every start: for uncoupled contacts (Klarbring, Ciavarella & Barber 2007), and where
-        nothing is safe. Otherwise it is an upper bound of the load factor up to which that holds.
+        Whether it is a theorem that slip stops from every start at load factors between `least` and the limit: for uncoupled contacts (Klarbring,
+        Ciavarella & Barber 2007), and where nothing is safe. Otherwise the limit is an upper bound of the load factor up to which that holds.
     slip
         (N,) the witness: safe at the limit, with `node` on both its bounds, length. If no node is on both bounds below lambda_2, the safe slip at
         lambda_2. NaN where the limit is not finite. `largest_slip` is its size: a start of this size must be possible for the witness to matter.
@@ -95,6 +95,11 @@ class GuaranteedLimit(Answered):
     _units: Units = field(repr=False)
     _above: tuple[float, Array] | None = field(repr=False)
 
+    @property
+    def least(self) -> float:
+        """The least safe load factor, see `ShakedownLimit.least`: below it no slip is safe, and slip or opening goes on from every start."""
+        return self.shakedown.least
+
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, x, load_factor, how it was found, and the slip of the witness.
 
@@ -120,7 +125,7 @@ class GuaranteedLimit(Answered):
         return self._task.same_input(LimitQuestion(system, cycle, cycle_loads(system, cycle), friction, False))
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("load_factor", "kind", "proven", "node", "largest_slip", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("load_factor", "least", "kind", "proven", "node", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""

@@ -11,7 +11,7 @@ from .posed import LimitQuestion
 from .safe_slip import MarginState, solve_margin
 from .scaling import Loads, ScaledContact
 
-__all__ = ["classify", "reason", "unbounded_reason"]
+__all__ = ["classify", "growth", "reason"]
 
 
 def classify(task: LimitQuestion, scaled: ScaledContact, solver: str | None) -> tuple[LimitKind, MarginState] | None:
@@ -35,20 +35,24 @@ def _carried(task: LimitQuestion, cyclic: MarginState) -> bool:
     return bool((np.maximum(np.abs(q) - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
 
 
-def unbounded_reason(task: LimitQuestion, proof: MarginState) -> str:
-    """Why no load factor is the largest one with a safe slip, in words, from the slip that grows with the load."""
+def growth(task: LimitQuestion, proof: MarginState) -> str:
+    """Why the limit is infinite, in words, from the slip that grows with the load."""
     growing, corners = proof.slip / proof.load_factor, (task.loads.q1, task.loads.p1)
     slipped, rounding = (task.system.A @ growing, task.system.B @ growing), GROWN * task.mean_bound / proof.load_factor
-    why = growth_diagnosis(task.friction, corners, slipped, rounding, ": slip_bound limits it")
-    within = "" if task.most is None else " within the slip bound"
-    return f"no load factor is the largest one with a safe residual slip{within}: {why}"
+    return growth_diagnosis(task.friction, corners, slipped, rounding, ": slip_bound limits it")
 
 
-def reason(task: LimitQuestion, kind: LimitKind, load_factor: float) -> str:
-    """Why a shakedown limit that is not inf is what it is, in words."""
-    within = "" if task.most is None else " within the slip bound"
-    if kind is LimitKind.FINITE and load_factor > 0:
-        return f"no residual slip{within} is safe above it"
-    remedy = "" if task.most is None else "a larger slip_bound may leave one; "
-    diagnosis = remedy + mean_load_diagnosis(task.system, task.cycle, task.friction)
-    return f"no residual slip{within} is safe at any load factor{' above 0' * (kind is LimitKind.FINITE)}: {diagnosis}"
+def reason(task: LimitQuestion, kind: LimitKind, ends: tuple[float, float], growth: str, constraints: tuple[str, ...]) -> str:
+    """Why the safe load factors end where they do, at the least and at the largest one, in words; `growth` says why there is no largest one."""
+    least, largest = ends
+    within, more = ("", "") if task.most is None else (" within the slip bound", "a larger slip_bound may leave one; ")
+    slip = f"residual slip{within} that obeys {', '.join(constraints)}" if constraints else f"residual slip{within}"
+    mean = f"{more}{mean_load_diagnosis(task.system, task.cycle, task.friction)}"
+    if not largest > 0:
+        return f"no {slip} is safe at any load factor{' above 0' * (kind is LimitKind.FINITE)}: {mean}"
+    start, below = "", ""
+    if least > 0:
+        start, below = f" from {least:.6g} on", f"; none is safe below {least:.6g}" + ("" if constraints else f": {mean}")
+    if kind is LimitKind.UNBOUNDED:
+        return f"the shakedown limit is infinite: every load factor{start} has a safe {slip}{f'; {growth}' * bool(growth)}{below}"
+    return f"no {slip} is safe above it{'; the dual bound covers them' * bool(constraints)}{below}"

@@ -6,7 +6,8 @@ friction and load.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import cvxpy as cp
 import numpy as np
@@ -71,6 +72,11 @@ class SafeProblem:
                 parameter.value = factor * getattr(rows, name)
             elif hasattr(rows, name):
                 parameter.value = getattr(rows, name)
+
+    @cached_property
+    def downward(self) -> "SafeProblem":
+        """The program of the least load factor under the same rows."""
+        return replace(self, problem=cp.Problem(cp.Minimize(self.problem.var_dict["load_factor"]), self.problem.constraints))
 
     def violation(self) -> float:
         """Largest violation of the user's own rows."""

@@ -16,8 +16,9 @@ from ..contact.dispatch import answered_by_kind
 from ..contact.tolerances import RESIDUAL
 from ..solve.explain import Units
 from ..solve.solvers import solve, solver_order
-from .closed_form import uncoupled_limit
+from .closed_form import uncoupled_ends
 from .kinds import classify
+from .least_load import with_least_load
 from .mechanism import expand_duals
 from .own_constraints import Expressions, Extendable
 from .posed import LimitQuestion, cycle_loads
@@ -148,7 +149,7 @@ class ShakedownModel(Extendable):
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
 
-        Columns: friction (mean over the nodes), load_factor, dual_bound, residual, friction_rate, node and direction of the largest share
+        Columns: friction (mean over the nodes), load_factor, least, dual_bound, residual, friction_rate, node and direction of the largest share
         of the mechanism (-1 and 0 without one), solver.
 
         Raises
@@ -184,7 +185,7 @@ class ShakedownModel(Extendable):
             proof = classify(task, scaled, self._solver)
             return None if proof is None else no_limit_claim(task, *proof)
 
-        answer = solve(model, claimed, self._solver, no_optimum=no_limit)
+        answer = with_least_load(solve(model, claimed, self._solver, no_optimum=no_limit), model, rows, self._solver)
         return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, _units(scaled, rows))
 
     @cached_property
@@ -208,7 +209,7 @@ class ShakedownModel(Extendable):
                 return no_limit_claim(task, *proof)
             return no_limit_under(extended, task, self._solver)
 
-        answer = solve(model, claimed, self._solver, no_optimum=no_limit)
+        answer = with_least_load(solve(model, claimed, self._solver, no_optimum=no_limit), model, rows, self._solver)
         extended.save()
         units = {**_units(scaled, rows), "objective": extended.objective_unit or 1.0}
         return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, units)
@@ -262,13 +263,18 @@ def shakedown_limit(
 
 def _closed_form(task: LimitQuestion) -> ShakedownLimit | None:
     """The limit of an uncoupled contact; None where it has no closed form that passes the checks."""
-    closed = uncoupled_limit(task.system, task.loads, task.friction)
-    if closed is None:
+    ends = uncoupled_ends(task.system, task.loads, task.friction)
+    if ends is None:
         return None
-    claim = judged(task, task.scaled(), *closed)
-    if claim.residual > RESIDUAL:
+    scaled, (lower, upper) = task.scaled(), ends
+    claim = judged(task, scaled, upper.load_factor, upper.slip, upper.motion)
+    if lower.load_factor > 0:
+        claim = replace(claim, residual=max(claim.residual, judged(task, scaled, lower.load_factor, lower.slip, lower.motion, least=True).residual))
+    if max(claim.residual, task.violation(lower.load_factor, lower.slip)) > RESIDUAL:
         return None
-    return claim.result("closed form", (), ("linear program: the contact is uncoupled (B = 0), the limit has a closed form",), None, {})
+    return replace(claim, least=lower.load_factor).result(
+        "closed form", (), ("linear program: the contact is uncoupled (B = 0), the limit has a closed form",), None, {}
+    )
 
 
 def _units(scaled: ScaledContact, rows: RulingLoads) -> Units:
@@ -280,6 +286,7 @@ def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
     return {
         "friction": float(np.mean(friction)),
         "load_factor": limit.load_factor,
+        "least": limit.least,
         "dual_bound": limit.dual_bound,
         "residual": limit.residual,
         "friction_rate": float(limit.friction_rate.sum()),

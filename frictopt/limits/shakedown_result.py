@@ -17,16 +17,17 @@ from ..contact.tolerances import FLOOR, RESIDUAL
 from ..errors import ModelError
 from ..solve.explain import Units, explain
 from ..solve.polish import Program
-from .kinds import reason, unbounded_reason
+from .kinds import growth, reason
 from .least_slip import LeastSlip, least_slip
 from .mechanism import Mechanism
 from .own_constraints import Extended, contradiction, is_unbounded
 from .posed import Answered, LimitQuestion
 from .ruling_corners import load_factor_unit
+from .safe_set import SafeProblem
 from .safe_slip import MarginState
 from .scaling import ScaledContact
 
-__all__ = ["LimitClaim", "ShakedownLimit", "judged", "judged_extended", "no_limit_claim", "no_limit_under"]
+__all__ = ["LimitClaim", "ShakedownLimit", "judged", "judged_by_rows", "judged_extended", "no_limit_claim", "no_limit_under"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,7 +39,11 @@ class ShakedownLimit(Answered):
     Attributes
     ----------
     load_factor
-        lambda_2; inf if no load factor is the largest one with a safe slip, nan if none has one, not even 0.
+        lambda_2, the largest load factor with a safe slip; inf if all have one from some load factor on, nan if none has one.
+    least
+        The least load factor with a safe slip: 0 for a contact that is safe under its mean load. It is above 0 where the mean load alone leaves no
+        safe slip and the corners press; then load factors are safe from `least` to `load_factor`, and below `least` the contact slips or opens for
+        ever. Proven like the limit, also under a slip bound and constraints of your own. NaN where nothing is safe, and with an objective.
     kind, reason
         Which of these it is, and why in words.
     slip
@@ -49,7 +54,7 @@ class ShakedownLimit(Answered):
         `load_factor` up to `residual`.
     record
         How it was found. Its `residual` is the largest of: the violations of the contact law by `slip` at the corners, and the relative distance of
-        `dual_bound`; without a finite limit, that of the proof. At most 1e-9.
+        `dual_bound`; without a finite limit, that of the proof; and the same two of `least` where it is above 0. At most 1e-9.
     constraints
         Names of the constraints of your own, and "objective" for an objective: slip, residual and dual bound are those of the program with them.
     objective
@@ -81,6 +86,7 @@ class ShakedownLimit(Answered):
     """
 
     load_factor: float
+    least: float
     kind: LimitKind
     reason: str
     slip: Array = field(repr=False)
@@ -141,7 +147,7 @@ class ShakedownLimit(Answered):
 
     def _answer(self) -> Mapping[str, Any]:
         chosen = () if self.objective is None else ("objective",)
-        return {name: getattr(self, name) for name in ("load_factor", "kind", *chosen, "dual_bound", "largest_slip", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("load_factor", "least", "kind", *chosen, "dual_bound", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
@@ -151,7 +157,13 @@ class ShakedownLimit(Answered):
 
 @dataclass(frozen=True, eq=False)
 class LimitClaim:
-    """A claimed limit with what is known against it."""
+    """A claimed limit with what is known against it.
+
+    Attributes
+    ----------
+    growth, why
+        Why there is no largest safe load factor, and a reason that stands for that of `kinds.reason`; in words.
+    """
 
     task: LimitQuestion
     kind: LimitKind
@@ -160,6 +172,8 @@ class LimitClaim:
     motion: Mechanism
     bound: float
     residual: float
+    least: float = np.nan
+    growth: str = ""
     why: str = ""
     constraints: tuple[str, ...] = ()
     objective: float | None = None
@@ -168,35 +182,45 @@ class LimitClaim:
         self, solver: str, attempts: tuple[Attempt, ...], left_out: tuple[str, ...], problem: cp.Problem | None, units: Units
     ) -> ShakedownLimit:
         """The limit that is claimed, with how it was found."""
-        why, record = self.why or reason(self.task, self.kind, self.load_factor), self.task.record(solver, attempts, self.residual, left_out)
-        found = self.load_factor, self.kind, why, frozen(self.slip), float(self.bound), record
+        why = self.why or reason(self.task, self.kind, (self.least, self.load_factor), self.growth, self.constraints)
+        record = self.task.record(solver, attempts, self.residual, left_out)
+        found = self.load_factor, self.least, self.kind, why, frozen(self.slip), float(self.bound), record
         return ShakedownLimit(*found, self.constraints, self.objective, problem, self.task, self.motion, units)
 
 
-def judged(task: LimitQuestion, scaled: ScaledContact, load_factor: float, slip: Array, motion: Mechanism) -> LimitClaim:
-    """Judge a limit from below by the referee and from above by the mechanism, which is scaled to unit drive."""
+def judged(task: LimitQuestion, scaled: ScaledContact, load_factor: float, slip: Array, motion: Mechanism, *, least: bool = False) -> LimitClaim:
+    """Judge a limit by the referee, and from above by the mechanism, which is scaled to unit drive; or the least safe load factor, from below.
+
+    At the least safe load factor more load helps, so that its mechanism has a negative drive.
+    """
     resistance, drive = motion.work(task.loads, task.friction, task.most)
-    if not drive > 0:
+    sense = -1 if least else 1
+    if not sense * drive > 0:
         return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)
-    motion = motion.scaled(1 / drive)
+    motion = motion.scaled(sense / drive)
     bound, defect = resistance / drive, task.defect(scaled, motion, slip)
     gap = (abs(bound - load_factor) + defect) / max(load_factor, FLOOR * load_factor_unit(task.loads, task.friction, task.force))
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
-    return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound + defect, residual)
+    return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound + sense * defect, residual)
 
 
-def judged_extended(task: LimitQuestion, extended: Extended, load_unit: float, motion: Mechanism) -> LimitClaim:
-    """Judge an answer under constraints or an objective of the user's own: from above by the multipliers of all rows, theirs too."""
-    model, names = extended.model, extended.names
+def judged_by_rows(task: LimitQuestion, model: SafeProblem, load_unit: float, motion: Mechanism, names: tuple[str, ...]) -> LimitClaim:
+    """Judge an answer under constraints of the user's own by the multipliers of all rows, theirs too."""
     load_factor, slip = max(0.0, float(model.value("load_factor"))) * load_unit, task.within_bound(model.slip)
     value, bound = Program(model.problem).bounds
     gap = abs(bound - value) / max(abs(value), FLOOR)
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap, model.violation()), nan=np.inf))
-    claim = LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound * load_unit, residual, "", names)
+    return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound * load_unit, residual, constraints=names)
+
+
+def judged_extended(task: LimitQuestion, extended: Extended, load_unit: float, motion: Mechanism) -> LimitClaim:
+    """Judge an answer under constraints or an objective of the user's own."""
+    claim = judged_by_rows(task, extended.model, load_unit, motion, extended.names)
     if extended.objective_unit is None:
-        return replace(claim, why=f"no residual slip that obeys {', '.join(names)} is safe above it; the dual bound covers them")
+        return claim
     unit, why = extended.objective_unit, "no safe residual slip makes the objective larger; the load factor is the one that it chooses, no limit"
-    return replace(claim, why=why, bound=bound * unit, motion=motion.scaled(unit / load_unit), objective=value * unit)
+    value, bound = (side * unit for side in Program(extended.model.problem).bounds)
+    return replace(claim, why=why, bound=bound, motion=motion.scaled(unit / load_unit), objective=value)
 
 
 def no_limit_under(extended: Extended, task: LimitQuestion, solver: str | None) -> LimitClaim | None:
@@ -213,19 +237,19 @@ def no_limit_under(extended: Extended, task: LimitQuestion, solver: str | None) 
     if excess.bound > RESIDUAL:
         ruling = ", ".join(name for name in names if name in excess.ruling)
         why = f"no residual slip that is safe at any load factor obeys {ruling}: drop or relax them"
-        return LimitClaim(task, LimitKind.NO_SAFE_SLIP, np.nan, unsafe, still, np.nan, excess.residual, why, names)
+        return LimitClaim(task, LimitKind.NO_SAFE_SLIP, np.nan, unsafe, still, np.nan, excess.residual, why=why, constraints=names)
     growing = is_unbounded(problem, solver)
     if growing is None or excess.value > RESIDUAL:
         return None
     if extended.objective_unit is not None:
         raise ModelError("objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint")
-    why = f"no load factor is the largest one with a safe residual slip that obeys {', '.join(names)}"
-    return LimitClaim(task, LimitKind.UNBOUNDED, np.inf, unsafe, still, np.inf, max(excess.residual, growing.residual), why, names)
+    residual = max(excess.residual, growing.residual)
+    return LimitClaim(task, LimitKind.UNBOUNDED, np.inf, unsafe, still, np.inf, residual, constraints=names)
 
 
 def no_limit_claim(task: LimitQuestion, kind: LimitKind, proof: MarginState) -> LimitClaim:
     """The claim that there is no finite limit, with the residual of its proof; the mechanism proves that nothing is safe."""
     value = np.inf if kind is LimitKind.UNBOUNDED else np.nan
     motion = proof.motion if kind is LimitKind.NO_SAFE_SLIP else proof.motion.scaled(0.0)
-    why = unbounded_reason(task, proof) if kind is LimitKind.UNBOUNDED else ""
-    return LimitClaim(task, kind, value, np.full(task.system.nodes, np.nan), motion, value, proof.residual, why)
+    why = growth(task, proof) if kind is LimitKind.UNBOUNDED else ""
+    return LimitClaim(task, kind, value, np.full(task.system.nodes, np.nan), motion, value, proof.residual, growth=why)

@@ -221,7 +221,7 @@ def _no_limit(task: ConeQuestion, solver: str | None) -> _LimitClaim | None:
     (q, p), unit, loads = task.slip_reactions(cyclic.slip), task.cones.load_unit, task.loads
     slipped = (q - loads.q0) / unit, (p - loads.p0) / unit
     why = growth_diagnosis(task.friction, (loads.q1, loads.p1), slipped, GROWN * task.mean_bound / unit, "")
-    return claim(LimitKind.UNBOUNDED, np.inf, cyclic, 0.0, f"no load factor is the largest one with a safe residual slip: {why}")
+    return claim(LimitKind.UNBOUNDED, np.inf, cyclic, 0.0, f"the shakedown limit is infinite: every load factor has a safe residual slip; {why}")
 
 
 def _reason(task: ConeQuestion, claim: _LimitClaim) -> str:

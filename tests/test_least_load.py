@@ -1,0 +1,176 @@
+"""Contacts whose mean load alone is not safe while the corners press: the safe load factors are an interval."""
+
+import io
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linprog
+
+import frictopt as fo
+from frictopt.limits.posed import LimitQuestion, cycle_loads
+from frictopt.limits.shakedown_result import judged
+from systems import CYCLE, random_system
+
+Z = [0.0, 0.0]
+PRESSING = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
+PULLED = {"P": (Z, [-1.0, 1.0]), "N": (Z, [1.0, 0.0]), "Q": ([0.1, 0.3], Z)}
+GAPED = {**PULLED, "P": (Z, [0.2, 1.0])}
+TWO = fo.ContactSystem(
+    np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], PULLED
+)  # node 0 sticks if 0.1 lam <= 0.5 (lam - 1), node 1 if 0.3 lam <= 0.5
+GAP = fo.ContactSystem(
+    np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], GAPED, gap=[1.2, 0.0]
+)  # the same by a gap that the mean load does not close
+ONE = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+PULL = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.1}, {"N": 1.0, "Q": -0.1}])
+
+
+def oracle(contact, cycle, friction, most=None, upper=()):
+    """The least and the largest load factor of all rows of all corners over raw slips, by scipy; rows `(a, b, right)`: `a @ v + b lam <= right`."""
+    n, f = contact.nodes, np.broadcast_to(friction, contact.nodes)
+    (q0, p0), (q1, p1) = cycle.mean_reaction(contact), cycle.corner_reactions(contact)
+    rows, right = [np.append(a, b)[None] for a, b, _ in upper], [[c] for *_, c in upper]
+    for q, p in zip(q1, p1, strict=True):
+        shear, lift = np.column_stack([contact.A, q]), np.column_stack([contact.B, p])
+        rows += [-shear - f[:, None] * lift, shear - f[:, None] * lift, -lift]
+        right += [q0 + f * p0, f * p0 - q0, p0]
+    bounds = [(None, None) if most is None else (-most, most)] * n + [(0.0, None)]
+    tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+    found = [linprog(s * np.eye(n + 1)[-1], np.vstack(rows), np.concatenate(right), bounds=bounds, options=tight) for s in (1, -1)]
+    return tuple(a.x[-1] if a.status == 0 else {2: np.nan, 3: np.inf}[a.status] for a in found)
+
+
+def pressing_cycle(rng, nodes, corners=3):
+    """A random contact whose mean load pulls some nodes or leaves them open, and whose corners press all nodes more or less."""
+    contact = random_system(rng, nodes, loads=("mean", *"abc"[:corners]), coupling=rng.choice([0.0, 0.3, 1.0]))
+    press = rng.uniform(0.0, 1.5, nodes)
+    loads = {name: (0.3 * rng.normal(size=nodes), press + 0.2 * rng.normal(size=nodes)) for name in "abc"[:corners]}
+    contact = contact.with_bonded({"mean": (0.1 * rng.normal(size=nodes), rng.uniform(-1.0, 1.0, nodes)), **loads})
+    return contact.with_gap(0.3 * rng.random(nodes) * (rng.random(nodes) < 0.3)), fo.LoadCycle(
+        {"mean": 1.0}, [{name: 1.0} for name in "abc"[:corners]]
+    )
+
+
+@pytest.mark.parametrize("simplify", [True, False])
+@pytest.mark.parametrize("contact", [TWO, GAP], ids=["pulled", "gap"])
+def test_two_uncoupled_nodes_by_hand(contact, simplify):
+    limit = fo.shakedown_limit(contact, PRESSING, 0.5, simplify=simplify)
+    assert (limit.least, limit.load_factor) == pytest.approx((1.25, 5 / 3), rel=1e-12) and limit.record.solver == (
+        "closed form" if simplify else "HIGHS"
+    )
+    assert "none is safe below 1.25: " in limit.reason and "no residual slip is safe above it" in limit.reason and "least=1.25" in repr(limit)
+    for load_factor, outcome in (
+        (1.2, fo.Outcome.CYCLIC_SLIP),
+        (1.3, fo.Outcome.SHAKEDOWN),
+        (1.6, fo.Outcome.SHAKEDOWN),
+        (1.7, fo.Outcome.CYCLIC_SLIP),
+    ):
+        assert fo.steady_state(contact, PRESSING, 0.5, load_factor).outcome is outcome
+        assert fo.safe_slip(contact, PRESSING, 0.5, load_factor).exists == (outcome is fo.Outcome.SHAKEDOWN)
+
+
+@pytest.mark.parametrize("solver", [None, "HIGHS", "CLARABEL", "HIGHS_IPM"])
+def test_one_node_without_a_largest_load_factor(solver):
+    limit = fo.shakedown_limit(ONE, PULL, 0.5, solver=solver)  # 0.1 lam <= 0.5 (lam - 1)
+    assert limit.kind is fo.LimitKind.UNBOUNDED and limit.least == pytest.approx(1.25, rel=1e-9) and limit.residual <= 1e-9
+    assert limit.reason.startswith(
+        "the shakedown limit is infinite: every load factor from 1.25 on has a safe residual slip; at no node does the cyclic"
+    )
+    assert "none is safe below 1.25: the mean load pulls the bodies apart" in limit.reason
+
+
+@pytest.mark.parametrize("shear", [0.1, 0.25])
+def test_a_hertz_contact_with_a_light_mean_load_node_by_node(shear):
+    """Similar half-planes (B = 0) and a parabolic gap: each node sticks where its shear is within f p, whatever the others do."""
+    x = np.linspace(-1.0, 1.0, 15)
+    h = x[1] - x[0]
+    A = np.linalg.inv(-np.log((np.abs(x[:, None] - x) + 0.3 * h) / 6) * h)
+    A = (A + A.T) / 2
+    contact = fo.ContactSystem(A, 0 * A, A, x, {"press": (0 * x, A.sum(axis=1)), "shear": (A.sum(axis=1), 0 * x)}, gap=0.5 * x**2)
+    cycle = fo.LoadCycle({"press": 0.2}, [{"press": 1.0, "shear": shear}, {"press": 1.0, "shear": -shear}])
+    force = A.sum(axis=1)
+    mean, rate = 0.2 * force - A @ (0.5 * x**2), 0.3 * force - shear * np.abs(force)  # 0.3 (mean + lam force) >= lam shear |force|
+    limit = fo.shakedown_limit(contact, cycle, 0.3)
+    assert (rate > 0).all() and limit.load_factor == np.inf
+    assert limit.least == pytest.approx((-0.3 * mean / rate).max(), rel=1e-8)
+    assert fo.steady_state(contact, cycle, 0.3, 0.99 * limit.least).outcome is fo.Outcome.CYCLIC_SLIP
+    assert fo.steady_state(contact, cycle, 0.3, 1.01 * limit.least).outcome is fo.Outcome.SHAKEDOWN
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(1, 5),
+    corners=st.integers(1, 3),
+    f=st.just(0.0) | st.floats(0.01, 1.5),
+    most=st.none() | st.floats(0.05, 1.0),
+)
+def test_the_interval_by_linear_programs_over_raw_slips(seed, nodes, corners, f, most):
+    contact, cycle = pressing_cycle(np.random.default_rng(seed), nodes, corners)
+    least, largest = oracle(contact, cycle, f, most)
+    limits = [fo.shakedown_limit(contact, cycle, f, slip_bound=most, simplify=simplify) for simplify in (True, False)]
+    for limit in limits:
+        assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True) and limit.residual <= 1e-9
+        assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 10**6), f=st.floats(0.1, 1.0), size=st.sampled_from([-0.1, 0.0, 0.1]))
+def test_the_interval_under_constraints_of_ones_own(seed, f, size):
+    """Slips and load factor bounded together, by an inequality and by absolute values."""
+    contact, cycle = pressing_cycle(np.random.default_rng(seed), 3)
+    model = fo.ShakedownModel(contact, cycle)
+    limit = model.solve(f, [model.slip[0] + 0.1 * model.load_factor <= size, cp.abs(model.slip[1]) <= 1.0])
+    rows = [(np.eye(3)[0], 0.1, size), (np.eye(3)[1], 0.0, 1.0), (-np.eye(3)[1], 0.0, 1.0)]
+    least, largest = oracle(contact, cycle, f, upper=rows)
+    assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True)
+    assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
+
+
+def test_constraints_may_leave_no_small_load_factor():
+    model = fo.ShakedownModel(random_system(np.random.default_rng(1), 3), CYCLE)
+    whole = model.solve(0.4)
+    assert whole.least == 0
+    limit = model.solve(0.4, [(model.load_factor >= 0.25 * whole.load_factor).set_label("more")])
+    assert limit.least == pytest.approx(0.25 * whole.load_factor) and limit.reason.endswith(f"none is safe below {limit.least:.6g}")
+    chosen = model.solve(0.4, [model.load_factor == 0.5 * whole.load_factor], objective=-cp.norm1(model.slip))
+    assert np.isnan(chosen.least)  # the load factor that an objective chooses is no limit
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_the_problem_of_the_limit_keeps_its_values(own):
+    contact = fo.ContactSystem(TWO.A, [[0.1, 0.0], [0.05, 0.1]], TWO.C, TWO.x, PULLED)
+    model = fo.ShakedownModel(contact, PRESSING)
+    limit = model.solve(0.5, [model.slip <= 1.0] if own else [])
+    assert 0 < limit.least < limit.load_factor < np.inf
+    printed = io.StringIO()
+    limit.explain(printed)
+    assert "values      none here" not in printed.getvalue()
+    rows = {row.label: row.dual_value for row in limit.problem.constraints}
+    assert rows["load_factor_not_negative"] == pytest.approx(0.0, abs=1e-9)
+    q, p = limit.reactions
+    slack = np.array([(0.5 * p + q).min(axis=0), (0.5 * p - q).min(axis=0)])
+    for side, name in enumerate(("no_forward_slip", "no_backward_slip")):  # the multipliers are those of the limit
+        assert np.abs(slack[side] * rows[name]).max() < 1e-9 and (rows[name] >= -1e-9).all()
+    assert np.sum([np.sum(rows[name]) for name in ("no_forward_slip", "no_backward_slip")]) > 0.1
+
+
+def test_a_least_load_factor_that_is_not_the_least_is_not_accepted():
+    """Judged from both sides: more than the least is not proven by the mechanism, less has no safe slip."""
+    task = LimitQuestion(TWO, PRESSING, cycle_loads(TWO, PRESSING), 0.5, False)
+    nothing = np.zeros((2, 2))
+    slips = np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[1.0, 0.0], [0.0, 0.0]])
+    motion = fo.limits.mechanism.Mechanism(slips[0], slips[1], nothing, nothing[0])
+    for load_factor, right in ((1.25, True), (1.25 * (1 + 1e-8), False), (1.25 * (1 - 1e-8), False), (1.5, False)):
+        assert (judged(task, task.scaled(), load_factor, np.zeros(2), motion, least=True).residual <= 1e-9) == right
+    assert judged(task, task.scaled(), 1.25, np.zeros(2), motion).residual == np.inf  # its drive is negative: no limit from above
+
+
+def test_it_costs_no_program_where_the_mean_load_is_safe():
+    limit = fo.shakedown_limit(random_system(np.random.default_rng(1), 3), CYCLE, 0.4)
+    assert limit.least == 0 and len(limit.record.attempts) == 1
+    pressed = fo.shakedown_limit(TWO.with_bonded({**PULLED, "P": (Z, [1.0, 1.0])}), PRESSING, 0.5, simplify=False)
+    assert pressed.least == 0 and len(pressed.record.attempts) == 1
