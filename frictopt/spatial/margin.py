@@ -127,7 +127,7 @@ def safe_slip(system: ContactSystem3D, cycle: LoadCycle, friction: Any, load_fac
     state, answer, model = solve_margin(task, load_factor, solver)
     return SafeSlip3D(
         load_factor=load_factor,
-        exists=bool(state.margin >= -max(NO_MARGIN, state.residual)),
+        exists=state.exists,
         slip=frozen(state.slip),
         margin=state.margin,
         margin_bound=state.bound,
@@ -167,6 +167,7 @@ class MarginState3D:
         shortfall = max(self.margin - reserve / task.mean_bound, pull, 0.0)
         gap = abs(self.bound - defect - self.margin) + defect  # a defect that closes the gap is one for slips like this one alone
         self.residual = float(np.nan_to_num(max(gap, shortfall), nan=np.inf))
+        self.exists = bool(self.margin >= -max(NO_MARGIN, self.residual))
 
 
 def solve_margin(

@@ -23,7 +23,7 @@ class ConeForm:
     """A cone program over m scalars x and the shear forces t of a residual slip, for K corners and N nodes.
 
     Maximise `goal x` subject to `|q| <= f p - reserve x` (and `p >= reserve x` for little friction) with `q = q_given + q_rate x + t` and
-    `p = p_given + p_rate x + G t`, and to caps `row x <= right`.
+    `p = p_given + p_rate x + G t`, and to caps `row x <= right`. Where `bare`, the circle is the point `q = 0`.
     """
 
     goal: Array
@@ -33,6 +33,7 @@ class ConeForm:
     p_rate: Array
     reserve: Array
     caps: Mapping[str, tuple[Array, float]]
+    bare: np.ndarray
 
     def reactions(self, c: ScaledCones, x: Array, t: Array) -> tuple[Array, Array]:
         """(K, N, 2) shear forces q and (K, N) pressures p."""
@@ -78,6 +79,11 @@ class Point:
         return np.asarray(np.maximum(self.force, np.linalg.norm(self.slips, axis=-1)) + self.opening)
 
 
+def first_of(bare: np.ndarray) -> np.ndarray:
+    """(K, N) the first corner at which the circle of a node is a point: it keeps the shear at zero for all."""
+    return np.asarray(bare & (np.cumsum(bare, axis=0) == 1))
+
+
 def on_active_cones(c: ScaledCones, form: ConeForm, point: Point) -> Point:
     """Solve the optimality conditions of the cones that are active at a point near the solution, by Newton's method.
 
@@ -105,7 +111,8 @@ def on_active_cones(c: ScaledCones, form: ConeForm, point: Point) -> Point:
 def _shares(c: ScaledCones, form: ConeForm, point: Point) -> list[float]:
     """Ratios of multiplier to slack in the middle of the widest gaps between those of all cones, the widest gap first."""
     pairs = _pairs(c, form, point)
-    slack, multiplier = (np.concatenate([pair[side].ravel() for pair in pairs]) for side in (0, 1))
+    circles = ~form.bare
+    slack, multiplier = (np.concatenate([pair[side][circles] for pair in pairs[:2]] + [pair[side].ravel() for pair in pairs[2:]]) for side in (0, 1))
     ratios = np.where(slack > 0, multiplier / np.where(slack > 0, slack, 1.0), np.inf)
     powers = np.sort(np.log10(np.clip(ratios, _LEAST_RATIO, 1 / _LEAST_RATIO)))
     return [float(10 ** powers[[k, k + 1]].mean()) for k in np.argsort(-np.diff(powers), kind="stable")[:_GAPS]]
@@ -167,8 +174,8 @@ class _Active:
         (slack, slid), (tip, excess), *opening = _pairs(c, form, point)
         apex = share * tip < excess
         q, _ = self._reactions(np.r_[point.x, point.traction])
-        self._on = np.argwhere((slid > share * slack) & ~apex & q.any(axis=-1))
-        self._apex = np.argwhere(apex)
+        self._on = np.argwhere((slid > share * slack) & ~apex & ~form.bare & q.any(axis=-1))
+        self._apex = np.argwhere((apex & ~form.bare) | first_of(form.bare))
         self._shut = np.concatenate([np.zeros((0, 2), dtype=int), *(np.argwhere(multiplier > share * room) for room, multiplier in opening)])
         self._caps = [name for name, (row, right) in form.caps.items() if point.caps[name] > share * (right - row @ point.x)]
 
@@ -272,6 +279,7 @@ class _Active:
         force[on], force[apex] = parts[0], parts[1]
         slips[on] = -force[on][:, None] * q[on] / np.linalg.norm(q[on], axis=1)[:, None]
         slips[apex] = np.stack([parts[2], parts[3]], axis=-1)
+        force = np.where(form.bare, np.linalg.norm(slips, axis=-1), force)
         opening[tuple(self._shut.T)] = parts[4]
         caps = dict.fromkeys(form.caps, 0.0) | {name: float(value) for name, value in zip(self._caps, parts[5], strict=True)}
         return Point(z[: self._m], z[self._m :], force, slips, opening, caps)

@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 from ..contact import LoadCycle, friction_coefficients
 from ..contact.checks import Array
 from ..contact.cycle import checked_cycle
-from ..contact.tolerances import BARE, INSIDE
+from ..contact.tolerances import BARE, CONDENSATION, INSIDE, NO_COUPLING, ROUNDING
 from .coulomb import referee
 from .mechanism import Mechanism3D
 from .scaling import ConeLoads, ScaledCones, scaled_cones
@@ -43,19 +43,56 @@ class ConeQuestion:
     def force(self) -> float:
         """Mean normal force of the mean load (or a force of the same size where there is none)."""
         loads = self.loads
-        return float(np.abs(loads.p0).mean() or max(np.abs(part).mean() for part in (loads.q0, loads.q1, loads.p1)) or 1.0)
+        sizes = (np.linalg.norm(loads.q0, axis=-1), np.linalg.norm(loads.q1, axis=-1), np.abs(loads.p1))
+        return float(np.abs(loads.p0).mean() or max(part.mean() for part in sizes) or 1.0)
 
     @property
     def mean_bound(self) -> float:
         """Mean friction bound `f p` under the mean load: the unit of margins (the mean normal force where there is no friction)."""
         bound = float((self.friction * self.loads.p0).mean())
-        return bound if bound > 0 else self.force
+        return bound if bound > CONDENSATION * float((self.friction * np.abs(self.loads.p0)).mean()) else self.force  # a shear alone leaves rounding
 
     @cached_property
     def cones(self) -> ScaledCones:
         """Unknowns and units."""
         kept = ConeLoads(self.loads.q0, self.loads.p0, self.loads.q1[self.kept], self.loads.p1[self.kept])
-        return scaled_cones(self.system.A, self.system.B, self.system.node_stiffness, self.friction, kept, self.force)
+        return scaled_cones(self.system.A, self.system.B, self.system.node_stiffness, self.friction, kept, self.force, self.bare[self.kept])
+
+    @cached_property
+    def unpressed(self) -> np.ndarray:
+        """(N,) whether neither the mean load nor any slip makes a pressure at the node."""
+        root = np.sqrt(self.system.node_stiffness)
+        alone = (np.abs(self.system.B) <= NO_COUPLING * np.outer(root, np.tile(root, 2))).all(axis=1)
+        return np.asarray(alone & (np.abs(self.loads.p0) <= ROUNDING * self.force))
+
+    @cached_property
+    def bare(self) -> np.ndarray:
+        """(K, N) where the friction bound of a node vanishes at a corner, whatever the slip and the load factor."""
+        p1 = np.abs(self.loads.p1)
+        return np.asarray((self.friction == 0) | (self.unpressed & (p1 <= ROUNDING * p1.max(initial=0.0))))
+
+    @cached_property
+    def stop(self) -> tuple[Mechanism3D, str] | None:
+        """A motion that no slip helps against at any load factor above 0, and why; None where nothing is so plain.
+
+        A node without a bound slips to and fro between two corners whose shears differ; one that nothing presses is lifted by a corner that pulls.
+        """
+        q1, p1, nodes = self.loads.q1, self.loads.p1, np.arange(self.system.nodes)
+        first = self.bare.argmax(axis=0)
+        apart = np.linalg.norm(q1 - q1[first, nodes], axis=-1) * self.bare
+        pull = np.maximum(-p1, 0.0) * self.unpressed
+        moved = np.maximum(apart, pull)
+        corner, node = np.unravel_index(int(moved.argmax()), moved.shape)
+        if not moved[corner, node] > ROUNDING * max(float(np.abs(q1).max()), float(np.abs(p1).max())):
+            return None
+        slips, opening = np.zeros(q1.shape), np.zeros(p1.shape)
+        if pull[corner, node] > apart[corner, node]:
+            opening[corner, node] = 1.0
+            return Mechanism3D(slips, opening, self.friction), f"node {node} carries no pressure under the mean load, and the cyclic load lifts it"
+        slips[first[node], node] = q1[corner, node] - q1[first[node], node]
+        slips[corner, node] = -slips[first[node], node]
+        lack = "friction" if self.friction[node] == 0 else "pressure"
+        return Mechanism3D(slips, opening, self.friction), f"node {node} has no {lack}, and the cyclic load shears it"
 
     def slip(self, traction: Array) -> Array:
         """(N, 2) slip of dimensionless shear forces, length."""

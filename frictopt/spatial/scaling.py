@@ -45,6 +45,8 @@ class ScaledCones:
         Unit of the load factor.
     clearance
         (N,) mean friction bound in the units of the nodes.
+    bare
+        (K, N) where the friction bound of a node vanishes at a corner, whatever the slip and the load factor.
     opening
         Whether there is so little friction somewhere that keeping nodes closed needs rows of its own.
     """
@@ -60,6 +62,7 @@ class ScaledCones:
     unit: Array
     load_unit: float
     clearance: Array
+    bare: np.ndarray
     opening: bool
 
     @property
@@ -83,7 +86,7 @@ class ScaledCones:
         return np.broadcast_to(self.p0, self.p1.shape)
 
 
-def scaled_cones(A: Array, B: Array, stiffness: Array, friction: Array, loads: ConeLoads, force: float) -> ScaledCones:
+def scaled_cones(A: Array, B: Array, stiffness: Array, friction: Array, loads: ConeLoads, force: float, bare: np.ndarray) -> ScaledCones:
     """Choose unknowns and units for a contact under loads of the size of `force`; `stiffness` (N,) is the size of each node's own stiffness, > 0."""
     sizes = np.linalg.norm(loads.q1, axis=-1)
     pressure = np.abs(loads.p0)
@@ -107,6 +110,7 @@ def scaled_cones(A: Array, B: Array, stiffness: Array, friction: Array, loads: C
         unit=unit,
         load_unit=load_unit,
         clearance=(bound if bound > 0 else force) / unit,
+        bare=bare,
         opening=bool(friction.min() < _LITTLE_FRICTION),
     )
 

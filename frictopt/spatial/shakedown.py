@@ -1,7 +1,7 @@
 """The shakedown limit lambda_2 in three dimensions: the load factor above which no residual slip is safe, from a second-order cone program."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 from typing import IO, Any
@@ -17,8 +17,9 @@ from ..contact.diagnosis import growth_diagnosis
 from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, frame
 from ..contact.tolerances import CARRIED, FLOOR, GROWN, RESIDUAL
+from ..errors import SolverError
 from ..solve.explain import Units, explain
-from ..solve.solvers import Kind, solve
+from ..solve.solvers import Answer, Kind, solve
 from .cones import ConeProgram, shakedown_cones
 from .first_events import reach
 from .margin import MarginState3D, solve_margin
@@ -48,7 +49,8 @@ class ShakedownLimit3D(WithSlip, Plotted):
         How it was found. Its `residual` is the larger of the violations of the contact law by `slip` at the corners and the relative distance of
         `dual_bound`; without a finite limit, that of the proof. At most 1e-9.
     problem
-        The solved cvxpy problem; None in a copy. Its objective is `load_factor` over the unit that `explain()` prints.
+        The solved cvxpy problem; None in a copy, and where one node without friction or pressure keeps the limit at 0. Its objective is
+        `load_factor` over the unit that `explain()` prints.
 
     Examples
     --------
@@ -143,12 +145,9 @@ def shakedown_limit(system: ContactSystem3D, cycle: LoadCycle, friction: Any, *,
         No solver gave an answer that passes the checks.
     """
     start, task = perf_counter(), pose(system, cycle, friction)
-    model = shakedown_cones(task.cones)
     units: Units = {"load_factor": task.cones.load_unit, "traction": np.stack([task.cones.unit] * 2, axis=-1)}
-    answer = solve(model, lambda: _judged(task, model), solver, kind=Kind.SOCP, no_optimum=lambda: _no_limit(task, solver))
+    answer, problem = _by_one_node(task, *task.stop, solver) if task.stop else _by_cones(task, solver)
     claim = answer.claim
-    if claim.kind is LimitKind.FINITE:  # what the slip carries
-        model.problem.var_dict["load_factor"].save_value(np.array(claim.load_factor / task.cones.load_unit))
     return ShakedownLimit3D(
         load_factor=claim.load_factor,
         kind=claim.kind,
@@ -156,7 +155,7 @@ def shakedown_limit(system: ContactSystem3D, cycle: LoadCycle, friction: Any, *,
         slip=frozen(claim.slip),
         dual_bound=claim.bound,
         record=SolveRecord(answer.solver, answer.attempts, claim.residual, task.left_out, perf_counter() - start),
-        problem=model.problem,
+        problem=problem,
         _task=task,
         _motion=claim.motion,
         _units=units,
@@ -176,17 +175,45 @@ class _LimitClaim:
     why: str = ""
 
 
+def _by_cones(task: ConeQuestion, solver: str | None) -> tuple[Answer[_LimitClaim], cp.Problem]:
+    """The limit from its cone program, or the proof that it has no optimum."""
+    model = shakedown_cones(task.cones)
+    answer = solve(model, lambda: _judged(task, model), solver, kind=Kind.SOCP, no_optimum=lambda: _no_limit(task, solver))
+    if answer.claim.kind is LimitKind.FINITE:  # what the slip carries
+        model.problem.var_dict["load_factor"].save_value(np.array(answer.claim.load_factor / task.cones.load_unit))
+    return answer, model.problem
+
+
+def _by_one_node(task: ConeQuestion, motion: Mechanism3D, why: str, solver: str | None) -> tuple[Answer[_LimitClaim], None]:
+    """The limit 0 of a contact with a node that no load factor above 0 leaves at rest, or the proof that nothing is safe at 0 either."""
+    state, answer, model = solve_margin(task, 0.0, solver)
+    if state.exists:
+        claim = _certified(task, 0.0, state.slip, motion, model.point.traction)
+        claim = replace(claim, why=f"no residual slip is safe at any load factor above 0: {why}")
+    else:
+        claim = _nothing_safe(task, state)
+    if not claim.residual <= RESIDUAL:
+        raise SolverError(f"shakedown limit: the slip that is safe under the mean load violates the contact law by {claim.residual:.1e}")
+    return Answer(claim, answer.solver, answer.attempts), None
+
+
 def _judged(task: ConeQuestion, model: ConeProgram) -> _LimitClaim:
-    """Judge a limit from below by what its slip carries and the referee, and from above by the mechanism, which is scaled to unit drive."""
-    c, point, loads = task.cones, model.point, task.loads
+    """Judge what stands in a cone program: the limit is what its slip carries."""
+    c, point = task.cones, model.point
     slip = task.slip(point.traction)
     load_factor = max(_carried(task, slip, float(point.x[0]) * c.load_unit), 0.0)
-    motion = mechanism_of(point, c.unit, task.friction, task.kept, len(loads.q1))
+    motion = mechanism_of(point, c.unit, task.friction, task.kept, len(task.loads.q1))
+    return _certified(task, load_factor, slip, motion, point.traction)
+
+
+def _certified(task: ConeQuestion, load_factor: float, slip: Array, motion: Mechanism3D, traction: Array) -> _LimitClaim:
+    """Judge a limit from below by the referee, and from above by the mechanism, which is scaled to unit drive."""
+    loads = task.loads
     resistance, drive = motion.work(loads)
     if not drive > 0:
         return _LimitClaim(LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)
     motion = motion.scaled(1 / drive)
-    bound, defect = resistance / drive, task.defect(motion, point.traction)
+    bound, defect = resistance / drive, task.defect(motion, traction)
     gap = (abs(bound - load_factor) + defect) / max(load_factor, FLOOR * load_factor_unit(loads, task.friction, task.force))
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
     return _LimitClaim(LimitKind.FINITE, load_factor, slip, motion, bound + defect, residual)
@@ -208,24 +235,27 @@ def _carried(task: ConeQuestion, slip: Array, load_factor: float) -> float:
 
 def _no_limit(task: ConeQuestion, solver: str | None) -> _LimitClaim | None:
     """Decide why there is no finite limit, by the margin of two problems that always have an optimum; None if neither reason can be proven."""
-
-    def claim(kind: LimitKind, value: float, proof: MarginState3D, factor: float, why: str = "") -> _LimitClaim:
-        return _LimitClaim(kind, value, np.full(task.system.slip_shape, np.nan), proof.motion.scaled(factor), value, proof.residual, why)
-
     existence, _, _ = solve_margin(task, None, solver)
     if existence.margin < -RESIDUAL:
-        return claim(LimitKind.NO_SAFE_SLIP, np.nan, existence, 1.0)
+        return _nothing_safe(task, existence)
     cyclic, _, _ = solve_margin(task, task.cones.load_unit, solver, mean=0.0)
     if cyclic.margin < -RESIDUAL:
         return None
     (q, p), unit, loads = task.slip_reactions(cyclic.slip), task.cones.load_unit, task.loads
     slipped = (q - loads.q0) / unit, (p - loads.p0) / unit
     why = growth_diagnosis(task.friction, (loads.q1, loads.p1), slipped, GROWN * task.mean_bound / unit, "")
-    return claim(LimitKind.UNBOUNDED, np.inf, cyclic, 0.0, f"the shakedown limit is infinite: every load factor has a safe residual slip; {why}")
+    still, unsafe = cyclic.motion.scaled(0.0), np.full(task.system.slip_shape, np.nan)
+    why = f"the shakedown limit is infinite: every load factor has a safe residual slip; {why}"
+    return _LimitClaim(LimitKind.UNBOUNDED, np.inf, unsafe, still, np.inf, cyclic.residual, why)
+
+
+def _nothing_safe(task: ConeQuestion, proof: MarginState3D) -> _LimitClaim:
+    unsafe = np.full(task.system.slip_shape, np.nan)
+    return _LimitClaim(LimitKind.NO_SAFE_SLIP, np.nan, unsafe, proof.motion, np.nan, proof.residual)
 
 
 def _reason(task: ConeQuestion, claim: _LimitClaim) -> str:
-    if claim.kind is LimitKind.UNBOUNDED:
+    if claim.why:
         return claim.why
     if claim.kind is LimitKind.FINITE and claim.load_factor > 0:
         return "no residual slip is safe above it"

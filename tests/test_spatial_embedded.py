@@ -1,0 +1,132 @@
+"""Plane contacts embedded in space have the plane's answers, at nodes without friction or pressure too."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from spatial import embedded, random_contact
+from studies.validation.extremes.space import polygon_limit
+from systems import random_system
+
+CORNERS = [{"a": 1.0}, {"a": -0.4, "b": 0.3}, {"b": 1.0}]
+OPPOSED = [{"a": 1.0}, {"a": -1.0}]
+
+
+def odd_contact(seed, sheared=True):
+    """A plane contact with nodes that lack friction, pressure, or coupling, its load cycle and friction; smooth nodes may see no cyclic shear."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 9))
+    flat = random_system(rng, n, loads=("mean", "a", "b"), coupling=rng.choice([0.0, 0.5]))
+    f = rng.uniform(0.1, 0.9, n) * (rng.random(n) < 0.7)
+    bonded = {name: [np.array(part) for part in flat.bonded[name]] for name in flat.bonded}
+    if rng.random() < 0.4:
+        bonded["mean"][1][rng.integers(n)] = rng.choice([0.0, -0.2])
+    if not sheared:
+        for name in "ab":
+            bonded[name][0][f == 0] = 0.0
+    gap = rng.uniform(0, 0.2, n) * (rng.random(n) < 0.3)
+    flat = fo.ContactSystem(flat.A, flat.B, flat.C, flat.x, {name: tuple(parts) for name, parts in bonded.items()}, gap)
+    return rng, flat, fo.LoadCycle({"mean": 1.0}, CORNERS[: int(rng.integers(1, 4))]), f
+
+
+@settings(deadline=None, max_examples=40, derandomize=True)
+@given(st.integers(0, 10**6), st.booleans())
+def test_the_limit_is_that_of_the_plane(seed, sheared):
+    rng, flat, loads, f = odd_contact(seed, sheared)
+    solid, _ = embedded(flat, rng)
+    plane, limit = fo.shakedown_limit(flat, loads, f), fo.shakedown_limit(solid, loads, f)
+    assert limit.kind is plane.kind and limit.load_factor == pytest.approx(plane.load_factor, rel=1e-7, abs=1e-9, nan_ok=True)
+    assert limit.residual <= 1e-9
+
+
+@settings(deadline=None, max_examples=40, derandomize=True)
+@given(st.integers(0, 10**6), st.sampled_from([0.0, 0.5, 2.0]))
+def test_the_margin_is_that_of_the_plane(seed, load_factor):
+    rng, flat, loads, f = odd_contact(seed)
+    solid, _ = embedded(flat, rng)
+    plane, safe = fo.safe_slip(flat, loads, f, load_factor), fo.safe_slip(solid, loads, f, load_factor)
+    assert safe.exists == plane.exists and safe.margin == pytest.approx(plane.margin, rel=1e-7, abs=1e-9)
+
+
+def test_the_unit_of_a_margin_without_pressure_is_that_of_the_plane():
+    bonded = {"mean": ([0.6, -0.2], [0.0, 0.0]), "a": ([1.0, 0.3], [0.5, 0.4])}
+    flat = fo.ContactSystem([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], bonded)
+    solid, _ = embedded(flat, np.random.default_rng(0))
+    loads = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}])
+    assert fo.safe_slip(solid, loads, 0.3, 0.2).margin == pytest.approx(fo.safe_slip(flat, loads, 0.3, 0.2).margin, rel=1e-7)
+
+
+@settings(deadline=None, max_examples=12, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_smooth_nodes_whose_shear_is_steady_have_the_limit_that_polygons_find(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 7))
+    contact = random_contact(rng, n)
+    f = rng.uniform(0.2, 1.0, n) * (np.arange(n) != rng.integers(n))
+    steady = np.tile(f > 0, 2)
+    contact = contact.with_bonded({name: np.r_[contact.bonded[name][: 2 * n] * steady, contact.bonded[name][2 * n :]] for name in "ab"})
+    loads = fo.LoadCycle({"mean": 1.0}, CORNERS)
+    limit, known = fo.shakedown_limit(contact, loads, f), polygon_limit(contact, loads, f)
+    if np.isfinite(limit.load_factor):
+        assert limit.load_factor == pytest.approx(known, rel=1e-7, abs=1e-8)
+        q, p = limit.reactions
+        assert np.abs(q[:, f == 0]).max() < 1e-9 and p.min() > -1e-9
+        assert abs(limit.dual_bound - limit.load_factor) <= 1e-8 * max(limit.load_factor, 1e-3)
+    else:
+        assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and known is None
+
+
+@pytest.mark.parametrize(
+    ("friction", "pressure", "corners", "why"),
+    [
+        ([0.0, 0.5], [1.0, 1.0], [{"X": 1.0}, {"X": -0.3}], "node 0 has no friction, and the cyclic load shears it"),
+        (0.5, [1.0, 0.0], [{"X": 1.0}, {"X": -0.3}], "node 1 has no pressure, and the cyclic load shears it"),
+        (0.5, [1.0, 0.0], [{"Z": 1.0}, {}], "node 1 carries no pressure under the mean load, and the cyclic load lifts it"),
+    ],
+)
+def test_a_node_that_alone_keeps_the_limit_at_zero_is_named(friction, pressure, corners, why):
+    bonded = {"P": np.r_[0.1, -0.2, 0.0, 0.1, pressure], "X": [1.0, 1.0, 0.5, 0.2, 0, 0], "Z": [0, 0, 0, 0, 0.1, -0.2]}
+    S = np.kron(np.eye(3), [[2.0, -1.0], [-1.0, 2.0]])
+    limit = fo.shakedown_limit(fo.ContactSystem3D(S, [[0, 0, 0], [1, 0, 0]], bonded), fo.LoadCycle({"P": 1.0}, corners), friction)
+    assert (limit.load_factor, limit.kind, limit.problem) == (0.0, fo.LimitKind.FINITE, None) and limit.reason.endswith(why)
+    assert limit.dual_bound == pytest.approx(0.0, abs=1e-12) and set(limit.mechanism["node"]) == {int(why[5])}
+
+
+def test_a_smooth_node_in_a_contact_that_nothing_makes_safe_leaves_no_limit():
+    bonded = {"P": [0, 0, 0, 0, 1, -1], "X": [1, 1, 0, 0, 0, 0]}
+    pulled = fo.ContactSystem3D(np.kron(np.eye(3), [[2.0, -1.0], [-1.0, 2.0]]), [[0, 0, 0], [1, 0, 0]], bonded)
+    limit = fo.shakedown_limit(pulled, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), [0.0, 0.5])
+    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and np.isnan(limit.load_factor) and "1 of 2 nodes pull" in limit.reason
+
+
+def test_the_slip_at_a_limit_stays_within_every_circle_to_rounding():
+    """What a solver leaves over is taken off the load factor."""
+    loads = fo.LoadCycle({"mean": 1.0}, OPPOSED)
+    for seed in range(20):
+        contact = random_contact(np.random.default_rng(seed), 6)
+        q, p = fo.shakedown_limit(contact, loads, 0.5).reactions
+        assert not (np.linalg.norm(q, axis=-1) - 0.5 * p).max() > 2e-13
+
+
+def test_the_motion_of_a_contact_without_a_safe_slip_is_driven_by_the_mean_load_and_stresses_nothing():
+    contact = random_contact(np.random.default_rng(2), 4)
+    pulled = contact.with_bonded({"mean": -contact.bonded["mean"]})
+    limit = fo.shakedown_limit(pulled, fo.LoadCycle({"mean": 1.0}, CORNERS), 0.5)
+    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP
+    rows = limit.mechanism
+    node, size, slips = rows["node"].to_numpy(), rows["share"].to_numpy(), rows[["slip1", "slip2"]].to_numpy() * rows[["share"]].to_numpy()
+    d, lift = np.zeros((4, 2)), np.zeros(4)
+    np.add.at(d, node, slips)
+    np.add.at(lift, node, np.where(slips.any(axis=1), 0.5, 1.0) * size)  # of slips, and of openings
+    assert size.sum() == pytest.approx(1.0)
+    assert np.abs(pulled.A @ d.T.ravel() + pulled.B.T @ lift).max() < 1e-7
+    q0, p0 = pulled.reaction({"mean": 1.0})
+    assert np.sum(d * q0) + lift @ p0 < 0
+
+
+def test_a_limit_without_end_has_no_motion():
+    node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "X": [1, 0, 0]})
+    limit = fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5)
+    assert limit.kind is fo.LimitKind.UNBOUNDED and limit.mechanism.empty
