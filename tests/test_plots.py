@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.collections import PathCollection
+from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
 import frictopt as fo
@@ -112,6 +113,9 @@ def test_a_guaranteed_limit_circles_the_node_on_both_its_bounds():
     ax = limit.plot()
     check_ratio(ax, PAIR, *limit.reactions, ["corner 0", "corner 1"])
     assert limit.node == 0 and sorted(map(tuple, circles(ax)[:, :2].round(9))) == [(0.0, -1.0), (0.0, 1.0)]
+    for line in (labelled(ax)[f"corner {corner}"] for corner in (0, 1)):  # the circle is on the line of its colour
+        (marks,) = [one for one in ax.collections if to_hex(one.get_edgecolor()[0]) == line.get_color().lower()]
+        assert np.allclose(marks.get_offsets(), [(line.get_xdata()[0], line.get_ydata()[0])])
     assert f"{limit.load_factor:.5g}" in ax.get_title() and f"{limit.shakedown.load_factor:.5g}" in ax.get_title()
     alone = fo.guaranteed_limit(system(1.0, 0.0, 0.0, 1.0, 0.5, 0.0), CYCLE, F)
     assert alone.node is None and not len(circles(alone.plot()))
@@ -233,6 +237,7 @@ def test_a_trajectory_shows_the_loops_of_the_nodes_with_the_most_work(contact, c
         assert np.array_equal(lower.get_lines()[number].get_ydata(), path.slip[:, node])
         assert np.array_equal(lower.get_lines()[number].get_xdata(), path.time)
     assert upper.get_xlabel() == lower.get_ylabel() == "slip $v$ (length)" and upper.get_ylabel() == "shear force $q$ (force per depth)"
+    assert lower.get_xlim() == (0, 2 * len(cycle.corners))  # without the artificial load before the mean load
     ends = [line.get_xdata()[0] for line in lower.get_lines()[len(most) :]]
     assert ends == [cycle_number * len(cycle.corners) for cycle_number in range(3)]
 
@@ -241,6 +246,8 @@ def test_a_trajectory_without_slip_or_cycles_is_drawn():
     path = fo.march(PAIR, CYCLE, F, 0.0, cycles=0)
     upper, _ = path.plot()
     assert upper.get_title() == "no node slips"
+    later = fo.march(PAIR, CYCLE, F, 0.5, initial_state=fo.march(PAIR, CYCLE, F, 0.5, cycles=1).state_at(5), cycles=1)
+    assert later.plot()[1].get_xlim() == (later.time[0], later.time[-1])
 
 
 def test_several_contacts_are_named_above_and_not_joined():
@@ -248,6 +255,7 @@ def test_several_contacts_are_named_above_and_not_joined():
     ax.figure.draw_without_rendering()
     (above,) = ax.child_axes
     assert [text.get_text() for text in above.get_xticklabels()] == ["left", "right"]
+    assert ax.get_xlabel() == "position along the contacts, one after the other, $x$ (length)"
     assert above.get_xticks().tolist() == [0.5, 3.0]
     assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_xdata()[0] == line.get_xdata()[-1] == 1.5] == [1.5]
     assert not any(set(line.get_xdata()) >= {1.0, 2.0} for line in ax.get_lines())

@@ -206,6 +206,7 @@ def test_a_check_of_the_guaranteed_limit_shows_how_soon_starts_of_each_kind_rest
         for number in range(most + 1):
             at_rest = ((own["outcome"] == "SHAKEDOWN") & (own["cycles"] <= number)).mean()
             assert share[np.flatnonzero(np.asarray(cycles) <= number)[-1]] == pytest.approx(at_rest)
+        assert (cycles[0], share[0]) == (0, 0) and cycles[-1] == most
         rests = 0 if "witness" in kind else len(own)  # above the limit none, below it all
         assert label == rf"{kind}, $\lambda = {own['load_factor'].iloc[0]:.4g}$: {rests} of {len(own)}" and line.get_drawstyle() == "steps-post"
     assert ax.get_title() == rf"check of the guaranteed limit $\lambda_1$ = {check.limit.load_factor:.5g}"

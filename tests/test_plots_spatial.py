@@ -1,5 +1,7 @@
 """Pictures of contacts in three dimensions show what the results say, node by node."""
 
+from dataclasses import replace
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -109,6 +111,17 @@ def test_a_safe_slip_shows_the_corner_with_the_least_reserve(contact, axes, rati
     title = "safe slip at" if exists else "no slip is safe; the least unsafe one at"
     assert safe.exists is exists and ax.get_title().startswith(title) and f"= {factor:.4g}$" in ax.get_title()
     assert marks(ax)[0].get_clim()[1] >= np.nanmax(np.where(p > 1e-9, q / (F * p), np.nan)) - 1e-9
+
+
+def test_the_corner_with_the_least_reserve_is_that_of_the_least_f_p_less_q():
+    """Not of the least p less q, of the largest ratio, of the least shear in one direction, or of the node with the most reserve."""
+    reserves = {0: [0.5 - 0.4, 1.0 - 0.5], 1: [0.5 - 0.3, 1.0 - 0.85]}  # the shear 0.4 is along the second tangent, all others along the first
+    loads = {"mean": [0, 0, 0, 0, 5.0, 1.0], "first": [0, 0.5, 0.4, 0, 0, 0], "second": [0.3, 0.85, 0, 0, 0, 0]}
+    two = fo.ContactSystem3D(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], loads)
+    safe = fo.safe_slip(two, fo.LoadCycle({"mean": 1.0}, [{"first": 1.0}, {"second": 1.0}]), [0.1, 1.0], 1.0)
+    ax = replace(safe, slip=np.zeros((2, 2))).plot()
+    assert min(reserves, key=lambda corner: min(reserves[corner])) == 0 and ax.figure.axes[1].get_ylabel() == "$|q| / (f p)$ at corner 0"
+    assert np.allclose(marks(ax)[0].get_array(), [0.8, 0.5])
 
 
 @ALL

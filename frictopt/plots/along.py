@@ -62,7 +62,7 @@ def looks(corners: int, ruling: Sequence[int] = ()) -> dict[int, Mapping[str, An
 def label_contacts(ax: Any, system: ContactSystem, *, names: bool = True) -> None:
     """Label the x axis; where there are several contacts, draw a line between them and name them above."""
     found = parts(system)
-    ax.set_xlabel("position along the contact, $x$ (length)" if len(found) == 1 else "arc length, contact after contact, $x$ (length)")
+    ax.set_xlabel("position along the contact, $x$ (length)" if len(found) == 1 else "position along the contacts, one after the other, $x$ (length)")
     if len(found) > 1:
         if names:
             above = ax.secondary_xaxis("top")

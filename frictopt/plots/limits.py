@@ -77,10 +77,10 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Any = None) -> Any:
         return no_lines(axes, limit.reason)
     ruling = [] if limit.corners is None else list(limit.corners)
     q, p = limit.reactions
-    ratio = friction_ratio(axes, limit.system, limit.friction, q, p, _corners(len(q)), ruling)
+    friction_ratio(axes, limit.system, limit.friction, q, p, _corners(len(q)), ruling)
     label: str | None = f"node {limit.node}, on both bounds"
     for corner, sense in zip(ruling, (1, -1), strict=False):
-        circle(axes, limit.system.x[limit.node], ratio[corner, limit.node], sense, _ONE_NODE, looks(len(q), ruling)[corner]["color"], label)
+        circle(axes, limit.system.x[limit.node], -sense, sense, _ONE_NODE, looks(len(q), ruling)[corner]["color"], label)
         label = None
     legend(axes)
     return axes

@@ -38,8 +38,10 @@ def loops(axes: Any, slip: Array, force: Array, names: Sequence[str]) -> None:
 
 
 def cycle_lines(axes: Any, path: AnyTrajectory) -> bool:
-    """Label the axis of time, and draw a line at each whole cycle where they are not too many; whether there are lines."""
+    """Label the axis of time, which begins no earlier than the mean load, and draw a line at each of a few whole cycles; whether there are lines."""
     axes.set_xlabel("corners visited (0: mean load)")
+    if (first := max(0.0, path.time[0])) < path.time[-1]:
+        axes.set_xlim(first, path.time[-1])
     cycles = int(path.time[-1]) // path.corners
     if not 0 < cycles <= _MOST_LINES:
         return False

@@ -60,6 +60,7 @@ _SCALE = 1.3  # letters and lines of a picture on a screen, over those on a jour
 
 def screen() -> Any:
     """Context in which a picture of its own is drawn, larger than on a journal page."""
+    plt.draw_if_interactive()  # begins the backend: that of notebooks switches interactive mode on, which the end of the context would undo
     sizes = {name: value * _SCALE for name, value in RC.items() if isinstance(value, float) and not name.startswith("savefig")}
     return plt.rc_context({**RC, **sizes, "savefig.dpi": "figure"})
 

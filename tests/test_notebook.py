@@ -1,0 +1,21 @@
+"""Pictures in a notebook: each cell shows its own, and so do the cells of the user after them."""
+
+from nbclient import NotebookClient
+from nbformat.v4 import new_code_cell, new_notebook
+
+CELLS = (
+    """import frictopt as fo
+rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+first = fo.onset(rod, cycle, 0.5).plot();""",
+    "import matplotlib.pyplot as plt\nplt.plot([0, 1]);",
+    "fo.shakedown_limit(rod, cycle, 0.5).plot();",
+    "plt.figure()\nplt.scatter([0, 1], [1, 0]);",
+)
+
+
+def test_each_of_four_pictures_is_shown_below_its_own_cell():
+    done = NotebookClient(new_notebook(cells=[new_code_cell(cell) for cell in CELLS]), kernel_name="python3", timeout=None).execute()
+    images = [[output for output in cell.outputs if "image/png" in output.get("data", {})] for cell in done.cells]
+    assert [len(shown) for shown in images] == [1, 1, 1, 1]
+    assert len({shown[0].data["image/png"] for shown in images}) == 4
