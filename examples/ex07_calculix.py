@@ -10,7 +10,7 @@ import frictopt as fo
 job = fo.read_calculix("../tests/data/flat")
 system = fo.condense(
     job.K,
-    loads={"P": job.force("N_TOP", [0.0, -1.0]), "Q": job.force("N_TOP", [1.0, 0.0])},
+    loads={"P": job.force("N_TOP", traction=[0.0, -1.0]), "Q": job.force("N_TOP", traction=[1.0, 0.0])},
     pairs=job.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK"),
     normals=[0.0, 1.0],
     unknowns=job.unknowns,

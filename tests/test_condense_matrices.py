@@ -177,7 +177,7 @@ BAD = {
     "K: entries: value nan": {"K": K * np.nan},
     "give each row to one node": {"unknowns": TWICE},
     "is no node's; give it to a node, or name it in held": {"unknowns": LONE},
-    "at index (0, 0); give integers from -1 to 47": {"unknowns": ROWS + 0.5},
+    "at index (0, 0); give integers from -2 to 47": {"unknowns": ROWS + 0.5},
     "unknowns: shape (4, 2), expected (24, 2)": {"unknowns": ROWS[:4]},
     "held: 10000 at index 0": {"held": [10000]},
     "loads['a']: shape (3,)": {"loads": {"a": [1, 2, 3]}},

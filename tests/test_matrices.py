@@ -67,19 +67,24 @@ def test_pairs_coincide_and_follow_the_face(flat):
 
 def test_forces_are_those_of_the_traction(flat):
     top = flat.nodes("N_TOP")
-    down, pressure, shear = flat.force("N_TOP", [0.0, -1.0]), flat.force("N_TOP", 1.0), flat.force("N_TOP", [1.0, 0.0])
+    down, pressure, shear = (flat.force("N_TOP", **load) for load in ({"traction": [0.0, -1.0]}, {"pressure": 1.0}, {"traction": [1.0, 0.0]}))
     assert np.allclose(down, pressure, atol=1e-14)
     assert shear.sum() == pytest.approx(10.0) and down.sum() == pytest.approx(-10.0)
     x = np.sort(flat.points[top, 0])
     lumped = np.convolve(np.diff(x), [0.5, 0.5])
     assert np.allclose(shear[flat.unknowns[top[np.argsort(flat.points[top, 0])], 0]], lumped)
+    assert np.allclose(flat.force("N_TOP", total=[7.0, -3.0]), 0.7 * shear + 0.3 * down, atol=1e-14)
+    each = np.arange(2.0 * len(top)).reshape(-1, 2)
+    assert np.array_equal(flat.force("N_TOP", nodal=each)[flat.unknowns[top]], each)
+    one = flat.force(top[:3], nodal=[2.0, 3.0])
+    assert one.sum() == 15.0 and (one[flat.unknowns[top[:3]]] == [2.0, 3.0]).all()
 
 
 def test_forces_on_faces_of_bricks(cube):
     top, sides = cube.points[:, 2] == 1.5, [cube.points[:, 0] == x for x in (-4.0, 4.0)]
-    P = cube.force(np.flatnonzero(top), 1.0)
+    P = cube.force(np.flatnonzero(top), pressure=1.0)
     assert P[cube.unknowns[top, 2]].sum() == pytest.approx(-4.0) and P.sum() == pytest.approx(-4.0)
-    pull = [cube.force(np.flatnonzero(side), -1.0) for side in sides]
+    pull = [cube.force(np.flatnonzero(side), pressure=-1.0) for side in sides]
     held = cube.points[:, 2] == -3
     share = np.array([[-f[cube.unknowns[~held & side, 0]].sum() for f in pull] for side in sides])
     assert share[0, 0] == pytest.approx(-share[1, 1]) and share[0, 0] > 0 and share[0, 1] == share[1, 0] == 0
@@ -98,7 +103,7 @@ def test_normals_of_a_round_face_point_outwards(tmp_path):
     stiffness(tmp_path, 2 * 2 * n, lines)
     job = fo.read_calculix(tmp_path / "job")
     assert np.allclose(job.normals("hole"), -inner, atol=1e-14)
-    assert np.allclose(job.force("hole", 1.0)[job.unknowns[:n]], inner * 2 * np.sin(np.pi / n) * np.cos(np.pi / n), atol=1e-14)
+    assert np.allclose(job.force("hole", pressure=1.0)[job.unknowns[:n]], inner * 2 * np.sin(np.pi / n) * np.cos(np.pi / n), atol=1e-14)
 
 
 def stiffness(folder, size, deck=(), labels=None):
@@ -184,7 +189,7 @@ def test_forces_of_axisymmetric_elements_are_refused(squares):
     (squares / "job.inp").write_text(SQUARES.replace("CPS4R", "CAX4"))
     job = fo.read_calculix(squares / "job")
     with pytest.raises(fo.ModelError, match="force: elements CAX4 are axisymmetric"):
-        job.force("LEFT", 1.0)
+        job.force("LEFT", pressure=1.0)
 
 
 def test_a_deck_that_includes_itself_is_refused(squares):
@@ -230,7 +235,7 @@ def test_damaged_matrices_are_refused(squares, change, said):
 def test_what_the_deck_lacks_is_named(squares, flat):
     job = fo.read_calculix(squares / "job")
     with pytest.raises(fo.ModelError, match="node set 'N_CONTACT': unknown; this deck names"):
-        job.force("N_CONTACT", 1.0)
+        job.force("N_CONTACT", pressure=1.0)
     with pytest.raises(fo.ModelError, match="3 and 2 nodes"):
         job.pairs("LEFT", "RIGHT")
     with pytest.raises(fo.ModelError, match="nodes in common"):
@@ -238,7 +243,7 @@ def test_what_the_deck_lacks_is_named(squares, flat):
     with pytest.raises(fo.ModelError, match="node 10 is the nearest one to several"):
         job.pairs([0, 1], [2, 4])
     with pytest.raises(fo.ModelError, match="no facet of the outline"):
-        job.force([0, 5], 1.0)
+        job.force([0, 5], pressure=1.0)
     with pytest.raises(fo.ModelError, match="node 60 lies on no facet"):
         job.normals([0, 1, 5])
     with pytest.raises(fo.ModelError, match="read without one"):
@@ -267,7 +272,7 @@ def test_compressed_or_binary_files_are_refused(tmp_path):
 def test_the_limit_is_that_of_the_same_mesh_assembled_here(flat):
     """The number in the README of the data: mean pressure 100 on the punch, shear to and fro, f = 0.5."""
     pairs = flat.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
-    loads = {"P": flat.force("N_TOP", 1.0), "Q": flat.force("N_TOP", [1.0, 0.0])}
+    loads = {"P": flat.force("N_TOP", pressure=1.0), "Q": flat.force("N_TOP", traction=[1.0, 0.0])}
     read = fo.condense(flat.K, loads, pairs, flat.normals(pairs[:, 1]), flat.unknowns, flat.points)
     mesh = fo.read_mesh(DATA / "flat.inp")
     material, upper = fo.Material(E=210_000.0, nu=0.3), mesh.p[1, mesh.t].mean(axis=0) > 0

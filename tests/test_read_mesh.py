@@ -120,3 +120,83 @@ def test_without_meshio_all_but_mesh_files_works():
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path(__file__).parents[1]).stdout
     assert said.split("\n")[0] == "3" and "install frictopt with its extra `mesh`" in said
+
+
+OF_GMSH = "*Heading\n a.inp\n*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 2, 0\n6, 1, 2, 0\n******* E L E M E N T S *************\n"
+OF_GMSH += "*ELEMENT, type=T3D2, ELSET=Line1\n1, 1, 2\n*ELEMENT, type=T3D2, ELSET=Line2\n2, 3, 4\n"
+OF_GMSH += "*ELEMENT, type=CPS4, ELSET=Surface1\n3, 1, 2, 3, 4\n*ELEMENT, type=CPS4, ELSET=Surface2\n4, 4, 3, 6, 5\n"
+OF_GMSH += "*ELSET,ELSET=bottom\n1,\n*ELSET,ELSET=between\n2,\n*ELSET,ELSET=upper\n4,\n*NSET,NSET=bottom\n1, 2,\n*NSET,NSET=top\n5, 6,\n"
+
+
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_named_curves_of_a_deck_of_gmsh_are_boundaries_within_the_mesh_too(tmp_path, mark):
+    (tmp_path / "a.inp").write_text(mark + OF_GMSH, encoding="utf-8")
+    mesh = fo.read_mesh(tmp_path / "a.inp")
+    middles = {name: mesh.p[:, mesh.facets[:, facets]].mean(axis=1).T.tolist() for name, facets in mesh.boundaries.items()}
+    assert middles == {"BOTTOM": [[0.5, 0]], "BETWEEN": [[0.5, 1]], "TOP": [[0.5, 2]], "LINE1": [[0.5, 0]], "LINE2": [[0.5, 1]]}
+    assert {name: elements.tolist() for name, elements in mesh.subdomains.items()} == {"SURFACE1": [0], "SURFACE2": [1], "UPPER": [1]}
+
+
+@pytest.mark.parametrize("version", ["gmsh22", "gmsh"])
+def test_curves_within_the_mesh_keep_their_names_in_each_version(tmp_path, version):
+    """gmsh counts the groups of each dimension by themselves: group 1 is a curve and a surface."""
+    cells = [("quad", [[0, 1, 4, 5], [1, 2, 3, 4]]), ("line", [[0, 1], [1, 4]])]
+    if version == "gmsh22":
+        tags = [np.array([1, 2]), np.array([1, 2])]
+        groups = {"first": np.array([1, 2]), "second": np.array([2, 2]), "bottom": np.array([1, 1]), "between": np.array([2, 1])}
+        mesh = meshio.Mesh(POINTS, cells, cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags}, field_data=groups)
+        mesh.write(tmp_path / "a.msh", file_format="gmsh22", binary=False)
+    else:
+        (tmp_path / "a.msh").write_text(MSH_4)
+    mesh = fo.read_mesh(tmp_path / "a.msh")
+    middles = {name: mesh.p[:, mesh.facets[:, facets]].mean(axis=1).T.tolist() for name, facets in mesh.boundaries.items()}
+    assert middles == {"bottom": [[0.5, 0]], "between": [[1, 0.5]]}
+    assert {name: elements.tolist() for name, elements in mesh.subdomains.items()} == {"first": [0], "second": [1]}
+
+
+MSH_4 = """\
+$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+4
+1 1 "bottom"
+1 2 "between"
+2 1 "first"
+2 2 "second"
+$EndPhysicalNames
+$Entities
+0 2 2 0
+1 0 0 0 1 0 0 1 1 0
+2 1 0 0 1 1 0 1 2 0
+1 0 0 0 1 1 0 1 1 0
+2 1 0 0 2 1 0 1 2 0
+$EndEntities
+$Nodes
+1 6 1 6
+2 1 0 6
+1
+2
+3
+4
+5
+6
+0 0 0
+1 0 0
+2 0 0
+2 1 0
+1 1 0
+0 1 0
+$EndNodes
+$Elements
+4 4 1 4
+1 1 1 1
+1 1 2
+1 2 1 1
+2 2 5
+2 1 3 1
+3 1 2 5 6
+2 2 3 1
+4 2 3 4 5
+$EndElements
+"""

@@ -123,8 +123,8 @@ def test_the_cube_of_another_code_has_its_known_limit(tmp_path):
     job = fo.read_calculix(next(tmp_path.rglob("cube.sti")).with_suffix(""))
     x, y, z = job.points.T
     face = np.flatnonzero(np.isclose(z, 0) & (abs(x) < 1.001) & (abs(y) < 1.001))
-    sides = [job.force(np.flatnonzero(np.isclose(x, 4 * side)), [side, 0.0, 0.0]) for side in (1.0, -1.0)]
-    loads = {"P": job.force(np.flatnonzero(np.isclose(z, 1.5)), [0.0, 0.0, -1.0]), "sigma": sides[0] + sides[1]}
+    sides = [job.force(np.flatnonzero(np.isclose(x, 4 * side)), traction=[side, 0.0, 0.0]) for side in (1.0, -1.0)]
+    loads = {"P": job.force(np.flatnonzero(np.isclose(z, 1.5)), traction=[0.0, 0.0, -1.0]), "sigma": sides[0] + sides[1]}
     system = fo.condense(job.K, loads, job.pairs(face[:9], face[9:]), [0.0, 0.0, 1.0], job.unknowns, job.points)
     assert fo.shakedown_limit(system, CYCLE, 0.5).load_factor == pytest.approx(1.413123958619, rel=1e-9)
     gap = {name: r[18:].sum() for name, r in system.bonded.items()}

@@ -60,7 +60,8 @@ def condense(
         (N, 2) directions from body 2 into body 1, of any length; or one, (2,), for all. The tangent is the normal turned by -90 degrees: normal +y,
         tangent +x.
     unknowns
-        (nodes, 2) rows of K that are the displacements of each node in x and in y, -1 where K has none because the displacement is held at zero.
+        (nodes, 2) rows of K that are the displacements of each node in x and in y, -1 where K has none because the displacement is held at zero, -2
+        where it has none because the displacement follows others, by an equation that K contains; a node of a contact must not.
     points
         (nodes, 2) coordinates, length.
     held

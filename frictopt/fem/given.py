@@ -36,8 +36,8 @@ def checked_stiffness(K: Any) -> csr_matrix:
 
 
 def checked_rows(unknowns: Any, held: Any, shape: tuple[int, ...], size: int) -> Integers:
-    """Rows of K, of the shape of the points, -1 for those that are held too."""
-    rows = whole_array("unknowns", unknowns, shape, least=-1, most=size - 1)
+    """Rows of K, of the shape of the points, -1 for those that are held too, -2 for those that follow others."""
+    rows = whole_array("unknowns", unknowns, shape, least=-2, most=size - 1)
     fixed = whole_array("held", np.zeros(0) if len(listed("held", held)) == 0 else held, (None,), least=0, most=size - 1)
     times = np.bincount(rows[rows >= 0], minlength=size)
     if times.max() > 1:
@@ -68,6 +68,13 @@ def checked_pairs(pairs: Any, projection: Any, rows: Integers, points: Array) ->
     both = np.intersect1d(nodes, P.indices)
     if len(both):
         raise ModelError(f"pairs: node {both[0]} at {place(points[both[0]])} is on both sides; let it be in one pair, and in body 1 or body 2")
+    both = np.union1d(nodes, P.indices)
+    if np.any(rows[both] < -1):
+        node = int(both[(rows[both] < -1).any(axis=1)][0])
+        raise ModelError(
+            f"pairs: node {node} at {place(points[node])} follows other nodes, by an equation or a tie; on a contact let the others follow it "
+            "(in *EQUATION by exchanging the first term), or take the constraint out"
+        )
     if np.any(rows[nodes] < 0):
         node = int(nodes[(rows[nodes] < 0).any(axis=1)][0])
         raise ModelError(f"pairs: node {node} of body 1 at {place(points[node])} is held; hold body 1 elsewhere, or exchange the bodies")

@@ -32,7 +32,7 @@ def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integer
     K
         The stiffness.
     unknowns, points
-        (nodes, d) rows of the stiffness, -1 where held, and coordinates.
+        (nodes, d) rows of the stiffness, -1 where held, -2 where they follow others, and coordinates.
     body
         (nodes,) number of the body that each node belongs to.
     """
@@ -41,7 +41,7 @@ def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integer
     u = np.zeros((K.shape[0], rigid.shape[2]))
     u[unknowns[listed]] = rigid[listed]
     own_stiffness = np.abs(K.diagonal())
-    resistance = rigid.copy()  # over the stiffness of each displacement by itself; that of a held one is the displacement
+    resistance = rigid * (unknowns > -2)[..., None]  # over the stiffness of each displacement by itself; that of a held one is the displacement
     resistance[listed] = (K @ u / np.where(own_stiffness > 0, own_stiffness, 1.0)[:, None])[unknowns[listed]]
     found = [csr_matrix((K.shape[0], 0))]
     order = np.argsort(body, kind="stable")

@@ -47,7 +47,7 @@ def condense(
         (N, 3) directions from body 2 into body 1, of any length, or one for all. The first tangent is x less its part along the normal (y where the
         normal is nearly x), the second one is normal times first tangent: normal z has the tangents x and y.
     unknowns, points
-        (nodes, 3) rows of K of each node's displacements, -1 where held, and coordinates.
+        (nodes, 3) rows of K of each node's displacements, -1 where held, -2 where they follow others, and coordinates.
     held, projection, gap, interference
         See `frictopt.condense`.
 

@@ -16,7 +16,8 @@ def read_abaqus(path: str | Path, *, deck: str | Path | None = None) -> MatrixJo
     """Read a stiffness that Abaqus writes for `*MATRIX GENERATE, STIFFNESS` with `*MATRIX OUTPUT, STIFFNESS, FORMAT=MATRIX INPUT`.
 
     Its rows are "node, direction, node, direction, value" (Abaqus Keywords Guide, `*MATRIX INPUT`), one triangle or the whole matrix.
-    Unknowns that are coupled to no other are held ones, and are left out.
+    Unknowns that are coupled to no other are held ones or follow others, and are left out. The stiffness of a plane job with a deck is divided by the
+    thickness of its section.
 
     Parameters
     ----------
@@ -43,4 +44,5 @@ def read_abaqus(path: str | Path, *, deck: str | Path | None = None) -> MatrixJo
     row, column = np.split(place.ravel(), 2)
     K = symmetric("stiffness", row, column, value.astype(np.float64), len(distinct))
     free = np.unique(np.concatenate([row[row != column], column[row != column]]))
-    return MatrixJob(K[free][:, free], distinct[free], None if deck is None else read_deck(file_path("deck", deck)))
+    nodes = None if deck is None else read_deck(file_path("deck", deck))
+    return MatrixJob(K[free][:, free] / (1.0 if nodes is None else nodes.thickness), distinct[free], nodes)

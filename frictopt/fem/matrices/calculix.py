@@ -3,11 +3,14 @@
 from pathlib import Path
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from ...errors import ModelError
-from .deck import read_deck
+from ..ordering import Integers
+from .deck import Deck, read_deck
 from .job import MatrixJob
 from .meshes import file_path
+from .rotations import without_rotations
 from .rows import numbers_in, symmetric
 
 __all__ = ["read_calculix"]
@@ -16,8 +19,9 @@ __all__ = ["read_calculix"]
 def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
     """Read the stiffness that CalculiX writes for a step of `*FREQUENCY, SOLVER=MATRIXSTORAGE`: `NAME.sti`, `NAME.dof` and the deck `NAME.inp`.
 
-    CalculiX writes one triangle of the matrix, without the unknowns that `*BOUNDARY` holds or constraints eliminate, and no loads:
-    `MatrixJob.force` makes them. Glued or tied faces must not be in the deck: each body keeps its own nodes on the contact.
+    CalculiX writes one triangle of the matrix, without the displacements that `*BOUNDARY` holds or that follow others by a constraint, and no loads:
+    `MatrixJob.force` makes them, and knows the constraints. Displacements of nodes stand for the rotation of a `*RIGID BODY`. The stiffness of a
+    plane job is divided by the thickness of its section. The contact itself must not be in the deck: each body keeps its own nodes there.
 
     Parameters
     ----------
@@ -29,7 +33,8 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     Raises
     ------
     ModelError
-        A file that is missing or damaged, a matrix without labels, of another size than its labels, or not symmetric.
+        A file that is missing or damaged, a matrix without labels, of another size than its labels, or not symmetric; plane elements to which
+        CalculiX gives displacements along z (plane stress), or of several thicknesses; a rigid part whose rotation nodes do not determine.
 
     Examples
     --------
@@ -40,6 +45,11 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     """
     base = file_path("job", job)
     sti, dof, inp = (base.with_name(f"{base.name}.{ending}") for ending in ("sti", "dof", "inp"))
+    if base.parent.is_dir() and not sti.exists():
+        raise ModelError(
+            f"stiffness: there is no {str(sti)!r}; CalculiX writes it in a step of *FREQUENCY, SOLVER=MATRIXSTORAGE, for which each material needs "
+            "*DENSITY: see what it says when it runs"
+        )
     row, column, value = numbers_in(sti, "stiffness", r"\s+", 3)
     labels = np.column_stack(numbers_in(dof, "labels", ".", 2))
     n = len(labels)
@@ -50,4 +60,19 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
         )
     K = symmetric("stiffness", row - 1, column - 1, value.astype(np.float64), n)
     path = inp if deck is None else file_path("deck", deck)
-    return MatrixJob(K, labels, read_deck(path) if deck is not None or path.exists() else None)
+    if deck is None and not path.exists():
+        return MatrixJob(K, labels)
+    return MatrixJob(*_of_the_deck(K, labels, read_deck(path)))
+
+
+def _of_the_deck(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[csr_matrix, Integers, Deck]:
+    """Stiffness per unit depth in displacements along the axes of the deck alone."""
+    K, labels, deck = without_rotations(K, labels, deck)
+    thick = sorted({kind for kind, _, _ in deck.elements if kind.startswith(("CPS", "CPE"))})
+    if thick and (labels[:, 1] == 3).any():
+        raise ModelError(
+            f"deck: elements {', '.join(thick)} have displacements along z in CalculiX's matrix, which no plane contact has; for plane stress write "
+            "CPE elements with E (1 + 2 nu) / (1 + nu)^2 in place of E and nu / (1 + nu) in place of nu, which is the same in the plane; leave out "
+            "trusses, beams and shells"
+        )
+    return K / deck.thickness, labels, deck

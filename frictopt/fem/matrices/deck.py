@@ -1,11 +1,11 @@
-"""Decks of CalculiX and Abaqus: nodes with their numbers, node sets, elements, element sets."""
+"""Decks of CalculiX and Abaqus: nodes with their numbers, node sets, elements, element sets, constraints."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -13,15 +13,17 @@ from ...contact.checks import Array, frozen, shown
 from ...contact.show import Shown
 from ...errors import ModelError
 from ..ordering import Integers
+from .blocks import Block, blocks, fields, number, parameters
+from .constraints import CONSTRAINING, Constraints, constraints_of
 
-__all__ = ["Deck", "read_deck", "text_of"]
-
-Block: TypeAlias = tuple[str, dict[str, str], list[str]]  # keyword, parameters, data lines
+__all__ = ["Deck", "read_deck"]
 
 _SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron"} | {
     f"{kind}{n}": shape for kind in ("CPE", "CPS", "CAX") for n, shape in ((3, "triangle"), (4, "quad"))
 }
-_SOLID = re.compile(r"(C3D|CPE|CPS|CAX)(\d+)")
+_LINES = ("T2D2", "T3D2")  # of two nodes: gmsh writes named curves so
+_FACELESS = (*_LINES, "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")  # they carry no traction
+_KNOWN = re.compile(r"(C3D|CPE|CPS|CAX|T2D|T3D)(\d+)")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,9 +40,13 @@ class Deck(Shown):
         Node set -> rows of `points`.
     elements
         For each block of elements its type, the numbers of its elements (m,), and their nodes (m, k) as rows of `points`; the numbers alone
-        where the type is no solid.
+        where the type is neither solid nor truss.
     element_sets
         Element set -> numbers of elements.
+    thicknesses
+        Different thicknesses of the sections of plane elements; nan for one that varies.
+    constraints
+        Displacements that are held or follow others.
 
     Examples
     --------
@@ -57,6 +63,8 @@ class Deck(Shown):
     sets: Mapping[str, Integers]
     elements: tuple[tuple[str, Integers, Integers], ...]
     element_sets: Mapping[str, Integers]
+    thicknesses: tuple[float, ...]
+    constraints: Constraints
 
     def _answer(self) -> Mapping[str, Any]:
         return {"nodes": len(self.numbers), "sets": sorted(self.sets), "elements": sorted({kind for kind, _, _ in self.elements})}
@@ -75,28 +83,52 @@ class Deck(Shown):
             raise ModelError(f"node set {name!r}: it has no nodes")
         return self.sets[name.upper()]
 
+    @property
+    def thickness(self) -> float:
+        """Thickness of the plane elements; 1 if no section gives one, as in both codes.
+
+        Raises
+        ------
+        ModelError
+            Sections of several thicknesses, or of one that varies.
+        """
+        if len(self.thicknesses) > 1 or not all(0 < t < np.inf for t in self.thicknesses):
+            raise ModelError(
+                f"deck: sections of thickness {', '.join(f'{t:g}' for t in self.thicknesses)}; give all plane elements one thickness, for what is "
+                "condensed is per unit depth"
+            )
+        return self.thicknesses[0] if self.thicknesses else 1.0
+
+    @property
+    def lines(self) -> tuple[Integers, Integers]:
+        """Numbers (m,) and nodes (m, 2) of the elements of two nodes."""
+        found = [(numbers, nodes) for kind, numbers, nodes in self.elements if kind in _LINES]
+        numbers, nodes = zip(*found, strict=True) if found else ([_frozen([])], [_frozen([]).reshape(0, 2)])
+        return np.concatenate(numbers), np.concatenate(nodes)
+
     def shaped(self) -> tuple[str, Integers, Integers]:
-        """The shape that all elements have (as meshio names it), their numbers (m,) and nodes (m, k).
+        """The shape that all elements with faces have (as meshio names it), their numbers (m,) and nodes (m, k).
 
         Raises
         ------
         ModelError
             No elements, elements of several shapes, or others than linear triangles, quadrilaterals, tetrahedra and hexahedra.
         """
-        odd = sorted({kind for kind, _, _ in self.elements if _shape(kind) is None})
-        shapes = sorted({str(_shape(kind)) for kind, _, _ in self.elements})
+        solids = [block for block in self.elements if not block[0].startswith(_FACELESS)]
+        odd = sorted({kind for kind, _, _ in solids if _shape(kind) is None})
+        shapes = sorted({str(_shape(kind)) for kind, _, _ in solids})
         if odd:
             raise ModelError(f"deck: elements of type {', '.join(odd)}; give linear solids, {', '.join(_SHAPES)}")
         if len(shapes) != 1:
             raise ModelError(
                 f"deck: {'no elements' if not shapes else 'elements of several shapes, ' + ', '.join(shapes)}; give elements of one shape"
             )
-        numbers, nodes = zip(*((numbers, nodes) for _, numbers, nodes in self.elements), strict=True)
+        numbers, nodes = zip(*((numbers, nodes) for _, numbers, nodes in solids), strict=True)
         return shapes[0], np.concatenate(numbers), np.concatenate(nodes)
 
 
 def read_deck(path: Path) -> Deck:
-    """Read a deck and the files that it includes; keywords other than nodes, elements and sets are passed over.
+    """Read a deck and the files that it includes; keywords that neither name, join nor constrain nodes are passed over.
 
     meshio reads decks too, but without the numbers of the nodes, with the last block of nodes only, and no plane-strain elements.
 
@@ -107,121 +139,99 @@ def read_deck(path: Path) -> Deck:
         displacements in directions that are not the global ones.
     """
     nodes: dict[int, list[float]] = {}
-    members: dict[str, dict[str, list[str]]] = {"NSET": {}, "ELSET": {}}
+    members: dict[str, dict[str, list[str]]] = {"NSET": {}, "ELSET": {}, "SURFACE": {}}
     solids: list[tuple[str, list[list[int]]]] = []
-    for keyword, options, lines in _blocks(path):
+    sections: list[tuple[str, float]] = []
+    constraining: list[Block] = []
+    for keyword, options, lines in blocks(path):
         if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
             raise ModelError(
-                f"deck {path.name}: the block *{keyword} {_text(options)} gives nodes or displacements in directions of their own; "
+                f"deck {path.name}: the block *{keyword} {parameters(options)} gives nodes or displacements in directions of their own; "
                 "write coordinates, and the matrix, in the global directions"
             )
         try:
             if keyword == "NODE":
-                found = [_fields(line) for line in lines]
+                found = [fields(line) for line in lines]
                 _add_nodes(nodes, found)
             elif keyword == "ELEMENT":
                 found = _elements(options["TYPE"], lines)
                 solids.append((options["TYPE"], [list(map(int, row)) for row in found]))
-            elif keyword in members:
+            elif keyword in ("NSET", "ELSET"):
                 found = _members(lines, "GENERATE" in options)
+            elif keyword == "SURFACE" and options.get("TYPE") == "NODE":
+                found = _members([line.split(",")[0] for line in lines], False)  # a weight may follow
+                members["SURFACE"][options["NAME"]] = [row[0] for row in found]
+            elif keyword in ("SOLIDSECTION", "NODALTHICKNESS"):
+                sections.append((options["ELSET"], _thickness(lines)) if keyword == "SOLIDSECTION" else ("", np.nan))
+            elif keyword in CONSTRAINING:
+                constraining.append((keyword, options, lines))
             else:
                 continue
         except (KeyError, ValueError, IndexError) as error:
-            raise ModelError(f"deck {path.name}: the block *{keyword} {_text(options)} cannot be read ({error}); repair it") from error
+            raise ModelError(f"deck {path.name}: the block *{keyword} {parameters(options)} cannot be read ({error}); repair it") from error
         for kind, where in (("NSET", ("NODE", "NSET")), ("ELSET", ("ELEMENT", "ELSET"))):
             if keyword in where and kind in options:
                 members[kind].setdefault(options[kind], []).extend(row[0] for row in found)
     if not nodes:
         raise ModelError(f"deck {path.name}: no nodes; give the input deck of the job")
-    row = {number: i for i, number in enumerate(nodes)}
+    row = {name: i for i, name in enumerate(nodes)}
+    sets = {name: _rows(row, _resolved(members["NSET"], name), f"node set {name}") for name in members["NSET"]}
+    element_sets = {name: _frozen(_resolved(members["ELSET"], name)) for name in members["ELSET"]}
+    plane = [n for kind, rows in solids if kind.startswith(("CPE", "CPS")) for n, *_ in rows]
+    thick = [t for name, t in sections if plane and (not name or np.isin(element_sets.get(name, []), plane).any())]
+    surfaces = {name: _rows(row, _resolved(members["NSET"] | {"": own}, ""), f"surface {name}") for name, own in members["SURFACE"].items()}
     return Deck(
         numbers=_frozen(list(nodes)),
         points=frozen([(*point, 0.0, 0.0, 0.0)[:3] for point in nodes.values()]),
-        sets=MappingProxyType({name: _rows(row, _resolved(members["NSET"], name), f"node set {name}") for name in members["NSET"]}),
+        sets=MappingProxyType(sets),
         elements=tuple(
             (kind, _frozen([r[0] for r in rows]), _rows(row, [n for r in rows for n in r[1:]], f"elements {kind}").reshape(len(rows), -1))
             for kind, rows in solids
             if rows
         ),
-        element_sets=MappingProxyType({name: _frozen(_resolved(members["ELSET"], name)) for name in members["ELSET"]}),
+        element_sets=MappingProxyType(element_sets),
+        thicknesses=tuple(dict.fromkeys(thick)),
+        constraints=constraints_of(constraining, row, sets | surfaces),
     )
 
 
-def _blocks(path: Path, depth: int = 0) -> Iterator[Block]:
-    """The blocks of a deck in order: keyword, parameters (in capitals, but for file names) and data lines."""
-    block: Block | None = None
-    for line in text_of(path, "deck").splitlines():
-        if line.startswith("**") or not line.strip():
-            continue
-        if not line.startswith("*"):
-            if block:
-                block[2].append(line)
-            continue
-        if block:
-            yield block
-        keyword, *parameters = (part.strip() for part in line[1:].split(","))
-        pairs = [part.partition("=") for part in parameters]
-        block = keyword.upper(), {name.strip().upper(): value.strip().strip('"').upper() for name, _, value in pairs}, []
-        if block[0] == "INCLUDE":
-            if depth > 20:
-                raise ModelError(f"deck {path.name}: it includes itself; take the *INCLUDE out")
-            inputs = [value.strip().strip('"') for name, _, value in pairs if name.strip().upper() == "INPUT"]
-            yield from _blocks(path.parent / (inputs or [""])[0], depth + 1)
-    if block:
-        yield block
-
-
-def text_of(path: Path, what: str) -> str:
-    """Text of a file.
-
-    Raises
-    ------
-    ModelError
-        It cannot be read.
-    """
-    try:
-        return path.read_text(encoding="utf-8", errors="replace")
-    except (OSError, ValueError) as error:
-        raise ModelError(f"{what}: {str(path)!r} cannot be read ({error}); give the path of a file") from error
-
-
 def _shape(kind: str) -> str | None:
-    match = _SOLID.match(kind)
+    match = _KNOWN.match(kind)
     return _SHAPES.get(match.group()) if match else None
 
 
-def _fields(line: str) -> list[str]:
-    return [field.strip() for field in line.split(",") if field.strip()]
-
-
-def _text(options: Mapping[str, str]) -> str:
-    return ", ".join(f"{name}={value}" if value else name for name, value in options.items())
-
-
 def _add_nodes(nodes: dict[int, list[float]], rows: list[list[str]]) -> None:
-    for number, *point in rows:
-        if int(number) in nodes:
-            raise ValueError(f"node {number} is defined twice; parts and instances are not supported, write a flat deck")
-        nodes[int(number)] = [float(value.upper().replace("D", "E")) for value in point]
+    for name, *point in rows:
+        if int(name) in nodes:
+            raise ValueError(f"node {name} is defined twice; parts and instances are not supported, write a flat deck")
+        nodes[int(name)] = [number(value) for value in point]
 
 
 def _elements(kind: str, lines: list[str]) -> list[list[str]]:
-    """Number and nodes of each element; the number alone of an element that is no solid."""
-    match = _SOLID.match(kind)
+    """Number and nodes of each element; the number alone of one that is neither solid nor truss."""
+    match = _KNOWN.match(kind)
     if match is None:
-        return [_fields(line)[:1] for line in lines]
-    flat = [field for line in lines for field in _fields(line)]
+        return [fields(line)[:1] for line in lines]
+    flat = [field for line in lines for field in fields(line)]
     size = 1 + int(match[2])
     if len(flat) % size:
         raise ValueError(f"{len(flat)} numbers, {size} an element")
     return [flat[i : i + size] for i in range(0, len(flat), size)]
 
 
+def _thickness(lines: list[str]) -> float:
+    """The first entry of a section, which plane elements take as their thickness."""
+    try:
+        return number((fields(lines[0]) or ["1"])[0]) if lines else 1.0
+    except ValueError:
+        return np.nan
+
+
 def _members(lines: list[str], generate: bool) -> list[list[str]]:
     """Members of a set, numbers or names of other sets."""
     if not generate:
-        return [[field] for line in lines for field in _fields(line)]
-    ranges = [[int(field) for field in _fields(line)] for line in lines]
+        return [[field] for line in lines for field in fields(line)]
+    ranges = [[int(field) for field in fields(line)] for line in lines]
     return [[str(n)] for first, last, *step in ranges for n in range(first, last + 1, *step)]
 
 

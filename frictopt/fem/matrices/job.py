@@ -28,16 +28,16 @@ _ELEMENTS = {MeshTri1: ElementTriP1, MeshQuad1: ElementQuad1, MeshTet1: ElementT
 class MatrixJob(Shown):
     """Stiffness matrix of another code, with labels, and the nodes and sets of its deck: what `condense` asks for.
 
-    Lengths and forces have the units of the deck; a plane job is per thickness of its section.
+    Lengths and forces have the units of the deck; a plane job is per unit depth: stiffness and forces are divided by the thickness of its section.
 
     Parameters
     ----------
     K
-        (n, n) stiffness, symmetric and sparse; unknowns that the job holds are not in it.
+        (n, n) stiffness, symmetric and sparse; displacements that the job holds, or that follow others, are not in it.
     labels
         (n, 2) number of the node, and direction 1, 2 or 3, of each unknown.
     deck
-        Nodes, sets and elements; None if there is no deck.
+        Nodes, sets, elements and constraints; None if there is no deck.
 
     Raises
     ------
@@ -53,7 +53,7 @@ class MatrixJob(Shown):
     >>> pairs = job.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
     >>> pairs.shape
     (26, 2)
-    >>> round(float(job.force("N_TOP", [0.0, -1.0]).sum()), 9)  # a pressure of 1 on the width 10
+    >>> round(float(job.force("N_TOP", pressure=1.0).sum()), 9)  # on a face 10 wide
     -10.0
     """
 
@@ -90,7 +90,7 @@ class MatrixJob(Shown):
 
     @cached_property
     def unknowns(self) -> Integers:
-        """(nodes, d) row of K of each node's displacements, -1 where the job holds them.
+        """(nodes, d) row of K of each node's displacements, -1 where `*BOUNDARY` holds them, -2 where K has none else: they follow others.
 
         Raises
         ------
@@ -104,7 +104,7 @@ class MatrixJob(Shown):
         if not np.array_equal(numbers[row], self.labels[:, 0]):
             lost = int(self.labels[np.argmax(numbers[row] != self.labels[:, 0]), 0])
             raise ModelError(f"deck: node {lost} of the matrix is not in it; give the deck of the same job")
-        unknowns = np.full(self.points.shape, -1, dtype=np.intp)
+        unknowns = np.where(self._known.constraints.held[:, : self._directions], -1, -2)
         unknowns[row, self.labels[:, 1] - 1] = np.arange(len(self.labels))
         unknowns.flags.writeable = False
         return unknowns
@@ -182,48 +182,72 @@ class MatrixJob(Shown):
             Nodes that no facet of the outline joins; see `nodes`.
         """
         rows = self.nodes(face)
-        sums = self._over_outline(rows, None)[:, rows].T
+        sums = self._over_outline(rows)[0][rows]
         length = np.linalg.norm(sums, axis=1)
         if not length.all():
             number = int(self._known.numbers[rows[length.argmin()]])
             raise ModelError(f"nodes: node {number} lies on no facet of the outline between these nodes; give all nodes of a face")
         return frozen(sums / length[:, None])
 
-    def force(self, face: Any, traction: Any) -> Array:
-        """(n,) consistent nodal forces of a uniform traction on the outline between some nodes, without those on held displacements.
+    def force(self, where: Any, *, traction: Any = None, pressure: Any = None, total: Any = None, nodal: Any = None) -> Array:
+        """(n,) nodal forces of one load, said in one of four ways. What acts on displacements that follow others goes to these.
+
+        A force on a held displacement goes to the ground, as it does in the code.
 
         Parameters
         ----------
-        face
-            The nodes, see `nodes`; not of an axisymmetric job, in which codes count forces per angle in ways of their own.
+        where
+            The nodes, see `nodes`: of a face for the first three, any for the last one.
         traction
-            (d,) components, force per area; or one number, a pressure.
+            (d,) components of a uniform traction on the outline between the nodes, force per area.
+        pressure
+            A number: uniform pressure on that outline, force per area.
+        total
+            (d,) components of the sum of all forces, spread over that outline as a uniform traction; in a plane job force per depth.
+        nodal
+            (d,) components of the force on each of the nodes, or (m, d) of m nodes; in a plane job force per depth.
 
         Raises
         ------
         ModelError
-            Nodes that no facet of the outline joins, tractions that are not finite, axisymmetric elements; see `nodes`.
+            None or several of the four, nodes that no facet of the outline joins, values that are not finite, axisymmetric elements (in which codes
+            count forces per angle in ways of their own); a force on a displacement of which neither the matrix nor the deck says where it goes, such
+            as that of a tied node. See `nodes` too.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> job = fo.read_calculix("tests/data/flat")
+        >>> float(job.force("N_TOP", traction=[0.0, -1.0]).sum().round(9)), float(job.force("N_TOP", total=[0.0, -1.0]).sum().round(9))
+        (-10.0, -1.0)
         """
+        given = {name: v for name, v in (("traction", traction), ("pressure", pressure), ("total", total), ("nodal", nodal)) if v is not None}
+        if len(given) != 1:
+            raise ModelError(f"force: {' and '.join(given) or 'no load'}; give one of traction, pressure (force per area), total, nodal (force)")
         if axisymmetric := sorted({kind for kind, _, _ in self._known.elements if kind.startswith("CAX")}):
             raise ModelError(f"force: elements {axisymmetric[0]} are axisymmetric; give condense the nodal forces that belong to the code's matrix")
-        pressure = real_array("traction", traction).ndim == 0
-        value = finite_number("traction", traction) if pressure else finite_array("traction", traction, (self._directions,))
-        nodes = self.nodes(face)
-        per_node = -value * self._over_outline(nodes, None) if pressure else self._over_outline(nodes, np.asarray(value))
-        forces = np.zeros(len(self.labels))
-        free = self.unknowns >= 0
-        forces[self.unknowns[free]] = per_node.T[free]
-        return frozen(forces)
+        nodes, d = self.nodes(where), self._directions
+        forces = np.zeros((len(self.points), 3))
+        if nodal is not None:
+            forces[nodes, :d] = finite_array("nodal", nodal, (d,) if real_array("nodal", nodal).ndim == 1 else (len(nodes), d))
+        elif pressure is not None:
+            forces[:, :d] = -finite_number("pressure", pressure) * self._over_outline(nodes)[0]
+        else:
+            ((name, value),), share = given.items(), self._over_outline(nodes)[1]
+            forces[:, :d] = share * finite_array(name, value, (d,)) / (1.0 if total is None else share.sum())
+        present = np.zeros(forces.shape, dtype=bool)
+        present[:, :d] = self.unknowns >= 0
+        moved, values = self._known.constraints.passed_on(forces, present, self._known.numbers), np.zeros(len(self.labels))
+        values[self.unknowns[present[:, :d]]] = moved[present]
+        return frozen(values)
 
-    def _over_outline(self, nodes: Integers, factor: Array | None) -> Array:
-        """(d, nodes) integrals over the outline between some nodes of each node's shape function times a vector, by default the normal."""
-        facets = outline(self.mesh, nodes)
-        basis = FacetBasis(self.mesh, _ELEMENTS[type(self.mesh)](), facets=facets)
-        rows = []
-        for i in range(self._directions):
-            form = LinearForm(lambda v, w, i=i: (w.n[i] if factor is None else factor[i]) * v)
-            rows.append(form.assemble(basis)[: self.mesh.p.shape[1]])
-        return np.array(rows)
+    def _over_outline(self, nodes: Integers) -> tuple[Array, Array]:
+        """Integrals over the outline between some nodes of each node's shape function times the normal, (nodes, d), and times 1, (nodes, 1)."""
+        basis = FacetBasis(self.mesh, _ELEMENTS[type(self.mesh)](), facets=outline(self.mesh, nodes))
+        factors = [lambda w, i=i: w.n[i] for i in range(self._directions)] + [lambda w: 1.0]
+        parts = [LinearForm(lambda v, w, factor=factor: factor(w) * v).assemble(basis) for factor in factors]
+        columns = np.pad(np.column_stack(parts), ((0, len(self.points) - len(parts[0])), (0, 0)))  # without the last nodes if no element has them
+        return columns[:, :-1], columns[:, -1:]
 
 
 def _checked_labels(values: Any) -> Integers:

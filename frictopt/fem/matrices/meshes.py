@@ -1,12 +1,12 @@
 """Meshes of files and decks, through meshio and scikit-fem."""
 
-from collections.abc import Mapping
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from ...contact.checks import Array, shown
 from ...contact.tolerances import SAME_POINT
@@ -23,8 +23,9 @@ _SMALL = ("vertex", "line", "line3")  # cells that only carry names
 def read_mesh(path: str | Path) -> Any:
     """Read a plane mesh with its named boundaries and subdomains: `.msh` of gmsh, `.inp` of CalculiX or Abaqus, or what else meshio reads.
 
-    In a deck, a node set names the facets of the outline between its nodes, and an element set a subdomain; names are in capital letters.
-    Nodes of no element are left out. The extra `mesh` of the installation brings meshio.
+    In a deck, a node set names the facets of the outline between its nodes, a set of lines (T3D2, as gmsh writes curves) the facets that they are,
+    and any other element set a subdomain; names are in capital letters. Nodes of no element are left out. The extra `mesh` of the installation
+    brings meshio.
 
     Parameters
     ----------
@@ -59,7 +60,10 @@ def read_mesh(path: str | Path) -> Any:
     if len(solids) != 1 or solids[0] not in _PLANE:
         problem = f"elements {', '.join(solids)}" if solids else "no elements"
         raise ModelError(f"mesh {file.name}: {problem}; give triangles alone or quadrilaterals alone, linear ones")
-    found.cell_sets = {name: cells for name, cells in found.cell_sets.items() if not name.startswith("gmsh:")}  # of gmsh itself, not of the user
+    found.cell_sets = {name: cells for name, cells in found.cell_sets.items() if not name.startswith("gmsh:")} or _groups(
+        found
+    )  # none of gmsh itself
+    found.field_data = {}
     try:
         mesh = _of_scikit_fem(found, solids[0])
     except (ValueError, IndexError, KeyError, TypeError) as error:
@@ -94,9 +98,15 @@ def file_path(argument: str, path: str | Path) -> Path:
 def _named(mesh: Any, deck: Deck) -> Any:
     """The mesh with the sets of its deck as boundaries and subdomains."""
     facets = mesh.boundary_facets()
-    boundaries: Mapping[str, Integers] = {name: facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)] for name, nodes in deck.sets.items()}
+    boundaries: dict[str, Integers] = {name: facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)] for name, nodes in deck.sets.items()}
     numbers = deck.shaped()[1]
     subdomains = {name: np.flatnonzero(np.isin(numbers, members)) for name, members in deck.element_sets.items()}
+    lines, ends = deck.lines
+    facet = csr_matrix((np.arange(1, mesh.facets.shape[1] + 1), mesh.facets), shape=(len(deck.points),) * 2)  # by its nodes, the lower one first
+    for name, members in deck.element_sets.items():
+        low, high = np.sort(ends[np.isin(lines, members)]).T
+        if len(low):
+            boundaries[name] = np.setdiff1d(facet[low, high], [0]) - 1
     return mesh.with_boundaries({name: found for name, found in boundaries.items() if len(found)}).with_subdomains(
         {name: found for name, found in subdomains.items() if len(found)}
     )
@@ -114,6 +124,12 @@ def _read(file: Path) -> Any:
             return library.read(file)
     except (Exception, SystemExit) as error:  # meshio leaves the process where a file is damaged
         raise ModelError(f"mesh {str(file)!r}: meshio cannot read it ({str(error).strip() or type(error).__name__}); give a mesh file") from error
+
+
+def _groups(found: Any) -> dict[str, list[Integers]]:
+    """Groups of `.msh` 2.2, which has them as numbers of cells, as the sets of cells that later versions have."""
+    blocks = list(zip(found.cells, found.cell_data.get("gmsh:physical", []), strict=False))  # nothing else has them
+    return {name: [np.flatnonzero((own == group) & (cells.dim == dim)) for cells, own in blocks] for name, (group, dim) in found.field_data.items()}
 
 
 def _of_scikit_fem(mesh: Any, shape: str) -> Any:

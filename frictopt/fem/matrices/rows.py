@@ -11,7 +11,7 @@ from ...contact.checks import Array, finite_array
 from ...contact.tolerances import SYMMETRY
 from ...errors import ModelError
 from ..ordering import Integers
-from .deck import text_of
+from .blocks import text_of
 
 __all__ = ["checked_symmetry", "numbers_in", "symmetric"]
 
@@ -42,6 +42,8 @@ def _remedy(text: str, columns: int) -> str:
     lines = [line for line in text.splitlines()[:100] if line.strip() and not line.startswith("*")]
     if columns == 5 and lines and len(lines[0].replace(",", " ").split()) == 3:
         return "rows of 3 are Abaqus's FORMAT=COORDINATE, which does not say which nodes they belong to: write it with FORMAT=MATRIX INPUT"
+    if "nan" in text:
+        return "the code itself wrote nan, as CalculiX does for *MPC: write such a constraint as *EQUATION"
     return "give the file as the code wrote it"
 
 

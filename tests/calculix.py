@@ -1,0 +1,136 @@
+"""Decks for CalculiX, what it makes of them, and the same contacts by dense matrices of scikit-fem with Lagrange's multipliers."""
+
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from skfem import Basis, ElementHex1, ElementQuad1, ElementVector, MeshHex, MeshQuad
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed: apt-get install calculix-ccx")
+MATRIX = "*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n"
+
+
+@dataclass
+class Block:
+    """A box of bricks or a rectangle of quadrilaterals: numbers of the nodes from `first` on, lines of the mesh along each axis."""
+
+    first: int
+    lines: list
+    E: float
+    nu: float
+    name: str
+    kind: str = ""
+    thickness: str = ""
+    numbers: np.ndarray = field(init=False)
+    points: np.ndarray = field(init=False)
+
+    def __post_init__(self):
+        grid = np.meshgrid(*self.lines, indexing="ij")
+        self.points = np.column_stack([axis.ravel(order="F") for axis in grid])
+        self.numbers = self.first + np.arange(len(self.points))
+        self.kind = self.kind or ("CPE4" if len(self.lines) == 2 else "C3D8")
+
+    @property
+    def elements(self):
+        """(m, 4) or (m, 8) nodes, as rows of `points`."""
+        number = np.arange(len(self.points)).reshape([len(line) for line in self.lines], order="F")
+        ring = [(0, 0), (1, 0), (1, 1), (0, 1)]
+        corners = ring if number.ndim == 2 else [(i, j, k) for k in (0, 1) for i, j in ring]
+        ends = [[slice(1, None) if corner else slice(-1) for corner in shift] for shift in corners]
+        return np.column_stack([number[tuple(end)].ravel() for end in ends])
+
+    def on(self, axis, value):
+        """Numbers of the nodes on a plane."""
+        return self.numbers[self.points[:, axis] == value]
+
+    def deck(self):
+        nodes = "".join(f"{n}, {', '.join(map(repr, map(float, point)))}\n" for n, point in zip(self.numbers, self.points, strict=True))
+        rows = enumerate(self.numbers[self.elements], self.first)
+        elements = "".join(f"{i}, {', '.join(map(str, row))}\n" for i, row in rows)
+        section = f"*SOLID SECTION, ELSET={self.name}, MATERIAL={self.name}\n{self.thickness}\n"
+        material = f"*MATERIAL, NAME={self.name}\n*ELASTIC\n{self.E!r}, {self.nu!r}\n*DENSITY\n1.\n"
+        return f"*NODE, NSET=ALL\n{nodes}*ELEMENT, TYPE={self.kind}, ELSET={self.name}\n{elements}{material}{section}"
+
+    def stiffness(self):
+        """(size, size) by scikit-fem, node by node."""
+        mesh, element = (MeshQuad, ElementQuad1()) if len(self.lines) == 2 else (MeshHex, ElementHex1())
+        mesh = mesh.init_tensor(*self.lines)
+        basis = Basis(mesh, ElementVector(element))
+        K = linear_elasticity(*lame_parameters(self.E, self.nu)).assemble(basis).toarray()
+        place = {tuple(point): i for i, point in enumerate(mesh.p.T)}
+        order = np.concatenate([basis.nodal_dofs[:, place[tuple(point)]] for point in self.points])
+        return K[np.ix_(order, order)]
+
+
+def node_set(name, numbers):
+    return f"*NSET, NSET={name}\n" + "".join(f"{n},\n" for n in numbers)
+
+
+def equation(*terms):
+    return f"*EQUATION\n{len(terms)}\n" + "".join(f"{node}, {direction}, {weight!r}\n" for node, direction, weight in terms)
+
+
+def run(folder, deck, step=MATRIX, name="job"):
+    """Let CalculiX compute a step; the path of the job, and what it said."""
+    (folder / f"{name}.inp").write_text(deck + f"*STEP\n{step}*END STEP\n")
+    said = subprocess.run(["ccx", "-i", name], cwd=folder, env={**os.environ, "OMP_NUM_THREADS": "1"}, capture_output=True, text=True, timeout=60)
+    return folder / name, said.stdout
+
+
+def displacements(folder, deck, loads):
+    """Number of a node -> displacements, as CalculiX computes them."""
+    job, _ = run(folder, deck, f"*STATIC\n{loads}*NODE PRINT, NSET=ALL\nU\n", "static")
+    rows = [line.split() for line in job.with_suffix(".dat").read_text().splitlines()]
+    return {int(row[0]): np.array(row[1:], dtype=float) for row in rows if len(row) == 4 and row[0].isdecimal()}
+
+
+class Glued:
+    """Blocks with equations and held nodes, the pairs of a contact glued together: K and constraints by Lagrange's multipliers.
+
+    Parameters
+    ----------
+    blocks
+        The blocks.
+    held
+        Numbers of nodes that do not move.
+    pairs
+        Numbers of the nodes of body 1 and of body 2.
+    equations
+        Tuples of (node, direction, weight).
+    """
+
+    def __init__(self, blocks, held, pairs, equations=()):
+        d = len(blocks[0].lines)
+        numbers = np.concatenate([block.numbers for block in blocks])
+        self.d, self.place = d, {int(n): i for i, n in enumerate(numbers)}
+        size = d * len(numbers)
+        K, start = np.zeros((size, size)), 0
+        for block in blocks:
+            own = slice(start, start := start + d * len(block.numbers))
+            K[own, own] = block.stiffness()
+        glue = [[(a, k + 1, 1.0), (b, k + 1, -1.0)] for k in range(d) for a, b in pairs]
+        rules = [*glue, *equations, *([(n, k + 1, 1.0)] for n in held for k in range(d))]
+        rules = np.array([self.row(rule, size) for rule in rules])
+        self.matrix, self.size, self.glue = np.block([[K, rules.T], [rules, np.zeros((len(rules),) * 2)]]), size, len(glue)
+
+    def row(self, terms, size):
+        line = np.zeros(size)
+        for node, direction, weight in terms:
+            line[self.d * self.place[node] + direction - 1] += weight
+        return line
+
+    def stiffness(self):
+        """(d N, d N) forces that relative motions of the pairs need, direction by direction."""
+        right = np.zeros((len(self.matrix), self.glue))
+        right[self.size : self.size + self.glue] = np.eye(self.glue)
+        return -np.linalg.solve(self.matrix, right)[self.size : self.size + self.glue]
+
+    def reactions(self, loads):
+        """(d N,) reactions of body 2 on body 1 under nodal forces, tuples of (node, direction, force)."""
+        right = np.zeros(len(self.matrix))
+        right[: self.size] = self.row(loads, self.size)
+        return -np.linalg.solve(self.matrix, right)[self.size : self.size + self.glue]

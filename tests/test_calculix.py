@@ -1,0 +1,298 @@
+"""Decks of CalculiX, run by `ccx`: its matrices with our forces against assembly by scikit-fem, other decks, and its own displacements."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import spsolve
+
+import frictopt as fo
+from calculix import Block, Glued, displacements, equation, needs_ccx, node_set, run
+
+pytestmark = needs_ccx
+
+CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+
+
+def lines(*ends):
+    return [np.linspace(a, b, n + 1) for a, b, n in ends]
+
+
+def plane(**section):
+    """A punch on a block, body 1 free: blocks, numbers of the pairs, deck."""
+    blocks = [
+        Block(1, lines((0, 3, 3), (0, 2, 2)), 1000.0, 0.3, "UP", **section),
+        Block(101, lines((-1, 4, 5), (-2, 0, 2)), 500.0, 0.2, "LOW", **section),
+    ]
+    return contact(*blocks, 1)
+
+
+def space():
+    """The same in space."""
+    return contact(
+        Block(1, lines((0, 3, 3), (0, 2, 2), (0, 2, 2)), 1000.0, 0.3, "UP"),
+        Block(501, lines((-1, 4, 5), (-1, 3, 4), (-2, 0, 2)), 500.0, 0.2, "LOW"),
+        2,
+    )
+
+
+def contact(upper, lower, axis):
+    one = upper.on(axis, 0)
+    under = {tuple(point): int(n) for point, n in zip(lower.points, lower.numbers, strict=True)}
+    two = [under[tuple(upper.points[n - upper.first])] for n in one]
+    sets = {"CU": one, "CL": two, "TOP": upper.on(axis, 2), "BOT": lower.on(axis, -2), "SIDE": upper.on(0, 0)}
+    deck = upper.deck() + lower.deck() + "".join(node_set(*pair) for pair in sets.items()) + f"*BOUNDARY\nBOT, 1, {axis + 1}\n"
+    return (upper, lower), list(zip(one.tolist(), two, strict=True)), deck
+
+
+def condensed(job, **loads):
+    """The job condensed under forces, its pairs in the order in which they are returned too."""
+    pairs = job.pairs("CU", "CL")
+    d = job.points.shape[1]
+    loads = {"P": {"where": "TOP", "traction": -np.eye(d)[-1]}, "Q": {"where": "TOP", "traction": np.eye(d)[0]}} | loads
+    forces = {name: job.force(**load) for name, load in loads.items()}
+    system = fo.condense(job.K, forces, pairs, np.eye(d)[-1], job.unknowns, job.points)
+    return system, [tuple(map(int, pair)) for pair in job.deck.numbers[pairs]]
+
+
+def on_top(blocks, axis, traction):
+    """Nodal forces of a uniform traction on the top, by the areas of its cells."""
+    upper = blocks[0]
+    widths = [np.convolve(np.diff(line), [0.5, 0.5]) for line in upper.lines[:axis]]
+    shares = widths[0] if axis == 1 else np.outer(widths[1], widths[0]).ravel()
+    return [(int(n), k + 1, t * share) for n, share in zip(upper.on(axis, 2), shares, strict=True) for k, t in enumerate(traction)]
+
+
+def agree(job, blocks, equations, axis):
+    """Check stiffness and reactions of a job against multipliers."""
+    system, pairs = condensed(job)
+    glued = Glued(blocks, job.deck.numbers[job.nodes("BOT")], pairs, equations)
+    S = glued.stiffness()
+    assert np.abs(system.S - S).max() < 1e-9 * np.abs(S).max()
+    for name, traction in (("P", -np.eye(axis + 1)[-1]), ("Q", np.eye(axis + 1)[0])):
+        r = glued.reactions(on_top(blocks, axis, traction))
+        assert np.abs(np.ravel(system.bonded[name]) - r).max() < 1e-9 * np.abs(r).max()
+    return system
+
+
+def moves_as_one(top, direction):
+    return [[(int(n), direction, 1.0), (int(top[0]), direction, -1.0)] for n in top[1:]]
+
+
+def chained(top, direction):
+    return [[(int(n), direction, 1.0), (int(before), direction, -1.0)] for before, n in pairwise(top)]
+
+
+def leaning(top, direction):
+    """Weighted sums, one of them with a term that is held."""
+    a, b, c, *_ = map(int, top)
+    return [[(a, direction, 2.0), (b, direction, -1.0), (c, direction, -0.5), (101, direction, 3.0)], [(c, direction, 1.0), (b, direction, -0.25)]]
+
+
+@pytest.mark.parametrize("rule", [moves_as_one, chained, leaning])
+def test_loads_on_displacements_that_follow_others_go_to_these(tmp_path, rule):
+    blocks, _, deck = plane()
+    rules = rule(blocks[0].on(1, 2), 2)
+    job, _ = run(tmp_path, deck + "".join(equation(*terms) for terms in rules))
+    system = agree(fo.read_calculix(job), blocks, rules, 1)
+    if rule is moves_as_one:
+        assert system.bonded["P"][1].sum() == pytest.approx(3.0)
+        assert fo.shakedown_limit(system, CYCLE, 0.5).load_factor == pytest.approx(0.478189583956, rel=1e-9)  # with T^T f by hand
+
+
+def test_equations_in_space(tmp_path):
+    blocks, _, deck = space()
+    rules = chained(blocks[0].on(2, 2), 3)
+    job, _ = run(tmp_path, deck + "".join(equation(*terms) for terms in rules))
+    system = agree(fo.read_calculix(job), blocks, rules, 2)
+    assert system.bonded["P"][-len(system.points) :].sum() == pytest.approx(6.0)
+
+
+REFERENCE, ROTATION = "2000, 1.5, 1., 3.\n", "2001, 0., 0., 0.\n"
+TOP_OF_NODES = "*SURFACE, NAME=ON_TOP, TYPE=NODE\nTOP\n"
+RIGID = {
+    "free": ("*RIGID BODY, NSET=TOP, REF NODE=2000\n", REFERENCE),
+    "with a node for the rotation": ("*Rigid body, Nset=Top, Ref node=2000, Rot node=2001\n", REFERENCE + ROTATION),
+    "that does not turn": ("*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n*BOUNDARY\n2001, 1, 3\n", REFERENCE + ROTATION),
+    "that turns about one axis": ("*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n*BOUNDARY\n2001, 2, 3\n2000, 1\n", REFERENCE + ROTATION),
+    "led by a node of the mesh": ("*RIGID BODY, NSET=TOP, REF NODE=503\n", ""),
+    "by a coupling": (TOP_OF_NODES + "*COUPLING, REF NODE=2000, SURFACE=ON_TOP, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3\n", REFERENCE),
+    "none": ("", ""),
+    "by equations": ("".join(equation(*terms) for terms in chained(range(525, 537), 3)), ""),
+}
+
+
+@pytest.mark.parametrize("kind", RIGID)
+def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kind):
+    """Forces on nodes that follow a rigid part, on the part itself and on others; a pressure on its face."""
+    rule, nodes = RIGID[kind]
+    block = Block(501, lines((0, 3, 3), (0, 2, 2), (0, 2, 2)), 500.0, 0.2, "B")
+    top, bottom = block.on(2, 2), block.on(2, 0)
+    deck = block.deck().replace("*ELEMENT", nodes + "*ELEMENT", 1) + node_set("TOP", top) + f"{node_set('BOT', bottom)}*BOUNDARY\nBOT, 1, 3\n{rule}"
+    loaded = [int(top[-1]), int(top[1]), 520, 2000 if REFERENCE in nodes else 521]
+    job = fo.read_calculix(run(tmp_path, deck)[0])
+    row = {int(n): i for i, n in enumerate(job.deck.numbers)}
+    force = job.force([row[n] for n in loaded], nodal=[1.0, 0.5, -3.0]) + job.force("TOP", pressure=0.7)
+    found = spsolve(job.K.tocsc(), force)
+    elements = [block.first + i for i, nodes in enumerate(block.elements) if np.isin(block.numbers[nodes[4:]], top).all()]
+    loads = "*CLOAD\n" + "".join(f"{n}, {k}, {f}\n" for n in loaded for k, f in ((1, 1.0), (2, 0.5), (3, -3.0)))
+    known = displacements(tmp_path, deck, loads + "*DLOAD\n" + "".join(f"{i}, P2, 0.7\n" for i in elements))
+    known = np.array([known[node][direction - 1] for node, direction in job.labels])
+    assert np.abs(found - known).max() < 1e-6 * np.abs(known).max()  # CalculiX prints seven digits
+
+
+def rigid_motion(nodes, blocks, reference):
+    """All nodes of a plane or spatial part move as the first three or four of them do: their distances stay, by equations among displacements."""
+    upper = blocks[0]
+    x = upper.points[np.asarray(nodes) - upper.first]
+    d = x.shape[1]
+    turns = [(1, 0)] if d == 2 else [(1, 0), (2, 0), (2, 1)]
+    R = np.zeros((len(nodes), d, d + len(turns)))
+    R[:, :, :d] = np.eye(d)
+    for k, (a, b) in enumerate(turns):
+        R[:, a, d + k], R[:, b, d + k] = x[:, b], -x[:, a]
+    u, sizes, _ = np.linalg.svd(R.reshape(len(nodes) * d, -1))
+    left = u[:, (sizes > 1e-12).sum() :].T  # displacements that no rigid motion has
+    return [[(int(nodes[i // d]), i % d + 1, float(w)) for i, w in enumerate(line)] for line in left]
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_a_free_punch_pressed_by_a_rigid_tool(tmp_path, axis):
+    """The tool may tilt: CalculiX's own rotation is in the matrix, and the condensation still sees that the punch is free."""
+    blocks, _, deck = plane() if axis == 1 else space()
+    deck = deck.replace("*ELEMENT", f"2000, 1.5, {2.5 if axis == 1 else 1.0}, {0.0 if axis == 1 else 2.5}\n*ELEMENT", 1)
+    job = fo.read_calculix(run(tmp_path, deck + "*RIGID BODY, NSET=TOP, REF NODE=2000\n")[0])
+    rules = rigid_motion(blocks[0].on(axis, 2), blocks, 2000)
+    system = agree(job, blocks, rules, axis)
+    reference = [int(np.flatnonzero(job.deck.numbers == 2000)[0])]
+    middle, _ = condensed(job, P={"where": reference, "nodal": -(3.0 * axis) * np.eye(axis + 1)[-1]})
+    assert np.allclose(middle.bonded["P"], system.bonded["P"], atol=1e-9)  # the reference is above the middle: the same resultant
+
+
+def test_equations_between_nodes_of_one_place_are_one_mesh(tmp_path):
+    """The punch cut in two and glued again by equations, loads on the cut too, is the whole punch."""
+    (upper, lower), _, deck = plane()
+    whole = fo.read_calculix(run(tmp_path, deck, name="whole")[0])
+    bottom = Block(1, [upper.lines[0], upper.lines[1][:2]], upper.E, upper.nu, "DOWN")
+    top = Block(51, [upper.lines[0], upper.lines[1][1:]], upper.E, upper.nu, "UP")
+    rest = deck[len(upper.deck()) : deck.index("*NSET, NSET=TOP")] + node_set("BOT", lower.on(1, -2)) + "*BOUNDARY\nBOT, 1, 2\n"
+    ties = [equation((int(a), k, 1.0), (int(b), k, -1.0)) for a, b in zip(top.on(1, 1), bottom.on(1, 1), strict=True) for k in (1, 2)]
+    sides = node_set("TOP", top.on(1, 2)) + node_set("SIDE", [*bottom.on(0, 0), *top.on(0, 0)])
+    cut = fo.read_calculix(run(tmp_path, bottom.deck() + top.deck() + rest + sides + "".join(ties), name="cut")[0])
+    pull = {"R": {"where": "SIDE", "traction": [-1.0, 0.5]}}
+    (one, _), (two, _) = condensed(whole, **pull), condensed(cut, **pull)
+    assert np.abs(one.S - two.S).max() < 1e-9 * np.abs(one.S).max()
+    for name in "PQR":
+        assert np.allclose(one.bonded[name], two.bonded[name], rtol=0, atol=1e-9)
+
+
+def tied(at):
+    """The punch in space of two meshes that `*TIE` joins, or tied to the block."""
+    (upper, lower), _, deck = space()
+    if at == "contact":
+        faces = "*SURFACE, NAME=S, TYPE=ELEMENT\nUP, S1\n*SURFACE, NAME=M, TYPE=ELEMENT\nLOW, S2\n"
+        return deck + faces + "*TIE, NAME=T, POSITION TOLERANCE=0.01\nS, M\n"
+    x, y, z = upper.lines
+    bottom, top = Block(1, [x, y, z[:2]], upper.E, upper.nu, "DOWN"), Block(201, [x, y, z[1:]], upper.E, upper.nu, "UP")
+    rest = deck[len(upper.deck()) : deck.index("*NSET, NSET=TOP")] + node_set("BOT", lower.on(2, -2)) + "*BOUNDARY\nBOT, 1, 3\n"
+    sides = node_set("TOP", top.on(2, 2)) + node_set("SIDE", [*bottom.on(0, 0), *top.on(0, 0)])
+    faces = "*SURFACE, NAME=S, TYPE=ELEMENT\nUP, S1\n*SURFACE, NAME=M, TYPE=ELEMENT\nDOWN, S2\n"
+    return bottom.deck() + top.deck() + rest + sides + faces + "*TIE, NAME=T, POSITION TOLERANCE=0.01\nS, M\n"
+
+
+def test_a_tie_away_from_loads_and_contact_is_one_mesh(tmp_path):
+    whole, _ = condensed(fo.read_calculix(run(tmp_path, space()[2], name="whole")[0]))
+    job = fo.read_calculix(run(tmp_path, tied("punch"))[0])
+    system, _ = condensed(job)
+    assert np.abs(system.S - whole.S).max() < 1e-9 * np.abs(whole.S).max()
+    limits = [fo.shakedown_limit(contact, CYCLE, 0.5).load_factor for contact in (system, whole)]
+    assert limits[0] == pytest.approx(limits[1], rel=1e-8)
+    with pytest.raises(fo.ModelError, match=r"force: it acts on node 2\d\d, direction 1, .*the deck has \*TIE.*write the constraint as \*EQUATION"):
+        job.force("SIDE", traction=[1.0, 0.0, 0.0])
+
+
+def test_a_tied_contact_is_refused(tmp_path):
+    job = fo.read_calculix(run(tmp_path, tied("contact"))[0])
+    for first, second in (("CU", "CL"), ("CL", "CU")):
+        pairs, load = job.pairs(first, second), job.force("TOP", pressure=1.0)
+        with pytest.raises(fo.ModelError, match=r"pairs: node \d+ at .* follows other nodes, by an equation or a tie"):
+            fo.condense(job.K, {"P": load}, pairs, [0.0, 0.0, 1.0], job.unknowns, job.points)
+
+
+def test_loads_that_the_deck_cannot_place_are_refused_by_name(tmp_path):
+    blocks, _, deck = space()
+    top = blocks[0].on(2, 2)
+    mean = (
+        f"*NODE\n2000, 1.5, 1., 3.\n*ELEMENT, TYPE=DCOUP3D, ELSET=MEAN\n999, 2000\n*DISTRIBUTING COUPLING, ELSET=MEAN\n{top[0]}, 1.\n{top[-1]}, 1.\n"
+    )
+    job = fo.read_calculix(run(tmp_path, deck + mean)[0])
+    with pytest.raises(
+        fo.ModelError, match=r"force: it acts on node \d+, direction 3, that neither the matrix nor .*the deck has \*DISTRIBUTINGCOUPLING"
+    ):
+        job.force("TOP", pressure=1.0)
+    (tmp_path / "plain.inp").write_text(deck)
+    job = fo.read_calculix(run(tmp_path, deck + equation((top[0], 3, 1.0), (top[1], 3, -1.0)))[0], deck=tmp_path / "plain.inp")
+    with pytest.raises(fo.ModelError, match=rf"force: it acts on node {top[0]}, direction 3, .* no \*EQUATION .*give the deck of the same job"):
+        job.force("TOP", pressure=1.0)
+    job, _ = run(tmp_path, deck + f"*MPC\nPLANE, {top[0]}, {top[3]}, {top[8]}, {top[5]}\n")
+    with pytest.raises(fo.ModelError, match=r"the code itself wrote nan, as CalculiX does for \*MPC"):
+        fo.read_calculix(job)
+
+
+def test_a_plane_job_is_per_unit_depth_whatever_its_thickness(tmp_path):
+    answers = []
+    for i, thickness in enumerate(("", "1.", "2.", "10.")):
+        blocks, _, deck = plane(thickness=thickness)
+        system = agree(fo.read_calculix(run(tmp_path, deck, name=f"job{i}")[0]), blocks, [], 1)
+        gapped = system.with_gap([0.0, 1e-3, 1e-3, 0.0])
+        limit = fo.shakedown_limit(system, CYCLE, 0.5)
+        bounded = fo.shakedown_limit(system, CYCLE, 0.5, slip_bound=1e-3)
+        answers.append([limit.load_factor, limit.largest_slip, fo.shakedown_limit(gapped, CYCLE, 0.5).load_factor, bounded.load_factor])
+    assert np.allclose(answers, answers[0], rtol=1e-7)
+
+
+def test_several_thicknesses_are_refused(tmp_path):
+    deck = plane(thickness="1.")[2]
+    job, _ = run(tmp_path, deck.replace("MATERIAL=LOW\n1.", "MATERIAL=LOW\n3."))
+    with pytest.raises(fo.ModelError, match="sections of thickness 1, 3; give all plane elements one thickness"):
+        fo.read_calculix(job)
+
+
+def test_plane_stress_is_refused_with_the_constants_that_give_it_in_plane_strain(tmp_path):
+    job, _ = run(tmp_path, plane(kind="CPS4", thickness="1.")[2])
+    with pytest.raises(fo.ModelError, match=r"elements CPS4 have displacements along z.*E \(1 \+ 2 nu\) / \(1 \+ nu\)\^2 .* nu / \(1 \+ nu\)"):
+        fo.read_calculix(job)
+    E, nu = 1000.0, 0.3
+    block = Block(1, lines((0, 3, 3), (0, 2, 2)), E * (1 + 2 * nu) / (1 + nu) ** 2, nu / (1 + nu), "B")
+    found = fo.read_calculix(run(tmp_path, block.deck(), name="strain")[0])
+    mesh = fo.Body(found.mesh, fo.Material(E, nu))
+    assert mesh.mesh.nvertices == 12
+    u = np.array([[0.3, 0.1], [0.2, -0.4]]) @ found.points.T  # uniform stress: forces of plane stress, by hand
+    e = np.array([0.3, -0.4, 0.15])
+    xx, yy, xy = E / (1 - nu**2) * np.array([e[0] + nu * e[1], e[1] + nu * e[0], (1 - nu) * e[2]])
+    force = (found.K @ u.T.ravel()[np.argsort(found.unknowns.ravel())]).reshape(-1)
+    right = found.points[:, 0] == 3
+    assert force[found.unknowns[right]].sum(axis=0) == pytest.approx([2 * xx, 2 * xy])
+    assert force[found.unknowns[found.points[:, 1] == 2]].sum(axis=0) == pytest.approx([3 * xy, 3 * yy])
+
+
+@pytest.mark.parametrize("scene", [plane, space])
+@pytest.mark.parametrize("last", [False, True])
+def test_a_node_of_no_element_may_stand_anywhere(tmp_path, scene, last):
+    blocks, _, deck = scene()
+    start = deck.rindex("*ELEMENT") if last else 0
+    job, _ = run(tmp_path, deck[:start] + "*NODE\n7777, 50., 50., 0.\n" + deck[start:])
+    agree(fo.read_calculix(job), blocks, [], 1 if scene is plane else 2)
+
+
+def test_without_a_density_there_is_no_matrix(tmp_path):
+    job, said = run(tmp_path, plane()[2].replace("*DENSITY\n1.\n", ""))
+    assert "no density" in said
+    with pytest.raises(fo.ModelError, match=r"no '.*job\.sti'; CalculiX writes it .*\*DENSITY"):
+        fo.read_calculix(job)
+
+
+def test_a_force_by_its_sum_is_the_traction_over_the_area(tmp_path):
+    job = fo.read_calculix(run(tmp_path, space()[2])[0])
+    assert np.allclose(job.force("TOP", total=[0.0, 0.0, -12.0]), job.force("TOP", traction=[0.0, 0.0, -2.0]), atol=1e-14)
+    assert np.allclose(job.force("TOP", pressure=2.0), job.force("TOP", traction=[0.0, 0.0, -2.0]), atol=1e-14)
