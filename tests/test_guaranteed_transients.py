@@ -131,7 +131,7 @@ def test_vertices_are_safe_and_as_far_out_as_can_be():
         ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR), fo.LoadCycle({"mean": 2.0}, CYCLE.corners), 0.6)}, "limit: .* is that of another"),
         ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR).with_gap([0.0, 0.1]), CYCLE, 0.6)}, "limit: .* is that of another"),
         ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR), CYCLE, 0.6), "system": None}, "system: a NoneType"),
-        ({"cycle": fo.LoadCycle({}, CYCLE.corners)}, "limit: guaranteed limit 0 below lambda_2 = 0"),
+        ({"cycle": fo.LoadCycle({}, CYCLE.corners)}, "limit: guaranteed limit 0 between the least safe load factor 0 and lambda_2 = 0"),
         ({"cycle": fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}])}, "limit: guaranteed limit inf"),
     ],
 )

@@ -41,7 +41,9 @@ def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(own, s
     limit = fo.guaranteed_limit(contact, PRESSED, 1.0, simplify=simplify)
     assert limit.load_factor == pytest.approx(1 / 0.3, rel=1e-9) and limit.node is None
     if own:
-        assert limit.to_frame().how[0] == "only where it carries nothing" and not limit.proven and "nodes carry nothing" in limit.reason
+        assert (
+            limit.to_frame().how[0] == "only at the least safe load factor" and not limit.proven and "least safe load factor 0 alone" in limit.reason
+        )
     for load_factor in (1e-3, 0.1, 1.0, 3.0):
         for size in (1e-6, 1e-3, 0.1, 1.0):
             slip = size * load_factor * rng.normal(size=2)
@@ -59,7 +61,7 @@ def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, sim
     for load_factor in (1e-3, 1e-2):
         steady = follow(contact, PRESSED, 1.0, load_factor, [0.0, -0.75 * load_factor / other])
         assert steady.outcome is fo.Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(load_factor**2 / 4, rel=1e-6)
-    at, witness = limit.witness_above_zero(1e-2)
+    at, witness = limit.witness_above_least(1e-2)
     assert 0 < at <= 1e-2 and oracles.off_bounds(contact, PRESSED, np.ones(2), at, witness, 0, limit.corners) < 1e-12
     assert oracles.excess(contact, PRESSED, np.ones(2), at, witness) < 1e-12
     outcomes = [follow(contact, PRESSED, 1.0, share * at, witness).outcome for share in (0.9, 1.1)]
@@ -109,6 +111,6 @@ def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagon
                 path = fo.march(moved, about, f, 1.0, initial_slip=steady.slip, cycles=2)
                 assert path.gap[path.time > 3].max() > 1e-9  # a node lifts off in each cycle
     elif limit.shakedown.load_factor > 1e-3:
-        at, slip = limit.witness_above_zero(1.0)
+        at, slip = limit.witness_above_least(1.0)
         outcomes = [follow(contact, cycle, f, share * at / 2, (slip + limit.slip) / 2).outcome for share in (0.9, 1.1)]
         assert fo.Outcome.CYCLIC_SLIP in outcomes

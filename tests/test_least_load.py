@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import frictopt as fo
+from frictopt.campaign.guarantee import _from_its_middle
 from frictopt.limits.posed import LimitQuestion, cycle_loads
 from frictopt.limits.shakedown_result import judged
 from systems import CYCLE, random_system
@@ -174,3 +175,64 @@ def test_it_costs_no_program_where_the_mean_load_is_safe():
     assert limit.least == 0 and len(limit.record.attempts) == 1
     pressed = fo.shakedown_limit(TWO.with_bonded({**PULLED, "P": (Z, [1.0, 1.0])}), PRESSING, 0.5, simplify=False)
     assert pressed.least == 0 and len(pressed.record.attempts) == 1
+
+
+@pytest.mark.parametrize("contact", [TWO, GAP], ids=["pulled", "gap"])
+def test_shakedown_of_an_uncoupled_contact_is_a_theorem_within_the_interval(contact):
+    limit = fo.guaranteed_limit(contact, PRESSING, 0.5)
+    assert limit.proven and (limit.least, limit.load_factor) == pytest.approx((1.25, 5 / 3)) and "none is safe below 1.25" in limit.reason
+    assert "least=1.25" in repr(limit)
+    check = fo.verify_guaranteed(contact, PRESSING, 0.5, limit=limit, starts=20, moved=0)
+    runs = check.runs
+    assert check.dies_out and check.persists and set(runs.loc[runs["share"] < 1, "load_factor"].round(6)) == {1.258333, 1.658333}
+    endless = fo.guaranteed_limit(ONE, PULL, 0.5)
+    assert endless.proven and endless.least == pytest.approx(1.25) and endless.load_factor == np.inf and "from 1.25 on" in endless.reason
+
+
+def least_on_both_bounds(contact, cycle, f, least):
+    """scipy's least load factor at which a safe slip holds a node on both its bounds, of the nodes that can be so above `least`."""
+    n, (q0, p0), (q1, p1) = contact.nodes, cycle.mean_reaction(contact), cycle.corner_reactions(contact)
+    found = np.inf
+    for node in range(n):
+        rises, falls = -(q1 + f * p1)[:, node], (q1 - f * p1)[:, node]
+        if rises.argmax() == falls.argmax():
+            continue
+        i = np.eye(n)[node]
+        forward = (-(i @ contact.A) - f * (i @ contact.B), rises.max(), (q0 + f * p0)[node])  # -(q + f p) <= 0 holds as an equation
+        backward = (i @ contact.A - f * (i @ contact.B), falls.max(), (f * p0 - q0)[node])
+        rows = [(-a, -b, -c) for a, b, c in (forward, backward)]
+        low, high = oracle(contact, cycle, f, upper=rows)
+        if high > least * (1 + 1e-6) + 1e-6:
+            found = min(found, low)
+    return found
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 3), corners=st.integers(2, 3), f=st.floats(0.1, 0.9))
+def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
+    """Against linear programs over raw slips. Below it starts come to rest unless nodes open; next to a limit at the lower end some do not."""
+    rng = np.random.default_rng(seed)
+    contact, cycle = pressing_cycle(rng, nodes, corners)
+    limit = fo.guaranteed_limit(contact, cycle, f)
+    if not limit.least > 0:
+        return
+    least, largest = oracle(contact, cycle, f)
+    assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8)
+    if not limit.proven:
+        assert limit.load_factor == pytest.approx(min(largest, least_on_both_bounds(contact, cycle, f, least)), rel=1e-6)
+    if limit.load_factor > 1.001 * least:
+        for share in (0.02, 0.5):
+            load_factor = least + share * (min(limit.load_factor, 3 * least) - least)
+            about, slip = _from_its_middle(cycle, load_factor), rng.normal(size=nodes) * 10 ** rng.uniform(-2, 0.5)
+            steady = fo.steady_state(contact, about, f, 1.0, initial_slip=slip)
+            if steady.outcome is not fo.Outcome.SHAKEDOWN:
+                path = fo.march(contact, about, f, 1.0, initial_slip=steady.slip, cycles=2)
+                assert path.gap[path.time > corners].max() > 1e-9
+    elif largest > 1.001 * least:
+        at, slip = limit.witness_above_least(1.05 * least)
+        assert least < at <= 1.05 * least and "at any load factor next above" in limit.reason
+        ends = [_from_its_middle(cycle, least + share * (at - least)) for share in (0.9, 1.1)]
+        assert fo.Outcome.CYCLIC_SLIP in [fo.steady_state(contact, about, f, 1.0, initial_slip=slip).outcome for about in ends]
+        assert fo.verify_guaranteed(contact, cycle, f, limit=limit, starts=4, moved=0).persists
+        with pytest.raises(fo.ModelError, match=r"most: .* it must be finite and above"):
+            limit.witness_above_least(0.5 * least)

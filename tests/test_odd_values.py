@@ -257,7 +257,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             "force_scale": 1.0,
         },
     ),
-    "GuaranteedLimit.witness_above_zero": (fo.guaranteed_limit(**ASKED).witness_above_zero, {"most": 0.1}),
+    "GuaranteedLimit.witness_above_least": (fo.guaranteed_limit(**ASKED).witness_above_least, {"most": 0.1}),
     "read_abaqus": (fo.read_abaqus, {"path": "none"}),
     "read_calculix": (fo.read_calculix, {"job": FLAT, "deck": f"{FLAT}.inp"}),
     "read_mesh": (fo.read_mesh, {"path": "none"}),

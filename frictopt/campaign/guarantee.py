@@ -19,9 +19,9 @@ from ..path import Outcome, steady_state
 __all__ = ["NO_OUTCOME", "GuaranteeCheck", "verify_guaranteed"]
 
 NO_OUTCOME = "NO_CONTINUATION"
-_BELOW = 0.98  # load factor of the test below the limit, over the limit
+_BELOW = 0.98  # load factor of the test below the limit, on the way to it from the least safe load factor
 _MOVED = 1e-3  # largest change of the slip of a moved witness, over its largest slip
-_SMALL_LOAD = 0.02  # load factor just above a guaranteed limit of 0, over lambda_2 or the load unit
+_SMALL_LOAD = 0.02  # load factor just above the least safe one, on the way to lambda_2, or over the load unit
 _NEAR = 0.9, 1.1  # multiples of that load factor that are tested: if the load presses the contact, less load can be worse
 _VERTICES = 0.2  # share of the starts at vertices of the set of safe slips; as many starts are beyond these vertices
 _BEYOND = 3.0  # largest multiple of a vertex that is a start
@@ -114,7 +114,8 @@ def verify_guaranteed(
 
     Each transient begins at the mean of the load corners, where a contact with a safe slip sticks; the mean load may be another load. The starts
     below the limit are vertices of the set of safe slips (at the load factor, and under the mean load alone), up to three times these vertices, and
-    random slips of a tenth to a hundred times the size of the witness. If none of them slips for ever, this is evidence, not a proof.
+    random slips of a tenth to a hundred times the size of the witness. If none of them slips for ever, this is evidence, not a proof. Where the mean
+    load alone is not safe, half of them are next to the least safe load factor (`limit.least`): nothing is said of load factors below it.
 
     Parameters
     ----------
@@ -129,9 +130,10 @@ def verify_guaranteed(
     moved
         Number of starts above the limit that differ from the witness by up to a thousandth of its largest slip.
     above
-        Load factor of the test above the limit, over the limit. The test below is at 0.98 times the limit. If the limit is 0 there is no test below,
-        and the test above is at 2 % of lambda_2, or of the load factor at which the cyclic reactions reach the mean pressures if that is less. There
-        only some starts near the witness slip for ever, so a slip on both bounds at this load factor is followed too, at 0.9 and 1.1 times the load.
+        Load factor of the test above the limit, over the limit. The test below is at 98 % of the way to it from the least safe load factor. If the
+        limit is the least safe load factor, mostly 0, there is no test below, and the test above is further by 2 % of the way to lambda_2, or of the
+        load factor at which the cyclic reactions reach the mean pressures if that is less. There only some starts near the witness slip for ever, so
+        a slip on both bounds at this load factor is followed too, at 0.9 and 1.1 times the way.
     seed
         Seed of the random starts.
 
@@ -160,41 +162,46 @@ def verify_guaranteed(
         raise ModelError(f"limit: {limit!r}; give the result of guaranteed_limit for this contact, or None")
     if not limit.answers(system, cycle, friction):
         raise ModelError(f"limit: {limit.load_factor:g} is that of another system, load cycle or friction; give that of this one, or None")
-    if not np.isfinite(limit.load_factor) or limit.shakedown.load_factor == 0:
+    least = limit.least
+    if not np.isfinite(limit.load_factor) or not limit.shakedown.load_factor > least:
         raise ModelError(
-            f"limit: guaranteed limit {limit.load_factor:g} below lambda_2 = {limit.shakedown.load_factor:g}; there is no load to test at"
+            f"limit: guaranteed limit {limit.load_factor:g} between the least safe load factor {least:g} and lambda_2 = "
+            f"{limit.shakedown.load_factor:g}; there is no load to test at"
         )
     forces = cycle.mean_reaction(system)[1], *cycle.corner_reactions(system)  # the mean load may press nothing
     force = next(size for size in (float(np.abs(part).mean()) for part in forces) if size > 0)
     size = float(np.abs(limit.slip).max()) or force / system.stiffness_scale
-    high = above * limit.load_factor if limit.load_factor > 0 else _SMALL_LOAD * _least_load(system, cycle, limit.shakedown.load_factor)
+    small = least + _SMALL_LOAD * _range(system, cycle, limit)
+    next_to = limit.witness_above_least(small) if small > least else None
+    high = above * limit.load_factor if next_to is None else small
     changes = _MOVED * size * rng.uniform(-1.0, 1.0, (moved, system.nodes))
     begins = [(high, "witness", limit.slip), *((high, "moved witness", limit.slip + change) for change in changes)]
-    next_to = limit.witness_above_zero(high)
-    begins += [] if next_to is None else [(share * next_to[0], "witness", next_to[1]) for share in _NEAR]
-    if limit.load_factor > 0:
-        low = _BELOW * limit.load_factor
-        begins += [(low, kind, slip) for kind, slip in _starts(rng, system, cycle, friction, low, starts, size)]
+    begins += [] if next_to is None else [(least + share * (next_to[0] - least), "witness", next_to[1]) for share in _NEAR]
+    lows = [share * limit.load_factor + (1 - share) * least for share in ((_BELOW,) if least == 0 else (_BELOW, 1 - _BELOW))]
+    for number, low in enumerate(lows if next_to is None else []):
+        count = (starts + number) // len(lows)
+        begins += [(low, kind, slip) for kind, slip in _starts(rng, limit, cycle, low, count, size)]
     rows = [_run(system, cycle, friction, limit, size, *begin) for begin in begins]
     return GuaranteeCheck(limit, pd.DataFrame(rows), frozen([slip for _, _, slip in begins]))
 
 
-def _least_load(system: ContactSystem, cycle: LoadCycle, shakedown: float) -> float:
-    """The shakedown limit, or the load factor at which the cyclic reactions reach the mean pressures if that is less."""
+def _range(system: ContactSystem, cycle: LoadCycle, limit: GuaranteedLimit) -> float:
+    """Length of the interval of safe load factors, or the load factor at which the cyclic reactions reach the mean pressures if that is less."""
     force = float(np.abs(cycle.mean_reaction(system)[1]).mean())
-    return min(shakedown, force / max(float(np.abs(part).max()) for part in cycle.corner_reactions(system)))
+    return min(limit.shakedown.load_factor - limit.least, force / max(float(np.abs(part).max()) for part in cycle.corner_reactions(system)))
 
 
 def _starts(
-    rng: np.random.Generator, system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, count: int, size: float
+    rng: np.random.Generator, limit: GuaranteedLimit, cycle: LoadCycle, load_factor: float, count: int, size: float
 ) -> list[tuple[str, Array]]:
     """Kind and slip of each start."""
-    wanted = int(_VERTICES * count)
+    system, wanted = limit.system, int(_VERTICES * count)
     directions = rng.normal(size=(wanted, system.nodes))
+    under_mean = 0.0 if limit.least == 0 else load_factor
     vertices = [
         slip
-        for factor, part in ((load_factor, directions[: wanted // 2]), (0.0, directions[wanted // 2 :]))
-        for slip in safe_vertices(system, cycle, friction, factor, part)
+        for factor, part in ((load_factor, directions[: wanted // 2]), (under_mean, directions[wanted // 2 :]))
+        for slip in safe_vertices(system, cycle, limit.friction, factor, part)
     ]
     found = [("vertex", slip) for slip in vertices]
     found += [("beyond vertex", slip * rng.uniform(1.0, _BEYOND)) for slip in vertices]

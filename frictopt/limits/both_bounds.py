@@ -6,8 +6,9 @@ its backward slip::
     min lam    s.t.   v safe at lam,   q = -f p of node i at corner k+,   q = +f p of node i at corner k-,   abs(v) <= slip bound
 
 If no such slip exists, a second problem proves it: it minimises the largest violation of the node's equations, and the minimum is positive. A third
-problem finds the largest load factor of such slips, up to the load unit. It is needed where the least one is 0: all corners coincide there, and a
-node without reaction is on both bounds whatever the cyclic load is.
+problem finds the largest load factor of such slips, up to a load unit above the least safe one. It is needed where the least one of a node is the
+least safe load factor of the contact. At 0 all corners coincide, and a node without reaction is on both bounds whatever the cyclic load is; at one
+above 0 the corners press no node more than its shear needs, so that some node is on both bounds. Either may be so at that load factor alone.
 """
 
 from dataclasses import replace
@@ -27,7 +28,7 @@ class Aim(Enum):
 
     LEAST = "least load factor"
     EXCESS = "least excess over the equations, at whatever load factor is best"
-    HIGHEST = "largest load factor, at most the load unit"
+    HIGHEST = "largest load factor, up to a given one"
 
 
 def both_bounds_problem(safe: SafeProblem, aim: Aim) -> SafeProblem:
@@ -40,7 +41,7 @@ def both_bounds_problem(safe: SafeProblem, aim: Aim) -> SafeProblem:
     if aim is Aim.EXCESS:
         rows["excess_not_negative"] = excess >= 0
     if aim is Aim.HIGHEST:
-        rows["load_factor_at_most_1"] = lam <= 1
+        rows["load_factor_at_most"] = lam <= cp.Parameter(nonneg=True, name="most_load_factor")
     goal = {Aim.LEAST: cp.Minimize(lam), Aim.EXCESS: cp.Minimize(excess), Aim.HIGHEST: cp.Maximize(lam)}[aim]
     constraints = [*safe.problem.constraints, *(row.set_label(name) for name, row in rows.items())]
     return replace(safe, problem=cp.Problem(goal, constraints))

@@ -37,9 +37,10 @@ class NodeClaim:
     values
         What then stands in the variables of the program over safe slips.
     coincide
-        Whether it is on both bounds at load factor 0 alone, where it carries nothing.
+        Whether it is on both bounds at the least safe load factor of the contact alone.
     above
-        Of a least load factor of 0: a larger one at which the node is on both bounds too, and the (N,) slip there. Those between mix the two.
+        Of a least load factor that is the least safe one: a larger one at which the node is on both bounds too, and the (N,) slip there. Those
+        between mix the two.
     """
 
     node: int
@@ -69,8 +70,8 @@ class BothBoundsSearch:
         self._solver = solver
         self._compiled: dict[Aim, tuple[SafeProblem, SafeProblem]] = {}
 
-    def solve(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, node: int, *, expect_solution: bool) -> NodeClaim:
-        """The claim of one node that passes its checks.
+    def solve(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, node: int, least: float, *, expect_solution: bool) -> NodeClaim:
+        """The claim of one node that passes its checks, of a contact whose least safe load factor is `least`.
 
         Whether the node is `expect_solution` to be on both bounds anywhere decides only which of the problems comes first.
 
@@ -94,22 +95,24 @@ class BothBoundsSearch:
             values=safe.values(),
             units={"load_factor": rows.load_unit, "traction": safe.scaled.unit[safe.scaled.loaded]},
         )
-        return found if found.load_factor > 0 else self._beyond_zero(task, safe, rows, found)
+        alone = found.load_factor <= least + (COINCIDE * rows.load_unit if least > 0 else 0.0)
+        return self._beyond_least(task, safe, rows, found, least) if alone else found
 
     def values_of(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
         """What stands in the variables for a claim, with the parameters of its program set."""
         self._model(task, safe, rows, claim.node, Aim.LEAST)
         return claim.values
 
-    def _beyond_zero(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, found: NodeClaim) -> NodeClaim:
-        """The claim of a limit of 0 itself, if the node can be on both bounds above 0 too; otherwise it is nowhere but where the bounds coincide.
+    def _beyond_least(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, found: NodeClaim, least: float) -> NodeClaim:
+        """The claim of a limit at the least safe load factor, if the node can be on both bounds above it too; otherwise it is nowhere else.
 
-        The load factors at which it can are an interval, for the problem is convex. Within, above 0, the node presses at both corners.
+        The load factors at which it can are an interval, for the problem is convex.
         """
         model = self._model(task, safe, rows, found.node, Aim.HIGHEST)
+        model.problem.param_dict["most_load_factor"].value = 1.0 + least / rows.load_unit
         highest = self._solved(lambda: self._claimed(task, model, rows, found.node), model)
         attempts = (*found.attempts, *highest.attempts)
-        if highest.load_factor > COINCIDE * rows.load_unit:
+        if highest.load_factor > max(least, found.load_factor) + COINCIDE * rows.load_unit:
             return replace(
                 found, attempts=attempts, residual=max(found.residual, highest.residual), above=(highest.load_factor, frozen(highest.slip))
             )

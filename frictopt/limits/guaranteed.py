@@ -120,7 +120,7 @@ class GuaranteedModel(Extendable):
                 least[node] = bounds[node]
                 continue
             expect_solution = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
-            claim = self._search.solve(task, safe, rows, node, expect_solution=expect_solution)
+            claim = self._search.solve(task, safe, rows, node, shakedown.least, expect_solution=expect_solution)
             claims.append(claim)
             least[node], how[node] = claim.load_factor, COINCIDE if claim.coincide else SOLVED if np.isfinite(claim.load_factor) else NEVER
             if claim.load_factor < least_found:
@@ -156,7 +156,7 @@ class GuaranteedModel(Extendable):
             shakedown=shakedown,
             problem=shakedown.problem if best is None else best.problem,
             _task=task,
-            _least=frozen(least),
+            _by_node=frozen(least),
             _how=tuple(how.tolist()),
             _units=shakedown._units if best is None else best.units,
             _above=None if best is None else best.above,
@@ -176,9 +176,11 @@ def guaranteed_limit(
     an observation: in no transient that was followed below the limit with all nodes closed did slip go on. Where nodes lift off in each cycle, slip
     may go on below the limit, and below lambda_2.
 
-    If the limit is 0, the node carries no force under the mean load with the witness, and safe slips hold it on both bounds at every small load
-    factor. The start from which slip goes on then depends on the load, see `GuaranteedLimit.witness_above_zero`. Start the transient at a load inside
-    the cycle: from a mean load outside it, the first segment can change the slip. Theory, eq. (10).
+    Below the least safe load factor (`least`, mostly 0) no slip is safe, and all this is said of load factors from there on. If the limit is `least`,
+    safe slips hold the node on both bounds at every load factor next above it, and no load factor is guaranteed. At `least` = 0 the node carries no
+    force under the mean load with the witness. The start from which slip goes on then depends on the load, see
+    `GuaranteedLimit.witness_above_least`. Start the transient at a load inside the cycle: from a mean load outside it, the first segment can change
+    the slip. Theory, eq. (10).
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ from .shakedown_result import ShakedownLimit
 
 __all__ = ["COINCIDE", "IMAGE", "LEFT_OUT", "NEVER", "NOT_NEEDED", "ONE_CORNER", "SOLVED", "GuaranteedLimit", "left_out", "reason"]
 
-SOLVED, NEVER, COINCIDE = "solved", "never on both bounds", "only where it carries nothing"
+SOLVED, NEVER, COINCIDE = "solved", "never on both bounds", "only at the least safe load factor"
 LEFT_OUT, IMAGE, ONE_CORNER, NOT_NEEDED = "left out by its bound", "mirror image", "one corner rules both bounds", "not needed"
 
 
@@ -31,8 +31,8 @@ class GuaranteedLimit(Answered):
     ----------
     load_factor
         lambda_1, never above lambda_2: the least load factor at which a safe slip holds some node on both its bounds, forward slip at one corner and
-        backward slip at another; lambda_2 if no node is on both bounds below it. Inf or nan where lambda_2 is. At load factor 0 both bounds of a node
-        without reaction coincide; the node counts only if such slips exist above 0 too.
+        backward slip at another; lambda_2 if no node is on both bounds below it. Inf or nan where lambda_2 is. A node that is on both bounds at the
+        least safe load factor (at 0 it carries nothing) counts only if such slips exist above it too; then the limit is `least`.
     kind, reason
         Whether it is finite, and why it is what it is in words.
     proven
@@ -90,7 +90,7 @@ class GuaranteedLimit(Answered):
     shakedown: ShakedownLimit = field(repr=False)
     problem: cp.Problem | None = field(repr=False)
     _task: LimitQuestion = field(repr=False)
-    _least: Array = field(repr=False)
+    _by_node: Array = field(repr=False)
     _how: tuple[str, ...] = field(repr=False)
     _units: Units = field(repr=False)
     _above: tuple[float, Array] | None = field(repr=False)
@@ -106,18 +106,20 @@ class GuaranteedLimit(Answered):
         load_factor is the least at which a safe slip holds the node on both its bounds, inf if none does; where the node was left out by its bound, a
         lower bound of it.
         """
-        return pd.DataFrame({"node": np.arange(len(self._how)), "x": self.system.x, "load_factor": self._least, "how": self._how, "slip": self.slip})
+        return pd.DataFrame(
+            {"node": np.arange(len(self._how)), "x": self.system.x, "load_factor": self._by_node, "how": self._how, "slip": self.slip}
+        )
 
-    def witness_above_zero(self, most: float) -> tuple[float, Array] | None:
-        """Where the limit is 0: a load factor above 0, at most `most`, and the (N,) safe slip that holds `node` on both its bounds there, length.
+    def witness_above_least(self, most: float) -> tuple[float, Array] | None:
+        """Where the limit is `least`: a load factor above, at most `most`, and the (N,) safe slip that holds `node` on both its bounds there, length.
 
-        Slip goes on from it at a load factor just above or, of a load that presses the contact, just below. None where the limit is not 0.
+        Slip goes on from it at a load factor just above or, of a load that presses the contact, just below. None where the limit is above `least`.
         """
-        most = finite_number("most", most, above=0.0)
+        most = finite_number("most", most, above=0.0 if self._above is None else self.load_factor)
         if self._above is None:
             return None
         load_factor = min(most, self._above[0])
-        share = load_factor / self._above[0]
+        share = (load_factor - self.load_factor) / (self._above[0] - self.load_factor)
         return load_factor, frozen((1 - share) * self.slip + share * self._above[1])
 
     def answers(self, system: ContactSystem, cycle: LoadCycle, friction: Any) -> bool:
@@ -134,11 +136,14 @@ class GuaranteedLimit(Answered):
 
 def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:
     """Why the limit is what it is, in words."""
-    alone = f"; {coincide} nodes carry nothing at load factor 0, which alone makes no slip" if coincide else ""
+    least = shakedown.least
+    alone = f"; {coincide} nodes are on both bounds at the least safe load factor {least:.6g} alone, and this does not cause slip" if coincide else ""
     under = f" (slips obey {', '.join(shakedown.constraints)})" if shakedown.constraints else ""
     if best is not None:
-        (forward, backward), zero = best.corners, " at any load factor above 0, however small" if best.load_factor == 0 else ""
-        return f"node {best.node} is on its bound of forward slip at corner {forward} and of backward slip at corner {backward}{zero}{under}{alone}"
+        (forward, backward), any_load = best.corners, f" at any load factor next above {least:.6g}" if best.above is not None else ""
+        return (
+            f"node {best.node} is on its bound of forward slip at corner {forward} and of backward slip at corner {backward}{any_load}{under}{alone}"
+        )
     if shakedown.kind is not LimitKind.FINITE:
         return shakedown.reason + alone
     why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is on both its bounds below it"

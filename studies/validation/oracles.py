@@ -93,18 +93,21 @@ def largest_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction:
 def least_on_both_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
     """Least load factor at which a safe slip holds some node on both its bounds, by one plain linear program per node whose bounds differ in corner.
 
-    A node that is there at 0 counts only if it is at a load factor above 0 too (a second program): at 0 both bounds of a node that carries nothing
-    coincide. Inf where no node ever is; None if the solver gives no answer.
+    A node that is there at the least safe load factor counts only if it is at a larger one too (a second program): at 0 both bounds of a node that
+    carries nothing coincide, and at one above 0 the slips have no room. Inf where no node ever is; None if the solver gives no answer.
     """
     slope, rate, level = _rows(system, cycle, friction)
     unit, least = float(np.abs(rate).max()) or 1.0, np.inf
     rows = np.column_stack([slope, -rate / unit])
+    lowest = _optimum(rows, level, (-np.inf, 0.0))
+    if lowest is None or np.isnan(lowest):
+        return None if lowest is None else least
     for node, corners in _to_and_fro(system.nodes, rate, np.asarray(friction)):
         equal = _both_bounds(system.nodes, node, corners)
         answer = _optimum(rows, level, (-np.inf, 0.0), equal)
-        if answer is not None and answer > -_NONE:
-            highest = _optimum(np.column_stack([slope, rate / unit]), level, (0.0, 1.0), equal)
-            answer = None if highest is None else answer if highest > _NONE else np.nan
+        if answer is not None and answer > lowest - _NONE:
+            highest = _optimum(np.column_stack([slope, rate / unit]), level, (0.0, 1.0 - lowest), equal)
+            answer = None if highest is None else answer if highest > _NONE - lowest else np.nan
         if answer is None:
             return None
         least = least if np.isnan(answer) else min(least, -answer / unit)

@@ -49,8 +49,8 @@ def guaranteed(known: Known) -> tuple[float, bool]:
 def _against_sequences(known: Known, limit: fo.GuaranteedLimit) -> None:
     """For few nodes: no periodic sequence of increments with all nodes closed dissipates below the limit, and one does at it."""
     system, cycle, friction = known.args
-    if limit.node is None or limit.load_factor == 0 or system.nodes > _FEW or len(cycle.corners) > _FEW:
-        return
+    if limit.node is None or limit.load_factor == 0 or limit.least > 0 or system.nodes > _FEW or len(cycle.corners) > _FEW:
+        return  # below a least safe load factor above 0 slip goes on too
     try:
         bound = lower_bound(system, cycle, friction, limit.load_factor, witnessed=True, time_limit=_SECONDS)
     except fo.SolverError as error:
@@ -69,7 +69,7 @@ def guaranteed_transformed(known: Known) -> tuple[float, bool]:
 def followed(known: Known) -> tuple[float, bool]:
     """Just above the limit a transient from the witness persists; just below, none from a few starts does in which all nodes stay closed."""
     limit = known.answered_guarantee
-    if not (np.isfinite(limit.load_factor) and limit.shakedown.load_factor > 0):
+    if not (np.isfinite(limit.load_factor) and limit.shakedown.load_factor > limit.least):
         raise NotAsked
     system, cycle, friction = known.args
     moved = 0 if limit.node is None else _MOVED
@@ -79,10 +79,10 @@ def followed(known: Known) -> tuple[float, bool]:
         if not _lifts_off(known, float(check.runs["load_factor"].iloc[number]), check.starts[number]):
             raise Wrong(f"persists below the limit {limit.load_factor:.6g} with all nodes closed, from {check.starts[number].tolist()}")
     if limit.node is not None and not check.persists:
-        if limit.load_factor == 0:
+        if limit.load_factor <= limit.least:
             q, p = known.case.cycle.corner_reactions(known.case.system)
-            unit = min(limit.shakedown.load_factor, known.force / max(float(np.abs(q).max()), float(np.abs(p).max())))
-            return limit.residual, _persists_next_to(known, limit, [share * unit for share in _SMALL])
+            unit = min(limit.shakedown.load_factor - limit.least, known.force / max(float(np.abs(q).max()), float(np.abs(p).max())))
+            return limit.residual, _persists_next_to(known, limit, [limit.least + share * unit for share in _SMALL])
         if (check.runs.loc[check.runs["share"] > 1, "outcome"] == "NO_CONTINUATION").all():
             raise fo.NoContinuation("all transients from next to the witness end before they have an outcome; lower the friction")
         if _persists_next_to(known, limit, [1.2 * limit.load_factor]):
