@@ -19,10 +19,10 @@ from .scaling import ScaledCones
 __all__ = ["ConeProgram", "margin_cones", "shakedown_cones"]
 
 
-def shakedown_cones(c: ScaledCones) -> "ConeProgram":
+def shakedown_cones(c: ScaledCones, sense: int = 1) -> "ConeProgram":
     """Largest load factor lam at which some residual slip v keeps every node closed and stuck at every corner k of the load cycle.
 
-    In full, for all corners::
+    In full, for all corners (with sense -1 the least one, `min lam`)::
 
         max lam   s.t.   |q_k| <= f p_k   where   q_k = q0 + lam q1_k + A v,   p_k = p0 + lam p1_k + B v
 
@@ -41,8 +41,8 @@ def shakedown_cones(c: ScaledCones) -> "ConeProgram":
         rows |= _circle_rows(c, k, q, p, 0.0, c.bare)
     rows["load_factor_not_negative"] = lam >= 0
     caps = {"load_factor_not_negative": (-np.ones(1), 0.0)}
-    form = ConeForm(np.ones(1), c.mean_q, c.mean_p, c.q1[None], c.p1[None], np.zeros((1, c.nodes)), caps, c.bare)
-    return _program(c, cp.Maximize(lam), rows, form, ("load_factor",))
+    form = ConeForm(np.array([float(sense)]), c.mean_q, c.mean_p, c.q1[None], c.p1[None], np.zeros((1, c.nodes)), caps, c.bare)
+    return _program(c, cp.Maximize(lam) if sense > 0 else cp.Minimize(lam), rows, form, ("load_factor",))
 
 
 def margin_cones(c: ScaledCones, load_factor: float | None, mean: float = 1.0) -> "ConeProgram":
@@ -149,5 +149,7 @@ class ConeProgram:
         return {row.label: row for row in self.problem.constraints}
 
 
-def _program(c: ScaledCones, goal: cp.Maximize, rows: Mapping[str, cp.Constraint], form: ConeForm, scalars: tuple[str, ...]) -> ConeProgram:
+def _program(
+    c: ScaledCones, goal: cp.Maximize | cp.Minimize, rows: Mapping[str, cp.Constraint], form: ConeForm, scalars: tuple[str, ...]
+) -> ConeProgram:
     return ConeProgram(cp.Problem(goal, [row.set_label(name) for name, row in rows.items()]), c, form, scalars)

@@ -16,16 +16,15 @@ from ..contact.checks import Array, frozen
 from ..contact.diagnosis import growth_diagnosis
 from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, frame
-from ..contact.tolerances import CARRIED, FLOOR, GROWN, RESIDUAL
+from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import SolverError
 from ..solve.explain import Units, explain
 from ..solve.solvers import Answer, Kind, solve
-from .cones import ConeProgram, shakedown_cones
-from .first_events import reach
+from .cones import shakedown_cones
+from .limit_claim import LimitClaim, certified, judged, with_least_load
 from .margin import MarginState3D, solve_margin
-from .mechanism import Mechanism3D, mechanism_of
+from .mechanism import Mechanism3D
 from .posed import ConeQuestion, pose
-from .scaling import load_factor_unit
 from .system import ContactSystem3D
 
 __all__ = ["ShakedownLimit3D", "shakedown_limit"]
@@ -38,7 +37,10 @@ class ShakedownLimit3D(WithSlip, Plotted):
     Attributes
     ----------
     load_factor
-        lambda_2: what `slip` carries at every corner; inf if no load factor is the largest one with a safe slip, nan if none has one, not even 0.
+        lambda_2: what `slip` carries at every corner; inf if all load factors have a safe slip from some on, nan if none has one.
+    least
+        The least load factor with a safe slip: 0 for a contact that is safe under its mean load, above 0 where only the corners press it. Below it
+        the contact slips or opens for ever. Proven like the limit. NaN where nothing is safe.
     kind, reason
         Which of these it is, and why in words.
     slip
@@ -47,7 +49,7 @@ class ShakedownLimit3D(WithSlip, Plotted):
         Upper bound of the limit from the mechanism alone; equals `load_factor` up to `residual`.
     record
         How it was found. Its `residual` is the larger of the violations of the contact law by `slip` at the corners and the relative distance of
-        `dual_bound`; without a finite limit, that of the proof. At most 1e-9.
+        `dual_bound`; without a finite limit, that of the proof; and the same two of `least` where it is above 0. At most 1e-9.
     problem
         The solved cvxpy problem; None in a copy, and where one node without friction or pressure keeps the limit at 0. Its objective is
         `load_factor` over the unit that `explain()` prints.
@@ -64,6 +66,7 @@ class ShakedownLimit3D(WithSlip, Plotted):
     """
 
     load_factor: float
+    least: float
     kind: LimitKind
     reason: str
     slip: Array = field(repr=False)
@@ -110,7 +113,7 @@ class ShakedownLimit3D(WithSlip, Plotted):
         return frame({"node": range(len(x)), **columns})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("load_factor", "kind", "dual_bound", "largest_slip", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("load_factor", "least", "kind", "dual_bound", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the circles that bind."""
@@ -120,8 +123,8 @@ class ShakedownLimit3D(WithSlip, Plotted):
 def shakedown_limit(system: ContactSystem3D, cycle: LoadCycle, friction: Any, *, solver: str | None = None) -> ShakedownLimit3D:
     """Largest load factor at which some residual slip is safe, for the friction circle (Bjorkman & Klarbring 1987, with cones).
 
-    Above it the contact never stops slipping. Below it some slip is safe; that every transient finds one is known for uncoupled contacts only
-    (Klarbring, Ciavarella & Barber 2007).
+    Above it the contact never stops slipping. Below it, down to the least safe load factor, some slip is safe; that every transient finds one is
+    known for uncoupled contacts only (Klarbring, Ciavarella & Barber 2007).
 
     Parameters
     ----------
@@ -150,6 +153,7 @@ def shakedown_limit(system: ContactSystem3D, cycle: LoadCycle, friction: Any, *,
     claim = answer.claim
     return ShakedownLimit3D(
         load_factor=claim.load_factor,
+        least=claim.least,
         kind=claim.kind,
         reason=_reason(task, claim),
         slip=frozen(claim.slip),
@@ -162,34 +166,22 @@ def shakedown_limit(system: ContactSystem3D, cycle: LoadCycle, friction: Any, *,
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _LimitClaim:
-    """A claimed limit with what is known against it."""
-
-    kind: LimitKind
-    load_factor: float
-    slip: Array
-    motion: Mechanism3D
-    bound: float
-    residual: float
-    why: str = ""
-
-
-def _by_cones(task: ConeQuestion, solver: str | None) -> tuple[Answer[_LimitClaim], cp.Problem]:
+def _by_cones(task: ConeQuestion, solver: str | None) -> tuple[Answer[LimitClaim], cp.Problem]:
     """The limit from its cone program, or the proof that it has no optimum."""
     model = shakedown_cones(task.cones)
-    answer = solve(model, lambda: _judged(task, model), solver, kind=Kind.SOCP, no_optimum=lambda: _no_limit(task, solver))
+    answer = solve(model, lambda: judged(task, model), solver, kind=Kind.SOCP, no_optimum=lambda: _no_limit(task, solver))
+    answer = with_least_load(task, answer, solver)
     if answer.claim.kind is LimitKind.FINITE:  # what the slip carries
         model.problem.var_dict["load_factor"].save_value(np.array(answer.claim.load_factor / task.cones.load_unit))
     return answer, model.problem
 
 
-def _by_one_node(task: ConeQuestion, motion: Mechanism3D, why: str, solver: str | None) -> tuple[Answer[_LimitClaim], None]:
+def _by_one_node(task: ConeQuestion, motion: Mechanism3D, why: str, solver: str | None) -> tuple[Answer[LimitClaim], None]:
     """The limit 0 of a contact with a node that no load factor above 0 leaves at rest, or the proof that nothing is safe at 0 either."""
     state, answer, model = solve_margin(task, 0.0, solver)
     if state.exists:
-        claim = _certified(task, 0.0, state.slip, motion, model.point.traction)
-        claim = replace(claim, why=f"no residual slip is safe at any load factor above 0: {why}")
+        claim = certified(task, 0.0, state.slip, motion, model.point.traction)
+        claim = replace(claim, least=0.0, why=f"no residual slip is safe at any load factor above 0: {why}")
     else:
         claim = _nothing_safe(task, state)
     if not claim.residual <= RESIDUAL:
@@ -197,43 +189,7 @@ def _by_one_node(task: ConeQuestion, motion: Mechanism3D, why: str, solver: str 
     return Answer(claim, answer.solver, answer.attempts), None
 
 
-def _judged(task: ConeQuestion, model: ConeProgram) -> _LimitClaim:
-    """Judge what stands in a cone program: the limit is what its slip carries."""
-    c, point = task.cones, model.point
-    slip = task.slip(point.traction)
-    load_factor = max(_carried(task, slip, float(point.x[0]) * c.load_unit), 0.0)
-    motion = mechanism_of(point, c.unit, task.friction, task.kept, len(task.loads.q1))
-    return _certified(task, load_factor, slip, motion, point.traction)
-
-
-def _certified(task: ConeQuestion, load_factor: float, slip: Array, motion: Mechanism3D, traction: Array) -> _LimitClaim:
-    """Judge a limit from below by the referee, and from above by the mechanism, which is scaled to unit drive."""
-    loads = task.loads
-    resistance, drive = motion.work(loads)
-    if not drive > 0:
-        return _LimitClaim(LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)
-    motion = motion.scaled(1 / drive)
-    bound, defect = resistance / drive, task.defect(motion, traction)
-    gap = (abs(bound - load_factor) + defect) / max(load_factor, FLOOR * load_factor_unit(loads, task.friction, task.force))
-    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
-    return _LimitClaim(LimitKind.FINITE, load_factor, slip, motion, bound + defect, residual)
-
-
-def _carried(task: ConeQuestion, slip: Array, load_factor: float) -> float:
-    """The load factor, lowered in closed form to where the slip keeps every node within its circle at every corner.
-
-    Circles count from rounding on: where a node carries nothing, what it can carry is lost in it.
-    """
-    (q, p), f, loads = task.reactions(load_factor, slip), task.friction, task.loads
-    beyond = np.linalg.norm(q, axis=-1) - f * p > CARRIED * task.force
-    pulls = task.cones.opening & (p < -CARRIED * task.force) & (loads.p1 < 0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        lower = np.where(beyond, reach(q, f * p, loads.q1, f * loads.p1), 0.0)
-        shut = np.where(pulls, p / -loads.p1, 0.0)
-    return load_factor + float(min(np.where(np.isfinite(lower), lower, 0.0).min(), shut.min(), 0.0))
-
-
-def _no_limit(task: ConeQuestion, solver: str | None) -> _LimitClaim | None:
+def _no_limit(task: ConeQuestion, solver: str | None) -> LimitClaim | None:
     """Decide why there is no finite limit, by the margin of two problems that always have an optimum; None if neither reason can be proven."""
     existence, _, _ = solve_margin(task, None, solver)
     if existence.margin < -RESIDUAL:
@@ -243,26 +199,28 @@ def _no_limit(task: ConeQuestion, solver: str | None) -> _LimitClaim | None:
         return None
     (q, p), unit, loads = task.slip_reactions(cyclic.slip), task.cones.load_unit, task.loads
     slipped = (q - loads.q0) / unit, (p - loads.p0) / unit
-    why = growth_diagnosis(task.friction, (loads.q1, loads.p1), slipped, GROWN * task.mean_bound / unit, "")
+    growth = growth_diagnosis(task.friction, (loads.q1, loads.p1), slipped, GROWN * task.mean_bound / unit, "")
     still, unsafe = cyclic.motion.scaled(0.0), np.full(task.system.slip_shape, np.nan)
-    why = f"the shakedown limit is infinite: every load factor has a safe residual slip; {why}"
-    return _LimitClaim(LimitKind.UNBOUNDED, np.inf, unsafe, still, np.inf, cyclic.residual, why)
+    return LimitClaim(LimitKind.UNBOUNDED, np.inf, unsafe, still, np.inf, cyclic.residual, growth=growth)
 
 
-def _nothing_safe(task: ConeQuestion, proof: MarginState3D) -> _LimitClaim:
+def _nothing_safe(task: ConeQuestion, proof: MarginState3D) -> LimitClaim:
     unsafe = np.full(task.system.slip_shape, np.nan)
-    return _LimitClaim(LimitKind.NO_SAFE_SLIP, np.nan, unsafe, proof.motion, np.nan, proof.residual)
+    return LimitClaim(LimitKind.NO_SAFE_SLIP, np.nan, unsafe, proof.motion, np.nan, proof.residual)
 
 
-def _reason(task: ConeQuestion, claim: _LimitClaim) -> str:
+def _reason(task: ConeQuestion, claim: LimitClaim) -> str:
     if claim.why:
         return claim.why
-    if claim.kind is LimitKind.FINITE and claim.load_factor > 0:
-        return "no residual slip is safe above it"
     q, p, f = task.loads.q0, task.loads.p0, task.friction
     pulls, beyond = int((p < 0).sum()), int((np.linalg.norm(q, axis=-1) > f * p).sum())
-    above = " above 0" if claim.kind is LimitKind.FINITE else ""
-    return (
-        f"no residual slip is safe at any load factor{above}: under the mean load, if nothing slips, {pulls} of {len(p)} nodes pull and {beyond} "
-        "exceed their friction bound; press the contact, or give it more friction"
+    mean = (
+        f"under the mean load, if nothing slips, {pulls} of {len(p)} nodes pull and {beyond} exceed their friction bound; press the contact, or give "
+        "it more friction"
     )
+    if not claim.load_factor > 0:
+        return f"no residual slip is safe at any load factor{' above 0' * (claim.kind is LimitKind.FINITE)}: {mean}"
+    start, below = (f" from {claim.least:.6g} on", f"; none is safe below {claim.least:.6g}: {mean}") if claim.least > 0 else ("", "")
+    if claim.kind is LimitKind.UNBOUNDED:
+        return f"the shakedown limit is infinite: every load factor{start} has a safe residual slip; {claim.growth}{below}"
+    return f"no residual slip is safe above it{below}"

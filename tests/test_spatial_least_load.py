@@ -1,0 +1,91 @@
+"""The least safe load factor in three dimensions, of contacts whose mean load alone is not safe."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from frictopt.spatial.limit_claim import certified
+from frictopt.spatial.mechanism import Mechanism3D
+from frictopt.spatial.posed import pose
+from spatial import embedded
+from test_least_load import pressing_cycle
+
+UP, DOWN = {"P": [0, 0, 1], "N": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]}, {"P": -1.0}
+THREE = [(0.3, 0.0), (-0.1, 0.2), (-0.1, -0.2)]
+
+
+def node_and_cycle():
+    """A node that the mean load pulls; three corners press it and shear it in three directions."""
+    return fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], UP), fo.LoadCycle(DOWN, [{"N": 1.0, "X": x, "Y": y} for x, y in THREE])
+
+
+def test_one_node_by_the_smallest_circle_around_its_corners():
+    """Slip moves the centre of the shears, so that the node sticks if their smallest circle, of radius r, fits: r lam <= f (lam - 1)."""
+    node, cycle = node_and_cycle()
+    centre = (0.3**2 - 0.1**2 - 0.2**2) / (2 * (0.3 + 0.1))  # on the axis, as far from (0.3, 0) as from (-0.1, 0.2)
+    radius = 0.3 - centre
+    assert np.hypot(-0.1 - centre, 0.2) == pytest.approx(radius)
+    limit = fo.shakedown_limit(node, cycle, 0.5)
+    assert limit.kind is fo.LimitKind.UNBOUNDED and limit.least == pytest.approx(0.5 / (0.5 - radius), rel=1e-9) and limit.residual <= 1e-9
+    assert (
+        f"every load factor from {limit.least:.6g} on has a safe residual slip" in limit.reason
+        and f"none is safe below {limit.least:.6g}" in limit.reason
+    )
+    for share, exists in ((0.999, False), (1.001, True)):
+        assert fo.safe_slip(node, cycle, 0.5, share * limit.least).exists == exists
+    below, within = (fo.steady_state(node, cycle, 0.5, share * limit.least).outcome for share in (0.95, 1.05))
+    assert below is not fo.Outcome.SHAKEDOWN and within is fo.Outcome.SHAKEDOWN
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 4), corners=st.integers(1, 3), f=st.just(0.0) | st.floats(0.05, 1.2))
+def test_the_interval_is_that_of_the_plane(seed, nodes, corners, f):
+    rng = np.random.default_rng(seed)
+    flat, cycle = pressing_cycle(rng, nodes, corners)
+    solid, _ = embedded(flat, rng)
+    plane, limit = fo.shakedown_limit(flat, cycle, f), fo.shakedown_limit(solid, cycle, f)
+    assert limit.kind is plane.kind and limit.residual <= 1e-9
+    assert limit.load_factor == pytest.approx(plane.load_factor, rel=1e-7, abs=1e-8, nan_ok=True)
+    assert limit.least == pytest.approx(plane.least, rel=1e-7, abs=1e-8, nan_ok=True)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_interval_of_turned_contacts_of_several_nodes(seed):
+    """Safe just inside both ends, not safe just outside, by the margins; the same in other axes and units."""
+    rng = np.random.default_rng(seed)
+    n = 3
+    G = rng.normal(size=(3 * n, 3 * n))
+    press = rng.uniform(0.8, 1.2, n)
+    loads = {"P": np.r_[0.05 * rng.normal(size=2 * n), -rng.uniform(0.1, 0.5, n)]}
+    loads |= {name: np.r_[0.25 * rng.normal(size=2 * n), press + 0.1 * rng.normal(size=n)] for name in "abc"}
+    cycle = fo.LoadCycle({"P": 1.0}, [{name: 1.0} for name in "abc"])
+    contact = fo.ContactSystem3D(G @ G.T / (3 * n) + np.eye(3 * n), np.column_stack([np.arange(n), np.zeros((n, 2))]), loads)
+    limit = fo.shakedown_limit(contact, cycle, 0.6)
+    assert limit.least > 0 or np.isnan(limit.least)
+    if limit.least > 0:
+        ends = [(limit.least * share, share > 1) for share in (0.9999, 1.0001)]
+        ends += [(limit.load_factor * share, share < 1) for share in (0.9999, 1.0001) if np.isfinite(limit.load_factor)]
+        assert all(fo.safe_slip(contact, cycle, 0.6, at).exists == exists for at, exists in ends)
+    turn = np.kron([[0, 1, 0], [-1, 0, 0], [0, 0, 1]], np.eye(n))
+    scaled = fo.ContactSystem3D(1e4 * turn @ contact.S @ turn.T, contact.points, {name: 1e3 * turn @ r for name, r in loads.items()})
+    assert fo.shakedown_limit(scaled, cycle, 0.6).least == pytest.approx(limit.least, rel=1e-8, nan_ok=True)
+
+
+def test_a_least_load_factor_that_is_not_the_least_is_not_accepted():
+    """Judged from both sides, with the mechanism of a node that slips to and fro between two corners: l = 1 / (1 - 0.4 / 2 / f)."""
+    node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], UP)
+    task = pose(node, fo.LoadCycle(DOWN, [{"N": 1.0, "X": 0.2}, {"N": 1.0, "X": -0.2}]), 0.5)
+    motion = Mechanism3D(np.array([[[-1.0, 0.0]], [[1.0, 0.0]]]), np.zeros((2, 1)), task.friction)
+    least = 1 / (1 - 0.2 / 0.5)
+    for share, right in ((1.0, True), (1 + 1e-8, False), (1 - 1e-8, False)):
+        assert (certified(task, share * least, np.zeros((1, 2)), motion, np.zeros(2), sense=-1).residual <= 1e-9) == right
+    assert certified(task, least, np.zeros((1, 2)), motion, np.zeros(2)).residual == np.inf  # its drive is negative
+
+
+def test_it_costs_no_program_where_the_mean_load_is_safe():
+    node, cycle = node_and_cycle()
+    limit = fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, cycle.corners), 0.1)
+    assert limit.least == 0 and limit.kind is fo.LimitKind.FINITE
+    assert sum(attempt.outcome == "optimal" for attempt in limit.record.attempts) == 1
