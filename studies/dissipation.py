@@ -178,7 +178,7 @@ _RUN = _LOAD | {
     "first_cycle": "work of friction in the first cycle, (P / 2a) a^2",
     "largest_share": "share of the node that dissipates most",
     "cycles": "cycles followed until the steady state was proven",
-    "slipping": "nodes that dissipate in the steady cycle",
+    "slipping": "nodes that slide against friction in the steady cycle",
     "open": "nodes that are open at a corner of the steady cycle",
     "residual": "worst violation of the contact law, or change over the steady cycle",
     "engine": "who followed the transient",

@@ -133,7 +133,7 @@ def report(parameters: Parameters) -> pd.DataFrame:
                 "required_friction": required.friction,
                 "outcome": steady.outcome.name,
                 "dissipation": steady.dissipation,
-                "slipping": int((table["work"] > 0).sum()),
+                "slipping": int(steady.slipping.sum()),
                 "worst_contact": worst["contact"],
                 "worst_x": worst["x"],
                 **{f"largest_{name}": table[name].max() for name in ("slip_range", "F1", "F2", "SWT")},

@@ -132,10 +132,11 @@ def test_files_beside_a_store_are_left_alone(tmp_path):
     assert after.pop("runs.sqlite") and after == before
 
 
-def test_a_store_of_another_version_is_refused(file):
-    changed(file, "ALTER TABLE runs ADD COLUMN more real")
+@pytest.mark.parametrize("change", ["ALTER TABLE runs ADD COLUMN more real", "PRAGMA user_version = 1", "PRAGMA user_version = 0"])
+def test_a_store_of_another_version_is_refused(file, change):
+    changed(file, change)
     for use in (lambda: study(store=file), lambda: fo.read_store(file)):
-        with pytest.raises(fo.StoreError, match=r"runs\.sqlite' has other columns"):
+        with pytest.raises(fo.StoreError, match=r"runs\.sqlite' is of another version of frictopt"):
             use()
 
 

@@ -64,7 +64,7 @@ def test_a_corner_on_the_straight_segment_is_no_stop(punch, paper_cycle):
 
 def cycle_of(states):
     """A cycle with given states at its corners."""
-    return cycles.Cycle(np.zeros(9), 0, [(u, u) for u in states], states[0], states[-1], 0.0)
+    return cycles.Cycle(np.zeros(9), 0, [(u, u) for u in states], states[0], states[-1], 0.0, np.zeros(9))
 
 
 def test_what_is_open_is_asked_where_the_load_turns(punch, paper_cycle):

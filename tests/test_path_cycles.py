@@ -36,10 +36,12 @@ class Mapped(Run):
         return SimpleNamespace(**{**vars(self.path), "x": np.array(u)})
 
     def _follow(self, path):
-        before = path.x
-        path.x = np.atleast_1d(self._map(*before)).astype(float)
-        self.cycles += 1
-        return Cycle(np.ones(1), self._signature(*before), [(path.x, np.tile(np.ones_like(path.x), 2))], before, path.x, 0.0)
+        before, corners = path.x, []
+        for _ in range(self.period):
+            path.x = np.atleast_1d(self._map(*path.x)).astype(float)
+            corners.append((path.x, np.tile(np.ones_like(path.x), 2)))
+        self.cycles += self.period
+        return Cycle(np.ones(1), self._signature(*before), corners, before, path.x, 0.0, np.ones(1))
 
     def _safe(self, u):
         return self._inside(*u)
@@ -50,7 +52,7 @@ class Mapped(Run):
     def _at_rest(self, path, cycle, extrapolated):
         return Outcome.SHAKEDOWN, cycle.after
 
-    def _result(self, path, outcome, cycle, change, extrapolated):
+    def _result(self, path, outcome, cycle, change, extrapolated, work_error=0.0):
         return outcome, cycle.after
 
     def found(self, cycles):

@@ -18,7 +18,7 @@ _NOTE = "at the ends of a contact with sharp corners, tractions, F1, F2 and SWT 
 
 
 def steady_cycle(system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, steady: SteadyState) -> dict[str, Array]:
-    """All states of one steady cycle, from the last corner to the last corner: one after each event and at each corner.
+    """All states of one period of a steady state, from the last corner to the last corner: one after each event and at each corner.
 
     Parameters
     ----------
@@ -30,7 +30,8 @@ def steady_cycle(system: ContactSystem, cycle: LoadCycle, friction: Any, load_fa
     Returns
     -------
     dict
-        "time" (T,), from 0 to the number of corners; "slip", "gap", "q", "p" and "work", (T, N), the work of friction since the first state.
+        "time" (T,), from 0 to the number of corners times the period; "slip", "gap", "q", "p" and "work", (T, N), the work of
+        friction since the first state.
 
     Raises
     ------
@@ -59,14 +60,16 @@ def steady_cycle(system: ContactSystem, cycle: LoadCycle, friction: Any, load_fa
     state.r[:] = np.where(np.r_[opened, opened], 0.0, path.bonded + path.stress(state.u))
     state.status[:] = np.where(opened, OPEN, np.where(path.friction == 0, 1, 0))
     states = [(np.zeros(1), state.u[None].copy(), state.r[None].copy(), state.status[None].copy(), np.zeros((1, n)))]
-    path.run_cycle()
+    for _ in range(steady.period):
+        path.run_cycle()
     time, u, r, _, work = (np.concatenate(parts) for parts in zip(*states, *path.history, strict=True))
     drift = u[-1] - u[0]
     changed = 0.0 if steady.outcome is Outcome.RATCHETING else _over(drift, u)
     lawful = referee(
         system, (path.bonded[:n], path.bonded[n:]), path.friction, v=u[0, :n], w=steady.gap, q=r[0, :n], p=r[0, n:], force_scale=path.force
     )
-    off = max(lawful.residual, changed, _over(work[-1] - steady.dissipation_per_node, np.maximum(work, path.force * np.abs(u).max())))
+    spent = work[-1] - steady.period * steady.dissipation_per_node
+    off = max(lawful.residual, changed, _over(spent, np.maximum(work, path.force * np.abs(u).max())))
     if not off <= SAME_STATE:
         raise ModelError(
             f"steady: a cycle from it differs from it by {off:.1e}; give the same system, cycle, friction and load_factor as to steady_state"

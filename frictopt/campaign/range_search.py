@@ -85,8 +85,8 @@ class Search:
         radius = smallest = 0.0
         while self.transients < limit:
             path = orbit.path
-            if path is None or orbit.state is None or orbit.state.outcome is not Outcome.CYCLIC_SLIP:
-                return replace(orbit, end="no periodic slip: not searched from")
+            if path is None or orbit.state is None or orbit.state.outcome is not Outcome.CYCLIC_SLIP or orbit.state.period > 1:
+                return replace(orbit, end="no slip that repeats in every cycle: not searched from")
             try:
                 cycle = return_map(path)
             except NoContinuation as error:

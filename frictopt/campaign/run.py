@@ -18,8 +18,6 @@ from .starts import Start, root_mean_square, safe_part
 
 __all__ = ["CampaignContact", "Run", "failed", "follow", "one_thread", "run_key"]
 
-_MEANING = b"steady state 1"  # version of the results: if it changes, all runs are computed again
-
 
 @dataclass(frozen=True, eq=False)
 class CampaignContact:
@@ -41,7 +39,7 @@ class CampaignContact:
 
     def key(self) -> bytes:
         """Digest of the content."""
-        system, digest = self.system, hashlib.sha256(_MEANING)
+        system, digest = self.system, hashlib.sha256()
         reactions = *self.cycle.mean_reaction(system), *self.cycle.corner_reactions(system)
         for array in (system.A, system.B, system.C, system.gap, self.friction, *reactions):
             digest.update(np.ascontiguousarray(array).tobytes())
@@ -102,7 +100,7 @@ def _row(contact: CampaignContact, run: Run) -> dict[str, Any]:
         "first_cycle": steady.first_cycle,
         "largest_share": float(work.max() / steady.dissipation) if steady.dissipation > 0 else 0.0,
         "cycles": steady.cycles,
-        "slipping": int(np.count_nonzero(work)),
+        "slipping": int(np.count_nonzero(steady.slipping)),
         "open": int(np.count_nonzero(steady.open)),
         "residual": steady.residual,
         "engine": steady.engine,

@@ -62,6 +62,7 @@ _VALID = " AND ".join(  # conditions on every row
 )
 _DECLARED = ", ".join(f"{name} {_SQL[kind]}" for name, kind in _COLUMNS.items())
 _SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer NOT NULL, PRIMARY KEY (key), CONSTRAINT valid CHECK ({_VALID})) WITHOUT ROWID"
+_VERSION = 2  # of what the columns mean: a store of another version is refused
 _MAGIC, _APPLICATION = b"SQLite format 3\0", b"FriO"  # first bytes of a file of sqlite, and bytes 68 to 71 of a store
 _PATIENCE = 60  # seconds to wait for another writer; writing a row takes less than a millisecond
 _AT_ONCE = 500  # keys in one query: sqlite allows 999
@@ -109,9 +110,13 @@ class Store:
             if not ask("SELECT * FROM sqlite_master").fetchall():
                 ask(_SCHEMA)
                 ask(f"PRAGMA application_id = {int.from_bytes(_APPLICATION, 'big')}")
+                ask(f"PRAGMA user_version = {_VERSION}")
             ask("COMMIT")
-        if ask("SELECT sql FROM sqlite_master WHERE name = 'runs'").fetchall() != [(_SCHEMA,)]:
-            raise StoreError(f"store: {str(self.path)!r} has other columns, of another version of frictopt; give another file")
+        columns, version = ask("SELECT sql FROM sqlite_master WHERE name = 'runs'").fetchall(), ask("PRAGMA user_version").fetchone()
+        if columns != [(_SCHEMA,)] or version != (_VERSION,):
+            raise StoreError(
+                f"store: {str(self.path)!r} is of another version of frictopt, its columns are others or mean something else; give another file"
+            )
         if make:
             self._mode("WAL")  # a commit takes 0.02 ms instead of 0.7
             ask("PRAGMA synchronous = NORMAL")

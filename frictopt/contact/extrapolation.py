@@ -1,11 +1,14 @@
 """The fixed point of an affine map from its iterates, and states that span all later ones."""
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import numpy as np
 
 from .checks import Array
 from .tolerances import AFFINE_FIT, PERIODIC, ROUNDING
 
-__all__ = ["SLOW", "drift_text", "fixed_point", "slower_modes"]
+__all__ = ["SLOW", "distance_left", "drift_text", "fixed_point", "slower_modes"]
 
 SLOW = 1e-3
 """A drift that changes by a smaller share of itself from cycle to cycle needs more than ten thousand cycles to die out."""
@@ -51,6 +54,17 @@ def slower_modes(distances: Array) -> list[tuple[Array, Array]] | None:
     shares = shares if shares.max(initial=0.0) < 1 else np.ones_like(shares)
     before, after = (shares * np.cumsum(part, axis=1)[:, :-1] for part in (modes, modes * rates))
     return list(zip(before.T, after.T, strict=True))
+
+
+def distance_left(changes: Sequence[float], rounding: float) -> float:
+    """Estimated distance from the limit: the sum of all later changes, if they decay by the largest ratio of the last ones.
+
+    A change up to `rounding` is the distance itself, whatever the ratio.
+    """
+    if changes[-1] <= rounding:
+        return changes[-1]
+    factor = max((later / earlier if earlier > 0 else np.inf for earlier, later in pairwise(changes)), default=1.0)
+    return changes[-1] * factor / (1 - factor) if factor < 1 else np.inf
 
 
 def drift_text(change: float, decay: float) -> str:

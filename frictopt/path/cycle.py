@@ -24,6 +24,8 @@ class Cycle:
     energy
         Error of the energy balance (work of the loads, less work of friction, less elastic energy gained), or negative work of friction at a node,
         over the largest energy in the balance.
+    slid
+        (N,) way slid by each closed node, length.
     """
 
     work: Array
@@ -32,3 +34,4 @@ class Cycle:
     before: Array
     after: Array
     energy: float
+    slid: Array

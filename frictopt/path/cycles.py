@@ -4,18 +4,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
-from ..contact import ContactState, referee
+from ..contact import ContactState
 from ..contact.answers import Outcome
-from ..contact.checks import Array, frozen
-from ..contact.extrapolation import SLOW, drift_text, fixed_point, slower_modes
+from ..contact.checks import frozen
+from ..contact.extrapolation import SLOW, distance_left, drift_text, fixed_point, slower_modes
 from ..contact.record import SolveRecord
-from ..contact.tolerances import LEVEL, LITTLE, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAFE
+from ..contact.tolerances import PERIODIC, REPEATED, RESIDUAL
 from ..errors import NoContinuation, SolverError
 from .cycle import Cycle
+from .judge import Judge
 from .kernel import OPEN
 from .outcome import SteadyState
 from .stops import left_out_corners
@@ -26,16 +26,15 @@ __all__ = ["Run"]
 _NEAR = 1e-3  # the affine map is also tested at this share of the distance from the extrapolated limit
 _AFFINE = 1e-3  # largest deviation from an affine map, over the change, that is accepted: a new event changes it by more
 _WINDOW = 12  # number of last cycles that an extrapolation uses
-_LEAST = 4  # cycles with the same events before the first extrapolation
+_LEAST = 4  # cycles with the same events before the first extrapolation, and cycles in turn that show a return after two
+_MORE = 30  # cycles followed until the work repeats
 
 
-class Run:
-    """The cycles of one transient so far. Slips are in units of the largest nodal force of the loads over the stiffness, see `scales`."""
+class Run(Judge):
+    """The cycles of one transient so far."""
 
     def __init__(self, path: ExactPath, stops: Sequence[int], turns: Sequence[int]) -> None:
-        self.path, self.scales, self.stops, self.turns = path, path.scales, stops, turns
-        self.force = max(path.force, *(float(np.abs(corner).max()) for corner in path.corners))
-        self.length = self.force / path.system.stiffness_scale
+        super().__init__(path, stops, turns)
         self.cycles, self.first = 0, np.nan
         self.latest: Cycle
         self.energy = 0.0
@@ -55,38 +54,19 @@ class Run:
 
     def _follow(self, path: ExactPath) -> Cycle:
         state = path.state
-        state.work[:] = state.supplied[:] = 0.0  # else a small work is lost to rounding next to that of a far start
+        state.work[:] = state.supplied[:] = state.slid[:] = 0.0  # else a small work is lost to rounding next to that of a far start
         state.trace[1] = 0
         before, corners = state.u.copy(), []
-        for number in self.stops:
+        for number in self._visited:
             path.follow_to(path.corners[number], f"the segment to corner {number}")
             corners.append((state.u.copy(), state.r.copy()))
-        self.cycles += 1
+        self.cycles += self.period
         after, work = state.u.copy(), state.work.copy()
         stress = path.stress((before + after) / 2)
         lost = abs(float(state.supplied[0] - work.sum() - stress @ (after - before)))
         scale = max(self.force * self.length, float(work.sum()), float(np.abs(stress) @ np.abs(before)))
         lost = max(lost, -float(work.min()))
-        return Cycle(work, int(state.trace[1]), corners, before, after, lost / max(scale, np.finfo(float).tiny))
-
-    def _violation(self, cycle: Cycle) -> float:
-        """Violation of the contact law at the corners of a cycle."""
-        path, n = self.path, self.path.nodes
-        u, r, load = (np.array(rows) for rows in (*zip(*cycle.corners, strict=True), self._loads))
-        bonded, reactions = (load[:, :n], load[:, n:]), {"q": r[:, :n], "p": r[:, n:]}
-        return referee(path.system, bonded, path.friction, v=u[:, :n], w=u[:, n:] + path.state.gap, **reactions, force_scale=self.force).residual
-
-    @property
-    def _loads(self) -> list[Array]:
-        """Bonded reactions (2N,) at the corners that a cycle stops at."""
-        return [self.path.corners[number] for number in self.stops]
-
-    def _distance(self, one: Array, other: Array) -> float:
-        return float((np.abs(one - other) / np.resize(self.scales.length, one.shape)).max())
-
-    def _change(self, cycle: Cycle) -> float:
-        """Change of slip and gap over a cycle."""
-        return self._distance(cycle.after, cycle.before)
+        return Cycle(work, int(state.trace[1]), corners, before, after, lost / max(scale, np.finfo(float).tiny), state.slid.copy())
 
     def steady(self) -> SteadyState | None:
         """The steady state, or None if the cycles so far do not prove one."""
@@ -95,13 +75,14 @@ class Run:
             return self._at_rest(self.path, last, False)
         if not self.last:
             return None
-        change = self._change(last)
+        change, earlier = self._change(last), self.last[-2] if len(self.last) > 1 else None
         if not last.work.any() and change <= PERIODIC:
             return self._result(self.path, Outcome.SHAKEDOWN, last, 0.0, False)
-        if change <= PERIODIC and self._distance_left() <= RESIDUAL and self._conclusive(last):
-            return self._periodic(self.path, last, change, False)
+        if change <= PERIODIC and self._distance_left() <= RESIDUAL and self._conclusive(last, earlier):
+            return self._periodic(self.path, last, earlier, False)
         if self._ratchets():
-            return self._result(self.path, Outcome.RATCHETING, last, 0.0, False)
+            off = abs(float(last.work.sum() - self.last[-2].work.sum()))
+            return self._result(self.path, Outcome.RATCHETING, last, 0.0, False, off / float(last.work.sum()))
         same = next((k for k, other in enumerate(reversed(self.last)) if other.signature != last.signature), len(self.last))
         if same < _LEAST:
             self.tried = self.pause = 0
@@ -112,6 +93,19 @@ class Run:
             self.pause = self.tried
             return self._extrapolated(same)
         return None
+
+    def alternates(self) -> bool:
+        """Whether each of the last cycles nearly undoes the one before: two change slip and gap by less than half of what one does."""
+        pairs = list(pairwise(self.last[-_LEAST - 1 :]))
+        return (
+            self.period == 1
+            and len(pairs) == _LEAST
+            and all(self._change(later) > max(PERIODIC, 2 * self._distance(later.after, earlier.before)) for earlier, later in pairs)
+        )
+
+    def double(self) -> None:
+        """From now on two load cycles count as one: their map has the states of period two as fixed points, and those of period one."""
+        self.period, self.last, self.tried, self.pause = 2, [], 0, 0
 
     @property
     def _decay(self) -> float:
@@ -126,7 +120,7 @@ class Run:
         Asked only when an extrapolation has failed, and where neither the drift nor its change of the gaps would die out in these cycles: a drift
         that changes no gap may yet be proven to be ratcheting.
         """
-        last, left = self.latest, most_cycles - self.cycles
+        last, left = self.latest, (most_cycles - self.cycles) // self.period
         if not self.tried or self.pause < self.tried or left <= 0 or self._change(last) <= PERIODIC or self._decay >= min(SLOW, 1 / left):
             return False
         drift, n = last.after - last.before, self.path.nodes
@@ -151,7 +145,8 @@ class Run:
     def reason(self, most_cycles: int) -> str:
         """Why no steady state is proven, and what to change."""
         last, change = self.latest, self._change(self.latest)
-        text = f"none proven within most_cycles = {most_cycles} cycles (the slip changes by {change:.1e} slip scales a cycle)"
+        span = "a cycle" if self.period == 1 else "in two cycles"
+        text = f"none proven within most_cycles = {most_cycles} cycles (the slip changes by {change:.1e} slip scales {span})"
         if self.path.far_start:
             return f"{text}; {self.path.cause_of_rounding}"
         if change > PERIODIC and self.tried and self._decay < SLOW:
@@ -162,12 +157,8 @@ class Run:
         return f"{text}; {beside}: take a load factor further from the limit, or loads that are closer together"
 
     def _distance_left(self) -> float:
-        """Estimated distance from the limit: the sum of all later changes, if they decay by the largest ratio of the last cycles."""
-        changes = [self._change(cycle) for cycle in self.last[-3:]]
-        if changes[-1] <= REPEATED:
-            return changes[-1]
-        factor = max((later / earlier for earlier, later in pairwise(changes)), default=1.0)
-        return changes[-1] * factor / (1 - factor) if factor < 1 else np.inf
+        """Estimated distance of slip and gap from their limit."""
+        return distance_left([self._change(cycle) for cycle in self.last[-3:]], REPEATED)
 
     def _ratchets(self) -> bool:
         """Whether slip drifts by the same amount in every cycle, and this drift adds no stress and changes no gap."""
@@ -217,50 +208,20 @@ class Run:
             return None
         if self._safe(limit):
             return self._at_rest(proof, proving, True)
-        return self._periodic(proof, proving, self._change(proving), True) if self._conclusive(proving) else None
+        return self._periodic(proof, proving, None, True) if self._conclusive(proving, None) else None
 
-    def _safe(self, u: Array) -> bool:
-        """Whether the slip keeps every node closed and within its bound at every corner."""
-        path, n = self.path, self.path.nodes
-        if np.any(u[n:] + path.state.gap > 0):
-            return False
-        q, p = np.split(np.array(path.corners) + path.stress(u), 2, axis=1)
-        return bool((np.minimum(path.friction * p - np.abs(q), p) >= -SAFE * self.scales.mean).all())
+    def _periodic(self, path: ExactPath, cycle: Cycle, earlier: Cycle | None, extrapolated: bool) -> SteadyState:
+        """The steady state of a periodic cycle and of the one before it; it is shakedown if the work of friction is below the tolerance.
 
-    def _slips(self, cycle: Cycle) -> bool | None:
-        """Whether some node slips in a periodic cycle, by its work; None where it is too little to tell.
-
-        A slip of 1e-9 slip scales of the mean load is none, under the node's own pressure (that of the mean load, if too little). Work is more
-        than rounding if it is the same in two cycles, and without doubt if it is that of such a slip in slip scales of the largest corner force.
+        Where the work does not yet repeat to 1e-9 of itself, more cycles are followed: a change that counts as none is a share of little slip.
         """
-        mean, force, length = self.scales
-        pressure, unit = np.max([r[self.path.nodes :] for _, r in cycle.corners], axis=0), length * np.minimum(1.0, self.path.friction)
-        pressure = np.where(pressure > LITTLE * mean, pressure, mean)
-        far, work = self._distance(cycle.after, 0 * cycle.after), cycle.work  # slips lose digits to their own size
-        if np.any(work > max(RESIDUAL, ROUNDING * far) * np.minimum(pressure, force) * unit):
-            return True
-        in_doubt = work > RESIDUAL * np.minimum(pressure, mean) * (mean / force) * unit
-        before = self.last[-2].work if len(self.last) > 1 and cycle is self.latest else np.full_like(work, np.inf)
-        repeated = (np.abs(work - before) <= LEVEL * work) & (work > ROUNDING * np.maximum(force, far * pressure) * unit)
-        return None if in_doubt.any() and not np.any(in_doubt & repeated) else bool(in_doubt.any())
-
-    def _conclusive(self, cycle: Cycle) -> bool:
-        """Whether a periodic cycle decides: it slips; or it does not, and some node lifts off or has no friction.
-
-        If all nodes stay closed and have friction, little work may still decay to zero: shakedown needs a safe slip.
-        """
-        return self._slips(cycle) or (self._slips(cycle) is False and bool((self.path.friction == 0).any() or self._open(cycle).any()))
-
-    def _open(self, cycle: Cycle) -> np.ndarray[Any, np.dtype[np.bool_]]:
-        """(N,) whether each node is open at some corner at which the load turns."""
-        gaps = [u[self.path.nodes :] + self.path.state.gap for number, (u, _) in zip(self.stops, cycle.corners, strict=True) if number in self.turns]
-        return np.asarray(np.any(np.array(gaps) > 0, axis=0))
-
-    def _periodic(self, path: ExactPath, cycle: Cycle, change: float, extrapolated: bool) -> SteadyState:
-        """The steady state of a periodic cycle; it is shakedown if the work of friction is below the tolerance."""
-        if self._slips(cycle):
-            return self._result(path, Outcome.CYCLIC_SLIP, cycle, change, extrapolated)
-        return self._result(path, Outcome.SHAKEDOWN, replace(cycle, work=0 * cycle.work), change, extrapolated)
+        if not self._slips(cycle, earlier):
+            return self._result(path, Outcome.SHAKEDOWN, replace(cycle, work=0 * cycle.work), self._change(cycle), extrapolated)
+        cycles = [cycle] if earlier is None else [earlier, cycle]
+        slow = self._distance_left() / self._change(self.latest) if extrapolated else 1.0
+        while not (off := self._work_error(cycles, slow)) <= RESIDUAL and len(cycles) < _MORE:
+            cycles.append(self._follow(path))
+        return self._result(path, Outcome.CYCLIC_SLIP, cycles[-1], self._change(cycles[-1]), extrapolated, off)
 
     def _at_rest(self, path: ExactPath, cycle: Cycle, extrapolated: bool) -> SteadyState:
         """Shakedown to a safe slip, which does not change at any corner."""
@@ -269,7 +230,7 @@ class Run:
         violation = self._violation(cycle)
         return self._result(path, Outcome.SHAKEDOWN, replace(cycle, work=0 * cycle.work, corners=resting), violation, extrapolated)
 
-    def _result(self, path: ExactPath, outcome: Outcome, cycle: Cycle, change: float, extrapolated: bool) -> SteadyState:
+    def _result(self, path: ExactPath, outcome: Outcome, cycle: Cycle, change: float, extrapolated: bool, work_error: float = 0.0) -> SteadyState:
         self.settled = path
         residual = max(change, self._violation(cycle), cycle.energy, self.energy)
         if not residual <= RESIDUAL:
@@ -277,11 +238,13 @@ class Run:
                 f"steady state: its states violate the contact law or the balance of energy, or do not come back, by {residual:.1e} (tolerance "
                 f"{RESIDUAL:g}); {path.cause_of_rounding}"
             )
-        n, gap, load = path.nodes, path.system.gap, path.corners[-1]
+        n, gap, load, work = path.nodes, path.system.gap, path.corners[-1], cycle.work / self.period
         return SteadyState(
             outcome=outcome,
-            dissipation=float(cycle.work.sum()),
-            dissipation_per_node=frozen(cycle.work),
+            dissipation=float(work.sum()),
+            dissipation_per_node=frozen(work),
+            work_error=work_error,
+            period=1 if outcome is Outcome.SHAKEDOWN else self._returns_after(cycle),
             system=path.system,
             cycle=path.cycle,
             friction=frozen(path.friction),
@@ -290,6 +253,7 @@ class Run:
             gap=frozen(cycle.after[n:] + gap),
             state=ContactState(cycle.after[:n], np.maximum(cycle.after[n:] + gap, 0.0), load[:n], load[n:]),
             open=self._open(cycle),
+            slipping=self._slipping(cycle, change) & (outcome is not Outcome.SHAKEDOWN),
             first_cycle=self.first,
             cycles=self.cycles,
             events=int(path.state.trace[0]),

@@ -83,6 +83,8 @@ class State(NamedTuple):
         (N,) 0 stick, +1 and -1 slip, 2 open.
     work
         (N,) work of friction so far.
+    slid
+        (N,) way slid so far while closed.
     supplied
         (1,) work of the loads so far: minus the integral of the bonded reactions over u.
     counted
@@ -97,6 +99,7 @@ class State(NamedTuple):
     gap: np.ndarray
     status: np.ndarray
     work: np.ndarray
+    slid: np.ndarray
     supplied: np.ndarray
     counted: np.ndarray
     trace: np.ndarray
@@ -640,6 +643,7 @@ def _advance(f, bonded, load_rate, time, state, u_rate, r_rate, step):
             state.r[node] = 0.0
             state.r[nodes + node] = 0.0
         elif status != STICK:
+            state.slid[node] += abs(step * u_rate[node])
             state.work[node] += f[node] * 0.5 * (before + state.r[nodes + node]) * abs(step * u_rate[node])
             state.r[node] = -status * f[node] * state.r[nodes + node]
 
@@ -744,7 +748,7 @@ def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
     """The first state of a path, in which every node sticks; it takes over the arrays `u`, `r`, `gap`."""
     nodes = len(gap)
     return State(
-        u, r, gap, np.zeros(nodes, np.int8), np.zeros(nodes), np.zeros(1), counted=np.zeros(nodes, np.int8), trace=np.zeros(3, dtype=np.int64)
+        u, r, gap, np.zeros(nodes, np.int8), np.zeros(nodes), np.zeros(nodes), np.zeros(1), np.zeros(nodes, np.int8), np.zeros(3, dtype=np.int64)
     )
 
 

@@ -26,9 +26,14 @@ class SteadyState(Recorded, Plotted):
     outcome
         The long-run behaviour.
     dissipation
-        Work of friction per cycle in the steady state, >= 0, force times length per depth; exactly 0 after shakedown.
+        Work of friction per load cycle in the steady state, the mean over its period, >= 0, force times length per depth; exactly 0 after shakedown.
     dissipation_per_node
-        (N,) work of friction per cycle at each node.
+        (N,) the same of each node.
+    work_error
+        Estimated distance of `dissipation` from that of all later cycles, over itself. At most 1e-9, unless rounding hides a work that is little
+        beside the loads.
+    period
+        Load cycles after which the state comes back, or its drift repeats: 1 or 2.
     system, cycle, friction, load_factor
         What was asked: the contact, its load cycle, (N,) coefficients of friction, and the load factor.
     slip
@@ -39,6 +44,9 @@ class SteadyState(Recorded, Plotted):
         Slip, gap and load there, from which another transient may start.
     open
         (N,) whether the node is open at some corner of the steady cycle at which the load turns.
+    slipping
+        (N,) whether the node slides against friction in the steady cycle, by more than the resolution of the path: 1e-12 slip scales (or times the
+        largest slip, if that is more), and the change over the cycle that `residual` covers.
     first_cycle
         Work of friction in the first cycle (of the load cycle itself, not of an overload).
     cycles
@@ -75,6 +83,8 @@ class SteadyState(Recorded, Plotted):
     outcome: Outcome
     dissipation: float
     dissipation_per_node: Array
+    work_error: float
+    period: int
     system: ContactSystem
     cycle: LoadCycle
     friction: Array
@@ -83,6 +93,7 @@ class SteadyState(Recorded, Plotted):
     gap: Array
     state: ContactState
     open: np.ndarray[Any, np.dtype[np.bool_]]
+    slipping: np.ndarray[Any, np.dtype[np.bool_]]
     first_cycle: float
     cycles: int
     events: int

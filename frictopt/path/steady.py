@@ -36,7 +36,8 @@ def steady_state(
     The load cycle maps the slip at its beginning to the slip at its end. As long as the events stay the same, this map is affine, and its fixed point
     is extrapolated from the last cycles (reduced-rank extrapolation, Sidi 2017). The order of events within a segment does not count, because slip
     zones at two edges grow side by side. The fixed point is accepted only if a cycle from it comes back to it, and if cycles from states between it
-    and the last state show that the map is affine for all states to come.
+    and the last state show that the map is affine for all states to come. Where each cycle nearly undoes the one before it, all this is asked of
+    two cycles: the state may come back after two (`period`).
 
     Shakedown needs a slip that is safe at every corner. If nodes lift off or have no friction, a periodic state without work of friction also counts
     (at each node at most the work of a slip of 1e-9 slip scales under its own largest pressure). Theory, eq. (14).
@@ -66,7 +67,7 @@ def steady_state(
     ModelError
         Bad input.
     NoContinuation
-        The path ends, or no steady state is proven within `most_cycles`.
+        The path ends, or no steady state, of period one or two, is proven within `most_cycles`.
     SolverError
         The states violate the contact law or the balance of energy by more than the tolerance.
 
@@ -104,11 +105,13 @@ def settled(path: ExactPath, stops: Sequence[int], turns: Sequence[int], most_cy
         The states violate the contact law or the balance of energy by more than the tolerance.
     """
     run = Run(path, stops, turns)
-    while run.cycles < most_cycles:
+    while run.cycles + run.period <= most_cycles:
         run.cycle()
         found = run.steady()
         if found is not None:
             return found, run.settled
-        if run.drifts_on(most_cycles):
+        if run.alternates():
+            run.double()
+        elif run.drifts_on(most_cycles):
             break
     raise NoContinuation(f"steady state: {run.reason(most_cycles)}")

@@ -45,10 +45,12 @@ def _steady_state(steady: SteadyState, ax: Any = None) -> Any:
     lines(slip, system, _slip_range(steady), color=BLACK, **_DOTS)
     slip.set_ylabel(_SLIP_RANGE)
     states = steady_cycle(*problem)
-    corners = np.searchsorted(states["time"], np.arange(1, len(steady.cycle.corners) + 1) + SIMULTANEOUS) - 1
+    count = len(steady.cycle.corners)
+    corners = np.searchsorted(states["time"], np.arange(1, count * steady.period + 1) + SIMULTANEOUS) - 1
+    names = [f"corner {corner % count}{', second cycle' if corner >= count else ''}" for corner in range(len(corners))]
     width, unit = (1.0, "nodal force\n(force per depth)") if system.width is None else (system.width, "traction\n(force per area)")
     for name, look in _LOOKS.items():
-        lines_or_band(force, system, states[name][corners] / width, [f"${name}$, corner {corner}" for corner in range(len(corners))], **look)
+        lines_or_band(force, system, states[name][corners] / width, [f"${name}$, {corner}" for corner in names], **look)
     force.set_ylabel(unit)
     legend(force)
     lines(work, system, steady.dissipation_per_node, color=BLACK, **_DOTS)

@@ -42,6 +42,8 @@ class SteadyState3D(Recorded, Plotted):
         (N, 2) slip at the last corner of the cycle, length (for ratcheting: after the last cycle that was followed).
     open
         (N,) whether the node is open at some increment of the steady cycle.
+    slipping
+        (N,) whether the node slides against friction in the steady cycle, by more than 1e-9 slip scales of the mean pressure.
     first_cycle
         Work of friction in the first cycle (of the load cycle itself, not of an overload).
     cycles
@@ -72,6 +74,7 @@ class SteadyState3D(Recorded, Plotted):
     dissipation_per_node: Array
     slip: Array
     open: np.ndarray[Any, np.dtype[np.bool_]]
+    slipping: np.ndarray[Any, np.dtype[np.bool_]]
     first_cycle: float
     cycles: int
     record: SolveRecord
@@ -149,7 +152,7 @@ def steady_state(
             f"steady state: the states violate the contact law by {residual:.1e} (tolerance {RESIDUAL:g}); bring the loads of the cycle, or the "
             "initial slip and the loads, closer together in size"
         )
-    opened = last.open.copy()
+    opened, path = last.open.copy(), fine._transient
     opened.flags.writeable = False
     return SteadyState3D(
         outcome=outcome,
@@ -157,6 +160,7 @@ def steady_state(
         dissipation_per_node=frozen(np.zeros(system.nodes) if none else last.work),
         slip=frozen(last.after),
         open=opened,
+        slipping=(path.friction > 0) & (last.way > max(NO_SLIP * path.pressure / path.force, ROUNDING) * path.length) & (not none),
         first_cycle=fine.first,
         cycles=fine.cycles,
         record=SolveRecord("NEWTON", (), residual, (), perf_counter() - start),
