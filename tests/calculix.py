@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,6 +13,10 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed: apt-get install calculix-ccx")
 MATRIX = "*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n"
+
+
+def lines(*ends):
+    return [np.linspace(a, b, n + 1) for a, b, n in ends]
 
 
 @dataclass
@@ -86,6 +91,11 @@ def displacements(folder, deck, loads):
     job, _ = run(folder, deck, f"*STATIC\n{loads}*NODE PRINT, NSET=ALL\nU\n", "static")
     rows = [line.split() for line in job.with_suffix(".dat").read_text().splitlines()]
     return {int(row[0]): np.array(row[1:], dtype=float) for row in rows if len(row) == 4 and row[0].isdecimal()}
+
+
+def chained(top, direction):
+    """Equations by which each node follows the one before."""
+    return [[(int(n), direction, 1.0), (int(before), direction, -1.0)] for before, n in pairwise(top)]
 
 
 class Glued:

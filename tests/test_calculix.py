@@ -1,21 +1,14 @@
-"""Decks of CalculiX, run by `ccx`: its matrices with our forces against assembly by scikit-fem, other decks, and its own displacements."""
-
-from itertools import pairwise
+"""Decks of CalculiX, run by `ccx`: its matrices with our forces against assembly by scikit-fem, and against other decks."""
 
 import numpy as np
 import pytest
-from scipy.sparse.linalg import spsolve
 
 import frictopt as fo
-from calculix import Block, Glued, displacements, equation, needs_ccx, node_set, run
+from calculix import Block, Glued, chained, equation, lines, needs_ccx, node_set, run
 
 pytestmark = needs_ccx
 
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
-
-
-def lines(*ends):
-    return [np.linspace(a, b, n + 1) for a, b, n in ends]
 
 
 def plane(**section):
@@ -79,10 +72,6 @@ def moves_as_one(top, direction):
     return [[(int(n), direction, 1.0), (int(top[0]), direction, -1.0)] for n in top[1:]]
 
 
-def chained(top, direction):
-    return [[(int(n), direction, 1.0), (int(before), direction, -1.0)] for before, n in pairwise(top)]
-
-
 def leaning(top, direction):
     """Weighted sums, one of them with a term that is held."""
     a, b, c, *_ = map(int, top)
@@ -106,39 +95,6 @@ def test_equations_in_space(tmp_path):
     job, _ = run(tmp_path, deck + "".join(equation(*terms) for terms in rules))
     system = agree(fo.read_calculix(job), blocks, rules, 2)
     assert system.bonded["P"][-len(system.points) :].sum() == pytest.approx(6.0)
-
-
-REFERENCE, ROTATION = "2000, 1.5, 1., 3.\n", "2001, 0., 0., 0.\n"
-TOP_OF_NODES = "*SURFACE, NAME=ON_TOP, TYPE=NODE\nTOP\n"
-RIGID = {
-    "free": ("*RIGID BODY, NSET=TOP, REF NODE=2000\n", REFERENCE),
-    "with a node for the rotation": ("*Rigid body, Nset=Top, Ref node=2000, Rot node=2001\n", REFERENCE + ROTATION),
-    "that does not turn": ("*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n*BOUNDARY\n2001, 1, 3\n", REFERENCE + ROTATION),
-    "that turns about one axis": ("*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n*BOUNDARY\n2001, 2, 3\n2000, 1\n", REFERENCE + ROTATION),
-    "led by a node of the mesh": ("*RIGID BODY, NSET=TOP, REF NODE=503\n", ""),
-    "by a coupling": (TOP_OF_NODES + "*COUPLING, REF NODE=2000, SURFACE=ON_TOP, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3\n", REFERENCE),
-    "none": ("", ""),
-    "by equations": ("".join(equation(*terms) for terms in chained(range(525, 537), 3)), ""),
-}
-
-
-@pytest.mark.parametrize("kind", RIGID)
-def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kind):
-    """Forces on nodes that follow a rigid part, on the part itself and on others; a pressure on its face."""
-    rule, nodes = RIGID[kind]
-    block = Block(501, lines((0, 3, 3), (0, 2, 2), (0, 2, 2)), 500.0, 0.2, "B")
-    top, bottom = block.on(2, 2), block.on(2, 0)
-    deck = block.deck().replace("*ELEMENT", nodes + "*ELEMENT", 1) + node_set("TOP", top) + f"{node_set('BOT', bottom)}*BOUNDARY\nBOT, 1, 3\n{rule}"
-    loaded = [int(top[-1]), int(top[1]), 520, 2000 if REFERENCE in nodes else 521]
-    job = fo.read_calculix(run(tmp_path, deck)[0])
-    row = {int(n): i for i, n in enumerate(job.deck.numbers)}
-    force = job.force([row[n] for n in loaded], nodal=[1.0, 0.5, -3.0]) + job.force("TOP", pressure=0.7)
-    found = spsolve(job.K.tocsc(), force)
-    elements = [block.first + i for i, nodes in enumerate(block.elements) if np.isin(block.numbers[nodes[4:]], top).all()]
-    loads = "*CLOAD\n" + "".join(f"{n}, {k}, {f}\n" for n in loaded for k, f in ((1, 1.0), (2, 0.5), (3, -3.0)))
-    known = displacements(tmp_path, deck, loads + "*DLOAD\n" + "".join(f"{i}, P2, 0.7\n" for i in elements))
-    known = np.array([known[node][direction - 1] for node, direction in job.labels])
-    assert np.abs(found - known).max() < 1e-6 * np.abs(known).max()  # CalculiX prints seven digits
 
 
 def rigid_motion(nodes, blocks, reference):
@@ -184,6 +140,9 @@ def test_equations_between_nodes_of_one_place_are_one_mesh(tmp_path):
     assert np.abs(one.S - two.S).max() < 1e-9 * np.abs(one.S).max()
     for name in "PQR":
         assert np.allclose(one.bonded[name], two.bonded[name], rtol=0, atol=1e-9)
+    loose = bottom.deck() + top.deck() + rest[: rest.index("*BOUNDARY")] + sides + "".join(ties)
+    with pytest.raises(fo.ModelError, match=r"supports: .* can still"):  # nodes that follow others hold nothing
+        condensed(fo.read_calculix(run(tmp_path, loose, name="loose")[0]))
 
 
 def tied(at):
@@ -265,8 +224,6 @@ def test_plane_stress_is_refused_with_the_constants_that_give_it_in_plane_strain
     E, nu = 1000.0, 0.3
     block = Block(1, lines((0, 3, 3), (0, 2, 2)), E * (1 + 2 * nu) / (1 + nu) ** 2, nu / (1 + nu), "B")
     found = fo.read_calculix(run(tmp_path, block.deck(), name="strain")[0])
-    mesh = fo.Body(found.mesh, fo.Material(E, nu))
-    assert mesh.mesh.nvertices == 12
     u = np.array([[0.3, 0.1], [0.2, -0.4]]) @ found.points.T  # uniform stress: forces of plane stress, by hand
     e = np.array([0.3, -0.4, 0.15])
     xx, yy, xy = E / (1 - nu**2) * np.array([e[0] + nu * e[1], e[1] + nu * e[0], (1 - nu) * e[2]])

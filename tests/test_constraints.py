@@ -95,6 +95,14 @@ def test_a_rotation_leaves_the_matrix_for_displacements_of_the_part(tmp_path):
     assert found.force([9], nodal=[1.0, 2.0, 3.0]) @ z == pytest.approx(y[15:] @ [1.0, 2.0, 3.0])  # a moment on the rotation
 
 
+def test_a_rotation_that_a_coupling_does_not_feel_leaves_the_matrix(tmp_path):
+    labels = [label for label in TOP_LABELS if label not in ("20.1", "20.2")]
+    K = np.diag([*np.ones(15), 0.0])  # CalculiX writes the rotation about z too
+    coupling = "*SURFACE, NAME=S, TYPE=NODE\nTOP, 1.\n*COUPLING, REF NODE=20, SURFACE=S, CONSTRAINT NAME=C\n*KINEMATIC\n3\n"
+    found = job(tmp_path, CUBE.replace("21, 0.5, 0.5, 2.\n", "") + coupling, labels, K)
+    assert len(found.labels) == 15 and found.labels[:, 0].max() == 20 and np.linalg.matrix_rank(found.K.toarray()) == 15
+
+
 @pytest.mark.parametrize(
     ("text", "labels", "said"),
     [

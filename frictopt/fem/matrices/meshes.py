@@ -60,9 +60,8 @@ def read_mesh(path: str | Path) -> Any:
     if len(solids) != 1 or solids[0] not in _PLANE:
         problem = f"elements {', '.join(solids)}" if solids else "no elements"
         raise ModelError(f"mesh {file.name}: {problem}; give triangles alone or quadrilaterals alone, linear ones")
-    found.cell_sets = {name: cells for name, cells in found.cell_sets.items() if not name.startswith("gmsh:")} or _groups(
-        found
-    )  # none of gmsh itself
+    own = {name: cells for name, cells in found.cell_sets.items() if not name.startswith("gmsh:")}  # of the user, not of gmsh itself
+    found.cell_sets = own or _groups(found)
     found.field_data = {}
     try:
         mesh = _of_scikit_fem(found, solids[0])

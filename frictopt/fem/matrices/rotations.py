@@ -79,7 +79,7 @@ def _following(end: tuple[int, int], others: Sequence[tuple[int, int]], weights:
 def _motion(part: Rigid, constraints: Constraints, points: Array) -> tuple[list[tuple[int, int]], Array]:
     """Node and axis of each of the m displacements that follow, and (m, 6) their change by the displacement and the rotation of the reference."""
     other = {(node, axis) for (node, axis, _), *_ in constraints.equations} | {(part.reference, axis) for axis in range(3)}
-    ends = [(int(node), axis) for node in part.nodes for axis in part.axes if (node, axis) not in other and not constraints.held[node, axis]]
+    ends = [(int(node), axis) for node in part.nodes for axis in part.axes if (node, axis) not in other]
     axes = [axis for _, axis in ends]
     arms = points[[node for node, _ in ends]] - points[part.reference]
     turns = np.cross(np.eye(3), arms[:, None])  # of each node, about each axis
