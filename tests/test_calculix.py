@@ -140,9 +140,15 @@ def test_equations_between_nodes_of_one_place_are_one_mesh(tmp_path):
     assert np.abs(one.S - two.S).max() < 1e-9 * np.abs(one.S).max()
     for name in "PQR":
         assert np.allclose(one.bonded[name], two.bonded[name], rtol=0, atol=1e-9)
-    loose = bottom.deck() + top.deck() + rest[: rest.index("*BOUNDARY")] + sides + "".join(ties)
-    with pytest.raises(fo.ModelError, match=r"supports: .* can still"):  # nodes that follow others hold nothing
-        condensed(fo.read_calculix(run(tmp_path, loose, name="loose")[0]))
+
+
+def test_nodes_that_follow_others_hold_no_body(tmp_path):
+    """The block may rise: it is held along x alone, and the top of the punch moves as one along y."""
+    blocks, _, deck = plane()
+    rules = "".join(equation(*terms) for terms in moves_as_one(blocks[0].on(1, 2), 2))
+    job = fo.read_calculix(run(tmp_path, deck.replace("BOT, 1, 2", "BOT, 1, 1") + rules)[0])
+    with pytest.raises(fo.ModelError, match=r"supports: the body at .* can still move along y;"):
+        condensed(job)
 
 
 def tied(at):

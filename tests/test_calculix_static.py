@@ -31,7 +31,7 @@ def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kin
     block = Block(501, lines((0, 3, 3), (0, 2, 2), (0, 2, 2)), 500.0, 0.2, "B")
     top, bottom = block.on(2, 2), block.on(2, 0)
     deck = block.deck().replace("*ELEMENT", nodes + "*ELEMENT", 1) + node_set("TOP", top) + f"{node_set('BOT', bottom)}*BOUNDARY\nBOT, 1, 3\n{rule}"
-    loaded = [int(top[-1]), int(top[1]), 520, 2000 if REFERENCE in nodes else 521]
+    loaded = [int(top[-1]), 530, 520, 2000 if REFERENCE in nodes else 521]
     job = fo.read_calculix(run(tmp_path, deck)[0])
     row = {int(n): i for i, n in enumerate(job.deck.numbers)}
     force = job.force([row[n] for n in loaded], nodal=[1.0, 0.5, -3.0]) + job.force("TOP", pressure=0.7)

@@ -131,7 +131,8 @@ def _in_words(motions: csr_matrix, unknowns: Integers, points: Array) -> str:
     rows = motions[unknowns.ravel()].toarray() * (unknowns >= 0).ravel()[:, None]
     rows = rows[:, np.abs(rows).max(axis=0) > 0]
     basis = _rigid_motions(points, np.zeros(len(points), dtype=np.intp)).reshape(-1, d * (d + 1) // 2)
-    parts = np.linalg.lstsq(basis, rows)[0]
+    known = (unknowns > -2).ravel()  # the others follow
+    parts = np.linalg.lstsq(basis[known], rows[known])[0]
     turns, sizes, mixed = np.linalg.svd(parts[d:] / np.linalg.norm(parts, axis=0))
     turning = sizes > np.sqrt(FREE_MOTION)
     turns, still = turns[:, : len(sizes)][:, turning], np.pad(~turning, (0, len(mixed) - len(sizes)), constant_values=True)
