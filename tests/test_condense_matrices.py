@@ -170,6 +170,7 @@ LONE = ROWS.copy()
 LONE[0, 0] = -1
 UPRIGHT = np.tile([0.0, 1.0], (4, 1))
 MOVED = POINTS + 1e-3 * (np.arange(len(POINTS)) == PAIRS[1, 0])[:, None]
+APART = POINTS - np.outer((POINTS[:, 1] < 0) | np.isin(np.arange(len(POINTS)), PAIRS[:, 1]), [0.0, 1e-3])
 BOTTOM = GOOD["held"][np.isin(GOOD["held"], ROWS[POINTS[:, 1] == -1.0])]
 BAD = {
     "K: not symmetric, K[0, 1] =": {"K": SKEW},
@@ -185,8 +186,14 @@ BAD = {
     "bonded: no load case": {"loads": {}},
     "pairs: shape (4,)": {"pairs": PAIRS[:, 0]},
     "pairs: none": {"pairs": np.zeros((0, 2))},
-    f"pairs: node {PAIRS[0, 0]} of body 1 at (-1, 0) is in two pairs; let a corner belong to one contact": {"pairs": PAIRS[[0, 0, 1, 2]]},
-    f"pairs: node {PAIRS[0, 0]} at (-1, 0) is on both sides": {"pairs": np.r_[PAIRS[:3], [[PAIRS[3, 0], PAIRS[0, 0]]]]},
+    f"pairs: the relative motion of pair 4, of node {PAIRS[2, 0]} of body 1, follows from those of other pairs or from supports; leave it": {
+        "pairs": PAIRS[[0, 1, 2, 3, 2]],
+        "contact": [*"aaaab"],
+    },
+    "pairs: the nodes of pair 3, at (1, 0) and (-1, 0), lie 2 apart": {"pairs": np.r_[PAIRS[:3], [[PAIRS[3, 0], PAIRS[0, 0]]]]},
+    "normals: that of pair 3 at (1, 0) does not point from body 2 into body 1": {"pairs": np.r_[PAIRS[:3], PAIRS[3:, ::-1]]},
+    f"pairs: nodes {min(PAIRS[2])} and {max(PAIRS[2])} lie on each other at (0.333333, 0), next to the contact": {"pairs": PAIRS[[0, 1, 3]]},
+    f"pairs: nodes {min(PAIRS[0])} and {max(PAIRS[0])} lie on each other at (-1, 0), next to the contact": {"pairs": PAIRS[1:]},
     "pairs: from pair 0 at (1, 0) to pair 1 at (0.333333, 0) they go against the tangent, which is the normal turned by -90 degrees; reverse": {
         "pairs": PAIRS[::-1]
     },
@@ -199,10 +206,12 @@ BAD = {
     "normals: those of contact 'contact' point from body 1 into body 2, the first at (-1, 0)": {"pairs": PAIRS[:, ::-1]},
     "projection: shape (2, 24), type float64; give a real matrix of shape (4, 24)": {"pairs": PAIRS[:, 0], "projection": np.ones((2, 24))},
     "projection: row 0 adds up to 24": {"pairs": PAIRS[:, 0], "projection": np.ones((4, 24))},
-    "of body 1 at (-1, 0) is held": {"held": np.r_[GOOD["held"], ROWS[PAIRS[0, 0], 0]]},
+    f"of pair 0, of node {PAIRS[0, 0]} of body 1, follows from those of other pairs or from supports": {
+        "held": np.r_[GOOD["held"], ROWS[PAIRS[0], 0]]
+    },
     "can still move along x and y and turn; add a Support (or rows in `held`)": {"held": []},
     "can still turn; add a Support": {"held": ROWS[np.flatnonzero(POINTS[:, 1] == -1.0)[0]]},
-    "a body can turn about its contact": {"held": BOTTOM, "pairs": PAIRS[1:2]},
+    "a body can turn about its contact": {"held": BOTTOM, "pairs": PAIRS[1:2], "points": APART, "gap": [0.0]},
     "gap: -1 at node 0": {"gap": [-1, 0, 0, 0]},
     "gap: 'found'; give 'measured'": {"gap": "found"},
     "interference: a list": {"interference": [1]},

@@ -10,7 +10,8 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import frictopt as fo
 from frictopt.fem.condense import condensed
-from frictopt.fem.interface import Interface
+from frictopt.fem.given import held_nodes
+from frictopt.fem.interface import Interface, openings
 from frictopt.fem.rigid import node_graph
 
 
@@ -29,9 +30,9 @@ def problem(held=slice(None)):
     nodes = [np.flatnonzero((flat[:, 2] == 0) & (np.arange(len(flat)) // bases[0].mesh.p.shape[1] == side)) for side in (0, 1)]
     one, two = (face[np.lexsort(flat[face].T)] for face in nodes)
     P = csr_matrix((np.ones(9), (np.arange(9), two)), shape=(9, len(flat)))
-    interface = Interface(one, P, np.tile(turn.T, (9, 1, 1)))
     fixed = unknowns[flat[:, 2] == -1.0][held].ravel()
     rows = np.where(np.isin(unknowns, fixed), -1, unknowns)
+    interface = Interface(one, openings(one, P), np.tile(turn.T, (9, 1, 1)), held_nodes(rows))
     return csr_matrix(spin @ K.toarray() @ spin.T), rng.normal(size=(K.shape[0], 2)), interface, rows, flat @ turn.T, fixed
 
 
@@ -81,3 +82,64 @@ def test_what_a_face_held_in_some_directions_leaves(side):
     model = fo.ContactModel3D(bodies, [fo.Support3D("block", side, directions)], {"W": [fo.BodyForce3D("punch", z=-1.0)]})
     with pytest.raises(fo.ModelError, match=f"can still {free}; add"):
         model.condense()
+
+
+def given(cells=(3, 3), graded=1.0):
+    """Arguments of `condense` for a free block on one that is held below, by scikit-fem, turned in space; body 2 goes on beside body 1."""
+    x, y = (np.linspace(0, 1, n + 1) ** graded for n in cells)
+    meshes = MeshHex.init_tensor(x, y, [0.0, 0.4, 1.0]), MeshHex.init_tensor(np.r_[-0.5, x, 1.5], y, [-1.0, -0.5, 0.0])
+    bases = [Basis(mesh, ElementVector(ElementHex1())) for mesh in meshes]
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    K = block_diag([linear_elasticity(1.0, 1.0).assemble(basis) for basis in bases]).tocsr()  # isotropic: turned points, the same matrix turned
+    unknowns = np.concatenate([bases[0].nodal_dofs.T, bases[0].N + bases[1].nodal_dofs.T])
+    points = np.concatenate([mesh.p for mesh in meshes], axis=1).T
+    spin = np.zeros(K.shape)
+    for rows in unknowns:
+        spin[np.ix_(rows, rows)] = turn
+    one = np.flatnonzero((points[:, 2] == 0) & (np.arange(len(points)) < meshes[0].p.shape[1]))
+    two = [len(meshes[0].p.T) + np.linalg.norm(meshes[1].p.T - points[node], axis=1).argmin() for node in one]
+    held = unknowns[points[:, 2] == -1].ravel()
+    rest = {"K": csr_matrix(spin @ K.toarray() @ spin.T), "loads": {"P": np.ones(K.shape[0])}, "unknowns": unknowns, "held": held}
+    return {**rest, "pairs": np.column_stack([one, two]), "normals": np.tile(turn @ [0, 0, 1], (len(one), 1)), "points": points @ turn.T}
+
+
+@pytest.mark.parametrize(("cells", "graded"), [((3, 3), 1.0), ((4, 2), 2.5), ((1, 1), 1.0)])
+def test_a_pair_that_is_wrong_is_named_whichever_it_is(cells, graded):
+    good = given(cells, graded)
+    pairs, normals, n = good["pairs"], good["normals"], len(good["pairs"])
+    assert fo.condense(**good).nodes == n
+    for i in range(n):
+        others = np.arange(n) != i
+        flip = np.where(others, 1.0, -1.0)[:, None]
+        turned = np.where(others[:, None], pairs, pairs[:, ::-1])
+        one, two = sorted(pairs[i].tolist())
+        for change, message in (
+            ({"normals": flip * normals}, f"normals: that of pair {i} at"),
+            ({"pairs": turned}, f"normals: that of pair {i} at"),
+            ({"pairs": pairs[others], "normals": normals[others]}, f"pairs: nodes {one} and {two} lie on each other at"),
+        ):
+            with pytest.raises(fo.ModelError, match=message):
+                fo.condense(**good | change)
+    again = np.random.default_rng(1).permutation(n)
+    assert fo.condense(**good | {"pairs": pairs[again], "normals": normals[again]}).nodes == n
+
+
+def test_a_normal_in_the_face_is_named():
+    good = given()
+    middle = int(np.linalg.norm(good["points"][good["pairs"][:, 0]] - good["points"][good["pairs"][:, 0]].mean(axis=0), axis=1).argmin())
+    normals = good["normals"].copy()
+    normals[middle] = np.cross(normals[middle], [1.0, 2.0, 3.0])
+    with pytest.raises(fo.ModelError, match=f"normals: that of pair {middle} at .* does not point from body 2 into body 1"):
+        fo.condense(**good | {"normals": normals})
+
+
+def test_a_pair_of_two_nodes_that_are_held_may_be_left_out():
+    """On a plane of symmetry both bodies are held across it."""
+    good = given()
+    side = np.flatnonzero(np.isclose(good["points"] @ np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0][:, 1], 0.0))
+    pairs, held = good["pairs"], np.union1d(good["held"], good["unknowns"][side, 0])
+    left = ~np.isin(pairs[:, 0], side)
+    assert 0 < left.sum() < len(left)
+    assert fo.condense(**good | {"held": held, "pairs": pairs[left], "normals": good["normals"][left]}).nodes == left.sum()
+    with pytest.raises(fo.ModelError, match="follows from those of other pairs or from supports"):
+        fo.condense(**good | {"held": held})

@@ -160,7 +160,8 @@ def test_given_matrices_with_gaps_interference_and_normals():
     [
         ("normals: zero at pair 0", {"normals": [0.0, 0.0, 0.0]}),
         ("normals: shape", {"normals": [0.0, 1.0]}),
-        ("pairs: node 0 of body 1", {"pairs": [[0, 4], [0, 5]]}),
+        ("pairs: the nodes of pair 1, at", {"pairs": [[0, 4], [0, 5]]}),
+        ("the relative motion of pair 2, of node 4 of body 1, follows", {"pairs": [[0, 4], [1, 5], [4, 0]]}),
         ("unknowns", {"unknowns": np.arange(16).reshape(8, 2)}),
         ("condense in three dimensions: .*width", {"width": np.ones(4)}),
     ],

@@ -34,19 +34,20 @@ def bridge(feet=(0, 1, 2), angle=0.0, kind=MeshQuad, gap=None):
 
 
 def test_of_several_forgotten_feet_one_is_named():
-    with pytest.raises(fo.ModelError, match=r"touch from \((-12, 0\) to \(-7|7, 0\) to \(12), 0\)"):
+    with pytest.raises(fo.ModelError, match=r"touch around \((-1|-9|-8|1|9|8|7)[.0-9]*, 0\)"):
         bridge([1])
 
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri])
 @pytest.mark.parametrize("angle", [0.0, 0.5, -0.7])
-def test_a_forgotten_foot_is_named_by_its_ends(kind, angle):
+def test_a_forgotten_foot_is_named_by_a_place_in_it(kind, angle):
     assert bridge(angle=angle, kind=kind, gap="measured").contacts
-    for forgotten in range(3):
-        ends = [rotation(angle) @ [x, 0.0] for x in FEET[forgotten]]
-        said = re.escape("contacts: bodies 'pad' and 'block' touch from ({:g}, {:g}) to ({:g}, {:g}), and no contact".format(*ends[0], *ends[1]))
-        with pytest.raises(fo.ModelError, match=said):
+    for forgotten, (left, right) in enumerate(FEET):
+        with pytest.raises(fo.ModelError, match=r"contacts: bodies 'pad' and 'block' touch around \(\S+, \S+\), and no contact") as error:
             bridge([i for i in range(3) if i != forgotten], angle, kind)
+        told = [float(x) for x in re.search(r"around \((\S+), (\S+)\)", str(error.value)).groups()]
+        x, y = rotation(-angle) @ told
+        assert left < x < right and abs(y) < 1e-4
 
 
 def test_a_contact_may_end_one_edge_before_a_corner_that_another_one_has():
@@ -64,7 +65,10 @@ def test_a_contact_may_end_one_edge_before_a_corner_that_another_one_has():
     bodies, load = {"block": fo.Body(block), "corner": fo.Body(corner)}, {"P": [fo.Traction("block", "top", y=-1.0)]}
     floor, wall = fo.Contact("block", "corner", "below", "floor"), fo.Contact("block", "corner", "left", "wall")
     assert fo.ContactModel(bodies, [fo.Support("corner", "base")], load, [floor, wall]).condense().nodes == 5
-    with pytest.raises(fo.ModelError, match=r"touch from \(0, 0\) to \(0, 2\)"):
+    whole = block.with_boundaries({"left": lambda x: x[0] == 0})
+    system = fo.ContactModel({**bodies, "block": fo.Body(whole)}, [fo.Support("corner", "base")], load, [floor, wall]).condense()
+    assert system.width.tolist() == [0.5, 1.0, 0.5, 0.5, 1.5]
+    with pytest.raises(fo.ModelError, match=r"touch around \(0, [.0-9]+\)"):
         fo.ContactModel(bodies, [fo.Support("corner", "base")], load, [floor])
 
 
@@ -72,13 +76,13 @@ def test_bodies_that_meet_in_a_point_or_look_the_same_way_do_not_touch():
     square = MeshQuad.init_tensor([0.0, 1.0, 2.0], [0.0, 1.0, 2.0])
     for by in ([2.0, 2.0], [0.0, 2.0 + 1e-6], [3.0, 0.0], [0.0, 0.0]):  # the last: two bodies in one place
         check_touching({"one": fo.Body(square), "two": fo.Body(square.translated(by))}, {})
-    with pytest.raises(fo.ModelError, match=r"from \(2, 1\) to \(2, 2\)"):
+    with pytest.raises(fo.ModelError, match=r"around \(2, 1.5\)"):
         check_touching({"one": fo.Body(square), "two": fo.Body(square.translated([2.0, 1.0]))}, {})
 
 
 def test_a_forgotten_ring_is_seen_where_the_nodes_coincide():
     shaft, hub = ring([0.5, 1.0], 12, "bore", "seat"), ring([1.0, 2.0], 12, "seat", "rim")
-    with pytest.raises(fo.ModelError, match=re.escape("touch from (-1, ")):
+    with pytest.raises(fo.ModelError, match=r"touch around \(-0.9\d+, 0.2\d+|touch around \(-0.9\d+, -0.2\d+"):
         check_touching({"shaft": fo.Body(shaft), "hub": fo.Body(hub)}, {})
 
 
@@ -122,6 +126,6 @@ def test_a_forgotten_face_in_space(kind):
         {"P": [fo.Traction3D("pad", "top", z=-1.0)]},
     )
     assert fo.ContactModel3D(*rest).condense().nodes == 10
-    for boundary, ends in (("left", "(2, 0, 0) to (4, 1, 0)"), ("right", "(0, 0, 0) to (2, 1, 0)")):
-        with pytest.raises(fo.ModelError, match=re.escape(f"'pad' and 'block' touch from {ends}")):
+    for boundary, x in (("left", "[23]"), ("right", "[01]")):
+        with pytest.raises(fo.ModelError, match=rf"'pad' and 'block' touch around \({x}\.\d+, 0\.\d+, 0\)"):
             fo.ContactModel3D(*rest, [fo.Contact("pad", "block", boundary)])

@@ -25,6 +25,7 @@ SYMMETRY = 10 * CONDENSATION  # asymmetry of a given stiffness, over its largest
 EQUILIBRIUM = 1e3 * CONDENSATION  # error of equilibrium, over the forces, above which a condensation is refused: far above its rounding
 SAME_POINT = 10 * CONDENSATION  # two nodes coincide within this share of the body's size: coordinates have ten digits or more
 
+ASIDE = 1e3 * CONDENSATION  # share of its distance by which the neighbourhood of a node may lie on the wrong side: rounding of the coordinates
 COUNTS = 1e3 * RESIDUAL  # forces and gaps above this share of the largest ones are no errors of a state: those are of the size of the residual
 
 PULL = CONDENSATION  # a stiffness between two nodes up to this share of the largest entry of A and B counts as none: the data have this error

@@ -6,15 +6,17 @@ from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
-from scipy.sparse import block_diag, csr_matrix, vstack
+from scipy.sparse import block_diag, csr_matrix, identity, vstack
 
 from ..contact.checks import Array
 from ..errors import ModelError
 from .bodies import Body, Traction
 from .contacts import Contact, Interference, Joint, joined
+from .corners import shares
 from .elasticity import Kinematics, body_stiffness, circumference
 from .frames import place, plane_frames
-from .interface import Interface
+from .given import held_nodes, same_point
+from .interface import Interface, openings
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
 from .numbering import NumberedBodies
 from .ordering import Integers
@@ -38,9 +40,7 @@ class Assembly(NumberedBodies[Body]):
     @cached_property
     def recovery(self) -> Recovery:
         """The factorisation that gives displacements back."""
-        rows = np.where(np.isin(self.rows, self.held()), -1, self.rows)
-        interface = Interface(self.pairs, self.projection, plane_frames(self.normals))
-        return Recovery(self.stiffness, interface, rows, self.points)
+        return Recovery(self.stiffness, self.interface, self.free_rows, self.points)
 
     @cached_property
     def stiffness(self) -> csr_matrix:
@@ -49,21 +49,57 @@ class Assembly(NumberedBodies[Body]):
         return csr_matrix(block_diag(parts, format="csr"))
 
     @cached_property
-    def pairs(self) -> Integers:
-        """(N,) nodes of body 1."""
-        joints = zip(self.contacts, self.joints, strict=True)
-        return np.concatenate([self.first_node[contact.body_1] + joint.face.nodes for contact, joint in joints])
+    def free_rows(self) -> Integers:
+        """(nodes, 2) unknowns of all nodes, -1 where they are held."""
+        return np.where(np.isin(self.rows, self.held()), -1, self.rows)
 
     @cached_property
-    def normals(self) -> Array:
-        """(N, 2) normals into body 1, of any length."""
-        return np.concatenate([joint.face.normals for joint in self.joints])
+    def interface(self) -> Interface:
+        """The N pairs; a corner of several contacts is in so many of them as move independently."""
+        kept, means = self._shares
+        frames = plane_frames(np.concatenate([joint.face.normals for joint in self.joints])[kept])
+        nodes, projection = self._sides
+        return Interface(nodes[kept], csr_matrix(means @ openings(nodes, projection)), frames, held_nodes(self.free_rows))
 
     @cached_property
-    def projection(self) -> csr_matrix:
-        """(N, nodes) places of body 2."""
-        joints = zip(self.contacts, self.joints, strict=True)
-        return csr_matrix(vstack([self._widened(contact.body_2, joint.projection, len(self.points)) for contact, joint in joints]))
+    def sides(self) -> tuple[csr_matrix, csr_matrix]:
+        """(N, nodes) matrices of the nodes of body 1, and of the places of body 2, that the pairs lie at."""
+        (nodes, projection), (kept, _) = self._sides, self._shares
+        return identity(len(self.points), format="csr")[nodes[kept]], projection[kept]
+
+    @cached_property
+    def contact(self) -> Integers:
+        """(N,) number of the contact of each pair."""
+        return np.repeat(np.arange(len(self.joints)), [len(joint.face.nodes) for joint in self.joints])[self._shares[0]]
+
+    @cached_property
+    def gap(self) -> Array:
+        """(N,) initial gap."""
+        return np.asarray(self._shares[1] @ np.concatenate([joint.gap for joint in self.joints]))
+
+    @cached_property
+    def _sides(self) -> tuple[Integers, csr_matrix]:
+        """All nodes of body 1 on the contacts, one contact after the other, and the places of body 2 that face them."""
+        nodes, places = [], []
+        for contact, joint in zip(self.contacts, self.joints, strict=True):
+            nodes.append(self.first_node[contact.body_1] + joint.face.nodes)
+            places.append(self._widened(contact.body_2, joint.projection, len(self.points)))
+        return np.concatenate(nodes), csr_matrix(vstack(places))
+
+    @cached_property
+    def _shares(self) -> tuple[Integers, csr_matrix]:
+        """Which of these are the N pairs, and the means of the relative motions that they stand for."""
+        (nodes, projection), near = self._sides, same_point(self.points)
+        links = projection.tocoo()
+        lie = np.linalg.norm(self.points[links.col] - self.points[nodes[links.row]], axis=1) <= near
+        others = np.full(len(nodes), -1)
+        others[links.row[lie]] = links.col[lie]
+        number = np.repeat(np.arange(len(self.joints)), [len(joint.face.nodes) for joint in self.joints])
+        return shares(self.contacts, number, nodes, others, self.points[nodes], self._widths, near)
+
+    @cached_property
+    def _widths(self) -> Array:
+        return np.concatenate([joint.face.widths(circumference(joint.face.points[:, 0], self.kinematics)) for joint in self.joints])
 
     def modulus(self, name: str) -> float:
         """Modulus of a body for its part of E*."""
@@ -73,7 +109,7 @@ class Assembly(NumberedBodies[Body]):
     @cached_property
     def joints(self) -> list[Joint]:
         """The joined nodes of each contact."""
-        return [joined(contact, *self.sides(contact), self.kinematics) for contact in self.contacts]
+        return [joined(contact, *self.bodies_of(contact), self.kinematics) for contact in self.contacts]
 
     def _widened(self, name: str, projection: csr_matrix, nodes: int) -> csr_matrix:
         """A projection with the columns of all nodes, from one with those of a body."""
@@ -108,7 +144,8 @@ class Assembly(NumberedBodies[Body]):
                         )
                     moved[unknowns], given[unknowns] = values, True
         if moved.any():
-            moved[self.rows[self.pairs]] += self.projection @ moved[self.rows]
+            following, _, Q = self.interface.followers
+            moved[self.rows[following]] = Q @ moved[self.rows]
         return moved
 
     def load(self, case: str) -> Array:
@@ -124,7 +161,7 @@ class Assembly(NumberedBodies[Body]):
                 if part.contact not in amounts:
                     raise ModelError(f"loads[{case!r}]: contact {part.contact!r} is unknown; this model has {list(amounts)}")
                 amounts[part.contact] += part.amount
-        return np.repeat(list(amounts.values()), [len(joint.face.nodes) for joint in self.joints])
+        return np.array(list(amounts.values()))[self.contact]
 
     def held(self) -> Integers:
         """Unknowns that the supports hold, and the radial ones on the axis of axisymmetric bodies."""
@@ -134,26 +171,10 @@ class Assembly(NumberedBodies[Body]):
         return np.unique(np.concatenate([held, *(self.unknowns(name)[body.mesh.p[0] == 0, 0] for name, body in self.bodies.items())]))
 
     def check_contacts(self) -> None:
-        """Check the names of the contacts, and that no node is body 1's in two of them or on both sides, and that none is forgotten."""
+        """Check the names of the contacts, and that none is forgotten."""
         names = [contact.name for contact in self.contacts]
         if again := [name for i, name in enumerate(names) if name in names[:i]]:
             raise ModelError(f"contacts: two are called {again[0]!r}; give each a name")
-        owner: dict[tuple[str, int], str | None] = {}
-        for contact, joint in zip(self.contacts, self.joints, strict=True):
-            for node, point in zip(joint.face.nodes.tolist(), joint.face.points, strict=True):
-                if (contact.body_1, node) in owner:
-                    raise ModelError(
-                        f"contacts: node {node} of body {contact.body_1!r} at {place(point)} is in {owner[contact.body_1, node]!r} and in "
-                        f"{contact.name!r}; let a corner belong to one contact alone: end the other one edge before it"
-                    )
-                owner[contact.body_1, node] = contact.name
-        for contact, joint in zip(self.contacts, self.joints, strict=True):
-            for node in np.unique(joint.projection.indices).tolist():
-                if (contact.body_2, node) in owner:
-                    raise ModelError(
-                        f"contacts: node {node} of body {contact.body_2!r} at {place(self.bodies[contact.body_2].mesh.p[:, node])} is body 1's in "
-                        f"{owner[contact.body_2, node]!r} and body 2's in {contact.name!r}; let it be in one of them, or exchange the bodies of one"
-                    )
         joined: dict[tuple[str, str], list[Integers]] = {}
         for contact, joint in zip(self.contacts, self.joints, strict=True):
             joined.setdefault((contact.body_1, contact.body_2), []).append(joint.face.nodes)
@@ -162,5 +183,5 @@ class Assembly(NumberedBodies[Body]):
 
     @property
     def widths(self) -> Array:
-        """(N,) tributary lengths of the nodes; axisymmetric: areas."""
-        return np.concatenate([joint.face.widths(circumference(joint.face.points[:, 0], self.kinematics)) for joint in self.joints])
+        """(N,) tributary lengths of the pairs; axisymmetric: areas."""
+        return np.asarray((self._shares[1] > 0) @ self._widths)

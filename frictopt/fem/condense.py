@@ -1,6 +1,6 @@
 """Condensation of any sparse stiffness matrix to the contacts of its bodies."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,16 +10,26 @@ from scipy.sparse.csgraph import connected_components
 from ..contact import ContactSystem
 from ..contact.checks import Array, checked_contact, checked_overlaps, finite_array
 from ..contact.dispatch import answered_by_axes
-from ..contact.tolerances import EQUILIBRIUM, SAME_POINT
+from ..contact.tolerances import EQUILIBRIUM
 from ..errors import ModelError
 from .frames import arc_length, check_course, check_sides, half_widths, plane_frames
-from .given import checked_forces, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness
-from .interface import Interface, glued
+from .given import (
+    check_forgotten,
+    checked_forces,
+    checked_gap,
+    checked_normals,
+    checked_pairs,
+    checked_rows,
+    checked_stiffness,
+    held_nodes,
+    same_point,
+)
+from .interface import Interface, glued, openings
 from .ordering import Integers, nested_dissection
 from .rigid import balanced, check_supports, free_motions, node_graph
 from .schur import Elimination
 
-__all__ = ["condense", "condensed", "eliminated"]
+__all__ = ["condense", "condensed", "eliminated", "plane_system", "reactions"]
 
 
 @answered_by_axes
@@ -90,9 +100,9 @@ def condense(
     Raises
     ------
     ModelError
-        K not symmetric, rows of K that no node has, nodes that K does not have, pairs out of order or with a node in common, normals that flip or
-        point out of body 1, pairs that do not coincide, negative gaps, a held node of body 1 on a contact, bodies that neither supports nor contacts
-        hold, a matrix that cannot be eliminated accurately.
+        K not symmetric, rows of K that no node has, nodes that K does not have, pairs out of order, normals that flip or point out of body 1, pairs
+        that do not coincide or whose relative motion follows from other pairs or supports, nodes of the two bodies that lie on each other next to
+        the contact in no pair, negative gaps, bodies that neither supports nor contacts hold, a matrix that cannot be eliminated accurately.
 
     Examples
     --------
@@ -124,30 +134,71 @@ def condense(
     names = checked_contact("contact", ["contact"] * n if contact is None else contact, n).tolist()
     x = where[nodes]
     frames = plane_frames(checked_normals(normals, x.shape))
-    side = frames[:, 1]
-    opening = checked_gap(gap, x, x - P @ where, side, SAME_POINT * float(np.ptp(where, axis=0).max()))
+    apart = checked_gap(gap, x, x - P @ where, frames[:, 1], same_point(where))
     F = checked_forces(loads, K.shape[0])
     overlaps = checked_overlaps("interference", {} if interference is None else interference, n)
-    interface, graph = Interface(nodes, P, frames), node_graph(K, rows)
     check_course(x, frames, names)
-    check_sides(graph, interface, where, names)
-    S, R = condensed(K, np.reshape([*F.values()], (-1, K.shape[0])).T, interface, rows, where, graph)
-    reactions = dict(zip(F, R.T, strict=True))
-    for name, d in overlaps.items():
-        reactions[name] = reactions.get(name, 0.0) + S[:, n:] @ d
+    interface, graph = Interface(nodes, openings(nodes, P), frames, held_nodes(rows)), node_graph(K, rows)
+    check_forgotten(graph, interface, rows, where)
+    return plane_system(
+        *reactions(K, F, overlaps, interface, rows, where, graph, names),
+        interface,
+        points=x,
+        gap=apart,
+        contact=names,
+        width=half_widths(x, names) if width is None else width,
+        E_star=E_star,
+    )
+
+
+def plane_system(S: Array, bonded: Mapping[str, Array], interface: Interface, points: Array, contact: Sequence[str], **values: Any) -> ContactSystem:
+    """The contact system of a stiffness (2N, 2N) and of reactions (2N,), load case by load case; other values as for `ContactSystem`."""
+    n = len(points)
     return ContactSystem(
         A=S[:n, :n],
         B=S[n:, :n],
         C=S[n:, n:],
-        x=arc_length(x, frames, names),
-        bonded={name: (r[:n], r[n:]) for name, r in reactions.items()},
-        gap=opening,
-        E_star=E_star,
-        points=x,
-        normals=side,
-        contact=names,
-        width=half_widths(x, names) if width is None else width,
+        x=arc_length(points, interface.frames, contact),
+        bonded={name: (r[:n], r[n:]) for name, r in bonded.items()},
+        points=points,
+        normals=interface.frames[:, 1],
+        contact=np.array(contact),
+        **values,
     )
+
+
+def reactions(
+    K: csr_matrix,
+    F: Mapping[str, Array],
+    overlaps: Mapping[str, Array],
+    interface: Interface,
+    unknowns: Integers,
+    points: Array,
+    graph: csr_matrix,
+    names: Sequence[str],
+) -> tuple[Array, dict[str, Array]]:
+    """Stiffness of the relative motions and bonded reactions of each load case, in any number of dimensions.
+
+    Parameters
+    ----------
+    K, interface, unknowns, points, graph
+        See `condensed`.
+    F, overlaps
+        Load case name -> nodal forces, and load case name -> (N,) interference.
+    names
+        Name of the contact of each pair.
+
+    Raises
+    ------
+    ModelError
+        Normals that do not point into body 1, and as for `condensed`.
+    """
+    check_sides(graph, interface, points, names)
+    S, R = condensed(K, np.reshape([*F.values()], (-1, K.shape[0])).T, interface, unknowns, points, graph)
+    bonded = dict(zip(F, R.T, strict=True))
+    for name, d in overlaps.items():
+        bonded[name] = bonded.get(name, 0.0) + S[:, -len(d) :] @ d
+    return S, bonded
 
 
 def condensed(K: csr_matrix, F: Array, interface: Interface, unknowns: Integers, points: Array, graph: csr_matrix) -> tuple[Array, Array]:

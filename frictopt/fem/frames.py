@@ -1,12 +1,13 @@
 """Directions, order, arc length and widths along contacts in the plane."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..contact.checks import Array
-from ..contact.tolerances import SAME_POINT
+from ..contact.tolerances import ASIDE, SAME_POINT
 from ..errors import ModelError
 from .interface import Interface
 
@@ -27,13 +28,13 @@ def place(point: Array) -> str:
     return "(" + ", ".join(f"{value:g}" for value in point) + ")"
 
 
-def runs(names: list[str]) -> list[slice]:
+def runs(names: Sequence[str]) -> list[slice]:
     """The pairs of each contact, from the name of each pair."""
     starts = [i for i in range(len(names)) if i == 0 or names[i] != names[i - 1]]
     return [slice(start, end) for start, end in pairwise([*starts, len(names)])]
 
 
-def check_course(points: Array, frames: Array, names: list[str]) -> None:
+def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:
     """Check that the pairs of each contact follow each other along their tangents, and that normals of neighbours do not flip.
 
     Raises
@@ -61,8 +62,10 @@ def check_course(points: Array, frames: Array, names: list[str]) -> None:
             )
 
 
-def check_sides(graph: csr_matrix, interface: Interface, points: Array, names: list[str]) -> None:
+def check_sides(graph: csr_matrix, interface: Interface, points: Array, names: Sequence[str]) -> None:
     """Check that the normals point into body 1: the nodes next to the contact lie ahead in body 1, behind in body 2.
+
+    At a re-entrant corner one of the two bodies may seem to lie on the wrong side, but not both.
 
     Raises
     ------
@@ -72,17 +75,30 @@ def check_sides(graph: csr_matrix, interface: Interface, points: Array, names: l
     pattern = (graph > 0).astype(np.float64)
     neighbours = np.asarray(pattern.sum(axis=1))
     inward = np.where(neighbours > 0, (pattern @ points) / np.maximum(neighbours, 1) - points, 0.0)
-    ahead = np.sum(interface.frames[:, -1] * (inward[interface.nodes] - interface.projection @ inward), axis=1)
+    normals = interface.frames[:, -1]
+    one = np.sum(normals * inward[interface.nodes], axis=1)
+    ahead = np.sum(normals * (interface.opening @ inward), axis=1)
     for run in runs(names):
         if ahead[run].sum() < 0:
             i = run.start
             raise ModelError(
-                f"normals: those of contact {names[i]!r} point from body 1 into body 2, the first at {place(points[interface.nodes[i]])}; "
-                "turn them round, or exchange the columns of the pairs, and reverse the order of the pairs"
+                f"normals: those of contact {names[i]!r} point from body 1 into body 2, the first at {place(points[interface.nodes[i]])}; turn them "
+                "round, or exchange the columns of the pairs, and in the plane reverse the order of the pairs"
             )
+    near = ASIDE * np.linalg.norm(interface.opening @ inward, axis=1)
+    around = pattern[interface.nodes].tocoo()
+    heights = np.abs(np.sum(normals[around.row] * (points[around.col] - points[interface.nodes[around.row]]), axis=1))
+    seen = np.bincount(around.row, heights, minlength=len(near)) > near  # springs along the face alone tell nothing
+    wrong = seen & (ahead <= near) & (np.maximum(one, ahead - one) <= near) & (near > 0)
+    if wrong.any():
+        i = int(wrong.argmax())
+        raise ModelError(
+            f"normals: that of pair {i} at {place(points[interface.nodes[i]])} does not point from body 2 into body 1, as their elements lie there; "
+            "turn it, or exchange the two nodes of the pair"
+        )
 
 
-def half_widths(points: Array, names: list[str]) -> Array | None:
+def half_widths(points: Array, names: Sequence[str]) -> Array | None:
     """(N,) half the distances to the neighbours on the same contact; None if a contact has a single pair."""
     width = np.zeros(len(points))
     for run in runs(names):
@@ -91,7 +107,7 @@ def half_widths(points: Array, names: list[str]) -> Array | None:
     return width if width.min() > 0 else None
 
 
-def arc_length(points: Array, frames: Array, names: list[str]) -> Array:
+def arc_length(points: Array, frames: Array, names: Sequence[str]) -> Array:
     """(N,) arc length along the contacts, one after the other."""
     x, end = np.empty(len(points)), 0.0
     for run in runs(names):

@@ -4,15 +4,28 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix, issparse
+from scipy.sparse import csr_matrix, diags, issparse
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, check_name, choice, finite_array, frozen, listed, whole_array
 from ..contact.tolerances import SAME_POINT, SYMMETRY
 from ..errors import ModelError
 from .frames import place
+from .interface import Interface
 from .ordering import Integers
 
-__all__ = ["checked_forces", "checked_gap", "checked_normals", "checked_pairs", "checked_rows", "checked_stiffness"]
+__all__ = [
+    "check_forgotten",
+    "checked_forces",
+    "checked_gap",
+    "checked_normals",
+    "checked_pairs",
+    "checked_rows",
+    "checked_stiffness",
+    "held_nodes",
+    "same_point",
+]
 
 
 def checked_stiffness(K: Any) -> csr_matrix:
@@ -52,22 +65,16 @@ def checked_rows(unknowns: Any, held: Any, shape: tuple[int, ...], size: int) ->
 
 def checked_pairs(pairs: Any, projection: Any, rows: Integers, points: Array) -> tuple[Integers, csr_matrix]:
     """Nodes of body 1, and the matrix of the places on body 2 that they are glued to; `rows` as `checked_rows` gives them."""
-    most = len(points) - 1
+    size = len(points)
+    most = size - 1
     if projection is None:
         nodes, other = whole_array("pairs", pairs, (None, 2), least=0, most=most).T
-        P = csr_matrix((np.ones(len(other)), (np.arange(len(other)), other)), shape=(len(other), len(points)))
+        P = csr_matrix((np.ones(len(other)), (np.arange(len(other)), other)), shape=(len(other), size))
     else:
         nodes = whole_array("pairs", pairs, (None,), least=0, most=most)
-        P = _checked_projection(projection, (len(nodes), len(points)))
+        P = _checked_projection(projection, (len(nodes), size))
     if not len(nodes):
         raise ModelError("pairs: none; a contact needs at least one node pair")
-    values, times = np.unique(nodes, return_counts=True)
-    if np.any(times > 1):
-        node = int(values[times > 1][0])
-        raise ModelError(f"pairs: node {node} of body 1 at {place(points[node])} is in two pairs; let a corner belong to one contact alone")
-    both = np.intersect1d(nodes, P.indices)
-    if len(both):
-        raise ModelError(f"pairs: node {both[0]} at {place(points[both[0]])} is on both sides; let it be in one pair, and in body 1 or body 2")
     both = np.union1d(nodes, P.indices)
     if np.any(rows[both] < -1):
         node = int(both[(rows[both] < -1).any(axis=1)][0])
@@ -75,10 +82,49 @@ def checked_pairs(pairs: Any, projection: Any, rows: Integers, points: Array) ->
             f"pairs: node {node} at {place(points[node])} follows other nodes, by an equation or a tie; on a contact let the others follow it "
             "(in *EQUATION by exchanging the first term), or take the constraint out"
         )
-    if np.any(rows[nodes] < 0):
-        node = int(nodes[(rows[nodes] < 0).any(axis=1)][0])
-        raise ModelError(f"pairs: node {node} of body 1 at {place(points[node])} is held; hold body 1 elsewhere, or exchange the bodies")
     return nodes, P
+
+
+def held_nodes(rows: Integers) -> Integers:
+    """Nodes of which a displacement is held."""
+    return np.flatnonzero((rows < 0).any(axis=1))
+
+
+def same_point(points: Array) -> float:
+    """Distance up to which two nodes coincide."""
+    return SAME_POINT * float(np.ptp(points, axis=0).max())
+
+
+def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, points: Array) -> None:
+    """Check that no pair is left out: that of nodes of two bodies that lie on each other, next to others that do, where other pairs join the bodies.
+
+    Nodes that pairs join by way of other nodes, or that are held on both sides, make no pair.
+
+    Raises
+    ------
+    ModelError
+        One is left out.
+    """
+    step = graph - diags(graph.diagonal())
+    rigid = np.asarray(step.sum(axis=1)).ravel() == 0  # nodes of the ground, with no stiffness of their own
+    count, body = connected_components(graph, directed=False)
+    body = np.where(rigid, count, body)
+    links = interface.opening.tocoo()
+    own = interface.nodes[links.row]
+    _, joined = connected_components(csr_matrix((np.ones(len(own)), (own, links.col)), shape=graph.shape), directed=False)
+    i, j = cKDTree(points).query_pairs(same_point(points), output_type="ndarray").T
+    of = csr_matrix((np.ones(len(body)), (np.arange(len(body)), body)), shape=(len(body), count + 1))
+    beside = step @ csr_matrix((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), shape=graph.shape) @ of
+    meet = of[own].T @ of[links.col]
+    lone = (joined[i] != joined[j]) & ((rows[i] >= 0).all(axis=1) | (rows[j] >= 0).all(axis=1)) & (body[i] != body[j])
+    for k in np.flatnonzero(lone):
+        one, two = int(i[k]), int(j[k])
+        near = [rigid[a] or beside[a, body[b]] for a, b in ((one, two), (two, one))]
+        if all(near) and (meet + meet.T)[body[one], body[two]]:
+            raise ModelError(
+                f"pairs: nodes {one} and {two} lie on each other at {place(points[one])}, next to the contact of their bodies, in no pair; there the "
+                "bodies would pass through each other: add the pair"
+            )
 
 
 def _checked_projection(projection: Any, shape: tuple[int, int]) -> csr_matrix:

@@ -8,7 +8,6 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from scipy.sparse import identity
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, listed_parts, shown
@@ -17,14 +16,15 @@ from ..contact.tolerances import COUNTS
 from ..errors import ModelError, ModelWarning
 from .assembly import LOADS, Assembly, Load
 from .bodies import Body, Support, Traction
-from .condense import condense
+from .condense import plane_system, reactions
 from .contacts import Contact
 from .elasticity import KINEMATICS, Kinematics
-from .frames import plane_frames
+from .frames import check_course
 from .loads import Expansion, Pressure
 from .numbering import described
 from .ordering import Integers
 from .recovery import BodyFields, body_fields
+from .rigid import node_graph
 
 __all__ = ["ContactModel"]
 
@@ -42,7 +42,8 @@ class ContactModel(Shown, Plotted):
     loads
         Load case name -> its loads: Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference.
     contacts
-        The contacts, each of another name. None given: two bodies, the first of them body 1, meet along the boundary "contact" of both.
+        The contacts, each of another name. None given: two bodies, the first of them body 1, meet along the boundary "contact" of both. A corner node
+        belongs to as many contacts as faces end there. Where its motion in the last of them follows from the others, the next node stands for both.
     kinematics
         "plane_strain", "plane_stress", or "axisymmetric": x is then the radius and x = 0 the axis, and stiffness, forces and widths (which are areas)
         are those of the whole circumference. Nothing twists or bends: slips are along the meridian.
@@ -50,8 +51,8 @@ class ContactModel(Shown, Plotted):
     Raises
     ------
     ModelError
-        A body or boundary that is unknown, contacts of the same name, faces that do not meet (see `Contact`), a node of body 1 in two contacts or on
-        both sides, flat facets of two bodies that lie on each other in no contact, a load case without loads.
+        A body or boundary that is unknown, contacts of the same name, faces that do not meet (see `Contact`), flat facets of two bodies that lie on
+        each other in no contact, a load case without loads.
 
     Examples
     --------
@@ -123,25 +124,25 @@ class ContactModel(Shown, Plotted):
         Raises
         ------
         ModelError
-            Rigid motions that nothing prevents, a support on a node of body 1 on a contact, a stiffness that cannot be factorised, or not accurately
-            enough (extreme materials, sizes or elements).
+            Rigid motions that nothing prevents, supports on both nodes of a pair, a contact that is all corners of others, a stiffness that cannot be
+            factorised, or not accurately enough (extreme materials, sizes or elements).
         """
-        contacts = list(zip(self.contacts, self._parts.joints, strict=True))
-        moduli = [[self._parts.modulus(name) for name in (contact.body_1, contact.body_2)] for contact in self.contacts]
+        parts = self._parts
+        moduli = [[parts.modulus(name) for name in (contact.body_1, contact.body_2)] for contact in self.contacts]
         E_star = {1 / (1 / one + 1 / two) for one, two in moduli}
-        return condense(
-            self._parts.stiffness,
-            loads={name: self._parts.load(name) for name in self.loads},
-            pairs=self._parts.pairs,
-            normals=self._parts.normals,
-            unknowns=self._parts.rows,
-            points=self._parts.points,
-            held=self._parts.held(),
-            projection=self._parts.projection,
-            gap=np.concatenate([joint.gap for joint in self._parts.joints]),
-            interference={name: overlap for name in self.loads if (overlap := self._parts.overlap(name)).any()},
-            contact=[contact.name for contact, joint in contacts for _ in joint.face.nodes],
-            width=self._parts.widths,
+        names = [str(self.contacts[number].name) for number in parts.contact]
+        points = parts.points[parts.interface.nodes]
+        check_course(points, parts.interface.frames, names)
+        overlaps = {name: overlap for name in self.loads if (overlap := parts.overlap(name)).any()}
+        F = {name: parts.load(name) for name in self.loads}
+        graph = node_graph(parts.stiffness, parts.free_rows)
+        return plane_system(
+            *reactions(parts.stiffness, F, overlaps, parts.interface, parts.free_rows, parts.points, graph, names),
+            parts.interface,
+            points=points,
+            contact=names,
+            gap=parts.gap,
+            width=parts.widths,
             E_star=E_star.pop() if len(E_star) == 1 else None,
         )
 
@@ -176,10 +177,10 @@ class ContactModel(Shown, Plotted):
         >>> bool(abs(fields.q).max() < 1), round(float(fields.p.sum()), 9)
         (True, 2.0)
         """
-        amplitudes, n = checked_loads("loads", loads), len(self._parts.pairs)
+        amplitudes, n = checked_loads("loads", loads), len(self._parts.contact)
         if unknown := sorted(set(amplitudes) - set(self.loads)):
             raise ModelError(f"load case {unknown[0]!r}: unknown; this model has {sorted(self.loads)}")
-        initial = np.concatenate([joint.gap for joint in self._parts.joints])
+        initial = self._parts.gap
         v, w = finite_array("slip", slip, (n,)), initial if gap is None else finite_array("gap", gap, (n,))
         size = self._parts.stiffness.shape[0]
         force, lift, overlap, expansions = np.zeros(size), np.zeros(size), np.zeros(n), []
@@ -192,8 +193,7 @@ class ContactModel(Shown, Plotted):
         moved = {name: u[self._parts.rows[first : first + len(self.bodies[name].mesh.p.T)]].T for name, first in self._parts.first_node.items()}
         if gap is not None:
             _warn_of_open_nodes(w, r, float(np.abs(u).max()))
-        sides = identity(len(self._parts.points), format="csr")[self._parts.pairs], self._parts.projection
-        return body_fields(self.bodies, self.kinematics, moved, expansions, r, plane_frames(self._parts.normals)[:, 0], sides)
+        return body_fields(self.bodies, self.kinematics, moved, expansions, r, self._parts.interface.frames[:, 0], self._parts.sides)
 
     @property
     def held_nodes(self) -> tuple[Integers, ...]:
@@ -213,7 +213,8 @@ class ContactModel(Shown, Plotted):
         return tuple(found)
 
     def _answer(self) -> Mapping[str, Any]:
-        contacts = {contact.name: len(joint.face.nodes) for contact, joint in zip(self.contacts, self._parts.joints, strict=True)}
+        counts = np.bincount(self._parts.contact, minlength=len(self.contacts)).tolist()
+        contacts = {contact.name: count for contact, count in zip(self.contacts, counts, strict=True)}
         model = {"bodies": described(self.bodies), "contacts": contacts, "supports": len(self.supports), "loads": list(self.loads)}
         return {**model, "kinematics": self.kinematics}
 

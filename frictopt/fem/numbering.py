@@ -56,7 +56,7 @@ class NumberedBodies(Generic[B]):
             raise ModelError(f"{argument}: body {name!r} is unknown; this model has {sorted(self.bodies)}")
         return self.bodies[name]
 
-    def sides(self, contact: Any) -> tuple[B, B]:
+    def bodies_of(self, contact: Any) -> tuple[B, B]:
         """The two bodies of a contact."""
         for name in (contact.body_1, contact.body_2):
             if owners := [owner for owner, body in self.bodies.items() if name not in self.bodies and name in (body.mesh.boundaries or {})]:

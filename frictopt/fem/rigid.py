@@ -68,7 +68,7 @@ def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_
     ModelError
         One is left.
     """
-    links = interface.projection.tocoo()
+    links = interface.opening.tocoo()
     ties = csr_matrix((np.ones(len(links.row)), (interface.nodes[links.row], links.col)), shape=graph.shape)
     _, assembly = connected_components(graph + ties, directed=False)
     left = free_motions(K, unknowns, points, assembly)

@@ -5,8 +5,6 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..contact.checks import Array
@@ -44,12 +42,11 @@ def check_touching(bodies: Mapping[str, Any], joined: Mapping[tuple[str, str], l
         P, Q = (_free_facets(mesh, nodes, low - near, high + near) for mesh, nodes in sides)
         if not (P.size and Q.size and len(pairs := _overlapping(P, Q, near))):
             continue
-        piece = _first_piece(P[pairs[:, 0]], Q[pairs[:, 1]], near)
-        first = piece[np.lexsort(piece.T[::-1])[0]]
-        last = piece[np.linalg.norm(piece - first, axis=1).argmax()]
+        i, j = pairs[np.lexsort(P[pairs[:, 0]].mean(axis=1).T[::-1])[0]]
+        middle = (np.maximum(P[i].min(axis=0), Q[j].min(axis=0)) + np.minimum(P[i].max(axis=0), Q[j].max(axis=0))) / 2
         raise ModelError(
-            f"contacts: bodies {one!r} and {two!r} touch from {place(first)} to {place(last)}, and no contact joins them there: "
-            "they would pass through each other; add a Contact of these faces, or move the bodies apart, or merge them"
+            f"contacts: bodies {one!r} and {two!r} touch around {place(middle)}, and no contact joins them there: they would pass "
+            "through each other; add a Contact of these faces, all of them (a corner may belong to several), or move the bodies apart, or merge them"
         )
 
 
@@ -87,8 +84,7 @@ def _overlapping(P: Array, Q: Array, near: float) -> Integers:
     normals = _normals(P), _normals(Q)
     opposite = np.sum(normals[0][i] * normals[1][j], axis=1) < 0
     i, j = i[opposite], j[opposite]
-    heights = [np.abs(np.einsum("mkd,md->mk", P[i] - Q[j, :1], normals[1][j])), np.abs(np.einsum("mkd,md->mk", Q[j] - P[i, :1], normals[0][i]))]
-    flat = np.minimum(*(height.max(axis=1) for height in heights)) <= near
+    flat = np.abs(np.einsum("mkd,md->mk", P[i] - Q[j, :1], normals[1][j])).max(axis=1) <= near
     i, j = i[flat], j[flat]
     axes = np.concatenate([_edge_normals(P[i], normals[0][i]), _edge_normals(Q[j], normals[0][i])], axis=1)
     (a, b), (c, d) = ((reach.min(axis=2), reach.max(axis=2)) for reach in (np.einsum("mxd,mkd->mxk", axes, facets) for facets in (P[i], Q[j])))
@@ -101,14 +97,3 @@ def _edge_normals(corners: Array, normal: Array) -> Array:
     steps = np.roll(corners, -1, axis=1) - corners
     axes = steps[:, :1] if corners.shape[2] == 2 else np.cross(normal[:, None], steps)
     return np.asarray(axes / np.linalg.norm(axes, axis=2)[:, :, None])
-
-
-def _first_piece(P: Array, Q: Array, near: float) -> Array:
-    """(points, d) corners of the facets in one connected piece of the pairs of facets, on the side where they reach less far."""
-    begin, end = np.maximum(P.min(axis=1), Q.min(axis=1)), np.minimum(P.max(axis=1), Q.max(axis=1))
-    i, j = cKDTree((begin + end) / 2).query_pairs(float(np.linalg.norm(end - begin, axis=1).max()) + near, output_type="ndarray").T
-    touch = (np.maximum(begin[i], begin[j]) <= np.minimum(end[i], end[j]) + near).all(axis=1)
-    graph = coo_matrix((np.ones(int(touch.sum())), (i[touch], j[touch])), shape=(len(begin),) * 2)
-    label = connected_components(graph, directed=False)[1]
-    sides = [facets[label == label[0]].reshape(-1, facets.shape[2]) for facets in (P, Q)]
-    return min(sides, key=lambda points: float(np.linalg.norm(np.ptp(points, axis=0))))

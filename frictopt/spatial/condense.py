@@ -6,12 +6,20 @@ from typing import Any
 import numpy as np
 
 from ..contact.checks import Array, checked_overlaps, finite_array
-from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
-from ..fem.condense import condensed
-from ..fem.frames import check_sides
-from ..fem.given import checked_forces, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness
-from ..fem.interface import Interface
+from ..fem.condense import reactions
+from ..fem.given import (
+    check_forgotten,
+    checked_forces,
+    checked_gap,
+    checked_normals,
+    checked_pairs,
+    checked_rows,
+    checked_stiffness,
+    held_nodes,
+    same_point,
+)
+from ..fem.interface import Interface, openings
 from ..fem.rigid import node_graph
 from .system import ContactSystem3D
 
@@ -62,15 +70,13 @@ def condense(
     nodes, P = checked_pairs(pairs, projection, rows, where)
     n = len(nodes)
     frames = frames_of(checked_normals(normals, (n, 3)))
-    opening = checked_gap(gap, where[nodes], where[nodes] - P @ where, frames[:, 2], SAME_POINT * float(np.ptp(where, axis=0).max()))
+    apart = checked_gap(gap, where[nodes], where[nodes] - P @ where, frames[:, 2], same_point(where))
     F = checked_forces(loads, K.shape[0])
-    interface, graph = Interface(nodes, P, frames), node_graph(K, rows)
-    check_sides(graph, interface, where, ["contact"] * n)
-    S, R = condensed(K, np.reshape([*F.values()], (-1, K.shape[0])).T, interface, rows, where, graph)
-    reactions = dict(zip(F, R.T, strict=True))
-    for name, d in checked_overlaps("interference", {} if interference is None else interference, n).items():
-        reactions[name] = reactions.get(name, 0.0) + S[:, 2 * n :] @ d
-    return ContactSystem3D(S, where[nodes], reactions, opening, frames)
+    overlaps = checked_overlaps("interference", {} if interference is None else interference, n)
+    interface, graph = Interface(nodes, openings(nodes, P), frames, held_nodes(rows)), node_graph(K, rows)
+    check_forgotten(graph, interface, rows, where)
+    S, bonded = reactions(K, F, overlaps, interface, rows, where, graph, ["contact"] * n)
+    return ContactSystem3D(S, where[nodes], bonded, apart, frames)
 
 
 def frames_of(normals: Array) -> Array:

@@ -14,13 +14,18 @@ from ..contact.checks import Array, check_name, check_text, listed_parts, shown
 from ..contact.show import Plotted, Shown
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
+from ..fem.condense import reactions
 from ..fem.contacts import Contact
+from ..fem.corners import shares
 from ..fem.frames import place
+from ..fem.given import held_nodes, same_point
+from ..fem.interface import Interface, openings
 from ..fem.numbering import NumberedBodies, described
 from ..fem.ordering import Integers
+from ..fem.rigid import node_graph
 from ..fem.touching import check_touching
 from .bodies import Body3D, BodyForce3D, Support3D, Traction3D
-from .condense import condense
+from .condense import frames_of
 from .system import ContactSystem3D
 
 __all__ = ["ContactModel3D"]
@@ -39,7 +44,7 @@ class ContactModel3D(Shown, Plotted):
     loads
         Load case name -> its tractions and body forces.
     contacts
-        The contacts. None given: two bodies, the first of them body 1, meet along the boundary "contact" of both.
+        The contacts. None given: two bodies, the first of them body 1, meet along the boundary "contact" of both. Corners: see `ContactModel`.
 
     Raises
     ------
@@ -111,20 +116,20 @@ class ContactModel3D(Shown, Plotted):
         Raises
         ------
         ModelError
-            Rigid motions that nothing prevents, a support on a node of body 1 on a contact, a node in two contacts, a stiffness that cannot be
+            Rigid motions that nothing prevents, supports on both nodes of a pair, a contact that is all corners of others, a stiffness that cannot be
             factorised, or not accurately enough (extreme materials, sizes or elements).
         """
-        parts = [body.stiffness() for body in self.bodies.values()]
-        pairs, normals = self._pairs
-        return condense(
-            csr_matrix(block_diag(parts, format="csr")),
-            loads={name: self._force(name) for name in self.loads},
-            pairs=pairs,
-            normals=normals,
-            unknowns=self._numbered.rows,
-            points=self._numbered.points,
-            held=self._numbered.held(),
-        )
+        K = csr_matrix(block_diag([body.stiffness() for body in self.bodies.values()], format="csr"))
+        numbered, (contact, nodes, others, normals) = self._numbered, self._pairs
+        near = same_point(numbered.points)
+        kept, means = shares(self.contacts, contact, nodes, others, numbered.points[nodes], np.linalg.norm(normals, axis=1), near)
+        rows = np.where(np.isin(numbered.rows, numbered.held()), -1, numbered.rows)
+        lie = csr_matrix((np.ones(len(others)), (np.arange(len(others)), others)), shape=(len(others), len(numbered.points)))
+        interface = Interface(nodes[kept], csr_matrix(means @ openings(nodes, lie)), frames_of(normals[kept]), held_nodes(rows))
+        loads, graph = {name: self._force(name) for name in self.loads}, node_graph(K, rows)
+        names = [str(self.contacts[number].name) for number in contact[kept]]
+        S, bonded = reactions(K, loads, {}, interface, rows, numbered.points, graph, names)
+        return ContactSystem3D(S, numbered.points[interface.nodes], bonded, frames=interface.frames)
 
     @property
     def held_nodes(self) -> tuple[Integers, ...]:
@@ -140,15 +145,15 @@ class ContactModel3D(Shown, Plotted):
         return NumberedBodies(self.bodies, self.supports)
 
     @cached_property
-    def _pairs(self) -> tuple[np.ndarray, Array]:
-        """(N, 2) nodes of body 1 and body 2, contact after contact, and the (N, 3) normals into body 1."""
+    def _pairs(self) -> tuple[Integers, Integers, Integers, Array]:
+        """Number of the contact, nodes of body 1 and body 2, and normals into body 1 of the pairs, contact after contact; their lengths are areas."""
         pairs, normals, joined = [], [], dict[tuple[str, str], list[np.ndarray]]()
-        for contact in self.contacts:
+        for number, contact in enumerate(self.contacts):
             if contact.gap is not None:
                 raise ModelError(
                     f"contacts: {contact.name!r} has gap={contact.gap!r}; in space the faces touch: set a gap by ContactSystem3D.with_gap"
                 )
-            one, two = self._numbered.sides(contact)
+            one, two = self._numbered.bodies_of(contact)
             nodes = one.boundary_nodes(contact.boundary_1, f"contact {contact.name!r}")
             others = two.boundary_nodes(contact.boundary_2, f"contact {contact.name!r}")
             distance, nearest = cKDTree(two.mesh.p[:, others].T).query(one.mesh.p[:, nodes].T)
@@ -158,14 +163,14 @@ class ContactModel3D(Shown, Plotted):
                     f"contacts: {contact.name!r}: the node of body {contact.body_1!r} at {place(point)} is {distance.max():g} from the next one of "
                     f"body {contact.body_2!r}; mesh the faces with the same nodes"
                 )
-            pairs.append(
-                np.column_stack([self._numbered.first_node[contact.body_1] + nodes, self._numbered.first_node[contact.body_2] + others[nearest]])
-            )
+            first = self._numbered.first_node
+            pairs.append([np.full(len(nodes), number), first[contact.body_1] + nodes, first[contact.body_2] + others[nearest]])
             normals.append(one.inward(contact.boundary_1)[nodes])
             joined.setdefault((contact.body_1, contact.body_2), []).append(nodes)
             joined.setdefault((contact.body_2, contact.body_1), []).append(others[nearest])
         check_touching(self.bodies, joined)
-        return np.concatenate(pairs), np.concatenate(normals)
+        contacts, ones, twos = np.concatenate(pairs, axis=1)
+        return contacts, ones, twos, np.concatenate(normals)
 
     def _force(self, case: str) -> Array:
         """Nodal forces of a load case, on all unknowns."""

@@ -1,0 +1,72 @@
+"""Corners that belong to several contacts, in any number of dimensions: no relative motion there is counted twice."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ..contact.checks import Array
+from ..errors import ModelError
+from .frames import place
+from .ordering import Integers
+
+__all__ = ["shares"]
+
+
+def shares(
+    contacts: Sequence[Any], contact: Integers, nodes: Integers, others: Integers, points: Array, widths: Array, near: float
+) -> tuple[Integers, csr_matrix]:
+    """The pairs that are kept of N, and the (kept, N) matrix of the means that their relative motions stand for: so none follows from others.
+
+    Where three bodies meet in a point, the relative motion of two of them follows from that of each to the third one, and so it does for two contacts
+    of the same two bodies. Of such a circle the pair of the last contact is dissolved: the next pair of its contact stands for both, for the mean of
+    their relative motions weighted by their widths. So a uniform traction still passes through (as for the multipliers at cross points of the mortar
+    method, Wohlmuth 2000).
+
+    Parameters
+    ----------
+    contacts, contact
+        The contacts, with names and bodies, and the (N,) number of the contact of each pair, increasing.
+    nodes, others
+        (N,) nodes of body 1, and the nodes of body 2 that they lie on, -1 where they lie on none.
+    points, widths
+        (N, d) places of the pairs, and their tributary widths or areas.
+    near
+        Distance up to which two places are one.
+
+    Raises
+    ------
+    ModelError
+        A contact of which no node is its own.
+    """
+    n = len(nodes)
+    i, j = cKDTree(points).query_pairs(near, output_type="ndarray").T
+    _, spot = connected_components(csr_matrix((np.ones(len(i)), (i, j)), shape=(n, n)), directed=False)
+    crowded = np.flatnonzero(np.bincount(spot)[spot] > 1).tolist()
+    ends = [[(contacts[contact[k]].body_1, int(nodes[k])), (contacts[contact[k]].body_2, int(others[k]))] for k in crowded]
+    at = {(body, int(spot[k])): node for k, pair in zip(crowded, ends, strict=True) for body, node in pair if node >= 0}
+    above, kept = dict[Any, Any](), np.full(n, True)
+    for k, pair in zip(crowded, ends, strict=True):
+        one, two = (node if node >= 0 else at.get((body, int(spot[k])), (body, int(spot[k]))) for body, node in pair)
+        while one in above:
+            one = above[one]
+        while two in above:
+            two = above[two]
+        if one == two:
+            kept[k] = False
+        else:
+            above[one] = two
+    heir = np.arange(n)
+    for k in np.flatnonzero(~kept).tolist():
+        free = np.flatnonzero(kept & (contact == contact[k]))
+        if not len(free):
+            raise ModelError(
+                f"contacts: all nodes of {contacts[contact[k]].name!r} are corners that contacts before it have, the first at {place(points[k])}; "
+                "mesh its faces with two elements or more, or list it first"
+            )
+        heir[k] = free[np.linalg.norm(points[free] - points[k], axis=1).argmin()]
+    whole = np.bincount(heir, widths, minlength=n)
+    return np.flatnonzero(kept), csr_matrix((widths / whole[heir], (heir, np.arange(n))), shape=(n, n))[kept]

@@ -1,0 +1,223 @@
+"""Corners at which three bodies meet, in the plane and in space: against uniform stress, and against equations with multipliers by dense algebra."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy.sparse import block_diag
+from skfem import Basis, ElementHex1, ElementQuad1, ElementTetP1, ElementTriP1, ElementVector, LinearForm, MeshHex, MeshQuad, MeshTet, MeshTri
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+import frictopt as fo
+from test_condense_matrices import by_multipliers
+
+ELEMENTS = {MeshQuad: ElementQuad1, MeshTri: ElementTriP1, MeshHex: ElementHex1, MeshTet: ElementTetP1}
+SHIMS = {"left": (0.0, 1.0, 0.0, 0.75), "right": (1.0, 2.0, 0.0, 0.75)}
+PLATES = {"below": (0.0, 2.0, -0.5, 0.0), "above": (0.0, 2.0, 0.75, 1.25)}
+JOINTS = [(shim, plate, *sides) for plate, sides in (("below", ("y0", "y1")), ("above", ("y1", "y0"))) for shim in SHIMS]
+JOINTS.append(("left", "right", "x1", "x0"))
+
+
+def box(kind, x0, x1, y0, y1, across, up=3):
+    """A box of the plane, or one of depth 0 .. 1 in space, whose sides are x0, x1, y0 and y1, and z0 in space."""
+    steps = [np.linspace(x0, x1, across + 1), np.linspace(y0, y1, up + 1)]
+    if kind in (MeshHex, MeshTet):
+        steps.append(np.array([0.0, 0.3, 0.6, 1.0]))
+    sides = {"x0": (0, x0), "x1": (0, x1), "y0": (1, y0), "y1": (1, y1), "z0": (2, 0.0)}
+    named = {name: (lambda x, a=axis, c=at: np.isclose(x[a], c)) for name, (axis, at) in sides.items() if axis < len(steps)}
+    return kind.init_tensor(*steps).with_boundaries(named)
+
+
+def parts(kind):
+    """The classes of a model, in the plane or in space: body, support, traction, model."""
+    if kind in (MeshHex, MeshTet):
+        return fo.Body3D, fo.Support3D, fo.Traction3D, fo.ContactModel3D
+    return fo.Body, fo.Support, fo.Traction, fo.ContactModel
+
+
+def shims(kind, plate=4, material=None, up=3, contacts=None, **more):
+    """Two shims side by side between two plates, free to strain, under P across the plates and S along them."""
+    Body, Support, Traction, Model = parts(kind)
+    meshes = {name: box(kind, *sizes, 2, up) for name, sizes in SHIMS.items()} | {
+        name: box(kind, *sizes[:2], *sizes[2:], plate) for name, sizes in PLATES.items()
+    }
+    bodies = {name: Body(mesh, material or fo.Material(2.0, 0.3)) for name, mesh in meshes.items()}
+    supports = [Support("below", "y0", "y"), Support("below", "x0", "x"), *([Support("below", "z0", "z")] if kind in (MeshHex, MeshTet) else [])]
+    squeeze = [(body, side, sign) for body in bodies for side, sign in (("x0", 1.0), ("x1", -1.0)) if side in outer(body)]
+    loads = {"P": [Traction("above", "y1", y=-1.0)], "S": [Traction(body, side, x=sign) for body, side, sign in squeeze]}
+    joints = contacts or [fo.Contact(*joint, name=f"{joint[0]} {joint[1]}") for joint in JOINTS]
+    return Model(bodies, supports, {**loads, **more}, joints)
+
+
+def outer(body):
+    return {"left": ["x0"], "right": ["x1"]}.get(body, ["x0", "x1"])
+
+
+@pytest.mark.parametrize("kind", ELEMENTS)
+def test_uniform_stresses_pass_through_by_superposition(kind):
+    """P presses the level faces alone and S the upright one alone, each pair by its share of the area; nothing is sheared."""
+    model = shims(kind)
+    system = model.condense()
+    level = np.abs((system.frames[:, 2] if hasattr(system, "frames") else system.normals)[:, 1]) > 0.5
+    areas = {"P": 4.0, "S": 0.75}
+    for load, pressed in (("P", level), ("S", ~level)):
+        q, p = system.reaction({load: 1.0})
+        assert np.abs(q).max() < 1e-12 and np.abs(p[~pressed]).max() < 1e-12 and p.sum() == pytest.approx(areas[load], rel=1e-12)
+        if kind in (MeshQuad, MeshTri):
+            assert p[pressed] == pytest.approx(system.width[pressed], rel=1e-12)
+    assert (~level).sum() == (2 if kind in (MeshQuad, MeshTri) else 8)  # of four rows of nodes two are corners of the level faces
+
+
+@pytest.mark.parametrize("plate", [3, 5, 8])
+def test_uniform_stresses_pass_through_nodes_that_do_not_match(plate):
+    """At the corner of the shims the plates have a node or none."""
+    system = shims(MeshQuad, plate).condense()
+    level = np.abs(system.normals[:, 1]) > 0.5
+    for load, pressed in (("P", level), ("S", ~level)):
+        q, p = system.reaction({load: 1.0})
+        assert np.abs(q).max() < 1e-12 and p == pytest.approx(system.width * pressed, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("up", [2, 3])
+@pytest.mark.parametrize("kind", ELEMENTS)
+def test_shims_side_by_side_against_multipliers(kind, up):
+    """Pairs by hand: all of the level faces; of the upright one those within, which take half of the width of a corner beside them."""
+    model, d = shims(kind, up=up), 3 if kind in (MeshHex, MeshTet) else 2
+    system = model.condense()
+    lame = lame_parameters(2.0, 0.3)
+    bases = {name: Basis(body.mesh, ElementVector(ELEMENTS[kind]())) for name, body in model.bodies.items()}
+    first = dict(zip(bases, np.cumsum([0, *[basis.N for basis in bases.values()]]), strict=False))
+    K = block_diag([linear_elasticity(*lame).assemble(basis) for basis in bases.values()]).toarray()
+
+    def rows(body, point):
+        """Unknowns of the node of a body at a point."""
+        return first[body] + bases[body].nodal_dofs[:, np.linalg.norm(bases[body].mesh.p - np.array(point)[:, None], axis=0).argmin()]
+
+    deep = 1 if d == 2 else 4
+    G, frames = np.zeros((d * system.nodes, len(K))), directions(system)
+    runs = np.repeat(np.arange(5), deep * np.array([3, 3, 3, 3, up - 1]))
+    for i, (point, (one, two, _, _)) in enumerate(zip(system.points, [JOINTS[run] for run in runs], strict=True)):
+        own = {tuple(point): 1.0} if runs[i] < 4 else widths(model.bodies["left"], point, 0.75 / up)
+        for place, width in own.items():
+            for r in range(d):
+                G[r * system.nodes + i, rows(one, place)] += width / sum(own.values()) * frames[i, r]
+                G[r * system.nodes + i, rows(two, place)] -= width / sum(own.values()) * frames[i, r]
+    below = bases["below"]
+    held = [below.nodal_dofs[axis, np.isclose(below.mesh.p[axis], at)] for axis, at in ((1, -0.5), (0, 0.0), (2, 0.0)) if axis < d]
+    held = first["below"] + np.concatenate(held)
+    force = fo.BodyForce("above", 0.5, -3.0) if d == 2 else fo.BodyForce3D("above", 0.5, -3.0)
+    weight = np.zeros(len(K))
+    value = LinearForm(lambda v, w: 0.5 * v[0] - 3.0 * v[1]).assemble(bases["above"])
+    weight[first["above"] :][: len(value)] = value
+    S, R = by_multipliers(K, weight[:, None], G, held)
+    q, p = shims(kind, up=up, W=[force]).condense().reaction({"W": 1.0})
+    assert np.linalg.matrix_rank(G) == len(G) and np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
+    assert np.allclose(np.r_[q.ravel(order="F"), p], R[:, 0], rtol=0, atol=1e-9 * np.abs(R).max())
+
+
+def directions(system):
+    if hasattr(system, "frames"):
+        return system.frames
+    return np.stack([np.column_stack([system.normals[:, 1], -system.normals[:, 0]]), system.normals], axis=1)
+
+
+def widths(body, point, h):
+    """Widths of the nodes that a pair of the upright face stands for: its own, and a corner's where that is next to it."""
+    places = [point, *(np.r_[1.0, y, point[2:]] for y in (0.0, 0.75) if np.isclose(abs(point[1] - y), h))]
+    if len(point) == 2:
+        share = [h if i == 0 else h / 2 for i in range(len(places))]
+    else:
+        share = [body.force(fo.Traction3D("left", "x1", x=1.0))[0, np.linalg.norm(body.mesh.p.T - place, axis=1).argmin()] for place in places]
+    return {tuple(place): width for place, width in zip(places, share, strict=True)}
+
+
+def test_the_first_contact_of_the_list_has_the_corner():
+    """Whichever order: the means belong to the last one, and the reactions balance a lateral load on the shims alone."""
+    order = [JOINTS[i] for i in (4, 0, 1, 2, 3)]
+    model = shims(MeshQuad, contacts=[fo.Contact(*joint, name=" ".join(joint[:2])) for joint in order])
+    counts = "{'left right': 4, 'left below': 3, 'right below': 2, 'left above': 3, 'right above': 2}"
+    assert f"contacts={counts}" in repr(model)
+    system = model.condense()
+    _, p = system.reaction({"P": 1.0})
+    assert p[np.abs(system.normals[:, 1]) > 0.5].sum() == pytest.approx(4.0) and np.ptp(system.width[4:]) > 0
+
+
+def test_a_face_that_is_all_corners_is_refused():
+    with pytest.raises(fo.ModelError, match=re.escape("all nodes of 'left right' are corners that contacts before it have, the first at (1, 0)")):
+        shims(MeshQuad, up=1)
+
+
+def corner_block():
+    """A block that stands on a floor and leans on a wall, two bodies that meet in a point."""
+    bodies = {
+        "block": fo.Body(box(MeshQuad, 0, 1, 0, 1, 2, 2)),
+        "floor": fo.Body(box(MeshQuad, 0, 1, -1, 0, 2, 2)),
+        "wall": fo.Body(box(MeshQuad, -1, 0, 0, 1, 2, 2)),
+    }
+    contacts = [fo.Contact("block", "floor", "y0", "y1"), fo.Contact("block", "wall", "x0", "x1")]
+    supports = [fo.Support("floor", "y0"), fo.Support("wall", "x0")]
+    loads = {"P": [fo.Traction("block", "y1", y=-1.0)], "Q": [fo.Traction("block", "x1", x=-1.0)]}
+    return bodies, supports, loads, contacts
+
+
+def test_a_corner_is_in_both_contacts_of_bodies_that_do_not_meet_otherwise():
+    model = fo.ContactModel(*corner_block())
+    system = model.condense()
+    assert system.nodes == 6 and (np.linalg.norm(system.points, axis=1) < 1e-9).sum() == 2
+    K = block_diag(
+        [linear_elasticity(*body.material.lame).assemble(Basis(body.mesh, ElementVector(ElementQuad1()))) for body in model.bodies.values()]
+    )
+    K, G, frames = K.toarray(), np.zeros((12, 54)), directions(system)
+    dofs = [18 * i + Basis(body.mesh, ElementVector(ElementQuad1())).nodal_dofs for i, body in enumerate(model.bodies.values())]
+    where = [{tuple(point): k for k, point in enumerate(body.mesh.p.T)} for body in model.bodies.values()]
+    for i, point in enumerate(system.points):
+        other = 1 if frames[i, 1, 1] > 0.5 else 2
+        for r in range(2):
+            G[6 * r + i, dofs[0][:, where[0][tuple(point)]]] += frames[i, r]
+            G[6 * r + i, dofs[other][:, where[other][tuple(point)]]] -= frames[i, r]
+    meshes = [body.mesh for body in model.bodies.values()]
+    held = np.concatenate([dofs[1][:, meshes[1].p[1] == -1].ravel(), dofs[2][:, meshes[2].p[0] == -1].ravel()])
+    S, _ = by_multipliers(K, np.zeros((54, 1)), G, held)
+    assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
+    for load, axis in (("P", 1), ("Q", 0)):
+        q, p = system.reaction({load: 1.0})
+        on_block = (q[:, None] * frames[:, 0] + p[:, None] * frames[:, 1]).sum(axis=0)
+        assert on_block == pytest.approx(np.eye(2)[axis], abs=1e-12)
+    v, w = np.random.default_rng(2).normal(size=(2, 6))
+    fields = model.recover({"P": 1.0}, v, None)
+    q, p = system.reaction({"P": 1.0})
+    assert np.allclose(fields.q, q + system.A @ v, atol=1e-9) and np.allclose(fields.p, p + system.B @ v, atol=1e-9) and w.any()
+
+
+def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
+    """A column that slides along a wall of its own: against multipliers, with its node on the contact held across."""
+    upper, lower = box(MeshQuad, 0, 1, 0, 1, 2, 2), box(MeshQuad, 0, 1, -1, 0, 2, 2)
+    model = fo.ContactModel(
+        {"upper": fo.Body(upper), "lower": fo.Body(lower)},
+        [fo.Support("lower", "y0"), fo.Support("upper", "x0", "x")],
+        {"P": [fo.Traction("upper", "y1", y=-1.0)]},
+        [fo.Contact("upper", "lower", "y0", "y1")],
+    )
+    system = model.condense()
+    bases = [Basis(mesh, ElementVector(ElementQuad1())) for mesh in (upper, lower)]
+    K = block_diag([linear_elasticity(*fo.Material().lame).assemble(basis) for basis in bases]).toarray()
+    G = np.zeros((6, 36))
+    for i, point in enumerate(system.points):
+        for offset, basis, sign in ((0, bases[0], 1.0), (18, bases[1], -1.0)):
+            dofs = offset + basis.nodal_dofs[:, np.linalg.norm(basis.mesh.p - point[:, None], axis=0).argmin()]
+            for r in range(2):
+                G[3 * r + i, dofs] += sign * directions(system)[i, r]
+    held = np.r_[bases[0].nodal_dofs[0, upper.p[0] == 0], 18 + bases[1].nodal_dofs[:, lower.p[1] == -1].ravel()]
+    S, _ = by_multipliers(K, np.zeros((36, 1)), G, held)
+    assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
+
+
+def test_a_plate_that_is_moved_takes_the_shims_along():
+    """A plate moved as a whole, and all that is glued to it: no forces, and the same displacement everywhere."""
+    bodies, _, _, contacts = corner_block()
+    move = [fo.Displacement(body, side, x=0.25, y=-0.5) for body, side in (("floor", "y0"), ("wall", "x0"))]
+    model = fo.ContactModel(bodies, [fo.Support("floor", "y0"), fo.Support("wall", "x0")], {"U": move}, contacts)
+    assert np.abs(model.condense().reaction({"U": 1.0})).max() < 1e-12
+    fields = model.recover({"U": 1.0}, np.zeros(6))
+    for u in fields.displacement.values():
+        assert np.allclose(u.T, [0.25, -0.5], atol=1e-12)
