@@ -50,6 +50,22 @@ def test_the_margin_is_that_of_the_plane(seed, load_factor):
     assert safe.exists == plane.exists and safe.margin == pytest.approx(plane.margin, rel=1e-7, abs=1e-9)
 
 
+@settings(deadline=None, max_examples=60, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_an_increment_is_that_of_the_plane(seed):
+    """Across the plane nothing may hold the nodes: smooth ones stay where they are, or rounding carries them away."""
+    rng, flat, _, f = odd_contact(seed)
+    solid, along = embedded(flat, rng)
+    f, slip = np.minimum(f, 0.5), 0.1 * rng.normal(size=flat.nodes)
+    at = {"mean": 1.0, "a": 0.3 * rng.normal(), "b": 0.3 * rng.normal()}
+    plane = fo.ExactIncrement(flat, f).solve(slip, flat.reaction(at))
+    found = fo.Increments3D(solid, f).solve(slip[:, None] * along, solid.reaction(at))
+    force = float(np.abs(flat.reaction(at)).max())
+    assert np.abs(found.p - plane.p).max() <= 1e-8 * force and np.abs(np.sum(found.q * along, axis=1) - plane.q).max() <= 1e-8 * force
+    across = np.column_stack([-along[:, 1], along[:, 0]])
+    assert np.abs(np.sum(found.slip * across, axis=1)).max() <= 1e-8 * force / solid.stiffness_scale
+
+
 def test_the_unit_of_a_margin_without_pressure_is_that_of_the_plane():
     bonded = {"mean": ([0.6, -0.2], [0.0, 0.0]), "a": ([1.0, 0.3], [0.5, 0.4])}
     flat = fo.ContactSystem([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], bonded)

@@ -1,5 +1,7 @@
 """Increments in three dimensions: the referee, the cone programs, the plane, and closed forms of one node."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -99,10 +101,43 @@ def test_a_strip_in_plane_strain_moves_as_the_plane_contact():
 
 def test_a_contact_that_nothing_holds_down_has_no_state():
     free = fo.ContactSystem3D(np.zeros((3, 3)), [[0, 0, 0]], {"P": [0, 0, 1]})
-    with pytest.raises(fo.SolverError, match="friction increment"):
-        fo.Increments3D(free, 0.5).solve([[0.0, 0.0]], ([[0.0, 0.0]], [-1.0]))
-    with pytest.raises(fo.SolverError):
-        fo.Increments3D(free, 0.5, engine="socp").solve([[0.0, 0.0]], ([[0.0, 0.0]], [-1.0]))
+    told = "1 of 1 nodes against a motion along (0, 0, 1): the loads push with 1, friction f p of the closed contact holds 0"
+    for engine in ("newton", "socp"):
+        with pytest.raises(fo.NoContinuation, match=re.escape(told)):
+            fo.Increments3D(free, 0.5, engine=engine).solve([[0.0, 0.0]], ([[0.0, 0.0]], [-1.0]))
+
+
+@pytest.mark.parametrize(("angle", "push", "slides"), [(0.0, 1.49, False), (0.0, 1.51, True), (0.7, 4.0, True)])
+def test_a_body_that_its_loads_slide_away_is_named_with_what_pushes_and_what_holds(angle, push, slides):
+    """Three nodes on a free body that is pressed with P = 3: friction 0.5 holds a shear of 1.5 in any direction."""
+    n, chain = 3, np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    free = fo.ContactSystem3D(np.kron(np.diag([2.0, 1.0, 3.0]), chain), np.eye(3), {"P": np.ones(3 * n)})
+    q = push / n * np.tile([np.cos(angle), np.sin(angle)], (n, 1))
+    increments = fo.Increments3D(free, 0.5)
+    if not slides:
+        assert np.abs(increments.solve(np.zeros((n, 2)), (q, np.ones(n))).slip).max() == 0
+        return
+    along = ", ".join(f"{part + 0.0:.3g}" for part in np.round([-np.cos(angle), -np.sin(angle), 0.0], 3))
+    told = f"3 of 3 nodes against a motion along ({along}): the loads push with {push:.3g}, friction f p of the closed contact holds 1.5"
+    with pytest.raises(fo.NoContinuation, match=re.escape(told)):
+        increments.solve(np.zeros((n, 2)), (q, np.ones(n)))
+
+
+def test_nodes_of_very_unlike_stiffness_have_their_state():
+    """Each tangent and normal has a stiffness of its own, over eight decades."""
+    rng = np.random.default_rng(12)
+    for _ in range(30):
+        nodes = int(rng.integers(1, 9))
+        contact, f, size = random_contact(rng, nodes, 0.3), rng.uniform(0.05, 0.3, nodes), 10.0 ** rng.uniform(-2, 2, 3 * nodes)
+        graded = fo.ContactSystem3D(contact.S * np.outer(size, size), contact.points, dict(contact.bonded))
+        slip, load = (
+            0.3 * rng.normal(size=(nodes, 2)) / size.reshape(3, -1).T[:, :2],
+            contact.reaction({"mean": 1.0, "a": rng.normal(), "b": rng.normal()}),
+        )
+        found = fo.Increments3D(graded, f).solve(slip, load)
+        force, excess = np.abs(load[1]).mean(), np.linalg.norm(found.q, axis=1) - f * found.p
+        assert max(excess.max(), -found.p.min(), (found.p * (found.gap > 0)).max()) <= 1e-8 * force
+        assert np.array_equal(found.slip[excess < -1e-6 * force], slip[excess < -1e-6 * force])
 
 
 @pytest.mark.parametrize(("name", "change"), [("slip", {"slip": [0.0]}), ("bonded", {"bonded": 1.0}), ("bonded p", {"bonded": ([[0, 0]], [np.nan])})])

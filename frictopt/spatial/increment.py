@@ -1,8 +1,9 @@
 """One friction increment in three dimensions: the problem as posed, and its answer by the engine "newton" or "socp"."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from itertools import chain
 from time import perf_counter
 from typing import IO, Any
 
@@ -19,7 +20,8 @@ from ..errors import ModelError, SolverError
 from ..solve.explain import explain
 from ..solve.solvers import Kind, solve
 from .coulomb import referee
-from .newton import OPEN, SLIP, Law3D, State3D, newton
+from .free_motion import free_motions, moves_away
+from .newton import OPEN, SLIP, Law3D, State3D, by_friction, newton
 from .system import ContactSystem3D, checked_3d, joined, parted
 
 __all__ = ["Increment3D", "Increments3D"]
@@ -135,6 +137,11 @@ class Increments3D:
         self._law = Law3D(S, self.friction, np.where(own > 0, own, 1.0))
 
     @cached_property
+    def free(self) -> Array:
+        """(3N, k) orthonormal motions of the nodes that S does not resist."""
+        return free_motions(self._law.S, self._law.c)
+
+    @cached_property
     def problem(self) -> cp.Problem:
         """The cone program with frozen bound."""
         return frozen_bound_cones(self._law)
@@ -153,6 +160,8 @@ class Increments3D:
         ------
         ModelError
             Arrays that do not fit.
+        NoContinuation
+            No state is found, and the loads push a motion that only friction resists.
         SolverError
             No answer that passes the referee.
         """
@@ -177,19 +186,28 @@ class _Posed:
         self._trial = reactions / self._force
 
     def solved(self) -> Increment3D:
-        return self._by_newton() if self._owner.engine == "newton" else self._by_sweeps()
+        try:
+            return self._by_newton() if self._owner.engine == "newton" else self._by_sweeps()
+        except SolverError as error:
+            raise moves_away(self._owner.system, self._owner.friction, self._owner.free, self._force * self._trial, self._force) or error from None
 
     def _by_newton(self) -> Increment3D:
-        law, least = self._owner._law, np.inf
-        for scale in _SCALES:
-            found = self._judged(newton(Law3D(law.S, law.friction, scale * law.c), self._trial, np.zeros_like(self._trial)), "NEWTON")
+        """By Newton's method from no motion, from the states of less friction, and last from the cone programs."""
+        law, trial, least = self._owner._law, self._trial, np.inf
+        still = np.zeros_like(trial)
+        states = chain((newton(Law3D(law.S, law.friction, scale * law.c), trial, still) for scale in _SCALES), (by_friction(law, trial) for _ in "1"))
+        for state in states:
+            found = self._judged(state, "NEWTON")
             if found.residual <= RESIDUAL:
                 return found
             least = min(least, found.residual)
-        raise SolverError(
-            f"friction increment: Newton's method leaves a residual of {least:.1e} (tolerance {RESIDUAL:g}); try smaller load steps or the engine "
-            "'socp' (above the critical friction there may be none, or several)"
-        )
+        try:
+            return self._by_sweeps()
+        except SolverError:
+            raise SolverError(
+                f"friction increment: Newton's method leaves a residual of {least:.1e} (tolerance {RESIDUAL:g}), and cone programs find no state "
+                "either; try smaller load steps, or less friction (above the critical friction there may be no state, or several)"
+            ) from None
 
     def _by_sweeps(self) -> Increment3D:
         law, problem, n = self._owner._law, self._owner.problem, len(self._slip)
@@ -204,7 +222,7 @@ class _Posed:
             change, bound = float(np.abs(free - bound).max()), free
             if change <= SETTLED_BOUND:
                 state = newton(law, self._trial, u)
-                found = self._judged(State3D(state.u, state.r, state.status, sweep), answer.solver, tuple(attempts), problem)
+                found = self._judged(replace(state, steps=sweep), answer.solver, tuple(attempts), problem)
                 if found.residual <= RESIDUAL:
                     return found
                 residual = found.residual

@@ -11,17 +11,20 @@ direction of `q - c dv`. Newton's method takes the piece at hand.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import lstsq
+from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
 from ..contact.checks import Array
-from ..contact.tolerances import NEWTON, STALLED
+from ..contact.tolerances import NEWTON, RESIDUAL, ROUNDING, STALLED
 from .system import parted
 
-__all__ = ["OPEN", "SLIP", "STICK", "Law3D", "State3D", "newton"]
+__all__ = ["OPEN", "SLIP", "STICK", "Law3D", "State3D", "by_friction", "newton"]
 
 STICK, SLIP, OPEN = 0, 1, 2
 
 _STEPS = 60  # Newton steps for one increment at most
 _HALVINGS = 6  # of a step in the line search
+_FIRST_SHARE, _LEAST_SHARE = 0.25, 1e-4  # of the friction, by which it grows from one state to the next
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +48,30 @@ class Law3D:
 
 @dataclass(frozen=True, eq=False)
 class State3D:
-    """A claimed state, dimensionless: (3N,) slip increments and gaps u, (3N,) reactions r, and the (N,) status of the nodes."""
+    """A claimed state, dimensionless: (3N,) slip increments and gaps u, (3N,) reactions r, (N,) status of the nodes, steps, and error of the law."""
 
     u: Array
     r: Array
     status: np.ndarray
     steps: int
+    error: float
+
+
+def by_friction(law: Law3D, trial: Array) -> State3D:
+    """The state that is reached from that without friction while the coefficients grow to what they are, or the last one on this way."""
+
+    def found(share: float, u: Array) -> State3D:
+        return newton(Law3D(law.S, share * law.friction, law.c), trial, u)
+
+    share, step, state = 0.0, _FIRST_SHARE, found(0.0, np.zeros_like(trial))
+    while state.error <= RESIDUAL and share < 1 and step > _LEAST_SHARE:
+        ahead = min(share + step, 1.0)
+        further = found(ahead, state.u)
+        if further.error <= RESIDUAL:
+            share, step, state = ahead, 2 * step, further
+        else:
+            step /= 4
+    return state
 
 
 def newton(law: Law3D, trial: Array, u: Array) -> State3D:
@@ -68,6 +89,14 @@ def newton(law: Law3D, trial: Array, u: Array) -> State3D:
             break
         best = found
     return best.state(steps)
+
+
+def _least_motion(matrix: Array, right: Array) -> Array:
+    """Solution of linear equations; where they leave motions free, which nothing holds, the one without them."""
+    factors, pivots, singular = dgetrf(matrix)
+    if not singular and dgecon(factors, np.abs(matrix).sum(axis=0).max())[0] > ROUNDING:
+        return np.asarray(dgetrs(factors, pivots, right)[0])
+    return np.asarray(lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0])
 
 
 class _Piece:
@@ -118,15 +147,12 @@ class _Piece:
         rows[own, 2 * n + slip] += f * a * c
         rows[s + own, 2 * n + slip] += f * b * c
         errors = np.concatenate([self._error_q[slip].T.ravel(), self._error_q[opened].T.ravel(), self._error_p[opened]])
-        matrix, right = rows[:, free], -errors - rows @ step
-        try:
-            step[free] = np.linalg.solve(matrix, right)
-        except np.linalg.LinAlgError:  # all that moves has nothing to hold it
-            step[free] = np.linalg.lstsq(matrix, right)[0]
+        root = np.sqrt(np.tile(law.c, 3)[free])
+        step[free] = _least_motion(rows[:, free] / np.outer(root, root), (-errors - rows @ step) / root) / root
         return step
 
     def state(self, steps: int) -> State3D:
         """The state with the motions that the piece lets vanish at zero."""
         still = np.concatenate([np.tile(self.status == STICK, 2), self.status != OPEN])
         u = np.where(still, 0.0, self.u)
-        return State3D(u, self.r + self.law.S @ (u - self.u), self.status, steps)
+        return State3D(u, self.r + self.law.S @ (u - self.u), self.status, steps, self.error)
