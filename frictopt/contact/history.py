@@ -7,7 +7,6 @@ import numpy as np
 
 from ..errors import ModelError
 from .checks import Array, check_name, checked_loads, finite_array, finite_number, listed, shown
-from .tolerances import BEND
 
 __all__ = ["history_corners", "independent_corners", "turning_points"]
 
@@ -29,28 +28,17 @@ def turning_points(loads: Array) -> list[int]:
     [0, 2, 4]
     """
     largest = np.abs(loads).max(axis=0, initial=0.0)
-    points = loads / np.where(largest > 0, largest, 1.0)
+    points = (loads / np.where(largest > 0, largest, 1.0)).tolist()
     kept, last = [0], len(points) - 1
-    bends = _bends(points)
     for number in range(1, last):
-        if bends[number - 1]:
-            kept.append(number)
-            continue
-        segment, part = points[number + 1] - points[kept[-1]], points[number] - points[kept[-1]]
-        length = float(segment @ segment)
-        share = float(part @ segment) / length if length > 0 else 0.0
-        if not (0 <= share <= 1 and np.abs(part - share * segment).max(initial=0.0) <= _ROUNDING):
+        begin = points[kept[-1]]
+        segment, part = ([there - here for here, there in zip(begin, points[k], strict=True)] for k in (number + 1, number))
+        length = sum(way * way for way in segment)
+        share = sum(way * own for way, own in zip(segment, part, strict=True)) / length if length > 0 else 0.0
+        off = max((abs(own - share * way) for way, own in zip(segment, part, strict=True)), default=0.0)
+        if not (0 <= share <= 1 and off <= _ROUNDING):
             kept.append(number)
     return [*kept, last] if last > 0 else kept
-
-
-def _bends(points: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """For each inner point, whether it is so far from the segment between its neighbours that no longer straight segment has it either."""
-    segment, part = points[2:] - points[:-2], points[1:-1] - points[:-2]
-    length = (segment**2).sum(axis=1)
-    share = np.clip((part * segment).sum(axis=1) / np.where(length > 0, length, 1.0), 0.0, 1.0)
-    far: np.ndarray[Any, np.dtype[np.bool_]] = np.abs(part - share[:, None] * segment).max(axis=1, initial=0.0) > BEND
-    return far
 
 
 def history_corners(history: Any, mean: Any, time: Any) -> tuple[dict[str, float], list[dict[str, float]]]:

@@ -101,7 +101,6 @@ SINGULAR = CONDENSATION  # singular values up to this share of the largest one c
 
 # --- load histories, required friction, safe regions, fretting ---
 
-BEND = 1e3 * RESIDUAL  # a point of a load path so far from the segment between its neighbours, over the largest amplitude, is on no straight segment
 ONE_SIDE = 10 * RESIDUAL  # a point this close to a line, over the distance of the line from zero, is on it: both have errors up to the residual
 PROVEN_FRICTION = 100 * RESIDUAL  # share between the two friction coefficients of a proof that is tried first
 WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part of the margin
