@@ -93,3 +93,39 @@ def test_what_does_not_belong_together_is_refused(change, message):
     given = {"system": contact, "cycle": CYCLE, "friction": 0.6, "load_factor": 2.0, "steady": fo.steady_state(contact, CYCLE, 0.6, 2.0)}
     with pytest.raises(fo.ModelError, match=message):
         fo.fretting_table(**{**given, **change})
+
+
+WALKING = (  # a punch that rocks under a steady pull
+    fo.ContactSystem(
+        [[1, -1], [-1, 1]],
+        np.zeros((2, 2)),
+        np.eye(2),
+        [0, 1],
+        {"P": ([0.3, 0.3], [1, 1]), "rock": ([0, 0], [0.6, -0.6]), "Q": ([0.5, -0.5], [0, 0])},
+    ),
+    fo.LoadCycle({"P": 1.0}, [{"rock": 1.0}, {"rock": -1.0}]),
+    0.5,
+    1.0,
+)
+
+
+def test_a_steady_state_with_another_work_is_refused():
+    steady = fo.steady_state(*WALKING)
+    with pytest.raises(fo.ModelError, match="steady: a cycle from it differs"):
+        fo.steady_cycle(*WALKING, replace(steady, dissipation_per_node=1.001 * steady.dissipation_per_node))
+
+
+def test_a_steady_state_that_does_not_come_back_is_refused():
+    steady = fo.steady_state(*WALKING)
+    with pytest.raises(fo.ModelError, match="steady: a cycle from it differs"):
+        fo.steady_cycle(*WALKING, replace(steady, outcome=fo.Outcome.CYCLIC_SLIP))
+
+
+def test_a_steady_state_that_stands_still_outside_its_bounds_is_refused():
+    """One corner, at which nothing moves any more: the contact was computed with the friction that holds it."""
+    system = WALKING[0]
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.5}])
+    steady = fo.steady_state(system, cycle, 0.9, 1.0)
+    assert steady.outcome is fo.Outcome.SHAKEDOWN and fo.steady_cycle(system, cycle, 0.9, 1.0, steady)["work"].max() == 0
+    with pytest.raises(fo.ModelError, match="steady: a cycle from it differs"):
+        fo.steady_cycle(system, cycle, 0.5, 1.0, steady)

@@ -5,6 +5,7 @@ import pytest
 
 import frictopt as fo
 from frictopt import LoadStep
+from frictopt.campaign.cures import _sampled
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
@@ -115,6 +116,24 @@ def test_a_limit_that_is_not_finite_needs_a_largest_load_factor():
     with pytest.raises(fo.ModelError, match="most"):
         fo.practical_limit(system(*FIRST_PAIR), still, 0.6)
     assert fo.practical_limit(system(*FIRST_PAIR), still, 0.6, most=2.0, scan=3).load_factor == 2.0
+
+
+def test_a_contact_that_slides_away_is_undecided_and_not_at_rest():
+    """Nothing but friction holds the pair: pulled along by 3 lam at each node it slides freely from 3 lam = f p on."""
+    loads = {"mean": ([0, 0], [1, 1]), "cyclic": ([1, -1], [0, 0]), "pull": ([1, 1], [0, 0])}
+    free = fo.ContactSystem([[1, -1], [-1, 1]], np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
+    one = fo.practical_limit(free, CYCLE, 0.5, protocol=[LoadStep({"mean": 1.0}, {"pull": 3.0})], scan=5, tolerance=1e-3)
+    tried = one.to_frame()
+    assert one.load_factor == pytest.approx(0.5 / 3, abs=1e-3) and set(tried.loc[tried["load_factor"] > 0.5 / 3, "outcome"]) == {"UNDECIDED"}
+
+
+def test_every_second_sampled_slip_is_smooth():
+    """Steps from node to node are as large as the slip itself where it is noise, and a small part of it where they add up to it."""
+    slips = _sampled(np.random.default_rng(0), [np.linspace(0.0, 2.0, 200), np.zeros(200)], 40)
+    steps = np.array([np.abs(np.diff(slip)).mean() / np.ptp(slip) for slip in slips])
+    assert steps[::2].max() < 0.1 < 0.15 < steps[1::2].min()
+    sizes = np.array([np.ptp(slip) for slip in slips]) / 2.0
+    assert 0.1 < sizes.min() < 0.3 and 3.0 < sizes.max() < 10.0
 
 
 def test_bad_questions_are_refused():

@@ -4,17 +4,19 @@ import io
 import pickle
 import re
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.campaign import rest
 from frictopt.campaign.rest import Question
 from frictopt.campaign.rest_search import RestSearch
 from frictopt.limits import separated
 from separation import pulled_system, resting_starts, rests
 from studies.validation.open_patterns import every_pattern
-from systems import CYCLE, system
+from systems import CYCLE, FIRST_PAIR, system
 
 ROUNDED = [  # elements, rounding, open nodes at each side, limit with them open
     (24, 20.0, 4, 0.7821287715),
@@ -94,6 +96,17 @@ def test_one_node_on_a_vertical_spring_opens_and_never_slips():
     assert fo.shakedown_limit(contact, CYCLE, 0.5).load_factor == pytest.approx(2.0)  # closed it has a limit
     sheared = system(1.0, 0.0, 0.0, 2.0, 1.0, 0.5, C=[[3.0]])  # slips at f p0 / q1, still closed
     assert fo.separated_limit(sheared, CYCLE, 0.5).load_factor == pytest.approx(1.0, rel=1e-9)
+
+
+def test_a_state_that_works_in_its_own_cycle_is_not_at_rest(monkeypatch):
+    """Whatever is said of it: the cycle that checks it slips."""
+    contact = system(*FIRST_PAIR)
+    question = Question(contact, CYCLE, np.full(2, 0.6))
+    assert question.rest(0.3) is not None
+    slips = fo.steady_state(contact, CYCLE, 0.6, 1.5)
+    assert slips.dissipation > 0
+    monkeypatch.setattr(rest, "steady_state", lambda *asked, **begin: replace(slips, outcome=fo.Outcome.SHAKEDOWN))
+    assert question.rest(1.5) is None
 
 
 def test_a_node_that_stays_open_is_condensed_out():
