@@ -79,8 +79,8 @@ def checked_pairs(pairs: Any, projection: Any, rows: Integers, points: Array) ->
     if np.any(rows[both] < -1):
         node = int(both[(rows[both] < -1).any(axis=1)][0])
         raise ModelError(
-            f"pairs: node {node} at {place(points[node])} follows other nodes, by an equation or a tie; on a contact let the others follow it "
-            "(in *EQUATION by exchanging the first term), or take the constraint out"
+            f"pairs: node {node} at {place(points[node])} follows other nodes, by an equation or a tie (-2 in unknowns); on a contact let the others "
+            "follow it (in *EQUATION by exchanging the first term), or take the constraint out"
         )
     return nodes, P
 
