@@ -1,5 +1,7 @@
 """The checks that stand between a solver and an answer: solvers that lie in one respect are found out, bounds hold where they are not settled."""
 
+from types import SimpleNamespace
+
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -222,3 +224,14 @@ def test_stiff_neighbours_do_not_make_a_pair_mirror_symmetric(stiff):
     alone, limit = (fo.guaranteed_limit(each, cycle, 0.5) for each in (pair, contact))
     found = limit.load_factor, limit.shakedown.load_factor
     assert found == pytest.approx((alone.load_factor, alone.shakedown.load_factor), rel=1e-8) and "mirror" not in str(limit.record.left_out)
+
+
+@pytest.mark.parametrize("one", range(3))
+def test_that_there_is_no_optimum_is_for_all_solvers_to_say(monkeypatch, one):
+    none, failed = policy.Status.NO_OPTIMUM, policy.Status.FAILED
+    for statuses, error in (([none] * 3, policy.NoOptimum), ([failed if k == one else none for k in range(3)], fo.SolverError)):
+        said = iter(statuses)
+        monkeypatch.setattr(policy, "_run", lambda *_, said=said: (next(said), "said"))
+        with pytest.raises(fo.SolverError) as end:
+            policy.solve(SimpleNamespace(problem=None), lambda: pytest.fail("nothing to judge"))
+        assert type(end.value) is error

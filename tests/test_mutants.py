@@ -1,0 +1,35 @@
+"""The list of planted faults: each stands where it says, in all rooms, and has tests that should find it."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(ROOT / "benchmarks"))
+
+import mutants  # noqa: E402
+from faults import FAULTS  # noqa: E402
+
+ROOMS = {folder.name for folder in (ROOT / "frictopt").iterdir() if (folder / "__init__.py").is_file()} | {"fem/matrices"}
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: f"{fault.file}: {fault.meaning}")
+def test_a_fault_can_be_planted_and_has_tests(fault):
+    assert mutants.place(fault, ROOT).read_text().count(fault.old) == 1 and fault.old != fault.new
+    assert all(list((ROOT / "tests").glob(f"test_{glob}.py")) for glob in fault.tests.split())
+
+
+def test_every_room_has_faults():
+    assert {mutants.room(fault) for fault in FAULTS} >= ROOMS
+
+
+def test_the_table_counts_by_room_names_what_survives_and_keeps_other_rooms():
+    faults = [fault for fault in FAULTS if fault.file.startswith(("solve", "reference", "spatial/m"))]
+    solve, reference = (sum(fault.file.startswith(room) for fault in faults) for room in ("solve", "reference"))
+    before = "| spatial | 7 | 6 | abc of 2000-01-01 | a fault |\n| solve | 2 | 2 | abc of 2000-01-01 | - |\n"
+    text = mutants.page(before, faults, [fault.file != "solve/polish.py" for fault in faults], "def of 2001-01-01", "Made here.").splitlines()
+    assert f"| reference | {reference} | {reference} | def of 2001-01-01 | - |" in text
+    assert [line for line in text if line.startswith(f"| solve | {solve} | {solve - 1} | def of 2001-01-01 | ") and "(`solve/polish.py`) |" in line]
+    assert "| spatial | 7 | 6 | abc of 2000-01-01 | a fault |" in text
+    assert f"| all | {7 + solve + reference} | {6 + solve - 1 + reference} | | |" in text and text[-1] == "*Made here.*"
