@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
@@ -14,7 +15,7 @@ from ..contact.checks import Array, check_name, checked_loads, choice, finite_ar
 from ..contact.dispatch import OtherContact
 from ..contact.show import Shown
 from ..contact.stiffness import check_semi_definite, symmetrised
-from ..contact.tolerances import ORTHONORMAL
+from ..contact.tolerances import ORTHONORMAL, RIGID
 from ..errors import ModelError
 
 __all__ = ["ContactSystem3D", "checked_3d", "joined", "parted"]
@@ -144,6 +145,12 @@ class ContactSystem3D(Shown, OtherContact):
         """(N,) largest entry on the diagonal of S of each node (the scale of all where that is zero)."""
         own = np.diag(self.S).reshape(3, self.nodes).max(axis=0)
         return np.asarray(np.where(own > 0, own, self.stiffness_scale))
+
+    @cached_property
+    def rigid_motions(self) -> Array:
+        """(3N, k) relative motions that strain nothing, an orthonormal basis: the slides, turns and lifts of bodies that no support guides."""
+        stretch, motions = np.linalg.eigh(self.S)
+        return frozen(motions[:, stretch <= RIGID * max(stretch[-1], 0.0)])
 
     def reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
         """Bonded reactions, (N, 2) `q` and (N,) `p`, under a sum of load cases, name -> amplitude.

@@ -13,6 +13,7 @@ from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
 from .increment import Increments3D
 from .newton import OPEN
+from .sliding import check_sliding
 from .system import ContactSystem3D, joined, parted
 
 __all__ = ["Point3D", "Transient3D", "checked_steps"]
@@ -57,6 +58,7 @@ class Transient3D:
         self.mean = joined(*system.reaction(checked_cycle(cycle).mean))
         self._cyclic = joined(*cycle.corner_reactions(system))
         self.corners = self.corners_at(factor)
+        check_sliding(system, self.friction, {"the mean load": self.mean} | {f"the load at corner {k}": r for k, r in enumerate(self.corners)})
         self.pressure = pressure = float(np.abs(parted(self.mean)[1]).mean())
         if not pressure > 0:
             raise ModelError("mean: the mean load has no normal reactions, and a transient starts from it; give `cycle.mean` a load that presses")

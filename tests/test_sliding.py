@@ -1,0 +1,94 @@
+"""Gross sliding in space, named before a transient begins: against forces found by a cone program, and against what transients do."""
+
+import re
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+import frictopt as fo
+import frictopt.spatial.transient as transient
+from frictopt.spatial.condense import frames_of
+from frictopt.spatial.sliding import check_sliding
+
+SCENE = fo.SquarePunchOnBlock(elements=2, growth=3.0)
+
+
+def test_a_punch_held_by_friction_alone_says_which_way_it_slides():
+    """By hand: a pressure of 1 on 2 x 2 and shears of 1.24 and 0.3 * sqrt(2) * 4 against f P = 1.2."""
+    system = SCENE.condense()
+    for corner, along, demand in (({"Qx": -0.31}, "(-1, 0, 0)", 1.24), ({"Qx": 0.3, "Qy": 0.3}, "(0.707107, 0.707107, 0)", 1.697)):
+        cycle = fo.LoadCycle({"P": 1.0}, [{"Qx": 0.1}, corner])
+        told = (
+            f"load at corner 1 is beyond friction: body 1 (at 9 of 9 nodes) slides as a whole along {along}; the load drives it with {demand}, and "
+        )
+        for ask in (fo.march, fo.steady_state):
+            with pytest.raises(fo.NoContinuation, match=re.escape(told + "friction can hold f P = 1.2 at most")):
+                ask(system, cycle, 0.3, 1.0)
+    assert fo.march(system, fo.LoadCycle({"P": 1.0}, [{"Qx": 0.299}]), 0.3, 1.0, cycles=1, steps=2).residual <= 1e-9
+    with pytest.raises(fo.NoContinuation, match="the mean load is beyond friction"):
+        fo.march(system, fo.LoadCycle({"P": 1.0, "Qx": 0.4}, [{"Qx": 0.1}]), 0.3, 1.0)
+    with pytest.raises(fo.NoContinuation, match=r"lifts body 1 .* off or turns it over"):
+        fo.march(system, fo.LoadCycle({"P": 1.0}, [{"P": -1.5}]), 0.3, 1.0)
+
+
+def contact(rng, motions):
+    """A random contact with rough faces whose body 1 has some of the six rigid motions, and loads that press and shear it."""
+    n = int(rng.integers(3, 8))
+    points, normals = rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2], rng.uniform(-0.4, 0.4, (n, 3)) + [0, 0, 1]
+    frames = frames_of(normals)
+    shifts = [np.tile(axis, (n, 1)) for axis in np.eye(3)]
+    turns = [np.cross(axis, points) for axis in np.eye(3)]
+    rigid = np.column_stack([np.einsum("nak,nk->an", frames, motion).ravel() for motion in [*shifts, *turns]])[:, motions]
+    root = rng.normal(size=(3 * n, 3 * n))
+    off = np.eye(3 * n) - rigid @ np.linalg.pinv(rigid)
+    press = np.einsum("nak,k->an", frames, [0, 0, 1.0]).ravel()
+    bonded = {"P": press, "Q": rng.normal(size=3 * n) + press * rng.uniform(-1, 1)}
+    return fo.ContactSystem3D(off @ (root @ root.T + np.eye(3 * n)) @ off, points, bonded, frames=frames), rigid
+
+
+def balance(system, rigid, friction, load):
+    """Status of the cone program for the smallest contact forces that balance a load in the rigid motions."""
+    q, p = cp.Variable((system.nodes, 2)), cp.Variable(system.nodes, nonneg=True)
+    forces = cp.hstack([q[:, 0], q[:, 1], p])
+    problem = cp.Problem(cp.Minimize(cp.norm(forces)), [cp.norm(q, axis=1) <= cp.multiply(friction, p), rigid.T @ forces == rigid.T @ load])
+    problem.solve(solver=cp.CLARABEL)
+    return problem.status
+
+
+MOTIONS = [[0, 1, 2, 3, 4, 5], [0, 1, 2], [0, 2], [2], [0, 1, 5], [0, 1, 2, 5]]
+
+
+@pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
+@pytest.mark.parametrize("seed", range(30))
+def test_a_load_is_named_where_no_forces_balance_it_and_only_there(seed):
+    rng = np.random.default_rng(seed)
+    system, rigid = contact(rng, MOTIONS[seed % len(MOTIONS)])
+    assert system.rigid_motions.shape[1] == rigid.shape[1]
+    friction = rng.uniform(0.1, 0.6, system.nodes)
+    for shear in rng.uniform(0, 1, 2):
+        load = system.bonded["P"] + shear * system.bonded["Q"]
+        if balance(system, rigid, 1.02 * friction, load) == "infeasible":
+            with pytest.raises(fo.NoContinuation, match="the load"):
+                check_sliding(system, friction, {"the load": load})
+        elif balance(system, rigid, friction, load) == "optimal":
+            check_sliding(system, friction, {"the load": load})
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_transient_passes_a_load_that_is_named(seed, monkeypatch):
+    rng = np.random.default_rng(100 + seed)
+    system, _ = contact(rng, MOTIONS[seed % len(MOTIONS)])
+    cycle, friction = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), np.full(system.nodes, 0.4)
+    factor = rng.uniform(0.1, 1.0)
+    named = False
+    try:
+        check_sliding(system, friction, {"the load": system.bonded["P"] + factor * system.bonded["Q"]})
+    except fo.NoContinuation:
+        named = True
+    monkeypatch.setattr(transient, "check_sliding", lambda *_: None)
+    try:
+        path = fo.march(system, cycle, friction, factor, cycles=1, steps=8)
+    except fo.SolverError:
+        return
+    assert not named and path.residual <= 1e-9
