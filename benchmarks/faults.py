@@ -129,7 +129,7 @@ FAULTS = (
     Fault("path/cycles.py", "slow cycles are taken for ones that came back", "self._distance_left() <= RESIDUAL and", "", _CYCLES),
     Fault("path/cycles.py", "lost energy is let pass", "self._violation(cycle), cycle.energy, self.energy)", "self._violation(cycle))", _CYCLES),
     Fault("path/cycles.py", "the first cycle proves a steady state", "        if self.cycles == 1:\n", "        if self.cycles == 0:\n", _CYCLES),
-    Fault("path/cycles.py", "no return after two cycles is looked for", "        if run.alternates():\n", "        if False:\n", "path_period"),
+    Fault("path/steady.py", "no return after two cycles is looked for", "        if run.alternates():\n", "        if False:\n", "path_period"),
     Fault("path/cycles.py", "a work need not repeat", "<= RESIDUAL and len(cycles) < _MORE", "<= 1.0 and len(cycles) < _MORE", "path_*"),
     Fault("path/judge.py", "rounding counts as slip", "max(ROUNDING * max(1.0, far), change) * self.scales", "0.0 * self.scales", "path_*"),
     Fault("path/rate.py", "Lemke's answer counts as the only one", "bool(candidates) and _is_positive_definite(M)", "bool(candidates)", "path_*"),
