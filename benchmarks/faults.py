@@ -58,7 +58,7 @@ FAULTS = (
     Fault("fem/elasticity.py", "hoop strain does not couple back", "lam * (xv + xv.T)", "lam * xv", "loads contact_model"),
     Fault("fem/elasticity.py", "half the circumference", "2 * np.pi * x if", "np.pi * x if", "loads contact_model"),
     Fault("fem/recovery.py", "stress along the tangent by half its shear", "2 * x * y * xy", "x * y * xy", "recovery"),
-    Fault("fem/recovery.py", "free expansion shortens", "(xx + yy) + free", "(xx + yy) - free", "recovery"),
+    Fault("fem/recovery.py", "free expansion shortens", "(xx + yy) + free", "(xx + yy) - free", "loads"),
     Fault("fem/recovery.py", "moved supports load nothing", "(force - self._K @ lift)", "force", "recovery loads"),
     Fault("fem/mortar.py", "dual functions of a cylinder on a cone", "(first + 2 * last) * scale", "(first + last) * scale", "contact_model loads"),
     Fault("fem/mortar.py", "the last node of an edge gives its share to the first", "(chain[a + 1], psi_last)", "(chain[a], psi_last)",

@@ -12,6 +12,7 @@ from frictopt.limits.posed import LimitQuestion, cycle_loads
 from frictopt.limits.screening import load_factor_bounds
 from frictopt.limits.shakedown_result import judged
 from frictopt.solve import solvers as policy
+from frictopt.solve.bounds import Bounds, BoundStatus, bounds
 from systems import CYCLE, FIRST_PAIR, random_system, system
 from test_guaranteed import least_by_node, random_cycle
 
@@ -235,3 +236,11 @@ def test_that_there_is_no_optimum_is_for_all_solvers_to_say(monkeypatch, one):
         with pytest.raises(fo.SolverError) as end:
             policy.solve(SimpleNamespace(problem=None), lambda: pytest.fail("nothing to judge"))
         assert type(end.value) is error
+
+
+@pytest.mark.parametrize(("reported", "bound"), [(-3.0, 3.0), (-1e30, np.inf)])
+def test_where_the_time_is_over_the_bound_is_the_solver_s_and_not_what_it_has_found(reported, bound):
+    stats = SimpleNamespace(mip_dual_bound=reported, primal_solution_status=2)
+    stopped = {"status": cp.USER_LIMIT, "value": 2.0, "solver_stats": SimpleNamespace(extra_stats=stats)}
+    methods = {"is_mixed_integer": lambda: True, "solve": lambda **_: None, "variables": lambda: [SimpleNamespace(value=np.ones(2))]}
+    assert bounds(SimpleNamespace(**stopped, **methods), 1.0) == Bounds(bound, BoundStatus.FOUND)
