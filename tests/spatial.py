@@ -77,19 +77,3 @@ def strip(thickness):
         held=rows[where[:, 2] == DOWN[0]].ravel(),
     )
     return flat, solid_system
-
-
-def embedded(flat, rng):
-    """A plane contact in space, its tangents turned node by node; returns the unit vectors (N, 2) along which the plane slips, too.
-
-    Across the plane it has some stiffness, or none, and no load: whatever the plane carries is carried, and slips across it help nothing.
-    """
-    n, none = flat.nodes, np.zeros((flat.nodes, flat.nodes))
-    G = rng.normal(size=(n, int(rng.integers(0, n + 1))))
-    S = np.block([[flat.A, none, flat.B.T], [none, G @ G.T, none], [flat.B, none, flat.C]])
-    along = np.exp(1j * rng.uniform(0, 2 * np.pi, n))
-    c, s = np.diag(along.real), np.diag(along.imag)
-    turn = np.block([[c, -s, none], [s, c, none], [none, none, np.eye(n)]])
-    bonded = {name: turn @ np.r_[q, np.zeros(n), p] for name, (q, p) in flat.bonded.items()}
-    points = np.column_stack([flat.x, np.zeros((n, 2))])
-    return fo.ContactSystem3D(turn @ S @ turn.T, points, bonded, flat.gap), np.column_stack([along.real, along.imag])

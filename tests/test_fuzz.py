@@ -19,7 +19,7 @@ from studies.validation.fuzz import study as fuzz
 from studies.validation.fuzz.cases import random_case
 from studies.validation.fuzz.checks import CHECKS, findings
 from studies.validation.fuzz.differential import DIFFERENTIAL
-from studies.validation.fuzz.space import SPACE
+from studies.validation.fuzz.space import SPACE, space_findings
 from systems import CYCLE, random_system, system
 
 pytestmark = pytest.mark.slow
@@ -137,6 +137,29 @@ def test_the_oracles_see_a_wrong_answer(check, monkeypatch):
         if wrong == 3:
             return
     raise AssertionError(f"only {wrong} of 60 are called wrong")
+
+
+IN_SPACE = {
+    "limit, 3-D": ("shakedown_limit", lambda limit: replace(limit, load_factor=1.001 * limit.load_factor)),
+    "least safe load, 3-D": ("shakedown_limit", lambda limit: replace(limit, least=1.001 * limit.least)),
+    "limit, plane in 3-D": ("shakedown_limit", lambda limit: replace(limit, load_factor=1.001 * limit.load_factor)),
+    "safe slip, plane in 3-D": ("safe_slip", lambda safe: replace(safe, margin=safe.margin + 1e-3)),
+}
+
+
+@pytest.mark.parametrize("check", IN_SPACE)
+def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
+    name, lie = IN_SPACE[check]
+    honest = getattr(fo, name)
+
+    def told(system, *args, **options):
+        found = honest(system, *args, **options)
+        return lie(found) if isinstance(system, fo.ContactSystem3D) else found
+
+    outcomes = {seed: [finding.result for finding in space_findings(seed, [check])] for seed in range(12)}
+    monkeypatch.setattr(fo, name, told)
+    assert all("wrong" not in results for results in outcomes.values())
+    assert any(finding.result == "wrong" for seed in range(12) for finding in space_findings(seed, [check]))
 
 
 def test_slip_that_goes_on_below_a_limit_that_is_too_high_is_seen(monkeypatch):

@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from spatial import embedded, random_contact
+from spatial import random_contact
 from studies.validation.extremes.space import polygon_limit
+from studies.validation.fuzz.embedded import embedded
 from systems import random_system
 
 CORNERS = [{"a": 1.0}, {"a": -0.4, "b": 0.3}, {"b": 1.0}]
@@ -146,3 +147,10 @@ def test_a_limit_without_end_has_no_motion():
     node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "X": [1, 0, 0]})
     limit = fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5)
     assert limit.kind is fo.LimitKind.UNBOUNDED and limit.mechanism.empty
+
+
+def test_a_mean_load_whose_shear_hides_its_pressure_is_refused_by_name():
+    node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0.06, 0.08, 1e-9], "X": [1, 0, 0]})
+    for ask in (fo.shakedown_limit, lambda *args: fo.safe_slip(*args, 1.0)):
+        with pytest.raises(fo.ModelError, match=r"mean: its shear force at node 0 is 1.0e\+08 times the mean normal force 1e-09"):
+            ask(node, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5)

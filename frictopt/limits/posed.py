@@ -6,7 +6,7 @@ from time import perf_counter
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
-from ..contact.checks import Array, flag
+from ..contact.checks import Array, check_shear, flag
 from ..contact.cycle import checked_cycle
 from ..contact.record import Attempt, SolveRecord, WithSlip
 from ..contact.show import Plotted
@@ -22,7 +22,6 @@ from .slip_bound import SlipBound, scaled_slip_bound
 __all__ = ["Answered", "LimitQuestion", "cycle_loads"]
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
-_MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
 
 
@@ -77,7 +76,7 @@ class LimitQuestion:
         reactions = (self.loads.q0, self.loads.p0), (self.loads.q1, self.loads.p1)
         half = halve(self.system, self.friction, reactions, self.most) if self.simplify else None
         object.__setattr__(self, "part", half or whole(self.system))
-        _check_shear(self.loads.q0, self.force)
+        check_shear(self.loads.q0, self.force)
 
     def check_load_factor(self, load_factor: float) -> None:
         """Check that the mean load is not lost in the rounding of the cyclic loads."""
@@ -197,13 +196,3 @@ class Answered(WithSlip, Plotted):
         if not np.isfinite(self.load_factor):
             return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
         return self._task.reactions(self.load_factor, self.slip)
-
-
-def _check_shear(q0: Array, force: float) -> None:
-    """Check that the mean load's normal forces do not drown in the rounding of its shear forces."""
-    most = int(np.abs(q0).argmax())
-    if abs(q0[most]) > _MOST_SHEAR * force:
-        raise ModelError(
-            f"mean: its shear force at node {most} is {abs(q0[most]) / force:.1e} times the mean normal force {force:.3g}, and rounding of the one "
-            "hides the other; press the contact, or check the units of the load cases"
-        )

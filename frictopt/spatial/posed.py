@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from ..contact import LoadCycle, friction_coefficients
-from ..contact.checks import Array
+from ..contact.checks import Array, check_shear
 from ..contact.cycle import checked_cycle
 from ..contact.tolerances import BARE, CONDENSATION, INSIDE, NO_COUPLING, ROUNDING
 from .coulomb import referee
@@ -151,12 +151,14 @@ def pose(system: Any, cycle: Any, friction: Any) -> ConeQuestion:
     Raises
     ------
     ModelError
-        Wrong types, load cases that the system does not have, bad friction.
+        Wrong types, load cases that the system does not have, bad friction, a mean load whose shear hides its pressure.
     """
     f = friction_coefficients(friction, checked_3d(system).nodes)
     checked_cycle(cycle)
     loads = ConeLoads(*cycle.mean_reaction(system), *cycle.corner_reactions(system))
-    return ConeQuestion(system, cycle, loads, f, _outer_corners(cycle))
+    question = ConeQuestion(system, cycle, loads, f, _outer_corners(cycle))
+    check_shear(loads.q0, question.force)
+    return question
 
 
 def _outer_corners(cycle: LoadCycle) -> list[int]:

@@ -1,14 +1,17 @@
 """What is asked of a random contact in three dimensions, and how each answer is held against an independent one."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
 import frictopt as fo
 
 from ..extremes.space import polygon_limit
+from . import embedded
 from .checks import Finding, asked
+from .embedded import Embedded
 from .known import Wrong, same
 
 __all__ = ["SPACE", "space_findings"]
@@ -31,10 +34,14 @@ class _Subject:
         bonded = {name: np.r_[rng.normal(size=2 * n), rng.uniform(0, 0.6) * rng.normal(size=n)] for name in "abc"}
         bonded["mean"] = np.r_[0.2 * rng.normal(size=2 * n), rng.uniform(0.0, 1.5, size=n)]
         gap = rng.uniform(size=n) * (rng.uniform(size=n) < 0.2) / scale if rng.uniform() < 0.3 else np.zeros(n)
+        if rng.uniform() < 0.2:  # nothing holds the body along the contact
+            slides = np.kron(np.eye(3)[:, :2], np.ones((n, 1))) / np.sqrt(n)
+            held = np.eye(3 * n) - slides @ slides.T
+            S = held @ S @ held
         self.system = fo.ContactSystem3D(S, rng.normal(size=(n, 3)), bonded, gap)
         corners = [{"a": 1.0}, {"a": -1.0}, {"b": rng.normal(), "c": rng.normal()}, {"c": 1.0}]
         self.cycle = fo.LoadCycle({"mean": 1.0}, corners[: int(rng.integers(1, 5))])
-        self.friction = rng.uniform(0.05, 1.5, n)
+        self.friction = rng.uniform(0.05, 1.5, n) * (rng.uniform(size=n) > rng.choice([0.0, 0.3], p=[0.8, 0.2]))
         self.slip = 0.3 * rng.normal(size=(n, 2)) / scale
         self.share = float(rng.uniform(0.2, 1.8))
 
@@ -51,9 +58,10 @@ class _Subject:
         return self.share * (value if np.isfinite(value) and value > 0 else 1.0)
 
 
-def space_findings(seed: int) -> Iterator[Finding]:
-    """Ask every question of the contact of a seed."""
-    return asked(SPACE, _Subject(seed), seed)
+def space_findings(seed: int, checks: Sequence[str] | None = None) -> Iterator[Finding]:
+    """Ask every question, or some of them, by name, of the contact of a seed, and of the plane contact of the same seed in space."""
+    for questions, subject in ((_SPACE, _Subject(seed)), (_EMBEDDED, Embedded(seed))):
+        yield from asked({name: ask for name, ask in questions.items() if checks is None or name in checks}, subject, seed)
 
 
 def _limit(subject: _Subject) -> tuple[float, bool]:
@@ -61,6 +69,20 @@ def _limit(subject: _Subject) -> tuple[float, bool]:
     if known is not None and not np.isnan(limit.load_factor):
         same("the limit is", limit.load_factor, known, _SAME, _SAME)
     return limit.residual, known is not None
+
+
+def _least(subject: _Subject) -> tuple[float, bool]:
+    """Under a mean load that pulls here and there, safe load factors begin where corners press."""
+    n, bonded = subject.system.nodes, dict(subject.system.bonded)
+    bonded["mean"] = bonded["mean"] - np.r_[np.zeros(2 * n), np.full(n, 0.2)]
+    system = subject.system.with_bonded(bonded | {name: np.r_[0.2 * bonded[name][: 2 * n], 1 + 0.3 * bonded[name][2 * n :]] for name in "abc"})
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0, "c": 0.3}])
+    limit = fo.shakedown_limit(system, cycle, subject.friction)
+    known = polygon_limit(system, cycle, subject.friction, least=True)
+    if known is None or np.isnan(limit.least):
+        return limit.residual, False
+    same("the least safe load factor is", limit.least, known, _SAME, _SAME)
+    return limit.residual, True
 
 
 def _safe_slip(subject: _Subject) -> tuple[float, bool]:
@@ -108,11 +130,19 @@ def _safe_start(subject: _Subject) -> tuple[float, bool]:
     return steady.residual, True
 
 
-SPACE: Mapping[str, Callable[[_Subject], tuple[float, bool]]] = {
+_SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "limit, 3-D": _limit,
+    "least safe load, 3-D": _least,
     "safe slip, 3-D": _safe_slip,
     "increment, 3-D": partial(_increment, engine="newton"),
     "increment by cones, 3-D": partial(_increment, engine="socp"),
     "steady state above the limit, 3-D": _steady,
     "steady state from a safe slip, 3-D": _safe_start,
 }
+_EMBEDDED: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
+    "limit, plane in 3-D": embedded.limit,
+    "safe slip, plane in 3-D": embedded.safe_slip,
+    "increment, plane in 3-D": embedded.increment,
+}
+SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {**_SPACE, **_EMBEDDED}
+"""Question -> what asks it and compares the answer."""

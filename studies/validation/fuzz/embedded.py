@@ -1,0 +1,94 @@
+"""Plane contacts embedded in space: what the plane answers, space has to answer alike."""
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+import frictopt as fo
+from frictopt.increments import ExactIncrement
+
+from .cases import random_case
+from .known import NotAsked, Wrong, same
+
+__all__ = ["Embedded", "embedded", "increment", "limit", "safe_slip"]
+
+_SAME = 1e-7
+_FRICTION = 0.5  # at most, for increments: with more, several states may obey the law
+
+
+def embedded(flat: fo.ContactSystem, rng: np.random.Generator) -> tuple[fo.ContactSystem3D, Any]:
+    """A plane contact in space, its tangents turned node by node; returns the unit vectors (N, 2) along which the plane slips, too.
+
+    Across the plane it has some stiffness, or none, and no load: whatever the plane carries is carried, and slips across it help nothing.
+    """
+    n, none = flat.nodes, np.zeros((flat.nodes, flat.nodes))
+    G = rng.normal(size=(n, int(rng.integers(0, n + 1))))
+    across = float(np.diag(flat.A).mean()) * G @ G.T
+    S = np.block([[flat.A, none, flat.B.T], [none, across, none], [flat.B, none, flat.C]])
+    along = np.exp(1j * rng.uniform(0, 2 * np.pi, n))
+    c, s = np.diag(along.real), np.diag(along.imag)
+    turn = np.block([[c, -s, none], [s, c, none], [none, none, np.eye(n)]])
+    bonded = {name: turn @ np.r_[q, np.zeros(n), p] for name, (q, p) in flat.bonded.items()}
+    points = np.column_stack([flat.x, np.zeros((n, 2))])
+    return fo.ContactSystem3D(turn @ S @ turn.T, points, bonded, flat.gap), np.column_stack([along.real, along.imag])
+
+
+class Embedded:
+    """The plane case of a seed, in space."""
+
+    def __init__(self, seed: int) -> None:
+        self.case, self.rng = random_case(seed), np.random.default_rng(seed)
+        self.solid, self.along = embedded(self.case.system, self.rng)
+
+    @cached_property
+    def limit(self) -> fo.ShakedownLimit:
+        """The limit of the plane contact."""
+        try:
+            return fo.shakedown_limit(self.case.system, self.case.cycle, self.case.friction)
+        except fo.FrictoptError as error:
+            raise NotAsked from error
+
+    @property
+    def load_factor(self) -> float:
+        """The load factor of the case."""
+        value = self.limit.load_factor
+        return self.case.share * (value if np.isfinite(value) and value > 0 else 1.0)
+
+
+def limit(subject: Embedded) -> tuple[float, bool]:
+    """The interval of safe load factors."""
+    case, plane = subject.case, subject.limit
+    found = fo.shakedown_limit(subject.solid, case.cycle, case.friction)
+    for name in ("load_factor", "least"):
+        same(f"{name} is", getattr(found, name), getattr(plane, name), _SAME, _SAME)
+    return found.residual, True
+
+
+def safe_slip(subject: Embedded) -> tuple[float, bool]:
+    """The largest margin."""
+    case, factor = subject.case, subject.load_factor
+    try:
+        plane = fo.safe_slip(case.system, case.cycle, case.friction, factor)
+    except fo.FrictoptError as error:
+        raise NotAsked from error
+    found = fo.safe_slip(subject.solid, case.cycle, case.friction, factor)
+    same("the margin is", found.margin, plane.margin, _SAME, _SAME)
+    return found.residual, True
+
+
+def increment(subject: Embedded) -> tuple[float, bool]:
+    """The reactions after one increment; across the plane no node moves."""
+    case, rng = subject.case, subject.rng
+    f, slip = np.minimum(case.friction, _FRICTION), np.zeros(case.system.nodes) if case.start is None else case.start
+    loads = {"mean": 1.0, "a": 0.3 * float(rng.normal()), "b": 0.3 * float(rng.normal())}
+    try:
+        plane = ExactIncrement(case.system, f).solve(slip, case.system.reaction(loads))
+    except fo.FrictoptError as error:
+        raise NotAsked from error
+    found = fo.Increments3D(subject.solid, f).solve(slip[:, None] * subject.along, subject.solid.reaction(loads))
+    force = float(max(np.abs(plane.q).max(), np.abs(plane.p).max(), np.abs(case.system.reaction(loads)).max()))
+    off = max(float(np.abs(np.sum(found.q * subject.along, axis=1) - plane.q).max()), float(np.abs(found.p - plane.p).max()))
+    if off > _SAME * force:
+        raise Wrong(f"reactions differ from those of the plane by {off / force:.1e} of the largest")
+    return found.residual, True
