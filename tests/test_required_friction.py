@@ -199,3 +199,23 @@ def test_pressures_within_rounding_of_zero_are_no_answer():
     bare = system(np.eye(2), np.zeros((2, 2)), 0.0, (1.0, 0.0), 0.2, 0.0)
     with pytest.raises(fo.SolverError, match="the best residual slip leaves a pressure of"):
         fo.required_friction(bare, CYCLE, 1.0)
+
+
+def test_too_little_friction_is_proven_where_a_node_has_a_small_part_of_the_margin():
+    """A node with a millionth of the pressure limits the friction: the margin hardly feels a little less, so the step to the proof is wider."""
+    light = 1e-6
+    contact = system(np.eye(2), np.zeros((2, 2)), 0.0, (1.0, light), (0.1, 0.5 * light), 0.0)
+    required = fo.required_friction(contact, CYCLE, 1.0)
+    assert required.friction == pytest.approx(0.5, rel=1e-5) and required.friction * (1 - 1e-5) < required.too_little < required.friction
+    assert not fo.safe_slip(contact, CYCLE, required.too_little, 1.0).exists and set(required.mechanism["node"]) == {1}
+
+
+def test_where_the_mean_load_pulls_more_load_needs_less_friction():
+    """A node pulled by 1 and pressed by lam at corners that shear it by +-0.6 lam needs f (lam - 1) >= 0.6 lam; its least safe load factor agrees."""
+    node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    cycle = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.6}, {"N": 1.0, "Q": -0.6}])
+    required = [fo.required_friction(node, cycle, load_factor) for load_factor in (0.5, 2.0, 5.0)]
+    assert [each.friction for each in required] == pytest.approx([np.inf, 1.2, 0.75], rel=1e-6)
+    for each in required[1:]:
+        least = fo.shakedown_limit(node, cycle, each.friction).least
+        assert least == pytest.approx(each.load_factor, rel=1e-4) and fo.shakedown_limit(node, cycle, each.too_little).least > each.load_factor

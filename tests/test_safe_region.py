@@ -1,4 +1,6 @@
 import itertools
+from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -124,3 +126,35 @@ def test_bad_loads_are_refused(loads, message):
     contact = random_system(np.random.default_rng(0), 2, loads=("mean", "a", "b"))
     with pytest.raises(fo.ModelError, match=message):
         fo.safe_region(contact, MEAN, loads, 0.5)
+
+
+def test_the_ray_of_one_load_alone_gives_a_line_for_both():
+    """Its corners differ by the other load, which has amplitude 0 there. With the right ones each side takes two limits at most."""
+    for seed in range(8):
+        contact, _, region = random_region(seed)
+        if len(region.sides) and not region.unlimited and contact.B.any():
+            assert {attempt.outcome for attempt in region.record.attempts} == {"optimal"}
+            assert len(region.record.attempts) <= 2 * len(region.sides)
+
+
+def test_a_side_that_misses_its_vertices_is_no_answer(monkeypatch):
+    """A limit whose mechanism proves a little more than its slip carries leaves a line beside its point."""
+
+    def loose(*args):
+        limit = fo.shakedown_limit(*args)
+        return replace(limit, dual_bound=limit.dual_bound * (1 + 1e-6))
+
+    contact = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0])})
+    monkeypatch.setattr(import_module("frictopt.limits.safe_region"), "shakedown_limit", loose)
+    with pytest.raises(fo.SolverError, match=r"its sides and vertices differ by 1\.0e-06"):
+        fo.safe_region(contact, {"P": 1.0}, ["idle", "Q"], 0.5)
+
+
+def test_the_mean_load_is_in_each_domain_so_that_it_is_safe_where_anything_is():
+    """Corners that only press do not help a mean load that pulls: the loads come back to it."""
+    node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    region = fo.safe_region(node, {"P": -1.0}, [[{"N": 2.0}], "Q"], 0.5)
+    assert not len(region.vertices) and "the mean load pulls the bodies apart" in region.reason
+    assert fo.shakedown_limit(node, fo.LoadCycle({"P": -1.0}, [{"N": 2.0}]), 0.5).least == pytest.approx(0.5)
+    for domain in (region.cycle(1.0, 1.0), fo.safe_region(node, {"P": 1.0}, [[{"N": 2.0}], "Q"], 0.5).cycle(0.3, 0.1)):
+        assert not fo.shakedown_limit(node, domain, 0.5).least > 0

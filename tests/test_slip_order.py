@@ -70,3 +70,11 @@ def test_without_the_condition_the_order_may_be_lost():
 def test_an_uncoupled_contact_keeps_the_order_at_any_friction_or_at_none():
     assert fo.slip_order(system([[1.0, -0.2], [-0.2, 1.0]], np.zeros((2, 2)), 0.0, 1.0, 1.0, 0.0), 50.0).largest_friction == np.inf
     assert fo.slip_order(system([[1.0, 0.2], [0.2, 1.0]], np.zeros((2, 2)), 0.0, 1.0, 1.0, 0.0), 0.0).largest_friction == -np.inf
+
+
+def test_the_friction_of_a_node_counts_with_what_slips_do_to_its_own_pressure():
+    """Slip of node 1 changes the pressure of node 0, not the other way round: node 0 needs -A_01 >= f_0 |B_01|, and node 1 nothing."""
+    contact = system([[1.0, -0.4], [-0.4, 1.0]], [[0.0, 0.5], [0.0, 0.0]], 0.0, 1.0, 1.0, 0.0)
+    order = fo.slip_order(contact, [0.7, 50.0])
+    assert order.holds and order.critical.tolist() == [0.8, np.inf]
+    assert not fo.slip_order(contact, [0.9, 0.1]).holds

@@ -290,3 +290,10 @@ def test_four_hundred_nodes_have_a_certified_limit_at_the_ends_of_the_range(rati
         for f in (0.1, 2.0):
             limit = fo.shakedown_limit(system, loads, f)
             assert system.nodes == 400 and abs(limit.dual_bound / limit.load_factor - 1) <= 1e-8
+
+
+def test_a_corner_a_little_outside_of_the_others_counts():
+    """Further out by 5e-8: within the tolerance of the linear program that tells it, and above that of the answer."""
+    node, off = single(), 5e-8
+    limit = fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, [{"X": 1.0 + off}, {"X": -1.0}, {"X": 1.0}]), 0.5)
+    assert limit.load_factor == pytest.approx(0.5 / (1 + off / 2), rel=2e-9)
