@@ -127,7 +127,7 @@ _COLUMNS = {
     "friction": "coefficient of friction",
     "shakedown": "shakedown limit, with all nodes closed; NaN if no load factor has a safe slip",
     "separated": "load factor of the state of rest found, whose nodes may be open",
-    "bound": "upper bound by the mixed-integer program; inf where its time was over before it had one",
+    "bound": "upper bound by the mixed-integer program; inf where its time limit was reached before it had one",
     "open": "nodes that are open at all corners",
     "changing": "nodes that are open at some corners",
     "edge": "largest |x| / a of a node that is not always open",

@@ -14,6 +14,7 @@ from frictopt.campaign import rest
 from frictopt.campaign.rest import Question
 from frictopt.campaign.rest_search import RestSearch
 from frictopt.limits import separated
+from frictopt.limits.open_sets import open_set_limit
 from separation import pulled_system, resting_starts, rests
 from studies.validation.open_patterns import every_pattern
 from systems import CYCLE, FIRST_PAIR, system
@@ -187,7 +188,7 @@ def test_what_is_said_of_it(punch, paper_cycle):
     assert np.array_equal(limit.slip, limit.state.slip) and not limit.slip.flags.writeable
 
 
-@pytest.mark.parametrize(("name", "value", "reason"), [("_MOTION", 0.3, "comes to the largest gap"), ("_PRESSURE", 0.3, "outside of what the bound")])
+@pytest.mark.parametrize(("name", "value", "reason"), [("_MOTION", 0.3, "a big-M bound is active"), ("_PRESSURE", 0.3, "outside of what the bound")])
 def test_an_answer_that_touches_the_largest_motion_or_pressure_is_no_bound(name, value, reason, monkeypatch):
     monkeypatch.setattr(separated, name, value)
     limit = fo.separated_limit(pulled_system(np.random.default_rng(3), 3), CYCLE, 0.5, time_limit=300, progress=False)
@@ -214,3 +215,34 @@ def test_a_search_that_is_out_of_time_says_what_to_give(punch, paper_cycle):
 def test_a_time_limit_is_above_zero():
     with pytest.raises(fo.ModelError, match="time_limit"):
         fo.separated_limit(system(1.0, 0.0, 0.0, 1.0, 1.0, 0.0), CYCLE, 0.5, time_limit=0)
+
+
+@pytest.mark.parametrize("shear", [0.3, 0.0])
+def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
+    """Node 0 is open always, node 1 sticks if 0.1 lam <= 0.5 (lam - 1), node 2 if `shear` lam <= 0.5. Below, node 1 slips unless it is open too."""
+    loads = {"P": ([0, 0, 0], [-5.0, -1.0, 1.0]), "N": ([0, 0, 0], [0, 1.0, 0]), "Q": ([0, 0.1, shear], [0, 0, 0])}
+    contact = fo.ContactSystem(np.eye(3), np.zeros((3, 3)), np.eye(3), [0, 1, 2], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
+    limit = fo.separated_limit(contact, cycle, 0.5, progress=False)
+    assert limit.exact and limit.load_factor == pytest.approx(5 / 3 if shear else np.inf) and limit.least == pytest.approx(1.25)
+    assert "from 1.25 on" in limit.reason
+    for load_factor, at_rest in ((1.1, False), (1.2, False), (1.26, True), (1.66, True)):
+        assert rests(contact, cycle, 0.5, load_factor) == at_rest
+
+
+def test_a_node_that_the_corners_lift_rests_open_from_some_load_on():
+    """Pressed by 1 and lifted by lam at both corners, sheared by +-lam: closed it slips where 0.5 (1 - lam) < lam, from lam = 1 on it is open."""
+    node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    cycle = fo.LoadCycle({"P": 1.0}, [{"N": -1.0, "Q": 1.0}, {"N": -1.0, "Q": -1.0}])
+    opened, closed = (open_set_limit(node, cycle, np.array([0.5]), np.array([state])) for state in (True, False))
+    assert (opened.least, opened.load_factor) == (1.0, np.inf) and (closed.least, closed.load_factor) == (0.0, pytest.approx(1 / 3))
+    limit = fo.separated_limit(node, cycle, 0.5, progress=False)
+    assert (limit.least, limit.load_factor) == (0.0, pytest.approx(1 / 3)) and "at load factors up to 0.66" in limit.covers
+    for load_factor, at_rest in ((0.3, True), (0.5, False), (0.9, False), (1.1, True), (5.0, True)):
+        assert rests(node, cycle, 0.5, load_factor) == at_rest
+
+
+def test_a_limit_of_nodes_that_open_and_close_says_nothing_of_less_load():
+    node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
+    limit = fo.separated_limit(node, fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0}]), 0.5, progress=False)
+    assert limit.least == limit.load_factor > 1e5 and "nothing is proven of lower load factors" in limit.reason

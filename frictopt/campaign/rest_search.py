@@ -9,7 +9,7 @@ import numpy as np
 from ..contact.symmetry import halve
 from ..contact.tolerances import GAIN
 from ..errors import FrictoptError
-from ..limits.open_sets import open_set_limit
+from ..limits.open_sets import OpenSetLimit, open_set_limit
 from ..limits.separated import CornerStates, SeparatedProblem
 from .march import march
 from .rest import Booleans, Question, Rest
@@ -31,25 +31,30 @@ class RestSearch:
     ----------
     best
         The one with the largest load factor so far; None if there is none.
-    unbounded
-        Whether some set of nodes rests open at every load factor.
+    endless_set
+        The limit of a set of nodes that rests open at every load factor from some on; None if none is known.
     """
 
     def __init__(self, question: Question, deadline: float, tell: Callable[[str], None]) -> None:
         self.question, self.deadline, self.tell = question, deadline, tell
         self.best: Rest | None = None
-        self.unbounded = False
+        self.endless_set: OpenSetLimit | None = None
         system, cycle = question.system, question.cycle
         mean, cyclic = np.abs(system.reaction(cycle.mean)).sum(), np.abs(cycle.corner_reactions(system)).sum(axis=(0, 2)).max()
         self.unit = float(mean / cyclic) if mean > 0 and cyclic > 0 else 1.0
         loads = cycle.mean_reaction(system), cycle.corner_reactions(system)
         self._mirror = halve(system, question.friction, loads) is not None
-        self._known: dict[bytes, float] = {}
+        self._known: dict[bytes, OpenSetLimit | None] = {}
 
     @property
     def over(self) -> bool:
-        """Whether the time is over, or no larger load factor can be found."""
+        """Whether the time limit is reached, or no larger load factor can be found."""
         return self.unbounded or self.endless or time.monotonic() > self.deadline
+
+    @property
+    def unbounded(self) -> bool:
+        """Whether some set of nodes rests open at every load factor from some on."""
+        return self.endless_set is not None
 
     @property
     def endless(self) -> bool:
@@ -136,8 +141,7 @@ class RestSearch:
         asked = self.question
         try:
             if (opened == opened[0]).all():
-                limit = open_set_limit(asked.system, asked.cycle, asked.friction, opened[0])
-                self.unbounded = self.unbounded or (limit is not None and np.isinf(limit.load_factor))
+                limit = self.limit_of(opened[0])
                 return None if limit is None or self.unbounded else CornerStates(limit.load_factor, limit.slip, limit.gap)
             most = 10 * max(rest.load_factor, 1e-3 * self.unit)
             return SeparatedProblem(asked.system, asked.cycle, asked.friction, most).with_open(opened)
@@ -182,20 +186,22 @@ class RestSearch:
                 found.append(other)
         return found
 
+    def limit_of(self, opened: Booleans) -> OpenSetLimit | None:
+        """The limit with these nodes (N,) open, and no others; None if there is none, or no answer that passes the checks."""
+        key, asked = opened.tobytes(), self.question
+        if key not in self._known:
+            try:
+                self._known[key] = open_set_limit(asked.system, asked.cycle, asked.friction, opened)
+            except FrictoptError:
+                self._known[key] = None
+            if (limit := self._known[key]) is not None and np.isinf(limit.load_factor):
+                self.endless_set = limit
+        return self._known[key]
+
     def _value(self, opened: Booleans) -> float:
         """Largest load factor with these nodes open, and no others; -inf if there is none. A better one is followed, to prove that it rests."""
-        key = opened.tobytes()
-        if key not in self._known:
-            self._known[key] = -np.inf
-            asked = self.question
-            try:
-                limit = open_set_limit(asked.system, asked.cycle, asked.friction, opened)
-            except FrictoptError:  # no answer that passes the checks
-                return -np.inf
-            if limit is not None:
-                self.unbounded = self.unbounded or bool(np.isinf(limit.load_factor))
-                self._known[key] = limit.load_factor
-                if not self.unbounded:
-                    states = CornerStates(limit.load_factor, limit.slip, limit.gap)
-                    self.offer(self._from(states) or asked.proven_at_corners(states.load_factor, states.slip, states.gap, limit.residual))
-        return self._known[key]
+        fresh, limit = opened.tobytes() not in self._known, self.limit_of(opened)
+        if fresh and limit is not None and not self.unbounded:
+            states = CornerStates(limit.load_factor, limit.slip, limit.gap)
+            self.offer(self._from(states) or self.question.proven_at_corners(states.load_factor, states.slip, states.gap, limit.residual))
+        return -np.inf if limit is None else limit.load_factor

@@ -40,9 +40,12 @@ class SeparatedLimit(WithSlip, Plotted):
     load_factor
         A proven lower bound of the largest load factor at which some start comes to rest: the state `state` does. Inf: one does at every load factor.
         NaN: none was found, see `reason`.
+    least
+        A state of rest is proven for all load factors from `least` to `load_factor`: the same nodes stay open, or none. It is 0 where they do so
+        under the mean load alone. `load_factor` itself where nodes open and close, which proves nothing of other load factors; NaN without a state.
     bound
-        Upper bound, within `covers`, of the load factors with a state of rest; inf where the time was over before anything was known, NaN where there
-        is no such state.
+        Upper bound, within `covers`, of the load factors with a state of rest; inf where the time limit was reached before anything was known, NaN
+        where there is no such state.
     exact
         Whether `bound` equals `load_factor` to 1e-6: then `load_factor` is the limit, within `covers`.
     covers
@@ -69,6 +72,7 @@ class SeparatedLimit(WithSlip, Plotted):
     """
 
     load_factor: float
+    least: float
     bound: float
     exact: bool
     covers: str
@@ -107,7 +111,7 @@ class SeparatedLimit(WithSlip, Plotted):
         return frame({"node": range(self.system.nodes), "x": self.system.x, "slip": self.slip, "gap": gap, "open": self.open.sum(axis=0)})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("load_factor", "bound", "exact", "kind", "largest_slip", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("load_factor", "least", "bound", "exact", "kind", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the answer, the reason, what the bound covers, and the mixed-integer program by its names."""
@@ -213,12 +217,14 @@ class _Bound:
 def _result(question: Question, search: RestSearch, found: _Bound, began: float) -> SeparatedLimit:
     corners, n = len(question.cycle.corners), question.system.nodes
     best = search.best
-    least = np.inf if search.unbounded else np.nan if best is None else best.load_factor
+    largest = np.inf if search.unbounded else np.nan if best is None else best.load_factor
+    least = _least(search)
     bound = np.inf if search.unbounded else found.bound
-    exact = bool(search.unbounded or bound <= least * (1 + ONE_LIMIT) or (best is None and np.isnan(bound)))
+    exact = bool(search.unbounded or bound <= largest * (1 + ONE_LIMIT) or (best is None and np.isnan(bound)))
     kind = LimitKind.UNBOUNDED if search.unbounded else LimitKind.NO_SAFE_SLIP if best is None else LimitKind.FINITE
     return SeparatedLimit(
-        load_factor=float(least),
+        load_factor=float(largest),
+        least=least,
         bound=float(bound),
         exact=exact,
         covers=(
@@ -226,7 +232,7 @@ def _result(question: Question, search: RestSearch, found: _Bound, began: float)
             + ("" if search.unbounded else f", at load factors up to {found.most:.6g}")
         ),
         kind=kind,
-        reason=_reason(question, search, found, exact),
+        reason=_reason(question, search, found, exact, least),
         slip=frozen(np.full(n, np.nan) if best is None else best.state.slip),
         state=None if best is None else best.state,
         open=np.zeros((corners, n), dtype=bool) if best is None else best.open,
@@ -238,6 +244,16 @@ def _result(question: Question, search: RestSearch, found: _Bound, began: float)
     )
 
 
+def _least(search: RestSearch) -> float:
+    """The least load factor from which on the nodes of the best state can stay open, and the others closed and stuck."""
+    if search.endless_set is not None:
+        return search.endless_set.least
+    if (best := search.best) is None:
+        return np.nan
+    limit = search.limit_of(best.open[0]) if (best.open == best.open[0]).all() else None
+    return limit.least if limit is not None and best.load_factor <= limit.load_factor * (1 + ONE_LIMIT) else best.load_factor
+
+
 def _found(search: RestSearch, found: _Bound) -> tuple[str, tuple[Attempt, ...], float, tuple[str, ...]]:
     """Who answered, the mixed-integer programs, and the residual."""
     best = search.best
@@ -245,27 +261,29 @@ def _found(search: RestSearch, found: _Bound) -> tuple[str, tuple[Attempt, ...],
     return solver, tuple(found.attempts), 0.0 if best is None else best.residual, ()
 
 
-def _reason(question: Question, search: RestSearch, found: _Bound, exact: bool) -> str:
-    best = search.best
+def _reason(question: Question, search: RestSearch, found: _Bound, exact: bool, least: float) -> str:
+    best, start = search.best, f" from {least:.6g} on" if least > 0 else ""
     if search.unbounded:
-        return "every load factor has a state of rest with the same nodes open"
+        return f"every load factor{start} has a state of rest with the same nodes open"
     if best is None:
         return f"no state of rest was found: {mean_load_diagnosis(question.system, question.cycle, question.friction)}"
     always, sometimes = int(best.open.all(axis=0).sum()), int((best.open.any(axis=0) & ~best.open.all(axis=0)).sum())
     n, proof = question.system.nodes, "the exact path from it rests" if best.followed else "proven at its corners"
     text = f"a state of rest with {always} of {n} nodes open at all corners and {sometimes} at some ({proof})"
+    if least > 0:
+        text += f", as there is{start}" if least < best.load_factor else "; nothing is proven of lower load factors"
     if exact:
         return f"{text}; the mixed-integer program finds none above it"
     if found.contradicted:
         return f"{text}; it is outside of what the bound covers"
     if found.touched:
-        return f"{text}; no bound, for the program comes to the largest gap, slip or pressure that it considers"
+        return f"{text}; a big-M bound is active, so there is no upper bound"
     if search.endless:
         return f"{text}; larger load factors were not tried"
     if found.endless:
         return f"{text}; no bound, for at the corners the mixed-integer program allows states at any load factor, of which none was found to rest"
     if np.isinf(found.bound):
-        return f"{text}; nothing is known above it, for the time was over: give a larger time_limit"
+        return f"{text}; time limit reached: nothing is known above it; give a larger time_limit"
     return f"{text}; above it the mixed-integer program allows states, of which none was found to rest"
 
 

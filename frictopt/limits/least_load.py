@@ -28,9 +28,11 @@ __all__ = ["with_least_load"]
 
 
 def with_least_load(answer: Answer[LimitClaim], model: SafeProblem, rows: RulingLoads, solver: str | None) -> Answer[LimitClaim]:
-    """The answer of a program of the limit, with the least safe load factor: by one more program only if no slip at hand is safe under the mean load.
+    """The answer of a program of the limit, with the least safe load factor: by one more program only if nothing at hand shows that it is 0.
 
-    What stands in the variables and multipliers stays there.
+    It is 0 if the slip of the limit, or no slip, is safe under the mean load; and if the cyclic load at the ruling corners only narrows the rows, as
+    where the corners have the mean load in their hull: then what is safe at any load factor is so at 0. What stands in the variables and multipliers
+    stays there.
 
     Raises
     ------
@@ -40,8 +42,9 @@ def with_least_load(answer: Answer[LimitClaim], model: SafeProblem, rows: Ruling
     claim = answer.claim
     if claim.kind is LimitKind.NO_SAFE_SLIP or claim.objective is not None:
         return answer
+    narrows = not model.own and min(rows.forward.min(), rows.backward.min(), rows.opening.min() if claim.task.opening else 0.0) >= 0
     slips = ([claim.slip] if claim.kind is LimitKind.FINITE else []) + ([] if model.own else [np.zeros_like(claim.slip)])
-    if any(_excess_under_mean(claim, model, slip) <= RESIDUAL for slip in slips):
+    if narrows or any(_excess_under_mean(claim, model, slip) <= RESIDUAL for slip in slips):
         return replace(answer, claim=replace(claim, least=0.0))
     with _kept(model):
         lower = solve(model.downward, lambda: _claimed(claim, model.downward, rows), solver)

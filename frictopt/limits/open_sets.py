@@ -36,6 +36,8 @@ class OpenSetLimit:
     ----------
     load_factor
         inf if there is no limit.
+    least
+        The least such load factor. Those between rest with the same nodes open.
     slip, gap
         (K, N) at the corners, length; NaN without a limit.
     residual
@@ -45,6 +47,7 @@ class OpenSetLimit:
     """
 
     load_factor: float
+    least: float
     slip: Array
     gap: Array
     residual: float
@@ -73,21 +76,21 @@ def open_set_limit(system: ContactSystem, cycle: LoadCycle, friction: Array, ope
     cyclic = np.hstack(cycle.corner_reactions(system))
     least, rate = parts.gaps(mean), np.array([parts.gaps(corner, cyclic=True) for corner in cyclic]).min(axis=0)
     if opened.all():
-        return _judged(system, cycle, friction, parts, _ratio(least, rate), np.zeros(0), 0.0, None)
+        return _judged(system, cycle, friction, parts, _ends(least, rate), np.zeros(0), 0.0, None)
     model = ShakedownModel(parts.kept(), cycle)
     length = max(float(np.abs(least).max(initial=0.0)), float(np.abs(mean).mean()) / system.stiffness_scale, float(system.gap.max())) or 1.0
     shrinking = least + rate * model.load_factor + parts.lift @ model.slip
     limit = model.solve(friction[~opened], [(shrinking / length >= 0).set_label("gaps")] if opened.any() else [])
     if np.isnan(limit.load_factor):
         return None
-    return _judged(system, cycle, friction, parts, limit.load_factor, limit.slip, limit.residual, limit.problem)
+    return _judged(system, cycle, friction, parts, (limit.least, limit.load_factor), limit.slip, limit.residual, limit.problem)
 
 
-def _ratio(least: Array, rate: Array) -> float:
-    """Largest load factor at which `least + load_factor rate >= 0`: NaN if there is none."""
-    if (least < 0).any():
-        return np.nan
-    return float(np.divide(least, -rate, out=np.full_like(least, np.inf), where=rate < 0).min())
+def _ends(gap: Array, rate: Array) -> tuple[float, float]:
+    """The least and the largest load factor >= 0 at which `gap + load_factor rate >= 0`: NaN if there is none."""
+    low = float(np.divide(-gap, rate, out=np.where(gap < 0, np.inf, 0.0), where=rate > 0).max(initial=0.0))
+    high = float(np.divide(gap, -rate, out=np.full_like(gap, np.inf), where=rate < 0).min())
+    return (low, high) if low <= high and np.isfinite(low) else (np.nan, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,18 +160,18 @@ def _judged(
     cycle: LoadCycle,
     friction: Array,
     parts: _Condensed,
-    load_factor: float,
+    ends: tuple[float, float],
     slip: Array,
     residual: float,
     problem: cp.Problem | None,
 ) -> OpenSetLimit | None:
     """The limit with its states at the corners, judged by the referee."""
-    opened, cyclic = parts.opened, np.hstack(cycle.corner_reactions(system))
+    (least, load_factor), opened, cyclic = ends, parts.opened, np.hstack(cycle.corner_reactions(system))
     if np.isnan(load_factor):
         return None
     v, w = np.full((2, len(cyclic), system.nodes), np.nan)
     if np.isinf(load_factor):
-        return OpenSetLimit(load_factor, v, w, residual, problem)
+        return OpenSetLimit(load_factor, least, v, w, residual, problem)
     bonded = np.concatenate(system.reaction(cycle.mean)) + load_factor * cyclic
     v[:, ~opened], w[:, ~opened] = slip, 0.0
     for corner, load in enumerate(bonded):
@@ -181,4 +184,4 @@ def _judged(
     residual = max(residual, verdict.residual)
     if not residual <= RESIDUAL:
         raise SolverError(f"open set: the states at the limit violate the contact law by {residual:.1e} (tolerance {RESIDUAL:g}; {verdict})")
-    return OpenSetLimit(load_factor, v, np.maximum(w, 0.0), residual, problem)
+    return OpenSetLimit(load_factor, least, v, np.maximum(w, 0.0), residual, problem)

@@ -87,7 +87,9 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     A slip that is safe with friction f presses every node at every corner: `abs(q) <= f p` needs `p >= 0`, and without friction it is asked for. With
     more friction the bounds f p only grow, so the same slip stays safe. There is therefore one coefficient above which a slip is safe and below which
     none is. It is the root of the margin of `safe_slip`, which never falls as friction grows. It is finite if some slip presses every
-    node at every corner (f is then at most the largest `abs(q) / p` there). If no slip does, no friction is enough. Theory, eq. (16).
+    node at every corner (f is then at most the largest `abs(q) / p` there). If no slip does, no friction is enough. More load may need less friction,
+    where the mean load alone is not safe and the corners press: the load factors that are safe with one friction are an interval, see
+    `ShakedownLimit.least`. Theory, eq. (16).
 
     Parameters
     ----------

@@ -30,7 +30,8 @@ _MOST_SIDES = 1000
 class SafeRegion(Recorded, Plotted):
     """The amplitudes `(a, b)` of two loads at which some residual slip is safe.
 
-    The region is convex, and holds all smaller amplitudes with any that it holds. Its border is a chain of straight sides from an amplitude of the
+    The region is convex, and holds all smaller amplitudes with any that it holds: both loads come back to zero, so that the mean load is in every
+    domain, and must be safe. Its border is a chain of straight sides from an amplitude of the
     first load alone to one of the second load alone.
 
     Attributes

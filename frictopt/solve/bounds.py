@@ -27,8 +27,8 @@ class BoundStatus(Enum):
 
     OPTIMAL = "the program is solved"
     INFEASIBLE = "the program has no solution"
-    FOUND = "the time is over, and a solution is found"
-    OPEN = "the time is over, and no solution is found"
+    FOUND = "time limit reached, and a solution is found"
+    OPEN = "time limit reached, and no solution is found"
 
     @property
     def has_solution(self) -> bool:

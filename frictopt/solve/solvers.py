@@ -178,7 +178,7 @@ def solve(
         if not claim.residual <= tolerance:
             model.refine()
             claim = judged()
-            attempts.append(Attempt(name, "refined on the vertex", claim.residual))
+            attempts.append(Attempt(name, f"refined on the {'active cones' if kind is Kind.SOCP else 'vertex'}", claim.residual))
         if claim.residual <= tolerance:
             return Answer(claim, name, tuple(attempts))
     tried = "; ".join(f"{a.solver}: {a.outcome}, residual {a.residual:.1e}" for a in attempts)

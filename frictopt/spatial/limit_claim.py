@@ -67,7 +67,9 @@ def certified(task: ConeQuestion, load_factor: float, slip: Array, motion: Mecha
 
 
 def with_least_load(task: ConeQuestion, answer: Answer[LimitClaim], solver: str | None) -> Answer[LimitClaim]:
-    """The answer with the least safe load factor: by one more program only if neither its slip nor none is safe under the mean load.
+    """The answer with the least safe load factor: by one more program only if nothing at hand shows that it is 0.
+
+    It is 0 if the slip of the limit, or no slip, is safe under the mean load; and if the corners have the mean load in their hull.
 
     Raises
     ------
@@ -78,7 +80,7 @@ def with_least_load(task: ConeQuestion, answer: Answer[LimitClaim], solver: str 
     if claim.kind is LimitKind.NO_SAFE_SLIP:
         return answer
     slips = ([claim.slip] if claim.kind is LimitKind.FINITE else []) + [np.zeros_like(claim.slip)]
-    if any(task.violation(0.0, slip) <= RESIDUAL for slip in slips):
+    if any(task.violation(0.0, slip) <= RESIDUAL for slip in slips) or task.about_mean:
         return replace(answer, claim=replace(claim, least=0.0))
     model = shakedown_cones(task.cones, sense=-1)
     lower = solve(model, lambda: judged(task, model, sense=-1), solver, kind=Kind.SOCP)

@@ -138,6 +138,12 @@ class ConeQuestion:
         return float(np.abs(stress) @ np.maximum(np.abs(traction), np.tile(1.0 + self.friction, 2)))
 
     @property
+    def about_mean(self) -> bool:
+        """Whether the corners have the mean load in their hull, so that what is safe at any load factor is so under the mean load alone."""
+        points = _amplitudes(self.cycle)
+        return _inside(np.zeros(points.shape[1]), points)
+
+    @property
     def left_out(self) -> tuple[str, ...]:
         """What the scene did not need, in words."""
         corners = len(self.loads.q1)
@@ -163,16 +169,21 @@ def pose(system: Any, cycle: Any, friction: Any) -> ConeQuestion:
 
 def _outer_corners(cycle: LoadCycle) -> list[int]:
     """Corners that are not in the hull of the others."""
-    cases = sorted({case for corner in cycle.corners for case in corner})
-    points = np.array([[corner.get(case, 0.0) for case in cases] for corner in cycle.corners]).reshape(len(cycle.corners), len(cases))
-    largest = np.abs(points).max(axis=0, initial=0.0)
-    points = points / np.where(largest > 0, largest, 1.0)
+    points = _amplitudes(cycle)
     kept = list(range(len(points)))
     for corner in range(len(points)):
         others = [k for k in kept if k != corner]
         if others and _inside(points[corner], points[others]):
             kept = others
     return kept
+
+
+def _amplitudes(cycle: LoadCycle) -> Array:
+    """(K, cases) amplitudes of the load cases at the corners, each over its largest one."""
+    cases = sorted({case for corner in cycle.corners for case in corner})
+    points = np.array([[corner.get(case, 0.0) for case in cases] for corner in cycle.corners]).reshape(len(cycle.corners), len(cases))
+    largest = np.abs(points).max(axis=0, initial=0.0)
+    return points / np.where(largest > 0, largest, 1.0)
 
 
 def _inside(point: Array, others: Array) -> bool:
