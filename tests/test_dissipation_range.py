@@ -153,6 +153,21 @@ def test_the_search_finds_more_than_the_extreme_slips():
     assert set(seeds.to_frame()["end"]) == {"followed"} and "local extreme" in set(span.to_frame()["end"])
 
 
+def test_no_start_beside_the_worst_one_has_more_work():
+    """Seven nodes under four corners: climbs from the extreme slips alone end where starts one spread away have 2 % more work."""
+    rng, n = np.random.default_rng(4), 7
+    coupling, G = 0.8, rng.standard_normal((2 * n, 2 * n))
+    S = G @ G.T / n + 0.3 * np.eye(2 * n)
+    loads = {"P": (np.zeros(n), rng.uniform(0.3, 2.0, n))}
+    loads |= {name: (rng.standard_normal(n), 0.2 * rng.standard_normal(n)) for name in "QR"}
+    contact, f = fo.ContactSystem(S[:n, :n], coupling * S[n:, :n], S[n:, n:], np.arange(n), loads), rng.uniform(0.1, 0.9, n)
+    turns = fo.LoadCycle({"P": 1.0}, [{"Q": 0.3}, {"Q": 2.8, "R": -1.1}, {"Q": -1.1}, {"Q": 0.6}])
+    load_factor, span = found(contact, turns, f, 1.5)
+    size = np.ptp(span.worst_start)
+    starts = [span.worst_start + (1 + number % 2) * size * rng.uniform(-1, 1, n) for number in range(40)]
+    assert max(reached(contact, turns, f, load_factor, start) for start in starts) < 1.001 * span.most
+
+
 def test_orbits_with_open_nodes_are_counted_and_searched_from():
     _, span = found(SCENES[16], PULLED, 0.5, 0.95)
     assert span.most_state.open.any()

@@ -8,6 +8,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, flag, frozen
 from ..contact.show import Plotted, Shown, frame
 from ..contact.system import checked_system
+from ..contact.tolerances import LEVEL
 from ..errors import NoContinuation, SolverError
 from ..limits import shakedown_limit
 from ..limits.posed import LimitQuestion, cycle_loads
@@ -19,6 +20,7 @@ from .range_starts import RangeStarts
 __all__ = ["DissipationRange", "dissipation_range"]
 
 _CLIMBED, _DESCENDED = 12, 2  # levels of work, the highest and the lowest, from which the search goes on
+_CLIMBED_BESIDE, _ROUNDS = 2, 4  # the highest levels around an end from which it goes on, and how often it looks around the best end
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -100,8 +102,11 @@ def dissipation_range(
     changes of the load, stretched or squeezed, or unload an end of the contact (a linear program each); from no slip, from the slip that is safe at
     the shakedown limit, and, if slip stops from all of these, from the witness of the guaranteed limit. From the best of them, sequential linear
     programming goes on over the slips of the nodes that stay locked, on which alone the work depends. Each step is judged by an exact transient.
+    Such steps end at a local extreme. So starts around the best end, one and two spreads of its slips away, are followed too, and the search goes on
+    from those with more work.
 
-    The result is a found range: an inner estimate, which no theorem closes. Orbits on which nodes open are counted but not searched from.
+    The result is a found range: an inner estimate, which no theorem closes; other starts may have more work. Orbits on which nodes open are counted
+    but not searched from.
 
     Parameters
     ----------
@@ -174,6 +179,15 @@ def dissipation_range(
 
 
 def _searched(runs: Search, levels: list[Orbit]) -> list[Orbit]:
-    """Where the search ends from the levels with the most work, and, where no start came to rest, from those with the least."""
+    """Where the search ends from the levels with the most work, and, where no start came to rest, from those with the least.
+
+    A local extreme may have more work beside it, a spread of its slips away: starts around the best end tell, and the search goes on from the best.
+    """
     ends = [runs.climb(orbit, 1) for orbit in levels[::-1][:_CLIMBED] if orbit.work > 0]
+    for _ in range(_ROUNDS if ends else 0):
+        best = max(ends, key=lambda orbit: orbit.work)
+        better = [orbit for orbit in runs.levels(runs.around(best)) if orbit.work > (1 + LEVEL) * best.work]
+        if not better:
+            break
+        ends += [runs.climb(orbit, 1) for orbit in better[::-1][:_CLIMBED_BESIDE]]
     return ends + ([runs.climb(orbit, -1) for orbit in levels[:_DESCENDED]] if levels[0].work > 0 else [])

@@ -18,6 +18,7 @@ __all__ = ["Orbit", "Search"]
 _FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
 _LEAST = 1e-5  # last one, over the first
 _TRANSIENTS = 20  # of one climb
+_AROUND = 16  # starts around an end
 _STOPPED = f"stopped after {_TRANSIENTS} transients"
 
 
@@ -79,6 +80,13 @@ class Search:
         except (NoContinuation, SolverError) as error:
             return Orbit(name, start, None, f"{type(error).__name__}: {error}")
 
+    def around(self, orbit: Orbit) -> list[Orbit]:
+        """Orbits from random starts around that of an orbit, within one and two spreads of its slips."""
+        assert orbit.path is not None
+        rng, size = np.random.default_rng(0), _spread(orbit.start, orbit.path)
+        starts = [orbit.start + (1 + number % 2) * size * rng.uniform(-1, 1, len(orbit.start)) for number in range(_AROUND)]
+        return [self.follow(f"around {orbit.name}", start if self._most is None else np.clip(start, -self._most, self._most)) for start in starts]
+
     def climb(self, orbit: Orbit, sense: int) -> Orbit:
         """The orbit with more (sense 1) or less (sense -1) work that steps of linear programs lead to."""
         limit = self.transients + _TRANSIENTS
@@ -92,8 +100,7 @@ class Search:
             except NoContinuation as error:
                 return replace(orbit, end=f"no derivative: {error}")
             if not radius:
-                slip = cycle.before[: path.nodes]
-                radius = _FIRST * (float(np.ptp(slip)) or path.force / path.system.stiffness_scale)
+                radius = _FIRST * _spread(cycle.before[: path.nodes], path)
                 smallest = _LEAST * radius
             better, ascent = None, Ascent(path, cycle, sense, self._most)
             while better is None:
@@ -119,3 +126,8 @@ class Search:
             if not found or orbit.work - found[-1].work > LEVEL * orbit.work:
                 found.append(orbit)
         return found
+
+
+def _spread(slip: Array, path: ExactPath) -> float:
+    """Largest less least slip; the slip scale of the mean load where all are the same."""
+    return float(np.ptp(slip)) or path.force / path.system.stiffness_scale
