@@ -25,7 +25,6 @@ from frictopt import reference
 from frictopt.path import ExactPath
 from systems import CYCLE, FIRST_PAIR, system
 
-pytestmark = pytest.mark.filterwarnings("ignore::frictopt.ModelWarning")  # an odd value may be warned of
 SECONDS = 10  # that a call with an odd value may take, on a busy machine
 
 MAYBE = {  # what may mean something somewhere

@@ -20,9 +20,6 @@ MODELS = {
 }
 
 
-ODD = pytest.mark.filterwarnings("ignore:recover:frictopt.ModelWarning")  # forces at open nodes: slip and gap of no state
-
-
 def states(name):
     """A model, its system, loads of all cases, and a random slip and gap."""
     model, rng = MODELS[name], np.random.default_rng(1)
@@ -32,7 +29,6 @@ def states(name):
     return model, system, loads, *(force / system.stiffness_scale * rng.normal(size=(2, system.nodes)))
 
 
-@ODD
 @pytest.mark.parametrize("name", MODELS)
 def test_recovered_reactions_are_those_of_the_state(name):
     model, system, loads, v, w = states(name)
@@ -71,7 +67,6 @@ def test_without_loads_nothing_moves_where_the_bodies_are_apart():
         assert model.condense().gap.any() and all(not u.any() for u in fields.displacement.values())
 
 
-@ODD
 @pytest.mark.parametrize("name", ["punch", "dovetail"])
 def test_the_recovered_field_is_in_equilibrium(name):
     """By scikit-fem's own stiffness: no force is left at nodes without load, support or contact, and all forces on a body balance."""
@@ -95,7 +90,6 @@ def test_the_recovered_field_is_in_equilibrium(name):
     assert np.allclose(across + applied, 0.0, atol=1e-9 * np.abs(fields.p).max())
 
 
-@ODD
 def test_bodies_that_are_glued_move_together_and_others_by_slip_and_gap():
     model, system, loads, v, w = states("dovetail")
     fields = model.recover(loads, v, system.gap + np.abs(w))
@@ -137,7 +131,6 @@ def test_mean_dilatation_has_its_own_stress():
     assert np.allclose(fields.stress["punch"][1, top], -1.0, atol=0.2) and np.abs(fields.stress["block"]).max() < 5.0
 
 
-@ODD
 def test_fields_as_a_vector_and_as_a_file(tmp_path):
     model, _, loads, v, w = states("press fit")
     fields = model.recover(loads, v, np.abs(w))

@@ -1,5 +1,7 @@
 """How a public question about a contact that is not plane reaches the room that answers it."""
 
+import sys
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from functools import wraps
@@ -9,10 +11,13 @@ from typing import Any, ParamSpec, Protocol, TypeVar, cast, overload
 
 import numpy as np
 
-from ..errors import ModelError
+from ..errors import ModelError, ModelWarning
 from .checks import Array
 
 __all__ = ["OtherContact", "answered_by_axes", "answered_by_kind"]
+
+_OURS = "frictopt."  # rooms of the package, whose own questions are not the user's
+_ROUGH = 5.0  # largest coefficient of friction that is passed without a word: of dry metals it is 0.1 to 1.5, of rubber up to 4
 
 F = TypeVar("F", bound=Callable[..., Any])
 P = ParamSpec("P")
@@ -63,15 +68,30 @@ class Asked(Protocol[P, R]):
 
 def answered_by_kind(plane: Callable[P, R]) -> Asked[P, R]:
     """A public function whose first argument is the contact: one of another kind goes to the function that answers for it."""
+    names = list(signature(plane).parameters)
 
     @wraps(plane)
     def asked(*args: Any, **kwargs: Any) -> Any:
+        if not sys._getframe(1).f_globals.get("__name__", "").startswith(_OURS):
+            _warn_of_odd_numbers(dict(zip(names, args, strict=False)) | kwargs)
         system = args[0] if args else kwargs.get("system")
         if not isinstance(system, OtherContact):
             return plane(*args, **kwargs)
         return _handed_over(system.answers(plane.__name__), f"{plane.__name__} of a {type(system).__name__}", args, kwargs)
 
     return cast(Asked[P, R], asked)
+
+
+def _warn_of_odd_numbers(given: Mapping[str, Any]) -> None:
+    """Warn of values that a user who asks a question may not have meant: what is no number is for the question to refuse."""
+    try:
+        friction, load_factor = float(np.max(given.get("friction", 0.0))), float(given.get("load_factor", 1.0))
+    except (TypeError, ValueError, OverflowError):
+        return
+    if friction > _ROUGH:
+        warnings.warn(f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent", ModelWarning, stacklevel=3)
+    if load_factor == 0:
+        warnings.warn("load_factor: 0; the corners of the cycle carry no load then, only the mean load acts", ModelWarning, stacklevel=3)
 
 
 def answered_by_axes(plane: F) -> F:

@@ -244,7 +244,8 @@ class ContactSystem(Shown):
 def checked_system(system: Any) -> ContactSystem:
     """Check that `system` is a contact system."""
     if not isinstance(system, ContactSystem):
-        raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem (a scene's condense() makes one)")
+        remedy = "call its .condense(), which makes one" if hasattr(system, "condense") else "the condense() of a scene or a model makes one"
+        raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem ({remedy})")
     return system
 
 

@@ -9,7 +9,7 @@ from ..contact.checks import Array, check_text, choice, finite_number, shown
 from ..errors import ModelError
 from .elasticity import ELEMENT_NAMES, ELEMENTS, ElementName, Material
 from .forms import Amount, Kinematics, boundary_forces, checked_amount, values_at
-from .numbering import check_one_piece, outline_facets
+from .numbering import check_one_piece, linear_mesh, outline_facets
 from .ordering import Integers
 
 __all__ = ["Body", "Support", "Traction"]
@@ -49,8 +49,7 @@ class Body:
 
     def __post_init__(self) -> None:
         choice("element", self.element, ELEMENT_NAMES)
-        if type(self.mesh) not in ELEMENTS:
-            raise ModelError(f"mesh: a {type(self.mesh).__name__}; give a MeshTri or a MeshQuad of straight-sided elements")
+        linear_mesh("mesh", self.mesh, ELEMENTS, "MeshTri or a MeshQuad")
         if not isinstance(self.material, Material):
             raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
         _check_elements(self.mesh)

@@ -110,11 +110,14 @@ class Joint:
         (n, nodes of body 2) matrix of the places that the nodes are joined to.
     gap
         (n,) initial gap.
+    coarser
+        Mean length of the edges of body 1 over that of the edges of body 2 that face them.
     """
 
     face: Face
     projection: csr_matrix
     gap: Array
+    coarser: float = 1.0
 
 
 def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics) -> Joint:
@@ -148,7 +151,8 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
         raise ModelError(
             f'{start} {place(one.points[i])}: the faces do not touch, they are {distance[i]:g} apart; move the bodies together, or say gap="measured"'
         )
-    return Joint(one, P, np.maximum(distance, 0.0) if contact.gap == "measured" else _given_gap(contact, one))
+    gap = np.maximum(distance, 0.0) if contact.gap == "measured" else _given_gap(contact, one)
+    return Joint(one, P, gap, float(one.lengths.mean() / np.hypot(*np.diff(two.points[facing], axis=0).T).mean()))
 
 
 def _given_gap(contact: Contact, one: Face) -> Array:

@@ -21,12 +21,14 @@ from .contacts import Contact
 from .elasticity import KINEMATICS, Kinematics
 from .frames import check_course
 from .loads import Expansion, Pressure
-from .numbering import described
+from .numbering import described, warn_of_contrast
 from .ordering import Integers
 from .recovery import BodyFields, body_fields
 from .rigid import node_graph
 
 __all__ = ["ContactModel"]
+
+COARSE = 4.0  # edges of body 1 that are so much longer than those of body 2 do not see what happens between their nodes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -115,6 +117,15 @@ class ContactModel(Shown, Plotted):
             self._parts.force(name)
             self._parts.overlap(name)
             self._parts.moved(name)
+        warn_of_contrast(self.bodies, contacts)
+        for contact, joint in zip(contacts, self._parts.joints, strict=True):
+            if joint.coarser > COARSE:
+                warnings.warn(
+                    f"contacts: {contact.name!r}: the edges of body {contact.body_1!r} are {joint.coarser:.1f} times as long as those of body "
+                    f"{contact.body_2!r}; the nodes of body 1 are those of the contact: exchange the bodies, or mesh it finer",
+                    ModelWarning,
+                    stacklevel=3,
+                )
 
     def condense(self) -> ContactSystem:
         """Condense the glued bodies to the relative motion of the contacts, see `frictopt.condense`.

@@ -1,6 +1,7 @@
 """Bodies of a model in one numbering, body after body, and what their supports hold; in any number of dimensions."""
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Generic, TypeVar
@@ -11,10 +12,12 @@ from scipy.sparse.csgraph import connected_components
 
 from ..contact.checks import Array, shown
 from ..contact.tolerances import SAME_POINT
-from ..errors import ModelError
+from ..errors import ModelError, ModelWarning
 from .ordering import Integers
 
-__all__ = ["NumberedBodies", "check_one_piece", "described", "outline_facets"]
+__all__ = ["NumberedBodies", "check_one_piece", "described", "linear_mesh", "outline_facets", "warn_of_contrast"]
+
+UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
 
 B = TypeVar("B", bound=Any)  # a body: its `mesh` of scikit-fem, and `boundary_nodes`
 
@@ -91,6 +94,33 @@ class NumberedBodies(Generic[B]):
         return np.array([distance.argmin()])
 
 
+def linear_mesh(argument: str, mesh: Any, kinds: Collection[type], words: str) -> None:
+    """Check that a mesh is of one of some kinds; error messages call it `argument`, and the kinds in `words`.
+
+    Raises
+    ------
+    ModelError
+        It is not.
+    """
+    if type(mesh) not in kinds:
+        quadratic = hasattr(mesh, "doflocs") and type(mesh).__name__.endswith("2")
+        remedy = "; its elements are quadratic: mesh with linear ones (gmsh: Mesh.ElementOrder = 1)" if quadratic else " of straight-sided elements"
+        raise ModelError(f"{argument}: a {type(mesh).__name__}; give a {words}{remedy}")
+
+
+def warn_of_contrast(bodies: Mapping[str, Any], contacts: Sequence[Any]) -> None:
+    """Warn of two bodies in contact whose moduli of elasticity are as far apart as those of two units; for the constructor of a model."""
+    for contact in contacts:
+        moduli = [bodies[name].material.E for name in (contact.body_1, contact.body_2)]
+        if max(moduli) >= UNITS_APART * min(moduli):
+            warnings.warn(
+                f"bodies: E = {moduli[0]:g} of {contact.body_1!r} and {moduli[1]:g} of {contact.body_2!r}; are both in the same unit (Pa or MPa)?",
+                ModelWarning,
+                stacklevel=4,
+            )
+            return
+
+
 def described(bodies: Mapping[str, Any]) -> dict[str, str]:
     """Material, extents and number of nodes of each body, as a text."""
 
@@ -122,7 +152,10 @@ def outline_facets(mesh: Any, name: str, argument: str) -> Integers:
     """Facets of the boundary of that name, which lie on the outline of the mesh; error messages call it `argument`."""
     boundaries = mesh.boundaries or {}
     if not isinstance(name, str) or name not in boundaries:
-        raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}")
+        hint = (
+            "; a Contact takes the boundary 'contact' of both bodies unless others are named" if isinstance(name, str) and name == "contact" else ""
+        )
+        raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}{hint}")
     facets = np.asarray(boundaries[name])
     if not len(facets) or np.any(mesh.f2t[1, facets] >= 0):
         outline = "the outline" if mesh.dim() == 2 else "its surface"

@@ -10,6 +10,7 @@ from ..contact.checks import check_text, shown
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import ELEMENTS, ElementName, Material
+from .numbering import linear_mesh
 
 __all__ = ["split_bodies"]
 
@@ -50,8 +51,7 @@ def split_bodies(mesh: Any, materials: Mapping[str, Material], *, element: Eleme
     >>> sorted(bodies["punch"].mesh.boundaries)
     ['block']
     """
-    if type(mesh) not in ELEMENTS:
-        raise ModelError(f"mesh: a {type(mesh).__name__}; give a MeshTri or a MeshQuad of straight-sided elements")
+    linear_mesh("mesh", mesh, ELEMENTS, "MeshTri or a MeshQuad")
     if not isinstance(materials, Mapping) or not materials:
         raise ModelError(f"materials: {shown(materials)}; give a mapping, name of a subdomain -> Material")
     subdomains = mesh.subdomains or {}

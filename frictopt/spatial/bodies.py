@@ -10,7 +10,7 @@ from skfem import Basis, BilinearForm, ElementHex0, ElementHex1, ElementTetP0, E
 from ..contact.checks import Array, check_text, choice, finite_number, shown
 from ..errors import ModelError
 from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
-from ..fem.numbering import check_one_piece, outline_facets
+from ..fem.numbering import check_one_piece, linear_mesh, outline_facets
 from ..fem.ordering import Integers
 
 __all__ = ["Body3D", "BodyForce3D", "Support3D", "Traction3D"]
@@ -54,8 +54,7 @@ class Body3D:
 
     def __post_init__(self) -> None:
         choice("element", self.element, ELEMENT_NAMES)
-        if type(self.mesh) not in _ELEMENTS:
-            raise ModelError(f"mesh: a {type(self.mesh).__name__}; give a MeshHex or a MeshTet of straight-sided elements")
+        linear_mesh("mesh", self.mesh, _ELEMENTS, "MeshHex or a MeshTet")
         if not isinstance(self.material, Material):
             raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
         if not np.isfinite(self.mesh.p).all():

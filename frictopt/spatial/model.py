@@ -20,7 +20,7 @@ from ..fem.corners import shares
 from ..fem.frames import place
 from ..fem.given import held_nodes, same_point
 from ..fem.interface import Interface, openings
-from ..fem.numbering import NumberedBodies, described
+from ..fem.numbering import NumberedBodies, described, warn_of_contrast
 from ..fem.ordering import Integers
 from ..fem.rigid import node_graph
 from ..fem.touching import check_touching
@@ -109,6 +109,7 @@ class ContactModel3D(Shown, Plotted):
         for name in loads:
             self._force(name)
         _ = self._pairs
+        warn_of_contrast(self.bodies, contacts)
 
     def condense(self) -> ContactSystem3D:
         """Condense the glued bodies to the relative motion of the contacts, see `frictopt.condense`.
