@@ -46,13 +46,14 @@ def reason(task: LimitQuestion, kind: LimitKind, ends: tuple[float, float], grow
     """Why the safe load factors end where they do, at the least and at the largest one, in words; `growth` says why there is no largest one."""
     least, largest = ends
     within, more = ("", "") if task.most is None else (" within the slip bound", "a larger slip_bound may leave one; ")
-    slip = f"residual slip{within} that obeys {', '.join(constraints)}" if constraints else f"residual slip{within}"
-    mean = f"{more}{mean_load_diagnosis(task.system, task.cycle, task.friction)}"
+    slip, start, below = f"residual slip{within}", "", ""
+    slip += f" that obeys {', '.join(constraints)}" * bool(constraints)
+    if not largest > 0 or (least > 0 and not constraints):
+        more += mean_load_diagnosis(task.system, task.cycle, task.friction)
     if not largest > 0:
-        return f"no {slip} is safe at any load factor{' above 0' * (kind is LimitKind.FINITE)}: {mean}"
-    start, below = "", ""
+        return f"no {slip} is safe at any load factor{' above 0' * (kind is LimitKind.FINITE)}: {more}"
     if least > 0:
-        start, below = f" from {least:.6g} on", f"; none is safe below {least:.6g}" + ("" if constraints else f": {mean}")
+        start, below = f" from {least:.6g} on", f"; none is safe below {least:.6g}" + ("" if constraints else f": {more}")
     if kind is LimitKind.UNBOUNDED:
         return f"the shakedown limit is infinite: every load factor{start} has a safe {slip}{f'; {growth}' * bool(growth)}{below}"
     return f"no {slip} is safe above it{'; the dual bound covers them' * bool(constraints)}{below}"
