@@ -1,6 +1,7 @@
 """What one cycle of a transient shows: whether it comes back, whether a node slips or opens in it, whether its slip is safe."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -107,17 +108,17 @@ class Judge:
     def _work_error(self, cycles: Sequence[Cycle], slow: float) -> float:
         """Estimated distance of the last cycle's work from its limit, over itself; inf if the cycles do not tell.
 
-        Of a single cycle by its change, whose later ones add up to `slow` times as much: that of the work is at most some forces times it. Works that
-        do not come closer to each other differ by rounding.
+        The smaller of two estimates. One is by the change of a state that is its limit but for rounding, and whose later changes add up to `slow`
+        times this one: the work changes by at most some forces times it. The other is by the works of the last cycles, which differ by rounding if
+        they do not come closer.
         """
-        works, change = [float(cycle.work.sum()) for cycle in cycles[-4:]], self._change(cycles[-1])
-        steps = np.abs(np.diff(works)).tolist()
-        if not steps:
-            left = 2 * len(cycles[-1].corners) * self.path.nodes * self.force * self.length * change * slow if change <= REPEATED else np.inf
-        else:
-            left = distance_left(steps, REPEATED * works[-1])
-            left = max(steps) if np.isinf(left) and len(steps) > 1 else left
-        return left / works[-1]
+        works, last = [float(cycle.work.sum()) for cycle in cycles[-4:]], cycles[-1]
+        spread = 2 * len(last.corners) * self.force * float(np.abs(last.after - last.before).sum())
+        by_change = spread * slow if self._change(last) <= REPEATED else np.inf
+        steps = [abs(later - earlier) for earlier, later in pairwise(works)]
+        by_works = distance_left(steps, REPEATED * works[-1]) if steps else np.inf
+        by_works = max(steps) if np.isinf(by_works) and len(steps) > 1 else by_works
+        return min(by_change, by_works) / works[-1]
 
     def _returns_after(self, cycle: Cycle) -> int:
         """Load cycles after which a periodic state comes back, or a drift repeats."""
