@@ -26,7 +26,21 @@ class SolverError(FrictoptError, RuntimeError):
 
 
 class NoContinuation(FrictoptError, RuntimeError):
-    """The quasi-static path ends: at this load no rates obey the law, or more than one set of rates does; the message names load and nodes."""
+    """The quasi-static path ends: at this load no rates obey the law, or more than one set of rates does; the message names load and nodes.
+
+    Or no steady state is found in as many cycles as were allowed. In three dimensions the error then says how far they came.
+
+    Attributes
+    ----------
+    slip, gap
+        (N, 2) slip and (N,) gap after the last cycle, length; None where no cycles were counted.
+    work
+        (cycles,) work of friction in each cycle of the transient, force times length; None there.
+    """
+
+    slip: Any = None
+    gap: Any = None
+    work: Any = None
 
 
 class StoreError(FrictoptError, OSError):

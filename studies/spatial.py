@@ -253,7 +253,7 @@ _STEP = {
     "steps": "increments from corner to corner",
     "dissipation": "work of friction per cycle in the steady state",
     "error": "its distance from that of the reference number of increments, relative",
-    "step_error": "the error that the result itself tells, from half as many increments",
+    "step_error": "the error that the result itself tells",
     "cycles": "cycles followed",
     "residual": "violation of the contact law, or change of slip over the steady cycle",
 }

@@ -130,7 +130,7 @@ def test_onset_of_a_mean_load_beyond_the_circle_is_zero():
         (lambda: fo.safe_vertices(NODE, cycle(), 0.5, 1.0, [[1.0, 0.0]]), "plane contacts only"),
         (lambda: fo.march(NODE, cycle(), 0.5, 1.0, engine="path"), "engine: 'path'.*the friction circle is curved"),
         (lambda: fo.shakedown_limit(NODE, cycle(), 0.5, slip_bound=1.0), "shakedown_limit of a ContactSystem3D: .*slip_bound"),
-        (lambda: fo.steady_state(NODE, cycle(), 0.5, 1.0, steps=3), "steps: 3; give an even number"),
+        (lambda: fo.steady_state(NODE, cycle(), 0.5, 1.0, steps=1), "steps: 1"),
         (lambda: fo.ShakedownModel(NODE, cycle()), "system: a ContactSystem3D"),
         (lambda: fo.march(NODE, fo.LoadCycle({"X": 0.1}, [{"Y": 1.0}]), 0.5, 1.0), "mean: the mean load has no normal reactions"),
     ],

@@ -12,6 +12,7 @@ from threadpoolctl import ThreadpoolController
 
 from ..contact import LoadCycle
 from ..contact.checks import Array
+from ..contact.dispatch import OtherContact
 from ..errors import FrictoptError
 from ..path import steady_state
 from .starts import Start, root_mean_square, safe_part
@@ -89,6 +90,8 @@ def _row(contact: CampaignContact, run: Run) -> dict[str, Any]:
     try:
         slip = _initial_slip(contact, run)
         begin_at: dict[str, Any] = {"initial_state": run.start.state} if run.start.state else {"initial_slip": slip}
+        if isinstance(contact.system, OtherContact):
+            begin_at["progress"] = False  # the study has its own bar
         steady = steady_state(contact.system, contact.cycle, contact.friction, run.load_factor, **begin_at, overload=overload)
     except FrictoptError as error:
         return failed(run, f"{type(error).__name__}: {error}", time.perf_counter() - begin) | {"amplitude": root_mean_square(slip)}

@@ -1,17 +1,19 @@
 """Transients in three dimensions: the states of a contact over a number of load cycles, in increments."""
 
+from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from ..contact import LoadCycle
-from ..contact.checks import choice, whole_number
+from ..contact.checks import choice, flag, whole_number
+from ..contact.progress import bar_of
 from ..contact.tolerances import RESIDUAL
-from ..errors import ModelError, SolverError
+from ..errors import ModelError, NoContinuation, SolverError
 from .system import ContactSystem3D, parted
 from .trajectory import Trajectory3D
-from .transient import Point3D, Transient3D, checked_steps
+from .transient import Point3D, Transient3D, doubts, step_counts
 
 __all__ = ["march"]
 
@@ -26,6 +28,7 @@ def march(
     cycles: int = 5,
     engine: str = "newton",
     steps: int = 20,
+    progress: bool = True,
 ) -> Trajectory3D:
     """Follow a transient from an initial slip through a number of load cycles.
 
@@ -47,7 +50,10 @@ def march(
     engine
         "newton": each increment by Newton's method; "socp": by cone programs with a frozen friction bound, to read. There is no engine "path".
     steps
-        Number of increments from corner to corner, even. The transient is followed with half as many, too, which tells `step_error`.
+        Number of increments from corner to corner, at least 2. The transient is followed with a half and a quarter of them, too, which tells
+        `step_error`.
+    progress
+        Show a bar where it takes more than two seconds.
 
     Raises
     ------
@@ -64,19 +70,22 @@ def march(
             "`step_error` for what the increments leave"
         )
     choice("engine", engine, ("newton", "socp"))
-    fine, coarse = (
-        _followed(Transient3D(system, cycle, friction, load_factor, initial_slip, engine, number), cycles)
-        for number in (checked_steps(steps), steps // 2)
-    )
-    transient, points = fine
+    counts = step_counts(steps)
+    with bar_of(flag("progress", progress), "march", "cycle", total=len(counts) * cycles, delay=2) as bar:
+        transient, points = _followed(Transient3D(system, cycle, friction, load_factor, initial_slip, engine, steps), cycles, bar.update)
+        error = 0.0
+        for number in counts[1:]:
+            coarse = Transient3D(system, cycle, friction, load_factor, initial_slip, engine, number)
+            error = max(error, _distance(points[::steps], coarse, cycles, bar.update))
     rest, bonded = points[1:], parted(np.array([point.bonded for point in points]))
     time = np.linspace(-1, len(rest) / steps - 1, len(points))
     arrays = {name: np.array([getattr(point, name) for point in points]) for name in ("slip", "gap", "q", "p", "status", "work")}
+    *works, bound = doubts(transient.friction, arrays["slip"], arrays["q"], arrays["p"], arrays["status"][1:])
+    ways = [float((work / np.where(bound > 0, bound, np.inf)).sum(axis=0).max()) for work in works]
+    error = max(error, float(np.sqrt(np.prod(ways)))) / transient.length
     arrays |= {"time": time, "bonded_q": bonded[0], "bonded_p": bonded[1], "work": np.cumsum(arrays["work"], axis=0)}
     for array in arrays.values():
         array.flags.writeable = False
-    apart = [np.abs(one.slip - other.slip).max() for one, other in zip(points[::steps], coarse[1][:: steps // 2], strict=True)]
-    error = float(max(apart)) / transient.length
     found = Trajectory3D(
         system=system,
         friction=transient.friction,
@@ -94,10 +103,20 @@ def march(
     return found
 
 
-def _followed(transient: Transient3D, cycles: int) -> tuple[Transient3D, list[Point3D]]:
+def _followed(transient: Transient3D, cycles: int, tell: Callable[[], Any]) -> tuple[Transient3D, list[Point3D]]:
     """All states of a transient, the initial one first."""
     points = [transient.state, *transient.follow_to(transient.mean)]
     for _ in range(cycles):
         for corner in transient.corners:
             points += transient.follow_to(corner)
+        tell()
     return transient, points
+
+
+def _distance(corners: list[Point3D], coarse: Transient3D, cycles: int, tell: Callable[[], Any]) -> float:
+    """Largest distance of the slip at the mean load and the corners from that of fewer increments; inf where these have no answer."""
+    try:
+        others = _followed(coarse, cycles, tell)[1][:: coarse.steps]
+    except (NoContinuation, SolverError):
+        return np.inf
+    return float(max(np.abs(one.slip - other.slip).max() for one, other in zip(corners, others, strict=True)))

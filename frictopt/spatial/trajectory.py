@@ -41,8 +41,10 @@ class Trajectory3D(Shown, Plotted):
     work
         (T, N) work of friction so far, >= 0, force times length.
     step_error
-        Largest difference of the slip at the mean load and the corners from what half as many increments give, over the slip scale. The law of
-        friction is curved: there is no exact path, and this estimates the error in time; it is no bound.
+        Estimated error in time of the slip at the mean load and the corners, over the slip scale: the friction circle is curved, and there is no
+        exact path. It is the largest of the differences from what a half and a quarter of the increments give (inf where these have no answer), and
+        of the slip that may be missed within the increments at whose ends alone the law is obeyed. Errors of contacts in a plane, whose exact path
+        is known, were at most 5 times larger; it is no bound.
     engine
         "newton" or "socp".
 

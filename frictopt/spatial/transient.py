@@ -16,7 +16,7 @@ from .newton import OPEN
 from .sliding import check_sliding
 from .system import ContactSystem3D, joined, parted
 
-__all__ = ["Point3D", "Transient3D", "checked_steps"]
+__all__ = ["Point3D", "Transient3D", "doubts", "step_counts"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,8 +101,21 @@ class Transient3D:
         self.state = Point3D(self.state.bonded, new.slip, new.gap, new.q, new.p, new.status, *[np.zeros(self.system.nodes)] * 2)
 
 
-def checked_steps(steps: Any) -> int:
-    """Check a number of increments from corner to corner, even, so that half of it tells the error."""
-    if whole_number("steps", steps, least=2) % 2:
-        raise ModelError(f"steps: {steps}; give an even number, because the error is told by half as many increments")
-    return int(steps)
+def step_counts(steps: Any) -> list[int]:
+    """The numbers of increments from corner to corner that tell the error of the first one: itself, a half and a quarter of it."""
+    whole_number("steps", steps, least=2)
+    return sorted({steps, steps // 2, max(1, steps // 4)}, reverse=True)
+
+
+def doubts(friction: Array, slip: Array, q: Array, p: Array, status: np.ndarray) -> tuple[Array, Array, Array]:
+    """Two works (T - 1, N) that the ends of increments leave in doubt, and the mean friction bound, from states (T, ...) and statuses (T - 1, N).
+
+    The first one is what the loads lack for the work of friction: a node that sticks in a part of an increment, or slips to and fro, is below its
+    bound there. The second one is the change of the bound along the way. Both are zero where a node slips all the time, or its bound stays: there
+    the increment is exact. They see events that lie so close to a corner that no number of increments parts them.
+    """
+    moved, closed = np.diff(slip, axis=0), status != OPEN
+    way, bound = np.linalg.norm(moved, axis=-1) * closed, friction * p
+    mean = (bound[1:] + bound[:-1]) / 2
+    lacking = mean * way + ((q[1:] + q[:-1]) / 2 * moved).sum(axis=-1) * closed
+    return np.maximum(lacking, 0.0), np.abs(np.diff(bound, axis=0)) * way, mean

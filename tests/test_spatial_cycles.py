@@ -1,0 +1,201 @@
+"""Where the cycles of a transient in three dimensions lead: plain following of the same increments, and the exact path of plane contacts."""
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.spatial import steady as asked
+from spatial import cycle, random_contact, single
+
+# Two nodes of a body that nothing but friction holds: stiffness of the slip between them and of their gaps.
+FREE = [
+    np.array([[0.42, -0.12, 0.36, -0.22], [-0.12, 0.45, -0.13, 0.53], [0.36, -0.13, 0.62, -0.58], [-0.22, 0.53, -0.58, 1.5]]),
+    np.array([[0.59, 0.09, -0.08, -0.03], [0.09, 0.3, -0.38, -0.15], [-0.08, -0.38, 2.22, 0.08], [-0.03, -0.15, 0.08, 0.4]]),
+]
+BETWEEN = np.array([[1, -1, 0, 0, 0, 0], [0, 0, 1, -1, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 0, 1]], dtype=float)
+LOADS = [
+    {"P": [0, 0, 0, 0, 0.82, 0.49], "X": [1.26, -0.27, -0.85, 0.09, 0.91, 0.64], "Y": [2.01, 0.82, 0.05, -0.62, 0.55, 0.9]},
+    {"P": [0, 0, 0, 0, 0.85, 1.82], "X": [-0.77, -0.14, 0.57, -0.44, -0.37, 0.09]},
+]
+TURNS = [
+    [{"X": 1.0}, {"X": 0.31, "Y": 0.95}, {"X": -0.81, "Y": 0.59}, {"X": -0.81, "Y": -0.59}, {"X": 0.31, "Y": -0.95}],
+    [{"X": 1.0}, {"X": -1.0}],
+]
+ENDS = [(0.8, 0.95, None, fo.Outcome.RATCHETING), (0.3, 0.995, [[-0.2, -0.82], [-0.72, -0.24]], fo.Outcome.CYCLIC_SLIP)]
+
+
+def unguided(rng, nodes, corners):
+    """Contact of a body that nothing but friction holds against sliding, its load cycle, friction, and a start of some slip scales."""
+    m = 3 * nodes
+    G, slide = rng.normal(size=(m, m)), np.zeros((m, 2))
+    slide[:nodes, 0] = slide[nodes : 2 * nodes, 1] = nodes**-0.5
+    across = np.eye(m) - slide @ slide.T
+    bonded = {"P": np.r_[np.zeros(2 * nodes), rng.uniform(0.3, 2.0, nodes)]}
+    bonded |= {f"c{k}": rng.normal(size=m) for k in range(corners)}
+    loads = fo.LoadCycle({"P": 1.0}, [{f"c{k}": 1.0} for k in range(corners)])
+    friction, start = float(rng.choice([0.2, 0.3, 0.5, 0.8])), rng.choice([0.0, 0.3, 1.0, 3.0]) * rng.normal(size=(nodes, 2))
+    return fo.ContactSystem3D(across @ (G @ G.T / m + 0.05 * np.eye(m)) @ across, rng.normal(size=(nodes, 3)), bonded), loads, friction, start
+
+
+def embedded_case(seed):
+    """A random plane contact, the same in space with the slips along the directions (N, 2) that come last, loads, friction, a load factor."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.choice([1, 2, 3, 5, 8]))
+    G = rng.standard_normal((2 * n, 2 * n))
+    S, coupling = G @ G.T / (2 * n) + 0.1 * np.eye(2 * n), rng.choice([0, 0.3, 1.0])
+    S[:n, n:] *= coupling
+    S[n:, :n] *= coupling
+    G = rng.standard_normal((n, n))
+    solid = np.zeros((3 * n, 3 * n))
+    solid[n : 2 * n, n : 2 * n] = G @ G.T / n + 0.2 * np.eye(n)
+    kept = np.r_[:n, 2 * n : 3 * n]
+    solid[np.ix_(kept, kept)] = S
+    bonded = {"P": (rng.standard_normal(n) * 0.1, rng.uniform(0.5, 2, n))}
+    bonded |= {f"x{k}": (rng.standard_normal(n), rng.standard_normal(n) * rng.choice([0, 0.5])) for k in range(int(rng.integers(2, 5)))}
+    friction = float(rng.choice([0.2, 0.4, 0.7])) if rng.random() < 0.7 else rng.uniform(0.1, 0.8, n)
+    angle, i, turn = rng.uniform(0, 2 * np.pi, n) if rng.random() < 0.6 else np.zeros(n), np.arange(n), np.eye(3 * n)
+    turn[i, i] = turn[n + i, n + i] = np.cos(angle)
+    turn[i, n + i], turn[n + i, i] = np.sin(angle), -np.sin(angle)
+    rng.standard_normal((n, 3))
+    plane = fo.ContactSystem(S[:n, :n], S[n:, :n], S[n:, n:], i * 1.0, bonded)
+    in_space = {name: turn @ np.r_[q, np.zeros(n), p] for name, (q, p) in bonded.items()}
+    space = fo.ContactSystem3D(turn @ solid @ turn.T, np.c_[i, i * 0, i * 0], in_space)
+    loads = fo.LoadCycle({"P": 1.0}, [{name: 1.0} for name in bonded if name != "P"])
+    limit = fo.shakedown_limit(plane, loads, friction).load_factor
+    at = (limit if np.isfinite(limit) and limit > 0 else 1.0) * float(rng.choice([0.5, 0.9, 1.05, 1.5]))
+    return plane, space, loads, friction, at, np.c_[np.cos(angle), -np.sin(angle)]
+
+
+def corner_slips(path):
+    """Slips at the mean load and the corners."""
+    return path.slip[[np.flatnonzero(path.time == k)[-1] for k in range(int(path.time[-1]) + 1)]]
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_far_safe_slip_is_not_the_end_of_cycles_that_go_elsewhere(which):
+    friction, ratio, start, outcome = ENDS[which]
+    contact = fo.ContactSystem3D(BETWEEN.T @ FREE[which] @ BETWEEN, [[0, 0, 0], [1, 0, 0]], {k: np.array(r, float) for k, r in LOADS[which].items()})
+    loads = fo.LoadCycle({"P": 1.0}, TURNS[which])
+    problem = contact, loads, friction, ratio * fo.shakedown_limit(contact, loads, friction).load_factor
+    path = fo.march(*problem, initial_slip=start, steps=4, cycles=150)
+    steady = fo.steady_state(*problem, initial_slip=start, steps=4)
+    assert steady.outcome is outcome and steady.period == 1 and steady.work_error <= 1e-9
+    assert steady.dissipation_per_node == pytest.approx(path.cycle_work[-1], rel=1e-7)
+    if outcome is fo.Outcome.CYCLIC_SLIP:
+        assert steady.slip == pytest.approx(path.slip[-1], abs=1e-7)
+
+
+@pytest.mark.parametrize("seed", [7, 9, 11, 23, 51, 53])
+def test_the_steady_state_of_random_unguided_contacts_is_that_of_plain_following(seed):
+    contact, loads, friction, start = unguided(np.random.default_rng(seed), 2 + seed % 2, 2 + seed // 2 % 2)
+    at = (0.95, 0.99)[seed // 4 % 2] * fo.shakedown_limit(contact, loads, friction).load_factor
+    path = fo.march(contact, loads, friction, at, initial_slip=start, steps=4, cycles=60)
+    steady, works = fo.steady_state(contact, loads, friction, at, initial_slip=start, steps=4), path.cycle_work.sum(axis=1)
+    assert works[-1] == pytest.approx(works[-2], rel=1e-7)
+    assert steady.dissipation == pytest.approx(works[-1], rel=1e-6)
+    ends = corner_slips(path)[:: len(loads.corners)]
+    drift = np.abs(ends[-1] - ends[-2]).max()
+    assert (steady.outcome is fo.Outcome.RATCHETING) == (drift > 1e-3) and (drift > 1e-3 or steady.slip == pytest.approx(ends[-1], abs=1e-5))
+
+
+def test_a_contact_in_space_comes_back_after_two_cycles():
+    """The cycle written down twice is another description of the same loads: its steady state comes back after one."""
+    A, B, C = np.array([[6.02, 2.5], [2.5, 11.2]]), np.array([[1.75, -4.16], [-7.96, -6.72]]), np.array([[12.48, 2.55], [2.55, 16.53]])
+    zero = np.zeros((2, 2))
+    bonded = {"P": [0, 0, 0.7, 0.73], "a": [0.01, -0.54, 0.83, 0.06], "b": [-0.62, -0.55, -2.79, 0.49], "c": [0.81, 1.06, 3.15, -0.68]}
+    contact = fo.ContactSystem3D(
+        np.block([[A, zero, B.T], [zero, A, zero], [B, zero, C]]),
+        [[0, 0, 0], [1, 0, 0]],
+        {name: np.r_[r[:2], 0, 0, r[2:]] for name, r in bonded.items()},
+    )
+    loads = fo.LoadCycle({"P": 1.0}, [{"a": 1.0}, {"b": 1.0}, {"c": 1.0}])
+    path, steady = fo.march(contact, loads, 1.2, 1.0, cycles=12, steps=4), fo.steady_state(contact, loads, 1.2, 1.0, steps=4)
+    assert path.cycle_work[-2].sum() > 1.5 * path.cycle_work[-1].sum()
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP and steady.period == 2 and steady.work_error <= 1e-9
+    assert steady.dissipation_per_node == pytest.approx(path.cycle_work[-2:].mean(axis=0), rel=1e-9)
+    twice = fo.steady_state(contact, fo.LoadCycle({"P": 1.0}, [*loads.corners, *loads.corners]), 1.2, 1.0, steps=4)
+    assert twice.period == 1 and twice.dissipation == pytest.approx(2 * steady.dissipation, rel=1e-9)
+    assert twice.step_error == pytest.approx(steady.step_error, rel=1e-6)
+
+
+def test_a_single_node_on_its_own_stiffness_never_ratchets():
+    """A drift would stress it; here its slip goes to rest slowly, just below the load factor from which on some start makes it slip for ever."""
+    S = np.array([[1.1854, -0.1615, 0.5329], [-0.1615, 1.2455, -1.0787], [0.5329, -1.0787, 3.149]])
+    rows = [[0.7236, -0.3088, 0.099], [-1.2535, 0.3448, -0.0804], [0.5298, -0.036, -0.0186]]
+    contact = fo.ContactSystem3D(S, [[0, 0, 0]], {"P": [0, 0, 1.3017]} | {f"c{k}": row for k, row in enumerate(rows)})
+    loads = fo.LoadCycle({"P": 1.0}, [{f"c{k}": 1.0} for k in range(3)])
+    steady = fo.steady_state(contact, loads, 0.4717, 0.626, initial_slip=[[0.2351, 2.1881]], steps=2)
+    assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
+    assert fo.march(contact, loads, 0.4717, 0.626, initial_slip=steady.slip, cycles=2, steps=2).work[-1, 0] < 1e-8
+
+
+@pytest.mark.parametrize(("seed", "steps"), [(30, 2), (30, 20), (19, 4), (19, 20), (29, 20), (4, 10), (64, 4)])
+def test_the_error_of_increments_is_at_most_five_times_what_is_told(seed, steps):
+    """The exact path of a plane contact tells the true one, also where all numbers of increments have the same error."""
+    plane, solid, loads, friction, at, turned = embedded_case(seed)
+    exact, steady = fo.steady_state(plane, loads, friction, at), fo.steady_state(solid, loads, friction, at, steps=steps)
+    assert steady.outcome is exact.outcome is fo.Outcome.CYCLIC_SLIP
+    assert 1e-9 < abs(steady.dissipation / exact.dissipation - 1) < 5 * steady.step_error
+    way, path = fo.march(plane, loads, friction, at, cycles=3), fo.march(solid, loads, friction, at, cycles=3, steps=steps)
+    length = max(float(np.abs(way.bonded_p).max()), float(np.abs(way.bonded_q).max())) / solid.stiffness_scale
+    assert np.abs(corner_slips(path) - corner_slips(way)[..., None] * turned).max() / length < 5 * path.step_error + 1e-9
+
+
+def test_increments_are_exact_where_nodes_slip_all_the_time_or_under_one_bound():
+    loads = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
+    assert fo.march(single(), loads, 0.5, 0.9, cycles=2, steps=4).step_error < 1e-12
+    assert fo.steady_state(single(), loads, 0.5, 0.9, steps=4).step_error < 1e-12
+
+
+def test_fewer_increments_without_an_answer_leave_the_error_unknown(monkeypatch):
+    loads, solve = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), fo.Increments3D.solve
+
+    def failing(self, slip, bonded):
+        before, self.before = getattr(self, "before", bonded), bonded
+        if np.abs(bonded[0] - before[0]).max() > 0.5:  # less than four increments from corner to corner
+            raise fo.SolverError("none")
+        return solve(self, slip, bonded)
+
+    monkeypatch.setattr(fo.Increments3D, "solve", failing)
+    assert fo.march(single(), loads, 0.5, 0.9, cycles=1, steps=4).step_error == np.inf
+    assert fo.steady_state(single(), loads, 0.5, 0.9, steps=4).step_error == np.inf
+
+
+def test_a_node_does_no_work_while_it_is_open():
+    """It slips a little before it opens, from 0.3968 to 0.4 of the way, and freely after it."""
+    loads = fo.LoadCycle({"P": 1.0}, [{"P": -2.5, "X": 0.01}])
+    path = fo.march(single(), loads, 0.5, 1.0, cycles=1, steps=2)
+    assert abs(path.slip[-1, 0, 0]) == pytest.approx(0.01) and 0 <= path.work[-1, 0] < 1e-4
+
+
+def test_what_is_known_when_cycles_run_out_is_in_the_error():
+    contact, loads, friction, start = unguided(np.random.default_rng(9), 3, 2)
+    problem = contact, loads, friction, 0.95 * fo.shakedown_limit(contact, loads, friction).load_factor
+    path = fo.march(*problem, initial_slip=start, steps=4, cycles=3)
+    with pytest.raises(fo.NoContinuation, match="within most_cycles = 3; the slip still changes by") as told:
+        fo.steady_state(*problem, initial_slip=start, steps=4, most_cycles=3)
+    assert np.array_equal(told.value.slip, path.slip[-1]) and np.array_equal(told.value.gap, path.gap[-1])
+    assert told.value.work == pytest.approx(path.cycle_work.sum(axis=1), rel=1e-12)
+
+
+def test_long_work_shows_how_many_cycles_it_has_followed(monkeypatch):
+    seen = []
+
+    class Bar:
+        def __init__(self, show, *words, **options):
+            self.show = show
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            return None
+
+        def update(self):
+            seen.append(self.show)
+
+    monkeypatch.setattr(asked, "bar_of", Bar)
+    steady = fo.steady_state(random_contact(np.random.default_rng(7), 4), cycle(), 0.5, 0.3, steps=2, progress=False)
+    assert len(seen) > steady.cycles and not any(seen)
+    with pytest.raises(fo.ModelError, match="progress"):
+        fo.steady_state(single(), fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5, 0.3, progress="yes")
