@@ -143,3 +143,7 @@ def test_a_pair_of_two_nodes_that_are_held_may_be_left_out():
     assert fo.condense(**good | {"held": held, "pairs": pairs[left], "normals": good["normals"][left]}).nodes == left.sum()
     with pytest.raises(fo.ModelError, match="follows from those of other pairs or from supports"):
         fo.condense(**good | {"held": held})
+    one_side = np.union1d(good["held"], good["unknowns"][pairs[~left, 1], 0])
+    assert fo.condense(**good | {"held": one_side}).nodes == len(left)
+    with pytest.raises(fo.ModelError, match="lie on each other at"):
+        fo.condense(**good | {"held": one_side, "pairs": pairs[left], "normals": good["normals"][left]})
