@@ -1,5 +1,6 @@
 """Pictures in a notebook: each cell shows its own, and so do the cells of the user after them."""
 
+import pytest
 from nbclient import NotebookClient
 from nbformat.v4 import new_code_cell, new_notebook
 
@@ -14,6 +15,7 @@ first = fo.onset(rod, cycle, 0.5).plot();""",
 )
 
 
+@pytest.mark.filterwarnings("ignore:Proactor event loop:RuntimeWarning")  # of zmq on Windows
 def test_each_of_four_pictures_is_shown_below_its_own_cell():
     done = NotebookClient(new_notebook(cells=[new_code_cell(cell) for cell in CELLS]), kernel_name="python3", timeout=None).execute()
     images = [[output for output in cell.outputs if "image/png" in output.get("data", {})] for cell in done.cells]
