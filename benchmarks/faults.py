@@ -165,7 +165,8 @@ FAULTS = (
           "guaranteed_transients"),
     Fault("campaign/range_search.py", "descends where it should climb", "sense * (tried.work - orbit.work)", "(tried.work - orbit.work)",
           "dissipation_range"),
-    Fault("campaign/separated.py", "a bound far above is exact", "bound <= least * (1 + ONE_LIMIT)", "bound <= least * (2 + ONE_LIMIT)", "separated"),
+    Fault("campaign/separated.py", "a bound far above is exact", "bound <= largest * (1 + ONE_LIMIT)", "bound <= largest * (2 + ONE_LIMIT)",
+          "separated"),
     # spatial
     Fault("spatial/limit_claim.py", "the limit of the solver, not that which its slip carries",
           "max(_carried(task, slip, float(point.x[0]) * c.load_unit, sense), 0.0)", "float(point.x[0]) * c.load_unit", "spatial_limits"),

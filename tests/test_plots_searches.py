@@ -220,3 +220,12 @@ def test_a_check_counts_starts_without_an_outcome():
     (label,) = [name for name in labelled(replace(check, runs=runs).plot()) if name.startswith("random")]
     count = (runs["start"] == "random").sum()
     assert label.endswith(f": 0 of {count}, {count} undecided")
+
+
+def test_the_share_at_rest_is_that_of_all_starts_of_its_kind():
+    check = fo.verify_guaranteed(PAIR, CYCLE, F, starts=8, moved=0)
+    runs = check.runs.copy()
+    random = runs.index[runs["start"] == "random"]
+    runs.loc[random[::2], "outcome"] = "CYCLIC_SLIP"
+    (line,) = [line for name, line in labelled(replace(check, runs=runs).plot()).items() if name.startswith("random")]
+    assert len(random) > 1 and line.get_ydata()[-1] == (len(random) // 2) / len(random)
