@@ -91,8 +91,8 @@ FAULTS = (
           "if True:\n            return", "limit_checks guaranteed_solvers"),
     Fault("solve/solvers.py", "infeasible where one solver alone says so", "agreed = agreed and status is Status.NO_OPTIMUM", "pass",
           "limit_checks limit_kinds"),
-    Fault("solve/bounds.py", "the bound is the solution found", "-float(info.mip_dual_bound) if whole else math.inf", "float(problem.value)",
-          "separated"),
+    Fault("solve/bounds.py", "the bound is the solution found", "bound = -float(info.mip_dual_bound) if whole else math.inf",
+          "bound = float(problem.value)", "limit_checks"),
     # limits
     Fault("limits/both_bounds_search.py", "distance of the node from its bounds not judged", "slip), off, gap, model", "slip), gap, model", _WITNESS),
     Fault("limits/both_bounds_search.py", "duality gap not judged", "slip), off, gap, model", "slip), off, model", _WITNESS),

@@ -116,17 +116,26 @@ class Ground:
 
 
 def page(before: str, faults: Sequence[Fault], killed: Sequence[bool], code: str, made: str) -> str:
-    """The table, one row for each room; a room of which no fault or not every one was planted keeps the row that it has."""
-    rows = {line.split(" | ")[0].removeprefix("| "): line for line in before.splitlines() if line.startswith("| ") and line.count(" | ") == 4}
-    whole = [name for name in dict.fromkeys(map(room, FAULTS)) if {fault for fault in FAULTS if room(fault) == name} <= set(faults)]
-    for name in whole:
-        own = [(fault, dead) for fault, dead in zip(faults, killed, strict=True) if room(fault) == name]
-        alive = "; ".join(f"{fault.meaning} (`{fault.file}`)" for fault, dead in own if not dead)
-        rows[name] = f"| {name} | {len(own)} | {len(own) - sum(not dead for _, dead in own)} | {code} | {alive or '-'} |"
-    known = [rows[name] for name in dict.fromkeys(map(room, FAULTS)) if name in rows]
-    planted, found = (sum(int(row.split(" | ")[column]) for row in known) for column in (1, 2))
+    """The table, one row for each room: anew if all its faults were planted; if some were, the row that counts all, with what became of these."""
+    rows = {line.split(" | ")[0].removeprefix("| "): line.removeprefix("| ").removesuffix(" |").split(" | ")[1:] for line in before.splitlines()}
+    rows = {name: row for name, row in rows.items() if len(row) == 4 and row[0].isdigit()}
+    dead = dict(zip(faults, killed, strict=True))
+    for name in dict.fromkeys(map(room, faults)):
+        own = [fault for fault in FAULTS if room(fault) == name]
+        words = {fault: f"{fault.meaning} (`{fault.file}`)" for fault in own}
+        if not set(own) <= dead.keys():
+            if int(rows.get(name, ["0"])[0]) != len(own):
+                continue
+            dead |= {fault: words[fault] not in rows[name][3].split("; ") for fault in own if fault not in dead}
+        alive = [words[fault] for fault in own if not dead[fault]]
+        earlier = [] if set(own) <= set(faults) else rows[name][2].split(", ")
+        codes = ", ".join(dict.fromkeys([*earlier, code]))
+        rows[name] = [str(len(own)), str(len(own) - len(alive)), codes, "; ".join(alive) or "-"]
+    known = {name: rows[name] for name in dict.fromkeys(map(room, FAULTS)) if name in rows}
+    planted, found = (sum(int(row[column]) for row in known.values()) for column in (0, 1))
     head = "| room | planted | killed | code | survived |", "|---|---|---|---|---|"
-    return "\n".join([*head, *known, f"| all | {planted} | {found} | | |", "", f"*{made}*", ""])
+    lines = [f"| {name} | {' | '.join(row)} |" for name, row in known.items()]
+    return "\n".join([*head, *lines, f"| all | {planted} | {found} | | |", "", f"*{made}*", ""])
 
 
 def main(argv: Sequence[str] | None = None) -> int:
