@@ -158,3 +158,9 @@ def test_a_slip_that_is_safe_at_the_vertices_is_safe_in_the_whole_domain(seed):
 def test_bad_domains_are_refused(loads, message):
     with pytest.raises(fo.ModelError, match=message):
         fo.LoadCycle.vertices({"P": 1.0}, *loads)
+
+
+def test_a_reversal_is_a_turning_point_however_far_the_way_back_goes():
+    """It lies on the line through its neighbours, but not between them."""
+    history = pd.DataFrame({"sigma": [0.0, -1.0, 1.0, 3.0, -3.0]})
+    assert [corner["sigma"] for corner in fo.LoadCycle.from_history(history, mean={}).corners] == [0.0, -1.0, 3.0, -3.0]
