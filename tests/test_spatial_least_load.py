@@ -9,7 +9,7 @@ import frictopt as fo
 from frictopt.spatial.limit_claim import certified
 from frictopt.spatial.mechanism import Mechanism3D
 from frictopt.spatial.posed import pose
-from spatial import embedded
+from studies.validation.fuzz.embedded import embedded
 from test_least_load import pressing_cycle
 
 UP, DOWN = {"P": [0, 0, 1], "N": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]}, {"P": -1.0}
