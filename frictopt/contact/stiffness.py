@@ -38,26 +38,25 @@ def check_semi_definite(name: str, S: Array) -> None:
         ) from None
 
 
-def slip_modes(A: Array, B: Array, stiffness: Array) -> tuple[Array, Array, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+def slip_modes(A: Array, B: Array, tangent: Array, normal: Array) -> tuple[Array, Array, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
     """The slips that are orthogonal in their stress, their stiffness, and which of them the contact resists.
 
-    Each node counts in units of its own stiffness, so that a soft node beside stiff ones is not taken for a free one. A slip that changes a pressure
-    is resisted, however little, or S would not be positive semi-definite.
+    Each slip and each pressure counts in units of its own stiffness, so that a soft node beside stiff ones is not taken for a free one. A slip that
+    changes a pressure is resisted, however little, or S would not be positive semi-definite.
 
     Parameters
     ----------
     A, B
         (d N, d N) and (N, d N) parts of S that slips in d directions meet.
-    stiffness
-        (N,) size of each node's own stiffness, > 0.
+    tangent, normal
+        (d N,) and (N,) sizes of the own stiffness of each slip and of each node's normal direction, > 0.
 
     Returns
     -------
     slips, values, held
-        (d N, d N) slips in columns, length; (d N,) their stiffness with each node in units of its own; (d N,) whether it is resisted.
+        (d N, d N) slips in columns, length; (d N,) their stiffness with each slip in units of its own; (d N,) whether it is resisted.
     """
-    normal = np.sqrt(stiffness)
-    root = np.tile(normal, len(A) // len(stiffness))
+    root = np.sqrt(tangent)
     values, vectors = np.linalg.eigh(A / np.outer(root, root))
-    pressed = np.abs(B / np.outer(normal, root) @ vectors).max(axis=0)
+    pressed = np.abs(B / np.outer(np.sqrt(normal), root) @ vectors).max(axis=0)
     return vectors / root[:, None], values, (values > RIGID) | ((values > 0) & (pressed > RIGID))

@@ -94,7 +94,8 @@ def rigid_slides(system: ContactSystem) -> tuple[Array, Array]:
 
     Each node counts in units of its own stiffness, see `slip_modes`.
     """
-    slips, values, held = slip_modes(system.A, system.B, node_stiffness(system))
+    stiffness = node_stiffness(system)
+    slips, values, held = slip_modes(system.A, system.B, stiffness, stiffness)
     rigid, resisted = np.linalg.qr(slips[:, ~held])[0], slips[:, held]
     resisted = resisted - rigid @ (rigid.T @ resisted)
     return rigid, (resisted / values[held]) @ resisted.T

@@ -1,8 +1,8 @@
 """The cone programs over safe residual slips: unknowns, friction circles, and the values of a solution.
 
 A residual slip v is safe at a load factor when it keeps every node closed and stuck at every corner of the load cycle. The unknowns are the shear
-forces `A v` that it causes; they fix the pressures `B v = G (A v)`, through one dense block for all corners. All is dimensionless, see
-`ScaledCones`.
+forces `A v` that it causes, in units in which neither they nor their pressures are large; they fix the pressures `B v = G t`, through one dense block
+for all corners. All is dimensionless, see `ScaledCones`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -35,9 +35,9 @@ def shakedown_cones(c: ScaledCones, sense: int = 1) -> "ConeProgram":
         cp.Variable((c.nodes, 2), name="traction"),
         cp.Variable(c.nodes, name="pressure_change"),
     )
-    rows = _slip_rows(c, traction, pressure)
+    rows, shear = _slip_rows(c, traction, pressure), cp.multiply(c.tangential, traction)
     for k in range(c.corners):
-        q, p = c.q0 + lam * c.q1[k] + traction, c.p0 + lam * c.p1[k] + pressure
+        q, p = c.q0 + lam * c.q1[k] + shear, c.p0 + lam * c.p1[k] + pressure
         rows |= _circle_rows(c, k, q, p, 0.0, c.bare)
     rows["load_factor_not_negative"] = lam >= 0
     caps = {"load_factor_not_negative": (-np.ones(1), 0.0)}
@@ -58,9 +58,9 @@ def margin_cones(c: ScaledCones, load_factor: float | None, mean: float = 1.0) -
     lam = cp.Variable(name="load_factor") if load_factor is None else load_factor
     none = np.zeros_like
     bare = none(c.bare)  # a negative margin opens every circle
-    rows = _slip_rows(c, traction, pressure)
+    rows, shear = _slip_rows(c, traction, pressure), cp.multiply(c.tangential, traction)
     for k in range(c.corners):
-        q, p = mean * c.q0 + lam * c.q1[k] + traction, mean * c.p0 + lam * c.p1[k] + pressure
+        q, p = mean * c.q0 + lam * c.q1[k] + shear, mean * c.p0 + lam * c.p1[k] + pressure
         rows |= _circle_rows(c, k, q, p, c.clearance * margin, bare)
     rows["cap"] = margin <= 1
     given = load_factor or 0.0
@@ -75,10 +75,10 @@ def margin_cones(c: ScaledCones, load_factor: float | None, mean: float = 1.0) -
 
 
 def _slip_rows(c: ScaledCones, traction: cp.Variable, pressure: cp.Variable) -> dict[str, cp.Constraint]:
-    """What slips can do: their pressures follow from their shear forces, which do no work on a rigid slide."""
-    shear = cp.vec(traction, order="F")
-    rows: dict[str, cp.Constraint] = {"pressures_of_slip": c.G @ shear == pressure}
-    return rows if not c.balance.size else rows | {"no_force_on_rigid_slides": c.balance @ shear == 0}
+    """What slips can do: their pressures follow from their tractions, which do no work on a rigid slide."""
+    of_slip = cp.vec(traction, order="F")
+    rows: dict[str, cp.Constraint] = {"pressures_of_slip": c.G @ of_slip == pressure}
+    return rows if not c.balance.size else rows | {"no_force_on_rigid_slides": c.balance @ of_slip == 0}
 
 
 def _circle_rows(c: ScaledCones, k: int, q: Any, p: Any, reserve: Any, bare: np.ndarray) -> dict[str, cp.Constraint]:

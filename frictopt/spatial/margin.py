@@ -135,7 +135,7 @@ def safe_slip(system: ContactSystem3D, cycle: LoadCycle, friction: Any, load_fac
         problem=model.problem,
         _task=task,
         _motion=state.motion,
-        _units={"margin": task.mean_bound, "traction": np.stack([task.cones.unit] * 2, axis=-1)},
+        _units={"margin": task.mean_bound, "traction": task.cones.traction_unit},
     )
 
 

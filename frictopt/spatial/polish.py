@@ -20,9 +20,9 @@ _LEAST_RATIO = 1e-12  # ratios below it, and above its inverse, are alike
 
 @dataclass(frozen=True, eq=False)
 class ConeForm:
-    """A cone program over m scalars x and the shear forces t of a residual slip, for K corners and N nodes.
+    """A cone program over m scalars x and the tractions t of a residual slip, for K corners and N nodes.
 
-    Maximise `goal x` subject to `|q| <= f p - reserve x` (and `p >= reserve x` for little friction) with `q = q_given + q_rate x + t` and
+    Maximise `goal x` subject to `|q| <= f p - reserve x` (and `p >= reserve x` for little friction) with `q = q_given + q_rate x + shear t` and
     `p = p_given + p_rate x + G t`, and to caps `row x <= right`. Where `bare`, the circle is the point `q = 0`.
     """
 
@@ -37,7 +37,7 @@ class ConeForm:
 
     def reactions(self, c: ScaledCones, x: Array, t: Array) -> tuple[Array, Array]:
         """(K, N, 2) shear forces q and (K, N) pressures p."""
-        q = self.q_given + np.tensordot(x, self.q_rate, 1) + np.stack(np.split(t, 2), axis=-1)
+        q = self.q_given + np.tensordot(x, self.q_rate, 1) + np.stack(np.split(c.shear * t, 2), axis=-1)
         return q, self.p_given + np.tensordot(x, self.p_rate, 1) + c.G @ t
 
 
@@ -50,7 +50,7 @@ class Point:
     x
         (m,) scalars.
     traction
-        (2N,) shear forces of the residual slip.
+        (2N,) tractions of the residual slip.
     force, slips
         (K, N) and (K, N, 2) multipliers of the circles, `|slips| <= force`: sizes and directions of slips.
     opening
@@ -157,7 +157,7 @@ def _error(c: ScaledCones, form: ConeForm, point: Point) -> float:
     slacks = [bound - np.linalg.norm(q, axis=-1), np.array([room for _, room, _ in caps]), *([p - reserve] if c.opening else [])]
     work = np.sum(force * bound) + np.sum(point.slips * q) + np.sum(point.opening * (p - reserve)) + sum(room * by for _, room, by in caps)
     lift = c.friction * force + point.opening
-    stress = point.slips.sum(axis=0).T.ravel() + c.G.T @ lift.sum(axis=0)
+    stress = c.shear * point.slips.sum(axis=0).T.ravel() + c.G.T @ lift.sum(axis=0)
     if c.balance.size:
         stress = stress - c.balance.T @ lstsq(c.balance.T, stress)[0]
     goal = form.goal + (form.p_rate * lift).sum(axis=(1, 2)) + (form.q_rate * point.slips).sum(axis=(1, 2, 3))
@@ -193,7 +193,7 @@ class _Active:
         rows = np.zeros((count, 2, self._m + 2 * n))
         rows[:, :, : self._m] = np.moveaxis(self._form.q_rate[:, where[:, 0], where[:, 1]], 0, -1)
         for axis in (0, 1):
-            rows[np.arange(count), axis, self._m + axis * n + where[:, 1]] = 1.0
+            rows[np.arange(count), axis, self._m + axis * n + where[:, 1]] = self._c.shear[axis * n + where[:, 1]]
         return rows
 
     def _pressure_rows(self, where: np.ndarray, friction: Array) -> Array:

@@ -56,13 +56,13 @@ class ConeQuestion:
     def cones(self) -> ScaledCones:
         """Unknowns and units."""
         kept = ConeLoads(self.loads.q0, self.loads.p0, self.loads.q1[self.kept], self.loads.p1[self.kept])
-        return scaled_cones(self.system.A, self.system.B, self.system.node_stiffness, self.friction, kept, self.force, self.bare[self.kept])
+        return scaled_cones(self.system.A, self.system.B, self.system.own_stiffness, self.friction, kept, self.force, self.bare[self.kept])
 
     @cached_property
     def unpressed(self) -> np.ndarray:
         """(N,) whether neither the mean load nor any slip makes a pressure at the node."""
-        root = np.sqrt(self.system.node_stiffness)
-        alone = (np.abs(self.system.B) <= NO_COUPLING * np.outer(root, np.tile(root, 2))).all(axis=1)
+        tangent, normal = np.split(np.sqrt(self.system.own_stiffness), [2 * self.system.nodes])
+        alone = (np.abs(self.system.B) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
         return np.asarray(alone & (np.abs(self.loads.p0) <= ROUNDING * self.force))
 
     @cached_property
@@ -95,9 +95,9 @@ class ConeQuestion:
         return Mechanism3D(slips, opening, self.friction), f"node {node} has no {lack}, and the cyclic load shears it"
 
     def slip(self, traction: Array) -> Array:
-        """(N, 2) slip of dimensionless shear forces, length."""
+        """(N, 2) slip of dimensionless tractions, length."""
         c, v = self.cones, self.cones.slip @ traction
-        v = v + c.slip @ (traction - self.system.A @ v / np.tile(c.unit, 2))  # without most of its rounding
+        v = v + c.slip @ (traction - self.system.A @ v / (np.tile(c.unit, 2) * c.shear))  # without most of its rounding
         return np.stack(np.split(v, 2), axis=-1)
 
     def slip_reactions(self, slip: Array) -> tuple[Array, Array]:
@@ -133,9 +133,9 @@ class ConeQuestion:
         """
         c = self.cones
         net, lift = mechanism.slips.sum(axis=0).T.ravel() * np.tile(c.unit, 2), mechanism.lift.sum(axis=0) * c.unit
-        stress = net + c.G.T @ lift
+        stress = c.shear * net + c.G.T @ lift
         stress = stress - c.balance.T @ np.linalg.lstsq(c.balance.T, stress)[0] if c.balance.size else stress
-        return float(np.abs(stress) @ np.maximum(np.abs(traction), np.tile(1.0 + self.friction, 2)))
+        return float(np.abs(stress) @ np.maximum(np.abs(traction), np.tile(1.0 + self.friction, 2) / c.shear))
 
     @property
     def about_mean(self) -> bool:

@@ -33,12 +33,14 @@ class ScaledCones:
         (N,) coefficients of friction.
     q0, p0, q1, p1
         Loads as in `ConeLoads`, in the units of the nodes and of the load factor.
+    shear
+        (2N,) shear force by each traction, at most 1: the tractions are the unknowns, in units in which they make pressures of at most 1, too.
     G
-        (N, 2N) pressures by shear forces of a residual slip.
+        (N, 2N) pressures by the tractions of a residual slip.
     balance
-        (k, 2N) work of the shear forces on the k slips that need no force.
+        (k, 2N) work of the tractions on the k slips that need no force.
     slip
-        (2N, 2N) slip by its shear forces, length.
+        (2N, 2N) slip by its tractions, length.
     unit
         (N,) force unit of each node.
     load_unit
@@ -56,6 +58,7 @@ class ScaledCones:
     p0: Array
     q1: Array
     p1: Array
+    shear: Array
     G: Array
     balance: Array
     slip: Array
@@ -76,6 +79,16 @@ class ScaledCones:
         return len(self.p1)
 
     @property
+    def traction_unit(self) -> Array:
+        """(N, 2) unit of each traction, force."""
+        return self.unit[:, None] * self.tangential
+
+    @property
+    def tangential(self) -> Array:
+        """(N, 2) `shear`, by node."""
+        return np.stack(np.split(self.shear, 2), axis=-1)
+
+    @property
     def mean_q(self) -> Array:
         """(K, N, 2) mean load at each corner."""
         return np.broadcast_to(self.q0, self.q1.shape)
@@ -87,14 +100,16 @@ class ScaledCones:
 
 
 def scaled_cones(A: Array, B: Array, stiffness: Array, friction: Array, loads: ConeLoads, force: float, bare: np.ndarray) -> ScaledCones:
-    """Choose unknowns and units for a contact under loads of the size of `force`; `stiffness` (N,) is the size of each node's own stiffness, > 0."""
+    """Choose unknowns and units for a contact under loads of the size of `force`; `stiffness` (3N,) is each direction's own, > 0."""
     sizes = np.linalg.norm(loads.q1, axis=-1)
     pressure = np.abs(loads.p0)
     others = np.maximum(np.linalg.norm(loads.q0, axis=-1), np.maximum(sizes, np.abs(loads.p1)).max(axis=0))
     unit = np.where(pressure > NO_PRESSURE * force, pressure, np.maximum(others, NO_PRESSURE * force))
-    slips, values, held = slip_modes(A, B, stiffness)
+    slips, values, held = slip_modes(A, B, *np.split(stiffness, [len(A)]))
     slip = (slips[:, held] / values[held]) @ slips[:, held].T * np.tile(unit, 2)
-    balance = slips[:, ~held].T * np.tile(unit, 2)
+    G = B @ slip / unit[:, None]
+    shear = 1 / np.maximum(np.abs(G).max(axis=0), 1.0)
+    balance = slips[:, ~held].T * (np.tile(unit, 2) * shear)
     norms = np.linalg.norm(balance, axis=1, keepdims=True)
     load_unit = load_factor_unit(loads, friction, force)
     bound = float((friction * loads.p0).mean())
@@ -104,9 +119,10 @@ def scaled_cones(A: Array, B: Array, stiffness: Array, friction: Array, loads: C
         p0=loads.p0 / unit,
         q1=loads.q1 / unit[:, None] * load_unit,
         p1=loads.p1 / unit * load_unit,
-        G=B @ slip / unit[:, None],
+        shear=shear,
+        G=G * shear,
         balance=balance / norms,
-        slip=slip,
+        slip=slip * shear,
         unit=unit,
         load_unit=load_unit,
         clearance=(bound if bound > 0 else force) / unit,

@@ -148,7 +148,7 @@ def shakedown_limit(system: ContactSystem3D, cycle: LoadCycle, friction: Any, *,
         No solver gave an answer that passes the checks.
     """
     start, task = perf_counter(), pose(system, cycle, friction)
-    units: Units = {"load_factor": task.cones.load_unit, "traction": np.stack([task.cones.unit] * 2, axis=-1)}
+    units: Units = {"load_factor": task.cones.load_unit, "traction": task.cones.traction_unit}
     answer, problem = _by_one_node(task, *task.stop, solver) if task.stop else _by_cones(task, solver)
     claim = answer.claim
     return ShakedownLimit3D(

@@ -141,10 +141,12 @@ class ContactSystem3D(Shown, OtherContact):
         return float(np.trace(self.S) / len(self.S)) or 1.0
 
     @property
-    def node_stiffness(self) -> Array:
-        """(N,) largest entry on the diagonal of S of each node (the scale of all where that is zero)."""
-        own = np.diag(self.S).reshape(3, self.nodes).max(axis=0)
-        return np.asarray(np.where(own > 0, own, self.stiffness_scale))
+    def own_stiffness(self) -> Array:
+        """(3N,) diagonal of S; where a direction has no more than rounding, the largest of its node (the scale of all where that is zero)."""
+        own = np.diag(self.S).reshape(3, self.nodes)
+        most = own.max(axis=0)
+        most = np.where(most > 0, most, self.stiffness_scale)
+        return np.asarray(np.where(own > RIGID * most, own, most).ravel())
 
     @cached_property
     def rigid_motions(self) -> Array:

@@ -1,0 +1,30 @@
+"""Contacts in space whose tangents and normals have stiffnesses of their own, over eight decades, judged by the entries of S."""
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.spatial.posed import pose
+from frictopt.spatial.system import parted
+from spatial import cycle, random_contact
+
+
+@pytest.mark.parametrize("seed", [4, 9, 20, 22])
+def test_limits_of_directions_of_very_unlike_stiffness_are_found(seed):
+    """Each tangent and normal has a stiffness of its own, over eight decades; the safe slip and the mechanism are judged by the entries of S."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(4, 13))
+    contact, size = random_contact(rng, n, 1.0), 10.0 ** rng.uniform(-2, 2, 3 * n)
+    contact, f = fo.ContactSystem3D(contact.S * np.outer(size, size), contact.points, dict(contact.bonded)), rng.uniform(0.2, 1.5, n)
+    limit, loads = fo.shakedown_limit(contact, cycle(), f), contact.bonded
+    finite = np.isfinite(limit.load_factor)
+    at, slip = (limit.load_factor, limit.slip) if finite else (1e3, fo.safe_slip(contact, cycle(), f, 1e3).slip)
+    r = np.array([loads["mean"] + at * sum(by * loads[name] for name, by in corner.items()) for corner in cycle().corners])
+    q, p = parted(r + contact.S[:, : 2 * n] @ slip.T.ravel())
+    assert (np.linalg.norm(q, axis=-1) - f * p).max() <= 1e-8 * max(at, 1.0) * np.abs(loads["mean"][2 * n :]).mean()
+    if finite:
+        motion = limit._motion
+        d, lift = motion.slips.sum(axis=0).T.ravel(), motion.lift.sum(axis=0)
+        assert np.abs((contact.A @ d + contact.B.T @ lift) / size[: 2 * n]).max() <= 1e-8 * np.abs(lift * size[2 * n :]).max()
+        resistance, drive = motion.work(pose(contact, cycle(), f).loads)
+        assert resistance / drive == pytest.approx(limit.load_factor, rel=1e-8)
