@@ -14,8 +14,8 @@ _STRAIGHT = 0.1  # share of the largest motion from which a node counts as moved
 
 
 def free_motions(S: Array, stiffness: Array) -> Array:
-    """(3N, k) orthonormal motions that S does not resist; `stiffness` (N,) is the size of each node's own, > 0."""
-    root = np.sqrt(np.tile(stiffness, 3))
+    """(3N, k) orthonormal motions that S does not resist; `stiffness` (3N,) is the size of each direction's own, > 0."""
+    root = np.sqrt(stiffness)
     values, vectors = np.linalg.eigh(S / np.outer(root, root))
     return np.asarray(np.linalg.qr(vectors[:, values <= RIGID] / root[:, None])[0])
 

@@ -27,7 +27,7 @@ from .system import ContactSystem3D, checked_3d, joined, parted
 __all__ = ["Increment3D", "Increments3D"]
 
 _SWEEPS = 100  # cone programs for one increment at most
-_SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c of Newton's method, tried in this order
+_SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -133,13 +133,14 @@ class Increments3D:
         self.system, self.friction = checked_3d(system), friction_coefficients(friction, system.nodes)
         self.engine = choice("engine", engine, ("newton", "socp"))
         S = frozen(system.S / system.stiffness_scale)
-        own = np.diag(S).reshape(3, -1).max(axis=0)
-        self._law = Law3D(S, self.friction, np.where(own > 0, own, 1.0))
+        *tangents, normal = (system.own_stiffness / system.stiffness_scale).reshape(3, -1)
+        tangent = np.mean(tangents, axis=0)
+        self._law = Law3D(S, self.friction, np.concatenate([tangent, tangent, normal]))
 
     @cached_property
     def free(self) -> Array:
         """(3N, k) orthonormal motions of the nodes that S does not resist."""
-        return free_motions(self._law.S, self._law.c)
+        return free_motions(self._law.S, self._law.own)
 
     @cached_property
     def problem(self) -> cp.Problem:
@@ -195,7 +196,9 @@ class _Posed:
         """By Newton's method from no motion, from the states of less friction, and last from the cone programs."""
         law, trial, least = self._owner._law, self._trial, np.inf
         still = np.zeros_like(trial)
-        states = chain((newton(Law3D(law.S, law.friction, scale * law.c), trial, still) for scale in _SCALES), (by_friction(law, trial) for _ in "1"))
+        states = chain(
+            (newton(Law3D(law.S, law.friction, scale * law.own), trial, still) for scale in _SCALES), (by_friction(law, trial) for _ in "1")
+        )
         for state in states:
             found = self._judged(state, "NEWTON")
             if found.residual <= RESIDUAL:

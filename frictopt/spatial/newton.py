@@ -1,11 +1,11 @@
 """One friction increment by Newton's method on the projected law (Alart & Curnier 1991), with line search.
 
-With `[q, p] = trial + S u`, `u = [dv, w]` and any c > 0, the contact law is::
+With `[q, p] = trial + S u`, `u = [dv, w]` and any c, d > 0, the contact law is::
 
-    p = max(p - c w, 0),     q = projection of (q - c dv) on the circle of radius f max(p - c w, 0)
+    p = max(p - c w, 0),     q = projection of (q - d dv) on the circle of radius f max(p - c w, 0)
 
 It is piecewise smooth: nodes that are open have q = p = 0, closed ones w = 0, sticking ones dv = 0, and slipping ones `q = f p n` with n the
-direction of `q - c dv`. Newton's method takes the piece at hand.
+direction of `q - d dv`. Newton's method takes the piece at hand.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ _FIRST_SHARE, _LEAST_SHARE = 0.25, 1e-4  # of the friction, by which it grows fr
 
 @dataclass(frozen=True, eq=False)
 class Law3D:
-    """Dimensionless stiffness, friction, and the c of each node.
+    """Dimensionless stiffness, friction, and the c and d of each node.
 
     Attributes
     ----------
@@ -37,13 +37,23 @@ class Law3D:
         (3N, 3N) stiffness over its scale.
     friction
         (N,) coefficients of friction.
-    c
-        (N,) positive numbers of the size of each node's own stiffness.
+    own
+        (3N,) positive numbers of the size of each direction's own stiffness, alike for the tangents of a node: d, d and c.
     """
 
     S: Array
     friction: Array
-    c: Array
+    own: Array
+
+    @property
+    def c(self) -> Array:
+        """(N,) of the normals."""
+        return self.own[2 * len(self.friction) :]
+
+    @property
+    def d(self) -> Array:
+        """(N,) of the circles."""
+        return self.own[: len(self.friction)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +71,7 @@ def by_friction(law: Law3D, trial: Array) -> State3D:
     """The state that is reached from that without friction while the coefficients grow to what they are, or the last one on this way."""
 
     def found(share: float, u: Array) -> State3D:
-        return newton(Law3D(law.S, share * law.friction, law.c), trial, u)
+        return newton(Law3D(law.S, share * law.friction, law.own), trial, u)
 
     share, step, state = 0.0, _FIRST_SHARE, found(0.0, np.zeros_like(trial))
     while state.error <= RESIDUAL and share < 1 and step > _LEAST_SHARE:
@@ -107,10 +117,9 @@ class _Piece:
         self.law, self.u, self._n = law, u, n
         self.r = trial + law.S @ u
         (dv, w), (q, p) = parted(u), parted(self.r)
-        c = law.c
-        pressed = p - c * w
+        pressed = p - law.c * w
         self._radius = law.friction * np.maximum(pressed, 0.0)
-        pull = q - c[:, None] * dv
+        pull = q - law.d[:, None] * dv
         size = np.linalg.norm(pull, axis=1)
         self.status = np.where(pressed <= 0, OPEN, np.where(size > self._radius, SLIP, STICK))
         self._unit = pull / np.where(size > 0, size, 1.0)[:, None]
@@ -131,8 +140,8 @@ class _Piece:
         if not len(free):
             return step
         a, b = self._unit[slip].T
-        f, c, shrink, s = law.friction[slip], law.c[slip], self._shrink[slip], len(slip)
-        # tangential rows: (1 - shrink P) S_q + shrink c P - n f (S_p - c e_w), with P across the direction n = (a, b)
+        f, c, d, shrink, s = law.friction[slip], law.c[slip], law.d[slip], self._shrink[slip], len(slip)
+        # tangential rows: (1 - shrink P) S_q + shrink d P - n f (S_p - c e_w), with P across the direction n = (a, b)
         xx, xy, yy = 1 - shrink * b * b, shrink * a * b, 1 - shrink * a * a
         rows = law.S[free]
         normal = law.S[2 * n + slip]
@@ -140,14 +149,14 @@ class _Piece:
         rows[:s] = xx[:, None] * rows_1 + xy[:, None] * rows_2 - (f * a)[:, None] * normal
         rows[s : 2 * s] = xy[:, None] * rows_1 + yy[:, None] * rows_2 - (f * b)[:, None] * normal
         own = np.arange(s)
-        rows[own, slip] += c * (1 - xx)
-        rows[own, n + slip] -= c * xy
-        rows[s + own, slip] -= c * xy
-        rows[s + own, n + slip] += c * (1 - yy)
+        rows[own, slip] += d * (1 - xx)
+        rows[own, n + slip] -= d * xy
+        rows[s + own, slip] -= d * xy
+        rows[s + own, n + slip] += d * (1 - yy)
         rows[own, 2 * n + slip] += f * a * c
         rows[s + own, 2 * n + slip] += f * b * c
         errors = np.concatenate([self._error_q[slip].T.ravel(), self._error_q[opened].T.ravel(), self._error_p[opened]])
-        root = np.sqrt(np.tile(law.c, 3)[free])
+        root = np.sqrt(law.own[free])
         step[free] = _least_motion(rows[:, free] / np.outer(root, root), (-errors - rows @ step) / root) / root
         return step
 
