@@ -133,9 +133,10 @@ class Increments3D:
         self.system, self.friction = checked_3d(system), friction_coefficients(friction, system.nodes)
         self.engine = choice("engine", engine, ("newton", "socp"))
         S = frozen(system.S / system.stiffness_scale)
-        *tangents, normal = (system.own_stiffness / system.stiffness_scale).reshape(3, -1)
-        tangent = np.mean(tangents, axis=0)
-        self._law = Law3D(S, self.friction, np.concatenate([tangent, tangent, normal]))
+        own = (system.own_stiffness / system.stiffness_scale).reshape(3, -1)
+        tangent = own[:2].mean(axis=0)
+        self._law = Law3D(S, self.friction, np.tile(own.max(axis=0), 3))
+        self._by_direction = Law3D(S, self.friction, np.concatenate([tangent, tangent, own[2]]))
 
     @cached_property
     def free(self) -> Array:
@@ -193,12 +194,11 @@ class _Posed:
             raise moves_away(self._owner.system, self._owner.friction, self._owner.free, self._force * self._trial, self._force) or error from None
 
     def _by_newton(self) -> Increment3D:
-        """By Newton's method from no motion, from the states of less friction, and last from the cone programs."""
-        law, trial, least = self._owner._law, self._trial, np.inf
-        still = np.zeros_like(trial)
-        states = chain(
-            (newton(Law3D(law.S, law.friction, scale * law.own), trial, still) for scale in _SCALES), (by_friction(law, trial) for _ in "1")
-        )
+        """By Newton's method from no motion, then from the states of less friction; by c of nodes, and of directions; last by cone programs."""
+        trial, least = self._trial, np.inf
+        still, laws = np.zeros_like(trial), (self._owner._law, self._owner._by_direction)
+        at_once = (newton(replace(law, own=scale * law.own), trial, still) for law in laws for scale in _SCALES)
+        states = chain(at_once, (by_friction(law, trial) for law in laws))
         for state in states:
             found = self._judged(state, "NEWTON")
             if found.residual <= RESIDUAL:
