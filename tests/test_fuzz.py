@@ -117,6 +117,7 @@ LIES = {
     "guaranteed limit": ("guaranteed_limit", lambda limit, _: replace(limit, load_factor=limit.load_factor * (1 - 1e-5))),
     "guaranteed, transformed": ("guaranteed_limit", lambda limit, call: replace(limit, load_factor=limit.load_factor * (1 + 1e-5 * call))),
     "guarantee, followed": ("guaranteed_limit", lambda limit, _: replace(limit, load_factor=limit.load_factor / 2)),
+    "least safe load": ("shakedown_limit", lambda limit, _: replace(limit, least=limit.least * (1 + 1e-5))),
     "limit, transformed": ("shakedown_limit", lambda limit, call: replace(limit, load_factor=limit.load_factor * (1 + 1e-5 * call))),
     "safe slip": ("safe_slip", lambda safe, _: replace(safe, exists=not safe.exists)),
     "exact path": ("march", lambda path, _: replace(path, slip=1.001 * path.slip)),
@@ -160,6 +161,15 @@ def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
     monkeypatch.setattr(fo, name, told)
     assert all("wrong" not in results for results in outcomes.values())
     assert any(finding.result == "wrong" for seed in range(12) for finding in space_findings(seed, [check]))
+
+
+def test_a_gap_that_recover_counts_twice_is_seen(monkeypatch):
+    """A model counts its own initial gap: the state's gap contains it."""
+    seeds, honest = range(0, 64, 8), fo.ContactModel.recover
+    outcomes = [[finding.result for finding in findings(random_case(seed), ["gaps in recover"])] for seed in seeds]
+    monkeypatch.setattr(fo.ContactModel, "recover", lambda model, loads, slip, gap: honest(model, loads, slip, gap - model.condense().gap))
+    told = [finding.text for seed in seeds for finding in findings(random_case(seed), ["gaps in recover"]) if finding.result == "wrong"]
+    assert outcomes == [["answer"]] * 8 and len(told) >= 4 and all("displacements" in text for text in told)
 
 
 def test_slip_that_goes_on_below_a_limit_that_is_too_high_is_seen(monkeypatch):

@@ -19,6 +19,7 @@ __all__ = [
     "excess",
     "largest_load_factor",
     "largest_margin",
+    "least_load_factor",
     "least_on_both_bounds",
     "off_bounds",
     "on_both_bounds",
@@ -88,6 +89,14 @@ def largest_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction:
     unit = float(np.abs(rate).max()) or 1.0
     answer = _optimum(np.column_stack([slope, rate / unit]), level, (0.0, np.inf))
     return answer / unit if answer is not None else None
+
+
+def least_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
+    """Least load factor with a safe slip by one linear program on the plain rows; nan where there is none, None if the solver gives no answer."""
+    slope, rate, level = _rows(system, cycle, friction)
+    unit = float(np.abs(rate).max()) or 1.0
+    answer = _optimum(np.column_stack([slope, -rate / unit]), level, (-np.inf, 0.0))
+    return -answer / unit if answer is not None else None
 
 
 def least_on_both_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:

@@ -15,6 +15,7 @@ from .cases import Case
 from .guaranteed import followed, guaranteed, guaranteed_transformed
 from .known import Known, NotAsked, Wrong, same, transformed
 from .ranges import found_range, least_slip, practical_limit
+from .recovered import recovered
 from .separated import separated
 
 __all__ = ["CHECKS", "Finding", "asked", "findings"]
@@ -80,6 +81,19 @@ def _limit(known: Known) -> tuple[float, bool]:
     if known.limit is not None:
         same("limit", limit.load_factor, known.limit, absolute=1e-8)
     return limit.residual, known.limit is not None
+
+
+def _least(known: Known) -> tuple[float, bool]:
+    """Against a linear program on the plain rows of all corners, under a mean load that pulls here and there and corners that press."""
+    rng, bonded, force, n = np.random.default_rng([known.case.seed, 6]), known.case.system.bonded, known.force, known.case.system.nodes
+    (q0, p0), sizes = bonded["mean"], {name: 0.3 * force / (np.abs(bonded[name][0]).max() or 1.0) for name in "ab"}
+    pulled = {"mean": (q0, p0 - force * rng.uniform(0, 2, n) * (rng.random(n) < 0.5))}
+    pressed = {name: (sizes[name] * bonded[name][0], force * rng.uniform(0.5, 1.5, n)) for name in "ab"}
+    args = known.case.system.with_bonded(pulled | pressed), fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0}]), known.case.friction
+    limit, expected = fo.shakedown_limit(*args), oracles.least_load_factor(*args)
+    if expected is not None:
+        same("least safe load factor", limit.least, expected, absolute=1e-8)
+    return limit.residual, expected is not None
 
 
 def _transformed(known: Known) -> tuple[float, bool]:
@@ -182,6 +196,7 @@ def _increment(known: Known, engine: type[ExactIncrement | FrozenBoundIncrement]
 
 CHECKS: dict[str, Callable[[Known], tuple[float, bool]]] = {
     "shakedown limit": _limit,
+    "least safe load": _least,
     "safe slip": _safe_slip,
     "limit, transformed": _transformed,
     "guaranteed limit": guaranteed,
@@ -196,5 +211,6 @@ CHECKS: dict[str, Callable[[Known], tuple[float, bool]]] = {
     "safe start": _safe_start,
     "mixed-integer increment": partial(_increment, engine=ExactIncrement),
     "frozen-bound increment": partial(_increment, engine=FrozenBoundIncrement),
+    "gaps in recover": recovered,
 }
 """Question -> function that answers it and holds it against something independent: residual, and whether there was anything to compare with."""
