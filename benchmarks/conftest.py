@@ -11,7 +11,7 @@ import frictopt as fo
 
 @pytest.fixture(scope="session")
 def scene():
-    return fo.PunchOnHalfPlane()
+    return fo.scenes.PunchOnHalfPlane()
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ from studies.validation.error_vs_time.guaranteed import OPTIONS, NodePrograms
 @pytest.mark.parametrize("options", OPTIONS)
 @pytest.mark.parametrize("elements", [40, 124])
 def test_guaranteed_limit_against_a_bare_loop(compare, cycle, elements, options):
-    system = fo.PunchOnHalfPlane(elements=elements).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
     model = fo.GuaranteedModel(system, cycle)
     programs = NodePrograms.of(system, cycle, 0.5)
 
@@ -23,7 +23,7 @@ def test_guaranteed_limit_against_a_bare_loop(compare, cycle, elements, options)
 
 @pytest.mark.parametrize(("elements", "friction", "most"), [(40, 0.5, 0.5), (124, 0.3, 5.0), (124, 0.7, 5.0), (124, 1.5, 5.0)])
 def test_first_time(benchmark, cycle, elements, friction, most):
-    system = fo.PunchOnHalfPlane(elements=elements).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
     with threadpool_limits(1):
         benchmark.pedantic(lambda: fo.guaranteed_limit(system, cycle, friction), rounds=5)
     assert benchmark.stats.stats.median < most

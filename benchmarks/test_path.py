@@ -15,7 +15,7 @@ FRICTION = 0.7
 
 @pytest.fixture(scope="module", params=[40, 124])
 def contact(request):
-    return fo.PunchOnHalfPlane(elements=request.param).condense()
+    return fo.scenes.PunchOnHalfPlane(elements=request.param).condense()
 
 
 def exact(contact, cycle, load_factor):

@@ -10,7 +10,7 @@ CYCLE = fo.LoadCycle({"pull": 1.0}, [{"sway": 1.0}, {"sway": -1.0}])
 
 @pytest.fixture(scope="module")
 def contact():
-    return fo.Dovetail(elements=124).condense()
+    return fo.scenes.Dovetail(elements=124).condense()
 
 
 @pytest.mark.parametrize(("limit", "seconds"), [(fo.shakedown_limit, 2.0), (fo.guaranteed_limit, 5.0)], ids=["shakedown", "guaranteed"])

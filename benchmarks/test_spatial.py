@@ -20,7 +20,7 @@ BULK = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 
 @pytest.fixture(scope="module")
 def model():
-    return fo.SquarePunchOnBlock(elements=19, block_half_width=5.0, block_depth=4.0).model()
+    return fo.scenes.SquarePunch(elements=19, block_half_width=5.0, block_depth=4.0).model()
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def test_increment_against_one_dense_solve(contact, record_property):
 def test_memory_at_50000_unknowns(record_property):
     code = (
         "import resource, frictopt as fo\n"
-        "model = fo.SquarePunchOnBlock(elements=24, block_half_width=6.0).model()\n"
+        "model = fo.scenes.SquarePunch(elements=24, block_half_width=6.0).model()\n"
         "assert sum(3 * body.mesh.p.shape[1] for body in model.bodies.values()) > 50000\n"
         "fo.shakedown_limit(model.condense(), fo.LoadCycle({'P': 1.0}, [{'sigma': -1.0}, {'sigma': 1.0}]), 0.5)\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)\n"

@@ -7,7 +7,7 @@ The scene of Flicek et al. (2015): which load does the contact survive without s
 
 import frictopt as fo
 
-scene = fo.PunchOnHalfPlane(elements=40)
+scene = fo.scenes.PunchOnHalfPlane(elements=40)
 scene.plot()
 
 # %%

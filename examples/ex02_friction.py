@@ -10,7 +10,7 @@ import numpy as np
 
 import frictopt as fo
 
-system = fo.PunchOnHalfPlane(elements=40).condense()
+system = fo.scenes.PunchOnHalfPlane(elements=40).condense()
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 frictions = np.linspace(0.2, 1.2, 21)
 

@@ -7,7 +7,7 @@ Above the shakedown limit the contact slips for ever. Follow it exactly, from ev
 
 import frictopt as fo
 
-system = fo.PunchOnHalfPlane(elements=24).condense()
+system = fo.scenes.PunchOnHalfPlane(elements=24).condense()
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 
 path = fo.march(system, cycle, friction=0.7, load_factor=2.2, cycles=4)

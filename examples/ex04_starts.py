@@ -7,7 +7,7 @@ The same contact, the same load: some starts stop slipping, others slip for ever
 
 import frictopt as fo
 
-system = fo.PunchOnHalfPlane(elements=16).condense()
+system = fo.scenes.PunchOnHalfPlane(elements=16).condense()
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 
 limit = fo.shakedown_limit(system, cycle, friction=0.7).load_factor

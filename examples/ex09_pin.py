@@ -9,7 +9,7 @@ import numpy as np
 
 import frictopt as fo
 
-scene = fo.PinInPlate(elements=40, growth=1.3)
+scene = fo.scenes.PinInPlate(elements=40, growth=1.3)
 system = scene.condense()
 fit = 2 * np.pi / system.bonded["fit"][1].sum()  # a mean pressure of one
 turns = 2 * np.pi * np.arange(8) / 8

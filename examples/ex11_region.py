@@ -10,7 +10,7 @@ import numpy as np
 
 import frictopt as fo
 
-system = fo.PinInPlate(elements=40, growth=1.3).condense()
+system = fo.scenes.PinInPlate(elements=40, growth=1.3).condense()
 fit = {"fit": 2 * np.pi / system.bonded["fit"][1].sum()}  # a mean pressure of one
 
 figure, ax = plt.subplots(layout="constrained")

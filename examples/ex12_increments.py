@@ -10,7 +10,7 @@ import numpy as np
 
 import frictopt as fo
 
-system = fo.PunchOnHalfPlane(elements=16).condense()
+system = fo.scenes.PunchOnHalfPlane(elements=16).condense()
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 problem = system, cycle, 0.7, 2.2
 exact = fo.march(*problem, cycles=2).cycle_work.sum(axis=1)[1]  # work of friction in the second cycle

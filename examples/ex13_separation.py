@@ -7,7 +7,7 @@ The shakedown limit asks that all nodes stay closed. Where the mean load leaves 
 
 import frictopt as fo
 
-punch = fo.PunchOnHalfPlane(elements=12).condense()
+punch = fo.scenes.PunchOnHalfPlane(elements=12).condense()
 rounded = punch.with_gap(2.0 * punch.x**4)
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 print(fo.shakedown_limit(rounded, cycle, friction=0.6).reason)

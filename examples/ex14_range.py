@@ -7,7 +7,7 @@ Above the shakedown limit slip goes on from every start, but the work of frictio
 
 import frictopt as fo
 
-system = fo.PunchOnHalfPlane(elements=16).condense()
+system = fo.scenes.PunchOnHalfPlane(elements=16).condense()
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 limit = fo.shakedown_limit(system, cycle, friction=0.6)
 found = fo.dissipation_range(system, cycle, friction=0.6, load_factor=1.2 * limit.load_factor)
@@ -17,6 +17,6 @@ found.plot()
 # %%
 # Below the limit the start decides whether slip stops. Up to which load factor does it, for a contact assembled by its mean load?
 
-practical = fo.practical_limit(system, cycle, friction=0.6)
+practical = fo.limit_after_protocol(system, cycle, friction=0.6)
 print(practical)
 practical.plot()

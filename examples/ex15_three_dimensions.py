@@ -7,7 +7,7 @@ A square punch is pressed on a block, and the shear on its top turns: along x, y
 
 import frictopt as fo
 
-scene = fo.SquarePunchOnBlock(elements=6)
+scene = fo.scenes.SquarePunch(elements=6)
 scene.plot()
 
 # %%

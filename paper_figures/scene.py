@@ -28,7 +28,7 @@ _ZOOM = 0.12  # half the width of the corner's panel, over a
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     """Whole scene on the left, the mesh at the right corner of the contact on the right."""
-    scene = fo.PunchOnHalfPlane()
+    scene = fo.scenes.PunchOnHalfPlane()
     figure = new_figure(WIDE, 70)
     whole, corner = figure.subplots(1, 2, width_ratios=[1.95, 1])
     for axes in (whole, corner):
@@ -45,7 +45,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     return figure
 
 
-def _mesh(axes: Any, scene: fo.PunchOnHalfPlane) -> None:
+def _mesh(axes: Any, scene: fo.scenes.PunchOnHalfPlane) -> None:
     model = scene.model()
     for name, color in (("block", _BLOCK), ("punch", _PUNCH)):
         draw_mesh(axes, model.bodies[name].mesh, color, scene.half_width)
@@ -93,7 +93,7 @@ def _dimensions(axes: Any, side: float, depth: float, height: float) -> None:
     axes.set_ylim(below - 0.5, height + 1.6)
 
 
-def _corner(axes: Any, scene: fo.PunchOnHalfPlane) -> None:
+def _corner(axes: Any, scene: fo.scenes.PunchOnHalfPlane) -> None:
     axes.plot([1 - _ZOOM, 1], [0, 0], color=BLACK, lw=1.4)
     axes.text(1 - _ZOOM / 2, _ZOOM / 2, "punch", ha="center", va="center", bbox=_ON_MESH)
     axes.text(1, -_ZOOM / 2, "block", ha="center", va="center", bbox=_ON_MESH)

@@ -66,7 +66,7 @@ class Case:
 
 def cases_of(parameters: Parameters) -> list[Case]:
     """The scene at each friction."""
-    system = fo.PunchOnHalfPlane(elements=parameters.elements).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=parameters.elements).condense()
     return [Case(system, f, fo.shakedown_limit(system, LOADS, f).load_factor) for f in parameters.frictions]
 
 

@@ -46,7 +46,7 @@ def answers(parameters: Parameters) -> pd.DataFrame:
 
 
 def _questions(parameters: Parameters) -> Iterator[tuple[str, Callable[[], tuple[float, str, float]]]]:
-    system, friction = fo.PunchOnHalfPlane(elements=parameters.elements).condense(), parameters.friction
+    system, friction = fo.scenes.PunchOnHalfPlane(elements=parameters.elements).condense(), parameters.friction
 
     def onset() -> tuple[float, str, float]:
         first = fo.onset(system, LOADS, friction)
@@ -81,7 +81,7 @@ def _summary(tables: Mapping[str, pd.DataFrame]) -> str:
 
 def _picture(parameters: Any, folder: Path) -> Path:
     """The contact at its shakedown limit."""
-    limit = fo.shakedown_limit(fo.PunchOnHalfPlane(elements=parameters.elements).condense(), LOADS, parameters.friction)
+    limit = fo.shakedown_limit(fo.scenes.PunchOnHalfPlane(elements=parameters.elements).condense(), LOADS, parameters.friction)
     path = folder / "first_look.png"
     figure = limit.plot().figure
     figure.savefig(path, dpi=200)

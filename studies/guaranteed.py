@@ -58,7 +58,7 @@ def pair() -> fo.ContactSystem:
     """The coupled pair of nodes of the plane of slips."""
     A, B = np.array([[1.0, -0.4], [-0.4, 1.0]]), np.array([[-0.1, -0.7], [0.7, 0.1]])
     loads = {"mean": (np.zeros(2), np.ones(2)), "cyclic": (np.array([0.8, 0.8]), np.array([0.4, 0.1]))}
-    return fo.ContactSystem(A, B, 3 * np.eye(2), np.arange(2.0), loads)
+    return fo.ContactSystem.from_blocks(A, B, 3 * np.eye(2), np.arange(2.0), loads)
 
 
 def limits_by_friction(parameters: Parameters) -> pd.DataFrame:
@@ -74,7 +74,7 @@ def limits_by_corner(parameters: Parameters) -> pd.DataFrame:
 def _by_mesh(meshes: Sequence[int], frictions: Sequence[float], what: str) -> pd.DataFrame:
     rows = []
     for elements in tqdm(meshes, desc=what, disable=None):
-        scene = fo.PunchOnHalfPlane(elements=elements, grading="sine")
+        scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine")
         system = scene.condense()
         model = fo.GuaranteedModel(system, LOADS)
         rows += [_mesh(scene) | _limits(system, model.solve(friction), friction) for friction in frictions]
@@ -83,7 +83,7 @@ def _by_mesh(meshes: Sequence[int], frictions: Sequence[float], what: str) -> pd
 
 def limits_by_bound(parameters: Parameters) -> pd.DataFrame:
     """One row per friction coefficient and slip bound."""
-    scene = fo.PunchOnHalfPlane(elements=parameters.bound_elements, grading="sine")
+    scene = fo.scenes.PunchOnHalfPlane(elements=parameters.bound_elements, grading="sine")
     system = scene.condense()
     rows = []
     for bound in tqdm(parameters.bounds, desc="guaranteed limit by slip bound", disable=None):
@@ -93,7 +93,7 @@ def limits_by_bound(parameters: Parameters) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _mesh(scene: fo.PunchOnHalfPlane) -> dict[str, Any]:
+def _mesh(scene: fo.scenes.PunchOnHalfPlane) -> dict[str, Any]:
     return {"elements": scene.elements, "corner_size": scene.corner_size / scene.half_width}
 
 

@@ -50,14 +50,15 @@ QUICK = Parameters(elements=(8, 16), qp_steps=(5, 10, 20, 40), milp_steps=(5,), 
 class _Case:
     """One mesh under the loads of the study."""
 
-    scene: fo.PunchOnHalfPlane
+    scene: fo.scenes.PunchOnHalfPlane
     system: fo.ContactSystem
     friction: float
     load_factor: float
 
     def march(self, cycles: int, engine: Any = "path", steps: int | None = None) -> fo.Trajectory:
         """The transient from no initial slip."""
-        return fo.march(self.system, LOADS, self.friction, self.load_factor, cycles=cycles, engine=engine, steps=steps)
+        path: fo.Trajectory = fo.march(self.system, LOADS, self.friction, self.load_factor, cycles=cycles, engine=engine, steps=steps)
+        return path
 
     def sigma(self, times: Any) -> Any:
         """Bulk stress over P / 2a at these times >= 0, in load corners visited."""
@@ -66,7 +67,7 @@ class _Case:
 
 
 def _case(parameters: Parameters, elements: int) -> _Case:
-    scene = fo.PunchOnHalfPlane(elements=elements)
+    scene = fo.scenes.PunchOnHalfPlane(elements=elements)
     system = scene.condense()
     limit = fo.shakedown_limit(system, LOADS, parameters.friction)
     return _Case(scene, system, parameters.friction, parameters.overload * limit.load_factor)

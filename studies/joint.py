@@ -52,7 +52,7 @@ def joints(parameters: Parameters) -> Iterator[Joint]:
     """The joints of the study."""
     rng = np.random.default_rng(parameters.seed)
     sizes = {"flank_length": 8.0, "neck_half_width": 8.0, "neck_height": 16.0, "foot_height": 6.0, "lug_height": 6.0}
-    dovetail = fo.Dovetail(
+    dovetail = fo.scenes.Dovetail(
         elements=parameters.dovetail_elements,
         growth=parameters.growth,
         disc_half_width=40.0,
@@ -65,7 +65,7 @@ def joints(parameters: Parameters) -> Iterator[Joint]:
     yield Joint(
         "dovetail", dovetail.model(), 0.5, {"pull": 100.0}, ("pull", "sway"), _history(rng, parameters, {"pull": (80.0, 120.0), "sway": (-4, 4)})
     )
-    press_fit = fo.PressFit(
+    press_fit = fo.scenes.PressFit(
         elements=parameters.press_fit_elements,
         growth=parameters.growth,
         shaft_radius=20.0,

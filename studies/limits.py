@@ -56,7 +56,7 @@ def limits_by_friction(parameters: Parameters) -> pd.DataFrame:
     """One row per mesh and friction coefficient."""
     parts = []
     for elements in tqdm(parameters.elements, desc="limits by friction", disable=None):
-        scene = fo.PunchOnHalfPlane(elements=elements, grading="sine")
+        scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine")
         system = scene.condense()
         part = _limits(system, parameters.frictions)
         onsets = pd.DataFrame([_onsets(system, friction) for friction in parameters.frictions])
@@ -68,8 +68,8 @@ def limits_by_friction(parameters: Parameters) -> pd.DataFrame:
 
 def limits_by_corner(parameters: Parameters) -> pd.DataFrame:
     """One row per mesh and friction coefficient."""
-    scenes = [fo.PunchOnHalfPlane(elements=elements, grading="sine") for elements in parameters.corner_elements]
-    scenes += [fo.PunchOnHalfPlane(elements=parameters.graded_elements, grading=float(grading)) for grading in parameters.gradings]
+    scenes = [fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine") for elements in parameters.corner_elements]
+    scenes += [fo.scenes.PunchOnHalfPlane(elements=parameters.graded_elements, grading=float(grading)) for grading in parameters.gradings]
     parts = []
     for scene in tqdm(scenes, desc="limits by corner size", disable=None):
         part = _limits(scene.condense(), parameters.corner_frictions)
@@ -79,7 +79,7 @@ def limits_by_corner(parameters: Parameters) -> pd.DataFrame:
 
 def reactions_at_limit(parameters: Parameters) -> pd.DataFrame:
     """One row per friction coefficient, load corner and node."""
-    scene = fo.PunchOnHalfPlane(elements=parameters.reaction_elements)
+    scene = fo.scenes.PunchOnHalfPlane(elements=parameters.reaction_elements)
     system = scene.condense()
     model = fo.ShakedownModel(system, LOADS)
     parts = []
@@ -91,14 +91,14 @@ def reactions_at_limit(parameters: Parameters) -> pd.DataFrame:
     return pd.concat(parts)
 
 
-def _mesh_columns(scene: fo.PunchOnHalfPlane, rows: int) -> pd.DataFrame:
+def _mesh_columns(scene: fo.scenes.PunchOnHalfPlane, rows: int) -> pd.DataFrame:
     values = {"elements": scene.elements, "grading": str(scene.grading), "corner_size": scene.corner_size / scene.half_width}
     return pd.DataFrame([values] * rows)
 
 
 def _limits(system: fo.ContactSystem, frictions: Iterable[float]) -> pd.DataFrame:
     """Shakedown limits, without the columns that the residual already sums up."""
-    return fo.ShakedownModel(system, LOADS).sweep(frictions).drop(columns="dual_bound")
+    return fo.ShakedownModel(system, LOADS).sweep(frictions).drop(columns="bound")
 
 
 def _onsets(system: fo.ContactSystem, friction: float) -> dict[str, Any]:
@@ -121,7 +121,9 @@ def _margin(system: fo.ContactSystem, friction: float, load_factor: float) -> di
     return {"margin": safe.margin, "margin_residual": safe.residual, "margin_solver": safe.record.solver}
 
 
-def _corner_reactions(scene: fo.PunchOnHalfPlane, system: fo.ContactSystem, limit: fo.ShakedownLimit, friction: float, corner: int) -> pd.DataFrame:
+def _corner_reactions(
+    scene: fo.scenes.PunchOnHalfPlane, system: fo.ContactSystem, limit: fo.ShakedownLimit, friction: float, corner: int
+) -> pd.DataFrame:
     q, p = (values[corner] for values in limit.reactions)
     force = force_unit(system)
     mechanism = limit.mechanism

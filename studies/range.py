@@ -139,11 +139,11 @@ def _total(slip: np.ndarray, gap: np.ndarray) -> float:
 
 def protocols_of(parameters: Parameters) -> pd.DataFrame:
     """One row for each friction and protocol."""
-    system, rows = fo.PunchOnHalfPlane(elements=parameters.protocol_elements).condense(), []
+    system, rows = fo.scenes.PunchOnHalfPlane(elements=parameters.protocol_elements).condense(), []
     for friction in parameters.protocol_frictions:
         limit = fo.shakedown_limit(system, LOADS, friction)
         for name, options in _protocols(limit):
-            one = fo.practical_limit(system, LOADS, friction, scan=parameters.protocol_scan, **options)
+            one = fo.limit_after_protocol(system, LOADS, friction, scan=parameters.protocol_scan, **options)
             rows.append(
                 {
                     "friction": friction,
@@ -171,7 +171,7 @@ def _protocols(limit: fo.ShakedownLimit) -> Iterator[tuple[str, dict[str, Any]]]
 
 def attack_of(parameters: Parameters) -> pd.DataFrame:
     """One row for each load cycle, friction and load."""
-    system, rows = fo.PunchOnHalfPlane(elements=parameters.attack_elements).condense(), []
+    system, rows = fo.scenes.PunchOnHalfPlane(elements=parameters.attack_elements).condense(), []
     cases = [("sigma", LOADS, f, ratio) for f in parameters.attack_frictions for ratio in parameters.attack_ratios]
     cases += [("Q", SHEAR, f, ratio) for f in parameters.shear_frictions for ratio in parameters.shear_ratios]
     for number, (name, cycle, friction, ratio) in enumerate(cases):

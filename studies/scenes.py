@@ -38,20 +38,20 @@ QUICK = Parameters(
 )
 
 
-def dovetail(angle: float, elements: int) -> fo.Dovetail:
+def dovetail(angle: float, elements: int) -> fo.scenes.Dovetail:
     """The dovetail of that angle."""
-    return fo.Dovetail(angle=angle, elements=elements)
+    return fo.scenes.Dovetail(angle=angle, elements=elements)
 
 
-def pin(elements: int) -> fo.PinInPlate:
+def pin(elements: int) -> fo.scenes.PinInPlate:
     """The pin."""
-    return fo.PinInPlate(elements=elements)
+    return fo.scenes.PinInPlate(elements=elements)
 
 
-def punch(radius: float, elements: int) -> fo.PunchOnHalfPlane | fo.RoundedPunch:
+def punch(radius: float, elements: int) -> fo.scenes.PunchOnHalfPlane | fo.scenes.RoundedPunch:
     """The punch whose outer fifth is rounded; sharp for an infinite radius."""
-    flat = fo.PunchOnHalfPlane(elements=elements, grading=1.0)
-    return flat if np.isinf(radius) else fo.RoundedPunch(radius, 0.8 * flat.half_width, flat)
+    flat = fo.scenes.PunchOnHalfPlane(elements=elements, grading=1.0)
+    return flat if np.isinf(radius) else fo.scenes.RoundedPunch(radius, 0.8 * flat.half_width, flat)
 
 
 def limits(parameters: Parameters) -> pd.DataFrame:

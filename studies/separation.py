@@ -87,7 +87,7 @@ def cylinder(parameters: Parameters) -> pd.DataFrame:
     pressure = np.pi / 4  # P = pi E* a^2 / (4 R) for a = 1
     loads = fo.LoadCycle({"P": pressure}, [{"Q": -_CYLINDER_FRICTION * pressure}, {"Q": _CYLINDER_FRICTION * pressure}])
     for cells in tqdm(parameters.cells, desc="cylinder", disable=None):
-        contact = fo.ContactSystem(**fo.reference.half_plane_contact(cells, _HALF_LENGTH, 1.0, R=_RADIUS))
+        contact = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(cells, _HALF_LENGTH, 1.0, R=_RADIUS))
         rows.append({"size": 2 * _HALF_LENGTH / cells} | _row(contact, loads, _CYLINDER_FRICTION, parameters.time_limit))
     return pd.DataFrame(rows)
 
@@ -96,7 +96,7 @@ def rounded(parameters: Parameters) -> pd.DataFrame:
     """One row per mesh, rounding and friction coefficient."""
     asked = [(elements, size, parameters.friction) for elements in parameters.elements for size in parameters.roundings]
     asked += [(parameters.friction_elements, size, friction) for friction in parameters.frictions for size in parameters.roundings]
-    scenes = {elements: fo.PunchOnHalfPlane(elements=elements, grading=3).condense() for elements in {elements for elements, _, _ in asked}}
+    scenes = {elements: fo.scenes.PunchOnHalfPlane(elements=elements, grading=3).condense() for elements in {elements for elements, _, _ in asked}}
     rows = []
     for elements, size, friction in tqdm(dict.fromkeys(asked), desc="rounded punch", disable=None):
         contact = scenes[elements].with_gap(size * np.maximum(np.abs(scenes[elements].x) - 0.6, 0.0) ** 2)
@@ -106,7 +106,7 @@ def rounded(parameters: Parameters) -> pd.DataFrame:
 
 def closed(parameters: Parameters) -> pd.DataFrame:
     """One row per scene and friction coefficient."""
-    punch, pin = fo.PunchOnHalfPlane(elements=parameters.flat_elements), fo.PinInPlate(elements=parameters.pin_elements)
+    punch, pin = fo.scenes.PunchOnHalfPlane(elements=parameters.flat_elements), fo.scenes.PinInPlate(elements=parameters.pin_elements)
     fit = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
     rows = []
     for name, scene, cycle, frictions in (("flat punch", punch, LOADS, parameters.flat_frictions), ("pin", pin, fit, parameters.pin_frictions)):

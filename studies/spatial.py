@@ -71,7 +71,7 @@ def limits_in_space(parameters: Parameters) -> pd.DataFrame:
     """One row per mesh, load cycle and friction coefficient."""
     rows = []
     for elements in tqdm(parameters.elements, desc="limits in space", disable=None):
-        system = fo.SquarePunchOnBlock(elements=elements).condense()
+        system = fo.scenes.SquarePunch(elements=elements).condense()
         for load, cycle in LOADS.items():
             for friction in parameters.frictions:
                 limit = fo.shakedown_limit(system, cycle, friction)
@@ -92,13 +92,13 @@ def limits_in_space(parameters: Parameters) -> pd.DataFrame:
 
 def faces_at_limit(parameters: Parameters) -> pd.DataFrame:
     """One row per load cycle and node, at the limit."""
-    scene = fo.SquarePunchOnBlock(elements=parameters.map_elements)
+    scene = fo.scenes.SquarePunch(elements=parameters.map_elements)
     system, parts = scene.condense(), []
     for load, cycle in tqdm(LOADS.items(), desc="faces at the limit", disable=None):
         limit = fo.shakedown_limit(system, cycle, parameters.map_friction)
         face = limit.to_frame().drop(columns="z")
         share = limit.mechanism.groupby("node")["share"].sum().reindex(range(system.nodes), fill_value=0.0)
-        unit = float(system.bonded["P"][2 * system.nodes :].sum()) / (4 * scene.half_width**2) * scene.half_width / scene.block_material.E
+        unit = float(system.bonded["P"][1].sum()) / (4 * scene.half_width**2) * scene.half_width / scene.block_material.E
         face = face.assign(first_ratio=limit.traction_ratios[0], slip1=face["slip1"] / unit, slip2=face["slip2"] / unit, share=share.to_numpy())
         parts.append(face.assign(load=load, load_factor=limit.load_factor, residual=limit.residual))
     return pd.concat(parts)[list(_MAP)]
@@ -106,7 +106,7 @@ def faces_at_limit(parameters: Parameters) -> pd.DataFrame:
 
 def error_of_increments(parameters: Parameters) -> pd.DataFrame:
     """One row per load cycle and number of increments."""
-    system, rows = fo.SquarePunchOnBlock(elements=parameters.step_elements).condense(), []
+    system, rows = fo.scenes.SquarePunch(elements=parameters.step_elements).condense(), []
     for load in ("to and fro", "turning, 4 corners"):
         cycle = LOADS[load]
         at = parameters.step_ratio * fo.shakedown_limit(system, cycle, parameters.map_friction).load_factor
@@ -135,7 +135,7 @@ def times_by_size(parameters: Parameters) -> pd.DataFrame:
     """One row per mesh."""
     rows = []
     for elements in tqdm(parameters.sizes, desc="times", disable=None):
-        model = fo.SquarePunchOnBlock(elements=elements).model()
+        model = fo.scenes.SquarePunch(elements=elements).model()
         with threadpool_limits(1):
             condense, system = _timed(model.condense)
             row = {"nodes": system.nodes, "unknowns": sum(3 * body.mesh.p.shape[1] for body in model.bodies.values()), "condense": condense}
@@ -157,12 +157,12 @@ def proofs_of_limits(parameters: Parameters) -> pd.DataFrame:
     rows = []
     cases = [(mesh, ratio) for mesh in ("even", "uneven") for ratio in parameters.proof_ratios]
     for mesh, ratio in tqdm(cases, desc="proofs of limits", disable=None):
-        model = fo.SquarePunchOnBlock(elements=parameters.proof_elements, punch_material=fo.Material(ratio)).model()
+        model = fo.scenes.SquarePunch(elements=parameters.proof_elements, punch_material=fo.Material(ratio)).model()
         system = (_uneven(model) if mesh == "uneven" else model).condense()
         others = [(unit, 1.0) for unit in parameters.proof_units] + [(1.0, unit) for unit in parameters.proof_units]
         for force, length in [(1.0, 1.0), *(others if mesh == "even" and ratio == 1.0 else [])]:
-            bonded = {name: r / force for name, r in system.bonded.items()}
-            scaled = fo.ContactSystem3D(system.S * (length / force), system.points / length, bonded, frames=system.frames)
+            bonded = {name: (q / force, p / force) for name, (q, p) in system.bonded.items()}
+            scaled = fo.ContactSystem(system.S * (length / force), system.points / length, bonded, frames=system.frames)
             for load in ("bulk", "turning, 4 corners"):
                 for friction in parameters.proof_frictions:
                     named = {"mesh": mesh, "nodes": system.nodes, "ratio": ratio, "force": force, "length": length, "load": load}
@@ -170,7 +170,7 @@ def proofs_of_limits(parameters: Parameters) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _proof(system: fo.ContactSystem3D, cycle: fo.LoadCycle, friction: float) -> dict[str, Any]:
+def _proof(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dict[str, Any]:
     """The gap between slip and mechanism, or that the limit is refused."""
     with threadpool_limits(1):
         start = time.process_time()
@@ -179,7 +179,7 @@ def _proof(system: fo.ContactSystem3D, cycle: fo.LoadCycle, friction: float) -> 
         except fo.SolverError as error:
             return {"result": str(error), "load_factor": np.nan, "gap": np.nan, "seconds": time.process_time() - start, "residual": np.nan}
         seconds = time.process_time() - start
-    gap = abs(limit.dual_bound / limit.load_factor - 1)
+    gap = abs(limit.bound / limit.load_factor - 1)
     return {"result": "answer", "load_factor": limit.load_factor, "gap": gap, "seconds": seconds, "residual": limit.residual}
 
 

@@ -45,7 +45,7 @@ def limits(parameters: Parameters) -> pd.DataFrame:
     rows: list[dict[str, Any]] = []
     for element, nu in tqdm(list(product(parameters.kinds, parameters.ratios)), desc="Poisson's ratio", disable=None):
         material = fo.Material(nu=nu)
-        scene = fo.PunchOnHalfPlane(elements=parameters.elements, punch_material=material, block_material=material, element=element)
+        scene = fo.scenes.PunchOnHalfPlane(elements=parameters.elements, punch_material=material, block_material=material, element=element)
         system = scene.condense()
         for friction in parameters.frictions:
             limit = fo.shakedown_limit(system, LOADS, friction)

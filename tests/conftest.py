@@ -24,7 +24,7 @@ def punch():
     def condensed(elements, grading="sine", growth=1.15):
         key = elements, grading, growth
         if key not in made:
-            made[key] = fo.PunchOnHalfPlane(elements=elements, grading=grading, growth=growth).condense()
+            made[key] = fo.scenes.PunchOnHalfPlane(elements=elements, grading=grading, growth=growth).condense()
         return made[key]
 
     return condensed

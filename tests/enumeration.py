@@ -66,7 +66,7 @@ def random_increment(rng, nodes, most_friction, floor=0.05, rigid=None):
     S = (S + S.T) / 2
     gap = np.where(rng.random(nodes) < 0.5, 0.0, rng.exponential(0.3, nodes)) * rng.integers(2)
     load = rng.normal(size=nodes), rng.normal(size=nodes) * rng.choice([0.3, 1.5]) + 1.0
-    contact = fo.ContactSystem(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], np.arange(nodes), {"load": load}, gap)
+    contact = fo.ContactSystem.from_blocks(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], np.arange(nodes), {"load": load}, gap)
     friction = rng.uniform(0, most_friction, nodes) * (rng.random(nodes) > 0.1)
     return contact, friction, rng.normal(size=nodes) * rng.choice([0.0, 0.3, 1.0]), load
 

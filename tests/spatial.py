@@ -5,13 +5,14 @@ from scipy.sparse import block_diag, csr_matrix
 from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
+from frictopt.contact.parts import joined
 
 CORNERS = ({"a": 1.0}, {"a": -1.0}, {"b": 0.7, "c": 0.2})
 
 
 def single(*, friction_bound=1.0):
     """One node with unit stiffness and the load cases P, X and Y."""
-    return fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0, 0, friction_bound], "X": [1, 0, 0], "Y": [0, 1, 0]})
+    return fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, friction_bound], "X": [1, 0, 0], "Y": [0, 1, 0]})
 
 
 def random_contact(rng, nodes, coupling=0.5, stiffness=1.0):
@@ -22,7 +23,12 @@ def random_contact(rng, nodes, coupling=0.5, stiffness=1.0):
     S[2 * nodes :, : 2 * nodes] *= coupling
     bonded = {name: np.r_[rng.normal(size=2 * nodes), 0.3 * rng.normal(size=nodes)] for name in "abc"}
     bonded["mean"] = np.r_[0.1 * rng.normal(size=2 * nodes), rng.uniform(0.5, 1.5, size=nodes)]
-    return fo.ContactSystem3D(S, rng.normal(size=(nodes, 3)), bonded)
+    return fo.ContactSystem(S, rng.normal(size=(nodes, 3)), bonded)
+
+
+def vectors(contact):
+    """Load case name -> bonded reactions in the order of S."""
+    return {name: joined(*pair) for name, pair in contact.bonded.items()}
 
 
 def cycle(corners=3):

@@ -20,7 +20,9 @@ def system(A, B, q0, p0, q1, p1, C=None, gap=None):
         C = np.eye(n) * (1.0 + np.abs(B @ np.linalg.pinv(A) @ B.T).sum())
     C = np.atleast_2d(C)
     pairs = {"mean": (q0, p0), "cyclic": (q1, p1)}
-    return fo.ContactSystem(A, B, C, np.arange(n), {k: (np.broadcast_to(q, n), np.broadcast_to(p, n)) for k, (q, p) in pairs.items()}, gap)
+    return fo.ContactSystem.from_blocks(
+        A, B, C, np.arange(n), {k: (np.broadcast_to(q, n), np.broadcast_to(p, n)) for k, (q, p) in pairs.items()}, gap
+    )
 
 
 def random_system(rng, nodes, loads=("mean", "cyclic"), coupling=0.5):
@@ -30,7 +32,7 @@ def random_system(rng, nodes, loads=("mean", "cyclic"), coupling=0.5):
     A, B, C = S[:nodes, :nodes], coupling * S[nodes:, :nodes], S[nodes:, nodes:]
     bonded = {name: (rng.normal(size=nodes), 0.3 * rng.normal(size=nodes)) for name in loads}
     bonded["mean"] = (0.1 * rng.normal(size=nodes), rng.uniform(0.5, 1.5, size=nodes))
-    return fo.ContactSystem(A, B, C, np.arange(nodes), bonded)
+    return fo.ContactSystem.from_blocks(A, B, C, np.arange(nodes), bonded)
 
 
 def odd(rng, nodes):
@@ -51,7 +53,7 @@ def mirrored(rng, nodes, gap=False, coupling=1.0):
     bonded["mean"] = (0.1 * bonded["mean"][0], 1.0 + bonded["mean"][1])
     opening = 0.3 * np.maximum(even[1], 0.0) if gap else None
     x = np.arange(nodes) - (nodes - 1) / 2
-    return fo.ContactSystem(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], x, bonded, opening)
+    return fo.ContactSystem.from_blocks(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], x, bonded, opening)
 
 
 def linprog_limit(contact, cycle, friction, most=None):

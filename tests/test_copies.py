@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from dataclasses import fields
 
 import matplotlib
 import matplotlib.pyplot as plt
@@ -16,15 +17,15 @@ matplotlib.use("Agg")
 
 PAIR = system(*FIRST_PAIR)
 ASKED = PAIR, CYCLE, 0.6
-NODE = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
+NODE = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
 LIFTS = fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0}])
 TWO = PAIR.with_bonded({"other": (np.array([0.1, 0.1]), np.ones(2))})
 GRID = [[x, y, 0.0] for x in (0.0, 1.0) for y in (0.0, 1.0)]
-PAD = fo.ContactSystem3D(
+PAD = fo.ContactSystem(
     np.diag(np.arange(12.0) + 4.0), GRID, {"P": np.r_[np.zeros(8), np.ones(4)], "Q": np.r_[1.0, np.zeros(11)], "R": np.r_[0.0, 1.0, np.zeros(10)]}
 )
 TURNS = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}, {"Q": -1.0}])
-PUNCH, BLOCKS = fo.PunchOnHalfPlane(elements=4, growth=1.6).model(), fo.SquarePunchOnBlock(elements=2, growth=2.0).model()
+PUNCH, BLOCKS = fo.scenes.PunchOnHalfPlane(elements=4, growth=1.6).model(), fo.scenes.SquarePunch(elements=2, growth=2.0).model()
 LIMIT = fo.shakedown_limit(*ASKED)
 EXAMPLES = [
     PAIR,
@@ -36,7 +37,7 @@ EXAMPLES = [
     fo.Start(family="own", name="one", slip=[0.5, 0.0]),
     fo.onset(*ASKED),
     fo.onset(*ASKED).slip,
-    fo.slip_order(PAIR, 0.6),
+    fo.order_preserving(PAIR, 0.6),
     LIMIT,
     LIMIT.least_slip(1.0),
     fo.safe_slip(*ASKED, 0.3),
@@ -51,8 +52,8 @@ EXAMPLES = [
     fo.march(*ASKED, 1.5, cycles=1).verdict,
     fo.verify_guaranteed(*ASKED, starts=3, moved=1),
     fo.dissipation_range(*ASKED, 0.8),
-    fo.practical_limit(*ASKED, scan=3, protocol=[fo.LoadStep({"mean": 2.0}, {"cyclic": 1.0})]),
-    fo.cure(*ASKED, 0.6, excursion={"mean": -0.95}, samples=2),
+    fo.limit_after_protocol(*ASKED, scan=3, protocol=[fo.LoadStep({"mean": 2.0}, {"cyclic": 1.0})]),
+    fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.95}, samples=2),
     fo.shakedown_limit(PAD, TURNS, 0.5),
     fo.safe_slip(PAD, TURNS, 0.5, 0.3),
     fo.steady_state(PAD, TURNS, 0.5, 3.0),
@@ -70,7 +71,7 @@ def arrays(thing, name):
         for number, part in enumerate(thing):
             yield from arrays(part, f"{name}[{number}]")
     elif isinstance(thing, Portable):
-        for attribute in vars(thing):
+        for attribute in [one.name for one in fields(thing)]:
             if not attribute.startswith("_"):
                 yield from arrays(getattr(thing, attribute), f"{name}.{attribute}")
 

@@ -63,7 +63,7 @@ def test_a_punch_that_slides_as_a_whole_is_named_where_nothing_holds_it(punch):
     for share, slides in ((1.01, True), (0.99, False)):
         loads = {"P": 1.0, "Q": share * 0.5 * P / abs(Q)}
         assert ("slides as a whole" in mean_load_diagnosis(contact, mean(**loads), 0.5)) == slides
-        held = fo.ContactSystem(contact.A + np.eye(17), contact.B, contact.C, contact.x, contact.bonded)
+        held = fo.ContactSystem.from_blocks(contact.A + np.eye(17), contact.B, contact.C, contact.x, contact.bonded)
         assert "slides as a whole" not in mean_load_diagnosis(held, mean(**loads), 0.5)
 
 
@@ -78,7 +78,7 @@ def test_units_do_not_matter(punch):
     said = mean_load_diagnosis(contact, mean(P=1.0), 0.5)
     for stiff, load in ((1e12, 1.0), (1.0, 1e-9)):
         bonded = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
-        changed = fo.ContactSystem(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, bonded, contact.gap * load / stiff)
+        changed = fo.ContactSystem.from_blocks(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, bonded, contact.gap * load / stiff)
         assert mean_load_diagnosis(changed, mean(P=1.0), 0.5) == said
     assert "open" in mean_load_diagnosis(punch(16).with_gap(10 * (punch(16).x > 0)), mean(P=1.0), 0.5)
 
@@ -93,7 +93,9 @@ def test_bad_input_is_refused():
 
 
 def test_the_forces_of_a_state_are_those_of_each_contact():
-    contact = fo.ContactSystem(np.eye(4), np.zeros((4, 4)), np.eye(4), range(4), {"P": (np.zeros(4), np.ones(4))}, contact=["a", "a", "b", "b"])
+    contact = fo.ContactSystem.from_blocks(
+        np.eye(4), np.zeros((4, 4)), np.eye(4), range(4), {"P": (np.zeros(4), np.ones(4))}, contact=["a", "a", "b", "b"]
+    )
     said = pressing(contact, np.full(4, 0.5), np.array([0.25, 0.5, 0.0, 1e-14]), np.array([1.0, 2.0, 0.0, -1e-15]), 1.0)
     assert said == (
         "contact 'a' has a normal force of 3 on 2 of 2 nodes and a shear force of 0.75, of at most f p = 1.5, "
@@ -103,7 +105,7 @@ def test_the_forces_of_a_state_are_those_of_each_contact():
 
 def test_a_path_that_ends_names_the_forces_at_its_end_and_not_the_mean_load():
     """A free body, pressed by 0.5 + 0.5 and then pulled: at 1 / 1.1 of the way from 1 to -0.1 nothing presses it."""
-    punch = fo.PunchOnHalfPlane(elements=8, growth=2.0).condense()
+    punch = fo.scenes.PunchOnHalfPlane(elements=8, growth=2.0).condense()
     cycle = fo.LoadCycle({"P": 0.5}, [{"P": 0.5}, {"P": -0.6}])
     with pytest.raises(fo.NoContinuation, match=r"corner 1: at 0\.909090909 of it .* a normal force of 0 on 0 of 9 nodes") as ended:
         fo.steady_state(punch, cycle, 0.5, 1.0)

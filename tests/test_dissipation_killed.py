@@ -123,7 +123,7 @@ LOOP = """
 import sys
 import numpy as np
 import frictopt as fo
-rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
 cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
 factors = np.linspace(0.3, 3.0, 100_000)
 try:

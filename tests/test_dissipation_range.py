@@ -11,7 +11,7 @@ LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 SHEAR = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
 PULLED = fo.LoadCycle({"P": 1.0, "Q": 0.2}, [{"sigma": -1.0}, {"sigma": 1.0}])
 ROUND = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"Q": 0.1}, {"sigma": -1.0}, {"Q": -0.1}])
-SCENES = {elements: fo.PunchOnHalfPlane(elements=elements).condense() for elements in (16, 124)}
+SCENES = {elements: fo.scenes.PunchOnHalfPlane(elements=elements).condense() for elements in (16, 124)}
 # W E* / P^2 on the default scene, see the study "range": friction, load over lambda_2, least and largest found
 TABLE = [
     (0.3, 0.9, 0.0, 9.90e-6),
@@ -160,7 +160,7 @@ def test_no_start_beside_the_worst_one_has_more_work():
     S = G @ G.T / n + 0.3 * np.eye(2 * n)
     loads = {"P": (np.zeros(n), rng.uniform(0.3, 2.0, n))}
     loads |= {name: (rng.standard_normal(n), 0.2 * rng.standard_normal(n)) for name in "QR"}
-    contact, f = fo.ContactSystem(S[:n, :n], coupling * S[n:, :n], S[n:, n:], np.arange(n), loads), rng.uniform(0.1, 0.9, n)
+    contact, f = fo.ContactSystem.from_blocks(S[:n, :n], coupling * S[n:, :n], S[n:, n:], np.arange(n), loads), rng.uniform(0.1, 0.9, n)
     turns = fo.LoadCycle({"P": 1.0}, [{"Q": 0.3}, {"Q": 2.8, "R": -1.1}, {"Q": -1.1}, {"Q": 0.6}])
     load_factor, span = found(contact, turns, f, 1.5)
     size = np.ptp(span.worst_start)
@@ -193,7 +193,7 @@ def test_bounded_starts_stay_within_their_bound_and_find_less():
 def test_units_and_the_sense_of_the_load_do_not_matter():
     contact = system(*FIRST_PAIR)
     reference = fo.dissipation_range(contact, CYCLE, 0.6, 0.65)
-    stiff = fo.ContactSystem(3 * contact.A, 3 * contact.B, 3 * contact.C, contact.x, contact.bonded)
+    stiff = fo.ContactSystem.from_blocks(3 * contact.A, 3 * contact.B, 3 * contact.C, contact.x, contact.bonded)
     assert fo.dissipation_range(stiff, CYCLE, 0.6, 0.65).most == pytest.approx(reference.most / 3, rel=1e-9)
     reverse = fo.LoadCycle(CYCLE.mean, CYCLE.corners[::-1])
     assert fo.dissipation_range(contact, reverse, 0.6, 0.65).most == pytest.approx(reference.most, rel=1e-6)
@@ -205,6 +205,6 @@ def test_at_rest_from_every_start():
 
 
 def test_no_transient_with_a_result_is_an_error():
-    free = fo.ContactSystem([[0.0]], [[0.0]], [[1.0]], [0.0], {"mean": ([0.0], [1.0]), "cyclic": ([1.0], [0.0])})
+    free = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[1.0]], [0.0], {"mean": ([0.0], [1.0]), "cyclic": ([1.0], [0.0])})
     with pytest.raises(fo.NoContinuation, match="none of"):
         fo.dissipation_range(free, CYCLE, 0.3, 1.0)

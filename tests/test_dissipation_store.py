@@ -75,7 +75,7 @@ def test_the_file_holds_every_run_with_all_its_digits(file, undisturbed):
 
 
 def test_runs_that_failed_are_kept_with_their_error(tmp_path):
-    wedge = fo.ContactSystem([[1.0]], [[0.5]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])})
+    wedge = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])})
     pushed = fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}])
     tables = [fo.dissipation_study(wedge, pushed, 3.0, [5.0], store=tmp_path / "runs") for _ in range(2)]
     pd.testing.assert_frame_equal(*tables, check_exact=True)

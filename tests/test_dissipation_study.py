@@ -101,7 +101,7 @@ def test_a_dask_cluster_of_separate_processes_gives_the_same_table(contact, fact
 
 def test_a_run_that_fails_is_a_row_with_its_error():
     """A = 1, B = 1/2, f = 3 > A/|B| = 2 (Klarbring 1990): pushed on from its backward bound by 5, the node jumps; pushed by 1 it stays."""
-    wedge = fo.ContactSystem([[1.0]], [[0.5]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])})
+    wedge = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])})
     table = fo.dissipation_study(wedge, fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}]), 3.0, [1.0, 5.0], workers=1)
     assert table.outcome.tolist() == ["SHAKEDOWN", "FAILED"]
     assert table.error[0] == ""
@@ -230,7 +230,7 @@ for name in ("HTML", "display", "clear_output"):
     setattr(sys.modules["IPython.display"], name, None)
 sys.modules["ipywidgets"] = None
 import frictopt as fo
-rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
 cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
 print(len(fo.dissipation_study(rod, cycle, 0.5, [0.3])))
 """

@@ -24,7 +24,7 @@ def fastened(contact):
     blocks = {name: np.pad(getattr(contact, name), ((0, 1), (0, 1))) for name in "ABC"}
     blocks["A"][n, n], blocks["C"][n, n] = 1e-3, 1.0
     bonded = {name: (np.append(q, 0.0), np.append(p, 0.0 if name == "cyclic" else 10.0)) for name, (q, p) in contact.bonded.items()}
-    return fo.ContactSystem(**blocks, x=np.arange(n + 1.0), bonded=bonded)
+    return fo.ContactSystem.from_blocks(**blocks, x=np.arange(n + 1.0), bonded=bonded)
 
 
 def vertices(contact, friction):
@@ -141,7 +141,7 @@ def test_exact_onset_is_the_closed_form(punch):
 
 def test_refined_stiffness_is_that_of_rational_elimination():
     """And all that is compared is the same stiffness: the package's from its own assembly, the rivals' from scikit-fem's."""
-    scene = fo.PunchOnHalfPlane(elements=2, growth=3.0)
+    scene = fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0)
     K_ii, K_ir, K_rr = blocks = condensation.assembled(scene)
     interior, coupling = exact.fractions(K_ii.toarray()), exact.fractions(K_ir.toarray())
     solution = np.column_stack([exact.refined(interior, column) for column in coupling.T])

@@ -57,7 +57,7 @@ def test_a_contact_at_rest_does_not_fret(punch):
 def test_a_contact_that_creeps_has_its_drift_in_the_slip_range():
     """A punch that rocks under a steady pull walks: each node holds while the other one slips."""
     loads = {"mean": ([0, 0], [1, 1]), "rock": ([0, 0], [0.6, -0.6]), "pull": ([0.3, 0.3], [0, 0])}
-    contact = fo.ContactSystem([[1.0, -1.0], [-1.0, 1.0]], np.zeros((2, 2)), np.eye(2), [0, 1], loads)
+    contact = fo.ContactSystem.from_blocks([[1.0, -1.0], [-1.0, 1.0]], np.zeros((2, 2)), np.eye(2), [0, 1], loads)
     cycle = fo.LoadCycle({"mean": 1.0, "pull": 1.0}, [{"rock": 1.0}, {"rock": -1.0}])
     steady = fo.steady_state(contact, cycle, 0.5, 1.0)
     assert steady.outcome is fo.Outcome.RATCHETING
@@ -96,7 +96,7 @@ def test_what_does_not_belong_together_is_refused(change, message):
 
 
 WALKING = (  # a punch that rocks under a steady pull
-    fo.ContactSystem(
+    fo.ContactSystem.from_blocks(
         [[1, -1], [-1, 1]],
         np.zeros((2, 2)),
         np.eye(2),

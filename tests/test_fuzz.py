@@ -155,7 +155,7 @@ def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
 
     def told(system, *args, **options):
         found = honest(system, *args, **options)
-        return lie(found) if isinstance(system, fo.ContactSystem3D) else found
+        return lie(found) if system.tangents == 2 else found
 
     outcomes = {seed: [finding.result for finding in space_findings(seed, [check])] for seed in range(12)}
     monkeypatch.setattr(fo, name, told)

@@ -142,7 +142,7 @@ def test_invariances(seed, nodes, f, c):
     square = np.ix_(new, new)
 
     def value(S=1.0, mean=(q0, p0), cyclic=(q1, p1), cycle=CYCLE, A=contact.A, B=contact.B, C=contact.C):
-        changed = fo.ContactSystem(S * A, S * B, S * C, contact.x, {"mean": mean, "cyclic": cyclic})
+        changed = fo.ContactSystem.from_blocks(S * A, S * B, S * C, contact.x, {"mean": mean, "cyclic": cyclic})
         return fo.guaranteed_limit(changed, cycle, f).load_factor
 
     assert value(S=c) == pytest.approx(base, rel=1e-8)
@@ -161,7 +161,7 @@ def test_units_of_the_scene_do_not_matter(punch, paper_cycle):
     base = fo.guaranteed_limit(contact, paper_cycle, 0.5)
     for S, load, length in ((1e15, 1.0, 1.0), (1.0, 1e-12, 1.0), (1e-6, 1e6, 1e6), (2.1e11, 1e6, 1e-3)):
         loads = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
-        changed = fo.ContactSystem(S * contact.A, S * contact.B, S * contact.C, length * contact.x, loads)
+        changed = fo.ContactSystem.from_blocks(S * contact.A, S * contact.B, S * contact.C, length * contact.x, loads)
         limit = fo.guaranteed_limit(changed, paper_cycle, 0.5)
         assert limit.load_factor == pytest.approx(base.load_factor, rel=1e-8) and limit.node == base.node
 

@@ -53,7 +53,7 @@ def test_rounding_of_a_rigid_slide_is_no_stiffness(punch, paper_cycle):
     """Condensed by another code, the free sliding of the punch may be resisted by rounding."""
     exact, rng = punch(16), np.random.default_rng(0)
     noise = 1e-13 * np.abs(exact.A).max() * rng.normal(size=exact.A.shape)
-    rounded = fo.ContactSystem(exact.A + noise + noise.T, exact.B, exact.C, exact.x, exact.bonded)
+    rounded = fo.ContactSystem.from_blocks(exact.A + noise + noise.T, exact.B, exact.C, exact.x, exact.bonded)
     check = fo.verify_guaranteed(rounded, paper_cycle, 0.5, starts=10, moved=1)
     assert check.dies_out and check.persists and {"vertex", "random"} < set(check.runs.start)
 
@@ -100,7 +100,7 @@ def test_a_node_that_slides_freely_has_starts_below_its_limit():
 
 def test_starts_have_a_size_where_neither_mean_pressure_nor_witness_gives_one():
     pulled = {"P": ([4.0], [0.0]), "Q": ([-5.6], [0.0])}  # slip presses the node, not the mean load
-    contact, cycle = fo.ContactSystem([[1.0]], [[-0.9]], [[1.0]], [0.0], pulled), fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
+    contact, cycle = fo.ContactSystem.from_blocks([[1.0]], [[-0.9]], [[1.0]], [0.0], pulled), fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
     check = fo.verify_guaranteed(contact, cycle, 0.4, starts=6, moved=2)
     assert not check.limit.slip.any() and (check.runs["moved"] > 0).sum() == 2 and np.ptp(check.starts) > 0.1
 

@@ -16,7 +16,7 @@ MIDDLE = "middle"
 def two_nodes(own, other):
     """Node 0 carries nothing under the mean load; the cycle shears it and presses it more. Its pressure follows its own slip and that of node 1."""
     loads = {"mean": ([0, 0], [0, 1.0]), "press": ([0, 0], [1.0, 0]), "shear": ([0.5, 0.3], [0, 0])}
-    return fo.ContactSystem(np.eye(2), [[own, other], [0, own]], np.eye(2), [0.0, 1.0], loads)
+    return fo.ContactSystem.from_blocks(np.eye(2), [[own, other], [0, own]], np.eye(2), [0.0, 1.0], loads)
 
 
 def from_the_middle(contact, cycle, load_factor):
@@ -91,7 +91,7 @@ def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagon
     contact = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=0.3)
     if diagonal:
         blocks = (np.diag(np.diag(block)) for block in (contact.A, contact.B, contact.C))
-        contact = fo.ContactSystem(*blocks, contact.x, dict(contact.bonded))
+        contact = fo.ContactSystem.from_blocks(*blocks, contact.x, dict(contact.bonded))
     q, p = (part.copy() for part in contact.bonded["mean"])
     q[0] = p[0] = 0.0
     press = contact.bonded["a"][1].copy()

@@ -18,19 +18,21 @@ BELOW = {
     "contact": {"errors"},
     "reference": {"errors", "contact"},
     "fem": _BASE,
+    "scenes": _BASE | {"fem", "spatial"},
     "solve": _BASE,
     "limits": _BASE | {"solve"},
     "increments": _BASE | {"solve"},
     "path": _BASE,
     "campaign": _BASE | {"solve", "limits", "increments", "path"},
     "spatial": _BASE | {"fem", "solve"},
-    "plots": _BASE | {"fem", "limits", "path", "campaign", "spatial"},
+    "plots": _BASE | {"fem", "limits", "path", "campaign", "spatial", "scenes"},
 }
 ALLOWED = {  # libraries beyond the standard one, by layer
     "errors": set(),
     "contact": {"numpy", "pandas", "tqdm"},  # pandas where a table is asked for, tqdm where a computation is long
     "reference": {"numpy"},
     "fem": {"numpy", "scipy", "skfem", "meshio", "pandas"},  # the last two where a file is read
+    "scenes": {"numpy", "skfem"},
     "solve": {"numpy", "scipy", "cvxpy", "pandas"},
     "limits": {"numpy", "scipy", "cvxpy", "pandas"},
     "increments": {"numpy", "scipy", "cvxpy", "pandas"},
@@ -96,8 +98,9 @@ def test_files_are_small_or_say_why_not(path):
 
 def test_every_public_name_is_listed_and_described():
     assert sorted(frictopt.__all__) == frictopt.__all__
-    for name in frictopt.__all__:
-        thing = getattr(frictopt, name)
+    scenes = [getattr(frictopt.scenes, name) for name in frictopt.scenes.__all__]
+    for thing in [*(getattr(frictopt, name) for name in frictopt.__all__), *scenes]:
+        name = thing.__name__ if hasattr(thing, "__name__") else repr(thing)
         assert inspect.getdoc(thing), name
         for member, value in vars(thing).items() if inspect.isclass(thing) else ():
             if not member.startswith("_") and (inspect.isfunction(value) or isinstance(value, property)):
@@ -119,7 +122,7 @@ def loaded(code):
 SYSTEM = (
     "import numpy as np, frictopt as fo\n"
     "one = np.eye(2)\n"
-    "s = fo.ContactSystem(one, 0.1 * one, one, [0, 1], {'P': ([0, 0], [1, 1]), 'Q': ([1, 0], [0, 0])})\n"
+    "s = fo.ContactSystem.from_blocks(one, 0.1 * one, one, [0, 1], {'P': ([0, 0], [1, 1]), 'Q': ([1, 0], [0, 0])})\n"
     "fo.reference.critical_friction(1.0, 0.5)\n"
 )
 

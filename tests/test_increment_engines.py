@@ -16,7 +16,7 @@ ENGINES = pytest.mark.parametrize("engine", [ExactIncrement, FrozenBoundIncremen
 
 
 def one_node(A=2.0, B=0.5, C=1.0, gap=None):
-    return fo.ContactSystem([[A]], [[B]], [[C]], [0.0], {"load": ([0.0], [1.0])}, gap)
+    return fo.ContactSystem.from_blocks([[A]], [[B]], [[C]], [0.0], {"load": ([0.0], [1.0])}, gap)
 
 
 @ENGINES
@@ -111,7 +111,7 @@ def test_both_engines_agree_on_the_paper_s_scene(punch, elements):
 def test_units_do_not_matter(engine, seed, stiffness, force):
     contact, friction, slip, (q, p) = random_increment(np.random.default_rng(seed), 3, 0.6)
     length = force / stiffness
-    scaled = fo.ContactSystem(
+    scaled = fo.ContactSystem.from_blocks(
         stiffness * contact.A, stiffness * contact.B, stiffness * contact.C, contact.x, {"load": (force * q, force * p)}, length * contact.gap
     )
     base = engine(contact, friction, simplify=False).solve(slip, (q, p))
@@ -128,12 +128,14 @@ def test_mirror_image_numbering_and_residual_slip_do_not_matter(engine, seed):
     rng = np.random.default_rng(seed)
     contact, friction, slip, (q, p) = random_increment(rng, 3, 0.6)
     base = engine(contact, friction).solve(slip, (q, p))
-    image = fo.ContactSystem(contact.A, -contact.B, contact.C, contact.x, {"load": (-q, p)}, contact.gap)
+    image = fo.ContactSystem.from_blocks(contact.A, -contact.B, contact.C, contact.x, {"load": (-q, p)}, contact.gap)
     found = engine(image, friction).solve(-slip, (-q, p))
     assert found.slip == pytest.approx(-base.slip, abs=1e-9) and found.p == pytest.approx(base.p, abs=1e-9)
     new = rng.permutation(3)
     square = np.ix_(new, new)
-    renumbered = fo.ContactSystem(contact.A[square], contact.B[square], contact.C[square], contact.x, {"load": (q[new], p[new])}, contact.gap[new])
+    renumbered = fo.ContactSystem.from_blocks(
+        contact.A[square], contact.B[square], contact.C[square], contact.x, {"load": (q[new], p[new])}, contact.gap[new]
+    )
     found = engine(renumbered, friction[new]).solve(slip[new], (q[new], p[new]))
     assert found.slip == pytest.approx(base.slip[new], abs=1e-9) and found.gap == pytest.approx(base.gap[new], abs=1e-9)
     shift = rng.normal(size=3)

@@ -136,7 +136,7 @@ def test_nodes_that_open_as_others_slip_get_their_gaps(monkeypatch):
 @pytest.mark.parametrize("engine", [ExactIncrement, FrozenBoundIncrement])
 def test_slip_along_its_friction_is_no_state(engine):
     """q = -f p with backward slip breaks only the line of the law that needs the slip before."""
-    contact = fo.ContactSystem([[2.0]], [[0.0]], [[1.0]], [0.0], {"load": ([1.0], [1.0])})
+    contact = fo.ContactSystem.from_blocks([[2.0]], [[0.0]], [[1.0]], [0.0], {"load": ([1.0], [1.0])})
     posed = engine(contact, 0.4)._law.pose([5.0], ([1.0 - 10.0], [1.0]))
     right, wrong = (solve_status(posed.law.S, posed.law.friction, np.zeros(1), posed.trial, np.array([sense], dtype=np.int8)) for sense in (-1, 1))
     assert right.u[0] < 0 and posed.residual(right) < 1e-12

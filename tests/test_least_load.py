@@ -19,13 +19,13 @@ Z = [0.0, 0.0]
 PRESSING = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
 PULLED = {"P": (Z, [-1.0, 1.0]), "N": (Z, [1.0, 0.0]), "Q": ([0.1, 0.3], Z)}
 GAPED = {**PULLED, "P": (Z, [0.2, 1.0])}
-TWO = fo.ContactSystem(
+TWO = fo.ContactSystem.from_blocks(
     np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], PULLED
 )  # node 0 sticks if 0.1 lam <= 0.5 (lam - 1), node 1 if 0.3 lam <= 0.5
-GAP = fo.ContactSystem(
+GAP = fo.ContactSystem.from_blocks(
     np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], GAPED, gap=[1.2, 0.0]
 )  # the same by a gap that the mean load does not close
-ONE = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+ONE = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
 PULL = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.1}, {"N": 1.0, "Q": -0.1}])
 
 
@@ -90,7 +90,7 @@ def test_a_hertz_contact_with_a_light_mean_load_node_by_node(shear):
     h = x[1] - x[0]
     A = np.linalg.inv(-np.log((np.abs(x[:, None] - x) + 0.3 * h) / 6) * h)
     A = (A + A.T) / 2
-    contact = fo.ContactSystem(A, 0 * A, A, x, {"press": (0 * x, A.sum(axis=1)), "shear": (A.sum(axis=1), 0 * x)}, gap=0.5 * x**2)
+    contact = fo.ContactSystem.from_blocks(A, 0 * A, A, x, {"press": (0 * x, A.sum(axis=1)), "shear": (A.sum(axis=1), 0 * x)}, gap=0.5 * x**2)
     cycle = fo.LoadCycle({"press": 0.2}, [{"press": 1.0, "shear": shear}, {"press": 1.0, "shear": -shear}])
     force = A.sum(axis=1)
     mean, rate = 0.2 * force - A @ (0.5 * x**2), 0.3 * force - shear * np.abs(force)  # 0.3 (mean + lam force) >= lam shear |force|
@@ -143,7 +143,7 @@ def test_constraints_may_leave_no_small_load_factor():
 
 @pytest.mark.parametrize("own", [False, True])
 def test_the_problem_of_the_limit_keeps_its_values(own):
-    contact = fo.ContactSystem(TWO.A, [[0.1, 0.0], [0.05, 0.1]], TWO.C, TWO.x, PULLED)
+    contact = fo.ContactSystem.from_blocks(TWO.A, [[0.1, 0.0], [0.05, 0.1]], TWO.C, TWO.x, PULLED)
     model = fo.ShakedownModel(contact, PRESSING)
     limit = model.solve(0.5, [model.slip <= 1.0] if own else [])
     assert 0 < limit.least < limit.load_factor < np.inf

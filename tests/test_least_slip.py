@@ -73,7 +73,7 @@ def test_no_steady_cycle_slips_less_of_a_thousand():
 
 
 def test_it_is_sharp_on_the_punch_and_names_its_edges():
-    scene = fo.PunchOnHalfPlane(elements=16).condense()
+    scene = fo.scenes.PunchOnHalfPlane(elements=16).condense()
     limit = fo.shakedown_limit(scene, LOADS, 0.7)
     least = limit.least_slip(1.5 * limit.load_factor)
     slip, gap = corners(scene, LOADS, 0.7, least.load_factor, limit.slip, 40)
@@ -84,7 +84,7 @@ def test_it_is_sharp_on_the_punch_and_names_its_edges():
 
 def test_units_cancel():
     contact = system(*FIRST_PAIR)
-    soft = fo.ContactSystem(contact.A / 7, contact.B / 7, contact.C / 7, contact.x, contact.bonded)
+    soft = fo.ContactSystem.from_blocks(contact.A / 7, contact.B / 7, contact.C / 7, contact.x, contact.bonded)
     one, other = (fo.shakedown_limit(each, CYCLE, 0.6).least_slip(1.0) for each in (contact, soft))
     assert other.total == pytest.approx(7 * one.total, rel=1e-9) and other.bound == pytest.approx(one.bound, rel=1e-9)
 

@@ -31,7 +31,7 @@ def agree(lean, full, *names):
 def test_the_limit_of_the_half_is_that_of_the_whole(seed):
     contact, cycle, friction, most = scene(seed)
     lean, full = (fo.shakedown_limit(contact, cycle, friction, slip_bound=most, simplify=simplify) for simplify in (True, False))
-    agree(lean, full, "load_factor", "dual_bound")
+    agree(lean, full, "load_factor", "bound")
     assert lean.kind is full.kind
     if lean.kind is fo.LimitKind.FINITE:
         assert lean.slip == pytest.approx(-lean.slip[::-1]) and lean.mechanism.share.sum() == pytest.approx(1.0)
@@ -43,7 +43,7 @@ def test_the_limit_of_the_half_is_that_of_the_whole(seed):
 def test_the_margin_of_the_half_is_that_of_the_whole(seed, factor):
     contact, cycle, friction, most = scene(seed)
     lean, full = (fo.safe_slip(contact, cycle, friction, factor, slip_bound=most, simplify=simplify) for simplify in (True, False))
-    agree(lean, full, "margin", "margin_bound")
+    agree(lean, full, "margin", "bound")
     assert lean.exists is full.exists and (lean.certificate is None) is lean.exists
 
 
@@ -58,7 +58,7 @@ def test_a_middle_node_alone_limits_the_load():
     """Little friction in the middle: it cannot slip in a symmetric state, but lifts off at load factor 1; no node else feels the load."""
     one, friction = np.eye(3), [0.5, 0.001, 0.5]
     cases = {"mean": ([0, 0, 0], [1, 1, 1]), "lift": ([0, 0, 0], [0, -1, 0]), "shear": ([0.5, 0, -0.5], [0, 0, 0])}
-    contact = fo.ContactSystem(one, np.diag([0.1, 0.0, -0.1]), one, [0.0, 1.0, 2.0], cases)
+    contact = fo.ContactSystem.from_blocks(one, np.diag([0.1, 0.0, -0.1]), one, [0.0, 1.0, 2.0], cases)
     for other in ({"mean": 0.0}, {"shear": 0.1}):
         cycle = fo.LoadCycle({"mean": 1.0}, [{"lift": 1.0}, other])
         for simplify in (True, False):
@@ -75,5 +75,5 @@ def test_what_is_not_symmetric_is_not_halved():
     for friction, load, most in ((uneven, (q, p), None), (even, (q, p * tilt), None), (even, (q + 1e-11, p), None), (even, (q, p), uneven)):
         assert halve(contact, friction, [load], most) is None
     A = contact.A + 1e-12 * np.diag([1.0, 0, 0, 0, 0]) * np.abs(contact.A).max()
-    assert halve(fo.ContactSystem(A, contact.B, contact.C, contact.x, contact.bonded), even) is None
-    assert halve(fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0])}), even[:1]) is None
+    assert halve(fo.ContactSystem.from_blocks(A, contact.B, contact.C, contact.x, contact.bonded), even) is None
+    assert halve(fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0])}), even[:1]) is None

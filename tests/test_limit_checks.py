@@ -141,7 +141,7 @@ def test_a_mechanism_that_stresses_the_contact_does_not_prove_a_small_limit_by_a
     """Node 0 slips and so presses itself: it carries any load, with a slip in proportion. Node 1 alone limits the load, at 1."""
     wedge, shear, friction = 1e10, 1e12, 2.0
     bonded = {"P": ([0.0, 0.0], [1.0, 1e5]), "X": ([shear, 2e5], [0.0, 0.0])}
-    contact = fo.ContactSystem(np.eye(2), np.diag([wedge, 0.0]), np.diag([4 * wedge**2, 1.0]), [0.0, 1.0], bonded)
+    contact = fo.ContactSystem.from_blocks(np.eye(2), np.diag([wedge, 0.0]), np.diag([4 * wedge**2, 1.0]), [0.0, 1.0], bonded)
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.shakedown_limit(contact, cycle, friction).load_factor == pytest.approx(1.0, rel=1e-9)
 
@@ -172,7 +172,7 @@ def test_a_node_whose_load_is_small_beside_the_others_still_limits(large):
     """Node 2 slips at 0.25. The others are pressed by a load that is larger by decades, and an answer without node 2 would be inf."""
     bonded = {"P": (np.zeros(3), np.ones(3)), "X": ([0.0, 0.0, 2.0], np.zeros(3)), "Y": (np.zeros(3), [large, large, 0.0])}
     coupling = np.array([[0.0, 0.5, 0.0], [-0.5, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    contact = fo.ContactSystem(2 * np.eye(3), coupling, 2 * np.eye(3), [0.0, 1.0, 2.0], bonded)
+    contact = fo.ContactSystem.from_blocks(2 * np.eye(3), coupling, 2 * np.eye(3), [0.0, 1.0, 2.0], bonded)
     try:
         limit = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"X": 1.0, "Y": 1.0}, {"X": -1.0}]), 0.5)
     except fo.SolverError:
@@ -188,12 +188,12 @@ def test_a_soft_slip_that_presses_a_stiff_node_is_no_free_one(wedge, count):
     stiff, shear = 4 * wedge**2, 1e6
     if count == 1:
         bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "X": ([shear, 2.0], [0.0, 0.0])}
-        contact = fo.ContactSystem(np.eye(2), np.diag([wedge, 0.0]), np.diag([stiff, 1.0]), [0.0, 1.0], bonded)
+        contact = fo.ContactSystem.from_blocks(np.eye(2), np.diag([wedge, 0.0]), np.diag([stiff, 1.0]), [0.0, 1.0], bonded)
     else:
         S = np.diag([1.0, 1.0, 1.0, 1.0, stiff, 1.0])
         S[0, 4] = S[4, 0] = wedge
         bonded = {"P": [0.0, 0.0, 0.0, 0.0, 1.0, 1.0], "X": [shear, 2.0, 0.0, 0.0, 0.0, 0.0]}
-        contact = fo.ContactSystem3D(S, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], {name: np.array(value) for name, value in bonded.items()})
+        contact = fo.ContactSystem(S, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], {name: np.array(value) for name, value in bonded.items()})
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.shakedown_limit(contact, cycle, 2.0).load_factor == pytest.approx(1.0, rel=1e-8)
 
@@ -206,7 +206,7 @@ def test_a_stiff_neighbour_does_not_make_a_pair_uncoupled(stiff, simplify):
     A[0, 1] = A[1, 0] = -1.0
     B[0, 1], B[1, 0] = 0.5, -0.5
     bonded = {"P": (np.zeros(3), np.ones(3)), "Q": ([1.0, 0.5, 0.1], np.zeros(3))}
-    contact = fo.ContactSystem(A, B, np.diag([2.0, 2.0, stiff]), [0.0, 1.0, 2.0], bonded)
+    contact = fo.ContactSystem.from_blocks(A, B, np.diag([2.0, 2.0, stiff]), [0.0, 1.0, 2.0], bonded)
     limit = fo.guaranteed_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), 0.5, simplify=simplify)
     assert (limit.load_factor, limit.shakedown.load_factor) == pytest.approx((0.45, 15 / 28), rel=1e-8) and not limit.proven
 
@@ -215,12 +215,12 @@ def test_a_stiff_neighbour_does_not_make_a_pair_uncoupled(stiff, simplify):
 def test_stiff_neighbours_do_not_make_a_pair_mirror_symmetric(stiff):
     """A pair with symmetric loads and B, but A_11 = 1 and A_22 = 3, between two nodes that carry the more: the limits of the pair alone."""
     A, B, bonded = np.diag([1.0, 3.0]), np.array([[0.3, 0.1], [-0.1, -0.3]]), {"P": (np.zeros(2), np.ones(2)), "Q": ([-1.0, 1.0], [0.2, 0.2])}
-    pair = fo.ContactSystem(A, B, 2 * np.eye(2), [0.0, 1.0], bonded)
+    pair = fo.ContactSystem.from_blocks(A, B, 2 * np.eye(2), [0.0, 1.0], bonded)
     wide = [np.diag([stiff, 0.0, 0.0, stiff]), np.zeros((4, 4)), np.diag([stiff, 0.0, 0.0, stiff])]
     for whole, part in zip(wide, (A, B, 2 * np.eye(2)), strict=True):
         whole[1:3, 1:3] = part
     loads = {"P": (np.zeros(4), np.ones(4)), "Q": ([-0.1, -1.0, 1.0, 0.1], [0.0, 0.2, 0.2, 0.0])}
-    contact = fo.ContactSystem(*wide, [0.0, 1.0, 2.0, 3.0], loads)
+    contact = fo.ContactSystem.from_blocks(*wide, [0.0, 1.0, 2.0, 3.0], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -0.4}])
     alone, limit = (fo.guaranteed_limit(each, cycle, 0.5) for each in (pair, contact))
     found = limit.load_factor, limit.shakedown.load_factor

@@ -173,7 +173,7 @@ def test_a_thick_cylinder_under_pressure():
 
 def test_lames_press_fit():
     """A long solid shaft in a long collar of the same material, away from the ends, with the shear of the contact taken off."""
-    scene = fo.PressFit(
+    scene = fo.scenes.PressFit(
         collar_length=16.0, shaft_length=16.2, elements=120, grading=2.0, growth=1.1, collar_radius=1.8, shaft_material=STEEL, collar_material=STEEL
     )
     system = scene.condense()
@@ -195,7 +195,7 @@ def test_lames_press_fit():
 
 
 def test_a_press_fit_carries_the_push():
-    system = fo.PressFit(elements=8, growth=1.5, bore_radius=0.4).condense()
+    system = fo.scenes.PressFit(elements=8, growth=1.5, bore_radius=0.4).condense()
     assert system.bonded["push"][0].sum() == pytest.approx(1.0, abs=1e-9)
     assert system.bonded["tension"][0].sum() == pytest.approx(0.0, abs=1e-9)
 
@@ -203,7 +203,7 @@ def test_a_press_fit_carries_the_push():
 @pytest.mark.parametrize("case", ["torsion", "bending"])
 def test_what_is_not_axisymmetric_is_refused_by_name(case):
     with pytest.raises(fo.ModelError, match=f"loads: '{case}': it makes .*three dimensions"):
-        fo.PressFit(loads=["fit", case])
+        fo.scenes.PressFit(loads=["fit", case])
 
 
 def total(load, mesh, kinematics="plane_strain"):
@@ -244,10 +244,10 @@ def test_loads_add_up_to_their_integrals():
         (lambda: column("plane"), "kinematics: 'plane'"),
         (lambda: column("axisymmetric", half=-1.0), "x is the radius, >= 0"),
         (lambda: column("axisymmetric", loads={"P": [fo.Centrifugal("upper", 1.0, centre=(1.0, 0.0))]}), "spin about their axis"),
-        (lambda: fo.PressFit(collar_radius=0.5), "collar_radius: 0.5; it must be finite and above 1"),
-        (lambda: fo.PressFit(elements=3), "elements: 3; give an even number"),
-        (lambda: fo.PressFit(loads=["twist"]), "loads: 'twist'; give some of"),
-        (lambda: fo.PressFit(loads=[]), "loads: none"),
+        (lambda: fo.scenes.PressFit(collar_radius=0.5), "collar_radius: 0.5; it must be finite and above 1"),
+        (lambda: fo.scenes.PressFit(elements=3), "elements: 3; give an even number"),
+        (lambda: fo.scenes.PressFit(loads=["twist"]), "loads: 'twist'; give some of"),
+        (lambda: fo.scenes.PressFit(loads=[]), "loads: none"),
     ],
 )
 def test_bad_loads_are_refused(make, message):
@@ -257,7 +257,7 @@ def test_bad_loads_are_refused(make, message):
 
 @pytest.mark.parametrize("grading", [1.0, 1e4])
 def test_a_traction_on_very_thin_elements_has_its_whole_force(grading):
-    model = fo.PunchOnHalfPlane(elements=64, grading=grading).model()
+    model = fo.scenes.PunchOnHalfPlane(elements=64, grading=grading).model()
     for case, body, _, force in model.surface_loads:
         load = next(part for part in model.loads[case] if part.body == body)
         assert force.shape[0] == 2 and np.isfinite(force).all()

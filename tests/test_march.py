@@ -69,7 +69,7 @@ def test_separation_shows_in_the_gap():
 @pytest.mark.parametrize(("engine", "steps"), [("path", None), ("qp", 1), ("qp", 3), ("milp", 1), ("milp", 3)])
 def test_a_node_that_slips_only_while_it_is_open_does_no_work(engine, steps):
     """Pressure alone sticks; the gap drags it sideways through B, without touching anything, and B w = -A v until it closes again."""
-    contact = fo.ContactSystem([[1.0]], [[0.3]], [[1.0]], [0.0], {"P": ([0.0], [1.0])})
+    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.3]], [[1.0]], [0.0], {"P": ([0.0], [1.0])})
     path = fo.march(contact, fo.LoadCycle({"P": 1.0}, [{"P": -2.0}, {}]), 0.5, 1.0, cycles=2, engine=engine, steps=steps)
     assert path.gap.max() == pytest.approx(1 / (1 - 0.3**2)) and path.slip.min() == pytest.approx(-0.3 / (1 - 0.3**2))
     assert not path.work.any()
@@ -115,6 +115,6 @@ def test_increments_in_threads_leave_the_output_of_the_process_alone():
 def test_work_of_a_node_that_bears_a_billionth_of_the_mean_load_counts():
     """Node 0 slides by q = 0.7 at f p = 0.5, from where it sticks; node 1 only bears 1e9 times as much."""
     bonded = {"P": ([0.0, 0.0], [1.0, 4e9]), "X": ([0.7, 0.0], [0.0, 0.0])}
-    contact = fo.ContactSystem(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
+    contact = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
     path = fo.march(contact, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), 0.5, 1.0, cycles=2, engine="qp", steps=1)
     assert path.cycle_work[-1] == pytest.approx([2 * 0.5 * 0.4, 0.0], rel=1e-6)

@@ -6,7 +6,7 @@ from nbformat.v4 import new_code_cell, new_notebook
 
 CELLS = (
     """import frictopt as fo
-rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
 cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
 first = fo.onset(rod, cycle, 0.5).plot();""",
     "import matplotlib.pyplot as plt\nplt.plot([0, 1]);",

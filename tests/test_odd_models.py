@@ -9,8 +9,8 @@ from skfem import MeshHex, MeshQuad, MeshQuad2, MeshTet2, MeshTri2
 import frictopt as fo
 from meshes import blocks, hung, uniform_loads
 
-SYSTEM = fo.PunchOnHalfPlane(elements=4, growth=2.0).condense()
-NODE_3D = fo.ContactSystem3D(np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0, 0, 1], "Q": [1, 0, 0]})
+SYSTEM = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).condense()
+NODE_3D = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0, 0, 1], "Q": [1, 0, 0]})
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}])
 MODEL = blocks(), hung(), uniform_loads()
 
@@ -73,7 +73,7 @@ def test_the_package_may_ask_itself_what_it_likes():
 
 
 def test_words_for_what_is_nearly_right():
-    scene = fo.PunchOnHalfPlane(elements=4, growth=2.0)
+    scene = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0)
     for almost in (scene, scene.model(), cubes(1.0)):
         with pytest.raises(fo.ModelError, match=rf"system: a {type(almost).__name__}; give a ContactSystem \(call its \.condense\(\)"):
             fo.shakedown_limit(almost, CYCLE, 0.5)

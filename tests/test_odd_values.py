@@ -95,10 +95,10 @@ TWO_LOADS = CONTACT.with_bonded({"other": BONDED})
 REGION = fo.safe_region(TWO_LOADS, {"mean": 1.0}, ["cyclic", "other"], FRICTION)
 ASKED = {"system": CONTACT, "cycle": CYCLE, "friction": FRICTION}
 STEADY = {**ASKED, "load_factor": 0.5}
-SCENE = fo.PunchOnHalfPlane(elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0)
+SCENE = fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0)
 MODEL = SCENE.model()
-MODEL_3D = fo.SquarePunchOnBlock(elements=2, growth=3.0).model()
-NODE_3D = fo.ContactSystem3D(np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]})
+MODEL_3D = fo.scenes.SquarePunch(elements=2, growth=3.0).model()
+NODE_3D = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]})
 ASKED_3D = {"system": NODE_3D, "cycle": fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]), "friction": 0.6}
 SPLIT = MODEL.bodies["punch"].mesh.with_subdomains({"all": lambda x: x[1] > -1})
 FIELDS = MODEL.recover({"P": 1.0}, np.zeros(3))
@@ -135,7 +135,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "ContactModel.recover": (MODEL.recover, {"loads": {"P": 1.0}, "slip": np.zeros(3), "gap": np.zeros(3)}),
     "Displacement": (fo.Displacement, {"body": "block", "where": "bottom", "x": 0.1, "y": 0.1}),
     "Expansion": (fo.Expansion, {"body": "punch"}),
-    "PressFit": (condensed(fo.PressFit), {"elements": 2, "growth": 3.0}),
+    "PressFit": (condensed(fo.scenes.PressFit), {"elements": 2, "growth": 3.0}),
     "Pressure": (fo.Pressure, {"body": "punch", "boundary": "top"}),
     "ContactModel": (fo.ContactModel, {name: getattr(MODEL, name) for name in ("bodies", "supports", "loads", "contacts")}),
     "ContactState": (fo.ContactState, {"slip": [0.0, 0.0], "gap": [0.0, 0.1], "bonded_q": [0.0, 0.0], "bonded_p": [1.0, 1.0]}),
@@ -147,17 +147,18 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Support3D": (fo.Support3D, {"body": "punch", "where": "top"}),
     "Traction3D": (fo.Traction3D, {"body": "punch", "boundary": "top"}),
     "ContactModel3D": (fo.ContactModel3D, {name: getattr(MODEL_3D, name) for name in ("bodies", "supports", "loads", "contacts")}),
-    "ContactSystem3D": (fo.ContactSystem3D, {"S": np.eye(3), "points": [[0.0, 0.0, 0.0]], "bonded": {"P": [0.0, 0.0, 1.0]}, "gap": [0.1]}),
-    "ContactSystem3D.answers": (NODE_3D.answers, {"question": "onset"}),
-    "ContactSystem3D.closed_reaction": (NODE_3D.closed_reaction, {"loads": {"P": 1.0}}),
-    "ContactSystem3D.load": (fo.ContactSystem3D.load, {"path": "none"}),
-    "ContactSystem3D.reaction": (NODE_3D.reaction, {"loads": {"P": 1.0}}),
-    "ContactSystem3D.save": (NODE_3D.save, {"path": "saved"}),
-    "ContactSystem3D.with_bonded": (NODE_3D.with_bonded, {"cases": {"other": [0.0, 0.0, 1.0]}}),
-    "ContactSystem3D.with_gap": (NODE_3D.with_gap, {"gap": [0.1]}),
+    "ContactSystem": (
+        fo.ContactSystem,
+        {"S": np.eye(6), "points": np.eye(3)[:2], "bonded": {"P": np.ones(6)}, "gap": [0.1, 0.0], "contact": ["one", "two"]},
+    ),
+    "ContactSystem.closed_reaction 3D": (NODE_3D.closed_reaction, {"loads": {"P": 1.0}}),
+    "ContactSystem.reaction 3D": (NODE_3D.reaction, {"loads": {"P": 1.0}}),
+    "ContactSystem.save 3D": (NODE_3D.save, {"path": "saved"}),
+    "ContactSystem.with_bonded 3D": (NODE_3D.with_bonded, {"cases": {"other": [0.0, 0.0, 1.0]}}),
+    "ContactSystem.with_gap 3D": (NODE_3D.with_gap, {"gap": [0.1]}),
     "Increments3D": (fo.Increments3D, {"system": NODE_3D, "friction": FRICTION}),
     "Increments3D.solve": (fo.Increments3D(NODE_3D, FRICTION).solve, {"slip": [[0.0, 0.0]], "bonded": ([[0.1, 0.1]], [1.0])}),
-    "SquarePunchOnBlock": (condensed(fo.SquarePunchOnBlock), {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0}),
+    "SquarePunch": (condensed(fo.scenes.SquarePunch), {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0}),
     "dissipation_study 3D": (fo.dissipation_study, {**ASKED_3D, "load_factors": [0.5], "initial_slips": [[[0.0, 0.1]]], "progress": False}),
     "march 3D": (fo.march, {**ASKED_3D, "load_factor": 0.5, "initial_slip": [[0.0, 0.1]], "cycles": 1, "engine": "newton", "steps": 2}),
     "onset 3D": (fo.onset, ASKED_3D),
@@ -173,8 +174,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "smallest_circle_limit": (reference.smallest_circle_limit, {"p0": [1.0], "q1": [[[1.0, 0.0]], [[-1.0, 0.0]]], "f": 0.5}),
     "SphereContact": (reference.SphereContact, {"P": 1.0, "R": 2.0, "E": 3.0, "nu": 0.3, "f": 0.5}),
     "SphereContact.dissipation": (reference.SphereContact(1.0, 2.0, 3.0, 0.3, 0.5).dissipation, {"Q": 0.1}),
-    "ContactSystem": (
-        fo.ContactSystem,
+    "ContactSystem.from_blocks": (
+        fo.ContactSystem.from_blocks,
         {"A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2), "x": [0.0, 1.0], "bonded": {"mean": BONDED}, "gap": [0.0, 0.1], "E_star": 1.0},
     ),
     "ContactSystem.closed_reaction": (CONTACT.closed_reaction, {"loads": {"mean": 1.0}}),
@@ -204,10 +205,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "MatrixJob.nodes": (JOB.nodes, {"where": "N_TOP"}),
     "MatrixJob.normals": (JOB.normals, {"face": "N_TOP"}),
     "MatrixJob.pairs": (JOB.pairs, {"first": "N_CONTACT_PUNCH", "second": "N_CONTACT_BLOCK"}),
-    "Dovetail": (condensed(fo.Dovetail), {"elements": 2, "growth": 3.0, "grading": 2.0}),
-    "PinInPlate": (condensed(fo.PinInPlate), {"elements": 8, "growth": 3.0}),
-    "PunchOnHalfPlane": (condensed(fo.PunchOnHalfPlane), {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0}),
-    "RoundedPunch": (condensed(fo.RoundedPunch), {"punch": SCENE}),
+    "Dovetail": (condensed(fo.scenes.Dovetail), {"elements": 2, "growth": 3.0, "grading": 2.0}),
+    "PinInPlate": (condensed(fo.scenes.PinInPlate), {"elements": 8, "growth": 3.0}),
+    "PunchOnHalfPlane": (condensed(fo.scenes.PunchOnHalfPlane), {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0}),
+    "RoundedPunch": (condensed(fo.scenes.RoundedPunch), {"punch": SCENE}),
     "SafeSlipModel": (fo.SafeSlipModel, {"system": CONTACT, "cycle": CYCLE}),
     "SafeSlipModel.solve": (fo.SafeSlipModel(CONTACT, CYCLE).solve, {"friction": FRICTION, "load_factor": 0.1}),
     "ShakedownLimit.least_slip": (fo.shakedown_limit(**ASKED).least_slip, {"load_factor": 1.0}),
@@ -230,7 +231,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Support": (fo.Support, {"body": "punch", "where": "top"}),
     "Traction": (fo.Traction, {"body": "punch", "boundary": "top"}),
     "assembled_slip": (fo.assembled_slip, ASKED),
-    "cure": (fo.cure, {**ASKED, "load_factor": 0.5, "excursion": {"mean": -0.5}, "samples": 1, "scan": 2, "tolerance": 0.2}),
+    "least_excursion": (fo.least_excursion, {**ASKED, "load_factor": 0.5, "excursion": {"mean": -0.5}, "samples": 1, "scan": 2, "tolerance": 0.2}),
     "dissipation_range": (fo.dissipation_range, {**ASKED, "load_factor": 0.5}),
     "dissipation_study": (
         fo.dissipation_study,
@@ -239,8 +240,11 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "guaranteed_limit": (fo.guaranteed_limit, ASKED),
     "march": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1}),
     "march qp": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1, "engine": "qp", "steps": 2}),
-    "practical_limit": (fo.practical_limit, {**ASKED, "protocol": [fo.LoadStep({"mean": 0.5})], "start": SLIP, "scan": 3, "tolerance": 0.1}),
-    "slip_order": (fo.slip_order, {"system": CONTACT, "friction": FRICTION}),
+    "limit_after_protocol": (
+        fo.limit_after_protocol,
+        {**ASKED, "protocol": [fo.LoadStep({"mean": 0.5})], "start": SLIP, "scan": 3, "tolerance": 0.1},
+    ),
+    "order_preserving": (fo.order_preserving, {"system": CONTACT, "friction": FRICTION}),
     "onset": (fo.onset, ASKED),
     "referee": (
         fo.referee,
@@ -323,7 +327,7 @@ MADE_BY_US = {  # results, which no user makes
     *("GuaranteeCheck", "GuaranteedLimit", "LimitKind", "Onset", "OnsetEvent", "Outcome", "SafeSlip", "ShakedownLimit", "SolveRecord", "SteadyState"),
     *("BodyFields", "RequiredFriction", "SafeRegion", "SeparatedLimit"),
     *("Trajectory", "Verdict", "Attempt", "ComplementarityProblem", "ContactArrays", "CornerMode", "Increment", "TwoNodeLimits"),
-    *("Cure", "DissipationRange", "LeastSlip", "PracticalLimit", "SlipOrder"),
+    *("LeastExcursion", "DissipationRange", "LeastSlip", "LimitAfterProtocol", "OrderPreserving"),
     *("Increment3D", "SafeSlip3D", "ShakedownLimit3D", "SteadyState3D", "Trajectory3D"),
 }
 NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes
@@ -354,7 +358,7 @@ def arguments(function):
 
 def public():
     """Names of all public functions, constructors and methods that take an argument."""
-    for room in (fo, reference):
+    for room in (fo, reference, fo.scenes):
         for name in room.__all__:
             thing = getattr(room, name)
             if inspect.isfunction(thing) or (inspect.isclass(thing) and not issubclass(thing, Exception) and name not in MADE_BY_US):

@@ -31,7 +31,7 @@ def oracle(contact, f, upper=(), equal=(), cycle=CYCLE):
 def agrees(limit, status, value):
     assert limit.kind is {0: fo.LimitKind.FINITE, 2: fo.LimitKind.NO_SAFE_SLIP, 3: fo.LimitKind.UNBOUNDED}[status] and limit.residual <= 1e-9
     if status == 0:
-        assert limit.load_factor == pytest.approx(value, rel=1e-7, abs=1e-8) and limit.dual_bound == pytest.approx(value, rel=1e-7, abs=1e-8)
+        assert limit.load_factor == pytest.approx(value, rel=1e-7, abs=1e-8) and limit.bound == pytest.approx(value, rel=1e-7, abs=1e-8)
 
 
 @settings(max_examples=40, deadline=None)
@@ -116,7 +116,7 @@ def test_units_do_not_matter_and_the_objective_has_the_unit_that_is_printed():
     contact, base = random_system(np.random.default_rng(5), 4), None
     for stiff, load in ((1.0, 1.0), (1e12, 1.0), (1.0, 1e9), (1e-9, 1e-3)):
         loads = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
-        changed = fo.ContactSystem(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads)
+        changed = fo.ContactSystem.from_blocks(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads)
         model = fo.ShakedownModel(changed, CYCLE)
         limit = model.solve(0.4, [cp.abs(model.slip) <= 0.05 * load / stiff])
         base = base or limit.load_factor
@@ -261,7 +261,7 @@ def test_the_margin_under_constraints(seed, f, factor, size):
     answer = linprog([0, 0, 0, -1], np.vstack(rows), np.concatenate(right), bounds=[(None, None)] * 3 + [(None, 1)])
     model = fo.SafeSlipModel(contact, CYCLE)
     safe = model.solve(f, factor, [model.slip <= size, np.array([0.2, -0.3, 0.1]) @ model.slip <= 0.01])
-    assert [safe.margin, safe.margin_bound] == pytest.approx([-answer.fun] * 2, rel=1e-7, abs=1e-8)
+    assert [safe.margin, safe.bound] == pytest.approx([-answer.fun] * 2, rel=1e-7, abs=1e-8)
     assert safe.exists is (safe.margin >= -1e-9) and safe.certificate is None and safe.slip.max() <= size + 1e-9
     assert model.slip.value == pytest.approx(safe.slip, abs=1e-9) and model.margin.value == pytest.approx(safe.margin)
     assert model.q.value == pytest.approx(q0 + factor * q1 + contact.A @ safe.slip, abs=1e-9) and model.load_factor.value == factor

@@ -31,7 +31,7 @@ def test_an_objective_against_all_signs_of_the_slip(seed, f, cost, free):
     limit = model.solve(f, objective=2 * model.load_factor - cost * cp.norm1(model.slip))
     assert (limit.kind is fo.LimitKind.FINITE) == np.isfinite(best)
     if np.isfinite(best):
-        assert [limit.objective, limit.dual_bound] == pytest.approx([best, best], rel=1e-7, abs=1e-8)
+        assert [limit.objective, limit.bound] == pytest.approx([best, best], rel=1e-7, abs=1e-8)
         assert 2 * limit.load_factor - cost * np.abs(limit.slip).sum() == pytest.approx(limit.objective, abs=1e-8)
         assert (
             limit.load_factor <= fo.shakedown_limit(contact, CYCLE, f).load_factor * (1 + 1e-8)

@@ -243,7 +243,7 @@ def test_slip_that_is_small_beside_the_largest_force_is_no_shakedown(hard, other
     """One node slips to and fro by q = +-f p at p = 1, and from -f at p = 1 + hard it needs no more; whatever the other node does."""
     friction = np.array([0.5, 0.0 if other == "slides" else 0.5])
     bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "X": ([1.0, 0.0], [0.0, 0.0]), "H": ([0.0, 0.0], [1.0, 0.0]), "N": ([0.0, 0.0], [0.0, -2.0])}
-    contact = fo.ContactSystem(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
+    contact = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}, {"H": hard, "N": 1.0 if other == "opens" else 0.0}])
     path = fo.march(contact, cycle, friction, 1.0, cycles=4)
     try:
@@ -261,7 +261,7 @@ def test_slip_of_a_node_with_much_less_pressure_than_the_others_is_no_shakedown(
     """Node 0 slips to and fro by q = +-f p at p = force; node 1, without friction, opens under the corner that presses node 2 hard."""
     friction, k = np.array([0.5, 0.0, 0.5]), np.diag([soft, 1.0, 1.0])
     bonded = {"P": ([0.0, 0.0, 0.0], [force, 1.0, 1.0]), "X": ([force, 0.0, 0.0], [0.0, -2.0, corner])}
-    contact = fo.ContactSystem(k, np.zeros((3, 3)), k, [0.0, 1.0, 2.0], bonded)
+    contact = fo.ContactSystem.from_blocks(k, np.zeros((3, 3)), k, [0.0, 1.0, 2.0], bonded)
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": 0.0}, {"X": -0.9}])
     work = 2 * 0.5 * force * (0.9 + 1.0 - 1.0) * force / soft  # 2 f p times the stroke (range of q less 2 f p) / stiffness
     assert fo.march(contact, cycle, friction, 1.0, cycles=3).cycle_work[-1, 0] == pytest.approx(work, rel=1e-6)
@@ -273,7 +273,7 @@ def test_slip_of_a_node_with_much_less_pressure_than_the_others_is_no_shakedown(
 def test_slip_under_a_load_rate_that_is_tiny_beside_that_of_another_node_is_not_missed():
     """The corner that presses node 1 by 1e12 also drives node 0 from one friction bound to the other."""
     bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "X": ([1.0, 0.0], [0.0, 0.0]), "H": ([0.0, 0.0], [0.0, 1e12])}
-    contact = fo.ContactSystem(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
+    contact = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0, "H": 1.0}, {"X": -1.0}])
     path = fo.march(contact, cycle, 0.5, 1.0, cycles=3)
     assert path.cycle_work[-1] == pytest.approx([1.0, 0.0], rel=1e-6)
@@ -291,7 +291,7 @@ def test_contacts_that_do_not_meet_change_nothing_in_each_other(stiff, force):
         A, B, C = (block_diag(*(k * M[rows, columns] for k, *_ in parts)) for rows, columns in ((L, L), (H, L), (H, H)))
         p, q = np.concatenate([[g, g] for _, g, _ in parts]), np.hstack([g * share * shears for _, g, share in parts])
         bonded = {"P": (0 * p, p), "X": (q[0], 0 * p), "Y": (q[1], 0.4 * p)}
-        system = fo.ContactSystem(A, B, C, np.arange(len(p)), bonded)
+        system = fo.ContactSystem.from_blocks(A, B, C, np.arange(len(p)), bonded)
         begin = fo.ContactState(0 * p, 0 * p, 0 * p, p)
         return fo.steady_state(system, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]), 0.4, 1.0, initial_state=begin)
 

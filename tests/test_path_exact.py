@@ -132,7 +132,7 @@ def test_units_do_not_matter(punch, paper_cycle, scale):
     contact = punch(16)
     start = 0.3 * np.sin(5 * contact.x)
     base = steady_state(contact, paper_cycle, 0.7, 2.2, initial_slip=start)
-    stiff = fo.ContactSystem(scale * contact.A, scale * contact.B, scale * contact.C, contact.x, dict(contact.bonded))
+    stiff = fo.ContactSystem.from_blocks(scale * contact.A, scale * contact.B, scale * contact.C, contact.x, dict(contact.bonded))
     found = steady_state(stiff, paper_cycle, 0.7, 2.2, initial_slip=start / scale)
     assert found.dissipation * scale == pytest.approx(base.dissipation, rel=1e-8)
     heavy = contact.with_bonded({name: (scale * q, scale * p) for name, (q, p) in contact.bonded.items()})
@@ -197,7 +197,7 @@ def test_high_friction_ends_in_a_result_or_in_a_reason(punch, paper_cycle):
 def test_wedging_has_no_or_two_continuations():
     """A = 1, B = 1/2, C = 1, f = 3 > A/|B| = 2 (Klarbring 1990): at its backward bound, a node pushed on jumps, one let go may stick or slip."""
     loads = {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])}
-    contact = fo.ContactSystem([[1.0]], [[0.5]], [[1.0]], [0], loads)
+    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[1.0]], [0], loads)
     with pytest.raises(fo.NoContinuation, match=r"the segment to corner 0: at 0\.6 of it no rates obey the law; nodes \[0\]"):
         steady_state(contact, fo.LoadCycle({"mean": 1.0}, [{"push": 5.0}]), 3.0, 1.0)
     with pytest.raises(fo.NoContinuation, match=r"two sets of rates obey the law: nodes \[0\] may take the statuses \[0\] or \[-1\]"):
@@ -207,7 +207,7 @@ def test_wedging_has_no_or_two_continuations():
 
 
 def test_gross_slip_is_said():
-    contact = fo.ContactSystem([[0.0]], [[0.0]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])})
+    contact = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])})
     with pytest.raises(fo.NoContinuation, match=r"at 0\.5 of it no rates obey the law"):
         steady_state(contact, fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}]), 0.5, 1.0)
 

@@ -49,7 +49,7 @@ def test_a_node_without_friction_lifts_off():
 def test_a_first_cycle_without_work_is_no_shakedown():
     """A node lifts off, moves freely and lands elsewhere: it dissipates from the second cycle on."""
     loads = {"N": ([0.0], [1.0]), "T": ([1.0], [0.0])}
-    contact = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     cycle = fo.LoadCycle({"N": 1.0}, [{"N": -2.0}, {"N": -2.0, "T": 0.3}, {"T": 0.3}, {}])
     steady = steady_state(contact, cycle, 0.5, 1.0)
     work = fo.march(contact, cycle, 0.5, 1.0, cycles=6).cycle_work.sum(axis=1)
@@ -60,7 +60,7 @@ def test_a_first_cycle_without_work_is_no_shakedown():
 def test_a_first_cycle_that_comes_back_without_work_is_no_shakedown():
     """From the mean load a node lifts off at once; from the last corner, sheared, it slips first: `q = 0.6 (1 - t)` meets `f p = 1 - 1.25 t`."""
     loads = {"N": ([0.0], [1.0]), "T": ([1.0], [0.0])}
-    contact = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     steady = steady_state(contact, fo.LoadCycle({"N": 1.0}, [{"N": -1.5}, {"N": 1.0}, {"N": 1.0, "T": 0.6}]), 0.5, 1.0)
     begin, end = 0.4 / 0.65, 0.8  # of slip: at the bound, and without pressure
     work = 0.65 * ((end - 0.625 * end**2) - (begin - 0.625 * begin**2))
@@ -69,7 +69,7 @@ def test_a_first_cycle_that_comes_back_without_work_is_no_shakedown():
 
 def test_dissipation_does_not_drown_in_that_of_a_far_start():
     loads = {"P": ([0, 0], [1, 1]), "L": ([1, 0.2], [0.1, 0])}
-    contact = fo.ContactSystem([[2, -1], [-1, 2]], [[0.1, 0.3], [-0.3, 0.1]], 2 * np.eye(2), [0, 1], loads)
+    contact = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0.1, 0.3], [-0.3, 0.1]], 2 * np.eye(2), [0, 1], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"L": 1.0}, {"L": -1.0}])
     near, far = (steady_state(contact, cycle, 0.4, 1.0, initial_slip=[v, -v / 3]).dissipation for v in (1e3, 1e7))
     assert near == pytest.approx(0.64067927, rel=1e-7) and far == pytest.approx(near, rel=1e-8)
@@ -80,7 +80,7 @@ def test_bodies_that_nothing_holds_slide_away(friction):
     for A in ([[0.0]], [[1.0, -1.0], [-1.0, 1.0]]):
         n = len(A)
         loads = {"P": (np.zeros(n), np.ones(n)), "L": (np.full(n, 0.5), np.zeros(n))}
-        contact = fo.ContactSystem(A, np.zeros((n, n)), np.eye(n), np.arange(n), loads)
+        contact = fo.ContactSystem.from_blocks(A, np.zeros((n, n)), np.eye(n), np.arange(n), loads)
         cycle = fo.LoadCycle({"P": 1.0}, [{"L": 1.2}, {"L": -1.2}])
         with pytest.raises(fo.NoContinuation, match=r"as a whole|slides or opens freely"):
             steady_state(contact, cycle, friction, 1.0)

@@ -16,7 +16,7 @@ PACKAGE = Path(frictopt.__file__).parent
 
 TRANSIENT = """
 import frictopt as fo
-contact = fo.ContactSystem([[2.0]], [[0.5]], [[2.0]], [0.0], {"P": ([0.1], [1.0]), "Q": ([1.0], [0.2])})
+contact = fo.ContactSystem.from_blocks([[2.0]], [[0.5]], [[2.0]], [0.0], {"P": ([0.1], [1.0]), "Q": ([1.0], [0.2])})
 cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
 print(round(fo.shakedown_limit(contact, cycle, 0.4).load_factor, 12))
 print(fo.steady_state(contact, cycle, 0.4, 0.6).dissipation > 0)

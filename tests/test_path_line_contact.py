@@ -12,7 +12,7 @@ CYCLE = fo.LoadCycle({"P": CONTACT.P}, [{"Q": 1.0}, {"Q": -1.0}])
 
 
 def cylinder(nodes):
-    return fo.ContactSystem(**half_plane_contact(nodes, 1.25, CONTACT.E_star, R=CONTACT.R))
+    return fo.ContactSystem.from_blocks(**half_plane_contact(nodes, 1.25, CONTACT.E_star, R=CONTACT.R))
 
 
 def test_dissipation_converges_to_the_closed_form():

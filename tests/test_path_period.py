@@ -9,7 +9,7 @@ from frictopt.path import Outcome
 from test_path_cycles import Mapped
 
 # Node 0 opens at corner 1 and drags node 1 along before: the further it has slid, the less it is dragged in the next cycle.
-TWICE = fo.ContactSystem(
+TWICE = fo.ContactSystem.from_blocks(
     A=[[6.02, 2.5], [2.5, 11.2]],
     B=[[1.75, -4.16], [-7.96, -6.72]],
     C=[[12.48, 2.55], [2.55, 16.53]],
@@ -87,7 +87,7 @@ def test_a_map_that_turns_to_and_fro_around_its_fixed_point_has_period_one():
 
 
 def punched(ratio):
-    scene = fo.PunchOnHalfPlane(elements=24).condense()
+    scene = fo.scenes.PunchOnHalfPlane(elements=24).condense()
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     return scene, cycle, 0.5, ratio * fo.shakedown_limit(scene, cycle, 0.5).load_factor
 
@@ -104,7 +104,7 @@ def test_nodes_slip_whose_slip_range_is_no_rounding(ratio):
 
 
 def test_a_node_without_friction_slides_but_does_not_slip():
-    pair = fo.ContactSystem(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])})
+    pair = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])})
     steady = fo.steady_state(pair, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -2.0}]), [0.0, 0.5], 1.0)
     assert steady.slipping.tolist() == [False, True]
 
@@ -117,9 +117,9 @@ def with_little_work(seed, excess=1e-8):
     A, B, C = S[:n, :n], 0.5 * S[n:, :n], S[n:, n:]
     P, Q = (0.2 * rng.standard_normal(n), rng.uniform(0.3, 2.0, n)), (rng.standard_normal(n), 0.3 * rng.standard_normal(n))
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    size = rng.uniform(0.5, 1.0) * fo.shakedown_limit(fo.ContactSystem(A, B, C, np.arange(n), {"P": P, "Q": Q}), cycle, f).load_factor
+    size = rng.uniform(0.5, 1.0) * fo.shakedown_limit(fo.ContactSystem.from_blocks(A, B, C, np.arange(n), {"P": P, "Q": Q}), cycle, f).load_factor
     loads = {"P": (np.r_[P[0], 0.0], np.r_[P[1], 1.0]), "Q": (np.r_[size * Q[0], f + excess], np.r_[size * Q[1], 0.0])}
-    system = fo.ContactSystem(block_diag(A, 1.0), block_diag(B, 0.0), block_diag(C, 1.0), np.arange(n + 1), loads)
+    system = fo.ContactSystem.from_blocks(block_diag(A, 1.0), block_diag(B, 0.0), block_diag(C, 1.0), np.arange(n + 1), loads)
     return (system, cycle, f, 1.0), np.r_[rng.standard_normal(n), 0.0], 4 * f * excess
 
 

@@ -90,7 +90,7 @@ def test_from_the_safe_slip_nothing_dissipates_below_the_limit_and_everything_ab
 
 def test_a_driven_punch_ratchets():
     """One node, uncoupled, without stiffness: pushed past its bound with high pressure one way and low pressure the other."""
-    contact = fo.ContactSystem(
+    contact = fo.ContactSystem.from_blocks(
         [[1.0, -1.0], [-1.0, 1.0]],
         np.zeros((2, 2)),
         np.eye(2),

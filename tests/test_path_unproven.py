@@ -17,7 +17,7 @@ def strongly_coupled(rng, nodes):
     even = [part + part[::-1] for part in rng.normal(size=(3, nodes))]
     bonded = {name: (odd(rng, nodes), 0.2 * part) for name, part in zip(("mean", "one", "other"), even, strict=True)}
     bonded["mean"] = (0.2 * bonded["mean"][0], 1.0 + bonded["mean"][1])
-    contact = fo.ContactSystem(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], np.arange(nodes), bonded)
+    contact = fo.ContactSystem.from_blocks(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], np.arange(nodes), bonded)
     return contact, fo.LoadCycle({"mean": 1.0}, [dict(zip(("one", "other"), rng.normal(size=2), strict=True)) for _ in range(4)]), odd(rng, nodes)
 
 

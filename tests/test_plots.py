@@ -23,15 +23,17 @@ ONE_CORNER = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
 FOUR_CORNERS = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"other": 1.0}, {"cyclic": -1.0}, {"other": -1.0}])
 MANY = fo.LoadCycle({"mean": 1.0}, [{"cyclic": np.cos(t), "other": np.sin(t)} for t in np.linspace(0, 6, 20)])
 FIVE = random_system(np.random.default_rng(3), 5, ("mean", "cyclic", "other"))
-JOINT = fo.ContactSystem(FIVE.A, FIVE.B, FIVE.C, FIVE.x, FIVE.bonded, contact=["left", "left", "right", "right", "right"], width=[0.5, 1, 1, 2, 1])
+JOINT = fo.ContactSystem.from_blocks(
+    FIVE.A, FIVE.B, FIVE.C, FIVE.x, FIVE.bonded, contact=["left", "left", "right", "right", "right"], width=[0.5, 1, 1, 2, 1]
+)
 CASES = {"one corner": (FIVE, ONE_CORNER), "four corners": (FIVE, FOUR_CORNERS), "two contacts": (JOINT, FOUR_CORNERS), "pair": (PAIR, CYCLE)}
 ALL = pytest.mark.parametrize(("contact", "cycle"), CASES.values(), ids=CASES)
 SCENES = {
-    "punch": fo.PunchOnHalfPlane(elements=4, growth=2.0),
-    "dovetail": fo.Dovetail(elements=4, growth=2.0),
-    "pin": fo.PinInPlate(),
-    "press fit": fo.PressFit(elements=4, growth=2.0),
-    "rounded": fo.RoundedPunch(punch=fo.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0)),
+    "punch": fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0),
+    "dovetail": fo.scenes.Dovetail(elements=4, growth=2.0),
+    "pin": fo.scenes.PinInPlate(),
+    "press fit": fo.scenes.PressFit(elements=4, growth=2.0),
+    "rounded": fo.scenes.RoundedPunch(punch=fo.scenes.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0)),
 }
 
 
@@ -371,8 +373,8 @@ def every():
         "RequiredFriction": (fo.required_friction(FIVE, FOUR_CORNERS, 0.5), 1),
         "SafeRegion": (fo.safe_region(FIVE, {"mean": 1.0}, ["cyclic", "other"], F), 1),
         "GuaranteeCheck": (fo.verify_guaranteed(PAIR, CYCLE, F, starts=10, moved=1), 1),
-        "PracticalLimit": (fo.practical_limit(PAIR, CYCLE, F, start="worst", scan=4), 1),
-        "Cure": (fo.cure(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2), 1),
+        "LimitAfterProtocol": (fo.limit_after_protocol(PAIR, CYCLE, F, start="worst", scan=4), 1),
+        "LeastExcursion": (fo.least_excursion(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2), 1),
         "scene": (SCENES["punch"], 1),
         "BodyFields": (SCENES["punch"].model().recover({"P": 1.0}, slip=np.zeros(5)), 1),
     }
@@ -409,7 +411,7 @@ def test_without_matplotlib_a_plot_says_how_to_get_it_and_all_else_works():
         "import sys; sys.modules['matplotlib'] = None\n"
         "from frictopt import *\n"
         "import frictopt as fo\n"
-        "node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {'P': ([0.0], [1.0]), 'Q': ([1.0], [0.0])})\n"
+        "node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {'P': ([0.0], [1.0]), 'Q': ([1.0], [0.0])})\n"
         "first = fo.onset(node, fo.LoadCycle({'P': 1.0}, [{'Q': 2.0}]), friction=0.5)\n"
         "try:\n    first.plot()\nexcept ImportError as error:\n    print(error)\n"
     )

@@ -11,7 +11,7 @@ import frictopt as fo
 from systems import CYCLE, random_system, system
 from test_plots import FIVE, JOINT, MANY, PAIR, F, joined, labelled, parts
 
-PUNCH = fo.PunchOnHalfPlane(elements=4).condense()
+PUNCH = fo.scenes.PunchOnHalfPlane(elements=4).condense()
 ROUNDED = PUNCH.with_gap(2.0 * PUNCH.x**4)
 PULL = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 
@@ -71,7 +71,7 @@ def test_what_is_not_the_limit_is_called_what_it_is(bound):
     assert limit.plot().get_title() == title
 
 
-SLIDING = fo.ContactSystem(
+SLIDING = fo.ContactSystem.from_blocks(
     A=np.zeros((2, 2)), B=np.zeros((2, 2)), C=[[1, -1], [-1, 1]], x=[0, 1], bonded={"mean": ([2, 2], [1, 1]), "cyclic": ([1, 1], [0, 0])}
 )
 PRESSED = system(1.0, 0.0, 0.0, 1.0, 0.0, 1.0)  # pressed more at the only corner

@@ -150,7 +150,7 @@ def at(ax, label):
 
 def test_a_practical_limit_shows_what_became_of_the_contact_at_each_load_factor():
     start = fo.guaranteed_limit(PAIR, CYCLE, F).slip
-    limit = fo.practical_limit(PAIR, CYCLE, F, start=start, scan=10)
+    limit = fo.limit_after_protocol(PAIR, CYCLE, F, start=start, scan=10)
     ax = limit.plot()
     drawn = rows(ax)
     assert list(drawn) == ["comes to rest", "keeps slipping"] and all(len(factors) > 3 for factors in drawn.values())
@@ -166,7 +166,7 @@ def test_a_practical_limit_shows_what_became_of_the_contact_at_each_load_factor(
 
 
 def test_a_practical_limit_says_what_is_undecided_and_that_it_rests_above():
-    limit = fo.practical_limit(PAIR, CYCLE, F, scan=4)
+    limit = fo.limit_after_protocol(PAIR, CYCLE, F, scan=4)
     outcomes = ["rest", "UNDECIDED", "rest", "slip"]
     changed = replace(limit, tried=limit.tried.head(4).assign(outcome=outcomes), monotonic=False, shakedown_limit=np.inf)
     ax = changed.plot()
@@ -177,7 +177,7 @@ def test_a_practical_limit_says_what_is_undecided_and_that_it_rests_above():
 
 
 def test_a_cure_shows_the_shares_tried():
-    found = fo.cure(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2)
+    found = fo.least_excursion(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2)
     ax = found.plot()
     drawn = rows(ax)
     for name, outcome in (("comes to rest", "rest"), ("keeps slipping", "slip")):
@@ -187,10 +187,10 @@ def test_a_cure_shows_the_shares_tried():
 
 
 def test_a_cure_that_is_not_found_or_not_needed_says_so():
-    ax = fo.cure(PAIR, CYCLE, F, 0.6, excursion={"mean": 5.0}, samples=2, scan=4).plot()
+    ax = fo.least_excursion(PAIR, CYCLE, F, 0.6, excursion={"mean": 5.0}, samples=2, scan=4).plot()
     assert rows(ax)["keeps slipping"].tolist() == [0.25, 0.5, 0.75, 1.0] and not len(rows(ax)["comes to rest"])
     assert ax.get_title() == "no share of the excursion tried brings all starts to rest" and ax.get_legend() is None
-    ax = fo.cure(PAIR, CYCLE, F, 0.1, excursion={"mean": 5.0}, samples=2).plot()
+    ax = fo.least_excursion(PAIR, CYCLE, F, 0.1, excursion={"mean": 5.0}, samples=2).plot()
     assert ax.texts[0].get_text() == "all starts come to rest without an excursion" and not ax.get_lines()
 
 

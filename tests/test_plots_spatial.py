@@ -9,15 +9,16 @@ from matplotlib.colors import to_rgba
 from matplotlib.quiver import Quiver
 
 import frictopt as fo
+from frictopt.contact.parts import joined
 from frictopt.plots.style import GREY
 from spatial import cycle, random_contact, single
 
 F = 0.6
 TURN = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]])  # two tangents and the normal
 FLAT = random_contact(np.random.default_rng(4), 6)
-TURNED = fo.ContactSystem3D(FLAT.S, FLAT.points, FLAT.bonded, frames=np.tile(TURN, (6, 1, 1)))
-CURVED = fo.ContactSystem3D(FLAT.S, FLAT.points, FLAT.bonded, frames=[np.eye(3)] * 5 + [TURN])
-LINE = fo.ContactSystem3D(FLAT.S, FLAT.points * [1, 0, 0], FLAT.bonded)
+TURNED = fo.ContactSystem(FLAT.S, FLAT.points, FLAT.bonded, frames=np.tile(TURN, (6, 1, 1)))
+CURVED = fo.ContactSystem(FLAT.S, FLAT.points, FLAT.bonded, frames=[np.eye(3)] * 5 + [TURN])
+LINE = fo.ContactSystem(FLAT.S, FLAT.points * [1, 0, 0], FLAT.bonded)
 UNCOUPLED = random_contact(np.random.default_rng(4), 6, coupling=0.0)  # one node alone limits it
 CASES = {"flat": (FLAT, np.eye(3)), "turned": (TURNED, TURN), "line": (LINE, np.eye(3)), "uncoupled": (UNCOUPLED, np.eye(3))}
 ALL = pytest.mark.parametrize(("contact", "axes"), CASES.values(), ids=CASES)
@@ -57,7 +58,7 @@ def check_face(ax, contact, axes, values, slip):
 def reaction(contact, loads, factor, corner, slip):
     """Reactions of the closed contact, from its stiffness matrix."""
     total = {**loads.mean, **{name: factor * value for name, value in loads.corners[corner].items()}}
-    bonded = sum(value * contact.bonded[name] for name, value in total.items())
+    bonded = joined(*contact.reaction(total))
     r = bonded + contact.S @ np.r_[slip[:, 0], slip[:, 1], np.zeros(len(slip))]
     q1, q2, p = np.split(r, 3)
     return np.hypot(q1, q2), p
@@ -85,7 +86,7 @@ def test_a_node_without_friction_bound_is_grey_and_named():
     loads = fo.LoadCycle({"mean": 1.0}, [{"y": 1.0}, {"y": -1.0}])
     shear = np.r_[0.0, np.ones(5), np.zeros(12)]
     mean = np.r_[np.zeros(12), np.ones(6)]
-    contact = fo.ContactSystem3D(np.eye(18), FLAT.points, {"mean": mean, "y": shear})
+    contact = fo.ContactSystem(np.eye(18), FLAT.points, {"mean": mean, "y": shear})
     ax = fo.shakedown_limit(contact, loads, friction).plot()
     points = marks(ax)[0]
     ax.figure.draw_without_rendering()
@@ -117,7 +118,7 @@ def test_the_corner_with_the_least_reserve_is_that_of_the_least_f_p_less_q():
     """Not of the least p less q, of the largest ratio, of the least shear in one direction, or of the node with the most reserve."""
     reserves = {0: [0.5 - 0.4, 1.0 - 0.5], 1: [0.5 - 0.3, 1.0 - 0.85]}  # the shear 0.4 is along the second tangent, all others along the first
     loads = {"mean": [0, 0, 0, 0, 5.0, 1.0], "first": [0, 0.5, 0.4, 0, 0, 0], "second": [0.3, 0.85, 0, 0, 0, 0]}
-    two = fo.ContactSystem3D(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], loads)
+    two = fo.ContactSystem(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], loads)
     safe = fo.safe_slip(two, fo.LoadCycle({"mean": 1.0}, [{"first": 1.0}, {"second": 1.0}]), [0.1, 1.0], 1.0)
     ax = replace(safe, slip=np.zeros((2, 2))).plot()
     assert min(reserves, key=lambda corner: min(reserves[corner])) == 0 and ax.figure.axes[1].get_ylabel() == "$|q| / (f p)$ at corner 0"
@@ -175,7 +176,7 @@ def test_an_onset_shows_the_bonded_contact_at_the_first_slip_of_all_and_circles_
 def test_nodes_that_slip_at_once_are_all_circled():
     three = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     bonded = {"mean": [0, 0, 0, 0, 0, 0, 1, 1, 1], "cyclic": [0.5, 1.0, 0, 0, 0, -1.0, 0, 0, 0]}
-    contact = fo.ContactSystem3D(np.eye(9), three, bonded)
+    contact = fo.ContactSystem(np.eye(9), three, bonded)
     ax = fo.onset(contact, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), F).plot()
     assert np.array_equal(marks(ax)[1].get_offsets(), [[1, 0], [0, 1]])
     idle_sheared_pulled = contact.with_bonded({"mean": [0, 1, 0, 0, 0, 0, 0, 1, -1]})
@@ -227,7 +228,7 @@ def test_a_trajectory_of_one_node_is_that_of_a_spring_and_a_slider():
 
 def test_contacts_above_each_other_are_refused_and_their_transients_drawn():
     z = [[0.0, 0.0, 1.0]]
-    stacked = fo.ContactSystem3D(FLAT.S, np.r_[FLAT.points[:3], FLAT.points[:3] + z], FLAT.bonded)
+    stacked = fo.ContactSystem(FLAT.S, np.r_[FLAT.points[:3], FLAT.points[:3] + z], FLAT.bonded)
     limit = fo.shakedown_limit(stacked, cycle(), F)
     for result in (limit, fo.onset(stacked, cycle(), F), fo.safe_slip(stacked, cycle(), F, 0.1)):
         with pytest.raises(fo.ModelError, match="above each other"):

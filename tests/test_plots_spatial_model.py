@@ -8,7 +8,7 @@ from mpl_toolkits.mplot3d import Axes3D
 import frictopt as fo
 from frictopt.plots import spatial_model
 
-SCENE = fo.SquarePunchOnBlock(elements=4, growth=2.0)
+SCENE = fo.scenes.SquarePunch(elements=4, growth=2.0)
 
 
 @pytest.fixture

@@ -1,15 +1,15 @@
-"""Practical limits and cures against the limits they lie between, computed values, and the transients that they claim."""
+"""Limits after a protocol and least excursions against the limits they lie between, computed values, and the transients that they claim."""
 
 import numpy as np
 import pytest
 
 import frictopt as fo
 from frictopt import LoadStep
-from frictopt.campaign.cures import _sampled
+from frictopt.campaign.excursion import _sampled
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
-SCENES = {elements: fo.PunchOnHalfPlane(elements=elements).condense() for elements in (16, 124)}
+SCENES = {elements: fo.scenes.PunchOnHalfPlane(elements=elements).condense() for elements in (16, 124)}
 UNLOADED = [LoadStep({"P": 0.2})]
 AT_CORNER = [LoadStep({"P": 1.0}, {"sigma": 1.0}), LoadStep({"P": 0.3}, {"sigma": 1.0}), LoadStep({"P": 1.0}, {"sigma": 1.0})]
 # Load factor over lambda_2 up to which the contact comes to rest, to 0.005: nothing done, assembled, unloaded, at the corner, overload to 2 lambda_2
@@ -30,7 +30,7 @@ def test_the_table_of_protocols(case):
     asked = [{"start": "worst", "protocol": steps} for steps in ((), UNLOADED, AT_CORNER, overload)]
     asked.insert(1, {"start": "assembled"})
     for options, ratio in zip(asked, wanted, strict=True):
-        one = fo.practical_limit(contact, LOADS, friction, **options)
+        one = fo.limit_after_protocol(contact, LOADS, friction, **options)
         assert one.ratio == pytest.approx(ratio, abs=0.005), options
         assert one.load_factor < one.upper <= one.load_factor + 1.1e-4 * limit and one.residual <= 1e-9
 
@@ -38,14 +38,14 @@ def test_the_table_of_protocols(case):
 def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit():
     for contact, cycle, friction in ((system(*FIRST_PAIR), CYCLE, 0.6), (SCENES[16], LOADS, 0.5)):
         lower = fo.guaranteed_limit(contact, cycle, friction).load_factor
-        one = fo.practical_limit(contact, cycle, friction, start="worst", tolerance=1e-5)
+        one = fo.limit_after_protocol(contact, cycle, friction, start="worst", tolerance=1e-5)
         assert one.load_factor == pytest.approx(lower, abs=2e-5 * one.shakedown_limit) and one.monotonic
 
 
 def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_limit():
     contact = SCENES[16]
     limit = fo.shakedown_limit(contact, LOADS, 0.7)
-    assembled, none, safe = (fo.practical_limit(contact, LOADS, 0.7, start=start) for start in ("assembled", np.zeros(17), limit.slip))
+    assembled, none, safe = (fo.limit_after_protocol(contact, LOADS, 0.7, start=start) for start in ("assembled", np.zeros(17), limit.slip))
     assert assembled.ratio == pytest.approx(none.ratio, abs=2e-4)
     assert safe.ratio > 0.9998
     assert fo.steady_state(contact, LOADS, 0.7, none.load_factor).outcome is fo.Outcome.SHAKEDOWN
@@ -69,7 +69,7 @@ def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
 def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported():
     """The more it is loaded, the more this contact is unloaded before."""
     steps = [LoadStep({"P": 1.25}, {"P": -0.82})]
-    one = fo.practical_limit(SCENES[16], LOADS, 0.7, start="worst", protocol=steps, most=1.2, scan=12, tolerance=1e-2)
+    one = fo.limit_after_protocol(SCENES[16], LOADS, 0.7, start="worst", protocol=steps, most=1.2, scan=12, tolerance=1e-2)
     assert not one.monotonic and 0.2 < one.ratio < 0.4
     tried = one.to_frame()
     assert tried["outcome"].iloc[-1] == "rest" and set(tried.loc[tried["load_factor"] <= one.load_factor, "outcome"]) == {"rest"}
@@ -79,7 +79,7 @@ def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported():
 def test_the_least_tension_and_the_least_unloading_that_cure():
     contact = SCENES[16]
     load_factor = 0.9 * fo.shakedown_limit(contact, LOADS, 0.7).load_factor
-    tension, unloading = (fo.cure(contact, LOADS, 0.7, load_factor, excursion=way) for way in ({"sigma": 3 * load_factor}, {"P": -0.97}))
+    tension, unloading = (fo.least_excursion(contact, LOADS, 0.7, load_factor, excursion=way) for way in ({"sigma": 3 * load_factor}, {"P": -0.97}))
     assert tension.loads["sigma"] / load_factor == pytest.approx(2.14, abs=0.015) and tension.loads["P"] == 1.0
     assert unloading.loads["P"] == pytest.approx(0.092, abs=0.002)
     for one in (tension, unloading):
@@ -92,37 +92,37 @@ def test_the_least_tension_and_the_least_unloading_that_cure():
 @pytest.mark.parametrize("way", [{"P": 9.0}, {"sigma": -5.0}])
 def test_neither_pressing_harder_nor_compression_cures(way):
     load_factor = 0.9 * fo.shakedown_limit(SCENES[16], LOADS, 0.7).load_factor
-    one = fo.cure(SCENES[16], LOADS, 0.7, load_factor, excursion=way, samples=0)
+    one = fo.least_excursion(SCENES[16], LOADS, 0.7, load_factor, excursion=way, samples=0)
     assert not one.found and one.loads is None and one.sampled == 0 and set(one.tried["outcome"]) == {"slip"}
 
 
 def test_a_contact_that_comes_to_rest_anyway_needs_no_cure():
-    one = fo.cure(system(*FIRST_PAIR), CYCLE, 0.6, 0.3, excursion={"mean": -0.5})
+    one = fo.least_excursion(system(*FIRST_PAIR), CYCLE, 0.6, 0.3, excursion={"mean": -0.5})
     assert one.found and one.share == 0.0 and dict(one.loads) == {"mean": 1.0} and not len(one.tried)
 
 
 def test_a_start_that_asks_for_more_becomes_the_hardest():
     contact = system(*FIRST_PAIR)
-    easy = fo.cure(contact, CYCLE, 0.6, 0.6, excursion={"mean": -0.9}, start=fo.dissipation_range(contact, CYCLE, 0.6, 0.6).least_start)
-    hard = fo.cure(contact, CYCLE, 0.6, 0.6, excursion={"mean": -0.9})
+    easy = fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"mean": -0.9}, start=fo.dissipation_range(contact, CYCLE, 0.6, 0.6).least_start)
+    hard = fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"mean": -0.9})
     assert easy.share == 0.0 < hard.share
     path = {"mean": hard.loads["mean"]}
-    one = fo.practical_limit(contact, CYCLE, 0.6, start=hard.start, protocol=[LoadStep(path)], most=0.6, scan=1)
+    one = fo.limit_after_protocol(contact, CYCLE, 0.6, start=hard.start, protocol=[LoadStep(path)], most=0.6, scan=1)
     assert one.load_factor == 0.6 and one.upper == np.inf
 
 
 def test_a_limit_that_is_not_finite_needs_a_largest_load_factor():
     still = fo.LoadCycle({"mean": 1.0}, [{}])
     with pytest.raises(fo.ModelError, match="most"):
-        fo.practical_limit(system(*FIRST_PAIR), still, 0.6)
-    assert fo.practical_limit(system(*FIRST_PAIR), still, 0.6, most=2.0, scan=3).load_factor == 2.0
+        fo.limit_after_protocol(system(*FIRST_PAIR), still, 0.6)
+    assert fo.limit_after_protocol(system(*FIRST_PAIR), still, 0.6, most=2.0, scan=3).load_factor == 2.0
 
 
 def test_a_contact_that_slides_away_is_undecided_and_not_at_rest():
     """Nothing but friction holds the pair: pulled along by 3 lam at each node it slides freely from 3 lam = f p on."""
     loads = {"mean": ([0, 0], [1, 1]), "cyclic": ([1, -1], [0, 0]), "pull": ([1, 1], [0, 0])}
-    free = fo.ContactSystem([[1, -1], [-1, 1]], np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
-    one = fo.practical_limit(free, CYCLE, 0.5, protocol=[LoadStep({"mean": 1.0}, {"pull": 3.0})], scan=5, tolerance=1e-3)
+    free = fo.ContactSystem.from_blocks([[1, -1], [-1, 1]], np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
+    one = fo.limit_after_protocol(free, CYCLE, 0.5, protocol=[LoadStep({"mean": 1.0}, {"pull": 3.0})], scan=5, tolerance=1e-3)
     tried = one.to_frame()
     assert one.load_factor == pytest.approx(0.5 / 3, abs=1e-3) and set(tried.loc[tried["load_factor"] > 0.5 / 3, "outcome"]) == {"UNDECIDED"}
 
@@ -139,10 +139,10 @@ def test_every_second_sampled_slip_is_smooth():
 def test_bad_questions_are_refused():
     contact = system(*FIRST_PAIR)
     with pytest.raises(fo.ModelError, match="start"):
-        fo.practical_limit(contact, CYCLE, 0.6, start="best")
+        fo.limit_after_protocol(contact, CYCLE, 0.6, start="best")
     with pytest.raises(fo.ModelError, match="protocol"):
-        fo.practical_limit(contact, CYCLE, 0.6, protocol=[{"mean": 0.5}])
+        fo.limit_after_protocol(contact, CYCLE, 0.6, protocol=[{"mean": 0.5}])
     with pytest.raises(fo.ModelError, match="no load changes"):
-        fo.cure(contact, CYCLE, 0.6, 0.6, excursion={"mean": 0.0})
+        fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"mean": 0.0})
     with pytest.raises(fo.ModelError, match="unknown"):
-        fo.cure(contact, CYCLE, 0.6, 0.6, excursion={"odd": 1.0})
+        fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"odd": 1.0})

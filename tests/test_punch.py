@@ -45,17 +45,17 @@ from frictopt.reference import bonded_corner
 )
 def test_bad_scenes_are_refused(fields, message):
     with pytest.raises(fo.ModelError, match=re.escape(message)):
-        fo.PunchOnHalfPlane(**fields)
+        fo.scenes.PunchOnHalfPlane(**fields)
 
 
 def test_numbers_of_any_kind_make_the_same_scene():
-    plain = fo.PunchOnHalfPlane(elements=4, punch_height=1.5, block_half_width=2.5, growth=2.0)
-    odd = fo.PunchOnHalfPlane(elements=np.int8(4), punch_height=Decimal("1.5"), block_half_width=Fraction(5, 2), growth=np.array(2))
+    plain = fo.scenes.PunchOnHalfPlane(elements=4, punch_height=1.5, block_half_width=2.5, growth=2.0)
+    odd = fo.scenes.PunchOnHalfPlane(elements=np.int8(4), punch_height=Decimal("1.5"), block_half_width=Fraction(5, 2), growth=np.array(2))
     assert odd == plain and np.array_equal(odd.condense().S, plain.condense().S)
 
 
 def test_default_has_the_papers_size():
-    model = fo.PunchOnHalfPlane().model()
+    model = fo.scenes.PunchOnHalfPlane().model()
     unknowns = 2 * sum(body.mesh.p.shape[1] for body in model.bodies.values())
     assert 45_000 < unknowns < 55_000
     assert len(model.bodies["punch"].boundary_nodes("contact", "contact")) == 125
@@ -64,7 +64,7 @@ def test_default_has_the_papers_size():
 @pytest.mark.parametrize("elements", [2, 16, 64])
 @pytest.mark.parametrize("grading", [1.0, 20.0, "sine"])
 def test_contact_nodes(elements, grading):
-    scene = fo.PunchOnHalfPlane(elements=elements, half_width=3.0, grading=grading, block_half_width=20.0)
+    scene = fo.scenes.PunchOnHalfPlane(elements=elements, half_width=3.0, grading=grading, block_half_width=20.0)
     x = scene.contact_nodes
     sizes = np.diff(x)
     assert len(x) == elements + 1 and x[-1] == 3.0 and np.array_equal(x, -x[::-1]) and sizes.min() > 0
@@ -77,7 +77,7 @@ def test_contact_nodes(elements, grading):
 
 
 def test_corner_sizes_of_the_sine_meshes():
-    assert [round(fo.PunchOnHalfPlane(elements=n, grading="sine").corner_size, 4) for n in (16, 32, 64)] == [0.0192, 0.0048, 0.0012]
+    assert [round(fo.scenes.PunchOnHalfPlane(elements=n, grading="sine").corner_size, 4) for n in (16, 32, 64)] == [0.0192, 0.0048, 0.0012]
 
 
 def test_reactions_balance_the_loads_and_a_free_punch_has_three_free_motions(punch):
@@ -107,7 +107,7 @@ def test_bonded_corner_has_the_exponents_and_ratios_of_the_three_quarter_plane()
     part of the tractions must fall with the closed form's exponent.
     """
     modes = bonded_corner()
-    system = fo.PunchOnHalfPlane(elements=124, grading=200.0).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=124, grading=200.0).condense()
     edges = np.r_[system.x[0], (system.x[1:] + system.x[:-1]) / 2, system.x[-1]]
     q, p = (force / np.diff(edges) for force in system.bonded["P"])
     r = 1.0 + system.x
@@ -120,23 +120,23 @@ def test_bonded_corner_has_the_exponents_and_ratios_of_the_three_quarter_plane()
 
 
 def test_accuracy_that_is_lost_is_said():
-    stiff = fo.PunchOnHalfPlane(elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(1e14))
+    stiff = fo.scenes.PunchOnHalfPlane(elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(1e14))
     with pytest.raises(fo.ModelError, match="equilibrium of the bodies"):
         stiff.condense()
     for contrast in (1e-6, 1e6):
-        scene = fo.PunchOnHalfPlane(elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(contrast))
+        scene = fo.scenes.PunchOnHalfPlane(elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(contrast))
         assert scene.condense().bonded["Q"][0].sum() == pytest.approx(-2.0, rel=1e-12)
 
 
 def test_sizes_need_not_add_up_in_floating_point():
-    model = fo.PunchOnHalfPlane(elements=4, half_width=0.2, punch_height=0.4, block_half_width=0.9, block_depth=0.9).model()
+    model = fo.scenes.PunchOnHalfPlane(elements=4, half_width=0.2, punch_height=0.4, block_half_width=0.9, block_depth=0.9).model()
     assert model.bodies["block"].mesh.p[0].max() == 0.9 and len(model.bodies["block"].mesh.boundaries["left"]) > 0
 
 
 @pytest.mark.parametrize("support", ["rollers", "clamped"])
 def test_a_stiff_block_and_supports_change_the_answer_little_far_away(support):
     """Doubling the distance of the supports moves the pressures by the square of size over distance."""
-    near = fo.PunchOnHalfPlane(elements=16, grading="sine", growth=1.3, support=support).condense()
-    far = fo.PunchOnHalfPlane(elements=16, grading="sine", growth=1.3, support=support, block_half_width=24.0, block_depth=24.0).condense()
+    near = fo.scenes.PunchOnHalfPlane(elements=16, grading="sine", growth=1.3, support=support).condense()
+    far = fo.scenes.PunchOnHalfPlane(elements=16, grading="sine", growth=1.3, support=support, block_half_width=24.0, block_depth=24.0).condense()
     change = np.abs(near.bonded["P"][1] - far.bonded["P"][1]).max() / near.bonded["P"][1].mean()
     assert 0 < change < 0.02

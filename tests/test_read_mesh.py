@@ -104,7 +104,7 @@ def test_one_mesh_of_pin_and_plate_is_the_scene():
         supports=[fo.Support("plate", (-6, -6)), fo.Support("plate", (6, -6), "y")],
         loads={"fit": [fo.Interference("ring")], "sigma": [fo.Traction("plate", "right", x=1.0), fo.Traction("plate", "left", x=-1.0)]},
     ).condense()
-    scene = fo.PinInPlate(elements=24, plate_half_width=6.0, growth=1.5).condense()
+    scene = fo.scenes.PinInPlate(elements=24, plate_half_width=6.0, growth=1.5).condense()
     assert np.abs(read.S - scene.S).max() < 1e-10 * np.abs(scene.S).max() and np.allclose(read.normals, scene.normals, atol=1e-12)
     for name in ("fit", "sigma"):
         assert np.allclose(read.bonded[name], scene.bonded[name], atol=1e-10)
@@ -115,7 +115,7 @@ def test_without_meshio_all_but_mesh_files_works():
     code = (
         "import sys; sys.modules['meshio'] = None\n"
         "import frictopt as fo, studies.__main__\n"
-        "print(fo.PunchOnHalfPlane(elements=2, growth=3.0).condense().nodes)\n"
+        "print(fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0).condense().nodes)\n"
         "try:\n    fo.read_mesh('tests/data/pin.msh')\nexcept fo.ModelError as error:\n    print(error)"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path(__file__).parents[1]).stdout

@@ -13,10 +13,10 @@ from meshes import blocks, hung, uniform_loads
 from test_loads import column
 
 MODELS = {
-    "punch": fo.PunchOnHalfPlane(elements=8, growth=1.6).model(),
-    "dovetail": fo.Dovetail(elements=6, growth=1.6).model(),
-    "pin": fo.PinInPlate(elements=24, growth=1.6).model(),
-    "press fit": fo.PressFit(elements=8, growth=1.6).model(),
+    "punch": fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).model(),
+    "dovetail": fo.scenes.Dovetail(elements=6, growth=1.6).model(),
+    "pin": fo.scenes.PinInPlate(elements=24, growth=1.6).model(),
+    "press fit": fo.scenes.PressFit(elements=8, growth=1.6).model(),
 }
 
 
@@ -41,7 +41,7 @@ def test_recovered_reactions_are_those_of_the_state(name):
 
 def test_the_field_of_a_rounded_punch_is_that_of_its_states():
     """Through the initial gap of the model; a system with a gap that the model does not have is warned of."""
-    scene = fo.RoundedPunch(radius=50, punch=fo.PunchOnHalfPlane(elements=20, grading=1.0, growth=1.5))
+    scene = fo.scenes.RoundedPunch(radius=50, punch=fo.scenes.PunchOnHalfPlane(elements=20, grading=1.0, growth=1.5))
     system, model, loads = scene.condense(), scene.model(), {"P": 0.004, "Q": -0.0002}
     path = fo.march(system, fo.LoadCycle({"P": 0.004}, [{"Q": 0.0002}, {"Q": -0.0002}]), 0.5, 1.0, cycles=1)
     v, w, p = path.slip[-1], path.gap[-1], path.p[-1]
@@ -59,7 +59,7 @@ def test_without_loads_nothing_moves_where_the_bodies_are_apart():
     punch, block = (body.mesh for body in blocks().values())
     bodies = {"punch": fo.Body(punch.translated([0.0, 0.25])), "block": fo.Body(block)}
     for model in (
-        fo.RoundedPunch(radius=50, punch=fo.PunchOnHalfPlane(elements=4, growth=2.0)).model(),
+        fo.scenes.RoundedPunch(radius=50, punch=fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0)).model(),
         fo.ContactModel(bodies, hung(), uniform_loads(), [fo.Contact("punch", "block", gap="measured")]),
     ):
         n = model.condense().nodes
@@ -103,7 +103,7 @@ def test_bodies_that_are_glued_move_together_and_others_by_slip_and_gap():
 
 def test_stress_along_the_interface():
     """A plate pulled along its contact, stuck to a soft one: the stress is the mean stress of each in the middle."""
-    scene = fo.PunchOnHalfPlane(elements=8, growth=1.6, punch_material=fo.Material(1e-6))
+    scene = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6, punch_material=fo.Material(1e-6))
     fields = scene.model().recover({"sigma": 2.0}, np.zeros(9))
     stress, strain = fields.at_contact(2)
     assert np.allclose(stress[2:-2], 2.0, rtol=0.02) and np.allclose(strain[2:-2], 2.0 * (1 - 0.3**2), rtol=0.02)
@@ -125,7 +125,7 @@ def test_a_turned_column_pulled_along_its_axis_has_no_stress_along_the_interface
 def test_mean_dilatation_has_its_own_stress():
     """A punch of rubber: div u times Lame's first constant would oscillate by hundreds of times the pressure."""
     rubber = fo.Material(1.0, 0.49999)
-    scene = fo.PunchOnHalfPlane(elements=8, growth=1.6, punch_material=rubber, block_material=rubber, element="mean_dilatation")
+    scene = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6, punch_material=rubber, block_material=rubber, element="mean_dilatation")
     fields = scene.model().recover({"P": 1.0}, np.zeros(9))
     top = scene.model().bodies["punch"].mesh.p[1] > 1.5
     assert np.allclose(fields.stress["punch"][1, top], -1.0, atol=0.2) and np.abs(fields.stress["block"]).max() < 5.0

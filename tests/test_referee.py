@@ -27,7 +27,7 @@ def admissible(seed, nodes=4):
 @given(seed=st.integers(0, 10**6), scale=st.sampled_from([1e-9, 1.0, 1e9]))
 def test_a_lawful_state_passes_in_any_units(seed, scale):
     contact, bonded, state = admissible(seed)
-    stiff = fo.ContactSystem(scale * contact.A, scale * contact.B, scale * contact.C, contact.x, dict(contact.bonded), contact.gap)
+    stiff = fo.ContactSystem.from_blocks(scale * contact.A, scale * contact.B, scale * contact.C, contact.x, dict(contact.bonded), contact.gap)
     verdict = fo.referee(stiff, tuple(scale * b for b in bonded), F, **{k: scale * a if k in "qp" else a for k, a in state.items()})
     assert verdict.residual < 1e-12
 

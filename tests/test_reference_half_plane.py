@@ -141,7 +141,7 @@ def test_hertz_pressure_and_width():
 def test_hertz_width_to_a_cell_where_no_cell_ends(half_width):
     other = LineContact(P=half_width**2 * CONTACT.P, R=CONTACT.R, E_star=CONTACT.E_star, f=0.3)
     assert other.half_width == pytest.approx(half_width, rel=1e-12)
-    system = fo.ContactSystem(**half_plane_contact(160, HALF_LENGTH, CONTACT.E_star, R=CONTACT.R))
+    system = fo.ContactSystem.from_blocks(**half_plane_contact(160, HALF_LENGTH, CONTACT.E_star, R=CONTACT.R))
     closed = np.ones(160, dtype=bool)
     for _ in range(50):  # in stiffness form: the gap opens where the forces of the closed contact would pull
         w = np.zeros(160)
@@ -182,7 +182,7 @@ def test_referee_accepts_the_sheared_cylinder_as_a_state_of_the_contact_system()
     nodes, Q0 = 80, 0.6 * CONTACT.f * CONTACT.P
     x, _, G, p = pressed(nodes)
     q, dv = sheared(G, CONTACT.f * p, np.zeros(nodes), Q0)
-    system = fo.ContactSystem(**half_plane_contact(nodes, HALF_LENGTH, CONTACT.E_star, R=CONTACT.R))
+    system = fo.ContactSystem.from_blocks(**half_plane_contact(nodes, HALF_LENGTH, CONTACT.E_star, R=CONTACT.R))
     assert system.x == pytest.approx(x, abs=1e-12)
 
     def moved(forces, rest):

@@ -27,7 +27,7 @@ def test_masing_dissipation_equals_a_march_and_the_sum_of_single_nodes():
 
 def rod_march(F0, EA, tau, h, nodes, starts=None, f=0.3):
     """March of the rod under the pressure `tau / f`, built from the arrays of a contact system."""
-    system = fo.ContactSystem(**foundation_rod(nodes, EA, h))
+    system = fo.ContactSystem.from_blocks(**foundation_rod(nodes, EA, h))
     q0, p0 = system.reaction({"pressure": tau / f})
     q1, p1 = system.reaction({"force": F0})
     march = last_cycle((system.A, system.B, q0, p0, q1, p1, f), 1.0, np.zeros((1, nodes)) if starts is None else starts, 4, cycles=4)

@@ -55,7 +55,7 @@ def test_below_critical_friction_one_state_of_each_increment_is_admissible_and_t
         root = rng.normal(size=(2 * nodes, 2 * nodes))
         S = root @ root.T / (2 * nodes) + np.eye(2 * nodes)
         A, B, C = S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:]
-        system, v = fo.ContactSystem(A, B, C, np.arange(nodes), {"any": (np.zeros(nodes), np.ones(nodes))}), np.zeros(nodes)
+        system, v = fo.ContactSystem.from_blocks(A, B, C, np.arange(nodes), {"any": (np.zeros(nodes), np.ones(nodes))}), np.zeros(nodes)
         for _ in range(40):
             q, p = rng.normal(size=nodes), rng.normal(0.5, 1, size=nodes)
             states = admissible(A, B, C, 0.25, q, p, v)

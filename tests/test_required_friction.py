@@ -75,12 +75,12 @@ def graded(which):
     """A contact whose elements span decades, with its mean load and the loads that cycle."""
     stiff, soft = fo.Material(E=10.0, nu=0.3), fo.Material(E=0.1, nu=0.3)
     scene, *loads = [
-        (fo.Dovetail(angle=60, elements=40, grading=100, growth=1.8, blade_material=stiff), "pull", ("pull", "sway")),
-        (fo.Dovetail(angle=45, elements=10, grading=5000, growth=1.8, blade_material=soft), "pull", ("pull", "sway")),
-        (fo.Dovetail(angle=70, elements=10, grading=50, growth=1.8, edge_radius=200.0), "pull", ("pull", "sway")),
-        (fo.PunchOnHalfPlane(elements=20, grading=1000, growth=1.6, punch_material=stiff), "P", ("Q", "sigma")),
-        (fo.RoundedPunch(50.0, 0.5, fo.PunchOnHalfPlane(elements=20, grading=10, growth=1.6)), "P", ("Q", "sigma")),
-        (fo.PinInPlate(elements=24, growth=1.5), "fit", ("Fx", "sigma")),
+        (fo.scenes.Dovetail(angle=60, elements=40, grading=100, growth=1.8, blade_material=stiff), "pull", ("pull", "sway")),
+        (fo.scenes.Dovetail(angle=45, elements=10, grading=5000, growth=1.8, blade_material=soft), "pull", ("pull", "sway")),
+        (fo.scenes.Dovetail(angle=70, elements=10, grading=50, growth=1.8, edge_radius=200.0), "pull", ("pull", "sway")),
+        (fo.scenes.PunchOnHalfPlane(elements=20, grading=1000, growth=1.6, punch_material=stiff), "P", ("Q", "sigma")),
+        (fo.scenes.RoundedPunch(50.0, 0.5, fo.scenes.PunchOnHalfPlane(elements=20, grading=10, growth=1.6)), "P", ("Q", "sigma")),
+        (fo.scenes.PinInPlate(elements=24, growth=1.5), "fit", ("Fx", "sigma")),
     ][which]
     return scene.condense(), *loads
 
@@ -136,7 +136,7 @@ def check_graded(contact, mean, loads, corners, load_factor):
 
 def test_faces_that_lock_themselves_need_slips_without_bound():
     """Pushed from below, a dovetail is held by friction alone, of the cotangent of its angle: with it the slip has no bound."""
-    contact, cot = fo.Dovetail(angle=50, elements=4, growth=2.0).condense(), 1 / np.tan(np.radians(50))
+    contact, cot = fo.scenes.Dovetail(angle=50, elements=4, growth=2.0).condense(), 1 / np.tan(np.radians(50))
     cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
     free = fo.required_friction(contact, cycle, 1.5)
     assert free.friction == pytest.approx(cot, rel=1e-5) and free.largest_slip > 1e6
@@ -212,7 +212,7 @@ def test_too_little_friction_is_proven_where_a_node_has_a_small_part_of_the_marg
 
 def test_where_the_mean_load_pulls_more_load_needs_less_friction():
     """A node pulled by 1 and pressed by lam at corners that shear it by +-0.6 lam needs f (lam - 1) >= 0.6 lam; its least safe load factor agrees."""
-    node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     cycle = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.6}, {"N": 1.0, "Q": -0.6}])
     required = [fo.required_friction(node, cycle, load_factor) for load_factor in (0.5, 2.0, 5.0)]
     assert [each.friction for each in required] == pytest.approx([np.inf, 1.2, 0.75], rel=1e-6)

@@ -17,8 +17,8 @@ FIRST = fo.onset(*ASKED)
 LIMIT, LOWER, SAFE = fo.shakedown_limit(*ASKED), fo.guaranteed_limit(*ASKED), fo.safe_slip(*ASKED, 0.3)
 NEEDED = fo.required_friction(CONTACT, CYCLE, 0.3)
 REGION = fo.safe_region(CONTACT.with_bonded({"other": (np.array([0.1, 0.1]), np.ones(2))}), {"mean": 1.0}, ["cyclic", "other"], 0.6)
-SLIP, SPAN, REST = LIMIT.least_slip(1.0), fo.dissipation_range(*ASKED, 0.8), fo.practical_limit(*ASKED, scan=3)
-CURED, ORDER = fo.cure(*ASKED, 0.6, excursion={"mean": -0.9}, samples=2), fo.slip_order(CONTACT, 0.6)
+SLIP, SPAN, REST = LIMIT.least_slip(1.0), fo.dissipation_range(*ASKED, 0.8), fo.limit_after_protocol(*ASKED, scan=3)
+CURED, ORDER = fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.9}, samples=2), fo.order_preserving(CONTACT, 0.6)
 MOVED = fo.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.reaction({"mean": 1.0, "cyclic": 1.0}))
 
 
@@ -64,7 +64,7 @@ def test_a_result_says_its_answer_in_one_line_and_as_a_table(result, said):
 
 
 def test_the_largest_slip_in_space_is_that_of_a_node():
-    node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
+    node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 6.0, "R": 8.0}])
     for found in (fo.safe_slip(node, cycle, 0.5, 1.0), fo.safe_slip(node, cycle, 0.5, 0.5)):
         assert found.largest_slip == pytest.approx(float(np.hypot(*found.slip[0])), rel=1e-12)
@@ -87,7 +87,7 @@ def test_the_record_of_a_guaranteed_limit_covers_that_of_the_shakedown_limit():
 
 
 def test_a_table_for_notebooks_shows_names_of_load_cases_as_they_are():
-    contact = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"<b>": ([0.0], [1.0])})
+    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"<b>": ([0.0], [1.0])})
     assert "&lt;b&gt;" in contact._repr_html_() and "<b>" not in contact._repr_html_()
 
 
@@ -133,7 +133,7 @@ def start(**change):
         (fo.Material, [fo.Material(E=2.0)]),
         (lambda: fo.Support("block", (0, 1)), [fo.Support("punch", (0, 1))]),
         (lambda: fo.Traction("block", "top", 1), [fo.Traction("block", "top", 0, 1)]),
-        (lambda: fo.PunchOnHalfPlane(elements=4), [fo.PunchOnHalfPlane(elements=6)]),
+        (lambda: fo.scenes.PunchOnHalfPlane(elements=4), [fo.scenes.PunchOnHalfPlane(elements=6)]),
         (lambda: fo.onset(*ASKED), [fo.onset(CONTACT, CYCLE, 0.5)]),
     ],
     ids=["LoadCycle", "Start", "safe Start", "Material", "Support", "Traction", "PunchOnHalfPlane", "Onset"],

@@ -25,7 +25,7 @@ def test_a_safe_slip_exists_exactly_below_the_limit(seed, nodes, f, factor, simp
     for q1, p1 in zip(*CYCLE.corner_reactions(contact), strict=True):
         reserve.append(f * (p0 + factor * p1 + contact.B @ safe.slip) - np.abs(q0 + factor * q1 + contact.A @ safe.slip))
     assert np.min(reserve) / unit >= safe.margin - 1e-9
-    assert safe.margin <= 1.0 + 1e-12 and safe.margin_bound >= safe.margin - 1e-9
+    assert safe.margin <= 1.0 + 1e-12 and safe.bound >= safe.margin - 1e-9
 
 
 def test_the_certificate_is_a_proof(punch, paper_cycle):

@@ -29,14 +29,14 @@ def rotating(system):
 @pytest.mark.parametrize("case", ["pull", "sway"])
 def test_a_dovetail_locks_at_the_cotangent_of_its_angle(angle, case):
     """With q = -cot(angle) p the reactions of each flank have no vertical part: the blade is held by any pressure that it is wedged in with."""
-    system = fo.Dovetail(angle=angle, elements=8, growth=1.8).condense()
+    system = fo.scenes.Dovetail(angle=angle, elements=8, growth=1.8).condense()
     cot = 1 / np.tan(np.radians(angle))
     assert 0 < fo.shakedown_limit(system, pull(case), 0.99 * cot).load_factor < 1
     assert fo.shakedown_limit(system, pull(case), 1.001 * cot).load_factor == np.inf
 
 
 def test_the_flanks_hold_the_pull():
-    system = fo.Dovetail(angle=50, elements=6, growth=1.8, neck_half_width=0.7).condense()
+    system = fo.scenes.Dovetail(angle=50, elements=6, growth=1.8, neck_half_width=0.7).condense()
     for case, expected in (("pull", (0.0, -1.4)), ("sway", (-1.4, 0.0))):
         q, p = system.bonded[case]
         tangents = np.column_stack([system.normals[:, 1], -system.normals[:, 0]])
@@ -47,13 +47,13 @@ def test_the_flanks_hold_the_pull():
 
 
 def test_a_dovetail_is_its_own_mirror_image():
-    system = fo.Dovetail(elements=6, growth=1.8, angle=40).condense()
+    system = fo.scenes.Dovetail(elements=6, growth=1.8, angle=40).condense()
     assert np.allclose(system.points[::-1], system.points * [-1, 1]) and np.allclose(system.normals[::-1], system.normals * [-1, 1])
     assert np.allclose(system.A[::-1, ::-1], system.A, atol=1e-12) and np.allclose(system.B[::-1, ::-1], -system.B, atol=1e-12)
 
 
 def test_rounded_ends_open_like_a_parabola():
-    scene = fo.Dovetail(elements=10, growth=1.8, grading=1.0, edge_radius=5.0, edge_length=0.25)
+    scene = fo.scenes.Dovetail(elements=10, growth=1.8, grading=1.0, edge_radius=5.0, edge_length=0.25)
     system = scene.condense()
     s = np.r_[np.linspace(0, 1, 11), np.linspace(0, 1, 11)]
     from_end = np.minimum(s, 1 - s)
@@ -64,7 +64,7 @@ def test_rounded_ends_open_like_a_parabola():
 def test_pressure_of_the_fit():
     """Plane strain, one material: E' d / (2 a) in an infinite plate; a round plate of the radius of the inner circle is softer (Lame)."""
     for half_width, tolerance in ((10.0, 0.01), (40.0, 0.002)):
-        system = fo.PinInPlate(elements=80, plate_half_width=half_width).condense()
+        system = fo.scenes.PinInPlate(elements=80, plate_half_width=half_width).condense()
         q, p = system.bonded["fit"]
         infinite, round_plate = 1 / (1 - 0.3**2) / 2, 1 / 1.3 / (0.4 + (0.4 + half_width**2) / (half_width**2 - 1))
         pressure = p / system.width
@@ -79,7 +79,7 @@ def test_slip_of_a_pin_in_a_pulled_plate_begins_where_the_uniform_stress_says():
     f, errors = 0.3, []
     expected = 2 * f / (f + np.hypot(1, f))
     for elements in (40, 80, 160):
-        system = fo.PinInPlate(elements=elements, growth=1.3).condense()
+        system = fo.scenes.PinInPlate(elements=elements, growth=1.3).condense()
         errors.append(fo.onset(system, fitted(system, [{"sigma": 1.0}]), f).slip.load_factor / expected - 1)
     assert np.abs(errors[2]) < 3e-3 and errors[0] > 2.5 * errors[1] > 6 * errors[2] > 0
 
@@ -90,7 +90,7 @@ def test_slip_of_a_loaded_pin_begins_where_kelvins_solution_says():
     """
     f, nu = 0.3, 0.3
     C, T = ((5 - 4 * nu) / (8 * np.pi * (1 - nu)), (3 - 4 * nu) / (8 * np.pi * (1 - nu)))
-    system = fo.PinInPlate(elements=160, plate_half_width=60.0, growth=1.3).condense()
+    system = fo.scenes.PinInPlate(elements=160, plate_half_width=60.0, growth=1.3).condense()
     found = fo.onset(system, fitted(system, [{"Fx": 1.0}, {"Fy": 1.0}]), f)
     assert found.slip.load_factor == pytest.approx(f / np.hypot(T, f * C), rel=5e-3)
     assert found.separation.load_factor == pytest.approx(1 / C, rel=5e-3)
@@ -98,7 +98,7 @@ def test_slip_of_a_loaded_pin_begins_where_kelvins_solution_says():
 
 def test_a_pin_creeps_round_under_a_rotating_force():
     """The bush of a connecting rod: above the limit the pin turns by the same angle in every cycle (Antoni et al., HAL hal-00109549)."""
-    system = fo.PinInPlate(elements=24, growth=1.5).condense()
+    system = fo.scenes.PinInPlate(elements=24, growth=1.5).condense()
     cycle = rotating(system)
     limit = fo.shakedown_limit(system, cycle, 0.3).load_factor
     for share, opens in ((1.3, False), (1.6, True)):
@@ -112,7 +112,7 @@ def test_a_pin_creeps_round_under_a_rotating_force():
 
 def test_a_cylinder_slips_as_cattaneo_and_mindlin_say():
     """A shear force in the plane of the contact: that on the top of the punch, and a couple there that takes its moment away."""
-    scene = fo.RoundedPunch(radius=50.0, punch=fo.PunchOnHalfPlane(elements=80, grading=1.0, growth=1.2))
+    scene = fo.scenes.RoundedPunch(radius=50.0, punch=fo.scenes.PunchOnHalfPlane(elements=80, grading=1.0, growth=1.2))
     model, height = scene.model(), scene.punch.punch_height
     punch = model.bodies["punch"]
     mesh = punch.mesh.with_boundaries({"one": lambda x: (x[1] == height) & (x[0] < 0), "two": lambda x: (x[1] == height) & (x[0] > 0)})
@@ -134,14 +134,17 @@ def test_a_cylinder_slips_as_cattaneo_and_mindlin_say():
 
 STIFF = fo.Material(E=1e3)
 SMALL = {
-    "punch": fo.PunchOnHalfPlane(elements=4, growth=2.0, grading=3.0, support="clamped"),
-    "rounded": fo.RoundedPunch(radius=20.0, flat_half_width=0.6, punch=fo.PunchOnHalfPlane(elements=4, grading=1.0, growth=2.0, support="clamped")),
-    "dovetail": fo.Dovetail(elements=4, growth=2.0, grading=3.0),
-    "open dovetail": fo.Dovetail(elements=4, growth=2.0, grading=3.0, edge_radius=1.0, blade_material=STIFF, disc_material=STIFF),
-    "open cylinder": fo.RoundedPunch(
-        radius=50.0, punch=fo.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0, support="clamped", punch_material=STIFF, block_material=STIFF)
+    "punch": fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0, grading=3.0, support="clamped"),
+    "rounded": fo.scenes.RoundedPunch(
+        radius=20.0, flat_half_width=0.6, punch=fo.scenes.PunchOnHalfPlane(elements=4, grading=1.0, growth=2.0, support="clamped")
     ),
-    "pin": fo.PinInPlate(elements=16, growth=2.0),
+    "dovetail": fo.scenes.Dovetail(elements=4, growth=2.0, grading=3.0),
+    "open dovetail": fo.scenes.Dovetail(elements=4, growth=2.0, grading=3.0, edge_radius=1.0, blade_material=STIFF, disc_material=STIFF),
+    "open cylinder": fo.scenes.RoundedPunch(
+        radius=50.0,
+        punch=fo.scenes.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0, support="clamped", punch_material=STIFF, block_material=STIFF),
+    ),
+    "pin": fo.scenes.PinInPlate(elements=16, growth=2.0),
 }
 
 
@@ -221,23 +224,23 @@ ENGINES = [("path", {}), ("qp", {"steps": 8}), ("milp", {"steps": 8})]
 @pytest.mark.parametrize(
     ("kind", "fields", "said"),
     [
-        (fo.Dovetail, {"angle": 5.0}, "angle: 5"),
-        (fo.Dovetail, {"angle": 85.0}, "angle: 85"),
-        (fo.Dovetail, {"elements": 5}, "even number"),
-        (fo.Dovetail, {"edge_length": 0.6}, "edge_length: 0.6"),
-        (fo.Dovetail, {"edge_radius": -1.0}, "edge_radius: -1"),
-        (fo.Dovetail, {"disc_half_width": 1.5}, "the slot takes"),
-        (fo.Dovetail, {"disc_depth": 1.2}, "the slot takes"),
-        (fo.Dovetail, {"grading": 1e12}, "grading: 1e[+]12"),
-        (fo.Dovetail, {"growth": 1.0001}, "nodes"),
-        (fo.Dovetail, {"blade_material": 3}, "blade_material: 3"),
-        (fo.PinInPlate, {"elements": 20}, "multiple of 8"),
-        (fo.PinInPlate, {"plate_half_width": 1.4}, "plate_half_width: 1.4"),
-        (fo.PinInPlate, {"growth": 1.00001, "elements": 8000}, "nodes"),
-        (fo.PinInPlate, {"pin_material": None}, "pin_material: None"),
-        (fo.RoundedPunch, {"radius": 0.0}, "radius: 0"),
-        (fo.RoundedPunch, {"flat_half_width": 1.0}, "flat_half_width: 1"),
-        (fo.RoundedPunch, {"punch": 3}, "punch: 3"),
+        (fo.scenes.Dovetail, {"angle": 5.0}, "angle: 5"),
+        (fo.scenes.Dovetail, {"angle": 85.0}, "angle: 85"),
+        (fo.scenes.Dovetail, {"elements": 5}, "even number"),
+        (fo.scenes.Dovetail, {"edge_length": 0.6}, "edge_length: 0.6"),
+        (fo.scenes.Dovetail, {"edge_radius": -1.0}, "edge_radius: -1"),
+        (fo.scenes.Dovetail, {"disc_half_width": 1.5}, "the slot takes"),
+        (fo.scenes.Dovetail, {"disc_depth": 1.2}, "the slot takes"),
+        (fo.scenes.Dovetail, {"grading": 1e12}, "grading: 1e[+]12"),
+        (fo.scenes.Dovetail, {"growth": 1.0001}, "nodes"),
+        (fo.scenes.Dovetail, {"blade_material": 3}, "blade_material: 3"),
+        (fo.scenes.PinInPlate, {"elements": 20}, "multiple of 8"),
+        (fo.scenes.PinInPlate, {"plate_half_width": 1.4}, "plate_half_width: 1.4"),
+        (fo.scenes.PinInPlate, {"growth": 1.00001, "elements": 8000}, "nodes"),
+        (fo.scenes.PinInPlate, {"pin_material": None}, "pin_material: None"),
+        (fo.scenes.RoundedPunch, {"radius": 0.0}, "radius: 0"),
+        (fo.scenes.RoundedPunch, {"flat_half_width": 1.0}, "flat_half_width: 1"),
+        (fo.scenes.RoundedPunch, {"punch": 3}, "punch: 3"),
     ],
 )
 def test_scenes_that_cannot_be_are_refused(kind, fields, said):

@@ -221,7 +221,7 @@ def test_a_time_limit_is_above_zero():
 def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
     """Node 0 is open always, node 1 sticks if 0.1 lam <= 0.5 (lam - 1), node 2 if `shear` lam <= 0.5. Below, node 1 slips unless it is open too."""
     loads = {"P": ([0, 0, 0], [-5.0, -1.0, 1.0]), "N": ([0, 0, 0], [0, 1.0, 0]), "Q": ([0, 0.1, shear], [0, 0, 0])}
-    contact = fo.ContactSystem(np.eye(3), np.zeros((3, 3)), np.eye(3), [0, 1, 2], loads)
+    contact = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), np.eye(3), [0, 1, 2], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
     limit = fo.separated_limit(contact, cycle, 0.5, progress=False)
     assert limit.exact and limit.load_factor == pytest.approx(5 / 3 if shear else np.inf) and limit.least == pytest.approx(1.25)
@@ -232,7 +232,7 @@ def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
 
 def test_a_node_that_the_corners_lift_rests_open_from_some_load_on():
     """Pressed by 1 and lifted by lam at both corners, sheared by +-lam: closed it slips where 0.5 (1 - lam) < lam, from lam = 1 on it is open."""
-    node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     cycle = fo.LoadCycle({"P": 1.0}, [{"N": -1.0, "Q": 1.0}, {"N": -1.0, "Q": -1.0}])
     opened, closed = (open_set_limit(node, cycle, np.array([0.5]), np.array([state])) for state in (True, False))
     assert (opened.least, opened.load_factor) == (1.0, np.inf) and (closed.least, closed.load_factor) == (0.0, pytest.approx(1 / 3))
@@ -243,6 +243,6 @@ def test_a_node_that_the_corners_lift_rests_open_from_some_load_on():
 
 
 def test_a_limit_of_nodes_that_open_and_close_says_nothing_of_less_load():
-    node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
+    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
     limit = fo.separated_limit(node, fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0}]), 0.5, progress=False)
     assert limit.least == limit.load_factor > 1e5 and "nothing is proven of lower load factors" in limit.reason

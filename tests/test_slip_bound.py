@@ -17,7 +17,7 @@ def freed(contact):
     project = np.eye(2 * n)
     project[:n, :n] -= 1 / n
     S = project @ contact.S @ project
-    return fo.ContactSystem(S[:n, :n], S[n:, :n], S[n:, n:], contact.x, dict(contact.bonded))
+    return fo.ContactSystem.from_blocks(S[:n, :n], S[n:, :n], S[n:, n:], contact.x, dict(contact.bonded))
 
 
 @settings(max_examples=40, deadline=None)
@@ -37,7 +37,7 @@ def test_the_shakedown_limit_against_a_linear_program(seed, nodes, f, free, simp
     limit = fo.shakedown_limit(contact, CYCLE, f, slip_bound=most, simplify=simplify)
     assert limit.kind is {0: fo.LimitKind.FINITE, 2: fo.LimitKind.NO_SAFE_SLIP, 3: fo.LimitKind.UNBOUNDED}[status] and limit.residual <= 1e-9
     if status == 0:
-        assert limit.load_factor == pytest.approx(value, rel=1e-7, abs=1e-8) and limit.dual_bound == pytest.approx(value, rel=1e-7, abs=1e-8)
+        assert limit.load_factor == pytest.approx(value, rel=1e-7, abs=1e-8) and limit.bound == pytest.approx(value, rel=1e-7, abs=1e-8)
         assert (np.abs(limit.slip) <= most).all()
         guaranteed = fo.guaranteed_limit(contact, CYCLE, f, slip_bound=most, simplify=simplify)
         assert guaranteed.load_factor <= limit.load_factor * (1 + 1e-12) and (np.abs(guaranteed.slip) <= most).all()
@@ -119,7 +119,7 @@ def test_units_do_not_matter(punch, paper_cycle):
     base = fo.shakedown_limit(contact, paper_cycle, 0.7, slip_bound=most).load_factor
     for stiff, load in ((1e12, 1.0), (1.0, 1e9), (1e-9, 1e-3)):
         loads = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
-        changed = fo.ContactSystem(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads)
+        changed = fo.ContactSystem.from_blocks(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads)
         for simplify in (True, False):
             limit = fo.shakedown_limit(changed, paper_cycle, 0.7, slip_bound=most * load / stiff, simplify=simplify)
             assert limit.load_factor == pytest.approx(base, rel=1e-8)
@@ -160,6 +160,6 @@ def test_a_slide_within_the_bound_is_not_lost_beside_a_stiff_node(most, stiff, s
     forces = np.array([1.0, share, 1.0])
     A = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, stiff]]) * np.outer(forces, forces)
     bonded = {"P": (np.zeros(3), forces), "Q": (forces * [-1.0, 1.0, 0.1], np.zeros(3))}
-    contact = fo.ContactSystem(A, np.zeros((3, 3)), np.diag([2.0, 2 * share**2, stiff]), [0.0, 1.0, 2.0], bonded)
+    contact = fo.ContactSystem.from_blocks(A, np.zeros((3, 3)), np.diag([2.0, 2 * share**2, stiff]), [0.0, 1.0, 2.0], bonded)
     cycle, bound = fo.LoadCycle({"P": 1.0}, [{}, {"Q": 1.0}]), [*most, 1.0] / forces
     assert fo.shakedown_limit(contact, cycle, 1.0, slip_bound=bound).load_factor == pytest.approx(1.5, rel=1e-8)

@@ -34,7 +34,7 @@ def unguided(rng, nodes, corners):
     bonded |= {f"c{k}": rng.normal(size=m) for k in range(corners)}
     loads = fo.LoadCycle({"P": 1.0}, [{f"c{k}": 1.0} for k in range(corners)])
     friction, start = float(rng.choice([0.2, 0.3, 0.5, 0.8])), rng.choice([0.0, 0.3, 1.0, 3.0]) * rng.normal(size=(nodes, 2))
-    return fo.ContactSystem3D(across @ (G @ G.T / m + 0.05 * np.eye(m)) @ across, rng.normal(size=(nodes, 3)), bonded), loads, friction, start
+    return fo.ContactSystem(across @ (G @ G.T / m + 0.05 * np.eye(m)) @ across, rng.normal(size=(nodes, 3)), bonded), loads, friction, start
 
 
 def embedded_case(seed):
@@ -57,9 +57,9 @@ def embedded_case(seed):
     turn[i, i] = turn[n + i, n + i] = np.cos(angle)
     turn[i, n + i], turn[n + i, i] = np.sin(angle), -np.sin(angle)
     rng.standard_normal((n, 3))
-    plane = fo.ContactSystem(S[:n, :n], S[n:, :n], S[n:, n:], i * 1.0, bonded)
+    plane = fo.ContactSystem.from_blocks(S[:n, :n], S[n:, :n], S[n:, n:], i * 1.0, bonded)
     in_space = {name: turn @ np.r_[q, np.zeros(n), p] for name, (q, p) in bonded.items()}
-    space = fo.ContactSystem3D(turn @ solid @ turn.T, np.c_[i, i * 0, i * 0], in_space)
+    space = fo.ContactSystem(turn @ solid @ turn.T, np.c_[i, i * 0, i * 0], in_space)
     loads = fo.LoadCycle({"P": 1.0}, [{name: 1.0} for name in bonded if name != "P"])
     limit = fo.shakedown_limit(plane, loads, friction).load_factor
     at = (limit if np.isfinite(limit) and limit > 0 else 1.0) * float(rng.choice([0.5, 0.9, 1.05, 1.5]))
@@ -74,7 +74,7 @@ def corner_slips(path):
 @pytest.mark.parametrize("which", [0, 1])
 def test_a_far_safe_slip_is_not_the_end_of_cycles_that_go_elsewhere(which):
     friction, ratio, start, outcome = ENDS[which]
-    contact = fo.ContactSystem3D(BETWEEN.T @ FREE[which] @ BETWEEN, [[0, 0, 0], [1, 0, 0]], {k: np.array(r, float) for k, r in LOADS[which].items()})
+    contact = fo.ContactSystem(BETWEEN.T @ FREE[which] @ BETWEEN, [[0, 0, 0], [1, 0, 0]], {k: np.array(r, float) for k, r in LOADS[which].items()})
     loads = fo.LoadCycle({"P": 1.0}, TURNS[which])
     problem = contact, loads, friction, ratio * fo.shakedown_limit(contact, loads, friction).load_factor
     path = fo.march(*problem, initial_slip=start, steps=4, cycles=150)
@@ -103,7 +103,7 @@ def test_a_contact_in_space_comes_back_after_two_cycles():
     A, B, C = np.array([[6.02, 2.5], [2.5, 11.2]]), np.array([[1.75, -4.16], [-7.96, -6.72]]), np.array([[12.48, 2.55], [2.55, 16.53]])
     zero = np.zeros((2, 2))
     bonded = {"P": [0, 0, 0.7, 0.73], "a": [0.01, -0.54, 0.83, 0.06], "b": [-0.62, -0.55, -2.79, 0.49], "c": [0.81, 1.06, 3.15, -0.68]}
-    contact = fo.ContactSystem3D(
+    contact = fo.ContactSystem(
         np.block([[A, zero, B.T], [zero, A, zero], [B, zero, C]]),
         [[0, 0, 0], [1, 0, 0]],
         {name: np.r_[r[:2], 0, 0, r[2:]] for name, r in bonded.items()},
@@ -122,7 +122,7 @@ def test_a_single_node_on_its_own_stiffness_never_ratchets():
     """A drift would stress it; here its slip goes to rest slowly, just below the load factor from which on some start makes it slip for ever."""
     S = np.array([[1.1854, -0.1615, 0.5329], [-0.1615, 1.2455, -1.0787], [0.5329, -1.0787, 3.149]])
     rows = [[0.7236, -0.3088, 0.099], [-1.2535, 0.3448, -0.0804], [0.5298, -0.036, -0.0186]]
-    contact = fo.ContactSystem3D(S, [[0, 0, 0]], {"P": [0, 0, 1.3017]} | {f"c{k}": row for k, row in enumerate(rows)})
+    contact = fo.ContactSystem(S, [[0, 0, 0]], {"P": [0, 0, 1.3017]} | {f"c{k}": row for k, row in enumerate(rows)})
     loads = fo.LoadCycle({"P": 1.0}, [{f"c{k}": 1.0} for k in range(3)])
     steady = fo.steady_state(contact, loads, 0.4717, 0.626, initial_slip=[[0.2351, 2.1881]], steps=2)
     assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0

@@ -100,7 +100,7 @@ def test_a_strip_in_plane_strain_moves_as_the_plane_contact():
 
 
 def test_a_contact_that_nothing_holds_down_has_no_state():
-    free = fo.ContactSystem3D(np.zeros((3, 3)), [[0, 0, 0]], {"P": [0, 0, 1]})
+    free = fo.ContactSystem(np.zeros((3, 3)), [[0, 0, 0]], {"P": [0, 0, 1]})
     told = "1 of 1 nodes against a motion along (0, 0, 1): the loads push with 1, friction f p of the closed contact holds 0"
     for engine in ("newton", "socp"):
         with pytest.raises(fo.NoContinuation, match=re.escape(told)):
@@ -111,7 +111,7 @@ def test_a_contact_that_nothing_holds_down_has_no_state():
 def test_a_body_that_its_loads_slide_away_is_named_with_what_pushes_and_what_holds(angle, push, slides):
     """Three nodes on a free body that is pressed with P = 3: friction 0.5 holds a shear of 1.5 in any direction."""
     n, chain = 3, np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
-    free = fo.ContactSystem3D(np.kron(np.diag([2.0, 1.0, 3.0]), chain), np.eye(3), {"P": np.ones(3 * n)})
+    free = fo.ContactSystem(np.kron(np.diag([2.0, 1.0, 3.0]), chain), np.eye(3), {"P": np.ones(3 * n)})
     q = push / n * np.tile([np.cos(angle), np.sin(angle)], (n, 1))
     increments = fo.Increments3D(free, 0.5)
     if not slides:
@@ -129,7 +129,7 @@ def test_nodes_of_very_unlike_stiffness_have_their_state():
     for _ in range(30):
         nodes = int(rng.integers(1, 9))
         contact, f, size = random_contact(rng, nodes, 0.3), rng.uniform(0.05, 0.3, nodes), 10.0 ** rng.uniform(-2, 2, 3 * nodes)
-        graded = fo.ContactSystem3D(contact.S * np.outer(size, size), contact.points, dict(contact.bonded))
+        graded = fo.ContactSystem(contact.S * np.outer(size, size), contact.points, dict(contact.bonded))
         slip, load = (
             0.3 * rng.normal(size=(nodes, 2)) / size.reshape(3, -1).T[:, :2],
             contact.reaction({"mean": 1.0, "a": rng.normal(), "b": rng.normal()}),

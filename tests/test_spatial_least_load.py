@@ -18,7 +18,7 @@ THREE = [(0.3, 0.0), (-0.1, 0.2), (-0.1, -0.2)]
 
 def node_and_cycle():
     """A node that the mean load pulls; three corners press it and shear it in three directions."""
-    return fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], UP), fo.LoadCycle(DOWN, [{"N": 1.0, "X": x, "Y": y} for x, y in THREE])
+    return fo.ContactSystem(np.eye(3), [[0, 0, 0]], UP), fo.LoadCycle(DOWN, [{"N": 1.0, "X": x, "Y": y} for x, y in THREE])
 
 
 def test_one_node_by_the_smallest_circle_around_its_corners():
@@ -61,7 +61,7 @@ def test_the_interval_of_turned_contacts_of_several_nodes(seed):
     loads = {"P": np.r_[0.05 * rng.normal(size=2 * n), -rng.uniform(0.1, 0.5, n)]}
     loads |= {name: np.r_[0.25 * rng.normal(size=2 * n), press + 0.1 * rng.normal(size=n)] for name in "abc"}
     cycle = fo.LoadCycle({"P": 1.0}, [{name: 1.0} for name in "abc"])
-    contact = fo.ContactSystem3D(G @ G.T / (3 * n) + np.eye(3 * n), np.column_stack([np.arange(n), np.zeros((n, 2))]), loads)
+    contact = fo.ContactSystem(G @ G.T / (3 * n) + np.eye(3 * n), np.column_stack([np.arange(n), np.zeros((n, 2))]), loads)
     limit = fo.shakedown_limit(contact, cycle, 0.6)
     assert limit.least > 0 or np.isnan(limit.least)
     if limit.least > 0:
@@ -69,13 +69,13 @@ def test_the_interval_of_turned_contacts_of_several_nodes(seed):
         ends += [(limit.load_factor * share, share < 1) for share in (0.9999, 1.0001) if np.isfinite(limit.load_factor)]
         assert all(fo.safe_slip(contact, cycle, 0.6, at).exists == exists for at, exists in ends)
     turn = np.kron([[0, 1, 0], [-1, 0, 0], [0, 0, 1]], np.eye(n))
-    scaled = fo.ContactSystem3D(1e4 * turn @ contact.S @ turn.T, contact.points, {name: 1e3 * turn @ r for name, r in loads.items()})
+    scaled = fo.ContactSystem(1e4 * turn @ contact.S @ turn.T, contact.points, {name: 1e3 * turn @ r for name, r in loads.items()})
     assert fo.shakedown_limit(scaled, cycle, 0.6).least == pytest.approx(limit.least, rel=1e-8, nan_ok=True)
 
 
 def test_a_least_load_factor_that_is_not_the_least_is_not_accepted():
     """Judged from both sides, with the mechanism of a node that slips to and fro between two corners: l = 1 / (1 - 0.4 / 2 / f)."""
-    node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], UP)
+    node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], UP)
     task = pose(node, fo.LoadCycle(DOWN, [{"N": 1.0, "X": 0.2}, {"N": 1.0, "X": -0.2}]), 0.5)
     motion = Mechanism3D(np.array([[[-1.0, 0.0]], [[1.0, 0.0]]]), np.zeros((2, 1)), task.friction)
     least = 1 / (1 - 0.2 / 0.5)

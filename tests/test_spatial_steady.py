@@ -37,7 +37,7 @@ def test_a_strip_in_plane_strain_dissipates_as_the_plane_contact():
 def sphere(cells, shear, nu=0.0):
     """Work of friction per cycle of a sphere under a shear force of about `shear` times f P, over that of Mindlin and Deresiewicz."""
     R, E, f = 5.0, 1.0, 0.5
-    system = fo.ContactSystem3D(**half_space_contact(cells, half_length=1.12, R=R, E=E, nu=nu))
+    system = fo.ContactSystem(**half_space_contact(cells, half_length=1.12, R=R, E=E, nu=nu))
     P, G = E / (1.5 * R * (1 - nu**2)), E / (2 * (1 + nu))
     shift = 3 * f * P / 16 * 2 * (2 - nu) / G * (1 - (1 - shear) ** (2 / 3))
     path = fo.march(system, fo.LoadCycle({"approach": 1 / R}, [{"x": 1.0}, {"x": -1.0}]), f, shift, cycles=2, steps=2)
@@ -112,7 +112,7 @@ def walking(spring=0.0):
     S[4:, 4:] = np.eye(2)
     bonded = {"P": [0, 0, 0, 0, 1, 1], "left": [0, 0, 0, 0, 0.9, -0.9], "stretch": [1, -1, 0, 0, 0, 0]}
     corners = [{"left": 1.0}, {"left": 1.0, "stretch": 0.8}, {"left": -1.0, "stretch": 0.8}, {"left": -1.0}]
-    walker = fo.ContactSystem3D(S, [[0, 0, 0], [1, 0, 0]], {name: np.array(r, dtype=float) for name, r in bonded.items()})
+    walker = fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], {name: np.array(r, dtype=float) for name, r in bonded.items()})
     return walker, fo.LoadCycle({"P": 1.0}, corners), 0.4, 1.0
 
 

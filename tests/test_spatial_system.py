@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.spatial.first_events import reach
+from frictopt.contact.onset import reach
+from frictopt.contact.parts import joined
 from spatial import cycle, random_contact, single
 
 NODE = single()
@@ -18,7 +19,7 @@ NODE = single()
         ("S", {"S": np.eye(4)}),
         ("S: not symmetric", {"S": np.array([[1.0, 0.5, 0], [0, 1, 0], [0, 0, 1]])}),
         ("negative eigenvalue", {"S": -np.eye(3)}),
-        ("points", {"points": [[0.0, 0.0]]}),
+        ("points: shape", {"points": [[0.0]]}),
         ("points: no nodes", {"points": np.zeros((0, 3))}),
         ("bonded", {"bonded": {}}),
         ("bonded", {"bonded": {"P": [1.0, 2.0]}}),
@@ -29,35 +30,33 @@ NODE = single()
 )
 def test_what_is_no_contact_is_refused_by_name(argument, change):
     with pytest.raises(fo.ModelError, match=argument):
-        fo.ContactSystem3D(**({"S": np.eye(3), "points": [[0, 0, 0]], "bonded": {"P": [0, 0, 1]}} | change))
+        fo.ContactSystem(**({"S": np.eye(3), "points": [[0, 0, 0]], "bonded": {"P": [0, 0, 1]}} | change))
 
 
 def test_a_file_gives_back_what_was_saved(tmp_path):
     rng = np.random.default_rng(0)
     system = random_contact(rng, 4).with_gap(rng.uniform(size=4))
     system.save(tmp_path / "one.npz")
-    for again in (fo.ContactSystem3D.load(tmp_path / "one.npz"), pickle.loads(pickle.dumps(system))):
+    for again in (fo.ContactSystem.load(tmp_path / "one.npz"), pickle.loads(pickle.dumps(system))):
         for name in ("S", "points", "gap", "frames"):
             assert np.array_equal(getattr(again, name), getattr(system, name))
-        assert all(np.array_equal(again.bonded[name], system.bonded[name]) for name in system.bonded)
+        assert all(np.array_equal(joined(*again.bonded[name]), joined(*system.bonded[name])) for name in system.bonded)
 
 
-def test_files_of_the_plane_and_of_space_are_not_mixed_up(tmp_path):
+def test_a_file_tells_the_plane_from_space(tmp_path):
     NODE.save(tmp_path / "space.npz")
-    fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0])}).save(tmp_path / "plane.npz")
-    for kind, name in ((fo.ContactSystem, "space"), (fo.ContactSystem3D, "plane")):
-        with pytest.raises(fo.ModelError, match="not a contact system"):
-            kind.load(tmp_path / f"{name}.npz")
+    fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0])}).save(tmp_path / "plane.npz")
+    assert [fo.ContactSystem.load(tmp_path / f"{name}.npz").tangents for name in ("plane", "space")] == [1, 2]
     (tmp_path / "space.npz").write_bytes((tmp_path / "space.npz").read_bytes()[:-40])
     with pytest.raises(fo.ModelError, match="not a contact system"):
-        fo.ContactSystem3D.load(tmp_path / "space.npz")
+        fo.ContactSystem.load(tmp_path / "space.npz")
 
 
 def test_reactions_follow_from_loads_gap_and_stiffness():
     rng = np.random.default_rng(1)
     system = random_contact(rng, 3).with_gap([0.1, 0.0, 0.3])
     q, p = system.closed_reaction({"mean": 2.0, "a": -1.0})
-    r = 2 * system.bonded["mean"] - system.bonded["a"] - system.S @ np.r_[np.zeros(6), system.gap]
+    r = 2 * joined(*system.bonded["mean"]) - joined(*system.bonded["a"]) - system.S @ np.r_[np.zeros(6), system.gap]
     assert np.allclose(np.r_[q[:, 0], q[:, 1], p], r, atol=1e-14)
     with pytest.raises(fo.ModelError, match="'z': unknown"):
         system.reaction({"z": 1.0})
@@ -129,9 +128,9 @@ def test_onset_of_a_mean_load_beyond_the_circle_is_zero():
         (lambda: fo.verify_guaranteed(NODE, cycle(), 0.5), "not yet offered in three dimensions"),
         (lambda: fo.safe_vertices(NODE, cycle(), 0.5, 1.0, [[1.0, 0.0]]), "plane contacts only"),
         (lambda: fo.march(NODE, cycle(), 0.5, 1.0, engine="path"), "engine: 'path'.*the friction circle is curved"),
-        (lambda: fo.shakedown_limit(NODE, cycle(), 0.5, slip_bound=1.0), "shakedown_limit of a ContactSystem3D: .*slip_bound"),
+        (lambda: fo.shakedown_limit(NODE, cycle(), 0.5, slip_bound=1.0), "shakedown_limit of a contact in space: .*slip_bound"),
         (lambda: fo.steady_state(NODE, cycle(), 0.5, 1.0, steps=1), "steps: 1"),
-        (lambda: fo.ShakedownModel(NODE, cycle()), "system: a ContactSystem3D"),
+        (lambda: fo.ShakedownModel(NODE, cycle()), "system: a contact in space"),
         (lambda: fo.march(NODE, fo.LoadCycle({"X": 0.1}, [{"Y": 1.0}]), 0.5, 1.0), "mean: the mean load has no normal reactions"),
     ],
 )

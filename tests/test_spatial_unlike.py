@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.contact.parts import joined, parted
 from frictopt.spatial.posed import pose
-from frictopt.spatial.system import parted
-from spatial import cycle, random_contact
+from spatial import cycle, random_contact, vectors
 
 
 def graded(rng, nodes):
     """A random contact, and (3N,) by which the root of each direction's stiffness is multiplied."""
     contact, size = random_contact(rng, nodes, 1.0), 10.0 ** rng.uniform(-2, 2, 3 * nodes)
-    return fo.ContactSystem3D(contact.S * np.outer(size, size), contact.points, dict(contact.bonded)), size
+    return fo.ContactSystem(contact.S * np.outer(size, size), contact.points, dict(contact.bonded)), size
 
 
 @pytest.mark.parametrize("seed", [4, 9, 20, 22])
@@ -21,11 +21,11 @@ def test_limits_of_directions_of_very_unlike_stiffness_are_found(seed):
     rng = np.random.default_rng(seed)
     contact, size = graded(rng, int(rng.integers(4, 13)))
     f, n = rng.uniform(0.2, 1.5, contact.nodes), contact.nodes
-    limit, loads = fo.shakedown_limit(contact, cycle(), f), contact.bonded
+    limit, loads = fo.shakedown_limit(contact, cycle(), f), vectors(contact)
     finite = np.isfinite(limit.load_factor)
     at, slip = (limit.load_factor, limit.slip) if finite else (1e3, fo.safe_slip(contact, cycle(), f, 1e3).slip)
     r = np.array([loads["mean"] + at * sum(by * loads[name] for name, by in corner.items()) for corner in cycle().corners])
-    q, p = parted(r + contact.S[:, : 2 * n] @ slip.T.ravel())
+    q, p = parted(r + contact.S[:, : 2 * n] @ slip.T.ravel(), 3)
     assert (np.linalg.norm(q, axis=-1) - f * p).max() <= 1e-8 * max(at, 1.0) * np.abs(loads["mean"][2 * n :]).mean()
     if finite:
         motion = limit._motion
@@ -40,9 +40,9 @@ def test_increments_of_directions_of_very_unlike_stiffness_are_found(seed):
     rng = np.random.default_rng(seed)
     contact, _ = graded(rng, int(rng.integers(3, 13)))
     f, n = rng.uniform(0.05, 0.6, contact.nodes), contact.nodes
-    load = contact.bonded["mean"] + 0.3 * contact.bonded["a"] + 0.3 * contact.bonded["b"]
-    found = fo.Increments3D(contact, f).solve(np.zeros((n, 2)), parted(load))
-    q, p = parted(load + contact.S @ np.r_[found.slip.T.ravel(), found.gap])
+    load = joined(*contact.reaction({"mean": 1.0, "a": 0.3, "b": 0.3}))
+    found = fo.Increments3D(contact, f).solve(np.zeros((n, 2)), parted(load, 3))
+    q, p = parted(load + contact.S @ np.r_[found.slip.T.ravel(), found.gap], 3)
     force, slid = np.abs(load[2 * n :]).mean(), np.linalg.norm(found.slip, axis=1)
     assert max((np.linalg.norm(q, axis=1) - f * p).max(), -p.min(), (p * (found.gap > 0)).max()) <= 1e-8 * force
     opposed = np.sum(q * found.slip, axis=1) + f * p * slid  # friction opposes slip, with f p

@@ -45,7 +45,7 @@ def test_no_start_shakes_down_above_the_limit_and_the_safe_slip_always_does_belo
 def test_every_start_shakes_down_below_the_guaranteed_limit(tables):
     limits = tables["limits"].set_index("friction")
     assert (limits["guaranteed"] < limits["load_factor"]).all() and limits["guaranteed"].min() > 0
-    contact = fo.PunchOnHalfPlane(elements=dissipation.QUICK.elements).condense()
+    contact = fo.scenes.PunchOnHalfPlane(elements=dissipation.QUICK.elements).condense()
     (case,) = [case for case in dissipation.cases_of(dissipation.QUICK) if case.friction == 0.5]
     starts = dissipation.starts_of(dissipation.QUICK, case)
     table = fo.dissipation_study(contact, paper.LOADS, 0.5, [0.98 * limits.loc[0.5, "guaranteed"]], starts, workers=1)

@@ -12,7 +12,7 @@ from studies.paper import LOADS
 def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys):
     assert first_look.STUDY.run(["--quick", "--data", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
-    system, f = fo.PunchOnHalfPlane(elements=first_look.QUICK.elements).condense(), first_look.QUICK.friction
+    system, f = fo.scenes.PunchOnHalfPlane(elements=first_look.QUICK.elements).condense(), first_look.QUICK.friction
     table = pd.read_parquet(tmp_path / "first_look.parquet").set_index("question")
     first, lower, limit = fo.onset(system, LOADS, f), fo.guaranteed_limit(system, LOADS, f), fo.shakedown_limit(system, LOADS, f)
     expected = {
@@ -32,6 +32,6 @@ def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys)
 
 
 def test_its_loads_stand_on_both_sides_of_the_limit():
-    limit = fo.shakedown_limit(fo.PunchOnHalfPlane(elements=first_look.FULL.elements).condense(), LOADS, first_look.FULL.friction)
+    limit = fo.shakedown_limit(fo.scenes.PunchOnHalfPlane(elements=first_look.FULL.elements).condense(), LOADS, first_look.FULL.friction)
     below, above = first_look.FULL.load_factors
     assert below < limit.load_factor < above

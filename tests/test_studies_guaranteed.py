@@ -46,7 +46,7 @@ def test_a_tighter_slip_bound_raises_the_guarantee_until_the_shakedown_limit_fal
         ruled = ordered["x"].isna()
         assert ruled.sort_values(ascending=False).equals(ruled) and (ordered["guaranteed"] == ordered["shakedown"])[ruled].all()
         assert np.all(np.diff(ordered["guaranteed"][~ruled]) <= 1e-9) and np.all(np.diff(ordered["shakedown"]) >= -1e-9)
-        system = fo.PunchOnHalfPlane(elements=16, grading="sine").condense()
+        system = fo.scenes.PunchOnHalfPlane(elements=16, grading="sine").condense()
         assert ordered["guaranteed"].iloc[-1] == pytest.approx(fo.guaranteed_limit(system, paper.LOADS, friction).load_factor, rel=1e-8)
         assert ordered["guaranteed"].max() > ordered["guaranteed"].iloc[-1]
         bound = ordered[ordered["x"].notna()]

@@ -23,7 +23,7 @@ def tables(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def contact():
-    return fo.PunchOnHalfPlane(elements=increments.QUICK.cycle_elements).condense()
+    return fo.scenes.PunchOnHalfPlane(elements=increments.QUICK.cycle_elements).condense()
 
 
 def test_every_row_obeys_the_contact_law(tables):

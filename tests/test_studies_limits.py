@@ -25,7 +25,7 @@ def tables(tmp_path_factory):
 
 
 def sine_system(elements):
-    return fo.PunchOnHalfPlane(elements=elements, grading="sine").condense()
+    return fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine").condense()
 
 
 @pytest.mark.parametrize("name", ["friction", "corner"])
@@ -119,7 +119,7 @@ def test_limiting_nodes_sit_on_their_bound(tables):
 
 
 def test_reactions_are_those_of_the_slip_and_the_loads(tables):
-    scene = fo.PunchOnHalfPlane(elements=limits.QUICK.reaction_elements)
+    scene = fo.scenes.PunchOnHalfPlane(elements=limits.QUICK.reaction_elements)
     system = scene.condense()
     (q0, p0), (q1, p1) = system.bonded["P"], system.bonded["sigma"]
     for (_, sigma), rows in tables["reactions"].groupby(["friction", "sigma"]):

@@ -34,7 +34,7 @@ def test_the_map_is_that_of_the_limit(tables):
     maps = tables["maps"]
     assert maps["traction_ratio"].max() <= 1 + 1e-8 and (maps["first_ratio"].fillna(0.0) <= maps["traction_ratio"]).all()
     for load, rows in maps.groupby("load"):
-        system = fo.SquarePunchOnBlock(elements=spatial.QUICK.map_elements).condense()
+        system = fo.scenes.SquarePunch(elements=spatial.QUICK.map_elements).condense()
         assert rows["load_factor"].iloc[0] == fo.shakedown_limit(system, spatial.LOADS[load], spatial.QUICK.map_friction).load_factor
         assert rows["share"].sum() == pytest.approx(1.0)
 

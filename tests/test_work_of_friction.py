@@ -61,7 +61,7 @@ def test_one_node_that_rubs_beside_others_that_came_to_rest(node):
     n = 60
     identity, none, shape = np.eye(n), np.zeros(n), np.linspace(-0.1, 0.1, n)
     loads = {"P": (none, np.ones(n)), "R": (identity[node], none), "s": (shape, none)}
-    contact = fo.ContactSystem(identity, 0 * identity, identity, np.arange(60.0), loads)
+    contact = fo.ContactSystem.from_blocks(identity, 0 * identity, identity, np.arange(60.0), loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"R": 0.75}, {"R": -0.75}, {}, {"s": 1.0}])
     steady = fo.steady_state(contact, cycle, 0.5, 1.0, initial_slip=-0.25 * identity[n - 1 - node])
     assert steady.outcome is fo.Outcome.CYCLIC_SLIP
@@ -77,7 +77,7 @@ def test_units_of_the_load_cases_do_not_matter(stress, length):
 
     def steady(stress, length):
         loads = {"P": (np.zeros(2), np.ones(2)), "sigma": tuple(sigma / stress), "d": tuple(d / length)}
-        contact = fo.ContactSystem(A, B, A, np.arange(2.0), loads)
+        contact = fo.ContactSystem.from_blocks(A, B, A, np.arange(2.0), loads)
         up = [{"sigma": stress * k / 8, "d": length * (-1) ** k if 0 < k < 8 else 0.0} for k in range(9)]
         return fo.steady_state(contact, fo.LoadCycle({"P": 1.0}, up + up[-2:0:-1]), 0.5, 0.5)
 
@@ -97,7 +97,7 @@ def test_a_steady_state_is_the_one_that_the_cycles_come_to():
         "a": ([-0.4529, 0.0, 0.4529], [-0.0272, -0.1348, -0.0272]),
         "b": ([1.9426, -0.4638, 1.2569], [-0.8819, 0.0319, 0.4238]),
     }
-    contact = fo.ContactSystem(A, B, A + 0.5 * np.eye(3), np.arange(3.0), loads)
+    contact = fo.ContactSystem.from_blocks(A, B, A + 0.5 * np.eye(3), np.arange(3.0), loads)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 0.93, "b": -1.3972}, {"a": -0.2141, "b": -2.1851}, {"a": -0.22, "b": 0.2561}])
     start = np.array([-5.4455, 2.4687, -5.4534])
     steady = fo.steady_state(contact, cycle, 0.5354, 0.3966, initial_slip=start)

@@ -15,9 +15,8 @@ import pandas as pd
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, finite_numbers, flag, whole_number
 from ..contact.cycle import checked_cycle
-from ..contact.dispatch import OtherContact
 from ..contact.progress import bar_of
-from ..contact.system import checked_kind
+from ..contact.system import checked_system
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import shakedown_limit
 from .execute import execute
@@ -36,7 +35,7 @@ _TYPES = {"seed": "Int64", "family": "str", **TYPES}
 
 
 def dissipation_study(
-    system: ContactSystem | OtherContact,
+    system: ContactSystem,
     cycle: LoadCycle,
     friction: Any,
     load_factors: Iterable[float],
@@ -94,7 +93,7 @@ def dissipation_study(
     Examples
     --------
     >>> import frictopt as fo
-    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> starts = fo.no_slip() + fo.overloads([1.5])
     >>> table = fo.dissipation_study(rod, cycle, friction=0.5, load_factors=[0.4, 1.0], initial_slips=starts, progress=False)
@@ -105,7 +104,7 @@ def dissipation_study(
     2          1.0            none  CYCLIC_SLIP          1.0
     3          1.0  overload x 1.5  CYCLIC_SLIP          1.0
     """
-    f = np.array(friction_coefficients(friction, checked_kind(system).nodes))
+    f = np.array(friction_coefficients(friction, checked_system(system).nodes))
     checked_cycle(cycle)
     factors = _checked_factors(load_factors)
     starts = checked_starts(initial_slips, system.slip_shape)
@@ -167,7 +166,7 @@ class _Campaign:
         """The runs that have a row, in their order."""
         system, limit = self.contact.system, self.contact.limit
         force = abs(float(self.contact.cycle.mean_reaction(system)[1].sum()))
-        modulus = system.E_star if isinstance(system, ContactSystem) else None
+        modulus = system.E_star
         scale = modulus / force**2 if modulus is not None and force**2 > 0 else np.nan
         records = []
         for key, (factor, start) in zip(self.keys, product(self.factors, self.starts), strict=True):

@@ -7,7 +7,7 @@ from typing import Any
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, flag, frozen
 from ..contact.show import Plotted, Shown, frame
-from ..contact.system import checked_system
+from ..contact.system import checked_plane
 from ..contact.tolerances import LEVEL
 from ..errors import NoContinuation, SolverError
 from ..limits import shakedown_limit
@@ -51,7 +51,7 @@ class DissipationRange(Shown, Plotted):
     >>> import frictopt as fo
     >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> found = fo.dissipation_range(pair, cycle, friction=0.6, load_factor=0.8)
     >>> round(found.least, 6), round(found.most, 6)
@@ -133,7 +133,7 @@ def dissipation_range(
     >>> import frictopt as fo
     >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> found = fo.dissipation_range(pair, cycle, friction=0.6, load_factor=0.5)
     >>> found.least, round(found.most, 6)
@@ -142,7 +142,7 @@ def dissipation_range(
     >>> worst.dissipation == found.most
     True
     """
-    most = slip_bounds(slip_bound, checked_system(system).nodes)
+    most = slip_bounds(slip_bound, checked_plane(system).nodes)
     task = LimitQuestion(system, cycle, cycle_loads(system, cycle), friction, True, most)
     load_factor, climbs = finite_number("load_factor", load_factor, least=0.0), flag("search", search)
     try:

@@ -43,7 +43,7 @@ def steady_cycle(system: ContactSystem, cycle: LoadCycle, friction: Any, load_fa
     Examples
     --------
     >>> import frictopt as fo
-    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> problem = rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0
     >>> states = fo.steady_cycle(*problem, fo.steady_state(*problem))
     >>> float(states["slip"][:, 0].min()), float(states["slip"][:, 0].max()), states["work"][-1].round(6).tolist()
@@ -124,7 +124,7 @@ def fretting_table(
     Examples
     --------
     >>> import frictopt as fo
-    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> problem = rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0
     >>> fo.fretting_table(*problem, fo.steady_state(*problem))[["node", "slip_range", "q_amplitude", "share", "F1_force"]].round(6)
        node  slip_range  q_amplitude  share  F1_force

@@ -11,7 +11,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
 from ..contact.dispatch import answered_by_kind
 from ..contact.show import Plotted, Shown
-from ..contact.system import checked_system
+from ..contact.system import checked_plane
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, guaranteed_limit, safe_vertices
 from ..path import Outcome, steady_state
@@ -49,7 +49,7 @@ class GuaranteeCheck(Shown, Plotted):
     >>> import frictopt as fo
     >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> check = fo.verify_guaranteed(pair, cycle, friction=0.6, starts=4, moved=0)
     >>> sorted(check.runs.loc[check.runs["share"] < 1, "outcome"].unique())
@@ -149,7 +149,7 @@ def verify_guaranteed(
     >>> import frictopt as fo
     >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> check = fo.verify_guaranteed(pair, cycle, friction=0.6, starts=4, moved=0)
     >>> check.dies_out, check.persists
@@ -157,7 +157,7 @@ def verify_guaranteed(
     """
     starts, moved = whole_number("starts", starts, least=0), whole_number("moved", moved, least=0)
     above, rng = finite_number("above", above, above=1.0), np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED))
-    limit = guaranteed_limit(checked_system(system), cycle, friction) if limit is None else limit
+    limit = guaranteed_limit(checked_plane(system), cycle, friction) if limit is None else limit
     if not isinstance(limit, GuaranteedLimit):
         raise ModelError(f"limit: {limit!r}; give the result of guaranteed_limit for this contact, or None")
     if not limit.answers(system, cycle, friction):

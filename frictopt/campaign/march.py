@@ -74,7 +74,7 @@ def march(
     Examples
     --------
     >>> import frictopt as fo
-    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> path = fo.march(rod, cycle, friction=0.5, load_factor=1.0, cycles=2)
     >>> path.cycle_work.sum(axis=1).round(6).tolist()

@@ -13,11 +13,11 @@ from ..contact.show import Plotted, Shown
 from ..errors import ModelError
 from .treatment import REST, LoadStep, Treatment, checked_protocol
 
-__all__ = ["PracticalLimit", "practical_limit"]
+__all__ = ["LimitAfterProtocol", "limit_after_protocol"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PracticalLimit(Shown, Plotted):
+class LimitAfterProtocol(Shown, Plotted):
     """The load factor up to which a contact comes to rest after a protocol, found by transients.
 
     Attributes
@@ -45,9 +45,9 @@ class PracticalLimit(Shown, Plotted):
     >>> import frictopt as fo
     >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> worst = fo.practical_limit(pair, cycle, friction=0.6, start="worst")
+    >>> worst = fo.limit_after_protocol(pair, cycle, friction=0.6, start="worst")
     >>> round(worst.ratio, 3), worst.monotonic
     (0.54, True)
     """
@@ -74,7 +74,7 @@ class PracticalLimit(Shown, Plotted):
         return {name: getattr(self, name) for name in ("load_factor", "ratio", "upper", "monotonic", "transients", "residual")}
 
 
-def practical_limit(
+def limit_after_protocol(
     system: ContactSystem,
     cycle: LoadCycle,
     friction: Any,
@@ -84,7 +84,7 @@ def practical_limit(
     most: float | None = None,
     scan: int = 25,
     tolerance: float = 1e-4,
-) -> PracticalLimit:
+) -> LimitAfterProtocol:
     """Find the load factor up to which a contact comes to rest, for how it is assembled and what is done to it before its load cycle.
 
     Transients are followed at evenly spaced load factors, and a bisection narrows the interval below the first one at which slip goes on. What
@@ -120,11 +120,11 @@ def practical_limit(
     >>> import frictopt as fo
     >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> assembled = fo.practical_limit(pair, cycle, friction=0.6)
-    >>> worst = fo.practical_limit(pair, cycle, friction=0.6, start="worst")
-    >>> unloaded = fo.practical_limit(pair, cycle, friction=0.6, start="worst", protocol=[fo.LoadStep({"P": 0.2})])
+    >>> assembled = fo.limit_after_protocol(pair, cycle, friction=0.6)
+    >>> worst = fo.limit_after_protocol(pair, cycle, friction=0.6, start="worst")
+    >>> unloaded = fo.limit_after_protocol(pair, cycle, friction=0.6, start="worst", protocol=[fo.LoadStep({"P": 0.2})])
     >>> [round(found.ratio, 2) for found in (worst, unloaded, assembled)]
     [0.54, 0.85, 1.0]
     """
@@ -143,7 +143,7 @@ def practical_limit(
         low, high = (middle, high) if tried[middle] == REST else (low, middle)
     factors = sorted(tried)
     columns = {"load_factor": factors, "ratio": np.array(factors) / treatment.limit, "outcome": [tried[factor] for factor in factors]}
-    return PracticalLimit(
+    return LimitAfterProtocol(
         load_factor=low,
         upper=high,
         shakedown_limit=treatment.limit,

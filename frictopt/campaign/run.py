@@ -12,7 +12,6 @@ from threadpoolctl import ThreadpoolController
 
 from ..contact import LoadCycle
 from ..contact.checks import Array
-from ..contact.dispatch import OtherContact
 from ..errors import FrictoptError
 from ..path import steady_state
 from .starts import Start, root_mean_square, safe_part
@@ -90,7 +89,7 @@ def _row(contact: CampaignContact, run: Run) -> dict[str, Any]:
     try:
         slip = _initial_slip(contact, run)
         begin_at: dict[str, Any] = {"initial_state": run.start.state} if run.start.state else {"initial_slip": slip}
-        if isinstance(contact.system, OtherContact):
+        if contact.system.tangents == 2:
             begin_at["progress"] = False  # the study has its own bar
         steady = steady_state(contact.system, contact.cycle, contact.friction, run.load_factor, **begin_at, overload=overload)
     except FrictoptError as error:

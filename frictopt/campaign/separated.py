@@ -15,7 +15,7 @@ from ..contact.diagnosis import mean_load_diagnosis
 from ..contact.progress import bar_of
 from ..contact.record import Attempt, SolveRecord, WithSlip
 from ..contact.show import Plotted, frame
-from ..contact.system import checked_system
+from ..contact.system import checked_plane
 from ..contact.tolerances import ONE_LIMIT
 from ..limits import LimitKind
 from ..limits.separated import CornerStates, SeparatedProblem
@@ -65,7 +65,7 @@ class SeparatedLimit(WithSlip, Plotted):
     Examples
     --------
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
     >>> limit = fo.separated_limit(node, fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0}]), friction=0.5)
     >>> limit.load_factor > 1e5  # it lifts off above 1, and never slips
     True
@@ -148,7 +148,7 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, t
     Examples
     --------
     >>> import frictopt as fo
-    >>> punch = fo.PunchOnHalfPlane(elements=4).condense()
+    >>> punch = fo.scenes.PunchOnHalfPlane(elements=4).condense()
     >>> rounded = punch.with_gap(2.0 * punch.x**4)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     >>> fo.shakedown_limit(rounded, cycle, friction=0.6).load_factor
@@ -158,7 +158,7 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, t
     (True, [[True, False, False, False, True], [True, False, False, False, True]])
     """
     began = time.perf_counter()
-    f = np.array(friction_coefficients(friction, checked_system(system).nodes))
+    f = np.array(friction_coefficients(friction, checked_plane(system).nodes))
     checked_cycle(cycle).corner_reactions(system)
     limit = finite_number("time_limit", time_limit, above=0.0)
     question = Question(system, cycle, f)

@@ -9,7 +9,7 @@ import numpy as np
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, finite_array, finite_number, finite_numbers, frozen, whole_number
 from ..contact.portable import Portable
-from ..contact.system import checked_system
+from ..contact.system import checked_plane
 from ..errors import ModelError
 from ..limits import safe_slip, shakedown_limit
 
@@ -160,11 +160,11 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     Examples
     --------
     >>> import frictopt as fo
-    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> [start.name for start in fo.random_slips(rod, amplitudes=[0.1], count=2)]
     ['smooth 0.1 #0', 'smooth 0.1 #1', 'rough 0.1 #2', 'rough 0.1 #3']
     """
-    if checked_system(system).nodes < 2:
+    if checked_plane(system).nodes < 2:
         raise ModelError("system: one node; a slip of one node is a number, give it by given_slips")
     whole_number("count", count, least=1, most=_MOST)
     whole_number("seed", seed, least=0, most=LARGEST_SEED)

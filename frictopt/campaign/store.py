@@ -201,7 +201,7 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
     >>> import tempfile
     >>> from pathlib import Path
     >>> import frictopt as fo
-    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     store = Path(folder) / "runs.sqlite"

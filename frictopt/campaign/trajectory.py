@@ -48,7 +48,7 @@ class Trajectory(Shown, Plotted):
     Examples
     --------
     >>> import frictopt as fo
-    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> path = fo.march(rod, cycle, friction=0.5, load_factor=1.0, cycles=1)
     >>> path.residual < 1e-9

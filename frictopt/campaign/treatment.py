@@ -9,7 +9,7 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, checked_loads, finite_array, finite_number, frozen, listed
 from ..contact.cycle import checked_cycle
-from ..contact.system import checked_system
+from ..contact.system import checked_plane
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import shakedown_limit
 from ..limits.posed import LimitQuestion, cycle_loads
@@ -71,7 +71,7 @@ class LoadStep:
             Not a contact system, load cases that it does not have, or a bad load factor.
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)
-        checked_system(system)
+        checked_plane(system)
         return np.concatenate(system.reaction(self.loads)) + load_factor * np.concatenate(system.reaction(self.cyclic))
 
 
@@ -92,7 +92,7 @@ class Treatment:
     """
 
     def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: Any, start: Any) -> None:
-        self.system, self.cycle = checked_system(system), checked_cycle(cycle)
+        self.system, self.cycle = checked_plane(system), checked_cycle(cycle)
         self.friction = np.array(friction_coefficients(friction, system.nodes))
         self.limit = shakedown_limit(system, cycle, self.friction).load_factor
         self._stops = turning_corners(cycle)
@@ -166,7 +166,7 @@ def assembled_slip(system: ContactSystem, cycle: LoadCycle, friction: Any) -> Ar
     --------
     >>> import frictopt as fo
     >>> bonded = {"P": ([0.8, 0.0], [1.0, 1.0]), "Q": ([1.0, 0.0], [0.0, 0.0])}
-    >>> pair = fo.ContactSystem([[1.0, -0.4], [-0.4, 1.0]], [[0.0, 0.0], [0.0, 0.0]], [[1.0, 0.0], [0.0, 1.0]], [0.0, 1.0], bonded)
+    >>> pair = fo.ContactSystem.from_blocks([[1.0, -0.4], [-0.4, 1.0]], [[0.0, 0.0], [0.0, 0.0]], [[1.0, 0.0], [0.0, 1.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> fo.assembled_slip(pair, cycle, friction=0.6).round(9)
     array([-0.2,  0. ])

@@ -3,7 +3,7 @@
 from .coulomb import Verdict, friction_coefficients, referee
 from .cycle import LoadCycle
 from .onset import Onset, OnsetEvent, onset
-from .order import SlipOrder, slip_order
+from .order import OrderPreserving, order_preserving
 from .record import Attempt, SolveRecord
 from .state import ContactState
 from .system import ContactSystem
@@ -15,11 +15,11 @@ __all__ = [
     "LoadCycle",
     "Onset",
     "OnsetEvent",
-    "SlipOrder",
+    "OrderPreserving",
     "SolveRecord",
     "Verdict",
     "friction_coefficients",
     "onset",
+    "order_preserving",
     "referee",
-    "slip_order",
 ]

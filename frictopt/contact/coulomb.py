@@ -8,11 +8,11 @@ import numpy as np
 
 from ..errors import ModelError
 from .checks import Array, finite_array, finite_number, real_array
-from .dispatch import answered_by_kind
+from .parts import joined, parted
 from .show import Shown
 from .system import ContactSystem, checked_system
 
-__all__ = ["Verdict", "friction_coefficients", "referee"]
+__all__ = ["Verdict", "friction_coefficients", "lengths", "off_law", "referee"]
 
 
 def friction_coefficients(friction: Any, nodes: int) -> Array:
@@ -77,7 +77,6 @@ class Verdict(Shown):
         return {"residual": self.residual, **vars(self)}
 
 
-@answered_by_kind
 def referee(
     system: ContactSystem,
     bonded: tuple[Any, Any],
@@ -99,13 +98,13 @@ def referee(
     system
         The contact.
     bonded
-        `(q^w, p^w)`, bonded reactions of the load of that state, (N,) or (T, N), force per depth.
+        `(q^w, p^w)`, bonded reactions of the load of that state: q (N,) in the plane and (N, 2) in space, p (N,); or with T in front. Force.
     friction
         Coefficient of friction, one or one per node.
     v, w, q, p
-        Slip, gap and reactions of the state, (N,) or (T, N); `w` includes the initial gap.
+        Slip, gap and reactions of the state, in the shapes of `bonded`; `w` includes the initial gap.
     previous_slip
-        Slip at the previous state, (N,) or (T, N); None: the slip has not changed.
+        Slip at the previous state; None: the slip has not changed.
     force_scale
         Unit of the forces; by default the mean of `abs(p^w)`.
 
@@ -122,7 +121,7 @@ def referee(
     Examples
     --------
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     >>> bonded = node.reaction({"P": 1.0, "Q": 0.8})
     >>> fo.referee(node, bonded, 0.5, v=[0.0], w=[0.0], q=[0.8], p=[1.0])  # stuck beyond its bound
     Verdict(residual=0.3, equilibrium=0, contact=0, bound=0.3, direction=0)
@@ -132,38 +131,61 @@ def referee(
     f = friction_coefficients(friction, checked_system(system).nodes)
     if not isinstance(bonded, tuple | list) or len(bonded) != 2:
         raise ModelError(f"bonded: a {type(bonded).__name__}; give the pair (q^w, p^w)")
-    names = ("bonded q", "bonded p", "v", "w", "q", "p", "previous_slip")
-    values = (*bonded, v, w, q, p, v if previous_slip is None else previous_slip)
-    qw, pw, v, w, q, p, v_before = (_states(name, value, system.nodes) for name, value in zip(names, values, strict=True))
-    rows = {array.shape[0] for array in (qw, pw, v, w, q, p, v_before) if array.ndim == 2}
-    if len(rows) > 1:
-        raise ModelError(f"states: arrays of {sorted(rows)} states; give all for the same number of states, or one for all")
+    along = {"bonded q": bonded[0], "v": v, "q": q, "previous_slip": v if previous_slip is None else previous_slip}
+    across = {"bonded p": bonded[1], "w": w, "p": p}
+    qw, v, q, v_before = (_states(name, value, system.slip_shape) for name, value in along.items())
+    pw, w, p = (_states(name, value, (system.nodes,)) for name, value in across.items())
+    counts = {len(part) for parts, axes in (((qw, v, q, v_before), len(system.slip_shape)), ((pw, w, p), 1)) for part in parts if part.ndim > axes}
+    if len(counts) > 1:
+        raise ModelError(f"states: arrays of {sorted(counts)} states; give all for the same number of states, or one for all")
     if force_scale is not None:
         force = finite_number("force_scale", force_scale, above=0.0)
     else:
         force = float(np.abs(pw).mean()) or float(max(np.abs(qw).max(), np.abs(q).max())) or 1.0
     with np.errstate(invalid="ignore", over="ignore"):  # values that are not finite give an infinite residual
-        return _verdict(system, f, force, qw, pw, v, w, q, p, v_before)
+        length = force / system.stiffness_scale
+        slid, opened = parted(_stiffened(system, v, w - system.gap), system.tangents + 1)
+        bound, direction = off_law(system, f, q / force, p / force, v / length, v_before / length)
+        return Verdict(
+            equilibrium=max(_worst(np.abs(q - qw - slid) / force), _worst(np.abs(p - pw - opened) / force)),
+            contact=max(_worst(-p / force), _worst(-w / length), _worst(np.minimum(p / force, w / length))),
+            bound=_worst(bound),
+            direction=_worst(direction),
+        )
 
 
-def _verdict(system: ContactSystem, f: Array, force: float, qw: Array, pw: Array, v: Array, w: Array, q: Array, p: Array, v_before: Array) -> Verdict:
-    length = force / system.stiffness_scale
-    opening = w - system.gap
-    errors = q - qw - v @ system.A - opening @ system.B, p - pw - v @ system.B.T - opening @ system.C
-    moved = (v - v_before) / length
-    off_bound = np.where(moved > 0, f * p + q, f * p - q) / force
-    return Verdict(
-        equilibrium=_worst(np.abs(np.array(np.broadcast_arrays(*errors))) / force),
-        contact=max(_worst(-p / force), _worst(-w / length), _worst(np.minimum(p / force, w / length))),
-        bound=_worst((np.abs(q) - f * p) / force),
-        direction=_worst(np.minimum(np.abs(moved), np.abs(off_bound))),
-    )
+def off_law(system: ContactSystem, f: Array, q: Array, p: Array, v: Array, v_before: Array) -> tuple[Array, Array]:
+    """Dimensionless excess over the friction bound, and friction that does not oppose the slip since the previous state.
+
+    The latter is the smaller of that slip and the distance of q from the point of the bound that opposes it. In space a small slip that is the
+    difference of two large ones has a direction that rounding turns: the distance by which it does is no violation.
+    """
+    v, v_before, q = (part.reshape(*part.shape[: part.ndim - len(system.slip_shape)], system.nodes, system.tangents) for part in (v, v_before, q))
+    moved = v - v_before
+    slid = np.linalg.norm(moved, axis=-1)
+    sense = moved / np.where(slid > 0, slid, 1.0)[..., None]
+    off = np.linalg.norm(q + (f * p)[..., None] * sense, axis=-1)
+    if system.tangents > 1:
+        rounding = 4 * np.finfo(float).eps * np.maximum(np.linalg.norm(v, axis=-1), np.linalg.norm(v_before, axis=-1))
+        off = np.maximum(off - np.abs(f * p) * rounding / np.where(slid > 0, slid, 1.0), 0.0)
+    return np.linalg.norm(q, axis=-1) - f * p, np.minimum(slid, off)
 
 
-def _states(name: str, value: Any, nodes: int) -> Array:
+def lengths(q: Array, p: Array) -> Array:
+    """(..., N) lengths of shear forces or slips, (..., N) or (..., N, 2); p are normal ones, (..., N)."""
+    return np.abs(q) if q.ndim == p.ndim else np.asarray(np.linalg.norm(q, axis=-1))
+
+
+def _stiffened(system: ContactSystem, v: Array, opening: Array) -> Array:
+    """Reactions to slips and openings, each for one state or several, in the order of S."""
+    shape = np.broadcast_shapes(v.shape[: v.ndim - len(system.slip_shape)], opening.shape[:-1])
+    return joined(np.broadcast_to(v, (*shape, *system.slip_shape)), np.broadcast_to(opening, (*shape, system.nodes))) @ system.S
+
+
+def _states(name: str, value: Any, shape: tuple[int, ...]) -> Array:
     array = real_array(name, value)
-    if array.ndim not in (1, 2) or array.shape[-1] != nodes or not array.size:
-        raise ModelError(f"{name}: shape {array.shape}; give ({nodes},) or (states, {nodes})")
+    if array.ndim not in (len(shape), len(shape) + 1) or array.shape[-len(shape) :] != shape or not array.size:
+        raise ModelError(f"{name}: shape {array.shape}; give {shape} or (states, {str(shape)[1:]}")
     return array
 
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from ..errors import ModelError
 from .checks import Array, checked_loads
-from .dispatch import OtherContact
 from .history import history_corners, independent_corners
-from .system import ContactSystem, checked_kind
+from .system import ContactSystem, checked_system
 
 __all__ = ["LoadCycle", "checked_cycle"]
 
@@ -133,14 +132,14 @@ class LoadCycle:
         """
         return cls(mean, independent_corners(loads))
 
-    def mean_reaction(self, system: ContactSystem | OtherContact) -> tuple[Array, Array]:
+    def mean_reaction(self, system: ContactSystem) -> tuple[Array, Array]:
         """(N,) reactions `q0, p0` of the closed, unslipped contact under the mean load."""
-        return checked_kind(system).closed_reaction(self.mean)
+        return checked_system(system).closed_reaction(self.mean)
 
-    def corner_reactions(self, system: ContactSystem | OtherContact) -> tuple[Array, Array]:
+    def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean."""
         count = len(self.corners)
-        q, p = np.zeros((count, *checked_kind(system).slip_shape)), np.zeros((count, system.nodes))
+        q, p = np.zeros((count, *checked_system(system).slip_shape)), np.zeros((count, system.nodes))
         for case in dict.fromkeys(case for corner in self.corners for case in corner):
             amplitudes = np.array([corner.get(case, 0.0) for corner in self.corners])
             unit_q, unit_p = system.reaction({case: 1.0})

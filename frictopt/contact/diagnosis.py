@@ -7,7 +7,6 @@ import numpy as np
 from .checks import Array
 from .coulomb import friction_coefficients
 from .cycle import LoadCycle, checked_cycle
-from .dispatch import OtherContact
 from .system import ContactSystem, checked_system
 from .tolerances import CONDENSATION
 
@@ -17,7 +16,7 @@ _MOST_SETS = 100  # changes of the set of open nodes
 _RANGES = 4  # ranges of x that a text names
 
 
-def mean_load_diagnosis(system: ContactSystem | OtherContact, cycle: LoadCycle, friction: Any) -> str:
+def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Any) -> str:
     """Describe what is wrong with the mean load and how to correct it, or that nothing is wrong.
 
     Parameters
@@ -38,7 +37,7 @@ def mean_load_diagnosis(system: ContactSystem | OtherContact, cycle: LoadCycle, 
     ModelError
         Bad input.
     """
-    f = friction_coefficients(friction, (system if isinstance(system, OtherContact) else checked_system(system)).nodes)
+    f = friction_coefficients(friction, checked_system(system).nodes)
     glued_q, glued_p = system.reaction(checked_cycle(cycle).mean)
     if not (glued_q.any() or glued_p.any()):
         return "the mean load is zero, and nothing presses the bodies together: give `cycle.mean` a load that does"
@@ -46,7 +45,7 @@ def mean_load_diagnosis(system: ContactSystem | OtherContact, cycle: LoadCycle, 
         return _pulls(glued_p)
     q, p = cycle.mean_reaction(system)
     floor = CONDENSATION * float(np.abs(np.r_[glued_q.ravel(), glued_p]).mean())
-    slides = _slides(system, f, glued_q, glued_p) if isinstance(system, ContactSystem) else ""
+    slides = _slides(system, f, glued_q, glued_p) if system.tangents == 1 else ""
     if (p < -floor).any():
         return "; ".join(text for text in (_opens(system, p, floor), slides) if text)
     texts = [text for text in (_without_pressure(system, p, floor), slides, _frictionless(system, f, _sizes(q), floor)) if text]
@@ -100,7 +99,7 @@ def growth_diagnosis(friction: Array, corners: tuple[Array, Array], slipped: tup
     return f"{text}{locks}; assembly may not leave one so large{remedy}"
 
 
-def open_nodes(system: ContactSystem | OtherContact, p: Array) -> np.ndarray | None:
+def open_nodes(system: ContactSystem, p: Array) -> np.ndarray | None:
     """(N,) whether each node is open if no node slips and the closed contact has the normal reactions p (N,); None if no state is found.
 
     The state is that of the complementarity problem `p + C w >= 0, w >= 0, w (p + C w) = 0`; its set of open nodes is iterated until it repeats.
@@ -135,7 +134,7 @@ def _pulls(p: Array) -> str:
     )
 
 
-def _opens(system: ContactSystem | OtherContact, p: Array, floor: float) -> str:
+def _opens(system: ContactSystem, p: Array, floor: float) -> str:
     opened = open_nodes(system, p)
     if opened is None:
         return f"the mean load would pull at {_share(system, p < -floor)} if the contact were closed: press it there"
@@ -147,7 +146,7 @@ def _opens(system: ContactSystem | OtherContact, p: Array, floor: float) -> str:
     )
 
 
-def _without_pressure(system: ContactSystem | OtherContact, p: Array, floor: float) -> str:
+def _without_pressure(system: ContactSystem, p: Array, floor: float) -> str:
     bare = np.abs(p) <= floor
     return f"{_share(system, bare)} carry no pressure under the mean load if nothing slips" if bare.any() else ""
 
@@ -167,22 +166,22 @@ def _sizes(q: Array) -> Array:
     return np.asarray(np.linalg.norm(q.reshape(len(q), -1), axis=1))
 
 
-def _frictionless(system: ContactSystem | OtherContact, f: Array, shear: Array, floor: float) -> str:
+def _frictionless(system: ContactSystem, f: Array, shear: Array, floor: float) -> str:
     smooth = (f == 0) & (shear > floor)
     return f"{_share(system, smooth)} have no friction and slip under the shear of the mean load" if smooth.any() else ""
 
 
-def _beyond_bounds(system: ContactSystem | OtherContact, f: Array, shear: Array, p: Array, floor: float) -> str:
+def _beyond_bounds(system: ContactSystem, f: Array, shear: Array, p: Array, floor: float) -> str:
     beyond = shear > f * p + floor
     if beyond.any():
         return f"the mean load presses all nodes, but {_share(system, beyond)} exceed their friction bound f p and slip: more friction, or less shear"
     return "the mean load presses all nodes and none slips under it"
 
 
-def _share(system: ContactSystem | OtherContact, which: np.ndarray) -> str:
+def _share(system: ContactSystem, which: np.ndarray) -> str:
     """Number and positions of the nodes, as a text."""
     numbers = np.flatnonzero(which)
-    if isinstance(system, OtherContact):
+    if system.tangents == 2:
         low, high = (pick(system.points[numbers], axis=0) for pick in (np.min, np.max))
         where = (f"{name} = {a:.4g}" + (f" .. {b:.4g}" if b > a else "") for name, a, b in zip("xyz", low, high, strict=True))
         return f"{len(numbers)} of {system.nodes} nodes ({', '.join(where)})"

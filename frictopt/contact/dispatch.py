@@ -1,73 +1,42 @@
-"""How a public question about a contact that is not plane reaches the room that answers it."""
+"""How a public question about a contact in space reaches the room that answers it."""
 
 import sys
 import warnings
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from functools import wraps
 from importlib import import_module
 from inspect import signature
-from typing import Any, ParamSpec, Protocol, TypeVar, cast, overload
+from typing import Any, TypeVar
 
 import numpy as np
 
 from ..errors import ModelError, ModelWarning
-from .checks import Array
+from .checks import finite_number, real_array
+from .system import ContactSystem
 
-__all__ = ["OtherContact", "answered_by_axes", "answered_by_kind"]
+__all__ = ["answered_by_axes", "answered_by_kind"]
 
 _OURS = "frictopt."  # rooms of the package, whose own questions are not the user's
 _ROUGH = 5.0  # largest coefficient of friction that is passed without a word: of dry metals it is 0.1 to 1.5, of rubber up to 4
 
 F = TypeVar("F", bound=Callable[..., Any])
-P = ParamSpec("P")
-R = TypeVar("R", covariant=True)
+
+_ANSWERS = {  # public question -> file of the room for three dimensions with the function of that name
+    "march": "march",
+    "safe_slip": "margin",
+    "shakedown_limit": "shakedown",
+    "steady_state": "steady",
+}
+_GUARANTEE = "is not yet offered in three dimensions; use shakedown_limit, above which nothing is safe, and steady_state from several starts below it"
+_REFUSED = {
+    "guaranteed_limit": f"guaranteed_limit {_GUARANTEE}",
+    "verify_guaranteed": f"verify_guaranteed {_GUARANTEE}",
+    "safe_vertices": "safe_vertices is for plane contacts only: the safe slips of friction circles are no polytope; use safe_slip",
+}
 
 
-class OtherContact(ABC):
-    """A contact that is not plane: load cycles act on it, and it names the functions that answer questions about it."""
-
-    A: Array
-    B: Array
-    C: Array
-    points: Array
-    gap: Array
-
-    @property
-    @abstractmethod
-    def nodes(self) -> int:
-        """Number of node pairs, N."""
-
-    @property
-    @abstractmethod
-    def slip_shape(self) -> tuple[int, ...]:
-        """Shape of a slip of all nodes."""
-
-    @abstractmethod
-    def reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
-        """Bonded reactions `(q, p)` under a sum of load cases."""
-
-    @abstractmethod
-    def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
-        """Reactions `(q, p)` with every gap pressed shut and no slip."""
-
-    @classmethod
-    @abstractmethod
-    def answers(cls, question: str) -> Callable[..., Any]:
-        """The function that answers a public question about such a contact, or a `ModelError` that says why there is none."""
-
-
-class Asked(Protocol[P, R]):
-    """A public question about a plane contact, or about one of another kind."""
-
-    @overload
-    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R: ...
-    @overload
-    def __call__(self, system: OtherContact, /, *args: Any, **kwargs: Any) -> Any: ...
-
-
-def answered_by_kind(plane: Callable[P, R]) -> Asked[P, R]:
-    """A public function whose first argument is the contact: one of another kind goes to the function that answers for it."""
+def answered_by_kind(plane: Callable[..., Any]) -> Callable[..., Any]:
+    """A public function whose first argument is the contact: what is answered elsewhere for one in space goes to the function that does so."""
     names = list(signature(plane).parameters)
 
     @wraps(plane)
@@ -75,18 +44,24 @@ def answered_by_kind(plane: Callable[P, R]) -> Asked[P, R]:
         if not sys._getframe(1).f_globals.get("__name__", "").startswith(_OURS):
             _warn_of_odd_numbers(dict(zip(names, args, strict=False)) | kwargs)
         system = args[0] if args else kwargs.get("system")
-        if not isinstance(system, OtherContact):
+        if not isinstance(system, ContactSystem) or system.tangents == 1:
             return plane(*args, **kwargs)
-        return _handed_over(system.answers(plane.__name__), f"{plane.__name__} of a {type(system).__name__}", args, kwargs)
+        if plane.__name__ in _REFUSED:
+            raise ModelError(_REFUSED[plane.__name__])
+        if plane.__name__ not in _ANSWERS:
+            return plane(*args, **kwargs)
+        own = getattr(import_module(f"frictopt.spatial.{_ANSWERS[plane.__name__]}"), plane.__name__)
+        return _handed_over(own, f"{plane.__name__} of a contact in space", args, kwargs)
 
-    return cast(Asked[P, R], asked)
+    return asked
 
 
 def _warn_of_odd_numbers(given: Mapping[str, Any]) -> None:
     """Warn of values that a user who asks a question may not have meant: what is no number is for the question to refuse."""
     try:
-        friction, load_factor = float(np.max(given.get("friction", 0.0))), float(given.get("load_factor", 1.0))
-    except (TypeError, ValueError, OverflowError):
+        friction = float(real_array("friction", given.get("friction", 0.0)).max(initial=0.0))
+        load_factor = finite_number("load_factor", given.get("load_factor", 1.0))
+    except ModelError:
         return
     if friction > _ROUGH:
         warnings.warn(f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent", ModelWarning, stacklevel=3)

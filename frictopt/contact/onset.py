@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .checks import Array
-from .coulomb import friction_coefficients
+from .coulomb import friction_coefficients, lengths
 from .cycle import LoadCycle, checked_cycle
 from .diagnosis import mean_load_diagnosis
 from .dispatch import answered_by_kind
@@ -16,7 +16,7 @@ from .show import Plotted, Shown, frame
 from .system import ContactSystem, checked_system
 from .tolerances import ROUNDING, SIMULTANEOUS
 
-__all__ = ["Onset", "OnsetEvent", "onset"]
+__all__ = ["Onset", "OnsetEvent", "onset", "reach"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -40,7 +40,7 @@ class OnsetEvent(Shown):
     Examples
     --------
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     >>> fo.onset(node, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}]), friction=0.5).separation
     OnsetEvent(corner=0, event=separation, load_factor=inf, node=None, sense=0)
     """
@@ -65,7 +65,7 @@ class Onset(Shown, Plotted):
         First slip and first separation under each of the K corners.
     mean_slips, mean_opens
         Indices of the nodes at which the mean load alone already exceeds the friction bound, or pulls. If there are any, the bonded contact
-        cannot carry the mean load, and its onset says nothing about loads above it: apply the mean load by a path first.
+        cannot carry the mean load, and its onset is undefined: apply the mean load by a path first.
     residual
         Largest violation of the contact law by the bonded contact at the first event under each corner, in units of the largest nodal force there.
         It exceeds rounding only if the mean load alone violates the law.
@@ -77,7 +77,7 @@ class Onset(Shown, Plotted):
     Examples
     --------
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     >>> first = fo.onset(node, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -1.0}]), friction=0.5)
     >>> [event.load_factor for event in first.slips], first.slip.load_factor, first.mean_admissible
     ([0.25, 0.5], 0.25, True)
@@ -113,7 +113,7 @@ class Onset(Shown, Plotted):
         text = mean_load_diagnosis(self.system, self.cycle, self.friction)
         if self.mean_admissible:
             return text
-        return f"{text}; the bonded contact cannot carry the mean load, so its onset says nothing of more load (shakedown_limit and steady_state do)"
+        return f"{text}; the bonded contact cannot carry the mean load: its onset is undefined (ask shakedown_limit and steady_state)"
 
     @property
     def reactions(self) -> tuple[Array, Array]:
@@ -140,7 +140,7 @@ class Onset(Shown, Plotted):
 def onset(system: ContactSystem, cycle: LoadCycle, friction: Any) -> Onset:
     """Find the first slip and the first separation of the bonded contact as the load grows towards each corner, `mean + lam * corner`, `lam >= 0`.
 
-    Closed form, node by node: forward slip starts where `q + f p = 0`, backward slip where `f p - q = 0`, separation where `p = 0`. Theory, eq. (6).
+    Closed form, node by node: slip starts where `|q| = f p`, against q (in space the root of a quadratic), separation where `p = 0`. Theory, eq. (6).
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def onset(system: ContactSystem, cycle: LoadCycle, friction: Any) -> Onset:
     --------
     >>> import frictopt as fo
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 2.0]), "Q": ([1.0, 1.0], [0.0, 0.0])}
-    >>> system = fo.ContactSystem([[2, -1], [-1, 2]], [[0, 0], [0, 0]], [[2, 0], [0, 2]], [0, 1], bonded)
+    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0], [0, 0]], [[2, 0], [0, 2]], [0, 1], bonded)
     >>> first = fo.onset(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), friction=0.5)
     >>> first.slip
     OnsetEvent(corner=0, event=slip, load_factor=0.5, node=0, sense=-1)
@@ -172,29 +172,59 @@ def onset(system: ContactSystem, cycle: LoadCycle, friction: Any) -> Onset:
     f = friction_coefficients(friction, checked_system(system).nodes)
     q0, p0 = checked_cycle(cycle).mean_reaction(system)
     floor = ROUNDING * float(np.abs(p0).mean())
-    mean = np.array([q0 + f * p0, f * p0 - q0, p0])
     slips, separations, residual = [], [], 0.0
     for corner, (q1, p1) in enumerate(zip(*cycle.corner_reactions(system), strict=True)):
-        rates = np.array([q1 + f * p1, f * p1 - q1, p1])
-        slips.append(_first(corner, "slip", mean[:2], rates[:2], floor, senses=(+1, -1)))
-        separations.append(_first(corner, "separation", mean[2:], rates[2:], floor, senses=(0,)))
+        slips.append(_first_slip(corner, system, (q0, f * p0), (q1, f * p1), floor))
+        separations.append(_first_separation(corner, system, p0, p1, floor))
         lam = min(slips[-1].load_factor, separations[-1].load_factor)
         lam = lam if np.isfinite(lam) else 0.0
         unit = max(lam, 1.0)  # the load itself may be too large for a number
         residual = max(residual, _violation(f, q0 / unit + lam / unit * q1, p0 / unit + lam / unit * p1))
-    return Onset(tuple(slips), tuple(separations), _below(mean[:2].min(axis=0), floor), _below(mean[2], floor), residual, system, cycle, f)
+    return Onset(tuple(slips), tuple(separations), _below(f * p0 - lengths(q0, p0), floor), _below(p0, floor), residual, system, cycle, f)
 
 
-def _first(corner: int, event: str, slack: Array, rate: Array, floor: float, senses: tuple[int, ...]) -> OnsetEvent:
-    """First zero of `slack + lam * rate`, rows by sense, columns by node."""
+def _first_slip(corner: int, system: ContactSystem, mean: tuple[Array, Array], rate: tuple[Array, Array], floor: float) -> OnsetEvent:
+    """First load factor at which a shear force reaches its bound; `mean` and `rate` are shear forces and bounds."""
+    (q0, g0), (q1, g1) = mean, rate
+    slack = g0 - lengths(q0, g0)
+    if system.tangents == 1:
+        both = _reach_zero(np.array([g0 + q0, g0 - q0]), np.array([g1 + q1, g1 - q1]), floor)
+        load_factor, node = _least(both.min(axis=0))
+        forward = node is not None and both[0, node] <= load_factor * (1 + SIMULTANEOUS)
+        return OnsetEvent(corner, "slip", load_factor, node, 0 if node is None else 1 if forward else -1)
+    load_factor, node = _least(np.where(slack < -floor, 0.0, np.maximum(reach(q0, g0, q1, g1), 0.0)))
+    q = np.zeros(2) if node is None else q0[node] + load_factor * q1[node]
+    size = float(np.linalg.norm(q))
+    return OnsetEvent(corner, "slip", load_factor, node, (0.0 - float(q[0]) / size, 0.0 - float(q[1]) / size) if size > 0 else (0.0, 0.0))
+
+
+def _first_separation(corner: int, system: ContactSystem, p0: Array, p1: Array, floor: float) -> OnsetEvent:
+    """First load factor at which a pressure falls to zero."""
+    return OnsetEvent(corner, "separation", *_least(_reach_zero(p0, p1, floor)), 0 if system.tangents == 1 else (0.0, 0.0))
+
+
+def reach(q0: Array, g0: Array, q1: Array, g1: Array) -> Array:
+    """Largest lam with `|q0 + lam q1| <= g0 + lam g1`, inf where there is none; such lam form an interval, because the cone is convex.
+
+    q0, q1 are (..., 2), the bounds g0, g1 (...,). Where no lam obeys it, the one nearest to it.
+    """
+    a, b, c = (q1**2).sum(axis=-1) - g1**2, (q0 * q1).sum(axis=-1) - g0 * g1, g0**2 - (q0**2).sum(axis=-1)  # a lam^2 + 2 b lam <= c
+    root = np.sqrt(np.maximum(b**2 + a * c, 0.0))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        last = np.where(b > 0, c / (b + root), np.where(a > 0, (root - b) / a, np.inf))  # each without cancellation
+    return np.where(g1 >= np.linalg.norm(q1, axis=-1), np.inf, last)
+
+
+def _reach_zero(slack: Array, rate: Array, floor: float) -> Array:
+    """First zero of `slack + lam * rate`, inf where there is none; 0 where the slack is negative."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        factor = np.where(slack < -floor, 0.0, np.where(rate < 0, np.maximum(slack, 0.0) / -rate, np.inf))
-    first = float(factor.min())
-    if not np.isfinite(first):
-        return OnsetEvent(corner, event, np.inf, None, 0)
-    tied = factor <= first * (1 + SIMULTANEOUS)
-    node = int(np.argmax(tied.any(axis=0)))
-    return OnsetEvent(corner, event, first, node, senses[int(np.argmax(tied[:, node]))])
+        return np.where(slack < -floor, 0.0, np.where(rate < 0, np.maximum(slack, 0.0) / -rate, np.inf))
+
+
+def _least(factors: Array) -> tuple[float, int | None]:
+    """The least load factor and its node, of simultaneous ones the first."""
+    least = float(factors.min())
+    return (least, int(np.argmax(factors <= least * (1 + SIMULTANEOUS)))) if np.isfinite(least) else (np.inf, None)
 
 
 def _below(slack: Array, floor: float) -> tuple[int, ...]:
@@ -209,4 +239,4 @@ def _earliest(events: tuple[OnsetEvent, ...]) -> OnsetEvent:
 def _violation(f: Array, q: Array, p: Array) -> float:
     """Violation of the contact law by reactions of the contact that is closed and does not slip."""
     force = float(max(np.abs(q).max(), np.abs(p).max(), (f * np.abs(p)).max())) or 1.0
-    return float(max((np.abs(q) - f * p).max(), -p.min(), 0.0)) / force
+    return float(max((lengths(q, p) - f * p).max(), -p.min(), 0.0)) / force

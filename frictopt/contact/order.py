@@ -9,14 +9,14 @@ import numpy as np
 from .checks import Array, frozen
 from .coulomb import friction_coefficients
 from .show import Shown, frame
-from .system import ContactSystem, checked_system
+from .system import ContactSystem, checked_plane
 from .tolerances import PULL
 
-__all__ = ["SlipOrder", "slip_order"]
+__all__ = ["OrderPreserving", "order_preserving"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SlipOrder(Shown):
+class OrderPreserving(Shown):
     """Whether slip at one node only ever pulls the others along: `f_i |B_ij| <= -A_ij` for all i != j.
 
     If it holds, and while all nodes stay closed, two starts with `v <= v'` at every node have `v <= v'` ever after under the same loads. Slips
@@ -35,8 +35,8 @@ class SlipOrder(Shown):
     Examples
     --------
     >>> import frictopt as fo
-    >>> punch = fo.PunchOnHalfPlane(elements=16).condense()
-    >>> fo.slip_order(punch, friction=0.43).to_frame().query("not holds")["node"].tolist()
+    >>> punch = fo.scenes.PunchOnHalfPlane(elements=16).condense()
+    >>> fo.order_preserving(punch, friction=0.43).to_frame().query("not holds")["node"].tolist()
     [1, 15]
     """
 
@@ -59,8 +59,8 @@ class SlipOrder(Shown):
         return {"holds": self.holds, "largest_friction": self.largest_friction}
 
 
-def slip_order(system: ContactSystem, friction: Any) -> SlipOrder:
-    """Check whether the slips of a contact keep their order, see `SlipOrder`.
+def order_preserving(system: ContactSystem, friction: Any) -> OrderPreserving:
+    """Check whether the slips of a contact keep their order, see `OrderPreserving`.
 
     Parameters
     ----------
@@ -77,17 +77,17 @@ def slip_order(system: ContactSystem, friction: Any) -> SlipOrder:
     Examples
     --------
     >>> import frictopt as fo
-    >>> punch = fo.PunchOnHalfPlane(elements=16).condense()
-    >>> fo.slip_order(punch, friction=0.3)
-    SlipOrder(holds=True, largest_friction=0.428576)
-    >>> fo.slip_order(punch, friction=0.7).holds
+    >>> punch = fo.scenes.PunchOnHalfPlane(elements=16).condense()
+    >>> fo.order_preserving(punch, friction=0.3)
+    OrderPreserving(holds=True, largest_friction=0.428576)
+    >>> fo.order_preserving(punch, friction=0.7).holds
     False
     """
-    f = friction_coefficients(friction, checked_system(system).nodes)
+    f = friction_coefficients(friction, checked_plane(system).nodes)
     pull, coupling = -system.A, np.abs(system.B)
     rounding = PULL * max(float(np.abs(system.A).max()), float(coupling.max()))
     coupled = coupling > rounding
     shares = np.where(coupled, pull / np.where(coupled, coupling, 1.0), np.where(pull >= -rounding, np.inf, -np.inf))
     np.fill_diagonal(shares, np.inf)
     critical = shares.min(axis=1)
-    return SlipOrder(bool(np.all(f <= critical)), frozen(critical), frozen(f), system.x)
+    return OrderPreserving(bool(np.all(f <= critical)), frozen(critical), frozen(f), system.x)

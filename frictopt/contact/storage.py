@@ -10,19 +10,27 @@ import numpy as np
 
 from ..errors import ModelError
 from .checks import Array, finite_array, shown
+from .parts import joined
 
-__all__ = ["FORM", "NAMES", "read", "read_archive", "write"]
+__all__ = ["is_folder", "read", "read_folder", "values", "write"]
 
-NAMES = ("A", "B", "C", "x", "gap", "E_star", "points", "normals", "contact", "width")
-_OPTIONAL = {"gap": 1, "width": 1, "points": 2, "normals": 2}  # columns of a file of N rows in a folder
-FORM = "frictopt contact system 3"
+_NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star")
+_BLOCKS = ("A", "B", "C", "x")  # of a folder
+_OPTIONAL = ("gap", "width")  # files of N rows in a folder
+_FORM = "frictopt contact system 4"
 _MOST_NODES = 20_000  # in a folder: S then takes 13 GB, which a short damaged file could ask for
 
 
-def write(path: str | Path, values: Mapping[str, Any], bonded: Mapping[str, Any], form: str) -> None:
-    """Write an npz archive under exactly this name: the values (None as an empty array), names of the load cases, and their bonded reactions."""
-    plain = {name: np.array([] if value is None else value) for name, value in values.items()}
-    arrays = {"format": np.array(form), **plain, "cases": np.array(list(bonded)), "bonded": np.array(list(bonded.values()))}
+def values(system: Any) -> dict[str, Any]:
+    """The parts of a contact system, but for its load cases."""
+    return {name: getattr(system, name) for name in _NAMES}
+
+
+def write(path: str | Path, system: Any) -> None:
+    """Write a contact system to an npz archive under exactly this name: its parts (None as an empty array), load cases and bonded reactions."""
+    plain = {name: np.array([] if value is None else value) for name, value in values(system).items()}
+    bonded = [joined(*pair) for pair in system.bonded.values()]
+    arrays = {"format": np.array(_FORM), **plain, "cases": np.array(list(system.bonded)), "bonded": np.array(bonded)}
     try:
         if Path(path).exists() and not Path(path).is_file():
             raise OSError("it is a folder or a device")
@@ -32,8 +40,8 @@ def write(path: str | Path, values: Mapping[str, Any], bonded: Mapping[str, Any]
         raise ModelError(f"path: {shown(path)} cannot be written ({error}); give the name of a file in a folder that exists") from error
 
 
-def read(source: str | Path) -> dict[str, Any]:
-    """The arguments of a contact system, from an archive or a folder of Matrix Market files."""
+def is_folder(source: str | Path) -> bool:
+    """Whether a name is that of a folder; otherwise it has to be that of a file."""
     try:
         path = Path(source)
         exists = path.exists()
@@ -41,12 +49,16 @@ def read(source: str | Path) -> dict[str, Any]:
         raise ModelError(f"path: {shown(source)} is not the name of a file or folder ({error})") from error
     if not exists:
         raise ModelError(f"path: {str(path)!r} does not exist; give an archive of ContactSystem.save or a folder of Matrix Market files")
-    if path.is_dir():
-        return _read_folder(path)
-    arrays, bonded = read_archive(path, FORM, NAMES)
+    return path.is_dir()
+
+
+def read(source: str | Path) -> dict[str, Any]:
+    """The arguments of a contact system, from an archive."""
+    arrays = _read_archive(source)
+    cases, bonded = arrays.pop("cases").tolist(), arrays.pop("bonded")
     modulus = arrays.pop("E_star")
     known = {name: array if array.size else None for name, array in arrays.items()}
-    return {**known, "E_star": modulus.item() if modulus.size else None, "bonded": {name: tuple(pair) for name, pair in bonded.items()}}
+    return {**known, "E_star": modulus.item() if modulus.size else None, "bonded": dict(zip(cases, bonded, strict=True))}
 
 
 def _digest(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -58,9 +70,9 @@ def _digest(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     return np.frombuffer(digest.digest(), dtype=np.uint8)
 
 
-def read_archive(source: str | Path, form: str, names: tuple[str, ...]) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Read an archive of some form: its values by name, and the bonded reactions of its load cases."""
-    members = ("format", *names, "cases", "bonded", "digest")
+def _read_archive(source: str | Path) -> dict[str, np.ndarray]:
+    """The arrays of an archive by their names: the parts of a system, its load cases, and their bonded reactions, one row each."""
+    members = ("format", *_NAMES, "cases", "bonded", "digest")
     try:
         path = Path(source)
         if not path.is_file():
@@ -72,10 +84,11 @@ def read_archive(source: str | Path, form: str, names: tuple[str, ...]) -> tuple
             if any(info.compress_type != zipfile.ZIP_STORED for info in archive.infolist()):  # a stored member is not larger than its file
                 raise ValueError("it is compressed")
             arrays = {name: _member(archive, name) for name in members}
-        if not np.array_equal(arrays.pop("digest"), _digest(arrays)) or str(arrays.pop("format")) != form:
+        if not np.array_equal(arrays.pop("digest"), _digest(arrays)) or str(arrays.pop("format")) != _FORM:
             raise ValueError("its content has changed since it was saved")
-        cases, bonded = arrays.pop("cases").tolist(), arrays.pop("bonded")
-        return arrays, dict(zip(cases, bonded, strict=True))
+        if len(arrays["bonded"]) != len(arrays["cases"].tolist()):
+            raise ValueError("its load cases are not complete")
+        return arrays
     except Exception as error:  # readers raise many kinds of error on a damaged or foreign file
         raise ModelError(f"path: {str(source)!r} is not a contact system ({shown(error)}); give a file as its save writes it") from error
 
@@ -88,18 +101,20 @@ def _member(archive: zipfile.ZipFile, name: str) -> np.ndarray:
         return np.frombuffer(file.read(), dtype).reshape(shape, order="F" if fortran else "C")
 
 
-def _read_folder(path: Path) -> dict[str, Any]:
+def read_folder(source: str | Path) -> dict[str, Any]:
+    """The arguments of `ContactSystem.from_blocks`, from a folder of Matrix Market files."""
+    path = Path(source)
     files = {file.stem: file for file in sorted(path.glob("*.mtx"))}
-    plain = {"A", "B", "C", "x", "E_star", *_OPTIONAL}
+    plain = {*_BLOCKS, "E_star", *_OPTIONAL}
     unknown = [name for name in files if name not in plain and not name.startswith("bonded.")]
     if unknown:
         raise ModelError(f"path: {str(path)!r} holds the unknown files {', '.join(unknown)}; remove them, or call load cases bonded.NAME")
-    missing = [name for name in ("A", "B", "C", "x") if name not in files]
+    missing = [name for name in _BLOCKS if name not in files]
     if missing:
         raise ModelError(f"path: {str(path)!r} has no {', '.join(missing)}; it needs A, B, C and x, and one bonded.NAME for each load case")
     x = _read_matrix_market(files["x"], (None, 1))
     n = len(x)
-    shapes = {"x": (n, 1), "E_star": (1, 1), **dict.fromkeys("ABC", (n, n)), **{name: (n, columns) for name, columns in _OPTIONAL.items()}}
+    shapes = {"x": (n, 1), "E_star": (1, 1), **dict.fromkeys("ABC", (n, n)), **dict.fromkeys(_OPTIONAL, (n, 1))}
     found = {name: _read_matrix_market(file, shapes.get(name, (n, 2))) for name, file in files.items()}
     bonded = {name.removeprefix("bonded."): tuple(found.pop(name).T) for name in list(found) if name not in plain}
     columns = {name: values.ravel() if values.shape == (n, 1) and name not in "ABC" else values for name, values in found.items()}

@@ -56,7 +56,7 @@ class Part:
         A[middle, middle] = whole.stiffness_scale
         gap = np.where(np.arange(kept) < n // 2, whole.gap[:kept], whole.gap[:kept] / 2)
         bonded = {name: (q[:kept], p[:kept]) for name, (q, p) in whole.bonded.items()}
-        return ContactSystem(A, B, C, whole.x[:kept], bonded, gap)
+        return ContactSystem.from_blocks(A, B, C, whole.x[:kept], bonded, gap)
 
     @cached_property
     def share(self) -> Array:

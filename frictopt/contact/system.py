@@ -1,162 +1,249 @@
 """The discrete contact problem: the interface's stiffness, its bonded reactions and its gap."""
 
+# One file because it is the one type that all rooms share: its data, their shapes, and its copies.
+
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
 
 from ..errors import ModelError
 from . import storage
-from .checks import Array, Names, check_name, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array, shown
-from .dispatch import OtherContact
+from .checks import Array, Names, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array
+from .course import arc_length
+from .parts import check_order, checked_bonded, checked_frames, checked_width, parted
 from .show import Shown, frame
 from .stiffness import check_semi_definite, symmetrised
-from .tolerances import UNIT_LENGTH
+from .tolerances import RIGID
 
-__all__ = ["ContactSystem", "checked_kind", "checked_system"]
+__all__ = ["ContactSystem", "checked_plane", "checked_system"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactSystem(Shown):
     """N node pairs of two elastic bodies, condensed to their interface (Flicek et al. 2015, section 2).
 
-    The reactions `r = [q, p]` of body 2 on body 1 (per unit depth) follow from the relative motion `u = [v, w - gap]` of body 1 with
-    respect to body 2::
+    Each pair has one normal and t tangents, t = 1 in the plane and 2 in space. The reactions `r = [q, p]` of body 2 on body 1 follow from the
+    relative motion `u = [v, w - gap]` of body 1 with respect to body 2::
 
-        q = q^w + A v + B^T (w - gap)         tangential, along +x
+        q = q^w + A v + B^T (w - gap)         along the tangents
         p = p^w + B v + C (w - gap)           normal, compression positive
 
-    with `v` along +x, `w` opening positive, and the bonded reactions `q^w, p^w` (interface glued) linear in the loads. On a contact that is not
-    straight, or on several of them, each node has its own directions: `w` along its normal, from body 2 into body 1, and `v` along its tangent,
-    the normal turned by -90 degrees (normal +y, tangent +x). `x` is then the arc length, one contact after the other. Theory, eq. (1).
+    with the slip `v`, the gap `w`, and the bonded reactions `q^w, p^w` (interface glued) linear in the loads. Slips and shear forces are (N,) in the
+    plane and (N, 2) in space. In the plane forces are per unit depth, and the tangent is the normal turned by -90 degrees. Theory, eq. (1).
 
     Parameters
     ----------
-    A, B, C
-        (N, N) blocks of the stiffness `S = [[A, B^T], [B, C]]`, force per length and depth; S symmetric and positive semi-definite.
-    x
-        (N,) coordinates of the nodes along the interface, strictly increasing, length.
-    bonded
-        Load case name -> `(q, p)`, the (N,) bonded reactions under the unit load, force per depth.
-    gap
-        (N,) initial gap `g0 >= 0`, length; None, or empty, for a complete contact (no gap).
-    E_star
-        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It only serves as a unit of dimensionless results.
-        None: not known.
+    S
+        (M, M) stiffness `[[A, B^T], [B, C]]`, M = (t + 1) N, force per length; symmetric and positive semi-definite. Its unknowns are ordered by
+        component: first v of all nodes (v along the first tangent, then along the second one), then w.
     points
-        (N, 2) coordinates of the nodes, length. None: not known.
-    normals
-        (N, 2) normals of unit length, from body 2 into body 1. None: not known.
+        (N, t + 1) coordinates of the nodes, length. In the plane they follow each other along the tangents, one contact after the other.
+    bonded
+        Load case name -> the bonded reactions under the unit load, force: `(q, p)`, or all of them in the order of S, (M,).
+    gap
+        (N,) initial gap `g0 >= 0`, length; None for a complete contact (no gap).
+    frames
+        (N, t + 1, t + 1) directions of each pair: its rows are the tangents and the normal, which points from body 2 into body 1. None: the axes.
     contact
         (N,) name of the contact that each node belongs to; the nodes of one contact follow each other. None: not known.
     width
-        (N,) tributary lengths > 0: reactions over width are mean tractions. None: not known.
+        (N,) tributary lengths (areas in space) > 0: reactions over width are mean tractions. None: not known.
+    E_star
+        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It only serves as a unit of dimensionless results.
+        None: not known.
 
     Raises
     ------
     ModelError
-        Wrong shape or type, entries not finite, S not symmetric or not positive semi-definite up to rounding, negative gap, x not
-        increasing, no load case, normals not of unit length, a contact in several pieces, width not positive. Rounding asymmetry is removed:
-        A and C are stored symmetrised.
+        Wrong shape or type, entries not finite, S not symmetric or not positive semi-definite up to rounding, negative gap, frames that are not
+        orthonormal, nodes in the plane that are not in their order, no load case, a contact in several pieces, width not positive. Rounding asymmetry
+        is removed.
 
     Examples
     --------
+    >>> import numpy as np
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem(
-    ...     A=[[2, -1], [-1, 2]],
-    ...     B=[[0, 0.5], [-0.5, 0]],
-    ...     C=[[2, 0], [0, 2]],
-    ...     x=[0, 1],
-    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])},
-    ... )
-    >>> system
-    ContactSystem(nodes=2, x=0 .. 1, loads=['P', 'Q'], gap=False)
-    >>> q, p = system.reaction({"P": 2.0, "Q": 0.5})
+    >>> node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
+    >>> node
+    ContactSystem(nodes=1, tangents=2, loads=['P', 'Q', 'R'], gap=False)
+    >>> q, p = node.reaction({"P": 2.0, "Q": 0.3, "R": 0.4})
     >>> q.tolist(), p.tolist()
-    ([0.5, 0.5], [2.0, 2.0])
+    ([[0.3, 0.4]], [2.0])
     """
 
-    A: Array
-    B: Array
-    C: Array
-    x: Array
-    bonded: Mapping[str, tuple[Array, Array]]
+    S: Array
+    points: Array
+    bonded: Mapping[str, Any]
+    _: KW_ONLY
     gap: Array = field(default_factory=lambda: frozen([]))
-    E_star: float | None = None
-    points: Array | None = None
-    normals: Array | None = None
+    frames: Array = field(default_factory=lambda: frozen([]))
     contact: Names | None = None
     width: Array | None = None
+    E_star: float | None = None
 
     def __post_init__(self) -> None:
-        x = finite_array("x", self.x, (None,))
-        n = len(x)
+        points = finite_array("points", self.points, (None, None))
+        n, axes = points.shape
         if n == 0:
-            raise ModelError("x: no nodes; a contact needs at least one node pair")
-        if np.any(np.diff(x) <= 0):
-            first = int(np.argmax(np.diff(x) <= 0))
-            raise ModelError(f"x: x[{first + 1}] = {x[first + 1]:g} does not exceed x[{first}] = {x[first]:g}; order the nodes along the interface")
-        A, B, C = (finite_array(name, getattr(self, name), (n, n)) for name in "ABC")
-        A, C = symmetrised("A", A), symmetrised("C", C)
-        check_semi_definite("A, B, C: S = [[A, B^T], [B, C]]", np.block([[A, B.T], [B, C]]))
+            raise ModelError("points: no nodes; a contact needs at least one node pair")
+        if axes not in (2, 3):
+            raise ModelError(f"points: shape {points.shape}; give (N, 2) in the plane or (N, 3) in space")
+        S = symmetrised("S", finite_array("S", self.S, (axes * n, axes * n)))
+        check_semi_definite("S", S)
         none = self.gap is None or real_array("gap", self.gap).size == 0
         gap = frozen(np.zeros(n)) if none else finite_array("gap", self.gap, (n,))
         if gap.min() < 0:
             raise ModelError(f"gap: {gap.min():g} at node {int(gap.argmin())}; the bodies cannot overlap before loading, give gap >= 0")
-        E_star = None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0)
         for name, value in {
-            "E_star": E_star,
-            "x": x,
-            "A": A,
-            "B": B,
-            "C": C,
+            "S": S,
+            "points": points,
+            "bonded": checked_bonded("bonded", self.bonded, n, axes - 1),
             "gap": gap,
-            "bonded": _checked_bonded("bonded", self.bonded, n),
-            "points": None if self.points is None else finite_array("points", self.points, (n, 2)),
-            "normals": None if self.normals is None else _checked_normals(self.normals, n),
+            "frames": checked_frames(self.frames, n, axes),
             "contact": None if self.contact is None else checked_contact("contact", self.contact, n),
-            "width": None if self.width is None else _checked_width(self.width, n),
+            "width": None if self.width is None else checked_width(self.width, n),
+            "E_star": None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
         }.items():
             object.__setattr__(self, name, value)
+        if axes == 2:
+            check_order(self.x)
+
+    @classmethod
+    def from_blocks(
+        cls,
+        A: Any,
+        B: Any,
+        C: Any,
+        x: Any,
+        bonded: Mapping[str, tuple[Any, Any]],
+        gap: Any = None,
+        *,
+        contact: Any = None,
+        width: Any = None,
+        E_star: float | None = None,
+    ) -> Self:
+        """A contact in the plane on a straight line, from the (N, N) blocks of its stiffness and the (N,) coordinates of its nodes on that line.
+
+        Raises
+        ------
+        ModelError
+            As for the contact itself.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> system = fo.ContactSystem.from_blocks(
+        ...     A=[[2, -1], [-1, 2]],
+        ...     B=[[0, 0.5], [-0.5, 0]],
+        ...     C=[[2, 0], [0, 2]],
+        ...     x=[0, 1],
+        ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])},
+        ... )
+        >>> system
+        ContactSystem(nodes=2, x=0 .. 1, loads=['P', 'Q'], gap=False)
+        >>> q, p = system.reaction({"P": 2.0, "Q": 0.5})
+        >>> q.tolist(), p.tolist()
+        ([0.5, 0.5], [2.0, 2.0])
+        """
+        line = finite_array("x", x, (None,))
+        n = len(line)
+        if n == 0:
+            raise ModelError("x: no nodes; a contact needs at least one node pair")
+        A, B, C = (finite_array(name, block, (n, n)) for name, block in zip("ABC", (A, B, C), strict=True))
+        A, C = symmetrised("A", A), symmetrised("C", C)
+        points = np.column_stack([line, np.zeros(n)])
+        return cls(np.block([[A, B.T], [B, C]]), points, bonded, gap=gap, contact=contact, width=width, E_star=E_star)
 
     def _answer(self) -> Mapping[str, Any]:
         names = [] if self.contact is None else list(dict.fromkeys(self.contact.tolist()))
         several = {"contacts": names} if len(names) > 1 else {}
-        span = f"{self.x[0]:g} .. {self.x[-1]:g}"
-        return {"nodes": self.nodes, "x": span, **several, "loads": sorted(self.bonded), "gap": bool(self.gap.any())}
+        place = {"x": f"{self.x[0]:g} .. {self.x[-1]:g}"} if self.tangents == 1 else {"tangents": 2}
+        return {"nodes": self.nodes, **place, **several, "loads": sorted(self.bonded), "gap": bool(self.gap.any())}
 
     def to_frame(self) -> Any:
-        """A pandas DataFrame with one row for each node: node, x, gap and, as far as they are known, contact, point, normal and width."""
-        columns: dict[str, Any] = {"node": np.arange(self.nodes), "x": self.x, "gap": self.gap}
+        """A pandas DataFrame with one row for each node: node, contact and width where they are known, x (in the plane), gap, point and normal."""
+        columns: dict[str, Any] = {"node": np.arange(self.nodes)}
+        if self.tangents == 1:
+            columns["x"] = self.x
+        columns["gap"] = self.gap
         if self.contact is not None:
             columns["contact"] = self.contact
         for name, values in (("point", self.points), ("normal", self.normals)):
-            if values is not None:
-                columns |= {f"{name}_{axis}": column for axis, column in zip("xy", values.T, strict=True)}
+            columns |= {f"{name}_{axis}": column for axis, column in zip("xyz", values.T, strict=False)}
         return frame(columns if self.width is None else {**columns, "width": self.width})
 
     @property
     def nodes(self) -> int:
         """Number of node pairs, N."""
-        return len(self.x)
+        return len(self.points)
+
+    @property
+    def tangents(self) -> int:
+        """Number of tangents of a pair, t: 1 in the plane, 2 in space."""
+        return int(self.points.shape[1]) - 1
 
     @property
     def slip_shape(self) -> tuple[int, ...]:
-        """Shape of a slip of all nodes, (N,)."""
-        return (self.nodes,)
+        """Shape of a slip of all nodes: (N,) in the plane, (N, 2) in space."""
+        return (self.nodes,) if self.tangents == 1 else (self.nodes, 2)
 
     @property
-    def S(self) -> Array:
-        """(2N, 2N) stiffness of the relative motion `[v, w]`."""
-        return np.block([[self.A, self.B.T], [self.B, self.C]])
+    def x(self) -> Array:
+        """(N,) coordinates along the interface in the plane, rising, length.
+
+        On a straight line the coordinate along its tangent, else the arc length, one contact after the other.
+
+        Raises
+        ------
+        ModelError
+            In space.
+        """
+        if self.tangents != 1:
+            raise ModelError("x: a contact in space has no arc length; use `points`")
+        return frozen(arc_length(self.points, self.frames, self.contact))
+
+    @property
+    def normals(self) -> Array:
+        """(N, t + 1) normals, from body 2 into body 1."""
+        return self.frames[:, -1]
+
+    @property
+    def A(self) -> Array:
+        """(t N, t N) block of S: shear forces by slips, ordered by component."""
+        return self.S[: -self.nodes, : -self.nodes]
+
+    @property
+    def B(self) -> Array:
+        """(N, t N) block of S: normal forces by slips."""
+        return self.S[-self.nodes :, : -self.nodes]
+
+    @property
+    def C(self) -> Array:
+        """(N, N) block of S: normal forces by gaps."""
+        return self.S[-self.nodes :, -self.nodes :]
 
     @property
     def stiffness_scale(self) -> float:
         """Mean of the diagonal of S (1 if S is zero): the scale that turns mean forces into the scale of slips."""
-        return float((np.trace(self.A) + np.trace(self.C)) / (2 * self.nodes)) or 1.0
+        return float(np.trace(self.S) / len(self.S)) or 1.0
+
+    @property
+    def own_stiffness(self) -> Array:
+        """(M,) diagonal of S; where a direction has no more than rounding, the largest of its node (the scale of all where that is zero)."""
+        own = np.diag(self.S).reshape(-1, self.nodes)
+        most = own.max(axis=0)
+        most = np.where(most > 0, most, self.stiffness_scale)
+        return np.asarray(np.where(own > RIGID * most, own, most).ravel())
+
+    @cached_property
+    def rigid_motions(self) -> Array:
+        """(M, k) relative motions that strain nothing, an orthonormal basis: the slides, turns and lifts of bodies that no support guides."""
+        stretch, motions = np.linalg.eigh(self.S)
+        return frozen(motions[:, stretch <= RIGID * max(stretch[-1], 0.0)])
 
     def reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
         """Bonded reactions `(q^w, p^w)` under a sum of load cases, name -> amplitude.
@@ -166,7 +253,7 @@ class ContactSystem(Shown):
         ModelError
             A load case that the system does not have, an amplitude that is not finite.
         """
-        q, p = np.zeros(self.nodes), np.zeros(self.nodes)
+        q, p = np.zeros(self.slip_shape), np.zeros(self.nodes)
         for name, amplitude in checked_loads("loads", loads).items():
             if name not in self.bonded:
                 raise ModelError(f"load case {name!r}: unknown; this system has {sorted(self.bonded)}")
@@ -179,17 +266,22 @@ class ContactSystem(Shown):
         q, p = self.reaction(loads)
         if not self.gap.any():
             return q, p
-        return q - self.B.T @ self.gap, p - self.C @ self.gap
+        shut, pressed = self._pressed(self.gap)
+        return q - shut, p - pressed
 
-    def with_bonded(self, cases: Mapping[str, tuple[Any, Any]]) -> Self:
-        """Copy with load cases added or replaced, name -> `(q, p)`.
+    def _pressed(self, overlap: Array) -> tuple[Array, Array]:
+        """Reactions by which a closed contact without slip holds an overlap, (N,)."""
+        return parted(self.S[:, -self.nodes :] @ overlap, self.tangents + 1)
+
+    def with_bonded(self, cases: Mapping[str, Any]) -> Self:
+        """Copy with load cases added or replaced, name -> bonded reactions.
 
         Raises
         ------
         ModelError
             Not a mapping, or a bad load case, see `ContactSystem`.
         """
-        return replace(self, bonded={**self.bonded, **_checked_bonded("cases", cases, self.nodes)})
+        return replace(self, bonded={**self.bonded, **checked_bonded("cases", cases, self.nodes, self.tangents)})
 
     def with_interference(self, cases: Mapping[str, Any]) -> Self:
         """Copy with load cases that are interferences, name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
@@ -204,12 +296,12 @@ class ContactSystem(Shown):
         Examples
         --------
         >>> import frictopt as fo
-        >>> node = fo.ContactSystem([[1.0]], [[0.5]], [[2.0]], [0.0], {"Q": ([1.0], [0.0])})
+        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[2.0]], [0.0], {"Q": ([1.0], [0.0])})
         >>> node.with_interference({"fit": 0.1}).bonded["fit"][1].tolist()
         [0.2]
         """
         overlaps = checked_overlaps("cases", cases, self.nodes)
-        return self.with_bonded({name: (self.B.T @ d, self.C @ d) for name, d in overlaps.items()})
+        return self.with_bonded({name: self._pressed(d) for name, d in overlaps.items()})
 
     def with_gap(self, gap: Any) -> Self:
         """Copy with another initial gap, (N,) or None."""
@@ -223,21 +315,23 @@ class ContactSystem(Shown):
         ModelError
             The file cannot be written.
         """
-        storage.write(path, {name: getattr(self, name) for name in storage.NAMES}, self.bonded, storage.FORM)
+        storage.write(path, self)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a system from an archive written by `save`, or from a folder of Matrix Market files.
 
-        The folder holds `A.mtx`, `B.mtx`, `C.mtx` (N x N, dense or sparse), `x.mtx` and, if there are any, `gap.mtx`, `width.mtx` (N x 1),
-        `points.mtx`, `normals.mtx` (N x 2) and `E_star.mtx` (1 x 1), and one `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME;
-        N is at most 20,000.
+        The folder holds the blocks `A.mtx`, `B.mtx`, `C.mtx` (N x N, dense or sparse) of a contact in the plane, `x.mtx` and, if there are any,
+        `gap.mtx`, `width.mtx` (N x 1) and `E_star.mtx` (1 x 1), and one `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME; N is at
+        most 20,000.
 
         Raises
         ------
         ModelError
             The file is missing or damaged, or its content is not a contact system.
         """
+        if storage.is_folder(path):
+            return cls.from_blocks(**storage.read_folder(path))
         return cls(**storage.read(path))
 
 
@@ -249,38 +343,8 @@ def checked_system(system: Any) -> ContactSystem:
     return system
 
 
-def checked_kind(system: Any) -> ContactSystem | OtherContact:
-    """Check that `system` is a contact system of any kind."""
-    return system if isinstance(system, OtherContact) else checked_system(system)
-
-
-def _checked_normals(normals: Any, n: int) -> Array:
-    checked = finite_array("normals", normals, (n, 2))
-    lengths = np.hypot(*checked.T)
-    if np.abs(lengths - 1).max() > UNIT_LENGTH:
-        i = int(np.abs(lengths - 1).argmax())
-        raise ModelError(f"normals: length {lengths[i]:g} at node {i}; give normals of length 1")
-    return checked
-
-
-def _checked_width(width: Any, n: int) -> Array:
-    checked = finite_array("width", width, (n,))
-    if checked.min() <= 0:
-        raise ModelError(f"width: {checked.min():g} at node {int(checked.argmin())}; give the length that the node collects, > 0")
-    return checked
-
-
-def _checked_bonded(argument: str, bonded: Any, n: int) -> Mapping[str, tuple[Array, Array]]:
-    if not isinstance(bonded, Mapping):
-        raise ModelError(f"{argument}: a {type(bonded).__name__}; give a mapping, load case name -> (q, p)")
-    if not bonded:
-        raise ModelError(f"{argument}: no load case; give at least one, name -> (q, p)")
-    checked = {}
-    for name, pair in bonded.items():
-        check_name(argument, name)
-        try:
-            q, p = pair
-        except (TypeError, ValueError) as error:
-            raise ModelError(f"{argument}[{name!r}]: {shown(pair)} is no pair; give (q, p), two arrays of length {n}") from error
-        checked[name] = (finite_array(f"{argument}[{name!r}] q", q, (n,)), finite_array(f"{argument}[{name!r}] p", p, (n,)))
-    return MappingProxyType(checked)
+def checked_plane(system: Any) -> ContactSystem:
+    """Check that `system` is a contact system in the plane."""
+    if checked_system(system).tangents != 1:
+        raise ModelError("system: a contact in space; this question is answered for contacts in the plane")
+    return system  # type: ignore[no-any-return]

@@ -8,7 +8,6 @@ from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
 from .matrices import MatrixJob, read_abaqus, read_calculix, read_mesh
 from .model import ContactModel
 from .recovery import BodyFields
-from .scenes import Dovetail, PinInPlate, PressFit, PunchOnHalfPlane, RoundedPunch
 from .split import split_bodies
 
 __all__ = [
@@ -19,16 +18,11 @@ __all__ = [
     "Contact",
     "ContactModel",
     "Displacement",
-    "Dovetail",
     "Expansion",
     "Interference",
     "Material",
     "MatrixJob",
-    "PinInPlate",
-    "PressFit",
     "Pressure",
-    "PunchOnHalfPlane",
-    "RoundedPunch",
     "Support",
     "Traction",
     "condense",

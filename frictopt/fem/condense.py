@@ -12,7 +12,7 @@ from ..contact.checks import Array, checked_contact, checked_overlaps, finite_ar
 from ..contact.dispatch import answered_by_axes
 from ..contact.tolerances import EQUILIBRIUM
 from ..errors import ModelError
-from .frames import arc_length, check_course, check_sides, half_widths, plane_frames
+from .frames import check_course, check_sides, half_widths, plane_frames
 from .given import (
     check_forgotten,
     checked_forces,
@@ -51,7 +51,7 @@ def condense(
 ) -> ContactSystem:
     """Condense the stiffness matrix of any finite-element code to the contacts of its bodies, in the plane.
 
-    With points in space it makes a `ContactSystem3D`: pairs in any order, normals (N, 3), unknowns and points (nodes, 3). The tangents are x less its
+    With points in space it makes a contact in space: pairs in any order, normals (N, 3), unknowns and points (nodes, 3). The tangents are x less its
     part along the normal (y where the normal is nearly x), and normal times first tangent; contact, width and E_star are for the plane.
 
     The stiffness is that of the separate bodies: nothing couples them yet. Pair i glues its node of body 1 to its node of body 2, but for the
@@ -153,18 +153,7 @@ def condense(
 
 def plane_system(S: Array, bonded: Mapping[str, Array], interface: Interface, points: Array, contact: Sequence[str], **values: Any) -> ContactSystem:
     """The contact system of a stiffness (2N, 2N) and of reactions (2N,), load case by load case; other values as for `ContactSystem`."""
-    n = len(points)
-    return ContactSystem(
-        A=S[:n, :n],
-        B=S[n:, :n],
-        C=S[n:, n:],
-        x=arc_length(points, interface.frames, contact),
-        bonded={name: (r[:n], r[n:]) for name, r in bonded.items()},
-        points=points,
-        normals=interface.frames[:, 1],
-        contact=np.array(contact),
-        **values,
-    )
+    return ContactSystem(S, points, bonded, frames=interface.frames, contact=np.array(contact), **values)
 
 
 def reactions(

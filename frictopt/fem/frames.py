@@ -1,17 +1,17 @@
-"""Directions, order, arc length and widths along contacts in the plane."""
+"""Directions, order and widths along contacts in the plane."""
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..contact.checks import Array
-from ..contact.tolerances import ASIDE, SAME_POINT
+from ..contact.course import runs
+from ..contact.tolerances import ASIDE
 from ..errors import ModelError
 from .interface import Interface
 
-__all__ = ["arc_length", "check_course", "check_sides", "half_widths", "place", "plane_frames", "runs"]
+__all__ = ["check_course", "check_sides", "half_widths", "place", "plane_frames"]
 
 
 def plane_frames(normals: Array) -> Array:
@@ -26,12 +26,6 @@ def plane_frames(normals: Array) -> Array:
 def place(point: Array) -> str:
     """A point as a text for messages."""
     return "(" + ", ".join(f"{value:g}" for value in point) + ")"
-
-
-def runs(names: Sequence[str]) -> list[slice]:
-    """The pairs of each contact, from the name of each pair."""
-    starts = [i for i in range(len(names)) if i == 0 or names[i] != names[i - 1]]
-    return [slice(start, end) for start, end in pairwise([*starts, len(names)])]
 
 
 def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:
@@ -105,17 +99,3 @@ def half_widths(points: Array, names: Sequence[str]) -> Array | None:
         half = np.hypot(*np.diff(points[run], axis=0).T) / 2
         width[run] += np.r_[half, 0.0] + np.r_[0.0, half]
     return width if width.min() > 0 else None
-
-
-def arc_length(points: Array, frames: Array, names: Sequence[str]) -> Array:
-    """(N,) arc length along the contacts, one after the other."""
-    x, end = np.empty(len(points)), 0.0
-    for run in runs(names):
-        p = points[run]
-        lengths = np.hypot(*np.diff(p, axis=0).T)
-        step = float(lengths.mean()) if len(lengths) else 1.0
-        first = float(frames[0, 0] @ p[0])
-        start = end + step if run.start else first * (abs(first) > SAME_POINT * lengths.sum())
-        x[run] = start + np.r_[0.0, np.cumsum(lengths)]
-        end = float(x[run][-1])
-    return x

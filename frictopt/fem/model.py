@@ -181,7 +181,7 @@ class ContactModel(Shown, Plotted):
         Examples
         --------
         >>> import frictopt as fo
-        >>> scene = fo.PunchOnHalfPlane(elements=4, growth=2.0).model()
+        >>> scene = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
         >>> fields = scene.recover({"P": 1.0}, slip=[0.0] * 5)  # glued
         >>> fields
         BodyFields(bodies=['punch', 'block'], nodes=5)

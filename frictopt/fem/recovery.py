@@ -50,7 +50,7 @@ class BodyFields(Shown, Plotted):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fields = fo.PunchOnHalfPlane(elements=4, growth=2.0).model().recover({"P": 1.0}, slip=[0.0] * 5)
+    >>> fields = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model().recover({"P": 1.0}, slip=[0.0] * 5)
     >>> fields.stress["punch"].shape == (4, fields.displacement["punch"].shape[1])
     True
     >>> stress, strain = fields.at_contact(1)  # along the interface, of body 1

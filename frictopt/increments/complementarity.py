@@ -63,7 +63,7 @@ class ComplementarityProblem:
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem(
+    >>> system = fo.ContactSystem.from_blocks(
     ...     A=[[2, -1], [-1, 2]],
     ...     B=[[0, 0.5], [-0.5, 0]],
     ...     C=[[2, 0], [0, 2]],
@@ -157,7 +157,7 @@ def complementarity_problem(system: ContactSystem, friction: Any, slip: Any, bon
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem(
+    >>> system = fo.ContactSystem.from_blocks(
     ...     A=[[2, -1], [-1, 2]],
     ...     B=[[0, 0.5], [-0.5, 0]],
     ...     C=[[2, 0], [0, 2]],

@@ -67,7 +67,7 @@ class FrozenBoundIncrement(IncrementEngine):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem(
+    >>> system = fo.ContactSystem.from_blocks(
     ...     A=[[2, -1], [-1, 2]],
     ...     B=[[0, 0.5], [-0.5, 0]],
     ...     C=[[2, 0], [0, 2]],

@@ -14,7 +14,7 @@ from ..contact import ContactSystem, friction_coefficients, referee
 from ..contact.checks import Array, finite_array, frozen
 from ..contact.record import Attempt, Recorded, SolveRecord
 from ..contact.show import frame
-from ..contact.system import checked_system
+from ..contact.system import checked_plane
 from ..contact.tolerances import NO_FORCE, STUCK
 from ..errors import ModelError
 from ..solve.explain import explain
@@ -48,7 +48,7 @@ class Increment(Recorded):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem(
+    >>> system = fo.ContactSystem.from_blocks(
     ...     A=[[2, -1], [-1, 2]],
     ...     B=[[0, 0.5], [-0.5, 0]],
     ...     C=[[2, 0], [0, 2]],
@@ -104,7 +104,7 @@ class Law:
     """
 
     def __init__(self, system: ContactSystem, friction: Any) -> None:
-        self.system = checked_system(system)
+        self.system = checked_plane(system)
         self.friction = friction_coefficients(friction, system.nodes)
         self.S = frozen(system.S / system.stiffness_scale)
 

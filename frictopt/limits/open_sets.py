@@ -136,7 +136,7 @@ class _Condensed:
         loads = {name: np.concatenate(pair) for name, pair in system.bonded.items()}
         bonded = {name: np.split(r[self.keep] - self.follow.T @ r[self.out], 2) for name, r in loads.items()}
         pairs = {name: (q, p) for name, (q, p) in bonded.items()}
-        return ContactSystem(S[:m, :m], S[m:, :m], S[m:, m:], system.x[closed], pairs, system.gap[closed], system.E_star)
+        return ContactSystem.from_blocks(S[:m, :m], S[m:, :m], S[m:, m:], system.x[closed], pairs, system.gap[closed], E_star=system.E_star)
 
     @property
     def lift(self) -> Array:

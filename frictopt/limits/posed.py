@@ -11,7 +11,7 @@ from ..contact.cycle import checked_cycle
 from ..contact.record import Attempt, SolveRecord, WithSlip
 from ..contact.show import Plotted
 from ..contact.symmetry import Part, halve, whole
-from ..contact.system import checked_system
+from ..contact.system import checked_plane
 from ..contact.tolerances import CONDENSATION, RESIDUAL
 from ..errors import ModelError
 from .mechanism import Mechanism
@@ -33,7 +33,7 @@ def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
     ModelError
         Wrong types, or load cases that the system does not have.
     """
-    checked_system(system)
+    checked_plane(system)
     checked_cycle(cycle)
     return Loads(*cycle.mean_reaction(system), *cycle.corner_reactions(system))
 

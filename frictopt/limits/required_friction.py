@@ -52,7 +52,7 @@ class RequiredFriction(WithSlip, Plotted):
     Examples
     --------
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     >>> fo.required_friction(node, fo.LoadCycle({"P": 2.0}, [{"Q": -1.0}, {"Q": 3.0}]), 1.0).mechanism["direction"].tolist()
     [1, -1]
     """
@@ -110,7 +110,7 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     Examples
     --------
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     >>> cycle = fo.LoadCycle({"P": 2.0}, [{"Q": -1.0}, {"Q": 3.0}])  # a slip of 1 leaves a shear of 2 at both corners
     >>> required = fo.required_friction(node, cycle, 1.0)
     >>> round(required.friction, 5), required.too_little < required.friction

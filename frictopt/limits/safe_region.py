@@ -12,7 +12,7 @@ from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, check_name, checked_loads, finite_number, frozen, listed
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, frame
-from ..contact.system import checked_system
+from ..contact.system import checked_plane
 from ..contact.tolerances import ONE_SIDE, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
 from .mechanism import Mechanism
@@ -57,7 +57,7 @@ class SafeRegion(Recorded, Plotted):
     Examples
     --------
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [2.0]), "Q": ([1.0], [0.0]), "R": ([0.0], [-1.0])})
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [2.0]), "Q": ([1.0], [0.0]), "R": ([0.0], [-1.0])})
     >>> region = fo.safe_region(node, {"P": 1.0}, ["Q", "R"], friction=0.5)
     >>> region.contains(0.5, 0.9), region.contains(0.5, 1.1)
     (True, False)
@@ -135,7 +135,7 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
     --------
     >>> import frictopt as fo
     >>> bonded = {"P": ([0.0], [2.0]), "Q": ([1.0], [0.0]), "R": ([0.0], [-1.0])}
-    >>> node = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], bonded)
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], bonded)
     >>> region = fo.safe_region(node, {"P": 1.0}, ["Q", "R"], friction=0.5)  # Q <= 0.5 (2 - R)
     >>> region.vertices.round(9).tolist()
     [[1.0, 0.0], [0.0, 2.0]]
@@ -189,7 +189,7 @@ class _Search:
     """The rays of one region."""
 
     def __init__(self, system: ContactSystem, mean: Mapping[str, float], loads: Sequence[Any], friction: Any) -> None:
-        self._system, self._mean = checked_system(system), dict(checked_loads("mean", mean))
+        self._system, self._mean = checked_plane(system), dict(checked_loads("mean", mean))
         self._friction = friction_coefficients(friction, system.nodes)
         pair = listed("loads", loads)
         if len(pair) != 2:
@@ -211,7 +211,7 @@ class _Search:
         cycle = _domain(self._mean, self._parts, (first, second))
         limit = shakedown_limit(self._system, cycle, self._friction)
         self._limits.append(limit)
-        reach, bound = limit.load_factor if np.isfinite(limit.load_factor) else 0.0, limit.dual_bound
+        reach, bound = limit.load_factor if np.isfinite(limit.load_factor) else 0.0, limit.bound
         loads = cycle_loads(self._system, cycle)
         if reach <= ZERO_LOAD_FACTOR * load_factor_unit(loads, self._friction, float(np.abs(loads.p0).mean()) or 1.0):
             reach = bound = 0.0

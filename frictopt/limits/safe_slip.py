@@ -69,7 +69,7 @@ class SafeSlipModel(Extendable):
     Examples
     --------
     >>> import frictopt as fo
-    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}])
     >>> model = fo.SafeSlipModel(rod, cycle)
     >>> round(model.solve(0.5, load_factor=0.8).margin, 6)
@@ -104,7 +104,7 @@ class SafeSlipModel(Extendable):
         load_factor
             Load factor, >= 0.
         constraints
-            cvxpy constraints on `slip`, `q`, `p` and `margin` of this model, see `ShakedownModel.solve`; `margin_bound` and `residual` cover them.
+            cvxpy constraints on `slip`, `q`, `p` and `margin` of this model, see `ShakedownModel.solve`; `bound` and `residual` cover them.
 
         Raises
         ------
@@ -128,7 +128,7 @@ class SafeSlipModel(Extendable):
             exists=bool(state.margin >= -max(NO_MARGIN, state.residual)),
             slip=frozen(state.slip),
             margin=state.margin,
-            margin_bound=state.bound,
+            bound=state.bound,
             record=task.record(answer.solver, answer.attempts, state.residual, task.left_out(rows)),
             constraints=extended.names if extended else (),
             problem=model.problem,
@@ -174,7 +174,7 @@ def safe_slip(
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem(
+    >>> system = fo.ContactSystem.from_blocks(
     ...     A=[[2, -1], [-1, 2]],
     ...     B=[[0, 0.5], [-0.5, 0]],
     ...     C=[[2, 0], [0, 2]],

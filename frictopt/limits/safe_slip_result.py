@@ -35,10 +35,10 @@ class SafeSlip(Answered):
     margin
         Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds of the mean load, at most 1; negative: none is safe.
         With friction below 0.01 somewhere the reserve of p counts as well.
-    margin_bound
+    bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
     record
-        How it was found. Its `residual` is the largest of: the shortfall of the slip's reserve, recomputed, and the distance of `margin_bound`. At
+        How it was found. Its `residual` is the largest of: the shortfall of the slip's reserve, recomputed, and the distance of `bound`. At
         most 1e-9.
     constraints
         Names of the constraints of your own: slip, margin and margin bound are those of the program with them.
@@ -48,7 +48,7 @@ class SafeSlip(Answered):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem(
+    >>> system = fo.ContactSystem.from_blocks(
     ...     A=[[2, -1], [-1, 2]],
     ...     B=[[0, 0.5], [-0.5, 0]],
     ...     C=[[2, 0], [0, 2]],
@@ -65,7 +65,7 @@ class SafeSlip(Answered):
     exists: bool
     slip: Array = field(repr=False)
     margin: float
-    margin_bound: float
+    bound: float
     record: SolveRecord
     constraints: tuple[str, ...]
     problem: cp.Problem | None = field(repr=False)
@@ -87,7 +87,7 @@ class SafeSlip(Answered):
         """Why no slip is safe (Farkas's lemma); None if one is, and under constraints of your own.
 
         A table like `ShakedownLimit.mechanism`: slips whose friction cannot take up the work of the loads, while no residual slip does work
-        on them, or with a slip bound too little. Under constraints of your own such slips alone prove nothing: `margin_bound` covers all.
+        on them, or with a slip bound too little. Under constraints of your own such slips alone prove nothing: `bound` covers all.
         """
         return None if self.exists or self.constraints else self._motion.table(self.system)
 
@@ -96,7 +96,7 @@ class SafeSlip(Answered):
         return frame({"node": range(len(self.slip)), "x": self.system.x, "slip": self.slip})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("exists", "margin", "margin_bound", "largest_slip", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("exists", "margin", "bound", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""

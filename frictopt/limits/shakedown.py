@@ -81,7 +81,7 @@ class ShakedownModel(Extendable):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem(
+    >>> system = fo.ContactSystem.from_blocks(
     ...     A=[[2, -1], [-1, 2]],
     ...     B=[[0, 0.5], [-0.5, 0]],
     ...     C=[[2, 0], [0, 2]],
@@ -113,7 +113,7 @@ class ShakedownModel(Extendable):
             Coefficient of friction, one or one per node.
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or of
-            abs, max, norm1 and the like: the program stays linear, and its multipliers prove the limit. `dual_bound` and `residual` cover them. The
+            abs, max, norm1 and the like: the program stays linear, and its multipliers prove the limit. `bound` and `residual` cover them. The
             whole contact is solved then, and the program is compiled once for the same constraints.
         objective
             What shall be largest over the safe slips, instead of the load factor: a concave cvxpy expression on the same, also linear or of abs, max,
@@ -132,7 +132,7 @@ class ShakedownModel(Extendable):
 
         >>> import cvxpy as cp
         >>> import frictopt as fo
-        >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
         >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}])
         >>> model = fo.ShakedownModel(rod, cycle)
         >>> limit = model.solve(0.5, [model.load_factor == 0.8], objective=-cp.norm1(model.slip))
@@ -149,7 +149,7 @@ class ShakedownModel(Extendable):
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
 
-        Columns: friction (mean over the nodes), load_factor, least, dual_bound, residual, friction_rate, node and direction of the largest share
+        Columns: friction (mean over the nodes), load_factor, least, bound, residual, friction_rate, node and direction of the largest share
         of the mechanism (-1 and 0 without one), solver.
 
         Raises
@@ -247,7 +247,7 @@ def shakedown_limit(
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem(
+    >>> system = fo.ContactSystem.from_blocks(
     ...     A=[[2, -1], [-1, 2]],
     ...     B=[[0, 0.5], [-0.5, 0]],
     ...     C=[[2, 0], [0, 2]],
@@ -287,7 +287,7 @@ def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
         "friction": float(np.mean(friction)),
         "load_factor": limit.load_factor,
         "least": limit.least,
-        "dual_bound": limit.dual_bound,
+        "bound": limit.bound,
         "residual": limit.residual,
         "friction_rate": float(limit.friction_rate.sum()),
         "node": -1 if first is None else int(first["node"]),

@@ -49,16 +49,16 @@ class ShakedownLimit(Answered):
     slip
         (N,) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite. `largest_slip` is its size: compare it with
         what assembly can leave, and bound it by `slip_bound`.
-    dual_bound
+    bound
         Upper bound of the limit from the mechanism alone, or with constraints of your own from all multipliers, theirs too; equals
         `load_factor` up to `residual`.
     record
         How it was found. Its `residual` is the largest of: the violations of the contact law by `slip` at the corners, and the relative distance of
-        `dual_bound`; without a finite limit, that of the proof; and the same two of `least` where it is above 0. At most 1e-9.
+        `bound`; without a finite limit, that of the proof; and the same two of `least` where it is above 0. At most 1e-9.
     constraints
         Names of the constraints of your own, and "objective" for an objective: slip, residual and dual bound are those of the program with them.
     objective
-        Largest value of an objective of your own; None without. Then `load_factor` is the one that it chooses, `dual_bound` is an upper bound of the
+        Largest value of an objective of your own; None without. Then `load_factor` is the one that it chooses, `bound` is an upper bound of the
         objective, and `friction_rate` is its rate.
     problem
         The solved cvxpy problem; None for a closed form. Its objective is `load_factor` over the unit that `explain()` prints.
@@ -67,7 +67,7 @@ class ShakedownLimit(Answered):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem(
+    >>> system = fo.ContactSystem.from_blocks(
     ...     A=[[2, -1], [-1, 2]],
     ...     B=[[0, 0.5], [-0.5, 0]],
     ...     C=[[2, 0], [0, 2]],
@@ -76,7 +76,7 @@ class ShakedownLimit(Answered):
     ... )
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> limit = fo.shakedown_limit(system, cycle, friction=0.5)
-    >>> limit.kind.name, round(limit.load_factor, 6), round(limit.dual_bound, 6)
+    >>> limit.kind.name, round(limit.load_factor, 6), round(limit.bound, 6)
     ('FINITE', 0.535714, 0.535714)
     >>> limit.mechanism[["node", "corner", "direction"]].sort_values("corner", ignore_index=True)
        node  corner  direction
@@ -90,7 +90,7 @@ class ShakedownLimit(Answered):
     kind: LimitKind
     reason: str
     slip: Array = field(repr=False)
-    dual_bound: float
+    bound: float
     record: SolveRecord
     constraints: tuple[str, ...]
     objective: float | None
@@ -139,7 +139,7 @@ class ShakedownLimit(Answered):
         if not np.isfinite(self.load_factor) or self.constraints or self._task.most is not None:
             asked = f"load factor {self.load_factor:g}" + (" under constraints on the slip" if np.isfinite(self.load_factor) else "")
             raise ModelError(f"least_slip: the limit ({asked}) bounds no slip from below; ask a finite limit without slip bound and constraints")
-        return least_slip(self._task.system, self._task.friction, self._motion, self.dual_bound, load_factor, self.residual)
+        return least_slip(self._task.system, self._task.friction, self._motion, self.bound, load_factor, self.residual)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, x and the slip that is safe at the limit."""
@@ -147,7 +147,7 @@ class ShakedownLimit(Answered):
 
     def _answer(self) -> Mapping[str, Any]:
         chosen = () if self.objective is None else ("objective",)
-        return {name: getattr(self, name) for name in ("load_factor", "least", "kind", *chosen, "dual_bound", "largest_slip", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("load_factor", "least", "kind", *chosen, "bound", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""

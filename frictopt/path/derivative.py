@@ -50,7 +50,7 @@ class ReturnMap:
     --------
     >>> import frictopt as fo
     >>> from frictopt.path import ExactPath, return_map
-    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0)
     >>> path.start()
@@ -88,7 +88,7 @@ def return_map(path: ExactPath) -> ReturnMap:
     --------
     >>> import frictopt as fo
     >>> from frictopt.path import ExactPath, return_map
-    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0)
     >>> path.start()

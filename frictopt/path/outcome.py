@@ -67,7 +67,7 @@ class SteadyState(Recorded, Plotted):
     Examples
     --------
     >>> import frictopt as fo
-    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
     >>> steady.to_frame()[["node", "dissipation"]].round(6)

@@ -10,7 +10,7 @@ from ..contact.checks import Array, finite_array, finite_number, flag
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis, pressing
 from ..contact.state import checked_state
-from ..contact.system import checked_system
+from ..contact.system import checked_plane
 from ..contact.tolerances import NO_DRIVE, RESTART
 from ..errors import ModelError, NoContinuation
 from .begin import standing
@@ -86,7 +86,7 @@ class ExactPath:
     Examples
     --------
     >>> import frictopt as fo
-    >>> rod = fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> from frictopt.path import ExactPath
     >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0)
@@ -108,7 +108,7 @@ class ExactPath:
         keep: bool = False,
     ) -> None:
         self.started = perf_counter()
-        nodes = checked_system(system).nodes
+        nodes = checked_plane(system).nodes
         self.cycle = checked_cycle(cycle)
         slip = np.zeros(nodes) if initial_slip is None else finite_array("initial_slip", initial_slip, (nodes,))
         self.load_factor = finite_number("load_factor", load_factor, least=0.0)

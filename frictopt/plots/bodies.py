@@ -7,7 +7,7 @@ import numpy as np
 
 from ..contact.checks import Array
 from ..fem import BodyFields, ContactModel, Pressure, Traction
-from ..fem.scenes import Scene
+from ..scenes.scene import Scene
 from .picture import picture
 from .style import BLACK, legend, new_axes, series
 

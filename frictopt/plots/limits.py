@@ -8,7 +8,6 @@ from ..campaign import SeparatedLimit
 from ..contact import Onset
 from ..contact.checks import Array
 from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, ShakedownLimit
-from ..spatial import ContactSystem3D
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks
 from .picture import picture
 from .spatial import FACE, first_slips
@@ -23,7 +22,7 @@ _ONE_NODE = 60  # of the circle round a node that stands alone
 @picture.register
 def _onset(onset: Onset, ax: Any = None) -> Any:
     """Shear over friction bound of the bonded contact at the first slip towards each corner (in space, the first of all); what slips is circled."""
-    in_space = isinstance(onset.system, ContactSystem3D)
+    in_space = onset.system.tangents == 2
     (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
     axes.set_title("bonded contact at the onset of slip" if onset.mean_admissible else "bonded contact; the mean load alone makes it slip or pulls")
     nodes = {event.corner: event.node for event in onset.slips if event.node is not None}

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..campaign import Cure, GuaranteeCheck, PracticalLimit
+from ..campaign import GuaranteeCheck, LeastExcursion, LimitAfterProtocol
 from ..campaign.guarantee import NO_OUTCOME
 from ..campaign.treatment import REST, SLIP, UNDECIDED
 from ..path import Outcome
@@ -18,7 +18,7 @@ _ROWS = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
 
 
 @picture.register
-def _practical_limit(limit: PracticalLimit, ax: Any = None) -> Any:
+def _practical_limit(limit: LimitAfterProtocol, ax: Any = None) -> Any:
     """The load factors tried, in a row for each outcome."""
     (axes,) = new_axes(ax, size=_STRIP)
     again = "" if limit.monotonic else ", and at some load factors above"
@@ -35,19 +35,19 @@ def _practical_limit(limit: PracticalLimit, ax: Any = None) -> Any:
 
 
 @picture.register
-def _cure(cure: Cure, ax: Any = None) -> Any:
+def _excursion(found: LeastExcursion, ax: Any = None) -> Any:
     """The shares of the excursion tried, in a row for each outcome; a share may have several, for the start is the hardest one then."""
     (axes,) = new_axes(ax, size=_STRIP)
-    if not len(cure.tried):
+    if not len(found.tried):
         return no_lines(axes, "all starts come to rest without an excursion")
-    if cure.loads is None:
+    if found.loads is None:
         axes.set_title("no share of the excursion tried brings all starts to rest")
     else:
-        loads = ", ".join(f"{name} = {value:.4g}" for name, value in cure.loads.items())
-        axes.set_title(f"least excursion found: {cure.share:.4g} of the largest, to {loads}")
-    _rows(axes, cure.tried["share"], cure.tried["outcome"])
-    if cure.found:
-        axes.axvline(cure.share, color=GREY, lw=0.8, zorder=0, label="least found")
+        loads = ", ".join(f"{name} = {value:.4g}" for name, value in found.loads.items())
+        axes.set_title(f"least excursion found: {found.share:.4g} of the largest, to {loads}")
+    _rows(axes, found.tried["share"], found.tried["outcome"])
+    if found.found:
+        axes.axvline(found.share, color=GREY, lw=0.8, zorder=0, label="least found")
         legend(axes)
     axes.set(xlabel="share of the largest excursion", xlim=(0.0, 1.02))
     return axes

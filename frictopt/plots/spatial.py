@@ -6,11 +6,11 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.transforms import offset_copy
 
-from ..contact import Onset
+from ..contact import ContactSystem, Onset
 from ..contact.checks import Array
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..spatial import ContactSystem3D, SafeSlip3D, ShakedownLimit3D, SteadyState3D, Trajectory3D
+from ..spatial import SafeSlip3D, ShakedownLimit3D, SteadyState3D, Trajectory3D
 from .loops import cycle_lines, loops, most_work, work_title
 from .picture import picture
 from .style import BLACK, GREY, SERIES, equals, legend, new_axes, no_lines, series
@@ -107,7 +107,7 @@ def _circles(axes: Any, places: Array, size: float, name: str) -> None:
     axes.scatter(*places.T, s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label=name)
 
 
-def _map(axes: Any, system: ContactSystem3D, values: Array, name: str, most: float) -> tuple[Array, float]:
+def _map(axes: Any, system: ContactSystem, values: Array, name: str, most: float) -> tuple[Array, float]:
     """Draw values of the nodes as coloured points, grey where there is none; the (N, 2) places of the nodes, and the area of a point."""
     tangents = system.frames[0, :2]
     if np.abs(system.frames - system.frames[0]).max() > _FLAT:

@@ -9,7 +9,8 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..contact.checks import shown
 from ..errors import ModelError
-from ..spatial import ContactModel3D, SquarePunchOnBlock, Traction3D
+from ..scenes import SquarePunch
+from ..spatial import ContactModel3D, Traction3D
 from .bodies import spread, words
 from .picture import picture
 from .style import BLACK, legend, series
@@ -59,7 +60,7 @@ def _model(model: ContactModel3D, ax: Any = None) -> Any:
 
 
 @picture.register
-def _punch(scene: SquarePunchOnBlock, ax: Any = None) -> Any:
+def _punch(scene: SquarePunch, ax: Any = None) -> Any:
     """Draw its model."""
     return picture(scene.model(), ax)
 

@@ -25,7 +25,7 @@ class ContactArrays(TypedDict):
     --------
     >>> import frictopt as fo
     >>> arrays = fo.reference.half_plane_contact(nodes=4, half_length=1.0, E_star=1.0)
-    >>> fo.ContactSystem(**arrays)
+    >>> fo.ContactSystem.from_blocks(**arrays)
     ContactSystem(nodes=4, x=-0.75 .. 0.75, loads=['P', 'Q'], gap=False)
     """
 

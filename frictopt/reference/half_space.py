@@ -9,7 +9,7 @@ __all__ = ["half_space_contact"]
 
 
 def half_space_contact(cells: int, half_length: float, R: float, E: float, nu: float) -> dict[str, object]:
-    """Arguments of the `ContactSystem3D` of a sphere on a half-space of the same material, on the cells of a square grid within a circle.
+    """Arguments of the `ContactSystem` of a sphere on a half-space of the same material, on the cells of a square grid within a circle.
 
     Tractions are uniform on each cell and displacements are taken at its middle (Boussinesq, Cerruti; Johnson 1985, sections 3.2 to 3.6). Equal
     materials leave shear and pressure uncoupled. Its load cases move the far end of the sphere by a unit length: "approach" presses, "x" and "y"
@@ -34,9 +34,9 @@ def half_space_contact(cells: int, half_length: float, R: float, E: float, nu: f
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem3D(**fo.reference.half_space_contact(cells=5, half_length=1.0, R=5.0, E=1.0, nu=0.3))
+    >>> system = fo.ContactSystem(**fo.reference.half_space_contact(cells=5, half_length=1.0, R=5.0, E=1.0, nu=0.3))
     >>> system
-    ContactSystem3D(nodes=21, loads=['approach', 'x', 'y'], gap=True)
+    ContactSystem(nodes=21, tangents=2, loads=['approach', 'x', 'y'], gap=True)
     """
     whole_number("cells", cells, least=3, most=80)
     half_length, R, E = (finite_number(name, value, above=0.0) for name, value in (("half_length", half_length), ("R", R), ("E", E)))

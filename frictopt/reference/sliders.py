@@ -186,7 +186,7 @@ def foundation_rod(nodes: int, EA: float, h: float) -> ContactArrays:
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.ContactSystem(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     ContactSystem(nodes=4, x=0.5 .. 3.5, loads=['force', 'pressure'], gap=False)
     """
     N, EA, h = whole_number("nodes", nodes, least=1, most=10_000), finite_number("EA", EA, above=0.0), finite_number("h", h, above=0.0)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.checks import Array, checked_overlaps, finite_array
+from ..contact.system import ContactSystem
 from ..errors import ModelError
 from ..fem.condense import reactions
 from ..fem.given import (
@@ -21,7 +22,6 @@ from ..fem.given import (
 )
 from ..fem.interface import Interface, openings
 from ..fem.rigid import node_graph
-from .system import ContactSystem3D
 
 __all__ = ["condense", "frames_of"]
 
@@ -40,7 +40,7 @@ def condense(
     projection: Any = None,
     gap: Any = None,
     interference: Mapping[str, Any] | None = None,
-) -> ContactSystem3D:
+) -> ContactSystem:
     """Condense the stiffness matrix of any finite-element code to the contacts of its bodies, in three dimensions.
 
     Parameters
@@ -76,7 +76,7 @@ def condense(
     interface, graph = Interface(nodes, openings(nodes, P), frames, held_nodes(rows)), node_graph(K, rows)
     check_forgotten(graph, interface, rows, where)
     S, bonded = reactions(K, F, overlaps, interface, rows, where, graph, ["contact"] * n)
-    return ContactSystem3D(S, where[nodes], bonded, apart, frames)
+    return ContactSystem(S, where[nodes], bonded, gap=apart, frames=frames)
 
 
 def frames_of(normals: Array) -> Array:

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from ..contact import referee
 from ..contact.answers import Outcome
 from ..contact.checks import Array
 from ..contact.extrapolation import SLOW, distance_left, drift_text, fixed_point, slower_modes
+from ..contact.parts import parted
 from ..contact.tolerances import NO_SLIP, PERIODIC, REPEATED, RESIDUAL, ROUNDING
 from ..errors import NoContinuation, SolverError
-from .coulomb import referee
-from .system import parted
 from .transient import Point3D, Transient3D
 
 __all__ = ["Cycle3D", "Run", "Settled"]
@@ -209,4 +209,4 @@ class Run:
         """Violation of the contact law by the states of a cycle."""
         path, (bonded, v, w, q, p) = self.path, cycle.states
         previous = np.concatenate([cycle.before[None], v[:-1]])
-        return referee(path.system, parted(bonded), path.friction, v=v, w=w, q=q, p=p, previous_slip=previous, force_scale=path.force).residual
+        return referee(path.system, parted(bonded, 3), path.friction, v=v, w=w, q=q, p=p, previous_slip=previous, force_scale=path.force).residual

@@ -4,9 +4,10 @@ import numpy as np
 from scipy.linalg import null_space
 
 from ..contact.checks import Array
+from ..contact.parts import parted
+from ..contact.system import ContactSystem
 from ..contact.tolerances import NO_FORCE, RIGID, ROUNDING
 from ..errors import NoContinuation
-from .system import ContactSystem3D, parted
 
 __all__ = ["free_motions", "moves_away"]
 
@@ -20,12 +21,12 @@ def free_motions(S: Array, stiffness: Array) -> Array:
     return np.asarray(np.linalg.qr(vectors[:, values <= RIGID] / root[:, None])[0])
 
 
-def moves_away(system: ContactSystem3D, friction: Array, free: Array, trial: Array, force: float) -> NoContinuation | None:
+def moves_away(system: ContactSystem, friction: Array, free: Array, trial: Array, force: float) -> NoContinuation | None:
     """Name the free motion that the reactions `trial` of the closed contact, of the size of `force`, push; None where they push none."""
-    n, (_, p) = system.nodes, parted(trial)
+    n, (_, p) = system.nodes, parted(trial, 3)
     for basis in (free @ null_space(free[2 * n :]), free):  # along the contact alone, then off it, too
         push = -basis @ (basis.T @ trial)
-        dv, w = parted(push)
+        dv, w = parted(push, 3)
         motions = np.einsum("ni,nij->nj", np.column_stack([dv, w]), system.frames)
         sizes = np.linalg.norm(motions, axis=1)
         largest = float(sizes.max())

@@ -11,18 +11,18 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import friction_coefficients
+from ..contact import friction_coefficients, referee
 from ..contact.checks import Array, choice, finite_array, frozen
+from ..contact.parts import joined, parted
 from ..contact.record import Attempt, Recorded, SolveRecord
 from ..contact.show import frame
+from ..contact.system import ContactSystem, checked_system
 from ..contact.tolerances import NO_FORCE, RESIDUAL, SETTLED_BOUND, SWEEP_OF_CONES
 from ..errors import ModelError, SolverError
 from ..solve.explain import explain
 from ..solve.solvers import Kind, solve
-from .coulomb import referee
 from .free_motion import free_motions, moves_away
 from .newton import OPEN, SLIP, Law3D, State3D, by_friction, newton
-from .system import ContactSystem3D, checked_3d, joined, parted
 
 __all__ = ["Increment3D", "Increments3D"]
 
@@ -55,7 +55,7 @@ class Increment3D(Recorded):
     --------
     >>> import numpy as np
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0]})
+    >>> node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0]})
     >>> fo.Increments3D(node, friction=0.5).solve([[0.0, 0.0]], node.reaction({"P": 1.0, "Q": 2.0}))
     Increment3D(nodes=1, slipping=1, open=0, residual=0, solver=NEWTON)
     """
@@ -122,15 +122,15 @@ class Increments3D:
     --------
     >>> import numpy as np
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [0.6, 0.8, 0]})
+    >>> node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [0.6, 0.8, 0]})
     >>> increments = fo.Increments3D(node, friction=0.5)
     >>> found = increments.solve(slip=[[0.0, 0.0]], bonded=node.reaction({"P": 1.0, "Q": 2.0}))
     >>> found.slip.round(6).tolist(), found.q.round(6).tolist()
     ([[-0.9, -1.2]], [[0.3, 0.4]])
     """
 
-    def __init__(self, system: ContactSystem3D, friction: Any, *, engine: str = "newton") -> None:
-        self.system, self.friction = checked_3d(system), friction_coefficients(friction, system.nodes)
+    def __init__(self, system: ContactSystem, friction: Any, *, engine: str = "newton") -> None:
+        self.system, self.friction = checked_system(system), friction_coefficients(friction, system.nodes)
         self.engine = choice("engine", engine, ("newton", "socp"))
         S = frozen(system.S / system.stiffness_scale)
         own = (system.own_stiffness / system.stiffness_scale).reshape(3, -1)
@@ -241,7 +241,7 @@ class _Posed:
         values, law = self._owner.problem.var_dict, self._owner._law
         dv, w = np.asarray(values["slip_increment"].value), np.maximum(np.asarray(values["gap"].value), 0.0)
         u = joined(dv, w)
-        q, p = parted(self._trial + law.S @ u)
+        q, p = parted(self._trial + law.S @ u, 3)
         slid = np.linalg.norm(dv, axis=1)
         sense = dv / np.where(slid > 0, slid, 1.0)[:, None]
         off = np.minimum(slid, np.linalg.norm(q + bound[:, None] * sense, axis=1))
@@ -251,7 +251,7 @@ class _Posed:
     def _judged(self, state: State3D, solver: str, attempts: tuple[Attempt, ...] = (), problem: cp.Problem | None = None) -> Increment3D:
         """The state in the caller's units, with what the referee says of it."""
         owner = self._owner
-        (dv, w), (q, p) = parted(state.u), parted(self._force * state.r)
+        (dv, w), (q, p) = parted(state.u, 3), parted(self._force * state.r, 3)
         slip = np.where(dv != 0, self._slip + self._length * dv, self._slip)
         gap = self._length * np.maximum(w, 0.0)
         if not (np.isfinite(state.u).all() and np.isfinite(state.r).all()):

@@ -6,10 +6,10 @@ import numpy as np
 
 from ..contact.answers import LimitKind
 from ..contact.checks import Array
+from ..contact.onset import reach
 from ..contact.tolerances import CARRIED, FLOOR, RESIDUAL
 from ..solve.solvers import Answer, Kind, solve
 from .cones import ConeProgram, shakedown_cones
-from .first_events import reach
 from .mechanism import Mechanism3D, mechanism_of
 from .posed import ConeQuestion
 from .scaling import load_factor_unit

@@ -8,10 +8,11 @@ import numpy as np
 
 from ..contact import LoadCycle
 from ..contact.checks import choice, flag, whole_number
+from ..contact.parts import parted
 from ..contact.progress import bar_of
+from ..contact.system import ContactSystem
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, NoContinuation, SolverError
-from .system import ContactSystem3D, parted
 from .trajectory import Trajectory3D
 from .transient import Point3D, Transient3D, doubts, step_counts
 
@@ -19,7 +20,7 @@ __all__ = ["march"]
 
 
 def march(
-    system: ContactSystem3D,
+    system: ContactSystem,
     cycle: LoadCycle,
     friction: Any,
     load_factor: float,
@@ -77,7 +78,7 @@ def march(
         for number in counts[1:]:
             coarse = Transient3D(system, cycle, friction, load_factor, initial_slip, engine, number)
             error = max(error, _distance(points[::steps], coarse, cycles, bar.update))
-    rest, bonded = points[1:], parted(np.array([point.bonded for point in points]))
+    rest, bonded = points[1:], parted(np.array([point.bonded for point in points]), 3)
     time = np.linspace(-1, len(rest) / steps - 1, len(points))
     arrays = {name: np.array([getattr(point, name) for point in points]) for name in ("slip", "gap", "q", "p", "status", "work")}
     *works, bound = doubts(transient.friction, arrays["slip"], arrays["q"], arrays["p"], arrays["status"][1:])

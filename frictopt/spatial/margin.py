@@ -14,6 +14,7 @@ from ..contact import LoadCycle
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, frame
+from ..contact.system import ContactSystem
 from ..contact.tolerances import NO_MARGIN, RESIDUAL
 from ..solve.explain import Units, explain
 from ..solve.solvers import Answer, Kind, solve
@@ -21,7 +22,6 @@ from .cones import ConeProgram, margin_cones
 from .mechanism import Mechanism3D, mechanism_of
 from .posed import ConeQuestion, pose
 from .scaling import ConeLoads
-from .system import ContactSystem3D
 
 __all__ = ["MarginState3D", "SafeSlip3D", "safe_slip", "solve_margin"]
 
@@ -41,10 +41,10 @@ class SafeSlip3D(WithSlip, Plotted):
     margin
         Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds of the mean load, at most 1; negative: none is safe.
         With friction below 0.01 somewhere the reserve of p counts as well.
-    margin_bound
+    bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
     record
-        How it was found. Its `residual` is the larger of the shortfall of the slip's reserve, recomputed, and the distance of `margin_bound`; at most
+        How it was found. Its `residual` is the larger of the shortfall of the slip's reserve, recomputed, and the distance of `bound`; at most
         1e-9.
     problem
         The solved cvxpy problem; None in a copy.
@@ -53,7 +53,7 @@ class SafeSlip3D(WithSlip, Plotted):
     --------
     >>> import numpy as np
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
+    >>> node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}])
     >>> safe = fo.safe_slip(node, cycle, friction=0.5, load_factor=0.5)
     >>> safe.exists, (safe.slip + 0.0).round(6).tolist()  # the middle between the corners
@@ -64,7 +64,7 @@ class SafeSlip3D(WithSlip, Plotted):
     exists: bool
     slip: Array = field(repr=False)
     margin: float
-    margin_bound: float
+    bound: float
     record: SolveRecord
     problem: cp.Problem | None = field(repr=False)
     _task: ConeQuestion = field(repr=False)
@@ -92,7 +92,7 @@ class SafeSlip3D(WithSlip, Plotted):
         return frame({"node": range(len(x)), "x": x, "y": y, "z": z, "slip1": self.slip[:, 0], "slip2": self.slip[:, 1]})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("exists", "margin", "margin_bound", "largest_slip", "residual")}
+        return {name: getattr(self, name) for name in ("exists", "margin", "bound", "largest_slip", "residual")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the circles that bind."""
@@ -101,7 +101,7 @@ class SafeSlip3D(WithSlip, Plotted):
         )
 
 
-def safe_slip(system: ContactSystem3D, cycle: LoadCycle, friction: Any, load_factor: float, *, solver: str | None = None) -> SafeSlip3D:
+def safe_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, *, solver: str | None = None) -> SafeSlip3D:
     """Find the residual slip with the largest reserve at every node and corner of the cycle.
 
     Parameters
@@ -130,7 +130,7 @@ def safe_slip(system: ContactSystem3D, cycle: LoadCycle, friction: Any, load_fac
         exists=state.exists,
         slip=frozen(state.slip),
         margin=state.margin,
-        margin_bound=state.bound,
+        bound=state.bound,
         record=SolveRecord(answer.solver, answer.attempts, state.residual, task.left_out, perf_counter() - start),
         problem=model.problem,
         _task=task,

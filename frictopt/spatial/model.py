@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, check_name, check_text, listed_parts, shown
 from ..contact.show import Plotted, Shown
+from ..contact.system import ContactSystem
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from ..fem.condense import reactions
@@ -26,7 +27,6 @@ from ..fem.rigid import node_graph
 from ..fem.touching import check_touching
 from .bodies import Body3D, BodyForce3D, Support3D, Traction3D
 from .condense import frames_of
-from .system import ContactSystem3D
 
 __all__ = ["ContactModel3D"]
 
@@ -66,7 +66,7 @@ class ContactModel3D(Shown, Plotted):
     ... )
     >>> system = model.condense()
     >>> system
-    ContactSystem3D(nodes=9, loads=['P'], gap=False)
+    ContactSystem(nodes=9, tangents=2, loads=['P'], gap=False)
     >>> q, p = system.reaction({"P": 1.0})
     >>> round(float(p.sum()), 6)  # the whole pressure
     1.0
@@ -111,7 +111,7 @@ class ContactModel3D(Shown, Plotted):
         _ = self._pairs
         warn_of_contrast(self.bodies, contacts)
 
-    def condense(self) -> ContactSystem3D:
+    def condense(self) -> ContactSystem:
         """Condense the glued bodies to the relative motion of the contacts, see `frictopt.condense`.
 
         Raises
@@ -130,7 +130,7 @@ class ContactModel3D(Shown, Plotted):
         loads, graph = {name: self._force(name) for name in self.loads}, node_graph(K, rows)
         names = [str(self.contacts[number].name) for number in contact[kept]]
         S, bonded = reactions(K, loads, {}, interface, rows, numbered.points, graph, names)
-        return ContactSystem3D(S, numbered.points[interface.nodes], bonded, frames=interface.frames)
+        return ContactSystem(S, numbered.points[interface.nodes], bonded, frames=interface.frames)
 
     @property
     def held_nodes(self) -> tuple[Integers, ...]:
@@ -151,9 +151,7 @@ class ContactModel3D(Shown, Plotted):
         pairs, normals, joined = [], [], dict[tuple[str, str], list[np.ndarray]]()
         for number, contact in enumerate(self.contacts):
             if contact.gap is not None:
-                raise ModelError(
-                    f"contacts: {contact.name!r} has gap={contact.gap!r}; in space the faces touch: set a gap by ContactSystem3D.with_gap"
-                )
+                raise ModelError(f"contacts: {contact.name!r} has gap={contact.gap!r}; in space the faces touch: set a gap by ContactSystem.with_gap")
             one, two = self._numbered.bodies_of(contact)
             nodes = one.boundary_nodes(contact.boundary_1, f"contact {contact.name!r}")
             others = two.boundary_nodes(contact.boundary_2, f"contact {contact.name!r}")

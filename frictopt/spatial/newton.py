@@ -15,8 +15,8 @@ from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
 from ..contact.checks import Array
+from ..contact.parts import parted
 from ..contact.tolerances import NEWTON, RESIDUAL, ROUNDING, STALLED
-from .system import parted
 
 __all__ = ["OPEN", "SLIP", "STICK", "Law3D", "State3D", "by_friction", "newton"]
 
@@ -116,7 +116,7 @@ class _Piece:
         n = len(law.friction)
         self.law, self.u, self._n = law, u, n
         self.r = trial + law.S @ u
-        (dv, w), (q, p) = parted(u), parted(self.r)
+        (dv, w), (q, p) = parted(u, 3), parted(self.r, 3)
         pressed = p - law.c * w
         self._radius = law.friction * np.maximum(pressed, 0.0)
         pull = q - law.d[:, None] * dv

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linprog
 
-from ..contact import LoadCycle, friction_coefficients
+from ..contact import LoadCycle, friction_coefficients, referee
 from ..contact.checks import Array, check_shear
 from ..contact.cycle import checked_cycle
+from ..contact.system import ContactSystem, checked_system
 from ..contact.tolerances import BARE, CONDENSATION, INSIDE, NO_COUPLING, ROUNDING
-from .coulomb import referee
 from .mechanism import Mechanism3D
 from .scaling import ConeLoads, ScaledCones, scaled_cones
-from .system import ContactSystem3D, checked_3d
 
 __all__ = ["ConeQuestion", "pose"]
 
@@ -33,7 +32,7 @@ class ConeQuestion:
         The corners that have rows; the others lie in their hull, so that what is safe at the kept ones is safe at all.
     """
 
-    system: ContactSystem3D
+    system: ContactSystem
     cycle: LoadCycle
     loads: ConeLoads
     friction: Array
@@ -159,7 +158,7 @@ def pose(system: Any, cycle: Any, friction: Any) -> ConeQuestion:
     ModelError
         Wrong types, load cases that the system does not have, bad friction, a mean load whose shear hides its pressure.
     """
-    f = friction_coefficients(friction, checked_3d(system).nodes)
+    f = friction_coefficients(friction, checked_system(system).nodes)
     checked_cycle(cycle)
     loads = ConeLoads(*cycle.mean_reaction(system), *cycle.corner_reactions(system))
     question = ConeQuestion(system, cycle, loads, f, _outer_corners(cycle))

@@ -16,6 +16,7 @@ from ..contact.checks import Array, frozen
 from ..contact.diagnosis import growth_diagnosis
 from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, frame
+from ..contact.system import ContactSystem
 from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import SolverError
 from ..solve.explain import Units, explain
@@ -25,7 +26,6 @@ from .limit_claim import LimitClaim, certified, judged, with_least_load
 from .margin import MarginState3D, solve_margin
 from .mechanism import Mechanism3D
 from .posed import ConeQuestion, pose
-from .system import ContactSystem3D
 
 __all__ = ["ShakedownLimit3D", "shakedown_limit"]
 
@@ -45,11 +45,11 @@ class ShakedownLimit3D(WithSlip, Plotted):
         Which of these it is, and why in words.
     slip
         (N, 2) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite.
-    dual_bound
+    bound
         Upper bound of the limit from the mechanism alone; equals `load_factor` up to `residual`.
     record
         How it was found. Its `residual` is the larger of the violations of the contact law by `slip` at the corners and the relative distance of
-        `dual_bound`; without a finite limit, that of the proof; and the same two of `least` where it is above 0. At most 1e-9.
+        `bound`; without a finite limit, that of the proof; and the same two of `least` where it is above 0. At most 1e-9.
     problem
         The solved cvxpy problem; None in a copy, and where one node without friction or pressure keeps the limit at 0. Its objective is
         `load_factor` over the unit that `explain()` prints.
@@ -58,7 +58,7 @@ class ShakedownLimit3D(WithSlip, Plotted):
     --------
     >>> import numpy as np
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
+    >>> node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
     >>> corners = [{"Q": 1.0}, {"Q": -1.0}, {"R": 1.0}]
     >>> limit = fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, corners), friction=0.5)
     >>> round(limit.load_factor, 9)  # f P over the radius of the smallest circle around the corners
@@ -70,7 +70,7 @@ class ShakedownLimit3D(WithSlip, Plotted):
     kind: LimitKind
     reason: str
     slip: Array = field(repr=False)
-    dual_bound: float
+    bound: float
     record: SolveRecord
     problem: cp.Problem | None = field(repr=False)
     _task: ConeQuestion = field(repr=False)
@@ -113,14 +113,14 @@ class ShakedownLimit3D(WithSlip, Plotted):
         return frame({"node": range(len(x)), **columns})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("load_factor", "least", "kind", "dual_bound", "largest_slip", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("load_factor", "least", "kind", "bound", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the circles that bind."""
         explain("shakedown limit", self.problem, self.load_factor, self._units, self.record.left_out, self.mechanism, file, self.reason)
 
 
-def shakedown_limit(system: ContactSystem3D, cycle: LoadCycle, friction: Any, *, solver: str | None = None) -> ShakedownLimit3D:
+def shakedown_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, solver: str | None = None) -> ShakedownLimit3D:
     """Largest load factor at which some residual slip is safe, for the friction circle (Bjorkman & Klarbring 1987, with cones).
 
     Above it the contact never stops slipping. Below it, down to the least safe load factor, some slip is safe; that every transient finds one is
@@ -157,7 +157,7 @@ def shakedown_limit(system: ContactSystem3D, cycle: LoadCycle, friction: Any, *,
         kind=claim.kind,
         reason=_reason(task, claim),
         slip=frozen(claim.slip),
-        dual_bound=claim.bound,
+        bound=claim.bound,
         record=SolveRecord(answer.solver, answer.attempts, claim.residual, task.left_out, perf_counter() - start),
         problem=problem,
         _task=task,

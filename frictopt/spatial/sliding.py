@@ -4,10 +4,11 @@ import numpy as np
 from scipy.optimize import linprog
 
 from ..contact.checks import Array
+from ..contact.parts import joined, parted
+from ..contact.system import ContactSystem
 from ..contact.tolerances import COUNTS, RESIDUAL
 from ..errors import NoContinuation
 from ..fem.frames import place
-from .system import ContactSystem3D, joined, parted
 
 __all__ = ["check_sliding"]
 
@@ -15,7 +16,7 @@ _DIRECTIONS = 64  # corners of the polygon around the friction circle, which exc
 _EVEN = 0.5  # a motion whose mean is at least so large a part of it is a slide, else a turn
 
 
-def check_sliding(system: ContactSystem3D, friction: Array, loads: dict[str, Array]) -> None:
+def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array]) -> None:
     """Check that contact forces can balance each load, in words that name the motion if they cannot.
 
     A motion phi = (v, w) that strains nothing, S phi = 0, has the work `phi . r = phi . r^w` with the reactions of every state. Where `w >= f |v|`
@@ -37,7 +38,7 @@ def check_sliding(system: ContactSystem3D, friction: Array, loads: dict[str, Arr
     V = system.rigid_motions
     if not V.shape[1]:
         return
-    v, w = (np.moveaxis(part, 0, -1) for part in parted(V.T))
+    v, w = (np.moveaxis(part, 0, -1) for part in parted(V.T, 3))
     angles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
     edges = (1 + COUNTS) / np.cos(np.pi / _DIRECTIONS) * np.column_stack([np.cos(angles), np.sin(angles)])
     rough = friction > 0
@@ -51,9 +52,9 @@ def check_sliding(system: ContactSystem3D, friction: Array, loads: dict[str, Arr
                     raise NoContinuation(_sentence(system, name, load, phi))
 
 
-def _slide(system: ContactSystem3D, friction: Array, load: Array) -> Array | None:
+def _slide(system: ContactSystem, friction: Array, load: Array) -> Array | None:
     """The slide of a body 1 as a whole against the shear of a load, rising by the largest friction: its part in each rigid motion, if it is one."""
-    (q, p), frames = parted(load), system.frames
+    (q, p), frames = parted(load, 3), system.frames
     normal = frames[:, 2].mean(axis=0)
     pull = np.einsum("na,nak->k", np.column_stack([q, p]), frames)
     pull = pull - (pull @ normal) * normal / max(normal @ normal, RESIDUAL)
@@ -68,14 +69,14 @@ def _slide(system: ContactSystem3D, friction: Array, load: Array) -> Array | Non
 
 def _proves(phi: Array, friction: Array, load: Array) -> bool:
     """Whether a rigid motion has negative work with the load, and none with contact forces, beyond rounding."""
-    slid, lifted = parted(phi)
+    slid, lifted = parted(phi, 3)
     reserve = float((lifted - friction * np.linalg.norm(slid, axis=1)).min())
     return bool(phi @ load < -COUNTS * np.abs(phi) @ np.abs(load) and reserve >= -RESIDUAL * np.abs(phi).max())
 
 
-def _sentence(system: ContactSystem3D, name: str, load: Array, phi: Array) -> str:
+def _sentence(system: ContactSystem, name: str, load: Array, phi: Array) -> str:
     """What moves, where to, and the forces: those of the load and of friction in units of the mean slip."""
-    (slid, lifted), (q, p) = parted(phi), parted(load)
+    (slid, lifted), (q, p) = parted(phi, 3), parted(load, 3)
     sizes = np.linalg.norm(slid, axis=1)
     moves = np.abs(phi).reshape(3, -1).max(axis=0) > COUNTS * np.abs(phi).max()
     where = f"body 1 (at {int(moves.sum())} of {system.nodes} nodes)"

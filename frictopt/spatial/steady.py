@@ -13,11 +13,11 @@ from ..contact.checks import Array, finite_number, flag, frozen, whole_number
 from ..contact.progress import bar_of
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, frame
+from ..contact.system import ContactSystem
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import NoContinuation, SolverError
 from .cycles import Run, Settled
 from .newton import OPEN
-from .system import ContactSystem3D
 from .transient import Transient3D, doubts, step_counts
 
 __all__ = ["SteadyState3D", "steady_state"]
@@ -65,7 +65,7 @@ class SteadyState3D(Recorded, Plotted):
     --------
     >>> import numpy as np
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
+    >>> node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
     >>> steady = fo.steady_state(node, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), friction=0.5, load_factor=1.0)
     >>> steady.outcome.name, round(steady.dissipation, 9)
     ('CYCLIC_SLIP', 1.0)
@@ -86,7 +86,7 @@ class SteadyState3D(Recorded, Plotted):
     record: SolveRecord
     step_error: float
     extrapolated: bool
-    _system: ContactSystem3D = field(repr=False)
+    _system: ContactSystem = field(repr=False)
 
     def to_frame(self) -> Any:
         """The DataFrame of the nodes: columns node, x, y, z, slip1, slip2, open, dissipation (work of friction per cycle)."""
@@ -98,7 +98,7 @@ class SteadyState3D(Recorded, Plotted):
 
 
 def steady_state(
-    system: ContactSystem3D,
+    system: ContactSystem,
     cycle: LoadCycle,
     friction: Any,
     load_factor: float,

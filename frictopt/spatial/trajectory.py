@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import Verdict
+from ..contact import Verdict, referee
 from ..contact.checks import Array, frozen
+from ..contact.parts import joined
 from ..contact.record import SolveRecord
 from ..contact.show import Plotted, Shown, frame
-from .coulomb import referee
-from .system import ContactSystem3D, joined
+from ..contact.system import ContactSystem
 
 __all__ = ["Trajectory3D"]
 
@@ -52,13 +52,13 @@ class Trajectory3D(Shown, Plotted):
     --------
     >>> import numpy as np
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem3D(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
+    >>> node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
     >>> path = fo.march(node, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), friction=0.5, load_factor=1.0, cycles=2)
     >>> path.cycle_work.sum(axis=1).round(9).tolist()
     [0.75, 1.0]
     """
 
-    system: ContactSystem3D
+    system: ContactSystem
     friction: Array
     corners: int
     time: Array

@@ -9,12 +9,13 @@ import numpy as np
 from ..contact import LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, whole_number
 from ..contact.cycle import checked_cycle
+from ..contact.parts import joined, parted
+from ..contact.system import ContactSystem
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
 from .increment import Increments3D
 from .newton import OPEN
 from .sliding import check_sliding
-from .system import ContactSystem3D, joined, parted
 
 __all__ = ["Point3D", "Transient3D", "doubts", "step_counts"]
 
@@ -48,9 +49,7 @@ class Transient3D:
         Number of increments from corner to corner.
     """
 
-    def __init__(
-        self, system: ContactSystem3D, cycle: LoadCycle, friction: Any, load_factor: Any, initial_slip: Any, engine: str, steps: int
-    ) -> None:
+    def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: Any, initial_slip: Any, engine: str, steps: int) -> None:
         self._increments = Increments3D(system, friction, engine=engine)
         self.system, self.friction, self.steps = system, self._increments.friction, steps
         factor = finite_number("load_factor", load_factor, least=0.0)
@@ -59,7 +58,7 @@ class Transient3D:
         self._cyclic = joined(*cycle.corner_reactions(system))
         self.corners = self.corners_at(factor)
         check_sliding(system, self.friction, {"the mean load": self.mean} | {f"the load at corner {k}": r for k, r in enumerate(self.corners)})
-        self.pressure = pressure = float(np.abs(parted(self.mean)[1]).mean())
+        self.pressure = pressure = float(np.abs(parted(self.mean, 3)[1]).mean())
         if not pressure > 0:
             raise ModelError("mean: the mean load has no normal reactions, and a transient starts from it; give `cycle.mean` a load that presses")
         self.force = max(pressure, *(float(np.abs(corner).max()) for corner in self.corners))
@@ -88,7 +87,7 @@ class Transient3D:
         start = self.state.bonded
         for step in range(1, self.steps + 1):
             before, bonded = self.state, start + step / self.steps * (load - start) if step < self.steps else load
-            new = self._increments.solve(before.slip, parted(bonded))
+            new = self._increments.solve(before.slip, parted(bonded, 3))
             moved = np.linalg.norm(new.slip - before.slip, axis=1) * (new.status != OPEN)
             bound = self.friction * (before.p + new.p) / 2
             way = np.where(bound > ROUNDING * self.force, moved, 0.0)
@@ -97,7 +96,7 @@ class Transient3D:
 
     def moved_to(self, slip: Array) -> None:
         """Put the contact at another slip, under the load at hand; where that is beyond the law, it slips at once."""
-        new = self._increments.solve(slip, parted(self.state.bonded))
+        new = self._increments.solve(slip, parted(self.state.bonded, 3))
         self.state = Point3D(self.state.bonded, new.slip, new.gap, new.q, new.p, new.status, *[np.zeros(self.system.nodes)] * 2)
 
 

@@ -66,7 +66,7 @@ class _Answer:
 
 def _scenes(parameters: Parameters) -> list[_Scene]:
     mean, f = LOADS.mean, parameters.friction
-    systems = {elements: fo.PunchOnHalfPlane(elements=elements).condense() for elements in {*parameters.elements, parameters.fine}}
+    systems = {elements: fo.scenes.PunchOnHalfPlane(elements=elements).condense() for elements in {*parameters.elements, parameters.fine}}
     fine = systems[parameters.fine]
     phase = 2 * np.pi * np.arange(parameters.corners) / parameters.corners
     triangle = np.abs(4 * np.arange(parameters.corners) / parameters.corners - 2) - 1
@@ -75,7 +75,7 @@ def _scenes(parameters: Parameters) -> list[_Scene]:
     return [
         *(_Scene("paper", systems[elements], LOADS, f) for elements in parameters.elements),
         _Scene("with shear", fine, replace(LOADS, corners=[{"sigma": -1.0}, {"sigma": 1.0, "Q": 0.05}]), f),
-        _Scene("uncoupled", fo.ContactSystem(fine.A, 0 * fine.B, fine.C, fine.x, fine.bonded), LOADS, f),
+        _Scene("uncoupled", fo.ContactSystem.from_blocks(fine.A, 0 * fine.B, fine.C, fine.x, fine.bonded), LOADS, f),
         _Scene("sampled", fine, fo.LoadCycle(mean, [{"sigma": float(s)} for s in triangle]), f),
         _Scene("ellipse", fine, fo.LoadCycle(mean, ellipse), f),
         _Scene("slippery middle", fine, LOADS, slippery),

@@ -22,7 +22,7 @@ def first_and_second(parameters: Parameters) -> pd.DataFrame:
 
 
 def _rows(parameters: Parameters, elements: int) -> Iterator[dict[str, Any]]:
-    scene = fo.PunchOnHalfPlane(elements=elements)
+    scene = fo.scenes.PunchOnHalfPlane(elements=elements)
     model = scene.model()
     system, friction = model.condense(), parameters.friction
     factor = parameters.overload * fo.shakedown_limit(system, LOADS, friction).load_factor

@@ -31,7 +31,7 @@ _COLUMNS = 64  # right-hand sides refined at once, for the sake of memory
 _ROUNDS = 3  # solutions with residuals in extended precision; each gains some ten digits
 
 
-def assembled(scene: fo.PunchOnHalfPlane) -> Blocks:
+def assembled(scene: fo.scenes.PunchOnHalfPlane) -> Blocks:
     """The glued stiffness of a scene on rollers by scikit-fem alone, in the package's meshes.
 
     Unknowns are the displacements of the block, those of the punch off the interface, and on the interface those relative to the block, which are
@@ -110,7 +110,7 @@ def questions(parameters: Parameters) -> Iterator[Question]:
     methods = []
     for grading in parameters.mesh_gradings:
         for elements in parameters.mesh_elements:
-            scene = fo.PunchOnHalfPlane(elements=elements, grading=grading)
+            scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading=grading)
             error = partial(_exponent_error, exact, scene.corner_size)
             methods.append(Method("frictopt", f"elements, grading {grading:g}", f"{elements}", scene.condense, error))
     reference = "exponent 0.5445 of the bonded corner of a square punch (closed form), which the reactions near the corner must show"
@@ -118,7 +118,7 @@ def questions(parameters: Parameters) -> Iterator[Question]:
 
 
 def _elimination(elements: int) -> Question:
-    scene = fo.PunchOnHalfPlane(elements=elements)
+    scene = fo.scenes.PunchOnHalfPlane(elements=elements)
     error = partial(_stiffness_error, refined_stiffness(assembled(scene)))
     methods = [Method("frictopt", "ordering", "nested dissection", scene.condense, lambda system: error(system.S))]
     for ordering in ORDERINGS:
@@ -128,7 +128,7 @@ def _elimination(elements: int) -> Question:
     return Question("condensation", "stiffness S", f"paper's scene, {elements} elements", elements + 1, reference, methods)
 
 
-def _plain(scene: fo.PunchOnHalfPlane, ordering: str) -> Array:
+def _plain(scene: fo.scenes.PunchOnHalfPlane, ordering: str) -> Array:
     """The stiffness of the scene, by the usual code with scipy."""
     return multiple_right_hand_sides(assembled(scene), ordering)
 

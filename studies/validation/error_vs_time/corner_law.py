@@ -25,7 +25,7 @@ def corner_law(parameters: Parameters) -> pd.DataFrame:
     """One row per friction and mesh, from the coarsest corner to the finest: the limit, its exponent between neighbouring meshes, and their time."""
     rows: list[dict[str, Any]] = []
     for grading in parameters.law_gradings:
-        scene = fo.PunchOnHalfPlane(elements=parameters.law_elements, grading=grading)
+        scene = fo.scenes.PunchOnHalfPlane(elements=parameters.law_elements, grading=grading)
         condensed = timed(scene.condense, 1)
         for friction in parameters.law_frictions:
             limit = timed(partial(fo.shakedown_limit, condensed.answer, LOADS, friction), 1)

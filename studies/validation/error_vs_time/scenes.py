@@ -32,10 +32,10 @@ class Scene:
 
 def punch(parameters: Parameters, elements: int) -> Scene:
     """The paper's scene with so many elements on the contact, default grading."""
-    system = fo.PunchOnHalfPlane(elements=elements).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
     return Scene(f"paper's scene, {elements} elements", system, fo.shakedown_limit(system, LOADS, parameters.friction).load_factor)
 
 
 def cylinder(cells: int) -> fo.ContactSystem:
     """The cylinder on so many cells, the interface a quarter longer than the contact."""
-    return fo.ContactSystem(**half_plane_contact(cells, 1.25 * CYLINDER.half_width, CYLINDER.E_star, R=CYLINDER.R))
+    return fo.ContactSystem.from_blocks(**half_plane_contact(cells, 1.25 * CYLINDER.half_width, CYLINDER.E_star, R=CYLINDER.R))

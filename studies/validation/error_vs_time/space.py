@@ -42,7 +42,7 @@ class InSpace:
     angles: Array
 
     @property
-    def system(self) -> fo.ContactSystem3D:
+    def system(self) -> fo.ContactSystem:
         """The contact in three dimensions."""
         plane, n = self.plane, self.plane.nodes
         c, s, none = np.diag(np.cos(self.angles)), np.diag(np.sin(self.angles)), np.zeros((n, n))
@@ -53,7 +53,7 @@ class InSpace:
         frames = np.zeros((n, 3, 3))
         frames[:, 0, 0] = frames[:, 1, 1] = np.cos(self.angles)
         frames[:, 0, 1], frames[:, 1, 0], frames[:, 2, 2] = np.sin(self.angles), -np.sin(self.angles), 1.0
-        return fo.ContactSystem3D(turn @ S @ turn.T, points, bonded, plane.gap, frames)
+        return fo.ContactSystem(turn @ S @ turn.T, points, bonded, gap=plane.gap, frames=frames)
 
     def turned(self, slip: Array) -> Array:
         """(N, 2) slip along the turned tangents, from one in the plane."""
@@ -79,7 +79,7 @@ def spheres(parameters: Parameters) -> Question:
 
     def followed(cells: int) -> Any:
         arrays: Any = half_space_contact(cells, _WIDTH, _RADIUS, E, nu)
-        system = fo.ContactSystem3D(**arrays)
+        system = fo.ContactSystem(**arrays)
         cycle = fo.LoadCycle({"approach": 1 / _RADIUS}, [{"x": 1.0}, {"x": -1.0}])
         return fo.march(system, cycle, f, far, cycles=CYCLES, steps=2)
 
@@ -95,7 +95,7 @@ def spheres(parameters: Parameters) -> Question:
 
 def turning(parameters: Parameters) -> Question:
     """Work in the second cycle of a square punch under shear that turns, where the friction circle bends every path."""
-    system = fo.SquarePunchOnBlock(elements=parameters.punch_elements).condense()
+    system = fo.scenes.SquarePunch(elements=parameters.punch_elements).condense()
     factor = parameters.space_overload * fo.shakedown_limit(system, _TURNING, parameters.space_friction).load_factor
     march = partial(fo.march, system, _TURNING, parameters.space_friction, factor, cycles=CYCLES)
     exact = last_work(march(steps=parameters.space_reference_steps))

@@ -34,10 +34,12 @@ def cylinders(parameters: Parameters) -> Iterator[Question]:
     exact = CYLINDER.dissipation(SHEAR)
 
     def followed(cells: int) -> fo.Trajectory:
-        return fo.march(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR, cycles=CYCLES)
+        path: fo.Trajectory = fo.march(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR, cycles=CYCLES)
+        return path
 
     def proven(cells: int) -> fo.SteadyState:
-        return fo.steady_state(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR)
+        steady: fo.SteadyState = fo.steady_state(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR)
+        return steady
 
     def methods(run: Any, work: Any) -> list[Method]:
         def method(cells: int) -> Method:

@@ -91,11 +91,13 @@ def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> floa
 
 def _one_node(A: float, q0: float, p0: float) -> fo.ContactSystem:
     loads = {"P": np.array([[q0], [p0]]), "sigma": np.array([[1.0], [0.2]])}
-    return fo.ContactSystem(np.array([[A]]), np.array([[0.5]]), np.ones((1, 1)), np.zeros(1), {name: (q, p) for name, (q, p) in loads.items()})
+    return fo.ContactSystem.from_blocks(
+        np.array([[A]]), np.array([[0.5]]), np.ones((1, 1)), np.zeros(1), {name: (q, p) for name, (q, p) in loads.items()}
+    )
 
 
 def _friction(sizes: Sizes) -> Iterator[Probe]:
-    system, small = (fo.PunchOnHalfPlane(elements=n, growth=1.3).condense() for n in (sizes.elements, 2))
+    system, small = (fo.scenes.PunchOnHalfPlane(elements=n, growth=1.3).condense() for n in (sizes.elements, 2))
     for f in (0.0, 1e-6, 1e-3, 0.1, 0.7, 1.5, 3.0, 10.0):
         yield _limit_probe("friction", f"{f:g}", system, LOADS, f)
         yield _steady_probe("friction", f"{f:g}", system, LOADS, f, 3.0)
@@ -104,7 +106,7 @@ def _friction(sizes: Sizes) -> Iterator[Probe]:
             yield Probe("friction", f"{f:g}", f"increment, {engine.__name__}", ask, tried, "all statuses tried")
 
 
-def _scene_probes(extreme: str, value: str, scene: fo.PunchOnHalfPlane, friction: float = 0.7) -> Iterator[Probe]:
+def _scene_probes(extreme: str, value: str, scene: fo.scenes.PunchOnHalfPlane, friction: float = 0.7) -> Iterator[Probe]:
     """Balance of the condensed reactions, and the limit."""
     made: list[fo.ContactSystem] = []
 
@@ -124,14 +126,14 @@ def _scene_probes(extreme: str, value: str, scene: fo.PunchOnHalfPlane, friction
 
 def _stiffness(sizes: Sizes) -> Iterator[Probe]:
     for ratio in (1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e12):
-        scene = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=fo.Material(ratio))
+        scene = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=fo.Material(ratio))
         yield from _scene_probes("stiffness of the punch over that of the block", f"{ratio:g}", scene)
 
 
 def _poisson(sizes: Sizes) -> Iterator[Probe]:
-    def scene(nu: float, element: Any) -> fo.PunchOnHalfPlane:
+    def scene(nu: float, element: Any) -> fo.scenes.PunchOnHalfPlane:
         material = fo.Material(nu=nu)
-        return fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=material, block_material=material, element=element)
+        return fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=material, block_material=material, element=element)
 
     base = _limit(scene(0.1, "mean_dilatation").condense(), LOADS, 0.7).number
     for element in ("linear", "mean_dilatation"):
@@ -143,13 +145,15 @@ def _poisson(sizes: Sizes) -> Iterator[Probe]:
 
 def _grading(sizes: Sizes) -> Iterator[Probe]:
     for grading in sizes.gradings:
-        yield from _scene_probes("grading of the contact", f"{grading:g}", fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.5, grading=grading))
+        yield from _scene_probes(
+            "grading of the contact", f"{grading:g}", fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.5, grading=grading)
+        )
 
 
 def _unit(sizes: Sizes) -> Iterator[Probe]:
-    def scene(force: float, length: float) -> fo.PunchOnHalfPlane:
+    def scene(force: float, length: float) -> fo.scenes.PunchOnHalfPlane:
         material = fo.Material(force / length)
-        return fo.PunchOnHalfPlane(8, length, 2 * length, 12 * length, 12 * length, 5.0, 1.5, material, material)
+        return fo.scenes.PunchOnHalfPlane(8, length, 2 * length, 12 * length, 12 * length, 5.0, 1.5, material, material)
 
     def cycle(force: float, length: float) -> fo.LoadCycle:
         return fo.LoadCycle({"P": force / length}, [{"sigma": sign * force / length} for sign in (-1.0, 1.0)])
@@ -168,7 +172,7 @@ def _unit(sizes: Sizes) -> Iterator[Probe]:
 
 
 def _near_limit(sizes: Sizes) -> Iterator[Probe]:
-    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
     limit = fo.shakedown_limit(system, LOADS, 0.7)
     for distance in (-1e-3, -1e-6, -1e-9, 1e-9, 1e-6, 1e-3):
         factor, value = limit.load_factor * (1 + distance), f"{distance:+g}"
@@ -185,13 +189,13 @@ def _near_limit(sizes: Sizes) -> Iterator[Probe]:
 
 
 def _free_punch(sizes: Sizes) -> Iterator[Probe]:
-    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
     for f in (0.1, 1.0):
         yield _limit_probe("punch held by its loads alone", f"f = {f:g}", system, SHEAR, f)
         over = partial(_steady, system, SHEAR, f, 1.5 * f)
         yield Probe("punch held by its loads alone", f"f = {f:g}", "steady state beyond gross slip", over, None, "none: it slides away")
     one, none = np.ones(2), np.zeros((2, 2))
-    loose = fo.ContactSystem(none, none, np.eye(2), np.arange(2.0), {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)})
+    loose = fo.ContactSystem.from_blocks(none, none, np.eye(2), np.arange(2.0), {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)})
     yield _limit_probe("punch held by its loads alone", "A = 0", loose, LOADS, 0.5)
 
 
@@ -220,13 +224,13 @@ def _separation(sizes: Sizes) -> Iterator[Probe]:
 
 def _nodes(sizes: Sizes) -> Iterator[Probe]:
     for elements in sizes.most_nodes:
-        scene = fo.PunchOnHalfPlane(elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0)
+        scene = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0)
         yield from _scene_probes("nodes", f"{elements + 1}", scene)
 
 
 def _corners(sizes: Sizes) -> Iterator[Probe]:
     rng = np.random.default_rng(0)
-    system = fo.PunchOnHalfPlane(elements=16, growth=1.3).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=16, growth=1.3).condense()
     corners = [{"sigma": float(a), "Q": 0.1 * float(b)} for a, b in rng.normal(size=(sizes.corners, 2))]
     cycle = fo.LoadCycle({"P": 1.0}, corners)
     extreme, value = "corners of the load cycle", f"{sizes.corners:,}"
@@ -236,7 +240,7 @@ def _corners(sizes: Sizes) -> Iterator[Probe]:
 
 
 def _cycles(sizes: Sizes) -> Iterator[Probe]:
-    system = fo.PunchOnHalfPlane(elements=8, growth=1.5, grading=5.0).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.5, grading=5.0).condense()
     limit = fo.shakedown_limit(system, LOADS, 0.7).load_factor
 
     def last_work() -> Answer:

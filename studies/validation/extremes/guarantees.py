@@ -46,7 +46,7 @@ def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> floa
 
 
 def _kept(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float:
-    return fo.guaranteed_limit(system, cycle, friction, simplify=False).load_factor
+    return float(fo.guaranteed_limit(system, cycle, friction, simplify=False).load_factor)
 
 
 def _rescaled(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, force: float = 1e6, length: float = 1e-3) -> float:
@@ -55,7 +55,7 @@ def _rescaled(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, forc
 
 def _in_units(system: fo.ContactSystem, force: float, length: float) -> fo.ContactSystem:
     stiffness, loads = force / length, {name: (force * q, force * p) for name, (q, p) in system.bonded.items()}
-    return fo.ContactSystem(stiffness * system.A, stiffness * system.B, stiffness * system.C, length * system.x, loads)
+    return fo.ContactSystem.from_blocks(stiffness * system.A, stiffness * system.B, stiffness * system.C, length * system.x, loads)
 
 
 def _probe(extreme: str, value: str, make: Callable[[], fo.ContactSystem], nodes: int, cycle: fo.LoadCycle = LOADS, friction: Any = 0.7) -> Probe:
@@ -69,25 +69,25 @@ def _given(system: fo.ContactSystem) -> Callable[[], fo.ContactSystem]:
 
 
 def _friction(sizes: Sizes) -> Iterator[Probe]:
-    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
     for f in (0.0, 1e-6, 1e-3, 0.1, 0.7, 1.5, 3.0, 10.0):
         yield _probe("friction", f"{f:g}", _given(system), system.nodes, friction=f)
 
 
 def _stiffness(sizes: Sizes) -> Iterator[Probe]:
     for ratio in (1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e12):
-        scene = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=fo.Material(ratio))
+        scene = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=fo.Material(ratio))
         yield _probe("stiffness of the punch over that of the block", f"{ratio:g}", cache(scene.condense), sizes.elements + 1)
 
 
 def _grading(sizes: Sizes) -> Iterator[Probe]:
     for grading in sizes.gradings:
-        scene = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.5, grading=grading)
+        scene = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.5, grading=grading)
         yield _probe("grading of the contact", f"{grading:g}", cache(scene.condense), sizes.elements + 1)
 
 
 def _unit(sizes: Sizes) -> Iterator[Probe]:
-    base = fo.PunchOnHalfPlane(elements=8, grading=5.0, growth=1.5).condense()
+    base = fo.scenes.PunchOnHalfPlane(elements=8, grading=5.0, growth=1.5).condense()
     for force in (1e-15, 1.0, 1e15):
         for length in (1e-15, 1e-6, 1e6, 1e15):
             ask, value = partial(_ask, _in_units(base, force, length), LOADS, 0.5), f"force {force:g}, length {length:g}"
@@ -95,12 +95,12 @@ def _unit(sizes: Sizes) -> Iterator[Probe]:
 
 
 def _free_punch(sizes: Sizes) -> Iterator[Probe]:
-    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
     extreme = "punch held by its loads alone"
     for f in (0.1, 1.0):
         yield _probe(extreme, f"f = {f:g}", _given(system), system.nodes, SHEAR, f)
     one, none = np.ones(2), np.zeros((2, 2))
-    loose = fo.ContactSystem(none, none, np.eye(2), np.arange(2.0), {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)})
+    loose = fo.ContactSystem.from_blocks(none, none, np.eye(2), np.arange(2.0), {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)})
     yield _probe(extreme, "A = 0", _given(loose), 2, friction=0.5)
 
 
@@ -112,13 +112,13 @@ def _separation(sizes: Sizes) -> Iterator[Probe]:
 
 def _nodes(sizes: Sizes) -> Iterator[Probe]:
     for elements in (n for n in sizes.most_nodes if n <= sizes.most_guaranteed):
-        scene = fo.PunchOnHalfPlane(elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0)
+        scene = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0)
         yield _probe("nodes", f"{elements + 1}", cache(scene.condense), elements + 1)
 
 
 def _corners(sizes: Sizes) -> Iterator[Probe]:
     rng = np.random.default_rng(0)
-    system = fo.PunchOnHalfPlane(elements=8, growth=1.3).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.3).condense()
     points = rng.normal(size=(sizes.corners, 2))
     cycle, hull = (fo.LoadCycle({"P": 1.0}, [{"sigma": float(a), "Q": 0.1 * float(b)} for a, b in some]) for some in (points, _hull(points)))
     ask, plain = partial(_ask, system, cycle, 0.7), partial(_plain, system, hull, 0.7)

@@ -67,7 +67,7 @@ class Probe:
 
 def nearly_separated(elements: int) -> tuple[fo.ContactSystem, dict[str, fo.LoadCycle]]:
     """A scene, and load cycles whose mean load leaves a share of its pressure to the node that a shear on the punch unloads most, by that share."""
-    system = fo.PunchOnHalfPlane(elements=elements, growth=1.3).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.3).condense()
     (_, pressed), (_, tilted) = system.bonded["P"], system.bonded["Q"]
     tilt = float((pressed[tilted < 0] / -tilted[tilted < 0]).min())
     left = (1e-3, 1e-6, 1e-9, 0.0, -1e-3)

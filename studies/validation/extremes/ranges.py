@@ -34,19 +34,19 @@ def _least(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_fa
 
 
 def _ratio(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, start: Any) -> Answer:
-    found = fo.practical_limit(system, cycle, friction, start=start, scan=5, tolerance=1e-3)
+    found = fo.limit_after_protocol(system, cycle, friction, start=start, scan=5, tolerance=1e-3)
     return Answer(found.ratio, found.residual, "exact paths")
 
 
 def _node(A: float, B: float, q0: float, p0: float) -> fo.ContactSystem:
     loads = {"P": (np.array([q0]), np.array([p0])), "sigma": (np.array([1.0]), np.array([0.2]))}
-    return fo.ContactSystem(np.array([[A]]), np.array([[B]]), np.array([[1.0 + B * B / A]]), np.zeros(1), loads)
+    return fo.ContactSystem.from_blocks(np.array([[A]]), np.array([[B]]), np.array([[1.0 + B * B / A]]), np.zeros(1), loads)
 
 
 def _units(_: Sizes) -> Iterator[Probe]:
     def scene(force: float, length: float) -> fo.ContactSystem:
         material = fo.Material(force / length)
-        return fo.PunchOnHalfPlane(8, length, 2 * length, 12 * length, 12 * length, 5.0, 1.5, material, material).condense()
+        return fo.scenes.PunchOnHalfPlane(8, length, 2 * length, 12 * length, 12 * length, 5.0, 1.5, material, material).condense()
 
     def cycle(force: float, length: float) -> fo.LoadCycle:
         return fo.LoadCycle({"P": force / length}, [{"sigma": sign * force / length} for sign in (-1.0, 1.0)])
@@ -77,7 +77,7 @@ def _friction(_: Sizes) -> Iterator[Probe]:
 
 
 def _near_limit(sizes: Sizes) -> Iterator[Probe]:
-    system = fo.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    system = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
     limit = fo.shakedown_limit(system, LOADS, _FRICTION)
 
     def bound(factor: float) -> Answer:
@@ -97,7 +97,7 @@ def _stiffness(_: Sizes) -> Iterator[Probe]:
     for ratio in (1e-9, 1e-3, 1e3, 1e9):
         k, bound = np.array([1.0, ratio]), np.array([0.5, 0.4 * ratio])
         loads = {"P": (np.zeros(2), bound), "sigma": (-0.8 * k, np.zeros(2))}
-        system = fo.ContactSystem(np.diag(k), np.zeros((2, 2)), np.diag(k), np.arange(2.0), loads)
+        system = fo.ContactSystem.from_blocks(np.diag(k), np.zeros((2, 2)), np.diag(k), np.arange(2.0), loads)
         closed = partial(masing_dissipation, k, bound, 0.8)
         yield Probe(
             "stiffness of one slider over another", f"{ratio:g}", "found range", partial(_most, system, LOADS, 1.0, 1.0), closed, "closed form"
@@ -106,7 +106,7 @@ def _stiffness(_: Sizes) -> Iterator[Probe]:
 
 def _nodes(sizes: Sizes) -> Iterator[Probe]:
     for elements in [number for number in sizes.most_nodes if number <= sizes.most_guaranteed]:
-        system = fo.PunchOnHalfPlane(elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0).condense()
+        system = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0).condense()
         factor = 0.9 * fo.shakedown_limit(system, LOADS, _FRICTION).load_factor
         yield Probe(
             "nodes", f"{elements + 1}", "found range, least", partial(_least, system, LOADS, _FRICTION, factor), lambda: 0.0, "a safe slip stays"

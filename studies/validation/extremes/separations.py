@@ -20,7 +20,7 @@ _QUESTION, _LP = "limit with separation", "plain linear program with its open no
 
 def separation_probes(_sizes: Sizes) -> Iterator[Probe]:
     """All questions about the limit with separation: of a rounded punch of 9 nodes."""
-    punch = fo.PunchOnHalfPlane(elements=8, grading=3.0, growth=1.3).condense()
+    punch = fo.scenes.PunchOnHalfPlane(elements=8, grading=3.0, growth=1.3).condense()
     for size in (1e-6, 1e-3, 1.0, 1e3, 1e6):
         yield _probe("rounding of the edge", f"{size:g}", _rounded(punch, size), 0.6)
     for friction in (1e-3, 0.1, 1.0):
@@ -33,7 +33,7 @@ def separation_probes(_sizes: Sizes) -> Iterator[Probe]:
 def _rounded(punch: fo.ContactSystem, size: float, force: float = 1.0, length: float = 1.0) -> fo.ContactSystem:
     loads = {name: (force * q, force * p) for name, (q, p) in punch.bonded.items()}
     stiffness, gap = force / length, length * size * np.maximum(np.abs(punch.x) - 0.6, 0.0) ** 2
-    return fo.ContactSystem(stiffness * punch.A, stiffness * punch.B, stiffness * punch.C, length * punch.x, loads, gap)
+    return fo.ContactSystem.from_blocks(stiffness * punch.A, stiffness * punch.B, stiffness * punch.C, length * punch.x, loads, gap)
 
 
 def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float) -> Probe:

@@ -24,7 +24,7 @@ _TURNING = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Q
 
 def space_probes(sizes: Sizes) -> Iterator[Probe]:
     """All questions."""
-    scene = fo.SquarePunchOnBlock(elements=4, growth=2.0)
+    scene = fo.scenes.SquarePunch(elements=4, growth=2.0)
     for f in (0.01, 0.1, 0.5, 2.0, 10.0):
         yield from _limits("friction, 3-D", f"f = {f:g}", scene, f)
     for ratio in (1e-4, 1e-2, 1e2, 1e4):
@@ -35,30 +35,30 @@ def space_probes(sizes: Sizes) -> Iterator[Probe]:
         yield from _limits("Poisson's ratio, 3-D", f"{nu:g}", mean, 0.5)
     plain = scene.condense()
     for unit in (1e-12, 1e12):
-        scaled = fo.ContactSystem3D(unit * plain.S, plain.points, {name: unit * r for name, r in plain.bonded.items()})
+        scaled = fo.ContactSystem(unit * plain.S, plain.points, {name: (unit * q, unit * p) for name, (q, p) in plain.bonded.items()})
         yield Probe("units, 3-D", f"{unit:g}", "shakedown limit", partial(_limit, scaled, _BULK, 0.5), partial(_number, plain), "other units")
     for nodes in (1, 10, sizes.elements):
         yield _uncoupled(nodes)
 
 
-def _limit(system: fo.ContactSystem3D, cycle: fo.LoadCycle, friction: Any) -> Answer:
+def _limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
     limit = fo.shakedown_limit(system, cycle, friction)
     asked = list(dict.fromkeys(attempt.solver for attempt in limit.record.attempts))
     return Answer(limit.load_factor, limit.residual, limit.record.solver, max(len(asked) - 1, 0))
 
 
-def _number(system: fo.ContactSystem3D) -> float:
+def _number(system: fo.ContactSystem) -> float:
     return _limit(system, _BULK, 0.5).number
 
 
-def _limits(extreme: str, value: str, scene: fo.SquarePunchOnBlock, friction: float) -> Iterator[Probe]:
+def _limits(extreme: str, value: str, scene: fo.scenes.SquarePunch, friction: float) -> Iterator[Probe]:
     system = scene.condense()
     for cycle, question in ((_BULK, "shakedown limit, bulk"), (_TURNING, "shakedown limit, turning")):
         asked = partial(_limit, system, cycle, friction), partial(polygon_limit, system, cycle, friction)
         yield Probe(extreme, value, question, *asked, "linear programs, polygons for the circles, scipy")
 
 
-def polygon_limit(system: fo.ContactSystem3D, cycle: fo.LoadCycle, friction: Any, *, least: bool = False) -> float | None:
+def polygon_limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, *, least: bool = False) -> float | None:
     """The limit with polygons around the circles, over raw slips, a side more wherever a circle is still exceeded; None where scipy finds none.
 
     Or, if asked for, the least load factor with a safe slip.
@@ -106,7 +106,7 @@ def _uncoupled(nodes: int) -> Probe:
     S[: 2 * nodes, : 2 * nodes], S[2 * nodes :, 2 * nodes :] = G @ G.T / nodes + np.eye(2 * nodes), np.eye(nodes)
     p0, q1 = 10.0 ** rng.uniform(-3, 3, nodes), rng.normal(size=(5, nodes, 2))
     cases = {f"{k}": np.r_[q[:, 0], q[:, 1], np.zeros(nodes)] for k, q in enumerate(q1)}
-    system = fo.ContactSystem3D(S, rng.normal(size=(nodes, 3)), {"mean": np.r_[np.zeros(2 * nodes), p0], **cases})
+    system = fo.ContactSystem(S, rng.normal(size=(nodes, 3)), {"mean": np.r_[np.zeros(2 * nodes), p0], **cases})
     cycle = fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases])
     asked = partial(_limit, system, cycle, 0.5), partial(smallest_circle_limit, p0, q1, 0.5)
     return Probe("pressures over six decades, uncoupled, 3-D", f"{nodes} nodes", "shakedown limit", *asked, "smallest circle")

@@ -35,7 +35,7 @@ QUICK = Parameters(Sizes(elements=8, most_nodes=(2, 4, 16), gradings=(1.0, 1e6, 
 def at_the_edge(parameters: Parameters) -> pd.DataFrame:
     """One row per question."""
     with threadpool_limits(1):
-        fo.steady_state(fo.PunchOnHalfPlane(elements=2).condense(), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5, 1.0)  # compiles the path
+        fo.steady_state(fo.scenes.PunchOnHalfPlane(elements=2).condense(), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5, 1.0)  # compiles the path
         rows = [judged(probe) for probe in tqdm(list(probes(parameters.sizes)), desc="extremes", disable=None)]
     return pd.DataFrame(rows)
 

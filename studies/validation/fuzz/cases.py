@@ -63,7 +63,7 @@ def random_case(seed: int, nodes: int | None = None) -> Case:
         q0, p0, cyclic = q0 * force, p0 * force, [(q * force, p * force) for q, p in cyclic]
         gap, start = gap * length, None if start is None else start * length
     loads = {"mean": (q0, p0), "a": cyclic[0], "b": cyclic[1]}
-    system = fo.ContactSystem(A, B, C, np.arange(float(nodes)), loads, gap)
+    system = fo.ContactSystem.from_blocks(A, B, C, np.arange(float(nodes)), loads, gap)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in _corners(rng)])
     return Case(seed, system, cycle, _friction(rng, nodes), float(rng.choice(SHARES)), start)
 
@@ -94,7 +94,7 @@ _MESHES = {3: 3, 5: 3}  # numbers of nodes -> numbers of scenes of the paper
 def _meshed(nodes: int, which: int) -> tuple[Any, Any, Any]:
     """Stiffness of the paper's scene on a very coarse mesh, similar or dissimilar materials."""
     materials = (fo.Material(), fo.Material(100.0, 0.1), fo.Material(1e-2, 0.45))
-    scene = fo.PunchOnHalfPlane(elements=nodes - 1, grading=3.0, growth=2.5, punch_material=materials[which], element="mean_dilatation")
+    scene = fo.scenes.PunchOnHalfPlane(elements=nodes - 1, grading=3.0, growth=2.5, punch_material=materials[which], element="mean_dilatation")
     system = scene.condense()
     return system.A, system.B, system.C
 

@@ -14,7 +14,7 @@ from .. import oracles
 from .cases import Case
 from .guaranteed import followed, guaranteed, guaranteed_transformed
 from .known import Known, NotAsked, Wrong, same, transformed
-from .ranges import found_range, least_slip, practical_limit
+from .ranges import found_range, least_slip, limit_after_protocol
 from .recovered import recovered
 from .separated import separated
 
@@ -205,7 +205,7 @@ CHECKS: dict[str, Callable[[Known], tuple[float, bool]]] = {
     "limit with separation": separated,
     "least slip": least_slip,
     "found range": found_range,
-    "practical limit": practical_limit,
+    "practical limit": limit_after_protocol,
     "exact path": _path,
     "steady state": _steady,
     "safe start": _safe_start,

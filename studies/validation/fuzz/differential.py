@@ -63,7 +63,7 @@ def described(
     system, n = case.system, case.system.nodes
     order = np.arange(n) if order is None else np.asarray(order)
     pick, unit = np.ix_(order, order), {name: 1.0 for name in system.bonded} | (cases or {})
-    again = fo.ContactSystem(
+    again = fo.ContactSystem.from_blocks(
         system.A[pick] * (force / length),
         sense * system.B[pick] * (force / length),
         system.C[pick] * (force / length),

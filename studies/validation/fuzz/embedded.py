@@ -17,7 +17,7 @@ _SAME = 1e-7
 _FRICTION = 0.5  # at most, for increments: with more, several states may obey the law
 
 
-def embedded(flat: fo.ContactSystem, rng: np.random.Generator) -> tuple[fo.ContactSystem3D, Any]:
+def embedded(flat: fo.ContactSystem, rng: np.random.Generator) -> tuple[fo.ContactSystem, Any]:
     """A plane contact in space, its tangents turned node by node; returns the unit vectors (N, 2) along which the plane slips, too.
 
     Across the plane it has some stiffness, or none, and no load: whatever the plane carries is carried, and slips across it help nothing.
@@ -31,7 +31,7 @@ def embedded(flat: fo.ContactSystem, rng: np.random.Generator) -> tuple[fo.Conta
     turn = np.block([[c, -s, none], [s, c, none], [none, none, np.eye(n)]])
     bonded = {name: turn @ np.r_[q, np.zeros(n), p] for name, (q, p) in flat.bonded.items()}
     points = np.column_stack([flat.x, np.zeros((n, 2))])
-    return fo.ContactSystem3D(turn @ S @ turn.T, points, bonded, flat.gap), np.column_stack([along.real, along.imag])
+    return fo.ContactSystem(turn @ S @ turn.T, points, bonded, gap=flat.gap), np.column_stack([along.real, along.imag])
 
 
 class Embedded:
@@ -45,9 +45,10 @@ class Embedded:
     def limit(self) -> fo.ShakedownLimit:
         """The limit of the plane contact."""
         try:
-            return fo.shakedown_limit(self.case.system, self.case.cycle, self.case.friction)
+            limit: fo.ShakedownLimit = fo.shakedown_limit(self.case.system, self.case.cycle, self.case.friction)
         except fo.FrictoptError as error:
             raise NotAsked from error
+        return limit
 
     @property
     def load_factor(self) -> float:

@@ -1,7 +1,6 @@
 """What the questions to a random case share: the case with its limits, and how two numbers are compared."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -99,6 +98,5 @@ def _rebuilt(system: fo.ContactSystem, order: Any, sense: float = 1.0, factor: f
     """The same contact with its nodes in another order, seen from behind (sense -1), or with another unit of force."""
     pick = np.ix_(order, order)
     bonded = {name: (sense * factor * q[order], factor * p[order]) for name, (q, p) in system.bonded.items()}
-    return replace(
-        system, A=factor * system.A[pick], B=sense * factor * system.B[pick], C=factor * system.C[pick], bonded=bonded, gap=system.gap[order]
-    )
+    blocks = factor * system.A[pick], sense * factor * system.B[pick], factor * system.C[pick]
+    return fo.ContactSystem.from_blocks(*blocks, system.x, bonded, system.gap[order])

@@ -6,7 +6,7 @@ import frictopt as fo
 
 from .known import Known, NotAsked, Wrong, same
 
-__all__ = ["found_range", "least_slip", "practical_limit"]
+__all__ = ["found_range", "least_slip", "limit_after_protocol"]
 
 _CYCLES = 4  # followed to hold the least slip against
 _BRUTE = 40  # followed to see what becomes of a start
@@ -49,13 +49,13 @@ def found_range(known: Known) -> tuple[float, bool]:
     return span.residual, compared
 
 
-def practical_limit(known: Known) -> tuple[float, bool]:
+def limit_after_protocol(known: Known) -> tuple[float, bool]:
     """From the case's own start, slip stops at the limit and goes on above it, as cycles followed show."""
     case = known.case
     if case.system.nodes > _MOST_NODES or case.seed % _EVERY or not known.finite or known.answered_limit.load_factor == 0:
         raise NotAsked
     start = np.zeros(case.system.nodes) if case.start is None else case.start
-    one = fo.practical_limit(*known.args, start=start, scan=5, tolerance=1e-2)
+    one = fo.limit_after_protocol(*known.args, start=start, scan=5, tolerance=1e-2)
     works = []
     for factor in (one.load_factor, one.upper):
         if 0 < factor < np.inf:

@@ -21,7 +21,7 @@ def recovered(known: Known) -> tuple[float, bool]:
         raise NotAsked
     rng = np.random.default_rng([known.case.seed, 7])
     elements, materials = 2 * int(rng.integers(1, 5)), [fo.Material(10.0 ** rng.uniform(-2, 2), rng.uniform(0.0, 0.45)) for _ in "12"]
-    scene = fo.PunchOnHalfPlane(elements=elements, grading=1.0, growth=2.0, punch_material=materials[0], block_material=materials[1])
+    scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading=1.0, growth=2.0, punch_material=materials[0], block_material=materials[1])
     flat, x = scene.model(), np.linspace(-1, 1, elements + 1)
     whole = flat.condense()
     gap = rng.uniform(0, 1, len(x)) * (rng.random(len(x)) < 0.6) * np.abs(whole.bonded["P"][1]).mean() / whole.stiffness_scale

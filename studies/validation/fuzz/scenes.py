@@ -94,7 +94,7 @@ def _loaded(rng: np.random.Generator, A: Any, B: Any, C: Any) -> fo.ContactSyste
         for name in ("mean", "a"):
             q, p = cases[name]
             cases[name] = (q - q[::-1]) / 2, (p + p[::-1]) / 2
-    return fo.ContactSystem(A, B, C, np.arange(float(n)), cases)
+    return fo.ContactSystem.from_blocks(A, B, C, np.arange(float(n)), cases)
 
 
 def _any(rng: np.random.Generator) -> fo.ContactSystem:
@@ -129,7 +129,7 @@ def _punch(rng: np.random.Generator) -> fo.ContactSystem:
 
 @cache
 def _condensed(elements: int, which: int) -> fo.ContactSystem:
-    scene = fo.PunchOnHalfPlane(elements=elements, growth=1.3, punch_material=_MATERIALS[which])
+    scene = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.3, punch_material=_MATERIALS[which])
     system, model = scene.condense(), scene.model()
     mesh = model.bodies["punch"].mesh.with_boundaries({"half": lambda x: (x[1] == scene.punch_height) & (x[0] < 0)})
     tilted = replace(

@@ -8,20 +8,20 @@ from skfem import MeshHex
 
 from ..contact.checks import Array, choice, finite_number, shown, whole_number
 from ..contact.show import Plotted
+from ..contact.system import ContactSystem
 from ..errors import ModelError
 from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
-from .bodies import Body3D, Support3D, Traction3D
-from .model import ContactModel3D
-from .system import ContactSystem3D
+from ..spatial.bodies import Body3D, Support3D, Traction3D
+from ..spatial.model import ContactModel3D
 
-__all__ = ["SquarePunchOnBlock"]
+__all__ = ["SquarePunch"]
 
 _MOST_ELEMENTS = 32  # along a side of the contact: 100,000 unknowns and 6 GB
 _MOST_STEPS = 60
 
 
 @dataclass(frozen=True)
-class SquarePunchOnBlock(Plotted):
+class SquarePunch(Plotted):
     """A punch of square section on a block, in structured hexahedra.
 
     The contact is `|x|, |y| <= half_width`, z = 0; the block's bottom is held. Load cases, each of unit traction: "P", pressure on the top of the
@@ -50,9 +50,9 @@ class SquarePunchOnBlock(Plotted):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.SquarePunchOnBlock(elements=2, growth=2.0).condense()
+    >>> system = fo.scenes.SquarePunch(elements=2, growth=2.0).condense()
     >>> system
-    ContactSystem3D(nodes=9, loads=['P', 'Qx', 'Qy', 'sigma'], gap=False)
+    ContactSystem(nodes=9, tangents=2, loads=['P', 'Qx', 'Qy', 'sigma'], gap=False)
     >>> q, p = system.reaction({"P": 1.0})
     >>> round(float(p.sum()), 6)  # the whole pressure, (2 a)^2
     4.0
@@ -128,6 +128,6 @@ class SquarePunchOnBlock(Plotted):
             },
         )
 
-    def condense(self) -> ContactSystem3D:
+    def condense(self) -> ContactSystem:
         """Mesh, assemble and condense to the contact's interface."""
         return self.model().condense()

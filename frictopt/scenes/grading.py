@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...contact.checks import Array
+from ..contact.checks import Array
 
 __all__ = ["along", "away", "steps"]
 

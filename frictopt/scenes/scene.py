@@ -1,7 +1,7 @@
 """What all scenes share."""
 
-from ...contact.show import Plotted
-from ..model import ContactModel
+from ..contact.show import Plotted
+from ..fem.model import ContactModel
 
 __all__ = ["Scene"]
 

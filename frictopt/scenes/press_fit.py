@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from skfem import MeshQuad
 
-from ...contact import ContactSystem
-from ...contact.checks import Array, finite_number, listed, shown, whole_number
-from ...errors import ModelError
-from ..assembly import Load
-from ..bodies import Body, Support, Traction
-from ..contacts import Contact, Interference
-from ..elasticity import Material
-from ..model import ContactModel
+from ..contact import ContactSystem
+from ..contact.checks import Array, finite_number, listed, shown, whole_number
+from ..errors import ModelError
+from ..fem.assembly import Load
+from ..fem.bodies import Body, Support, Traction
+from ..fem.contacts import Contact, Interference
+from ..fem.elasticity import Material
+from ..fem.model import ContactModel
 from .grading import along, away, steps
 from .scene import Scene
 
@@ -68,7 +68,7 @@ class PressFit(Scene):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.PressFit(elements=4, growth=2.0).condense()
+    >>> system = fo.scenes.PressFit(elements=4, growth=2.0).condense()
     >>> system
     ContactSystem(nodes=5, x=-1 .. 1, loads=['fit', 'push', 'tension'], gap=False)
     >>> round(float(system.bonded["push"][0].sum()), 9)  # along the tangent, -y: the shaft holds the collar back

@@ -5,6 +5,6 @@ from .pin import PinInPlate
 from .press_fit import PressFit
 from .punch import PunchOnHalfPlane
 from .rounded import RoundedPunch
-from .scene import Scene
+from .square_punch import SquarePunch
 
-__all__ = ["Dovetail", "PinInPlate", "PressFit", "PunchOnHalfPlane", "RoundedPunch", "Scene"]
+__all__ = ["Dovetail", "PinInPlate", "PressFit", "PunchOnHalfPlane", "RoundedPunch", "SquarePunch"]

@@ -6,12 +6,12 @@ from typing import Any, Literal
 import numpy as np
 from skfem import MeshQuad
 
-from ...contact import ContactSystem
-from ...contact.checks import Array, choice, finite_number, frozen, shown, whole_number
-from ...errors import ModelError
-from ..bodies import Body, Support, Traction
-from ..elasticity import ELEMENT_NAMES, ElementName, Material
-from ..model import ContactModel
+from ..contact import ContactSystem
+from ..contact.checks import Array, choice, finite_number, frozen, shown, whole_number
+from ..errors import ModelError
+from ..fem.bodies import Body, Support, Traction
+from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
+from ..fem.model import ContactModel
 from .grading import along, away, steps
 from .scene import Scene
 
@@ -58,7 +58,7 @@ class PunchOnHalfPlane(Scene):
     Examples
     --------
     >>> import frictopt as fo
-    >>> scene = fo.PunchOnHalfPlane(elements=4, growth=2.0)
+    >>> scene = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0)
     >>> system = scene.condense()
     >>> system
     ContactSystem(nodes=5, x=-1 .. 1, loads=['P', 'Q', 'sigma'], gap=False)
@@ -174,12 +174,11 @@ class PunchOnHalfPlane(Scene):
         """
         system = self.model().condense()
         parity = {"P": -1, "sigma": -1, "Q": 1}  # of the shear reactions; that of the pressures is the opposite
+        A, B, C = _even(system.A), _even(system.B, -1), _even(system.C)
         return replace(
             system,
-            A=_even(system.A),
-            B=_even(system.B, -1),
-            C=_even(system.C),
-            x=self.contact_nodes,
+            S=np.block([[A, B.T], [B, C]]),
+            points=np.column_stack([self.contact_nodes, np.zeros(system.nodes)]),
             bonded={name: (_even(q, parity[name]), _even(p, -parity[name])) for name, (q, p) in system.bonded.items()},
         )
 

@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 from skfem import MeshQuad
 
-from ...contact import ContactSystem
-from ...contact.checks import Array, finite_number, shown, whole_number
-from ...contact.tolerances import SAME_POINT
-from ...errors import ModelError
-from ..bodies import Body, Support, Traction
-from ..contacts import Contact, Interference
-from ..elasticity import Material
-from ..loads import BodyForce
-from ..model import ContactModel
-from ..ordering import Integers
+from ..contact import ContactSystem
+from ..contact.checks import Array, finite_number, shown, whole_number
+from ..contact.tolerances import SAME_POINT
+from ..errors import ModelError
+from ..fem.bodies import Body, Support, Traction
+from ..fem.contacts import Contact, Interference
+from ..fem.elasticity import Material
+from ..fem.loads import BodyForce
+from ..fem.model import ContactModel
+from ..fem.ordering import Integers
 from .grading import away, steps
 from .scene import Scene
 
@@ -57,7 +57,7 @@ class PinInPlate(Scene):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.PinInPlate(elements=16, growth=1.5).condense()
+    >>> system = fo.scenes.PinInPlate(elements=16, growth=1.5).condense()
     >>> system.nodes, sorted(system.bonded)
     (16, ['Fx', 'Fy', 'fit', 'sigma'])
     >>> q, p = system.bonded["Fy"]

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 from skfem import MeshQuad
 
-from ...contact import ContactSystem
-from ...contact.checks import Array, finite_number, shown, whole_number
-from ...contact.tolerances import SAME_POINT
-from ...errors import ModelError
-from ..bodies import Body, Support, Traction
-from ..contacts import Contact
-from ..elasticity import Material
-from ..model import ContactModel
+from ..contact import ContactSystem
+from ..contact.checks import Array, finite_number, shown, whole_number
+from ..contact.tolerances import SAME_POINT
+from ..errors import ModelError
+from ..fem.bodies import Body, Support, Traction
+from ..fem.contacts import Contact
+from ..fem.elasticity import Material
+from ..fem.model import ContactModel
 from .grading import along, away, steps
 from .scene import Scene
 
@@ -68,7 +68,7 @@ class Dovetail(Scene):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.Dovetail(angle=50, elements=4, growth=2.0).condense()
+    >>> system = fo.scenes.Dovetail(angle=50, elements=4, growth=2.0).condense()
     >>> system
     ContactSystem(nodes=10, x=-1.34938 .. 0.900624, contacts=['right', 'left'], loads=['pull', 'sway'], gap=False)
     >>> cycle = fo.LoadCycle(mean={"pull": 1.0}, corners=[{"pull": 1.0}, {"pull": -1.0}])

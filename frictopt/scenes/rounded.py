@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...contact import ContactSystem
-from ...contact.checks import Array, finite_number, shown
-from ...errors import ModelError
-from ..contacts import Contact
-from ..model import ContactModel
+from ..contact import ContactSystem
+from ..contact.checks import Array, finite_number, shown
+from ..errors import ModelError
+from ..fem.contacts import Contact
+from ..fem.model import ContactModel
 from .punch import PunchOnHalfPlane
 from .scene import Scene
 
@@ -39,7 +39,7 @@ class RoundedPunch(Scene):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.RoundedPunch(radius=50, punch=fo.PunchOnHalfPlane(elements=20, grading=1.0, growth=1.5)).condense()
+    >>> system = fo.scenes.RoundedPunch(radius=50, punch=fo.scenes.PunchOnHalfPlane(elements=20, grading=1.0, growth=1.5)).condense()
     >>> system
     ContactSystem(nodes=21, x=-1 .. 1, loads=['P', 'Q', 'sigma'], gap=True)
     >>> float(system.gap[-1])

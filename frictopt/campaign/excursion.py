@@ -13,13 +13,13 @@ from ..contact.show import Plotted, Shown
 from ..errors import ModelError
 from .treatment import REST, LoadStep, Treatment
 
-__all__ = ["Cure", "cure"]
+__all__ = ["LeastExcursion", "least_excursion"]
 
 _DECADES = -1.0, 1.0  # of the size of sampled slips, over the spread of the largest start
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Cure(Shown, Plotted):
+class LeastExcursion(Shown, Plotted):
     """The least excursion found after which the contact comes to rest from all starts tried.
 
     Attributes
@@ -45,9 +45,9 @@ class Cure(Shown, Plotted):
     >>> import frictopt as fo
     >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> tension = fo.cure(pair, cycle, friction=0.6, load_factor=0.6, excursion={"Q": 3.0})
+    >>> tension = fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"Q": 3.0})
     >>> tension.found, tension.to_frame()["outcome"].iloc[0]
     (True, 'slip')
     """
@@ -73,7 +73,7 @@ class Cure(Shown, Plotted):
         return {name: getattr(self, name) for name in ("found", "share", "loads", "sampled", "transients", "residual")}
 
 
-def cure(
+def least_excursion(
     system: ContactSystem,
     cycle: LoadCycle,
     friction: Any,
@@ -85,7 +85,7 @@ def cure(
     scan: int = 20,
     tolerance: float = 1e-3,
     seed: int = 0,
-) -> Cure:
+) -> LeastExcursion:
     """Find the least excursion from the mean load and back after which the contact comes to rest.
 
     The excursion goes in a straight line to the mean load plus a share of `excursion`. Shares are tried in even steps on the start that is hardest
@@ -103,7 +103,7 @@ def cure(
     excursion
         Largest excursion, load case name -> change of its amplitude.
     start
-        As in `practical_limit`.
+        As in `limit_after_protocol`.
     samples
         Number of random slips that verify the share found, where `start` is "worst".
     scan
@@ -125,12 +125,12 @@ def cure(
     >>> import frictopt as fo
     >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> unloading = fo.cure(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": -0.95})
+    >>> unloading = fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": -0.95})
     >>> unloading.found, round(unloading.loads["P"], 2)
     (True, 0.23)
-    >>> fo.cure(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": 5.0}).found
+    >>> fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": 5.0}).found
     False
     """
     treatment = Treatment(system, cycle, friction, start)
@@ -146,7 +146,7 @@ def cure(
         treatment.starts += _sampled(rng, treatment.starts, samples)
     search = _Shares(treatment, load_factor, largest, scan, tolerance)
     share = search.least()
-    return Cure(
+    return LeastExcursion(
         share=share,
         loads=search.step(share).loads if np.isfinite(share) else None,
         start=search.hardest,

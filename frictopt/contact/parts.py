@@ -1,0 +1,73 @@
+"""Checks of the parts of a contact system, and the tangential and normal components of its vectors."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from ..errors import ModelError
+from .checks import Array, check_name, finite_array, frozen, real_array, shown
+from .tolerances import ORTHONORMAL
+
+__all__ = ["check_order", "checked_bonded", "checked_frames", "checked_width", "joined", "parted"]
+
+
+def joined(q: Array, p: Array) -> Array:
+    """(..., M) values ordered by component, from tangential (..., N) or (..., N, 2) and normal ones (..., N): the inverse of `parted`."""
+    return np.concatenate([q, p] if q.ndim == p.ndim else [q[..., 0], q[..., 1], p], axis=-1)
+
+
+def parted(r: Array, axes: int) -> tuple[Array, Array]:
+    """Tangential (..., N) or (..., N, 2) and normal (..., N) parts of (..., M) values ordered by component; `axes` is 2 in the plane, 3 in space."""
+    n = r.shape[-1] // axes
+    q, p = r[..., :-n], r[..., -n:]
+    return (q if axes == 2 else np.stack([q[..., :n], q[..., n:]], axis=-1)), p
+
+
+def check_order(x: Array) -> None:
+    """Check that coordinates along an interface rise."""
+    if np.any(np.diff(x) <= 0):
+        first = int(np.argmax(np.diff(x) <= 0))
+        raise ModelError(f"x: x[{first + 1}] = {x[first + 1]:g} does not exceed x[{first}] = {x[first]:g}; order the nodes along the interface")
+
+
+def checked_frames(frames: Any, n: int, axes: int) -> Array:
+    """Check the directions of the nodes; None, or empty: the axes."""
+    if frames is None or real_array("frames", frames).size == 0:
+        return frozen(np.tile(np.eye(axes), (n, 1, 1)))
+    checked = finite_array("frames", frames, (n, axes, axes))
+    errors = np.abs(checked @ checked.transpose(0, 2, 1) - np.eye(axes)).max(axis=(1, 2))
+    if errors.max() > ORTHONORMAL:
+        raise ModelError(f"frames: the directions of node {int(errors.argmax())} are not orthonormal; give unit tangents and the unit normal")
+    return checked
+
+
+def checked_width(width: Any, n: int) -> Array:
+    """Check tributary lengths or areas."""
+    checked = finite_array("width", width, (n,))
+    if checked.min() <= 0:
+        raise ModelError(f"width: {checked.min():g} at node {int(checked.argmin())}; give the length or area that the node collects, > 0")
+    return checked
+
+
+def checked_bonded(argument: str, bonded: Any, n: int, tangents: int) -> Mapping[str, tuple[Array, Array]]:
+    """Check bonded reactions, load case name -> (q, p) or all of them in the order of S, and return the pairs read-only."""
+    if not isinstance(bonded, Mapping):
+        raise ModelError(f"{argument}: a {type(bonded).__name__}; give a mapping, load case name -> (q, p)")
+    if not bonded:
+        raise ModelError(f"{argument}: no load case; give at least one, name -> (q, p)")
+    shape = (n,) if tangents == 1 else (n, 2)
+    checked = {}
+    for name, given in bonded.items():
+        check_name(argument, name)
+        label = f"{argument}[{name!r}]"
+        try:
+            flat = np.ndim(given[0]) == 0
+            q, p = ((), ()) if flat else given
+        except (TypeError, ValueError, IndexError, KeyError) as error:
+            raise ModelError(f"{label}: {shown(given)} is no pair; give (q, p), arrays of shapes {shape} and {(n,)}") from error
+        if flat:
+            q, p = parted(finite_array(label, given, ((tangents + 1) * n,)), tangents + 1)
+        checked[name] = (finite_array(f"{label} q", q, shape), finite_array(f"{label} p", p, (n,)))
+    return MappingProxyType(checked)
