@@ -40,7 +40,8 @@ def place(fault: Fault, copy: Path) -> Path:
 
 def test_files(fault: Fault, copy: Path) -> list[str]:
     """The tests that should find a fault."""
-    return [str(path.relative_to(copy)) for glob in fault.tests.split() for path in sorted((copy / "tests").glob(f"test_{glob}.py"))]
+    named = (name.partition("::") for name in fault.tests.split())
+    return [f"{path.relative_to(copy)}{mark}{test}" for glob, mark, test in named for path in sorted((copy / "tests").glob(f"test_{glob}.py"))]
 
 
 class _Failed:

@@ -118,19 +118,18 @@ def test_every_sweep_is_polished(punch):
         assert found.record.solver == "OSQP" and found.record.attempts[0].residual < 1e-11
 
 
-@pytest.mark.slow
 def test_nodes_that_open_as_others_slip_get_their_gaps(monkeypatch):
     """Trial pressures all positive, so that the first sweep knows no gaps; with no correction of its status the next one must."""
     monkeypatch.setattr(frozen_bound, "CORRECTIONS", 0)
     opened = 0
-    for seed in range(400):
+    for seed in range(100):
         contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.8)
         engine = FrozenBoundIncrement(contact, friction)
         if engine._law.pose(slip, load).trial[3:].min() > 0:
             found = engine.solve(slip, load)
             opened += bool((found.status == 2).any())
             assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
-    assert opened > 3
+    assert opened
 
 
 @pytest.mark.parametrize("engine", [ExactIncrement, FrozenBoundIncrement])

@@ -13,6 +13,9 @@ from frictopt.limits.screening import load_factor_bounds
 from frictopt.limits.shakedown_result import judged
 from frictopt.solve import solvers as policy
 from frictopt.solve.bounds import Bounds, BoundStatus, bounds
+from frictopt.spatial import shakedown as space
+from frictopt.spatial.posed import pose
+from spatial import single
 from systems import CYCLE, FIRST_PAIR, random_system, system
 from test_guaranteed import least_by_node, random_cycle
 
@@ -244,3 +247,16 @@ def test_where_the_time_is_over_the_bound_is_the_solver_s_and_not_what_it_has_fo
     stopped = {"status": cp.USER_LIMIT, "value": 2.0, "solver_stats": SimpleNamespace(extra_stats=stats)}
     methods = {"is_mixed_integer": lambda: True, "solve": lambda **_: None, "variables": lambda: [SimpleNamespace(value=np.ones(2))]}
     assert bounds(SimpleNamespace(**stopped, **methods), 1.0) == Bounds(bound, BoundStatus.FOUND)
+
+
+def test_why_there_is_no_limit_is_said_with_the_error_of_its_proof_or_not_at_all(monkeypatch):
+    task = pose(single(), fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5)
+
+    def margins(*values):
+        states = iter(SimpleNamespace(margin=value, residual=1e-3, motion=None, slip=np.zeros((1, 2))) for value in values)
+        monkeypatch.setattr(space, "solve_margin", lambda *_, **__: (next(states), None, None))
+        return space._no_limit(task, None)
+
+    nothing = margins(-1.0)
+    assert nothing.kind is fo.LimitKind.NO_SAFE_SLIP and nothing.residual == 1e-3
+    assert margins(1.0, -1.0) is None  # safe at some load factor, and not at every one
