@@ -92,6 +92,7 @@ class Ground:
             try:
                 while mine.poll(max(end - monotonic(), 0)):
                     if (name := mine.recv()) is None:
+                        process.join(10)
                         return found
                     found.append(name)
                 found.append(NO_END)
