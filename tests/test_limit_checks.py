@@ -1,5 +1,6 @@
 """The checks that stand between a solver and an answer: solvers that lie in one respect are found out, bounds hold where they are not settled."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import cvxpy as cp
@@ -14,6 +15,7 @@ from frictopt.limits.shakedown_result import judged
 from frictopt.solve import solvers as policy
 from frictopt.solve.bounds import Bounds, BoundStatus, bounds
 from frictopt.spatial import shakedown as space
+from frictopt.spatial.limit_claim import certified
 from frictopt.spatial.posed import pose
 from spatial import single
 from systems import CYCLE, FIRST_PAIR, random_system, system
@@ -260,3 +262,15 @@ def test_why_there_is_no_limit_is_said_with_the_error_of_its_proof_or_not_at_all
     nothing = margins(-1.0)
     assert nothing.kind is fo.LimitKind.NO_SAFE_SLIP and nothing.residual == 1e-3
     assert margins(1.0, -1.0) is None  # safe at some load factor, and not at every one
+
+
+@pytest.mark.parametrize("corner", [0, 1])
+def test_the_stress_of_a_mechanism_in_space_counts_beside_its_distance_and_not_against_it(corner):
+    """One that slips on, along the mean shear or against it: the stiffness resists what is left, and the bound lies above the limit or below it."""
+    contact, cycle = single(), fo.LoadCycle({"P": 1.0, "X": 0.2}, [{"X": 1.0}, {"X": -1.0}])
+    limit, task = fo.shakedown_limit(contact, cycle, 0.5), pose(contact, cycle, 0.5)
+    slips = limit._motion.slips.copy()
+    slips[corner] *= 1.1
+    off, stress = 0.02 / 2.1, 1.5 * 0.1 / 2.1  # 0.2 times the slip left, and (1 + f) p times it, of a drive of 2.1 slips
+    claim = certified(task, limit.load_factor, limit.slip, replace(limit._motion, slips=slips), np.zeros(2))
+    assert limit.load_factor == pytest.approx(0.5) and claim.residual == pytest.approx((off + stress) / 0.5)

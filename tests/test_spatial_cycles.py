@@ -199,3 +199,21 @@ def test_long_work_shows_how_many_cycles_it_has_followed(monkeypatch):
     assert len(seen) > steady.cycles and not any(seen)
     with pytest.raises(fo.ModelError, match="progress"):
         fo.steady_state(single(), fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5, 0.3, progress="yes")
+
+
+def test_the_work_of_friction_is_that_of_the_shear_force_along_the_slip():
+    """While the node slides to and fro along one line and its pressure changes with the load, both are linear in the slip."""
+    loads = fo.LoadCycle({"P": 1.0}, [{"X": 1.0, "P": 0.5}, {"X": -1.0, "P": -0.5}])
+    path = fo.march(single(), loads, 0.4, 1.0, cycles=2, steps=10)
+    slip, shear = np.diff(path.slip[:, 0, 0]), path.q[:, 0, 0]
+    slides = (path.status[1:, 0] == 1) & (path.status[:-1, 0] == 1) & (shear[1:] * shear[:-1] > 0)
+    assert slides.sum() > 10 and np.ptp(path.p[1:, 0][slides]) > 0.1
+    assert np.allclose(np.diff(path.work[:, 0])[slides], -((shear[1:] + shear[:-1]) / 2 * slip)[slides], rtol=1e-12)
+
+
+def test_a_node_without_friction_moves_without_an_end_and_is_at_rest_as_in_the_plane():
+    loads = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
+    plane = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])})
+    for contact in (single(), plane):
+        steady = fo.steady_state(contact, loads, 0.0, 1.0)
+        assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
