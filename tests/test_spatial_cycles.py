@@ -213,7 +213,7 @@ def test_the_work_of_friction_is_that_of_the_shear_force_along_the_slip():
 
 def test_a_node_without_friction_moves_without_an_end_and_is_at_rest_as_in_the_plane():
     loads = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
-    plane = fo.ContactSystem([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])})
+    plane = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])})
     for contact in (single(), plane):
         steady = fo.steady_state(contact, loads, 0.0, 1.0)
         assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
