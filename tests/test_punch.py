@@ -100,6 +100,12 @@ def test_the_scene_is_its_own_mirror_image(punch):
         assert np.array_equal(q, sign * q[::-1]) and np.array_equal(p, -sign * p[::-1])
 
 
+def test_a_pulled_block_pulls_the_ends_of_the_punch_apart(punch):
+    system = punch(16)
+    q, _ = system.bonded["sigma"]
+    assert (q[:8] < -1e-3).all() and (q[9:] > 1e-3).all()
+
+
 def test_bonded_corner_has_the_exponents_and_ratios_of_the_three_quarter_plane():
     """Tractions over 3 .. 20 % of a from the corner are the sum of both singular modes (Williams 1952): one power law alone does not fit.
 
