@@ -16,7 +16,8 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(path for path in DOCS.rglob("*.md") if "_build" not in path.parts)]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-TABLES = sorted((DOCS / "tables").glob("*.md"))
+FAULTS = DOCS / "tables" / "mutants.md"
+TABLES = sorted({*(DOCS / "tables").glob("*.md")} - {FAULTS})
 
 CITED = {  # public name -> label of the equation of the theory page that its docstring cites
     "ContactSystem": "reactions",
@@ -159,10 +160,10 @@ def heads(page):
 def test_tables_come_from_the_studies():
     pages = "".join(text(DOCS / f"{page}.md") for page in ("checked", "performance", "validity"))
     shown = set(re.findall(r"```\{include\} tables/(\w+)\.md", pages))
-    assert shown == {path.stem for path in TABLES} and shown <= set(STUDIES)
-    for path in TABLES:
+    assert shown == {path.stem for path in (*TABLES, FAULTS)} and {path.stem for path in TABLES} <= set(STUDIES)
+    for path in (*TABLES, FAULTS):
         page = text(path)
-        assert f"`python -m studies {path.stem}" in page and heads(page), path
+        assert ("`python benchmarks/mutants.py" if path == FAULTS else f"`python -m studies {path.stem}") in page and heads(page), path
         for part in re.findall(r"(?:^\|.*\|\n)+", page, re.MULTILINE):
             assert len({line.count(" | ") for line in part.splitlines() if not line.startswith("|---")}) == 1, path
     assert " --quick" not in "".join(map(text, TABLES))
