@@ -15,6 +15,6 @@ print(fo.shakedown_limit(rounded, cycle, friction=0.6).reason)
 # %%
 # The load factor is proven by a state of rest. The bound above it takes longer: more time makes it sharper.
 
-limit = fo.separated_limit(rounded, cycle, friction=0.6, time_limit=5.0)
+limit = fo.separated_limit(rounded, cycle, friction=0.6)
 print(limit.reason)
 limit.plot()

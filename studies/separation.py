@@ -42,8 +42,8 @@ class Parameters:
     flat_frictions: tuple[float, ...] = (1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0)
     pin_elements: int = 40
     pin_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0)
-    time_limit: float = 2.0
-    closed_time_limit: float = 4.0  # of the flat punch and the pin, where states above the shakedown limit take longer to find
+    most_programs: int = 100
+    closed_most_programs: int = 200  # of the flat punch and the pin, where states above the shakedown limit take longer to find
 
 
 FULL = Parameters()
@@ -57,15 +57,15 @@ QUICK = Parameters(
     flat_frictions=(1.5, 2.0),
     pin_elements=16,
     pin_frictions=(0.3, 0.5),
-    time_limit=1.0,
-    closed_time_limit=1.0,
+    most_programs=40,
+    closed_most_programs=40,
 )
 
 
-def _row(contact: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, time_limit: float) -> dict[str, Any]:
+def _row(contact: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, most_programs: int) -> dict[str, Any]:
     begin = time.perf_counter()
     closed = fo.shakedown_limit(contact, cycle, friction).load_factor
-    limit = fo.separated_limit(contact, cycle, friction, time_limit=time_limit, progress=False)
+    limit = fo.separated_limit(contact, cycle, friction, most_programs=most_programs, progress=False)
     always = limit.open.all(axis=0)
     return {
         "nodes": contact.nodes,
@@ -88,7 +88,7 @@ def cylinder(parameters: Parameters) -> pd.DataFrame:
     loads = fo.LoadCycle({"P": pressure}, [{"Q": -_CYLINDER_FRICTION * pressure}, {"Q": _CYLINDER_FRICTION * pressure}])
     for cells in tqdm(parameters.cells, desc="cylinder", disable=None):
         contact = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(cells, _HALF_LENGTH, 1.0, R=_RADIUS))
-        rows.append({"size": 2 * _HALF_LENGTH / cells} | _row(contact, loads, _CYLINDER_FRICTION, parameters.time_limit))
+        rows.append({"size": 2 * _HALF_LENGTH / cells} | _row(contact, loads, _CYLINDER_FRICTION, parameters.most_programs))
     return pd.DataFrame(rows)
 
 
@@ -100,7 +100,7 @@ def rounded(parameters: Parameters) -> pd.DataFrame:
     rows = []
     for elements, size, friction in tqdm(dict.fromkeys(asked), desc="rounded punch", disable=None):
         contact = scenes[elements].with_gap(size * np.maximum(np.abs(scenes[elements].x) - 0.6, 0.0) ** 2)
-        rows.append({"elements": elements, "rounding": size} | _row(contact, LOADS, friction, parameters.time_limit))
+        rows.append({"elements": elements, "rounding": size} | _row(contact, LOADS, friction, parameters.most_programs))
     return pd.DataFrame(rows)
 
 
@@ -112,7 +112,7 @@ def closed(parameters: Parameters) -> pd.DataFrame:
     for name, scene, cycle, frictions in (("flat punch", punch, LOADS, parameters.flat_frictions), ("pin", pin, fit, parameters.pin_frictions)):
         contact = scene.condense()
         rows += [
-            {"scene": name} | _row(contact, cycle, friction, parameters.closed_time_limit) for friction in tqdm(frictions, desc=name, disable=None)
+            {"scene": name} | _row(contact, cycle, friction, parameters.closed_most_programs) for friction in tqdm(frictions, desc=name, disable=None)
         ]
     return pd.DataFrame(rows)
 

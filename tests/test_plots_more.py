@@ -29,7 +29,7 @@ def marks(ax, label):
 
 
 def rounded_limit():
-    return fo.separated_limit(ROUNDED, PULL, F, time_limit=60.0, progress=False)
+    return fo.separated_limit(ROUNDED, PULL, F, progress=False)
 
 
 def test_a_limit_with_separation_shows_the_corners_of_the_path_from_its_state_and_marks_open_nodes():
@@ -55,7 +55,7 @@ def test_a_limit_with_separation_shows_the_corners_of_the_path_from_its_state_an
 def test_nodes_that_open_and_close_have_marks_of_their_own():
     rng = np.random.default_rng(0)
     contact = [random_system(rng, 2) for _ in range(17)][16]  # the first of which one node opens and closes at the limit
-    limit = fo.separated_limit(contact, CYCLE, F, time_limit=20.0, progress=False)
+    limit = fo.separated_limit(contact, CYCLE, F, progress=False)
     some = limit.open.any(axis=0) & ~limit.open.all(axis=0)
     ax = limit.plot()
     assert some.tolist() == [True, False] and np.array_equal(marks(ax, "open at some corners")[:, 0], contact.x[some])
@@ -83,7 +83,7 @@ PRESSED = system(1.0, 0.0, 0.0, 1.0, 0.0, 1.0)  # pressed more at the only corne
     ids=["none", "infinite"],
 )
 def test_a_limit_with_separation_that_is_not_finite_says_why_in_place_of_lines(contact, cycle, title):
-    limit = fo.separated_limit(contact, cycle, 0.5, time_limit=20.0, progress=False)
+    limit = fo.separated_limit(contact, cycle, 0.5, progress=False)
     ax = limit.plot()
     assert not ax.get_lines() and not ax.collections and np.isnan(limit.reactions).all()
     assert " ".join(ax.texts[0].get_text().split()) == limit.reason and ax.get_title().endswith(title)

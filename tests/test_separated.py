@@ -3,7 +3,6 @@
 import io
 import pickle
 import re
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +33,7 @@ THREE = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 0.8}, {"cyclic
 def search_of(contact, cycle, friction):
     """A search that has not begun, with all the time that a busy machine may need."""
     question = Question(contact, cycle, np.broadcast_to(friction, contact.nodes).astype(float))
-    return RestSearch(question, time.monotonic() + 600.0, lambda _: None)
+    return RestSearch(question, 10_000, lambda _: None)
 
 
 def found(contact, cycle, friction):
@@ -134,7 +133,7 @@ def test_uncoupled_nodes_rest_each_for_itself():
 def test_small_contacts_against_every_pattern_of_open_nodes(seed, cycle, most_nodes):
     rng = np.random.default_rng(seed)
     contact, friction = pulled_system(rng, int(rng.integers(1, most_nodes + 1))), float(rng.uniform(0.1, 1.0))
-    limit = fo.separated_limit(contact, cycle, friction, time_limit=300, progress=False)
+    limit = fo.separated_limit(contact, cycle, friction, most_programs=3000, progress=False)
     if limit.load_factor > 1e5:
         return  # larger ones are not tried
     most = float(re.search(r"up to (\S+)", limit.covers)[1])
@@ -153,7 +152,7 @@ def test_small_contacts_against_every_pattern_of_open_nodes(seed, cycle, most_no
 def check_random(seed, nodes, starts):
     rng = np.random.default_rng(seed)
     contact, friction = pulled_system(rng, int(rng.integers(*nodes))), float(rng.uniform(0.1, 1.0))
-    limit, closed = fo.separated_limit(contact, CYCLE, friction, time_limit=300, progress=False), fo.shakedown_limit(contact, CYCLE, friction)
+    limit, closed = fo.separated_limit(contact, CYCLE, friction, most_programs=3000, progress=False), fo.shakedown_limit(contact, CYCLE, friction)
     assert (limit.residual <= 1e-9 and limit.bound >= limit.load_factor) or np.isnan(limit.bound)
     if limit.state is None or np.isinf(limit.load_factor):
         return
@@ -177,7 +176,7 @@ def test_random_contacts_and_many_starts_above_their_limits(block):
 
 def test_what_is_said_of_it(punch, paper_cycle):
     contact = rounded(punch(8), 2.0)
-    limit = fo.separated_limit(contact, paper_cycle, 0.6, time_limit=300, progress=False)
+    limit = fo.separated_limit(contact, paper_cycle, 0.6, most_programs=3000, progress=False)
     assert limit.exact and limit.kind is fo.LimitKind.FINITE and "none above it" in limit.reason and "opens or closes at most once" in limit.covers
     text = io.StringIO()
     limit.explain(text)
@@ -191,12 +190,12 @@ def test_what_is_said_of_it(punch, paper_cycle):
 @pytest.mark.parametrize(("name", "value", "reason"), [("_MOTION", 0.3, "a big-M bound is active"), ("_PRESSURE", 0.3, "outside of what the bound")])
 def test_an_answer_that_touches_the_largest_motion_or_pressure_is_no_bound(name, value, reason, monkeypatch):
     monkeypatch.setattr(separated, name, value)
-    limit = fo.separated_limit(pulled_system(np.random.default_rng(3), 3), CYCLE, 0.5, time_limit=300, progress=False)
+    limit = fo.separated_limit(pulled_system(np.random.default_rng(3), 3), CYCLE, 0.5, most_programs=3000, progress=False)
     assert limit.bound == np.inf and not limit.exact and reason in limit.reason
 
 
 def test_a_contact_that_is_pulled_apart_has_no_state_of_rest(punch):
-    limit = fo.separated_limit(punch(8), fo.LoadCycle({"P": -1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), 0.6, time_limit=2.0, progress=False)
+    limit = fo.separated_limit(punch(8), fo.LoadCycle({"P": -1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), 0.6, progress=False)
     assert np.isnan(limit.load_factor) and limit.state is None and not limit.open.any() and np.isnan(limit.slip).all()
     assert "the mean load pulls the bodies apart" in limit.reason and limit.reason in repr(limit)
 
@@ -207,14 +206,24 @@ def test_all_nodes_open_for_ever():
     assert limit.load_factor >= 2.0 and limit.state is not None
 
 
-def test_a_search_that_is_out_of_time_says_what_to_give(punch, paper_cycle):
-    limit = fo.separated_limit(rounded(punch(40), 0.02), paper_cycle, 0.6, time_limit=1e-3, progress=False)
-    assert limit.bound == np.inf and "give a larger time_limit" in limit.reason and limit.largest_slip == np.abs(limit.slip).max()
+def test_a_search_that_is_too_large_for_a_bound_says_so(punch, paper_cycle):
+    limit = fo.separated_limit(rounded(punch(40), 0.02), paper_cycle, 0.6, most_programs=1, progress=False)
+    assert limit.bound == np.inf and "booleans is not tried" in limit.reason and limit.largest_slip == np.abs(limit.slip).max()
 
 
-def test_a_time_limit_is_above_zero():
-    with pytest.raises(fo.ModelError, match="time_limit"):
-        fo.separated_limit(system(1.0, 0.0, 0.0, 1.0, 1.0, 0.0), CYCLE, 0.5, time_limit=0)
+def test_a_search_whose_programs_are_used_up_says_what_to_give(punch, paper_cycle):
+    limit = fo.separated_limit(rounded(punch(12), 2.0), paper_cycle, 0.6, most_programs=1, progress=False)
+    assert limit.bound == np.inf and "give more most_programs" in limit.reason
+
+
+def test_the_same_question_has_the_same_answer(punch, paper_cycle):
+    one, other = (fo.separated_limit(rounded(punch(8), 2.0), paper_cycle, 0.6, most_programs=25, progress=False) for _ in range(2))
+    assert (one.load_factor, one.bound) == (other.load_factor, other.bound) and one.open.tolist() == other.open.tolist()
+
+
+def test_a_search_has_at_least_one_program():
+    with pytest.raises(fo.ModelError, match="most_programs"):
+        fo.separated_limit(system(1.0, 0.0, 0.0, 1.0, 1.0, 0.0), CYCLE, 0.5, most_programs=0)
 
 
 @pytest.mark.parametrize("shear", [0.3, 0.0])

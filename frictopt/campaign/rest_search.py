@@ -1,6 +1,5 @@
 """The search for the largest load factor with a state of rest: over sets of nodes that stay open, and upward along the exact path."""
 
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -25,18 +24,20 @@ _SETS = 16  # sets that are tried from one that no load factor keeps
 
 
 class RestSearch:
-    """Looks for states of rest at ever larger load factors, until a deadline.
+    """Looks for states of rest at ever larger load factors, with a number of linear programs and transients.
 
     Attributes
     ----------
     best
         The one with the largest load factor so far; None if there is none.
+    left
+        Programs and transients that are left.
     endless_set
         The limit of a set of nodes that rests open at every load factor from some on; None if none is known.
     """
 
-    def __init__(self, question: Question, deadline: float, tell: Callable[[str], None]) -> None:
-        self.question, self.deadline, self.tell = question, deadline, tell
+    def __init__(self, question: Question, most_programs: int, tell: Callable[[str], None]) -> None:
+        self.question, self.left, self.tell = question, most_programs, tell
         self.best: Rest | None = None
         self.endless_set: OpenSetLimit | None = None
         system, cycle = question.system, question.cycle
@@ -48,8 +49,8 @@ class RestSearch:
 
     @property
     def over(self) -> bool:
-        """Whether the time limit is reached, or no larger load factor can be found."""
-        return self.unbounded or self.endless or time.monotonic() > self.deadline
+        """Whether all programs are used up, or no larger load factor can be found."""
+        return self.unbounded or self.endless or self.left <= 0
 
     @property
     def unbounded(self) -> bool:
@@ -71,10 +72,10 @@ class RestSearch:
         self.sets()
         self.tell("upward")
         for share in _FIRST if self.best is None else ():
-            if not self.over and self.offer(self.question.rest(share * self.unit)):
+            if not self.over and self.offer(self._rest(share * self.unit)):
                 break
         if self.best is None:
-            self.offer(self.question.rest(0.0))
+            self.offer(self._rest(0.0))
         self.climb()
 
     def sets(self) -> None:
@@ -108,7 +109,7 @@ class RestSearch:
             return False
         load_factor = (self.best.load_factor or 1e-3 * self.unit) * (1 + step)
         begins: tuple[dict[str, Any], ...] = ({"initial_state": self.best.state}, {})
-        return any(self.offer(self.question.rest(load_factor, **begin)) for begin in begins)
+        return any(self.offer(self._rest(load_factor, **begin)) for begin in begins)
 
     def _lift(self, rest: Rest) -> None:
         """Raise the load factor with the same nodes open, and with those let go that only touch: up to where the corners allow it, or the path."""
@@ -143,14 +144,19 @@ class RestSearch:
             if (opened == opened[0]).all():
                 limit = self.limit_of(opened[0])
                 return None if limit is None or self.unbounded else CornerStates(limit.load_factor, limit.slip, limit.gap)
+            self.left -= 1
             most = 10 * max(rest.load_factor, 1e-3 * self.unit)
             return SeparatedProblem(asked.system, asked.cycle, asked.friction, most).with_open(opened)
         except FrictoptError:  # no answer that passes the checks
             return None
 
+    def _rest(self, load_factor: float, **begin: Any) -> Rest | None:
+        self.left -= 1
+        return self.question.rest(load_factor, **begin)
+
     def _from(self, states: CornerStates) -> Rest | None:
         asked = self.question
-        return asked.rest(states.load_factor, initial_state=asked.state(states.load_factor, states.slip[-1], np.maximum(states.gap[-1], 0.0)))
+        return self._rest(states.load_factor, initial_state=asked.state(states.load_factor, states.slip[-1], np.maximum(states.gap[-1], 0.0)))
 
     def _first_sets(self) -> Iterator[Booleans]:
         """Sets of nodes that may stay open: none, and those that the mean load leaves open."""
@@ -190,6 +196,7 @@ class RestSearch:
         """The limit with these nodes (N,) open, and no others; None if there is none, or no answer that passes the checks."""
         key, asked = opened.tobytes(), self.question
         if key not in self._known:
+            self.left -= 1
             try:
                 self._known[key] = open_set_limit(asked.system, asked.cycle, asked.friction, opened)
             except FrictoptError:

@@ -1,5 +1,7 @@
 """The limit of a contact whose nodes may open: the largest load factor at which some state of rest exists."""
 
+# One file because it is one answer: its search, its bound, and the reason in words.
+
 import time
 from collections.abc import Mapping
 from contextlib import contextmanager
@@ -9,7 +11,7 @@ from typing import IO, Any
 import numpy as np
 
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
-from ..contact.checks import Array, finite_number, flag, frozen
+from ..contact.checks import Array, flag, frozen, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis
 from ..contact.progress import bar_of
@@ -28,6 +30,8 @@ __all__ = ["SeparatedLimit", "separated_limit"]
 
 _RANGE = 2.0  # load factors that the bound covers, over the largest found; four times more where a state comes to its end
 _WIDER, _ROUNDS = 4.0, 6
+_PROGRAMS, _FEWEST, _SMALL_CONTACT = 300, 20, 40  # programs and transients of a search, at least, and nodes up to which it has all of them
+_TREE, _MOST_BOOLEANS = 10, 60  # nodes of the search tree for each program, and booleans above which a bound takes more than minutes
 _SMALL = 1e-3  # load factor, in load units, below which the range of the bound does not shrink
 
 
@@ -119,7 +123,9 @@ class SeparatedLimit(WithSlip, Plotted):
         explain(title, self.problem, None, self._units, self.record.left_out, None, file, f"{self.reason}\nbound holds {self.covers}")
 
 
-def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, time_limit: float = 10.0, progress: bool = True) -> SeparatedLimit:
+def separated_limit(
+    system: ContactSystem, cycle: LoadCycle, friction: Any, *, most_programs: int | None = None, progress: bool = True
+) -> SeparatedLimit:
     """Largest load factor at which some state of rest exists, whose nodes may be open always, or open and close in each cycle.
 
     `load_factor` is a lower bound that a state of rest proves. It comes from linear programs over sets of nodes that stay open, searched outward from
@@ -135,8 +141,10 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, t
         The contact and its load cycle.
     friction
         Coefficient of friction, one or one per node.
-    time_limit
-        Seconds for search and bound together, above 0. Contacts of more than about 20 nodes use them up, and may have no bound.
+    most_programs
+        Number of linear programs and transients that the search may take, at least 1; the mixed-integer program may have ten times as many nodes in
+        its search tree. None: 300, for more than 40 nodes in proportion to 1 / N^2 fewer, but at least 20. Contacts of more than about 20 nodes use
+        them up; with more than 60 pairs of node and corner there is no bound.
     progress
         Show what is being done, on a terminal only.
 
@@ -153,19 +161,20 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, t
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     >>> fo.shakedown_limit(rounded, cycle, friction=0.6).load_factor
     nan
-    >>> limit = fo.separated_limit(rounded, cycle, friction=0.6, time_limit=60.0)
+    >>> limit = fo.separated_limit(rounded, cycle, friction=0.6)
     >>> limit.exact, limit.open.tolist()
     (True, [[True, False, False, False, True], [True, False, False, False, True]])
     """
     began = time.perf_counter()
     f = np.array(friction_coefficients(friction, checked_plane(system).nodes))
     checked_cycle(cycle).corner_reactions(system)
-    limit = finite_number("time_limit", time_limit, above=0.0)
+    few = max(_FEWEST, int(_PROGRAMS * min(1.0, (_SMALL_CONTACT / system.nodes) ** 2)))
+    most = few if most_programs is None else whole_number("most_programs", most_programs, least=1)
     question = Question(system, cycle, f)
     with _progress(flag("progress", progress)) as tell:
-        search = RestSearch(question, time.monotonic() + limit, tell)
+        search = RestSearch(question, most, tell)
         search.run()
-        found = _Bound(search)
+        found = _Bound(search, _TREE * most)
         if not (search.unbounded or search.endless):
             found.run()
     return _result(question, search, found, began)
@@ -174,22 +183,30 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: Any, *, t
 class _Bound:
     """The upper bound by the mixed-integer program, over ever wider ranges of load factors as long as a state comes to their end."""
 
-    def __init__(self, search: RestSearch) -> None:
-        self.search = search
+    def __init__(self, search: RestSearch, most_nodes: int) -> None:
+        self.search, self.most_nodes = search, most_nodes
         self.bound, self.problem, self.units = np.inf, None, dict[str, Any]()
         self.attempts: list[Attempt] = []
         self.most = _RANGE * max(search.least, _SMALL * search.unit)
         self.touched = self.contradicted = self.endless = False
 
+    @property
+    def large(self) -> bool:
+        """Whether the program has more booleans than it can decide on."""
+        asked = self.search.question
+        return asked.system.nodes * len(asked.cycle.corners) > _MOST_BOOLEANS
+
     def run(self) -> None:
         search, asked = self.search, self.search.question
+        if self.large:
+            return
         for number in range(_ROUNDS):
-            if search.over:
+            if search.unbounded or search.endless:
                 return
             self.most *= _WIDER if number else 1.0
             search.tell(f"bound up to {self.most:.6g}")
             model = SeparatedProblem(asked.system, asked.cycle, asked.friction, self.most)
-            bounds, states, self.problem = model.search(search.least * (1 - ONE_LIMIT), search.deadline - time.monotonic())
+            bounds, states, self.problem = model.search(search.least * (1 - ONE_LIMIT), self.most_nodes)
             self.units = dict(model.units)
             self.attempts.append(Attempt("HIGHS", f"load factors up to {self.most:.6g}: {bounds.status.value}", 0.0))
             if states is not None:
@@ -282,8 +299,10 @@ def _reason(question: Question, search: RestSearch, found: _Bound, exact: bool, 
         return f"{text}; larger load factors were not tried"
     if found.endless:
         return f"{text}; no bound, for at the corners the mixed-integer program allows states at any load factor, of which none was found to rest"
+    if found.large:
+        return f"{text}; no bound, for a mixed-integer program of {question.system.nodes * len(question.cycle.corners)} booleans is not tried"
     if np.isinf(found.bound):
-        return f"{text}; time limit reached: nothing is known above it; give a larger time_limit"
+        return f"{text}; all programs are used up: nothing is known above it; give more most_programs"
     return f"{text}; above it the mixed-integer program allows states, of which none was found to rest"
 
 

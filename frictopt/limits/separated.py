@@ -133,10 +133,10 @@ class SeparatedProblem:
         """Units of the variables."""
         return {"load_factor": self.most, "slip": self.length, "gap": self.length}
 
-    def search(self, least: float, time_limit: float) -> tuple[Bounds, CornerStates | None, cp.Problem]:
+    def search(self, least: float, most_nodes: int) -> tuple[Bounds, CornerStates | None, cp.Problem]:
         """Bound of the largest load factor from `least` to `most`, the states found, and the mixed-integer program."""
         problem = corner_problem(self.contact, cp.Variable(self.shape, boolean=True, name="opened"))
-        found = self._solve(problem, least, time_limit)
+        found = self._solve(problem, least, most_nodes)
         return Bounds(found.bound * self.most, found.status), self._states(problem) if found.status.has_solution else None, problem
 
     def with_open(self, opened: Booleans) -> CornerStates | None:
@@ -144,7 +144,7 @@ class SeparatedProblem:
         given = cp.Parameter(self.shape, nonneg=True, name="opened")
         problem = corner_problem(self.contact, given)
         given.value = opened.astype(np.float64)
-        if not self._solve(problem, 0.0, 60.0).status.has_solution:
+        if not self._solve(problem, 0.0, 0).status.has_solution:
             return None
         polish(problem)
         return self._states(problem)
@@ -157,9 +157,9 @@ class SeparatedProblem:
         pairs = (np.abs(v - np.roll(v, 1, axis=0)), contact.most_slip), (w, contact.most_gap), (p, contact.most_pressure)
         return any(bool((value > _TOUCHES * most).any()) for value, most in pairs)
 
-    def _solve(self, problem: cp.Problem, least: float, time_limit: float) -> Bounds:
+    def _solve(self, problem: cp.Problem, least: float, most_nodes: int) -> Bounds:
         problem.param_dict["least_load_factor"].value, problem.param_dict["most_load_factor"].value = least / self.most, 1.0
-        return bounds(problem, time_limit)
+        return bounds(problem, most_nodes)
 
     def _states(self, problem: cp.Problem) -> CornerStates:
         values = {name: np.asarray(variable.value, dtype=np.float64) for name, variable in problem.var_dict.items()}

@@ -1,4 +1,4 @@
-"""Bounds of a mixed-integer program within a time limit: what the solver proves even where it comes to no end."""
+"""Bounds of a mixed-integer program within a search tree of limited size: what the solver proves even where it comes to no end."""
 
 import math
 import warnings
@@ -18,6 +18,8 @@ _OPTIONS = {
     "mip_rel_gap": 1e-7,
     "mip_abs_gap": 0.0,
     "mip_heuristic_effort": 0.0,
+    "threads": 1,
+    "time_limit": 600.0,
 }
 _LINEAR = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "small_matrix_value": 1e-12}
 
@@ -27,8 +29,8 @@ class BoundStatus(Enum):
 
     OPTIMAL = "the program is solved"
     INFEASIBLE = "the program has no solution"
-    FOUND = "time limit reached, and a solution is found"
-    OPEN = "time limit reached, and no solution is found"
+    FOUND = "node limit of the search tree reached, and a solution is found"
+    OPEN = "node limit of the search tree reached, and no solution is found"
 
     @property
     def has_solution(self) -> bool:
@@ -44,10 +46,10 @@ class Bounds:
     status: BoundStatus
 
 
-def bounds(problem: cp.Problem, time_limit: float) -> Bounds:
-    """Maximise the objective of a linear or mixed-integer program for a time, in seconds, and say what is proven by then."""
+def bounds(problem: cp.Problem, most_nodes: int) -> Bounds:
+    """Maximise the objective of a linear program, or of a mixed-integer one with so many nodes in its tree, and say what is proven."""
     whole = problem.is_mixed_integer()
-    options = {**(_OPTIONS if whole else _LINEAR), "time_limit": max(float(time_limit), 0.01)}
+    options = {**_OPTIONS, "mip_max_nodes": most_nodes} if whole else _LINEAR
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # cvxpy warns of answers that are no optimum; here the status says so
         try:

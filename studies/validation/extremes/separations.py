@@ -14,7 +14,7 @@ from .probes import Answer, Probe, Sizes
 
 __all__ = ["separation_probes"]
 
-_TIME = 3.0  # seconds for each
+_PROGRAMS = 100  # for each
 _QUESTION, _LP = "limit with separation", "plain linear program with its open nodes, scipy"
 
 
@@ -42,7 +42,7 @@ def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float) 
 
 
 def _ask(system: fo.ContactSystem, friction: float, found: list[Any]) -> Answer:
-    limit = fo.separated_limit(system, LOADS, friction, time_limit=_TIME, progress=False)
+    limit = fo.separated_limit(system, LOADS, friction, most_programs=_PROGRAMS, progress=False)
     found.append(limit)
     return Answer(limit.load_factor, limit.residual, limit.record.solver)
 

@@ -9,7 +9,7 @@ from .known import Known, NotAsked, Wrong
 __all__ = ["separated"]
 
 _FEW = 4  # nodes up to which it is asked, of a part of the cases
-_TIME = 5.0
+_PROGRAMS = 200
 _ABOVE = (1.01, 1.3)  # load factors, over an exact limit, at which transients may not rest
 _STARTS = 6
 
@@ -19,7 +19,7 @@ def separated(known: Known) -> tuple[float, bool]:
     case = known.case
     if case.system.nodes > _FEW or case.seed % 8:
         raise NotAsked
-    limit = fo.separated_limit(*known.args, time_limit=_TIME, progress=False)
+    limit = fo.separated_limit(*known.args, most_programs=_PROGRAMS, progress=False)
     if known.limit is not None and limit.load_factor < known.limit * (1 - 1e-6) - 1e-8:
         raise Wrong(f"{limit.load_factor!r} is below the shakedown limit {known.limit!r}")
     if limit.state is None or not np.isfinite(limit.load_factor):
