@@ -150,6 +150,7 @@ _MESH = {"elements": "elements on the contact", "grading": "grading of the conta
 _LIMIT = {
     "friction": "coefficient of friction",
     "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
+    "least": "least safe load factor, 0 where the mean load alone is safe",
     "residual": "largest of the violation by the safe slip and the distance of the dual bound, relative",
     "friction_rate": "d lambda_2 / d friction",
     "node": "node with the largest share of the mechanism",

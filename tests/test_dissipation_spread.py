@@ -115,6 +115,6 @@ def test_a_contact_that_cannot_travel_is_an_error():
     class Own(fo.ContactSystem):
         """Known here alone."""
 
-    own = Own(CONTACT.A, CONTACT.B, CONTACT.C, CONTACT.x, CONTACT.bonded)
+    own = Own.from_blocks(CONTACT.A, CONTACT.B, CONTACT.C, CONTACT.x, CONTACT.bonded)
     with pytest.raises((AttributeError, pickle.PicklingError), match="Own"):
         fo.dissipation_study(own, CYCLE, 0.4, FACTORS, workers=2)

@@ -236,3 +236,16 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
         assert fo.verify_guaranteed(contact, cycle, f, limit=limit, starts=4, moved=0).persists
         with pytest.raises(fo.ModelError, match=r"most: .* it must be finite and above"):
             limit.witness_above_least(0.5 * least)
+
+
+def test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so():
+    """Pulled on faces that only just lock themselves: whether the mean load alone is safe is a matter of its last digits."""
+    blade = fo.Material(E=10.0, nu=0.3)
+    contact = fo.scenes.Dovetail(angle=60, elements=40, grading=100, growth=1.8, blade_material=blade).condense()
+    cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": -0.3, "sway": -0.3}] * 2)
+    f = 0.6994592257251427 * (1 + 2e-6)
+    limit = fo.shakedown_limit(contact, cycle, f)
+    assert limit.load_factor == np.inf and (limit.least == 0 or (np.isnan(limit.least) and "rounding hides from where on" in limit.reason))
+    if np.isnan(limit.least):
+        with pytest.raises(fo.SolverError, match="rounding hides"):
+            fo.guaranteed_limit(contact, cycle, f)

@@ -248,7 +248,7 @@ def test_limits_that_hang_on_small_multipliers_are_certified():
 @pytest.mark.slow
 def test_three_hundred_limits_that_hang_on_small_multipliers_are_certified():
     kinds = certified(range(300))
-    assert kinds["FINITE"] >= 285 and kinds["refused"] <= 10
+    assert kinds["FINITE"] >= 285 and kinds["refused"] <= 12
 
 
 def wedged(seed):

@@ -11,6 +11,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, flag, frozen, listed
 from ..contact.dispatch import answered_by_kind
+from ..errors import SolverError
 from ..solve.solvers import solver_order
 from .both_bounds_search import BothBoundsSearch, NodeClaim, two_corners
 from .closed_form import is_uncoupled
@@ -97,6 +98,8 @@ class GuaranteedModel(Extendable):
         own = listed("constraints", constraints)
         posed = LimitQuestion(self._system, self._cycle, self._loads, friction, self._simplify and not own, self._most)
         shakedown = self._shakedown.solve(friction, own)
+        if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
+            raise SolverError(f"guaranteed limit: {shakedown.reason}")
         task = replace(posed, simplify=False)  # a witness is not odd: mirror symmetry only saves nodes
         n, least_found = task.system.nodes, shakedown.load_factor
         both = two_corners(task)

@@ -54,6 +54,11 @@ def reason(task: LimitQuestion, kind: LimitKind, ends: tuple[float, float], grow
         return f"no {slip} is safe at any load factor{' above 0' * (kind is LimitKind.FINITE)}: {more}"
     if least > 0:
         start, below = f" from {least:.6g} on", f"; none is safe below {least:.6g}" + ("" if constraints else f": {more}")
+    if np.isnan(least):
+        start, below = (
+            " from some on",
+            "; rounding hides from where on: take friction further from its critical value, or loads of like size",
+        )
     if kind is LimitKind.UNBOUNDED:
         return f"the shakedown limit is infinite: every load factor{start} has a safe {slip}{f'; {growth}' * bool(growth)}{below}"
     return f"no {slip} is safe above it{'; the dual bound covers them' * bool(constraints)}{below}"

@@ -18,6 +18,7 @@ import numpy as np
 from ..contact.answers import LimitKind
 from ..contact.checks import Array
 from ..contact.tolerances import RESIDUAL
+from ..errors import SolverError
 from ..solve.solvers import Answer, solve
 from .mechanism import expand_duals
 from .ruling_corners import RulingLoads
@@ -32,12 +33,7 @@ def with_least_load(answer: Answer[LimitClaim], model: SafeProblem, rows: Ruling
 
     It is 0 if the slip of the limit, or no slip, is safe under the mean load; and if the cyclic load at the ruling corners only narrows the rows, as
     where the corners have the mean load in their hull: then what is safe at any load factor is so at 0. What stands in the variables and multipliers
-    stays there.
-
-    Raises
-    ------
-    SolverError
-        No solver gave an answer that passes the checks.
+    stays there. The least load factor is nan where no solver gave one that passes the checks.
     """
     claim = answer.claim
     if claim.kind is LimitKind.NO_SAFE_SLIP or claim.objective is not None:
@@ -47,7 +43,10 @@ def with_least_load(answer: Answer[LimitClaim], model: SafeProblem, rows: Ruling
     if narrows or any(_excess_under_mean(claim, model, slip) <= RESIDUAL for slip in slips):
         return replace(answer, claim=replace(claim, least=0.0))
     with _kept(model):
-        lower = solve(model.downward, lambda: _claimed(claim, model.downward, rows), solver)
+        try:
+            lower = solve(model.downward, lambda: _claimed(claim, model.downward, rows), solver)
+        except SolverError:  # rounding hides whether some slip is safe under the mean load: the limit stands, the least load factor is not known
+            return replace(answer, claim=replace(claim, least=np.nan))
     claim = replace(claim, least=lower.claim.load_factor, residual=max(claim.residual, lower.claim.residual))
     return replace(answer, claim=claim, attempts=(*answer.attempts, *lower.attempts))
 

@@ -43,7 +43,8 @@ class ShakedownLimit(Answered):
     least
         The least load factor with a safe slip: 0 for a contact that is safe under its mean load. It is above 0 where the mean load alone leaves no
         safe slip and the corners press; then load factors are safe from `least` to `load_factor`, and below `least` the contact slips or opens for
-        ever. Proven like the limit, also under a slip bound and constraints of your own. NaN where nothing is safe, and with an objective.
+        ever. Proven like the limit, also under a slip bound and constraints of your own. NaN where nothing is safe, where rounding
+        hides it (`reason` says so), and with an objective.
     kind, reason
         Which of these it is, and why in words.
     slip
