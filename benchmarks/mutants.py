@@ -137,7 +137,7 @@ def page(before: str, faults: Sequence[Fault], killed: Sequence[bool], code: str
     planted, found = (sum(int(row[column]) for row in known.values()) for column in (0, 1))
     head = "| room | planted | killed | code | survived |", "|---|---|---|---|---|"
     lines = [f"| {name} | {' | '.join(row)} |" for name, row in known.items()]
-    return "\n".join([*head, *lines, f"| all | {planted} | {found} | | |", "", f"*{made}*", ""])
+    return "\n".join([*head, *lines, f"| all | {planted} | {found} | - | - |", "", f"*{made}*", ""])
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -34,7 +34,7 @@ def test_the_table_counts_by_room_names_what_survives_and_keeps_other_rooms():
     assert f"| reference | {reference} | {reference} | def of 2001-01-01 | - |" in text
     assert [line for line in text if line.startswith(f"| solve | {solve} | {solve - 1} | def of 2001-01-01 | ") and "(`solve/polish.py`) |" in line]
     assert "| spatial | 7 | 6 | abc of 2000-01-01 | a fault |" in text  # not as many as there are: it waits for a run of all
-    assert f"| all | {7 + solve + reference} | {6 + solve - 1 + reference} | | |" in text and text[-1] == "*Made here.*"
+    assert f"| all | {7 + solve + reference} | {6 + solve - 1 + reference} | - | - |" in text and text[-1] == "*Made here.*"
 
 
 def test_a_run_of_some_faults_of_a_room_says_what_became_of_these():
@@ -43,4 +43,4 @@ def test_a_run_of_some_faults_of_a_room_says_what_became_of_these():
     again = mutants.page(first, own[:1], [True], "def of 2001-01-01", "Made here.").splitlines()
     alive = f"{own[1].meaning} (`{own[1].file}`)"
     assert f"| solve | {len(own)} | {len(own) - 1} | abc of 2000-01-01, def of 2001-01-01 | {alive} |" in again
-    assert f"| all | {len(own)} | {len(own) - 1} | | |" in again
+    assert f"| all | {len(own)} | {len(own) - 1} | - | - |" in again
