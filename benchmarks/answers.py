@@ -1,13 +1,14 @@
 """Three hundred answers with their times: what a change of structure has to leave as it is.
 
 `python benchmarks/answers.py write FILE` asks all questions and writes answers and times as JSON; `python benchmarks/answers.py compare FILE` asks
-them again. A number may differ by 1e-9 of its size in the plane and by 1e-7 in space, the time of a family by a tenth: what differs by more is
-printed. The exit status is the number of answers that differ. Each time is the least of three runs, of processor time; set OPENBLAS_NUM_THREADS=1.
+them again; words after FILE restrict it to families whose name holds one of them. A number may differ by 1e-9 of its size in the plane and by 1e-7
+in space, the time of a family by a tenth: what differs by more is printed. The exit status is the number of answers that differ. Each time is the
+least of three runs, of processor time; set OPENBLAS_NUM_THREADS=1.
 """
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from time import process_time
 
@@ -143,10 +144,12 @@ def questions() -> Iterator[Question]:
     yield from scenes()
 
 
-def asked() -> tuple[list[tuple[str, Numbers | str]], dict[str, float]]:
-    """Answers, or the name of the error that stands for one, and the processor time of each family."""
+def asked(words: Sequence[str] = ()) -> tuple[list[tuple[str, Numbers | str]], dict[str, float]]:
+    """Answers, or the name of the error that stands for one, and the processor time of each family that holds one of the words, or of all."""
     answers, times = [], dict[str, float]()
     for family, question in questions():
+        if words and not any(word in family for word in words):
+            continue
         least = np.inf
         for _ in range(REPEATS):
             start = process_time()
@@ -168,20 +171,22 @@ def apart(one: Numbers | str, other: Numbers | str) -> float:
         return np.inf
     a, b = np.array(one), np.array(other)
     same = (a == b) | (np.isnan(a) & np.isnan(b))
+    a, b = np.where(same, 0.0, a), np.where(same, 0.0, b)
     size = np.maximum(np.maximum(np.abs(a), np.abs(b)), 1e-6)
     return float(np.where(same, 0.0, np.abs(a - b) / size).max(initial=0.0))
 
 
-def main(action: str, file: Path) -> int:
+def main(action: str, file: Path, *words: str) -> int:
     """Write the answers, or compare them with those of a file."""
-    answers, times = asked()
+    answers, times = asked(words)
     if action == "write":
         file.write_text(json.dumps({"answers": answers, "times": times}, indent=1))
         print(f"{len(answers)} answers, {sum(times.values()):.1f} s")
         return 0
     before = json.loads(file.read_text())
+    earlier = [(family, answer) for family, answer in before["answers"] if not words or any(word in family for word in words)]
     differ = 0
-    for number, ((family, now), (name, then)) in enumerate(zip(answers, before["answers"], strict=True)):
+    for number, ((family, now), (name, then)) in enumerate(zip(answers, earlier, strict=True)):
         distance = apart(now, then)
         if family != name or distance > TOLERANCE[family.split()[0]]:
             differ += 1
@@ -194,4 +199,4 @@ def main(action: str, file: Path) -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main(sys.argv[1], Path(sys.argv[2])))
+    raise SystemExit(main(sys.argv[1], Path(sys.argv[2]), *sys.argv[3:]))
