@@ -1,0 +1,109 @@
+"""What a reader passes from a question to its answer: functions of frictopt that are entered, their files, and the classes of what they pass.
+
+`python benchmarks/functions.py` asks for the limit, the steady state and the condensed model of a punch in the plane and in space; `--names` lists
+what it counted. Before a question is counted, the same one is answered for another, smaller contact: so none profits from what an earlier one
+imported or compiled, and each has a contact of its own. Methods and generators count as functions; lambdas and comprehensions belong to the function
+that they stand in, what dataclasses generate and numba compiles is not seen. A class counts where an object of it is an argument or a result of such
+a function: of the whole call, and in brackets, before the first program is solved. The exit status is the number of bounds that are exceeded.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import CodeType, FrameType
+
+import cvxpy as cp
+
+import frictopt as fo
+
+PACKAGE = Path(fo.__file__).parent
+SOLVE = cp.Problem.solve.__code__
+MOST = {"shakedown_limit": (50, 9), "steady_state": (50, None), "condense": (70, None)}  # functions, files
+MOST_TYPES = 7
+
+
+@dataclass
+class Count:
+    """What one call entered."""
+
+    functions: set[CodeType] = field(default_factory=set)
+    types: set[type] = field(default_factory=set)
+    before: set[type] | None = None  # types, when the first program goes to its solver
+
+    @property
+    def files(self) -> set[str]:
+        return {code.co_filename for code in self.functions}
+
+    def see(self, frame: FrameType, event: str, result: object) -> None:
+        code = frame.f_code
+        if event == "call" and code is SOLVE and self.before is None:
+            self.before = set(self.types)
+        if event not in ("call", "return") or not code.co_filename.startswith(str(PACKAGE)) or code.co_name == "<module>":
+            return
+        if not code.co_name.startswith("<"):
+            self.functions.add(code)
+        self.types |= {type(value) for value in passed(frame, event, result) if type(value).__module__.startswith("frictopt")}
+
+
+def passed(frame: FrameType, event: str, result: object) -> Iterator[object]:
+    """The arguments of a function that is entered, or its results, and what stands in a tuple or list of them."""
+    code = frame.f_code
+    names = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+    for value in [frame.f_locals.get(name) for name in names] if event == "call" else [result]:
+        yield from value if type(value) in (tuple, list) else (value,)
+
+
+def counted(question: Callable[[], object]) -> Count:
+    count = Count()
+    sys.setprofile(count.see)
+    try:
+        question()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+def questions(world: str, elements: int) -> dict[str, Callable[[], object]]:
+    """The questions about a punch, each with a contact of its own."""
+    scene = fo.scenes.PunchOnHalfPlane(elements=elements) if world == "plane" else fo.scenes.SquarePunch(elements=elements)
+    cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+    load_factor = 1.3 * fo.shakedown_limit(scene.condense(), cycle, 0.7).load_factor
+    limit, steady, model = scene.condense(), scene.condense(), scene.model()
+    return {
+        "shakedown_limit": lambda: fo.shakedown_limit(limit, cycle, friction=0.7),
+        "steady_state": lambda: fo.steady_state(steady, cycle, friction=0.7, load_factor=load_factor),
+        "condense": lambda: model.condense(),
+    }
+
+
+def row(*cells: object) -> str:
+    return "".join(f"{cell:>{width}}" for cell, width in zip(cells, (24, 11, 6, 7, 6, 12, 6), strict=True))
+
+
+def main(names: bool) -> int:
+    print(row("question", "functions", "most", "files", "most", "types", "most"))
+    exceeded = 0
+    for world, elements, fewer in (("plane", 24, 8), ("space", 4, 2)):
+        smaller = questions(world, fewer)
+        for question, ask in questions(world, elements).items():
+            smaller[question]()
+            count = counted(ask)
+            functions, files, types = len(count.functions), len(count.files), len(count.types)
+            most, most_files = MOST[question]
+            before = "" if count.before is None else f" ({len(count.before)})"
+            print(row(f"{question}, {world}", functions, most, files, most_files or "-", f"{types}{before}", MOST_TYPES))
+            exceeded += (functions > most) + (most_files is not None and files > most_files) + (types > MOST_TYPES)
+            if names:
+                for file in sorted(count.files):
+                    own = sorted(code.co_qualname for code in count.functions if code.co_filename == file)
+                    print(f"    {Path(file).relative_to(PACKAGE)}: {', '.join(own)}")
+                print(f"    types: {', '.join(sorted(kind.__name__ for kind in count.types))}\n")
+    return exceeded
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--names", action="store_true", help="list functions and types too")
+    raise SystemExit(main(parser.parse_args().names))
