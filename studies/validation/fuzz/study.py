@@ -11,6 +11,7 @@ import re
 import secrets
 import sys
 import time
+import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,6 +21,8 @@ from typing import Any
 import pandas as pd
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
+
+import frictopt as fo
 
 from ...tables import Study, Table, at_least_one, markdown, seed_number
 from .cases import random_case
@@ -83,7 +86,8 @@ class _Found:
 @cache
 def _run(parameters: Parameters) -> _Found:
     found = _Found({check: _Asked() for part in parameters.parts for check in PARTS[part]})
-    with threadpool_limits(1):
+    with threadpool_limits(1), warnings.catch_warnings():
+        warnings.simplefilter("ignore", fo.ModelWarning)  # it asks odd questions on purpose
         for seed in tqdm(range(parameters.seed, parameters.seed + parameters.cases), desc="fuzzing", disable=None):
             start = time.perf_counter()
             for finding in _findings(seed, parameters.parts):
