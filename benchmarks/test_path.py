@@ -7,7 +7,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
-from frictopt.path import ExactPath
+from frictopt.transients.exact import ExactPath
 from studies.validation.error_vs_time.lemke import Lemke
 
 FRICTION = 0.7

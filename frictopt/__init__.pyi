@@ -9,22 +9,18 @@ from .campaign import (
     LoadStep,
     SeparatedLimit,
     Start,
-    Trajectory,
     assembled_slip,
     dissipation_range,
     dissipation_study,
-    fretting_table,
     given_slips,
     least_excursion,
     limit_after_protocol,
-    march,
     no_slip,
     overloads,
     random_slips,
     read_store,
     safe_slips,
     separated_limit,
-    steady_cycle,
     verify_guaranteed,
 )
 from .contact import (
@@ -41,6 +37,7 @@ from .contact import (
     order_preserving,
     referee,
 )
+from .contact.answers import Outcome
 from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, SolverError, StoreError
 from .fem import (
     Body,
@@ -63,7 +60,6 @@ from .fem import (
     read_mesh,
     split_bodies,
 )
-from .increments import ComplementarityProblem, ExactIncrement, FrozenBoundIncrement, Increment, complementarity_problem
 from .limits import (
     GuaranteedLimit,
     GuaranteedModel,
@@ -82,20 +78,32 @@ from .limits import (
     safe_vertices,
     shakedown_limit,
 )
-from .path import Outcome, SteadyState, steady_state
 from .plots import plot_study
 from .spatial import (
     Body3D,
     BodyForce3D,
     ContactModel3D,
-    Increment3D,
-    Increments3D,
     SafeSlip3D,
     ShakedownLimit3D,
-    SteadyState3D,
     Support3D,
     Traction3D,
+)
+from .transients import (
+    ComplementarityProblem,
+    ExactIncrement,
+    FrozenBoundIncrement,
+    Increment,
+    Increment3D,
+    Increments3D,
+    SteadyState,
+    SteadyState3D,
+    Trajectory,
     Trajectory3D,
+    complementarity_problem,
+    fretting_table,
+    march,
+    steady_cycle,
+    steady_state,
 )
 
 __version__: str

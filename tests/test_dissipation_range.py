@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.path import ExactPath
+from frictopt.transients.exact import ExactPath
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])

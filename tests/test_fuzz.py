@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from enumeration import admissible_states
-from frictopt.increments import FrozenBoundIncrement
 from frictopt.reference import single_node_limit
+from frictopt.transients.increments import FrozenBoundIncrement
 from studies.validation import oracles
 from studies.validation.fuzz import study as fuzz
 from studies.validation.fuzz.cases import random_case

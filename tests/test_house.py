@@ -21,11 +21,10 @@ BELOW = {
     "scenes": _BASE | {"fem", "spatial"},
     "solve": _BASE,
     "limits": _BASE | {"solve"},
-    "increments": _BASE | {"solve"},
-    "path": _BASE,
-    "campaign": _BASE | {"solve", "limits", "increments", "path"},
+    "transients": _BASE | {"solve"},
+    "campaign": _BASE | {"solve", "limits", "transients"},
     "spatial": _BASE | {"fem", "solve"},
-    "plots": _BASE | {"fem", "limits", "path", "campaign", "spatial", "scenes"},
+    "plots": _BASE | {"fem", "limits", "transients", "campaign", "spatial", "scenes"},
 }
 ALLOWED = {  # libraries beyond the standard one, by layer
     "errors": set(),
@@ -35,8 +34,7 @@ ALLOWED = {  # libraries beyond the standard one, by layer
     "scenes": {"numpy", "skfem"},
     "solve": {"numpy", "scipy", "cvxpy", "pandas"},
     "limits": {"numpy", "scipy", "cvxpy", "pandas"},
-    "increments": {"numpy", "scipy", "cvxpy", "pandas"},
-    "path": {"numpy", "scipy", "numba"},
+    "transients": {"numpy", "scipy", "cvxpy", "pandas", "numba", "lazy_loader"},
     "campaign": {"numpy", "pandas", "threadpoolctl"},
     "spatial": {"numpy", "scipy", "cvxpy", "pandas", "skfem", "lazy_loader"},
     "plots": {"numpy", "matplotlib", "mpl_toolkits"},  # the last one comes with matplotlib

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 import frictopt as fo
 from enumeration import admissible_states, distance, random_increment
 from frictopt.errors import NoContinuation
-from frictopt.increments import ExactIncrement, FrozenBoundIncrement
 from frictopt.solve import solvers as policy
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement
 from systems import random_system
 
 ENGINES = pytest.mark.parametrize("engine", [ExactIncrement, FrozenBoundIncrement])

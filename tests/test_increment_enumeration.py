@@ -5,8 +5,8 @@ import pytest
 
 from enumeration import admissible_states, distance, random_increment
 from frictopt.errors import NoContinuation, SolverError
-from frictopt.increments import ExactIncrement, FrozenBoundIncrement
-from frictopt.increments.newton import State
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement
+from frictopt.transients.increments.newton import State
 
 pytestmark = pytest.mark.slow
 

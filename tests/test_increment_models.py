@@ -8,9 +8,9 @@ import pytest
 
 import frictopt as fo
 from enumeration import admissible_states, distance, random_increment
-from frictopt.increments import ExactIncrement, FrozenBoundIncrement, complementarity_problem, frozen_bound
-from frictopt.increments.newton import State, solve_status, sticking
 from frictopt.solve import solvers as policy
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, complementarity_problem, frozen_bound
+from frictopt.transients.increments.newton import State, solve_status, sticking
 from systems import random_system, system
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.path import ExactPath
+from frictopt.transients.exact import ExactPath
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 NODE = {"A": 2.0, "B": 0.5, "q0": 0.1, "p0": 1.0, "q1": 1.0, "p1": 0.2}

@@ -5,8 +5,8 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact.symmetry import halve
-from frictopt.path import ExactPath, cycles
-from frictopt.path.stops import turning_corners
+from frictopt.transients.exact import ExactPath, cycles
+from frictopt.transients.exact.stops import turning_corners
 from systems import mirrored, odd
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.increments import ExactIncrement, FrozenBoundIncrement
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement
 from systems import mirrored, odd
 
 ENGINES = pytest.mark.parametrize("engine", [ExactIncrement, FrozenBoundIncrement])

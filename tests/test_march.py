@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.path import steady_state
+from frictopt import steady_state
 from systems import CYCLE, random_system, system
 
 IN_THREADS = """

@@ -22,7 +22,7 @@ from scipy.sparse import csr_matrix
 
 import frictopt as fo
 from frictopt import reference
-from frictopt.path import ExactPath
+from frictopt.transients.exact import ExactPath
 from systems import CYCLE, FIRST_PAIR, system
 
 SECONDS = 10  # that a call with an odd value may take, on a busy machine

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.path import ExactPath
+from frictopt.transients.exact import ExactPath
 from systems import CYCLE, system
 
 

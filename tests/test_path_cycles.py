@@ -7,9 +7,10 @@ import pytest
 from scipy.linalg import block_diag
 
 import frictopt as fo
-from frictopt.path import ExactPath, Outcome
-from frictopt.path.cycles import Cycle, Run
-from frictopt.path.scales import Scales
+from frictopt import Outcome
+from frictopt.transients.exact import ExactPath
+from frictopt.transients.exact.cycles import Cycle, Run
+from frictopt.transients.exact.scales import Scales
 
 
 class Mapped(Run):

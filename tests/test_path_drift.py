@@ -7,8 +7,8 @@ import pytest
 from skfem import MeshQuad
 
 import frictopt as fo
-from frictopt.path.cycles import Run
-from frictopt.path.transient import ExactPath
+from frictopt.transients.exact.cycles import Run
+from frictopt.transients.exact.path import ExactPath
 
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
 FRICTION, LOAD_FACTOR = 0.5, 1.0

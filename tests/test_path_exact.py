@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.path import ExactPath, Outcome, steady_state
+from frictopt import Outcome, steady_state
+from frictopt.transients.exact import ExactPath
 from marching import admissible
 from paths import bonded_at, judged, states
 from systems import CYCLE, random_system, system

@@ -6,7 +6,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.path import ExactPath, Outcome, steady_state
+from frictopt import Outcome, steady_state
+from frictopt.transients.exact import ExactPath
 from paths import judged, states
 from systems import CYCLE, random_system, system
 

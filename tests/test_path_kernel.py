@@ -10,7 +10,7 @@ import pytest
 
 import frictopt
 from frictopt.contact import tolerances
-from frictopt.path import kernel
+from frictopt.transients.exact import kernel
 
 PACKAGE = Path(frictopt.__file__).parent
 
@@ -33,7 +33,7 @@ def run(code, **environment):
 def test_all_compiled_code_stands_in_one_file_that_imports_nothing_of_the_package():
     """Numba judges its cache by the file of the outermost function: what stands elsewhere could change without it."""
     compiled = [path for path in PACKAGE.rglob("*.py") if "numba" in path.read_text(encoding="utf-8")]
-    assert compiled == [PACKAGE / "path" / "kernel.py"]
+    assert compiled == [PACKAGE / "transients" / "exact" / "kernel.py"]
     for node in ast.walk(ast.parse(compiled[0].read_text(encoding="utf-8"))):
         assert not isinstance(node, ast.ImportFrom) or (node.level == 0 and not node.module.startswith("frictopt"))
 

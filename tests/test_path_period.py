@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import block_diag
 
 import frictopt as fo
-from frictopt.path import Outcome
+from frictopt import Outcome
 from test_path_cycles import Mapped
 
 # Node 0 opens at corner 1 and drags node 1 along before: the further it has slid, the less it is dragged in the next cycle.

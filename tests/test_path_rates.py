@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.path import ExactPath
-from frictopt.path import kernel as act
-from frictopt.path.rate import RateProblem, _lemke, find_rates, rate_problem
+from frictopt.transients.exact import ExactPath
+from frictopt.transients.exact import kernel as act
+from frictopt.transients.exact.rate import RateProblem, _lemke, find_rates, rate_problem
 from systems import random_system
 
 

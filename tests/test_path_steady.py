@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.path import ExactPath, Outcome, steady_state
+from frictopt import Outcome, steady_state
 from frictopt.reference import single_node_dissipation
+from frictopt.transients.exact import ExactPath
 from systems import CYCLE, FIRST_PAIR, SECOND_PAIR, random_system, system
 
 THREE = ([[2, -1, 0], [-1, 2, -1], [0, -1, 2]], np.zeros((3, 3)), (0.05, 0, -0.1), (1, 0.8, 1.2), (0.5, 0.3, -0.2), (0.1, -0.2, 0.9))

@@ -3,7 +3,7 @@
 import numpy as np
 
 import frictopt as fo
-from frictopt.path.kernel import new_proof, new_state, prove
+from frictopt.transients.exact.kernel import new_proof, new_state, prove
 from systems import mirrored, odd
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.path import ExactPath, return_map
-from frictopt.path.steady import settled
+from frictopt.transients.exact import ExactPath, return_map
+from frictopt.transients.steady import settled
 from systems import CYCLE, random_system, system
 
 STEP = 1e-8

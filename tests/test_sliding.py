@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-import frictopt.spatial.transient as transient
+import frictopt.transients.stepped.transient as transient
 from frictopt.contact.parts import joined
 from frictopt.spatial.condense import frames_of
-from frictopt.spatial.sliding import check_sliding
+from frictopt.transients.stepped.sliding import check_sliding
 
 SCENE = fo.scenes.SquarePunch(elements=2, growth=3.0)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.spatial import steady as asked
+from frictopt.transients.stepped import steady as asked
 from spatial import cycle, random_contact, single
 
 # Two nodes of a body that nothing but friction holds: stiffness of the slip between them and of their gaps.

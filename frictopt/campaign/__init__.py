@@ -1,16 +1,13 @@
-"""Campaigns: transients as trajectories, and steady states of many transients as tables."""
+"""Campaigns: steady states of many transients as tables."""
 
 from .dissipation import dissipation_study
 from .dissipation_range import DissipationRange, dissipation_range
 from .excursion import LeastExcursion, least_excursion
-from .fretting import fretting_table, steady_cycle
 from .guarantee import GuaranteeCheck, verify_guaranteed
-from .march import march
 from .protocols import LimitAfterProtocol, limit_after_protocol
 from .separated import SeparatedLimit, separated_limit
 from .starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from .store import DamagedRows, read_store
-from .trajectory import Trajectory
 from .treatment import LoadStep, assembled_slip
 
 __all__ = [
@@ -22,21 +19,17 @@ __all__ = [
     "LoadStep",
     "SeparatedLimit",
     "Start",
-    "Trajectory",
     "assembled_slip",
     "dissipation_range",
     "dissipation_study",
-    "fretting_table",
     "given_slips",
     "least_excursion",
     "limit_after_protocol",
-    "march",
     "no_slip",
     "overloads",
     "random_slips",
     "read_store",
     "safe_slips",
     "separated_limit",
-    "steady_cycle",
     "verify_guaranteed",
 ]

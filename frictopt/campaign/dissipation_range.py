@@ -13,7 +13,7 @@ from ..errors import NoContinuation, SolverError
 from ..limits import shakedown_limit
 from ..limits.posed import LimitQuestion, cycle_loads
 from ..limits.slip_bound import slip_bounds
-from ..path import SteadyState
+from ..transients import SteadyState
 from .range_search import Orbit, Search
 from .range_starts import RangeStarts
 

@@ -8,13 +8,14 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
+from ..contact.answers import Outcome
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
 from ..contact.dispatch import answered_by_kind
 from ..contact.show import Plotted, Shown
 from ..contact.system import checked_plane
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, guaranteed_limit, safe_vertices
-from ..path import Outcome, steady_state
+from ..transients import steady_state
 
 __all__ = ["NO_OUTCOME", "GuaranteeCheck", "verify_guaranteed"]
 

@@ -5,13 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
+from ..contact.answers import Outcome
 from ..contact.checks import Array
 from ..contact.tolerances import LEVEL, WORK_GAIN
 from ..errors import NoContinuation, SolverError
-from ..path import ExactPath, Outcome, SteadyState, return_map
-from ..path.ascent import Ascent
-from ..path.steady import settled
-from ..path.stops import turning_corners
+from ..transients import SteadyState
+from ..transients.exact import ExactPath, return_map
+from ..transients.exact.ascent import Ascent
+from ..transients.exact.stops import turning_corners
+from ..transients.steady import settled
 
 __all__ = ["Orbit", "Search"]
 

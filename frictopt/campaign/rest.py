@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 
 from ..contact import ContactState, ContactSystem, LoadCycle
+from ..contact.answers import Outcome
 from ..contact.checks import Array, frozen
 from ..contact.tolerances import RESIDUAL, TOUCHING
 from ..errors import FrictoptError
-from ..path import Outcome, steady_state
-from .march import march
+from ..transients import steady_state
+from ..transients.march import march
 
 __all__ = ["Question", "Rest"]
 

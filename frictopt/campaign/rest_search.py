@@ -10,7 +10,7 @@ from ..contact.tolerances import GAIN
 from ..errors import FrictoptError
 from ..limits.open_sets import OpenSetLimit, open_set_limit
 from ..limits.separated import CornerStates, SeparatedProblem
-from .march import march
+from ..transients.march import march
 from .rest import Booleans, Question, Rest
 
 __all__ = ["RestSearch"]

@@ -13,7 +13,7 @@ from threadpoolctl import ThreadpoolController
 from ..contact import LoadCycle
 from ..contact.checks import Array
 from ..errors import FrictoptError
-from ..path import steady_state
+from ..transients import steady_state
 from .starts import Start, root_mean_square, safe_part
 
 __all__ = ["CampaignContact", "Run", "failed", "follow", "one_thread", "run_key"]

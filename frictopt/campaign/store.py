@@ -15,8 +15,8 @@ from typing import Any
 
 import pandas as pd
 
+from ..contact.answers import Outcome
 from ..errors import StoreError
-from ..path import Outcome
 
 __all__ = ["TYPES", "DamagedRows", "Store", "read_store"]
 

@@ -7,15 +7,16 @@ from typing import Any
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..contact.answers import Outcome
 from ..contact.checks import Array, checked_loads, finite_array, finite_number, frozen, listed
 from ..contact.cycle import checked_cycle
 from ..contact.system import checked_plane
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import shakedown_limit
 from ..limits.posed import LimitQuestion, cycle_loads
-from ..path import ExactPath, Outcome
-from ..path.steady import settled
-from ..path.stops import turning_corners
+from ..transients.exact import ExactPath
+from ..transients.exact.stops import turning_corners
+from ..transients.steady import settled
 from .range_starts import RangeStarts
 
 __all__ = ["REST", "SLIP", "UNDECIDED", "LoadStep", "Treatment", "assembled_slip", "checked_protocol"]

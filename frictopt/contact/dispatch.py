@@ -21,11 +21,11 @@ _ROUGH = 5.0  # largest coefficient of friction that is passed without a word: o
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_ANSWERS = {  # public question -> file of the room for three dimensions with the function of that name
-    "march": "march",
-    "safe_slip": "margin",
-    "shakedown_limit": "shakedown",
-    "steady_state": "steady",
+_ANSWERS = {  # public question -> file of the function of that name for three dimensions
+    "march": "transients.stepped.march",
+    "safe_slip": "spatial.margin",
+    "shakedown_limit": "spatial.shakedown",
+    "steady_state": "transients.stepped.steady",
 }
 _GUARANTEE = "is not yet offered in three dimensions; use shakedown_limit, above which nothing is safe, and steady_state from several starts below it"
 _REFUSED = {
@@ -50,7 +50,7 @@ def answered_by_kind(plane: Callable[..., Any]) -> Callable[..., Any]:
             raise ModelError(_REFUSED[plane.__name__])
         if plane.__name__ not in _ANSWERS:
             return plane(*args, **kwargs)
-        own = getattr(import_module(f"frictopt.spatial.{_ANSWERS[plane.__name__]}"), plane.__name__)
+        own = getattr(import_module(f"frictopt.{_ANSWERS[plane.__name__]}"), plane.__name__)
         return _handed_over(own, f"{plane.__name__} of a contact in space", args, kwargs)
 
     return asked

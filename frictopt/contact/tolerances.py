@@ -1,6 +1,7 @@
 """Every tolerance of the package: three primary numbers, one for the arithmetic, one for the data and one for the answers, and products of them.
 
-All are dimensionless. Only the compiled kernel (`path/kernel.py`) has copies, because its machine code does not follow an edit of another file.
+All are dimensionless. Only the compiled kernel (`transients/exact/kernel.py`) has copies, because its
+machine code does not follow an edit of another file.
 """
 
 ROUNDING = 1e-12

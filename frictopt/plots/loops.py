@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..campaign import Trajectory
 from ..contact.checks import Array
-from ..spatial import Trajectory3D
+from ..transients import Trajectory, Trajectory3D
 from .style import GREY, series
 
 __all__ = ["cycle_lines", "loops", "most_work", "work_title"]

@@ -7,7 +7,7 @@ import numpy as np
 from ..campaign import GuaranteeCheck, LeastExcursion, LimitAfterProtocol
 from ..campaign.guarantee import NO_OUTCOME
 from ..campaign.treatment import REST, SLIP, UNDECIDED
-from ..path import Outcome
+from ..contact.answers import Outcome
 from .picture import picture
 from .style import BLACK, GREY, equals, legend, new_axes, no_lines, series
 

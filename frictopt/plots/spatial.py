@@ -10,7 +10,8 @@ from ..contact import ContactSystem, Onset
 from ..contact.checks import Array
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..spatial import SafeSlip3D, ShakedownLimit3D, SteadyState3D, Trajectory3D
+from ..spatial import SafeSlip3D, ShakedownLimit3D
+from ..transients import SteadyState3D, Trajectory3D
 from .loops import cycle_lines, loops, most_work, work_title
 from .picture import picture
 from .style import BLACK, GREY, SERIES, equals, legend, new_axes, no_lines, series

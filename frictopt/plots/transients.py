@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from ..campaign import DissipationRange, Trajectory, fretting_table, steady_cycle
+from ..campaign import DissipationRange
 from ..contact.tolerances import SIMULTANEOUS
-from ..path import SteadyState
+from ..transients import SteadyState, Trajectory, fretting_table, steady_cycle
 from .along import label_contacts, lines, lines_or_band
 from .loops import cycle_lines, loops, most_work, work_title
 from .picture import picture

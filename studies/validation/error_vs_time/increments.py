@@ -10,8 +10,8 @@ import numpy as np
 from scipy.sparse import csc_matrix, identity, triu
 
 import frictopt as fo
-from frictopt.path import ExactPath
 from frictopt.solve import QP_SOLVERS
+from frictopt.transients.exact import ExactPath
 
 from ...paper import LOADS
 from .exact import exact_increment

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 import frictopt as fo
-from frictopt.path import ExactPath
 from frictopt.reference import SphereContact, half_space_contact
+from frictopt.transients.exact import ExactPath
 
 from ...paper import LOADS
 from .exact import exact_increment

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 import frictopt as fo
-from frictopt.increments import ExactIncrement, FrozenBoundIncrement
-from frictopt.path import ExactPath
 from frictopt.reference import single_node_limit
+from frictopt.transients.exact import ExactPath
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement
 
 from ...paper import LOADS
 from .. import oracles

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import frictopt as fo
-from frictopt.increments import ExactIncrement, FrozenBoundIncrement
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement
 
 from .. import oracles
 from .cases import Case

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 import frictopt as fo
-from frictopt.increments import ExactIncrement
+from frictopt.transients.increments import ExactIncrement
 
 from .cases import random_case
 from .known import NotAsked, Wrong, same

@@ -1,0 +1,98 @@
+"""Steps towards periodic orbits with more or less work of friction, over the slips of the nodes that stay locked.
+
+The work of a periodic orbit depends on its start only through the locked slips. A step is a linear program: the change of the locked slips, within a
+trust region, that changes the work most, while every locked node stays within its bound at every event. All other motions follow, because the orbit
+stays periodic. The answer is only proposed; the transient from it decides.
+"""
+
+import numpy as np
+from scipy.optimize import linprog
+
+from ...contact.checks import Array
+from ...contact.tolerances import STAYING
+from .derivative import ReturnMap
+from .path import ExactPath
+
+__all__ = ["Ascent"]
+
+_TIGHTEST = 2  # events whose bounds each locked node keeps in the program: the ones where it has least reserve
+
+
+class Ascent:
+    """Changes of a periodic orbit, by which its work grows (sense 1) or falls (sense -1).
+
+    Parameters
+    ----------
+    path, cycle
+        The path that is on the orbit, and the orbit's cycle.
+    sense
+        1 for more work, -1 for less.
+    most
+        (N,) largest slip of the changed orbit at the last corner, length; None for no bound.
+    """
+
+    def __init__(self, path: ExactPath, cycle: ReturnMap, sense: int, most: Array | None) -> None:
+        n, self._most, self._before = path.nodes, most, cycle.before[: path.nodes]
+        follow = _followed(cycle)
+        self._slip = follow[:n]
+        self._gain = sense * (cycle.work_gradient @ follow)
+        self._bounds = _bounds(path, cycle, follow) if self._gain.any() else None
+
+    def step(self, radius: float) -> tuple[Array, float] | None:
+        """The change within a radius that changes the work most.
+
+        Parameters
+        ----------
+        radius
+            Largest change of a locked slip, length.
+
+        Returns
+        -------
+        change, gain
+            (N,) change of the slip, length, and by how much the work then changes in first order, >= 0; None where no node is locked, nothing changes
+            the work, or the slip exceeds its bound already.
+        """
+        if self._bounds is None:
+            return None
+        rows, right = self._bounds
+        if self._most is not None:
+            unit = np.maximum(self._most, radius)
+            bound = self._slip / unit[:, None]
+            rows = np.vstack([rows, -bound, bound])
+            right = np.concatenate([right, (self._most - self._before) / unit, (self._most + self._before) / unit])
+        near = radius * np.abs(rows).sum(axis=1) > right  # no change within the region meets the other rows
+        answer = linprog(-self._gain / np.abs(self._gain).max(), -radius * rows[near], right[near], bounds=(-1.0, 1.0), options={"presolve": False})
+        if answer.status != 0:
+            return None
+        return radius * (self._slip @ answer.x), radius * float(self._gain @ answer.x)
+
+
+def _followed(cycle: ReturnMap) -> Array:
+    """(2N, L) changes of the state of a periodic orbit with the slips of its L locked nodes."""
+    locked = np.r_[cycle.locked, np.zeros_like(cycle.locked)]
+    follow = np.zeros((len(locked), int(locked.sum())))
+    follow[locked] = np.eye(follow.shape[1])
+    others = ~locked & (cycle.derivative != 0).any(axis=1)
+    if others.any():
+        own, locks = cycle.derivative[np.ix_(others, others)], cycle.derivative[np.ix_(others, locked)]
+        follow[others] = np.linalg.lstsq(np.eye(len(own)) - own, locks, rcond=STAYING)[0]
+    return follow
+
+
+def _bounds(path: ExactPath, cycle: ReturnMap, follow: Array) -> tuple[Array, Array]:
+    """Rows of `rows @ change + reserve >= 0`, and the reserves: bounds of locked nodes at their tightest events, over the node's bound there."""
+    n, nodes, f, S = path.nodes, np.flatnonzero(cycle.locked), path.friction, path.system.S
+    q, p = np.split(cycle.r, 2, axis=2)
+    size = 1e-3 * float(np.abs(p).mean())
+    rows, right = [], []
+    for sense in (1, -1):
+        reserve = (f * p + sense * q).min(axis=1)[:, nodes]
+        tightest = np.argsort(reserve, axis=0, kind="stable")[:_TIGHTEST]
+        for stretch in np.unique(tightest):
+            column = np.flatnonzero((tightest == stretch).any(axis=0))
+            chosen = nodes[column]
+            scale = (f * np.abs(p[stretch].mean(axis=0)))[chosen] + size
+            own = f[chosen, None] * S[n + chosen] + sense * S[chosen]
+            rows.append(cycle.motion_derivative(stretch, own) @ follow / scale[:, None])
+            right.append(np.maximum(reserve[stretch, column], 0.0) / scale)
+    return np.vstack(rows), np.concatenate(right)

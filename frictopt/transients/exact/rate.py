@@ -1,0 +1,226 @@
+"""The rate problem at one load: which nodes at a bound slip, stick or open, where the iteration on the signs of the rates does not decide.
+
+Nodes strictly inside their bound stick, and nodes with a gap stay open. A node at a bound has a non-negative rate z of slip or gap and a non-negative
+rate `M z + c` of slack or pressure, and one of the two is zero. Few such pairs are solved by trying all statuses, more by Lemke's method. If Lemke's
+method fails, or the solution may not be unique, a branch and bound search with linear programs looks for all solutions.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.optimize import linprog
+
+from ...contact.checks import Array
+from ...contact.tolerances import CONDENSATION, DISTINCT, PIVOT, RESIDUAL, ROUNDING
+from .kernel import OPEN, STICK, State, at_bound
+
+__all__ = ["RateProblem", "Solutions", "find_rates", "rate_problem"]
+
+_TRIED = 8  # number of pairs up to which all statuses are tried
+_STARTS = 3  # covering vectors tried by Lemke's method
+_SEARCHED = 16  # number of pairs up to which a second solution is searched for; with more, the event counts as unproven
+_PROGRAMS = 400  # linear programs after which the search for solutions gives up
+
+
+@dataclass(frozen=True, eq=False)
+class RateProblem:
+    """`z >= 0, M z + c >= 0, z (M z + c) = 0` over the nodes at a bound.
+
+    Attributes
+    ----------
+    M, c
+        (n, n), (n,).
+    node, kind
+        (n,) node of each pair, and the meaning of z > 0: +1 or -1 slip of that sense, 2 opening.
+    u_rate
+        (2N, n + 1) rates of `[v, w]`: in column k for unit z_k, in the last column for z = 0.
+    free
+        Closed nodes without friction: their slip rate is not restricted.
+    floating, sliding
+        Whether the open and the frictionless nodes can move without resistance; and whether they can if all nodes at a bound move too.
+    """
+
+    M: Array
+    c: Array
+    node: np.ndarray
+    kind: np.ndarray
+    u_rate: Array
+    free: list[int]
+    floating: bool
+    sliding: bool
+
+    def statuses(self, z: Array, before: np.ndarray) -> np.ndarray:
+        """(N,) statuses of the nodes under a solution; nodes that are not at a bound keep theirs."""
+        status = before.copy()
+        status[self.node] = STICK
+        status[self.free] = 1
+        moving = z > RESIDUAL * max(float(np.abs(z).max(initial=0.0)), np.finfo(float).tiny)
+        for kind in (1, -1, OPEN):  # an open node may have a slip rate as well
+            status[self.node[moving & (self.kind == kind)]] = kind
+        return status
+
+
+@dataclass(frozen=True, eq=False)
+class Solutions:
+    """Solutions found, each as statuses and rates of `[v, w]`, and whether it is proven that there are no others."""
+
+    found: list[tuple[np.ndarray, Array]]
+    complete: bool
+
+
+def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: Array) -> RateProblem:
+    """Set up the rate problem for the nodes of a state that are at a bound, under a rate of the bonded reactions."""
+    nodes = len(f)
+    columns, rows, node, kind, free = [], [], [], [], []
+    frictionless: list[int] = []
+
+    def unit(index: int, value: float = 1.0) -> Array:
+        vector = np.zeros(2 * nodes)
+        vector[index] = value
+        return vector
+
+    for i in range(nodes):
+        at_forward, at_backward, vertex = at_bound(f, state, i, force)
+        if state.status[i] == OPEN and not vertex:
+            free += [unit(i), unit(nodes + i)]
+        elif f[i] == 0.0 and not vertex:
+            free.append(unit(i))
+            frictionless.append(i)
+        else:
+            for sense, touching in ((1, at_forward), (-1, at_backward)):
+                if touching:
+                    columns.append(unit(i, sense))
+                    rows.append(unit(i, sense) + f[i] * unit(nodes + i))
+                    node.append(i)
+                    kind.append(sense)
+            if vertex:
+                columns.append(unit(nodes + i))
+                rows.append(unit(nodes + i))
+                node.append(i)
+                kind.append(OPEN)
+    E, R, Z = (np.array(vectors).reshape(-1, 2 * nodes) for vectors in (columns, rows, free))
+    block = Z @ S @ Z.T
+    loose = np.vstack([Z, np.unique(np.abs(E), axis=0)])
+    floating, sliding = (np.linalg.matrix_rank(part @ S @ part.T, tol=CONDENSATION * float(np.abs(S).max())) < len(part) for part in (Z, loose))
+    response = np.linalg.lstsq(block, Z @ np.column_stack([S @ E.T, load_rate]))[0] if len(Z) else np.zeros((0, len(E) + 1))
+    u_rate = np.column_stack([E.T, np.zeros(2 * nodes)]) - Z.T @ response
+    slack = R @ (S @ u_rate + np.outer(load_rate, np.eye(len(E) + 1)[-1]))
+    at = np.array(node, dtype=np.intp), np.array(kind, dtype=np.int8)
+    return RateProblem(slack[:, :-1], slack[:, -1], *at, u_rate, frictionless, bool(floating), bool(sliding))
+
+
+def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
+    """Find at most two different solutions of a rate problem."""
+    M, c = problem.M, problem.c
+    scale = float(np.abs(c).max(initial=0.0)) or 1.0
+    stiffness = float(np.abs(np.diag(M)).max(initial=0.0)) or 1.0
+    M, c = M / stiffness, c / scale
+    rng = np.random.default_rng(0)
+    if len(c) <= _TRIED:
+        candidates, complete = _all_statuses(M, c), True
+    else:
+        covers = [np.ones(len(c)), *rng.uniform(0.2, 1.0, size=(_STARTS - 1, len(c)))]
+        candidates = [z for z in (_lemke(M, c, cover) for cover in covers) if z is not None and _solves(M, c, z)]
+        complete = bool(candidates) and _is_positive_definite(M)  # then there is only one
+        if not complete and (not candidates or len(c) <= _SEARCHED):
+            searched, complete = _search(M, c, _PROGRAMS)
+            candidates += searched
+    found: list[tuple[np.ndarray, Array]] = []
+    for z in candidates:
+        rates = problem.u_rate @ np.r_[z * scale / stiffness, 1.0]
+        size = max(float(np.abs(rates).max()), scale / stiffness)
+        if _solves(M, c, z) and all(np.abs(rates - other).max() > DISTINCT * size for _, other in found):
+            found.append((problem.statuses(z, before), rates))
+    return Solutions(found[:2], complete)
+
+
+def _solves(M: Array, c: Array, z: Array) -> bool:
+    slack = M @ z + c
+    size = 1.0 + float(np.abs(z).max(initial=0.0))
+    return bool(min(z.min(initial=0.0), slack.min(initial=0.0)) > -RESIDUAL * size and np.abs(z * slack).max(initial=0.0) <= RESIDUAL * size)
+
+
+def _all_statuses(M: Array, c: Array) -> list[Array]:
+    """All solutions, by trying every choice of positive z."""
+    found = []
+    for moving in product((False, True), repeat=len(c)):
+        chosen = np.flatnonzero(moving)
+        z = np.zeros(len(c))
+        if len(chosen):
+            block = M[np.ix_(chosen, chosen)]
+            z[chosen] = np.linalg.lstsq(block, -c[chosen])[0]
+        if _solves(M, c, z):
+            found.append(z)
+    return found
+
+
+def _is_positive_definite(M: Array) -> bool:
+    try:
+        np.linalg.cholesky(M + M.T)
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
+def _search(M: Array, c: Array, programs: int) -> tuple[list[Array], bool]:
+    """Branch and bound: each branch sets one z or its slack to zero, and ends if its inequalities are infeasible.
+
+    Returns at most two solutions, and whether the search was complete: no others exist, or two were found.
+    """
+    n = len(c)
+    found: list[Array] = []
+    open_branches = [np.zeros(n, dtype=np.int8)]  # by pair: 0 free, 1 z = 0, 2 slack = 0
+    for _ in range(programs):
+        if not open_branches:
+            return found, True
+        fixed = open_branches.pop()
+        tight = fixed == 2
+        most = np.where(fixed == 1, 0.0, np.inf)
+        answer = linprog(np.ones(n), -M[~tight], c[~tight], M[tight], -c[tight], bounds=np.column_stack([np.zeros(n), most]))
+        if answer.status == 2:
+            continue
+        if answer.status != 0:
+            return found, False
+        z = answer.x
+        if _solves(M, c, z) and all(np.abs(z - other).max() > DISTINCT * (1.0 + np.abs(z).max()) for other in found):
+            found.append(z)
+            if len(found) == 2:
+                return found, True
+        if not (fixed == 0).any():
+            continue
+        violated = np.where(fixed == 0, np.minimum(z, M @ z + c), -1.0)
+        for zero in (1, 2):
+            branch = fixed.copy()
+            branch[int(np.argmax(violated))] = zero
+            open_branches.append(branch)
+    return found, False
+
+
+def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
+    """Solution by complementary pivoting (Lemke 1965) with a lexicographic ratio test; None if it ends in a ray."""
+    n = len(c)
+    if c.min(initial=0.0) >= 0:
+        return np.zeros(n)
+    tableau = np.column_stack([np.eye(n), -M, -cover, c])  # columns: slacks, z, artificial, right-hand side
+    basis = np.arange(n)
+    row = int(np.argmin(c / cover))
+    entering = 2 * n
+    for _ in range(50 * (n + 1)):
+        tableau[row] /= tableau[row, entering]
+        others = np.arange(n) != row
+        tableau[others] -= np.outer(tableau[others, entering], tableau[row])
+        leaving, basis[row] = basis[row], entering
+        if leaving == 2 * n:
+            z = np.zeros(2 * n + 1)
+            z[basis] = tableau[:, -1]
+            return z[n : 2 * n]
+        entering = leaving + n if leaving < n else leaving - n
+        positive = np.flatnonzero(tableau[:, entering] > PIVOT)
+        if not len(positive):
+            return None
+        ratios = np.column_stack([tableau[positive, -1], tableau[positive, :n]]) / tableau[positive, entering][:, None]
+        best = positive[ratios[:, 0] <= ratios[:, 0].min() + ROUNDING]
+        artificial = [i for i in best if basis[i] == 2 * n]
+        row = int(artificial[0]) if artificial else int(positive[np.lexsort(ratios.T[::-1])[0]])
+    return None

@@ -1,0 +1,176 @@
+"""One friction increment as a complementarity problem, and the quadratic program that it is equivalent to.
+
+With the slip increment split, `dv = s+ - s-`, the contact law reads `z >= 0, M z + c >= 0, z' (M z + c) = 0` for `z = [s+, s-, w]`::
+
+        [   A + f B    -(A + f B)    B' + f C ]            [ f p + q ]
+    M = [ -(A - f B)     A - f B    -B' + f C ]        c = [ f p - q ]  of the trial reactions
+        [      B            -B           C    ]            [    p    ]
+
+(Klarbring & Bjorkman 1988). A z obeys it exactly where the quadratic program `min z' (M z + c), z >= 0, M z + c >= 0` has the minimum 0. That program
+is convex only where the symmetric part of M has no negative eigenvalue: without friction. It is here to be looked at, and to be solved in that case;
+a local minimum of a program that is not convex need not be a state of the contact.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import IO, Any
+
+import cvxpy as cp
+import numpy as np
+
+from ...contact import ContactSystem
+from ...contact.checks import Array
+from ...contact.tolerances import NOT_CONVEX
+from ...errors import NoContinuation, SolverError
+from ...solve.explain import explain
+from ...solve.solvers import Kind, NoOptimum, solve
+from .engine import status_program
+from .increment import Increment, Law, PosedIncrement
+from .newton import Status, guessed
+
+__all__ = ["ComplementarityProblem", "complementarity_problem"]
+
+_TITLE = "friction increment, complementarity"
+
+
+def _complementarity_program(M: Array, c: Array, convex: bool) -> cp.Problem:
+    n = len(c) // 3
+    forward_slip, backward_slip, gap = (cp.Variable(n, name=name) for name in ("forward_slip", "backward_slip", "gap"))
+    z = cp.hstack([forward_slip, backward_slip, gap])
+    forward_slack, backward_slack, p = M[:n] @ z + c[:n], M[n : 2 * n] @ z + c[n : 2 * n], M[2 * n :] @ z + c[2 * n :]
+    rows = {
+        "forward_slip_grows": forward_slip >= 0,
+        "backward_slip_grows": backward_slip >= 0,
+        "no_overlap": gap >= 0,
+        "forward_bound": forward_slack >= 0,
+        "backward_bound": backward_slack >= 0,
+        "no_tension": p >= 0,
+    }
+    symmetric = (M + M.T) / 2
+    work = cp.quad_form(z, cp.psd_wrap(symmetric) if convex else symmetric) + c @ z
+    return cp.Problem(cp.Minimize(work), [row.set_label(name) for name, row in rows.items()])
+
+
+@dataclass(frozen=True, eq=False)
+class ComplementarityProblem:
+    """The complementarity problem of one increment, dimensionless.
+
+    Attributes
+    ----------
+    matrix, constant
+        `M` (3N, 3N) and `c` (3N,).
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem.from_blocks(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> load = system.reaction({"P": 1.0, "Q": 1.0})
+    >>> problem = fo.complementarity_problem(system, 0.0, [0.0, 0.0], load)
+    >>> problem.convex, problem.solve().slip.round(6).tolist()
+    (True, [-0.833333, -0.666667])
+    """
+
+    matrix: Array
+    constant: Array
+    _posed: PosedIncrement = field(repr=False)
+
+    @cached_property
+    def least_eigenvalue(self) -> float:
+        """Smallest eigenvalue of the symmetric part of M, in units of the stiffness scale; negative: the quadratic program is not convex."""
+        return float(np.linalg.eigvalsh((self.matrix + self.matrix.T) / 2)[0])
+
+    @property
+    def convex(self) -> bool:
+        """Whether the quadratic program is convex, up to rounding."""
+        return self.least_eigenvalue >= -NOT_CONVEX * float(np.abs(self.matrix).max())
+
+    @cached_property
+    def problem(self) -> cp.Problem:
+        """The quadratic program, with variables forward_slip, backward_slip and gap."""
+        return _complementarity_program(self.matrix, self.constant, self.convex)
+
+    def explain(self, file: IO[str] | None = None) -> None:
+        """Print the quadratic program by its names."""
+        units = dict.fromkeys(("forward_slip", "backward_slip", "gap"), self._posed.length)
+        explain(_TITLE, self.problem, None, units, (), None, file)
+
+    def solve(self, solver: str | None = None) -> Increment:
+        """The state after the increment, where the program is convex.
+
+        Parameters
+        ----------
+        solver
+            One of "OSQP", "CLARABEL"; by default each in this order until an answer passes.
+
+        Raises
+        ------
+        NoContinuation
+            No state obeys the law.
+        SolverError
+            The program is not convex, or no solver gave an answer that the referee accepts.
+        """
+        if not self.convex:
+            raise SolverError(
+                f"complementarity program: not convex, the symmetric part of M has the eigenvalue {self.least_eigenvalue:.3g} (in units of the "
+                "stiffness scale), so that a solver's minimum need not be a state of the contact; solve an ExactIncrement or a FrozenBoundIncrement"
+            )
+        program = status_program(self.problem, self._posed, self._read_status)
+        try:
+            answer = solve(program, program.claim, solver, kind=Kind.QP)
+        except NoOptimum as error:
+            raise NoContinuation(f"complementarity program: no state obeys the law under this load ({error})") from error
+        return self._posed.result(_TITLE, answer.claim.state, 0, answer.solver, answer.attempts, (), self.problem)
+
+    def _read_status(self) -> Status:
+        law, value = self._posed.law, {name: variable.value for name, variable in self.problem.var_dict.items()}
+        u = np.r_[value["forward_slip"] - value["backward_slip"], value["gap"]]
+        return guessed(law.friction, law.no_bound, u, self._posed.trial + law.S @ u)
+
+
+def complementarity_problem(system: ContactSystem, friction: Any, slip: Any, bonded: Any) -> ComplementarityProblem:
+    """Build the complementarity problem of one increment.
+
+    Theory, eq. (12).
+
+    Parameters
+    ----------
+    system
+        The contact.
+    friction
+        Coefficient of friction, one or one per node.
+    slip
+        (N,) slip before the increment, length.
+    bonded
+        `(q^w, p^w)`, (N,) bonded reactions of the load after it, force per depth.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem.from_blocks(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> load = system.reaction({"P": 1.0, "Q": 1.0})
+    >>> fo.complementarity_problem(system, 0.5, [0.0, 0.0], load).convex
+    False
+    """
+    law = Law(system, friction)
+    posed = law.pose(slip, bonded)
+    f, one, none = np.diag(law.friction), np.eye(law.nodes), np.zeros((law.nodes, law.nodes))
+    motion = np.block([[one, -one, none], [none, none, one]])  # u = motion z
+    force = np.block([[one, f], [-one, f], [none, one]])  # [f p + q, f p - q, p] = force r
+    return ComplementarityProblem(force @ law.S @ motion, force @ posed.trial, posed)
