@@ -75,11 +75,11 @@ def same(table, undisturbed):
     pd.testing.assert_frame_equal(table.drop(columns="seconds"), undisturbed.drop(columns="seconds"), check_exact=True)
 
 
-def test_twelve_kills_lose_no_finished_run(begin, tmp_path, undisturbed):
-    """Of the driver, and by turns of one of its workers before, whom it replaces; each driver goes on where the last one was killed."""
+def test_kills_lose_no_finished_run(begin, tmp_path, undisturbed):
+    """Of the driver, and each second time of one of its workers before, whom it replaces; each driver goes on where the last one was killed."""
     chance, known = random.Random(0), set()
-    for number in range(12):
-        run, first = begin(), chance.randint(1, 60)
+    for number in range(4):
+        run, first = begin(), chance.randint(5, 150)
         run.listen(lambda run, first=first: len(run.kept) >= first and len(run.workers) == 2)
         if number % 2:
             chance.choice(run.workers).kill()
@@ -89,7 +89,7 @@ def test_twelve_kills_lose_no_finished_run(begin, tmp_path, undisturbed):
         known |= set(run.kept)
         kept = fo.read_store(tmp_path / "store")
         assert kept.key.is_unique and known <= set(kept.key)
-    assert 12 < len(known) < len(undisturbed)
+    assert 4 < len(known) < len(undisturbed)
     same(campaign.study(store=tmp_path / "store"), undisturbed)
     assert len(fo.read_store(tmp_path / "store")) == len(undisturbed)
 
@@ -100,11 +100,12 @@ def test_killed_workers_lose_no_run(begin, tmp_path, undisturbed):
     for worker in run.workers:
         worker.kill()
     run.listen(lambda run: len(run.workers) == 4)
-    assert run.end() == (0, "")
+    status, errors = run.end()
+    assert status == 0 and "Traceback" not in errors
     same(pd.read_pickle(tmp_path / "table"), undisturbed)
 
 
-@pytest.mark.parametrize(("workers", "runs"), [(1, 0), (2, 0), (2, 200)])
+@pytest.mark.parametrize(("workers", "runs"), [(1, 0), (2, 200)])
 def test_ctrl_c_ends_with_a_usable_table(begin, tmp_path, undisturbed, workers, runs):
     """While workers still import, too."""
     run = begin()
@@ -154,7 +155,7 @@ def test_ctrl_c_ends_the_loop_of_the_caller_with_the_table_in_the_exception_and_
     assert "KeyboardInterrupt\ndissipation_study: " in errors, errors
 
 
-@pytest.mark.parametrize("pause", [0.0, 0.01, 0.02, 0.03])
+@pytest.mark.parametrize("pause", [0.0, 0.02])
 def test_a_second_ctrl_c_ends_it_too(begin, pause):
     """Whatever the second one interrupts, the first one's orderly end among it, no process waits for another one for ever."""
     run = begin()

@@ -14,10 +14,8 @@ ROUND = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"Q": 0.1}, {"sigma": -1.0}, {
 SCENES = {elements: fo.scenes.PunchOnHalfPlane(elements=elements).condense() for elements in (16, 124)}
 # W E* / P^2 on the default scene, see the study "range": friction, load over lambda_2, least and largest found
 TABLE = [
-    (0.3, 0.9, 0.0, 9.90e-6),
     (0.3, 1.05, 2.066e-6, 2.01e-5),
     (0.5, 0.5, 0.0, 1.01e-5),
-    (0.5, 0.9, 0.0, 1.29e-4),
     (0.7, 0.9, 0.0, 1.50e-3),
     (0.7, 1.5, 0.06655, 0.07764),
 ]
@@ -59,7 +57,7 @@ def test_two_nodes(load_factor, least, most):
 
 
 @pytest.mark.parametrize(
-    ("friction", "ratio", "least", "most"), [TABLE[4], *(pytest.param(*row, marks=pytest.mark.slow) for row in (*TABLE[:4], TABLE[5]))]
+    ("friction", "ratio", "least", "most"), [TABLE[2], *(pytest.param(*row, marks=pytest.mark.slow) for row in (TABLE[0], TABLE[1], TABLE[3]))]
 )
 def test_the_paper_scene(friction, ratio, least, most):
     contact = SCENES[124]
@@ -102,9 +100,7 @@ def test_no_sampled_start_lies_outside(cycle, friction, ratio):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("cycle", "friction", "ratio"),
-    [(LOADS, f, ratio) for f in (0.3, 0.5, 0.7) for ratio in (0.6, 0.9, 1.05, 1.5)]
-    + [(SHEAR, f, ratio) for f in (0.2, 0.3, 0.6) for ratio in (0.9, 1.2)]
-    + [(PULLED, f, ratio) for f in (0.4, 0.5, 0.7) for ratio in (0.7, 0.95, 1.2)],
+    [(LOADS, 0.3, 1.05), (LOADS, 0.7, 0.9), (SHEAR, 0.2, 0.9), (PULLED, 0.4, 1.2)],
 )
 def test_at_most_one_of_a_thousand_sampled_starts_lies_outside(cycle, friction, ratio):
     contact = SCENES[16]
