@@ -11,7 +11,7 @@ from frictopt.campaign.store import Store
 from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(0), 10)
-STARTS = random_slips(CONTACT, [1.0], 100)
+STARTS = random_slips(CONTACT, [1.0], 50)
 FACTORS = np.linspace(0.5, 2.0, 6)
 
 

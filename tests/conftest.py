@@ -1,3 +1,4 @@
+import pandas as pd
 import pytest
 import scipy.linalg  # noqa: F401  brings a BLAS of its own, to be limited too
 from hypothesis import settings
@@ -28,3 +29,21 @@ def punch():
         return made[key]
 
     return condensed
+
+
+@pytest.fixture(scope="session")
+def quick_data(tmp_path_factory):
+    """Folder with the tables of studies at quick size, as far as tests have asked for them."""
+    return tmp_path_factory.mktemp("quick")
+
+
+@pytest.fixture(scope="session")
+def quick(quick_data):
+    """Gives the tables of a study at quick size, by name; each is computed once."""
+
+    def read(tables):
+        for table in tables:
+            table.load(table.quick, quick_data)
+        return {table.name: pd.read_parquet(table.path(quick_data)) for table in tables}
+
+    return read

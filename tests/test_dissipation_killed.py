@@ -79,7 +79,7 @@ def test_kills_lose_no_finished_run(begin, tmp_path, undisturbed):
     """Of the driver, and each second time of one of its workers before, whom it replaces; each driver goes on where the last one was killed."""
     chance, known = random.Random(0), set()
     for number in range(4):
-        run, first = begin(), chance.randint(5, 150)
+        run, first = begin(), chance.randint(5, 100)
         run.listen(lambda run, first=first: len(run.kept) >= first and len(run.workers) == 2)
         if number % 2:
             chance.choice(run.workers).kill()
@@ -171,5 +171,5 @@ def test_a_second_ctrl_c_ends_it_too(begin, pause):
 def test_workers_that_die_at_once_end_in_rows_that_say_so(tmp_path, monkeypatch, program):
     monkeypatch.setattr(sys, "executable", program)
     table = campaign.study(workers=2, store=tmp_path / "store")
-    assert len(table) == 1200 and (table.outcome == "FAILED").all() and table.error.str.contains("its worker died").all()
+    assert len(table) == 600 and (table.outcome == "FAILED").all() and table.error.str.contains("its worker died").all()
     assert not len(fo.read_store(tmp_path / "store"))

@@ -294,5 +294,5 @@ def test_studies_of_other_processes_share_a_store(tmp_path):
     one, other = (pd.read_pickle(tmp_path / name) for name in ("one", "other"))
     same(one, other)
     kept = fo.read_store(store)
-    assert kept.key.is_unique and len(kept) == len(one) == 1200
+    assert kept.key.is_unique and len(kept) == len(one) == 600
     assert sorted(kept.dissipation) == sorted(one.dissipation)

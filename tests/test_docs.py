@@ -171,8 +171,12 @@ def test_tables_come_from_the_studies():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", TABLES, ids=lambda path: path.stem)
-def test_tables_have_the_columns_of_the_studies(path, tmp_path):
-    arguments = ["--quick", "--data", str(tmp_path), "--page", str(tmp_path)]
-    assert STUDIES[path.stem].run([*arguments, *(["--seed", "0"] if path.stem == "fuzz" else [])]) == 0
-    made, kept = heads(text(tmp_path / path.name)), heads(text(path))
+def test_tables_have_the_columns_of_the_studies(path, quick, tmp_path):
+    study = STUDIES[path.stem]
+    if path.stem == "fuzz":
+        assert study.run(["--cases", "1", "--seed", "0", "--data", str(tmp_path), "--page", str(tmp_path)]) == 0
+        said = text(tmp_path / path.name)
+    else:
+        said = study.summary(quick((*study.needs, *study.tables)))
+    made, kept = heads(said), heads(text(path))
     assert [re.sub(r"N = \d+", "N", head) for head in made] == [re.sub(r"N = \d+", "N", head) for head in kept]

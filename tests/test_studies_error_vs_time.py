@@ -1,11 +1,8 @@
 """The study of error against run time at quick size: its clock, its calls, its fronts recomputed, its errors against theory."""
 
-from contextlib import redirect_stdout
-from io import StringIO
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from studies.origin import machine
@@ -22,12 +19,10 @@ QUESTION = ["computation", "quantity", "scene"]
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """The tables, and what the command printed."""
-    folder = tmp_path_factory.mktemp("data")
-    with redirect_stdout(StringIO()) as printed:
-        assert error_vs_time.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    return *(pd.read_parquet(table.path(folder)) for table in error_vs_time.STUDY.tables), printed.getvalue()
+def made(quick):
+    """The tables, and what the command prints."""
+    tables = quick(error_vs_time.STUDY.tables)
+    return *tables.values(), error_vs_time.STUDY.summary(tables)
 
 
 @pytest.fixture(scope="module")

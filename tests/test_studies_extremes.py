@@ -1,12 +1,9 @@
 """The study of extremes at quick size: nothing wrong, and every refusal says what to do."""
 
 import re
-from contextlib import redirect_stdout
 from dataclasses import replace
-from io import StringIO
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import frictopt as fo
@@ -20,12 +17,10 @@ ADVICE = r"hold the punch|hold the body|hold it, or|lower it|bring the stiffness
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def made(quick):
     """The quick table, and what the command prints."""
-    folder = tmp_path_factory.mktemp("data")
-    with redirect_stdout(StringIO()) as printed:
-        assert extremes.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    return pd.read_parquet(extremes.EXTREMES.path(folder)), printed.getvalue()
+    tables = quick(extremes.STUDY.tables)
+    return tables[extremes.EXTREMES.name], extremes.STUDY.summary(tables)
 
 
 def test_no_row_is_wrong_and_every_answer_has_a_small_residual(made):

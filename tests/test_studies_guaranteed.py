@@ -1,7 +1,6 @@
 """The study of the guaranteed limit at quick size: facts of the theory that hold on any mesh."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import frictopt as fo
@@ -14,11 +13,10 @@ TABLES = {"friction": guaranteed.FRICTION, "corner": guaranteed.CORNER, "bound":
 
 
 @pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data")
-    assert guaranteed.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    assert sorted(path.name for path in folder.iterdir()) == sorted(f"{table.name}.parquet" for table in TABLES.values())
-    return {name: pd.read_parquet(table.path(folder)) for name, table in TABLES.items()}
+def tables(quick):
+    read = quick(guaranteed.STUDY.tables)
+    assert sorted(read) == sorted(table.name for table in TABLES.values())
+    return {name: read[table.name] for name, table in TABLES.items()}
 
 
 def test_every_row_was_checked_and_describes_itself(tables):

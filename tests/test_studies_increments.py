@@ -1,7 +1,6 @@
 """The study of increments at quick size: facts of the contact law and of quadrature that hold on any mesh."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import frictopt as fo
@@ -14,11 +13,10 @@ COMPLIANCE = 2 * (1 - 0.3**2)  # 1/E* of two bodies with E = 1, nu = 0.3
 
 
 @pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data")
-    assert increments.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    assert sorted(path.name for path in folder.iterdir()) == sorted(f"{table.name}.parquet" for table in TABLES.values())
-    return {name: pd.read_parquet(table.path(folder)) for name, table in TABLES.items()}
+def tables(quick):
+    read = quick(increments.STUDY.tables)
+    assert sorted(read) == sorted(table.name for table in TABLES.values())
+    return {name: read[table.name] for name, table in TABLES.items()}
 
 
 @pytest.fixture(scope="module")

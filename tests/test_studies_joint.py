@@ -1,7 +1,6 @@
 """The study of two joints at quick size: the rows of its tables belong together, and the safe region holds what the limits say."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import frictopt as fo
@@ -9,10 +8,8 @@ from studies import joint
 
 
 @pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data")
-    assert joint.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    return {table.name: pd.read_parquet(table.path(folder)) for table in joint.STUDY.tables}
+def tables(quick):
+    return quick(joint.STUDY.tables)
 
 
 def test_the_report_sums_up_the_nodes(tables):

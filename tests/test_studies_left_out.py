@@ -1,6 +1,5 @@
 """The study of what is left out, at quick size: the answers are the same, and each scene leaves out what it should. Times are not tested."""
 
-import pandas as pd
 import pytest
 
 from studies.validation import left_out
@@ -9,10 +8,8 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def table(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data")
-    assert left_out.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    return pd.read_parquet(left_out.SAVED.path(folder)).set_index(["scene", "computation"])
+def table(quick):
+    return quick([left_out.SAVED])[left_out.SAVED.name].set_index(["scene", "computation"])
 
 
 def test_the_answers_are_the_same(table):

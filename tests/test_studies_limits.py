@@ -4,7 +4,6 @@ from dataclasses import asdict
 from importlib.metadata import version
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import frictopt as fo
@@ -17,11 +16,10 @@ TABLES = {"friction": limits.FRICTION, "corner": limits.CORNER, "reactions": lim
 
 
 @pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data")
-    assert limits.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    assert sorted(path.name for path in folder.iterdir()) == sorted(f"{table.name}.parquet" for table in TABLES.values())
-    return {name: pd.read_parquet(table.path(folder)) for name, table in TABLES.items()}
+def tables(quick):
+    read = quick(limits.STUDY.tables)
+    assert sorted(read) == sorted(table.name for table in TABLES.values())
+    return {name: read[table.name] for name, table in TABLES.items()}
 
 
 def sine_system(elements):

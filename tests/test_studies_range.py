@@ -22,10 +22,8 @@ def test_runs_outside_are_counted_at_their_load():
 
 
 @pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data")
-    assert study.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    read = {table.name: pd.read_parquet(table.path(folder)) for table in (*study.STUDY.tables, *study.STUDY.needs)}
+def tables(quick):
+    read = quick((*study.STUDY.tables, *study.STUDY.needs))
     return read | {"against_sample": study.against_sample(read["range_found"], read["dissipation_runs"])}
 
 

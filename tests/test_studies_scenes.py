@@ -1,7 +1,6 @@
 """The study of the scenes at quick size."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from studies import scenes
@@ -10,10 +9,8 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def table(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data")
-    assert scenes.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    return pd.read_parquet(scenes.LIMITS.path(folder))
+def table(quick):
+    return quick([scenes.LIMITS])[scenes.LIMITS.name]
 
 
 def test_limits_do_not_fall_with_friction(table):

@@ -1,7 +1,6 @@
 """The study of contacts that open, at quick size: what theory says of its limits."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from studies import separation
@@ -10,10 +9,8 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data")
-    assert separation.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    return {table.name: pd.read_parquet(table.path(folder)) for table in separation.STUDY.tables}
+def tables(quick):
+    return quick(separation.STUDY.tables)
 
 
 def test_every_row_rests_and_no_bound_or_shakedown_limit_is_passed(tables):

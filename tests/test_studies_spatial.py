@@ -1,7 +1,6 @@
 """The study of three dimensions at quick size: facts that do not depend on the stored numbers."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import frictopt as fo
@@ -13,10 +12,10 @@ TABLES = {"limits": spatial.LIMITS, "maps": spatial.MAPS, "steps": spatial.STEPS
 
 
 @pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data")
-    assert spatial.STUDY.run(["--quick", "--data", str(folder)]) == 0
-    return {name: pd.read_parquet(table.path(folder)) for name, table in TABLES.items()}
+def tables(quick):
+    read = quick(spatial.STUDY.tables)
+    assert sorted(read) == sorted(table.name for table in TABLES.values())
+    return {name: read[table.name] for name, table in TABLES.items()}
 
 
 def test_every_row_was_checked(tables):
