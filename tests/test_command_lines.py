@@ -40,18 +40,12 @@ def file(tmp_path):
     return path
 
 
-@pytest.mark.parametrize("name", ["", "{}", "{}/below", "a\0b", "file:/{}", "s3://bucket/x"])
+@pytest.mark.parametrize("name", ["{}", "a\0b", "s3://bucket/x"])
 def test_a_folder_that_cannot_be_written_in_is_refused_before_anything_is_computed(computed, file, name, capsys):
     with pytest.raises(SystemExit) as end:
         studies.main(["small", "--data", name.format(file)])
     assert end.value.code == 2 and "--data: " in (said := capsys.readouterr().err) and "is no folder to write in" in said
     assert not computed
-
-
-def test_a_default_folder_that_cannot_be_written_in_is_an_error(computed, file, monkeypatch, capsys):
-    monkeypatch.setattr(tables, "DATA", file)
-    assert studies.main(["small"]) == 1
-    assert "is no folder to write in" in capsys.readouterr().err and not computed
 
 
 def test_a_full_disk_is_an_error_without_a_traceback(computed, tmp_path, monkeypatch, capsys):
@@ -63,15 +57,14 @@ def test_a_full_disk_is_an_error_without_a_traceback(computed, tmp_path, monkeyp
     assert "No space left" in capsys.readouterr().err and computed
 
 
-@pytest.mark.parametrize("study", ["dissipation", "stepped"])
-@pytest.mark.parametrize("workers", ["0", "-1", "x", "1.5", ""])
+@pytest.mark.parametrize(("study", "workers"), [("dissipation", "0"), ("stepped", "x")])
 def test_workers_that_are_no_number_of_processes_are_refused(study, workers, tmp_path, capsys):
     with pytest.raises(SystemExit) as end:
         studies.main([study, "--quick", "--data", str(tmp_path), f"--workers={workers}"])
     assert end.value.code == 2 and f"--workers: {workers!r}; give a whole number of at least 1" in capsys.readouterr().err
 
 
-NO_NUMBERS = ["--seed=99999999999999999999999999999", "--seed=-1", "--seed=1.5", "--seed=", "--seed=" + "9" * 5000, "--cases=0", "--cases=9999999"]
+NO_NUMBERS = ["--seed=-1", "--seed=" + "9" * 5000, "--cases=0", "--cases=9999999"]
 
 
 @pytest.mark.parametrize("option", NO_NUMBERS)
@@ -81,10 +74,6 @@ def test_numbers_of_random_contacts_are_checked_before_anything_is_computed(opti
         studies.main(["fuzz", "--cases", "1", "--data", str(tmp_path), option])
     name, _, value = option.partition("=")
     assert end.value.code == 2 and f"{name}: {value!r}" in capsys.readouterr().err
-
-
-def test_zero_is_a_seed_however_it_is_written():
-    assert [tables.seed_number(text) for text in ("0", "00", " 7 ", str(2**62))] == [0, 0, 7, 2**62]
 
 
 @pytest.mark.parametrize("option", ["--store=", "--store={}", "--workers=5000"])
@@ -133,12 +122,6 @@ def test_a_page_holds_what_is_printed_and_its_origin(computed, tmp_path, monkeyp
     assert page[0] == "1 row" and len(page) == 2
     assert page[1].startswith("*Made by `python -m studies small --quick`, frictopt ") and page[1].endswith(f" s on {machine()}.*\n")
     assert str(tmp_path) not in page[1] and computed == [1]
-
-
-def test_a_study_that_prints_nothing_has_no_page(computed, tmp_path, capsys):
-    with pytest.raises(SystemExit) as end:
-        studies.main(["small", "--page", str(tmp_path)])
-    assert end.value.code == 2 and "--page" in capsys.readouterr().err and not computed
 
 
 def test_figures_say_how_many_are_done(tmp_path, monkeypatch, capsys):

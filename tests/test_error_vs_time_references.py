@@ -8,9 +8,8 @@ import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.reference import bonded_onset, two_node_limits
-from studies.increments import LOADS
-from studies.validation.error_vs_time import condensation, exact, limits
+from frictopt.reference import two_node_limits
+from studies.validation.error_vs_time import condensation, exact
 from studies.validation.error_vs_time.lemke import Lemke
 from studies.validation.oracles import largest_load_factor
 from systems import CYCLE, random_system, system
@@ -105,18 +104,6 @@ def test_refinement_solves_a_nearly_singular_system_and_refuses_a_singular_one()
         exact.refined(exact.fractions([[1.0, 2.0], [2.0, 4.0]]), ones[:2] * np.array([1, 3]))
 
 
-def test_exact_increment_refuses_wrong_statuses(punch):
-    contact = punch(8)
-    load = tuple(mean + 2.0 * corner[0] for mean, corner in zip(LOADS.mean_reaction(contact), LOADS.corner_reactions(contact), strict=True))
-    after = fo.FrozenBoundIncrement(contact, 0.7).solve(np.zeros(9), load)
-    status = np.sign(after.slip)
-    assert np.any(status) and not np.all(status)
-    assert np.allclose(exact.exact_increment(contact, 0.7, np.zeros(9), load, status), after.slip, rtol=0, atol=1e-12)
-    for wrong in (-status, 0 * status):
-        with pytest.raises(exact.NotProven, match="contradicts"):
-            exact.exact_increment(contact, 0.7, np.zeros(9), load, wrong)
-
-
 @pytest.mark.parametrize(("q", "status"), [(-0.9, 1), (0.9, -1), (0.1, 0)])
 def test_exact_increment_of_one_node(q, status):
     """Its slip is where `q + A v` meets the bound `f (p + B v)`; no other status is accepted."""
@@ -127,16 +114,6 @@ def test_exact_increment_of_one_node(q, status):
     for wrong in {-1, 0, 1} - {status}:
         with pytest.raises(exact.NotProven, match="contradicts"):
             exact.exact_increment(node, f, np.zeros(1), ([q], [1.0]), np.array([wrong]))
-
-
-def test_exact_onset_is_the_closed_form(punch):
-    contact = punch(8)
-    (q0, p0), (q1, p1) = contact.bonded["P"], contact.bonded["sigma"]
-    assert 0 < bonded_onset(q0, p0, q1, p1, 0.7) <= limits.exact_onset(contact, 0.7) + 1e-12
-    pressed_only = bonded_onset(np.r_[q0, 0], np.r_[p0, 1], np.r_[q1, 0], np.r_[p1, 0], 0.7)
-    assert min(limits.exact_onset(contact, 0.7), limits.exact_onset(contact.with_bonded({"sigma": (-q1, -p1)}), 0.7)) == pytest.approx(
-        pressed_only, rel=1e-12
-    )
 
 
 def test_refined_stiffness_is_that_of_rational_elimination():

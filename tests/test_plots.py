@@ -19,14 +19,13 @@ from systems import CYCLE, FIRST_PAIR, random_system, system
 
 F = 0.6
 PAIR = system(*FIRST_PAIR)
-ONE_CORNER = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
 FOUR_CORNERS = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"other": 1.0}, {"cyclic": -1.0}, {"other": -1.0}])
 MANY = fo.LoadCycle({"mean": 1.0}, [{"cyclic": np.cos(t), "other": np.sin(t)} for t in np.linspace(0, 6, 20)])
 FIVE = random_system(np.random.default_rng(3), 5, ("mean", "cyclic", "other"))
 JOINT = fo.ContactSystem.from_blocks(
     FIVE.A, FIVE.B, FIVE.C, FIVE.x, FIVE.bonded, contact=["left", "left", "right", "right", "right"], width=[0.5, 1, 1, 2, 1]
 )
-CASES = {"one corner": (FIVE, ONE_CORNER), "four corners": (FIVE, FOUR_CORNERS), "two contacts": (JOINT, FOUR_CORNERS), "pair": (PAIR, CYCLE)}
+CASES = {"two contacts": (JOINT, FOUR_CORNERS), "pair": (PAIR, CYCLE)}
 ALL = pytest.mark.parametrize(("contact", "cycle"), CASES.values(), ids=CASES)
 SCENES = {
     "punch": fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0),
@@ -154,11 +153,6 @@ def test_a_limit_that_is_not_finite_says_why_in_place_of_lines(name):
     assert ("infinite" if limit.load_factor == np.inf else "none") in ax.get_title()
 
 
-def test_a_contact_that_never_slips_has_no_onset_to_show():
-    ax = fo.onset(PAIR, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), F).plot()
-    assert ax.texts[0].get_text() == "no corner makes a node slip" and not ax.get_lines()
-
-
 def test_the_picture_of_a_bonded_contact_says_that_the_mean_load_alone_slips():
     first = fo.onset(system(1.0, 0.0, 1.0, 1.0, 0.5, 0.0), CYCLE, F)
     ax = first.plot()
@@ -213,21 +207,6 @@ def test_the_tractions_of_a_steady_state_of_many_corners_are_two_bands():
     assert len(colours) == 2 and not [name for name in labelled(force) if "corner" in name]
 
 
-def test_a_steady_state_with_open_nodes_carries_nothing_there():
-    steady = fo.steady_state(PAIR, CYCLE, F, 1.5)
-    _, force, _ = steady.plot()
-    p = np.array([joined(force, f"$p$, corner {corner}")[1] for corner in (0, 1)])
-    assert steady.open.any() and np.array_equal((p == 0).any(axis=0), steady.open)
-    assert steady.system is PAIR and steady.cycle is CYCLE and np.array_equal(steady.friction, [F, F]) and steady.load_factor == 1.5
-
-
-def test_a_steady_state_at_rest_has_no_slip_range():
-    steady = fo.steady_state(PAIR, CYCLE, F, 0.05)
-    slip, _, _ = steady.plot()
-    (drawn,) = [line for line in slip.get_lines() if line.get_marker() == "."]
-    assert not drawn.get_ydata().any() and slip.get_title() == "shakedown, $W = 0$ per cycle"
-
-
 @ALL
 def test_a_trajectory_shows_the_loops_of_the_nodes_with_the_most_work(contact, cycle):
     path = fo.march(contact, cycle, F, 1.5 * fo.shakedown_limit(contact, cycle, F).load_factor, cycles=2)
@@ -242,14 +221,6 @@ def test_a_trajectory_shows_the_loops_of_the_nodes_with_the_most_work(contact, c
     assert lower.get_xlim() == (0, 2 * len(cycle.corners))  # without the artificial load before the mean load
     ends = [line.get_xdata()[0] for line in lower.get_lines()[len(most) :]]
     assert ends == [cycle_number * len(cycle.corners) for cycle_number in range(3)]
-
-
-def test_a_trajectory_without_slip_or_cycles_is_drawn():
-    path = fo.march(PAIR, CYCLE, F, 0.0, cycles=0)
-    upper, _ = path.plot()
-    assert upper.get_title() == "no node slips"
-    later = fo.march(PAIR, CYCLE, F, 0.5, initial_state=fo.march(PAIR, CYCLE, F, 0.5, cycles=1).state_at(5), cycles=1)
-    assert later.plot()[1].get_xlim() == (later.time[0], later.time[-1])
 
 
 def test_several_contacts_are_named_above_and_not_joined():
@@ -331,15 +302,6 @@ def test_arrows_press_on_the_boundary_or_begin_there():
     assert pulling and all(abs(tip[0]) > side and tip[1] == tail[1] for tail, tip in pulling)
 
 
-def test_a_pressure_pushes_against_its_surface_and_loads_without_a_surface_are_named():
-    model = SCENES["punch"].model()
-    loads = {"push": [fo.Pressure("punch", "top", 2.0)], "heat": [fo.Expansion("punch", 0.1), fo.BodyForce("block", y=-1.0)]}
-    ax = fo.ContactModel(model.bodies, model.supports, loads).plot()
-    arrows = [(note.xyann, note.xy) for note in ax.texts if note.arrow_patch is not None]
-    assert len(arrows) == 5 and all(tip[1] == SCENES["punch"].punch_height < tail[1] and tip[0] == tail[0] for tail, tip in arrows)
-    assert "load heat (expansion, body force)" in labelled(ax) and "load push" in labelled(ax)
-
-
 def test_fields_show_the_von_mises_stress_of_all_bodies():
     model = SCENES["punch"].model()
     ax = model.recover({"P": 1.0}, slip=np.zeros(5)).plot()
@@ -352,12 +314,6 @@ def test_fields_show_the_von_mises_stress_of_all_bodies():
         assert np.allclose(colours.get_array(), np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1))), rtol=1e-12)
     (bar,) = [one for one in ax.figure.axes if one is not ax]
     assert bar.get_ylabel() == "von Mises stress (force per area)" and ax.get_xlabel() == "$x$ (length)"
-
-
-def test_a_model_is_drawn_like_its_scene_and_shows_as_a_table():
-    model = SCENES["dovetail"].model()
-    assert set(labelled(model.plot())) == set(labelled(SCENES["dovetail"].plot()))
-    assert "contacts={'right': 5, 'left': 5}" in repr(model) and "<th>supports</th>" in model._repr_html_()
 
 
 @cache

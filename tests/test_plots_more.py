@@ -1,7 +1,5 @@
 """Pictures of limits with separation, of ranges of dissipation and of least slips: what they show is what the result says."""
 
-from dataclasses import replace
-
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -9,7 +7,7 @@ from matplotlib.collections import PathCollection
 
 import frictopt as fo
 from systems import CYCLE, random_system, system
-from test_plots import FIVE, JOINT, MANY, PAIR, F, joined, labelled, parts
+from test_plots import JOINT, PAIR, F, joined, parts
 
 PUNCH = fo.scenes.PunchOnHalfPlane(elements=4).condense()
 ROUNDED = PUNCH.with_gap(2.0 * PUNCH.x**4)
@@ -64,13 +62,6 @@ def test_nodes_that_open_and_close_have_marks_of_their_own():
         assert np.isnan(joined(ax, f"corner {corner}")[1][opened]).all()
 
 
-@pytest.mark.parametrize("bound", [2.0, np.inf])
-def test_what_is_not_the_limit_is_called_what_it_is(bound):
-    limit = replace(rounded_limit(), bound=bound, exact=False)
-    title = rf"largest load factor found to rest, $\lambda$ = {limit.load_factor:.5g}, " + ("bound 2" if bound == 2 else "no bound")
-    assert limit.plot().get_title() == title
-
-
 SLIDING = fo.ContactSystem.from_blocks(
     A=np.zeros((2, 2)), B=np.zeros((2, 2)), C=[[1, -1], [-1, 1]], x=[0, 1], bonded={"mean": ([2, 2], [1, 1]), "cyclic": ([1, 1], [0, 0])}
 )
@@ -117,20 +108,3 @@ def test_a_least_slip_shows_its_weights_and_what_they_prove():
     assert limit.least_slip(0.5 * limit.load_factor).plot().get_title().endswith("no slip is proven")
     pulled = fo.shakedown_limit(system(1.0, 0.0, 0.0, 1.0, 0.0, -1.0), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), F)
     assert pulled.least_slip(2.0).plot().get_title().endswith("no cycle keeps all nodes closed")
-
-
-def test_of_many_corners_a_least_slip_draws_those_that_weigh_most():
-    limit = fo.shakedown_limit(FIVE, MANY, F)
-    least = limit.least_slip(1.5 * limit.load_factor)
-    ax = least.plot()
-    drawn = [int(name.split()[1]) for name in labelled(ax) if name.startswith("corner")]
-    weight = np.abs(least.g).sum(axis=1)
-    assert sorted(weight[drawn]) == sorted(np.sort(weight)[-4:]) and [one.get_label() for one in ax.collections] == ["all 20 corners"]
-
-
-def test_pictures_ask_for_as_many_axes_as_they_have_panels():
-    limit = fo.shakedown_limit(PAIR, CYCLE, F)
-    _, one = plt.subplots()
-    assert limit.least_slip(1.0).plot(one) is one
-    with pytest.raises(fo.ModelError, match="give 2 matplotlib axes"):
-        fo.dissipation_range(PAIR, CYCLE, F, 0.8).plot(one)

@@ -85,13 +85,3 @@ def test_at_the_guaranteed_limit_three_lines_meet_at_the_witness(tables):
     witness = table[table["what"] == "witness"]
     here = slacks(contact, witness["load_factor"].item(), witness[["v1", "v2"]].to_numpy()[0])
     assert (np.abs(here.min(axis=0)) < 1e-9).sum() == 3
-
-
-def test_of_two_neighbouring_starts_one_comes_to_rest_within_the_safe_slips_and_one_never_does(tables):
-    table, contact = tables["plane"], guaranteed.pair()
-    paths = {fate: rows[["v1", "v2"]].to_numpy() for fate, rows in table[table["what"] == "path"].groupby("sense")}
-    assert set(paths) == {"SHAKEDOWN", "CYCLIC_SLIP"}
-    factor = table.loc[table["what"] == "path", "load_factor"].iloc[0]
-    assert slacks(contact, factor, paths["SHAKEDOWN"][-1]).min() > -1e-9
-    late = paths["CYCLIC_SLIP"][-6:]
-    assert np.ptp(late, axis=0).max() > 0.05 and all(slacks(contact, factor, slip).min() < -1e-3 for slip in late)

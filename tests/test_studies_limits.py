@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from studies import limits, paper
-from studies.tables import data_folder
+from studies import limits
 
 pytestmark = pytest.mark.slow
 
@@ -20,10 +19,6 @@ def tables(quick):
     read = quick(limits.STUDY.tables)
     assert sorted(read) == sorted(table.name for table in TABLES.values())
     return {name: read[table.name] for name, table in TABLES.items()}
-
-
-def sine_system(elements):
-    return fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine").condense()
 
 
 @pytest.mark.parametrize("name", ["friction", "corner"])
@@ -64,51 +59,6 @@ def test_limit_at_the_bonded_ratio_hardly_depends_on_the_corner(tables):
     assert spread[0.543] < 1.06 < 1.4 < spread[0.2]
 
 
-def first_violation(system, friction, sense, factors):
-    """First load factor of a fine scan at which a bonded node breaks the cone, and at which one pulls."""
-    (q0, p0), (q1, p1) = system.bonded["P"], system.bonded["sigma"]
-    q, p = (mean + sense * factors[:, None] * rate for mean, rate in ((q0, q1), (p0, p1)))
-    slips, opens = (np.abs(q) > friction * p).any(axis=1), (p < 0).any(axis=1)
-    return tuple(factors[np.argmax(flags)] if flags.any() else np.inf for flags in (slips, opens))
-
-
-def test_onset_is_where_the_bonded_reactions_leave_the_cone(tables):
-    factors = np.linspace(0, 25, 25001)
-    step = factors[1]
-    for elements, rows in tables["friction"].groupby("elements"):
-        system = sine_system(elements)
-        for row in rows.itertuples():
-            for name, sense in (("plus", 1), ("minus", -1)):
-                slip, separation = first_violation(system, row.friction, sense, factors)
-                assert slip - step <= getattr(row, f"slip_{name}") <= slip
-                assert separation - step <= getattr(row, f"separation_{name}") <= separation
-
-
-def test_mean_load_slips_below_its_demand_for_friction_only(tables):
-    table = tables["friction"]
-    assert ((table["mean_slips"] > 0) == (table["friction"] < table["mean_demand"])).all()
-    assert table["mean_slips"].gt(0).any() and table["mean_slips"].eq(0).any()
-    assert ((table["slip_plus"] == 0) == (table["mean_slips"] > 0)).all()
-    assert table["mean_opens"].eq(0).all()
-
-
-def test_margin_lies_above_the_chord(tables):
-    """The best margin is concave in the load factor and not negative at the limit."""
-    table = tables["friction"]
-    rows = table[table["elements"] == limits.QUICK.elements[0]]
-    system = sine_system(limits.QUICK.elements[0])
-    for row in rows.itertuples():
-        unloaded = fo.safe_slip(system, paper.LOADS, row.friction, 0.0).margin
-        chord = (1 - limits.QUICK.margin_share) * unloaded
-        assert chord - 1e-9 <= row.margin < unloaded
-
-
-def test_reactions_obey_the_friction_bound(tables):
-    table = tables["reactions"]
-    assert (table["q"].abs() <= table["friction"] * table["p"] * (1 + 1e-9)).all()
-    assert np.allclose(table["ratio"], table["q"] / (table["friction"] * table["p"]), rtol=1e-12)
-
-
 def test_limiting_nodes_sit_on_their_bound(tables):
     for _, rows in tables["reactions"].groupby("friction"):
         assert rows["share"].sum() == pytest.approx(1, abs=1e-6)
@@ -138,8 +88,3 @@ def test_tables_say_where_they_come_from(tables):
         assert tuple(origin["parameters"]["frictions"]) == limits.QUICK.frictions
         assert list(origin["columns"]) == list(table.columns)
         assert origin["seconds"] > 0
-
-
-def test_full_study_covers_what_the_quick_one_does():
-    assert set(limits.FULL.frictions) >= set(limits.QUICK.frictions) and max(limits.FULL.frictions) == 3
-    assert data_folder(True) == data_folder(False) / "quick"

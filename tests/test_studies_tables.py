@@ -107,17 +107,6 @@ def test_other_columns_or_a_spoilt_file_ask_for_a_new_table(counted, tmp_path):
     assert len(table.load(Count(), tmp_path)) == 3 and len(calls) == 2
 
 
-def test_failed_write_leaves_the_old_table(counted, tmp_path):
-    table, _ = counted
-    table.make(Count(), tmp_path)
-    before = table.path(tmp_path).read_bytes()
-    unwritable = replace(table, compute=lambda _: pd.DataFrame({"square": [1, "one"]}))
-    with pytest.raises((ValueError, TypeError)):
-        unwritable.make(Count(), tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["squares.parquet"]
-    assert table.path(tmp_path).read_bytes() == before
-
-
 def test_interrupted_write_leaves_the_old_table(counted, tmp_path, monkeypatch):
     table, _ = counted
     table.make(Count(), tmp_path)
