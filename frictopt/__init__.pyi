@@ -80,13 +80,8 @@ from .limits import (
 )
 from .plots import plot_study
 from .spatial import (
-    Body3D,
-    BodyForce3D,
-    ContactModel3D,
     SafeSlip3D,
     ShakedownLimit3D,
-    Support3D,
-    Traction3D,
 )
 from .transients import (
     ComplementarityProblem,
@@ -111,15 +106,12 @@ __version__: str
 __all__ = [
     "Attempt",
     "Body",
-    "Body3D",
     "BodyFields",
     "BodyForce",
-    "BodyForce3D",
     "Centrifugal",
     "ComplementarityProblem",
     "Contact",
     "ContactModel",
-    "ContactModel3D",
     "ContactState",
     "ContactSystem",
     "DamagedRows",
@@ -168,9 +160,7 @@ __all__ = [
     "SteadyState3D",
     "StoreError",
     "Support",
-    "Support3D",
     "Traction",
-    "Traction3D",
     "Trajectory",
     "Trajectory3D",
     "Verdict",

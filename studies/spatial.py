@@ -183,18 +183,18 @@ def _proof(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> di
     return {"result": "answer", "load_factor": limit.load_factor, "gap": gap, "seconds": seconds, "residual": limit.residual}
 
 
-def _uneven(model: fo.ContactModel3D) -> fo.ContactModel3D:
+def _uneven(model: fo.ContactModel) -> fo.ContactModel:
     """The model with the nodes of its face moved towards the edges: along each side the element there is a tenth or less of that in the middle."""
 
     def moved(x: Any) -> Any:
         return np.where(np.abs(x) < 1, np.sign(x) * (1 - (1 - np.abs(x)) ** 2), x)
 
-    def with_moved(body: fo.Body3D) -> fo.Body3D:
+    def with_moved(body: fo.Body) -> fo.Body:
         p, mesh = body.mesh.p.copy(), body.mesh
         p[:2] = moved(p[:2])
-        return fo.Body3D(type(mesh)(p, mesh.t).with_boundaries(dict(mesh.boundaries)), body.material, body.element)
+        return fo.Body(type(mesh)(p, mesh.t).with_boundaries(dict(mesh.boundaries)), body.material, body.element)
 
-    return fo.ContactModel3D({name: with_moved(body) for name, body in model.bodies.items()}, model.supports, model.loads)
+    return fo.ContactModel({name: with_moved(body) for name, body in model.bodies.items()}, model.supports, model.loads)
 
 
 def _report(tables: Mapping[str, pd.DataFrame]) -> str:

@@ -6,6 +6,7 @@ from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
 from frictopt.contact.parts import joined
+from frictopt.fem.elasticity import body_stiffness
 
 CORNERS = ({"a": 1.0}, {"a": -1.0}, {"b": 0.7, "c": 0.2})
 
@@ -62,10 +63,10 @@ def strip(thickness):
         forces = {}
         for case, (body, boundary, (x, z)) in LOADS.items():
             mesh_with = mesh.with_boundaries(faces)
-            force = fo.Body3D(mesh_with).force(fo.Traction3D(body, boundary, x=x, z=z)) if body == name else np.zeros((3, nodes))
+            force = fo.Traction(body, boundary, x=x, z=z)._forces(fo.Body(mesh_with), "space") if body == name else np.zeros((3, nodes))
             forces[case] = T.T @ force.ravel()
         count = len(front)
-        merged.append((T.T @ fo.Body3D(mesh, materials[name]).stiffness() @ T, forces))
+        merged.append((T.T @ body_stiffness(mesh, materials[name], kinematics="space") @ T, forces))
         points.append(mesh.p[:, front].T)
         unknowns.append(first + np.arange(count)[:, None] + count * np.arange(3))
         first += 3 * count

@@ -28,25 +28,21 @@ def box(kind, x0, x1, y0, y1, across, up=3):
     return kind.init_tensor(*steps).with_boundaries(named)
 
 
-def parts(kind):
-    """The classes of a model, in the plane or in space: body, support, traction, model."""
-    if kind in (MeshHex, MeshTet):
-        return fo.Body3D, fo.Support3D, fo.Traction3D, fo.ContactModel3D
-    return fo.Body, fo.Support, fo.Traction, fo.ContactModel
-
-
 def shims(kind, plate=4, material=None, up=3, contacts=None, **more):
     """Two shims side by side between two plates, free to strain, under P across the plates and S along them."""
-    Body, Support, Traction, Model = parts(kind)
     meshes = {name: box(kind, *sizes, 2, up) for name, sizes in SHIMS.items()} | {
         name: box(kind, *sizes[:2], *sizes[2:], plate) for name, sizes in PLATES.items()
     }
-    bodies = {name: Body(mesh, material or fo.Material(2.0, 0.3)) for name, mesh in meshes.items()}
-    supports = [Support("below", "y0", "y"), Support("below", "x0", "x"), *([Support("below", "z0", "z")] if kind in (MeshHex, MeshTet) else [])]
+    bodies = {name: fo.Body(mesh, material or fo.Material(2.0, 0.3)) for name, mesh in meshes.items()}
+    supports = [
+        fo.Support("below", "y0", "y"),
+        fo.Support("below", "x0", "x"),
+        *([fo.Support("below", "z0", "z")] if kind in (MeshHex, MeshTet) else []),
+    ]
     squeeze = [(body, side, sign) for body in bodies for side, sign in (("x0", 1.0), ("x1", -1.0)) if side in outer(body)]
-    loads = {"P": [Traction("above", "y1", y=-1.0)], "S": [Traction(body, side, x=sign) for body, side, sign in squeeze]}
+    loads = {"P": [fo.Traction("above", "y1", y=-1.0)], "S": [fo.Traction(body, side, x=sign) for body, side, sign in squeeze]}
     joints = contacts or [fo.Contact(*joint, name=f"{joint[0]} {joint[1]}") for joint in JOINTS]
-    return Model(bodies, supports, {**loads, **more}, joints)
+    return fo.ContactModel(bodies, supports, {**loads, **more}, joints)
 
 
 def outer(body):
@@ -105,7 +101,7 @@ def test_shims_side_by_side_against_multipliers(kind, up):
     below = bases["below"]
     held = [below.nodal_dofs[axis, np.isclose(below.mesh.p[axis], at)] for axis, at in ((1, -0.5), (0, 0.0), (2, 0.0)) if axis < d]
     held = first["below"] + np.concatenate(held)
-    force = fo.BodyForce("above", 0.5, -3.0) if d == 2 else fo.BodyForce3D("above", 0.5, -3.0)
+    force = fo.BodyForce("above", 0.5, -3.0)
     weight = np.zeros(len(K))
     value = LinearForm(lambda v, w: 0.5 * v[0] - 3.0 * v[1]).assemble(bases["above"])
     weight[first["above"] :][: len(value)] = value
@@ -127,7 +123,9 @@ def widths(body, point, h):
     if len(point) == 2:
         share = [h if i == 0 else h / 2 for i in range(len(places))]
     else:
-        share = [body.force(fo.Traction3D("left", "x1", x=1.0))[0, np.linalg.norm(body.mesh.p.T - place, axis=1).argmin()] for place in places]
+        share = [
+            fo.Traction("left", "x1", x=1.0)._forces(body, "space")[0, np.linalg.norm(body.mesh.p.T - place, axis=1).argmin()] for place in places
+        ]
     return {tuple(place): width for place, width in zip(places, share, strict=True)}
 
 

@@ -18,12 +18,12 @@ BELOW = {
     "contact": {"errors"},
     "reference": {"errors", "contact"},
     "fem": _BASE,
-    "scenes": _BASE | {"fem", "spatial"},
+    "scenes": _BASE | {"fem"},
     "solve": _BASE,
     "limits": _BASE | {"solve"},
     "transients": _BASE | {"solve"},
     "campaign": _BASE | {"solve", "limits", "transients"},
-    "spatial": _BASE | {"fem", "solve"},
+    "spatial": _BASE | {"solve"},
     "plots": _BASE | {"fem", "limits", "transients", "campaign", "spatial", "scenes"},
 }
 ALLOWED = {  # libraries beyond the standard one, by layer
@@ -36,7 +36,7 @@ ALLOWED = {  # libraries beyond the standard one, by layer
     "limits": {"numpy", "scipy", "cvxpy", "pandas"},
     "transients": {"numpy", "scipy", "cvxpy", "pandas", "numba", "lazy_loader"},
     "campaign": {"numpy", "pandas", "threadpoolctl"},
-    "spatial": {"numpy", "scipy", "cvxpy", "pandas", "skfem", "lazy_loader"},
+    "spatial": {"numpy", "scipy", "cvxpy", "pandas", "lazy_loader"},
     "plots": {"numpy", "matplotlib", "mpl_toolkits"},  # the last one comes with matplotlib
 }
 FILES = sorted(PACKAGE.rglob("*.py"))

@@ -34,8 +34,8 @@ def cubes(E):
     x = [0.0, 1.0]
     named = {"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] == -1}
     upper, lower = (MeshHex.init_tensor(x, x, z).with_boundaries(named) for z in ([0.0, 1.0], [-1.0, 0.0]))
-    bodies = {"punch": fo.Body3D(upper, fo.Material(E)), "block": fo.Body3D(lower)}
-    return fo.ContactModel3D(bodies, [fo.Support3D("block", "bottom")], {"W": [fo.BodyForce3D("punch", z=-1.0)]})
+    bodies = {"punch": fo.Body(upper, fo.Material(E)), "block": fo.Body(lower)}
+    return fo.ContactModel(bodies, [fo.Support("block", "bottom")], {"W": [fo.BodyForce("punch", z=-1.0)]})
 
 
 def test_moduli_in_two_units():
@@ -80,6 +80,6 @@ def test_words_for_what_is_nearly_right():
     bare = MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0])
     with pytest.raises(fo.ModelError, match="a Contact takes the boundary 'contact' of both bodies unless others are named"):
         fo.ContactModel({"one": fo.Body(bare), "two": fo.Body(bare)}, [], uniform_loads())
-    for body, mesh in ((fo.Body, MeshTri2()), (fo.Body, MeshQuad2()), (fo.Body3D, MeshTet2())):
+    for body, mesh in ((fo.Body, MeshTri2()), (fo.Body, MeshQuad2()), (fo.Body, MeshTet2())):
         with pytest.raises(fo.ModelError, match=r"its elements are quadratic: mesh with linear ones \(gmsh: Mesh.ElementOrder = 1\)"):
             body(mesh)

@@ -98,8 +98,7 @@ def test_random_boxes_touch_where_their_faces_overlap(seed, kind, apart):
     lower = kind.init_tensor(*cuts[d - 1 :], np.array([-1.0, 0.0]))
     turn = np.linalg.qr(rng.normal(size=(d, d)))[0]
     turn[0] *= np.linalg.det(turn)
-    body = fo.Body if d == 2 else fo.Body3D
-    bodies = {name: body(kind(turn @ mesh.p, mesh.t)) for name, mesh in (("upper", upper), ("lower", lower))}
+    bodies = {name: fo.Body(kind(turn @ mesh.p, mesh.t)) for name, mesh in (("upper", upper), ("lower", lower))}
     overlaps = all(min(a[1], b[1]) > max(a[0], b[0]) for a, b in zip(spans[: d - 1], spans[d - 1 :], strict=True))
     if overlaps and not apart:
         with pytest.raises(fo.ModelError, match="bodies 'upper' and 'lower' touch"):
@@ -121,11 +120,11 @@ def test_a_forgotten_face_in_space(kind):
     )
     block = kind.init_tensor(x, y, np.array([-1.0, 0.0])).with_boundaries({"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] == -1})
     rest = (
-        {"pad": fo.Body3D(pad), "block": fo.Body3D(block)},
-        [fo.Support3D("block", "bottom")],
-        {"P": [fo.Traction3D("pad", "top", z=-1.0)]},
+        {"pad": fo.Body(pad), "block": fo.Body(block)},
+        [fo.Support("block", "bottom")],
+        {"P": [fo.Traction("pad", "top", z=-1.0)]},
     )
-    assert fo.ContactModel3D(*rest).condense().nodes == 10
+    assert fo.ContactModel(*rest).condense().nodes == 10
     for boundary, x in (("left", "[23]"), ("right", "[01]")):
         with pytest.raises(fo.ModelError, match=rf"'pad' and 'block' touch around \({x}\.\d+, 0\.\d+, 0\)"):
-            fo.ContactModel3D(*rest, [fo.Contact("pad", "block", boundary)])
+            fo.ContactModel(*rest, [fo.Contact("pad", "block", boundary)])

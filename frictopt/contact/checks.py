@@ -29,6 +29,7 @@ __all__ = [
     "frozen",
     "listed",
     "listed_parts",
+    "place",
     "real_array",
     "shown",
     "whole_array",
@@ -219,6 +220,11 @@ def whole_array(name: str, values: Any, shape: tuple[int | None, ...], *, least:
         where = tuple(int(i) for i in np.argwhere(~fits)[0])
         raise ModelError(f"{name}: {numbers[where]:g} at index {where if len(where) > 1 else where[0]}; give integers from {least} to {most}")
     return numbers.astype(np.intp)
+
+
+def place(point: Array) -> str:
+    """A point as a text for messages."""
+    return "(" + ", ".join(f"{value:g}" for value in point) + ")"
 
 
 def shown(value: Any) -> str:

@@ -6,20 +6,16 @@ from collections.abc import Callable, Mapping
 from functools import wraps
 from importlib import import_module
 from inspect import signature
-from typing import Any, TypeVar
-
-import numpy as np
+from typing import Any
 
 from ..errors import ModelError, ModelWarning
 from .checks import finite_number, real_array
 from .system import ContactSystem
 
-__all__ = ["answered_by_axes", "answered_by_kind"]
+__all__ = ["answered_by_kind"]
 
 _OURS = "frictopt."  # rooms of the package, whose own questions are not the user's
 _ROUGH = 5.0  # largest coefficient of friction that is passed without a word: of dry metals it is 0.1 to 1.5, of rubber up to 4
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 _ANSWERS = {  # public question -> file of the function of that name for three dimensions
     "march": "transients.stepped.march",
@@ -67,24 +63,6 @@ def _warn_of_odd_numbers(given: Mapping[str, Any]) -> None:
         warnings.warn(f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent", ModelWarning, stacklevel=3)
     if load_factor == 0:
         warnings.warn("load_factor: 0; the corners of the cycle carry no load then, only the mean load acts", ModelWarning, stacklevel=3)
-
-
-def answered_by_axes(plane: F) -> F:
-    """A public function of points in the plane: with points in space it goes to the function of its name in the room for three dimensions."""
-
-    @wraps(plane)
-    def asked(*args: Any, **kwargs: Any) -> Any:
-        points: Any = signature(plane).bind_partial(*args, **kwargs).arguments.get("points")
-        try:
-            in_space = np.shape(points)[1:] == (3,)
-        except (TypeError, ValueError):  # no array at all
-            in_space = False
-        if not in_space:
-            return plane(*args, **kwargs)
-        own = getattr(import_module(f"frictopt.spatial.{plane.__name__}"), plane.__name__)
-        return _handed_over(own, f"{plane.__name__} in three dimensions", args, kwargs)
-
-    return asked  # type: ignore[return-value]
 
 
 def _handed_over(own: Callable[..., Any], title: str, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> Any:

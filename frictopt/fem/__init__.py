@@ -1,10 +1,10 @@
 """Finite-element models of a contact, condensed to its interface."""
 
-from .bodies import Body, Support, Traction
+from .bodies import Body, Support
 from .condense import condense
 from .contacts import Contact, Interference
 from .elasticity import Material
-from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
+from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
 from .matrices import MatrixJob, read_abaqus, read_calculix, read_mesh
 from .model import ContactModel
 from .recovery import BodyFields

@@ -1,26 +1,25 @@
 """The bodies of a model in one numbering: stiffness, loads, supports and pairs of nodes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, identity, vstack
 
-from ..contact.checks import Array
+from ..contact.checks import Array, place, shown
+from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
-from .bodies import Body, Traction
+from .bodies import Body, Support
 from .contacts import Contact, Interference, Joint, joined
 from .corners import shares
-from .elasticity import Kinematics, body_stiffness, circumference
-from .frames import place, plane_frames
+from .elasticity import Kinematics, body_stiffness
+from .forms import values_at
+from .frames import frames_of
 from .given import held_nodes, same_point
 from .interface import Interface, openings
-from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
-from .numbering import NumberedBodies
+from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
 from .ordering import Integers
-from .recovery import Recovery
 from .touching import check_touching
 
 __all__ = ["LOADS", "Assembly", "Load"]
@@ -29,18 +28,46 @@ LOADS = (Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, In
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference
 
 
-@dataclass(frozen=True, eq=False)
-class Assembly(NumberedBodies[Body]):
-    """The parts of a `ContactModel`, all nodes counted body after body."""
+class Assembly:
+    """The parts of a `ContactModel`; all nodes are counted body after body, of each body all x displacements come first, then all y, and so on.
 
-    loads: Mapping[str, Sequence[Load]]
-    contacts: Sequence[Contact]
-    kinematics: Kinematics
+    Raises
+    ------
+    ModelError
+        See `ContactModel`.
 
-    @cached_property
-    def recovery(self) -> Recovery:
-        """The factorisation that gives displacements back."""
-        return Recovery(self.stiffness, self.interface, self.free_rows, self.points)
+    Attributes
+    ----------
+    points, rows, free_rows
+        (nodes, d) coordinates and unknowns of all nodes, and unknowns with -1 where they are held.
+    first_node
+        Name of a body -> number of its first node.
+    contact, gap, width
+        (N,) number of the contact, initial gap, and tributary length (axisymmetric and in space area) of the pairs.
+    names, coarser
+        Name of each contact, and mean length of its edges of body 1 over that of the edges of body 2 that face them.
+    interface, sides
+        The N pairs, of which a corner of several contacts is in so many as move independently; (N, nodes) matrices of the nodes of body 1, and of the
+        places of body 2, that they lie at.
+    """
+
+    def __init__(self, bodies: Mapping[str, Body], supports: Sequence[Support], contacts: Sequence[Contact], kinematics: Kinematics) -> None:
+        self.bodies, self.kinematics = bodies, kinematics
+        meshes = [body.mesh for body in bodies.values()]
+        first = np.cumsum([0, *(mesh.p.shape[1] for mesh in meshes)]).tolist()
+        self.first_node = dict(zip(bodies, first, strict=False))
+        self.points = np.concatenate([mesh.p.T for mesh in meshes])
+        own = [np.arange(mesh.p.size).reshape(mesh.p.shape).T for mesh in meshes]
+        self.rows: Integers = np.concatenate([len(mesh.p) * start + rows for start, mesh, rows in zip(first, meshes, own, strict=False)])
+        joints = self._joints(contacts)
+        self.free_rows = self.rows.copy()
+        if kinematics == "axisymmetric":
+            self.free_rows[self.points[:, 0] == 0, 0] = -1
+        for support in supports:
+            nodes = self.nodes("supports", support)
+            for axis in self.axes("supports", support.body, support.directions):
+                self.free_rows[nodes, axis] = -1
+        self._pair(contacts, joints)
 
     @cached_property
     def stiffness(self) -> csr_matrix:
@@ -48,140 +75,106 @@ class Assembly(NumberedBodies[Body]):
         parts = [body_stiffness(body.mesh, body.material, body.element, self.kinematics) for body in self.bodies.values()]
         return csr_matrix(block_diag(parts, format="csr"))
 
-    @cached_property
-    def free_rows(self) -> Integers:
-        """(nodes, 2) unknowns of all nodes, -1 where they are held."""
-        return np.where(np.isin(self.rows, self.held()), -1, self.rows)
+    def body(self, argument: str, name: str) -> Body:
+        """The body of that name."""
+        if name not in self.bodies:
+            raise ModelError(f"{argument}: body {name!r} is unknown; this model has {sorted(self.bodies)}")
+        return self.bodies[name]
 
-    @cached_property
-    def interface(self) -> Interface:
-        """The N pairs; a corner of several contacts is in so many of them as move independently."""
-        kept, means = self._shares
-        frames = plane_frames(np.concatenate([joint.face.normals for joint in self.joints])[kept])
-        nodes, projection = self._sides
-        return Interface(nodes[kept], csr_matrix(means @ openings(nodes, projection)), frames, held_nodes(self.free_rows))
+    def axes(self, argument: str, name: str, directions: str | None) -> list[int]:
+        """Numbers of some directions of a body, None: of all."""
+        d = self.points.shape[1]
+        if directions is not None and "z" in directions and d == 2:
+            raise ModelError(f"{argument}: directions {shown(directions)} of body {name!r}, which is plane; give x and y alone")
+        return list(range(d)) if directions is None else ["xyz".index(direction) for direction in directions]
 
-    @cached_property
-    def sides(self) -> tuple[csr_matrix, csr_matrix]:
-        """(N, nodes) matrices of the nodes of body 1, and of the places of body 2, that the pairs lie at."""
-        (nodes, projection), (kept, _) = self._sides, self._shares
-        return identity(len(self.points), format="csr")[nodes[kept]], projection[kept]
+    def nodes(self, argument: str, part: Support | Displacement) -> Integers:
+        """Nodes that a support holds, or a displacement moves."""
+        body, where = self.body(argument, part.body), part.where
+        if isinstance(where, str):
+            return np.asarray(self.first_node[part.body] + body.boundary_nodes(where, f"support of body {part.body!r}"))
+        if len(where) != len(body.mesh.p):
+            raise ModelError(f"where: {where}; give the {len(body.mesh.p)} coordinates of a node of body {part.body!r}")
+        distance = np.linalg.norm(body.mesh.p - np.array(where)[:, None], axis=0)
+        if distance.min() > SAME_POINT * np.ptp(body.mesh.p):
+            nearest = tuple(float(value) for value in body.mesh.p[:, distance.argmin()])
+            raise ModelError(f"support of body {part.body!r}: no node at {where}; the nearest is at {nearest}")
+        return np.array([self.first_node[part.body] + distance.argmin()])
 
-    @cached_property
-    def contact(self) -> Integers:
-        """(N,) number of the contact of each pair."""
-        return np.repeat(np.arange(len(self.joints)), [len(joint.face.nodes) for joint in self.joints])[self._shares[0]]
+    def _joints(self, contacts: Sequence[Contact]) -> list[Joint]:
+        """The joined nodes of each contact; none is forgotten."""
+        self.names = [str(contact.name) for contact in contacts]
+        if again := [name for i, name in enumerate(self.names) if name in self.names[:i]]:
+            raise ModelError(f"contacts: two are called {again[0]!r}; give each a name")
+        joints, touched = [], dict[tuple[str, str], list[Integers]]()
+        for contact in contacts:
+            for name in (contact.body_1, contact.body_2):
+                if owners := [owner for owner, body in self.bodies.items() if name not in self.bodies and name in (body.mesh.boundaries or {})]:
+                    raise ModelError(
+                        f"contacts: body {name!r} is unknown, but it is a boundary of {owners[0]!r}; the order is "
+                        "Contact(body_1, body_2, boundary_1, boundary_2)"
+                    )
+            one, two = self.body("contacts", contact.body_1), self.body("contacts", contact.body_2)
+            joints.append(joined(contact, one, two, self.kinematics))
+            touched.setdefault((contact.body_1, contact.body_2), []).append(joints[-1].nodes)
+            touched.setdefault((contact.body_2, contact.body_1), []).append(joints[-1].projection.indices)
+        check_touching(self.bodies, touched)
+        self.coarser = [joint.coarser for joint in joints]
+        return joints
 
-    @cached_property
-    def gap(self) -> Array:
-        """(N,) initial gap."""
-        return np.asarray(self._shares[1] @ np.concatenate([joint.gap for joint in self.joints]))
-
-    @cached_property
-    def _sides(self) -> tuple[Integers, csr_matrix]:
-        """All nodes of body 1 on the contacts, one contact after the other, and the places of body 2 that face them."""
+    def _pair(self, contacts: Sequence[Contact], joints: Sequence[Joint]) -> None:
+        """Make the pairs of all contacts, one contact after the other."""
         nodes, places = [], []
-        for contact, joint in zip(self.contacts, self.joints, strict=True):
-            nodes.append(self.first_node[contact.body_1] + joint.face.nodes)
-            places.append(self._widened(contact.body_2, joint.projection, len(self.points)))
-        return np.concatenate(nodes), csr_matrix(vstack(places))
-
-    @cached_property
-    def _shares(self) -> tuple[Integers, csr_matrix]:
-        """Which of these are the N pairs, and the means of the relative motions that they stand for."""
-        (nodes, projection), near = self._sides, same_point(self.points)
-        links = projection.tocoo()
-        lie = np.linalg.norm(self.points[links.col] - self.points[nodes[links.row]], axis=1) <= near
-        others = np.full(len(nodes), -1)
+        for contact, joint in zip(contacts, joints, strict=True):
+            nodes.append(self.first_node[contact.body_1] + joint.nodes)
+            start, P = self.first_node[contact.body_2], joint.projection
+            places.append(csr_matrix((P.data, start + P.indices, P.indptr), shape=(len(joint.nodes), len(self.points))))
+        ones, projection = np.concatenate(nodes), csr_matrix(vstack(places))
+        number = np.repeat(np.arange(len(joints)), [len(joint.nodes) for joint in joints])
+        normals, widths, gap = (np.concatenate([getattr(joint, name) for joint in joints]) for name in ("normals", "widths", "gap"))
+        links, near, others = projection.tocoo(), same_point(self.points), np.full(len(ones), -1)
+        lie = np.linalg.norm(self.points[links.col] - self.points[ones[links.row]], axis=1) <= near
         others[links.row[lie]] = links.col[lie]
-        number = np.repeat(np.arange(len(self.joints)), [len(joint.face.nodes) for joint in self.joints])
-        return shares(self.contacts, number, nodes, others, self.points[nodes], self._widths, near)
+        kept, means = shares(contacts, number, ones, others, self.points[ones], widths, near)
+        opening = csr_matrix(means @ openings(ones, projection))
+        self.interface = Interface(ones[kept], opening, frames_of(normals[kept]), held_nodes(self.free_rows))
+        self.sides = identity(len(self.points), format="csr")[ones[kept]], projection[kept]
+        self.contact, self.gap, self.width = number[kept], np.asarray(means @ gap), np.asarray((means > 0) @ widths)
 
-    @cached_property
-    def _widths(self) -> Array:
-        return np.concatenate([joint.face.widths(circumference(joint.face.points[:, 0], self.kinematics)) for joint in self.joints])
-
-    def modulus(self, name: str) -> float:
-        """Modulus of a body for its part of E*."""
-        material = self.bodies[name].material
-        return material.E if self.kinematics == "plane_stress" else material.plane_modulus
-
-    @cached_property
-    def joints(self) -> list[Joint]:
-        """The joined nodes of each contact."""
-        return [joined(contact, *self.bodies_of(contact), self.kinematics) for contact in self.contacts]
-
-    def _widened(self, name: str, projection: csr_matrix, nodes: int) -> csr_matrix:
-        """A projection with the columns of all nodes, from one with those of a body."""
-        return csr_matrix((projection.data, self.first_node[name] + projection.indices, projection.indptr), shape=(projection.shape[0], nodes))
-
-    def force(self, case: str) -> Array:
-        """Nodal forces of a load case on all unknowns, without those of moved supports."""
-        forces = np.zeros(sum(2 * body.mesh.p.shape[1] for body in self.bodies.values()))
-        for part in self.loads[case]:
-            if not isinstance(part, Interference | Displacement):
-                body = self.body(f"loads[{case!r}]", part.body)
-                if isinstance(part, Traction | Pressure):
-                    body.boundary_nodes(part.boundary, f"loads[{case!r}]")
-                forces[self.unknowns(part.body)] += part._forces(body, self.kinematics).T
-        return forces
-
-    def moved(self, case: str) -> Array:
-        """Displacements of all unknowns if a load case moves supports, and what is glued to them, and all else stays."""
-        moved = np.zeros(sum(2 * body.mesh.p.shape[1] for body in self.bodies.values()))
+    def case(self, argument: str, parts: Sequence[Load]) -> tuple[Array, Array, Array]:
+        """Nodal forces (size,), displacements of moved supports, and of what is glued to them, with all else at rest (size,), and overlaps (N,)."""
+        forces, moved, amounts = np.zeros(self.points.size), np.zeros(self.points.size), dict.fromkeys(self.names, 0.0)
         given = np.full(len(moved), False)
-        for part in self.loads[case]:
-            if isinstance(part, Displacement):
-                nodes = self.nodes(f"loads[{case!r}]", part)
-                for direction, values in part._values(self.bodies[part.body].mesh.p[:, nodes]).items():
-                    unknowns = self.unknowns(part.body)[nodes, "xy".index(direction)]
-                    if not np.isin(unknowns, self.held()).all():
-                        raise ModelError(f"loads[{case!r}]: {part} moves nodes in {direction} that no support holds; hold them by a Support")
-                    if (other := given[unknowns] & (moved[unknowns] != values)).any():
-                        at = place(self.bodies[part.body].mesh.p[:, nodes[other][0]])
-                        raise ModelError(
-                            f"loads[{case!r}]: {part} and another displacement move the node at {at} differently in {direction}; give one"
-                        )
-                    moved[unknowns], given[unknowns] = values, True
+        for part in parts:
+            if isinstance(part, Interference):
+                if part.contact not in amounts:
+                    raise ModelError(f"{argument}: contact {part.contact!r} is unknown; this model has {self.names}")
+                amounts[part.contact] += part.amount
+            elif isinstance(part, Displacement):
+                self._move(argument, part, moved, given)
+            else:
+                body = self.body(argument, part.body)
+                if isinstance(part, Traction | Pressure):
+                    body.boundary(part.boundary, argument)
+                first = self.points.shape[1] * self.first_node[part.body]
+                forces[first : first + body.mesh.p.size] += part._forces(body, self.kinematics).ravel()
         if moved.any():
             following, _, Q = self.interface.followers
             moved[self.rows[following]] = Q @ moved[self.rows]
-        return moved
+        return forces, moved, np.array(list(amounts.values()))[self.contact]
 
-    def load(self, case: str) -> Array:
-        """Nodal forces of a load case on all unknowns: those of moved supports stand for the displacements."""
-        moved = self.moved(case)
-        return self.force(case) - self.stiffness @ moved if moved.any() else self.force(case)
-
-    def overlap(self, case: str) -> Array:
-        """(N,) interference of a load case."""
-        amounts = dict.fromkeys([contact.name for contact in self.contacts], 0.0)
-        for part in self.loads[case]:
-            if isinstance(part, Interference):
-                if part.contact not in amounts:
-                    raise ModelError(f"loads[{case!r}]: contact {part.contact!r} is unknown; this model has {list(amounts)}")
-                amounts[part.contact] += part.amount
-        return np.array(list(amounts.values()))[self.contact]
-
-    def held(self) -> Integers:
-        """Unknowns that the supports hold, and the radial ones on the axis of axisymmetric bodies."""
-        held = super().held()
-        if self.kinematics != "axisymmetric":
-            return held
-        return np.unique(np.concatenate([held, *(self.unknowns(name)[body.mesh.p[0] == 0, 0] for name, body in self.bodies.items())]))
-
-    def check_contacts(self) -> None:
-        """Check the names of the contacts, and that none is forgotten."""
-        names = [contact.name for contact in self.contacts]
-        if again := [name for i, name in enumerate(names) if name in names[:i]]:
-            raise ModelError(f"contacts: two are called {again[0]!r}; give each a name")
-        joined: dict[tuple[str, str], list[Integers]] = {}
-        for contact, joint in zip(self.contacts, self.joints, strict=True):
-            joined.setdefault((contact.body_1, contact.body_2), []).append(joint.face.nodes)
-            joined.setdefault((contact.body_2, contact.body_1), []).append(joint.projection.indices)
-        check_touching(self.bodies, joined)
-
-    @property
-    def widths(self) -> Array:
-        """(N,) tributary lengths of the pairs; axisymmetric: areas."""
-        return np.asarray((self._shares[1] > 0) @ self._widths)
+    def _move(self, argument: str, part: Displacement, moved: Array, given: Array) -> None:
+        """Enter a displacement into those of all unknowns; `given` says which have one."""
+        nodes = self.nodes(argument, part)
+        for name in "xyz":
+            amount = getattr(part, name)
+            if amount is None:
+                continue
+            (axis,) = self.axes(argument, part.body, name)
+            unknowns, values = self.rows[nodes, axis], values_at(f"displacement {name}", amount, self.points[nodes].T)
+            if np.any(self.free_rows[nodes, axis] >= 0):
+                raise ModelError(f"{argument}: {part} moves nodes in {name} that no support holds; hold them by a Support")
+            if (other := (given[unknowns] > 0) & (moved[unknowns] != values)).any():
+                at = place(self.points[nodes[other][0]])
+                raise ModelError(f"{argument}: {part} and another displacement move the node at {at} differently in {name}; give one")
+            moved[unknowns], given[unknowns] = values, True

@@ -1,46 +1,52 @@
-"""The parts of a contact model: bodies, supports and tractions."""
+"""The parts of a contact model: bodies and supports."""
 
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
-from ..contact.checks import Array, check_text, choice, finite_number, shown
+from ..contact.checks import Array, check_text, choice, finite_numbers, shown
 from ..errors import ModelError
 from .elasticity import ELEMENT_NAMES, ELEMENTS, ElementName, Material
-from .forms import Amount, Kinematics, boundary_forces, checked_amount, values_at
-from .numbering import check_one_piece, linear_mesh, outline_facets
 from .ordering import Integers
 
-__all__ = ["Body", "Support", "Traction"]
+__all__ = ["Body", "Place", "Support", "check_kind", "checked_place"]
+
+Place = str | tuple[float, ...]
+"""Name of a boundary, or the coordinates of one node."""
 
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """One elastic body: a scikit-fem mesh (`MeshTri` or `MeshQuad`) with named boundaries, and its material.
+    """One elastic body: a scikit-fem mesh with named boundaries, and its material.
 
     Parameters
     ----------
     mesh
-        The mesh, lengths in any unit.
+        The mesh, lengths in any unit: `MeshTri` or `MeshQuad` in the plane, `MeshTet` or `MeshHex` in space.
     material
         Its material.
     element
-        "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5 (linear triangles always do).
+        "linear", or "mean_dilatation": quadrilaterals and hexahedra that do not lock as nu approaches 0.5 (linear triangles, tetrahedra always do).
 
     Raises
     ------
     ModelError
-        Elements that are not convex or have no area, elements other than linear triangles or quadrilaterals, or a mesh of several parts
-        that share no edge.
+        Elements that are not convex, turned inside out or without area or volume, others than these linear ones, a mesh of several parts that share
+        no edge (in space no face), nodes that belong to no element.
 
     Examples
     --------
-    >>> from skfem import MeshQuad
+    >>> from skfem import MeshHex, MeshQuad
     >>> import frictopt as fo
     >>> mesh = MeshQuad.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0]).with_boundaries({"contact": lambda x: x[1] == 0})
     >>> fo.Body(mesh, fo.Material(E=70e9, nu=0.33)).boundary_nodes("contact", "interface").size
     3
+    >>> mesh = MeshHex.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0], [0.0, 1.0]).with_boundaries({"contact": lambda x: x[2] == 0})
+    >>> fo.Body(mesh).boundary_nodes("contact", "interface").size
+    6
     """
 
     mesh: Any
@@ -49,15 +55,25 @@ class Body:
 
     def __post_init__(self) -> None:
         choice("element", self.element, ELEMENT_NAMES)
-        linear_mesh("mesh", self.mesh, ELEMENTS, "MeshTri or a MeshQuad")
+        check_kind(self.mesh)
         if not isinstance(self.material, Material):
             raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
         _check_elements(self.mesh)
-        check_one_piece(self.mesh)
+
+    def boundary(self, name: str, argument: str) -> Integers:
+        """Facets of the boundary of that name, which lie on the outline of the mesh; error messages call it `argument`."""
+        boundaries = self.mesh.boundaries or {}
+        if not isinstance(name, str) or name not in boundaries:
+            hint = "; a Contact takes the boundary 'contact' of both bodies unless others are named" if shown(name) == "'contact'" else ""
+            raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}{hint}")
+        facets = np.unique(boundaries[name])
+        if not len(facets) or np.any(self.mesh.f2t[1, facets] >= 0):
+            raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name facets of its outline")
+        return facets
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:
         """Nodes on the boundary of that name; error messages call it `argument`."""
-        return np.unique(self.mesh.facets[:, outline_facets(self.mesh, name, argument)])
+        return np.unique(self.mesh.facets[:, self.boundary(name, argument)])
 
 
 @dataclass(frozen=True)
@@ -69,9 +85,9 @@ class Support:
     body
         Name of the body in its model.
     where
-        Name of a boundary, or the coordinates (x, y) of one node.
+        Name of a boundary, or the coordinates (x, y), in space (x, y, z), of one node.
     directions
-        "x", "y" or "xy": the displacements that are zero.
+        The displacements that are zero: "x", "y", "z", or several of them, such as "xy"; None: all that the body has.
 
     Raises
     ------
@@ -88,63 +104,60 @@ class Support:
     """
 
     body: str
-    where: str | tuple[float, float]
-    directions: Literal["x", "y", "xy"] = "xy"
+    where: Place
+    directions: Literal["x", "y", "z", "xy", "xz", "yz", "xyz"] | None = None
 
     def __post_init__(self) -> None:
         check_text("body", self.body, "the name of a body of the model")
-        choice("directions", self.directions, ("x", "y", "xy"))
-        if not isinstance(self.where, str):
-            if not isinstance(self.where, tuple | list) or len(self.where) != 2:
-                raise ModelError(f"where: {shown(self.where)}; give the name of a boundary or one point (x, y)")
-            object.__setattr__(self, "where", tuple(finite_number("where", value) for value in self.where))
+        if self.directions is not None:
+            choice("directions", self.directions, ("x", "y", "z", "xy", "xz", "yz", "xyz"))
+        object.__setattr__(self, "where", checked_place(self.where))
 
 
-@dataclass(frozen=True)
-class Traction:
-    """Traction (x, y), force per area, on a named boundary of one body; each is a number or a function of x and y (arrays).
+def checked_place(where: Any) -> Place:
+    """Check the name of a boundary or the coordinates of a point."""
+    if isinstance(where, str):
+        return where
+    if not isinstance(where, tuple | list) or len(where) not in (2, 3):
+        raise ModelError(f"where: {shown(where)}; give the name of a boundary or one point (x, y), in space (x, y, z)")
+    return tuple(finite_numbers("where", where))
+
+
+def check_kind(mesh: Any) -> None:
+    """Check that a mesh has linear elements of a kind that bodies may have.
 
     Raises
     ------
     ModelError
-        A body or a boundary that is no text, tractions that are neither finite numbers nor functions.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> fo.Traction("punch", "top", y=-1e6)  # a pressure
-    Traction(body='punch', boundary='top', x=0.0, y=-1000000.0)
+        It does not.
     """
-
-    body: str
-    boundary: str
-    x: Amount = 0.0
-    y: Amount = 0.0
-
-    def __post_init__(self) -> None:
-        check_text("body", self.body, "the name of a body of the model")
-        check_text("boundary", self.boundary, "the name of a boundary of the mesh")
-        for name in ("x", "y"):
-            object.__setattr__(self, name, checked_amount(f"traction {name}", getattr(self, name)))
-
-    def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        """(2, nodes) nodal forces on the body, force per depth (axisymmetric: of the whole circumference)."""
-
-        def traction(x: Array, y: Array, _: Array) -> list[Array]:
-            return [values_at("traction x", self.x, x, y), values_at("traction y", self.y, x, y)]
-
-        return boundary_forces(body.mesh, self.boundary, traction, kinematics)
+    if type(mesh) not in ELEMENTS:
+        quadratic = hasattr(mesh, "doflocs") and type(mesh).__name__.endswith("2")
+        remedy = "; its elements are quadratic: mesh with linear ones (gmsh: Mesh.ElementOrder = 1)" if quadratic else " of straight-sided elements"
+        raise ModelError(f"mesh: a {type(mesh).__name__}; give a MeshTri, MeshQuad, MeshTet or MeshHex{remedy}")
 
 
 def _check_elements(mesh: Any) -> None:
-    """Check that all elements are convex and have area."""
+    """Check that all elements are convex and have a size, that they hang together by their facets, and that every node belongs to one."""
     if not np.isfinite(mesh.p).all():
         raise ModelError(f"mesh: node {int(np.argwhere(~np.isfinite(mesh.p))[0][1])} has coordinates that are not finite")
-    corners = mesh.p[:, mesh.t]
-    ahead, behind = np.roll(corners, -1, axis=1) - corners, corners - np.roll(corners, 1, axis=1)
-    turns = behind[0] * ahead[1] - behind[1] * ahead[0]
-    bad = ~((turns > 0).all(axis=0) | (turns < 0).all(axis=0))
+    area, edge = ("area", "edge") if mesh.dim() == 2 else ("volume", "face")
+    sizes = _sizes(mesh)
+    bad = ~((sizes > 0).all(axis=0) | (sizes < 0).all(axis=0))
     if bad.any():
         raise ModelError(
-            f"mesh: {int(bad.sum())} elements are not convex or have no area, the first is element {int(np.argmax(bad))}; repair the mesh"
+            f"mesh: {int(bad.sum())} elements are not convex or have no {area}, the first is element {int(np.argmax(bad))}; repair the mesh"
         )
+    inner, elements = mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1]
+    parts, _ = connected_components(coo_matrix((np.ones(inner.shape[1]), inner), shape=(elements, elements)), directed=False)
+    if parts != 1:
+        raise ModelError(f"mesh: {parts} parts that share no {edge}; give one connected body (merge nodes that coincide)")
+    if loose := mesh.p.shape[1] - len(np.unique(mesh.t)):
+        raise ModelError(f"mesh: {loose} nodes belong to no element; remove them")
+
+
+def _sizes(mesh: Any) -> Array:
+    """(corners, elements) signed area or volume of the elements as it is at each of their corners."""
+    corners, element = mesh.elem.refdom.p, ELEMENTS[type(mesh)]()
+    slopes = np.array([np.broadcast_to(element.lbasis(corners, i)[1], corners.shape) for i in range(len(mesh.t))])
+    return np.asarray(np.linalg.det(np.einsum("aie,ibk->keab", mesh.p[:, mesh.t], slopes)))

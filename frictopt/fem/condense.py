@@ -9,10 +9,9 @@ from scipy.sparse.csgraph import connected_components
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, checked_contact, checked_overlaps, finite_array
-from ..contact.dispatch import answered_by_axes
 from ..contact.tolerances import EQUILIBRIUM
 from ..errors import ModelError
-from .frames import check_course, check_sides, half_widths, plane_frames
+from .frames import check_course, check_sides, frames_of, half_widths
 from .given import (
     check_forgotten,
     checked_forces,
@@ -29,10 +28,9 @@ from .ordering import Integers, nested_dissection
 from .rigid import balanced, check_supports, free_motions, node_graph
 from .schur import Elimination
 
-__all__ = ["condense", "condensed", "eliminated", "plane_system", "reactions"]
+__all__ = ["condense", "condensed", "eliminated"]
 
 
-@answered_by_axes
 def condense(
     K: Any,
     loads: Mapping[str, Any],
@@ -49,10 +47,7 @@ def condense(
     width: Any = None,
     E_star: float | None = None,
 ) -> ContactSystem:
-    """Condense the stiffness matrix of any finite-element code to the contacts of its bodies, in the plane.
-
-    With points in space it makes a contact in space: pairs in any order, normals (N, 3), unknowns and points (nodes, 3). The tangents are x less its
-    part along the normal (y where the normal is nearly x), and normal times first tangent; contact, width and E_star are for the plane.
+    """Condense the stiffness matrix of any finite-element code to the contacts of its bodies, in the plane or in space.
 
     The stiffness is that of the separate bodies: nothing couples them yet. Pair i glues its node of body 1 to its node of body 2, but for the
     relative motion along the tangent, `v_i`, and along the normal, `w_i`, opening positive. The unknowns that remain are these. Theory, eq. (3).
@@ -60,20 +55,21 @@ def condense(
     Parameters
     ----------
     K
-        (n, n) sparse symmetric stiffness, force per length and depth.
+        (n, n) sparse symmetric stiffness, force per length; in the plane also per depth, as all forces.
     loads
-        Load case name -> (n,) nodal forces on the unknowns under the unit load, force per depth; may be empty if there is an interference.
+        Load case name -> (n,) nodal forces on the unknowns under the unit load; may be empty if there is an interference.
     pairs
-        (N, 2) nodes of body 1 and body 2, ordered along each contact in the direction of the tangent, one contact after the other: body 1 is on the
-        left of the way. With a `projection`: (N,) nodes of body 1.
+        (N, 2) nodes of body 1 and body 2; in the plane ordered along each contact in the direction of the tangent, one contact after the other: body
+        1 is on the left of the way. With a `projection`: (N,) nodes of body 1.
     normals
-        (N, 2) directions from body 2 into body 1, of any length; or one, (2,), for all. The tangent is the normal turned by -90 degrees: normal +y,
-        tangent +x.
+        (N, d) directions from body 2 into body 1, of any length; or one, (d,), for all. In the plane the tangent is the normal turned by -90 degrees:
+        normal +y, tangent +x. In space the first tangent is x less its part along the normal (y where the normal is nearly x), the second one is
+        normal times first tangent: normal z has the tangents x and y.
     unknowns
-        (nodes, 2) rows of K that are the displacements of each node in x and in y, -1 where K has none because the displacement is held at zero, -2
+        (nodes, d) rows of K that are the displacements of each node in x, y (and z), -1 where K has none because the displacement is held at zero, -2
         where it has none because the displacement follows others, by an equation that K contains; a node of a contact must not.
     points
-        (nodes, 2) coordinates, length.
+        (nodes, d) coordinates, length; d = 2 in the plane, 3 in space.
     held
         Rows of K whose displacements are zero.
     projection
@@ -87,22 +83,22 @@ def condense(
     contact
         (N,) names of the contact that each pair belongs to; None: one contact, "contact".
     width
-        (N,) tributary lengths; None: half the distances to the neighbours on the same contact.
+        (N,) tributary lengths, in space areas; None: in the plane half the distances to the neighbours on the same contact, in space not known.
     E_star
         Contact modulus, see `ContactSystem`.
 
     Returns
     -------
     ContactSystem
-        The contact. `x` is the arc length, contact after contact. It begins at the first node's coordinate along its tangent: a straight contact
-        parallel to x has the coordinates x. Each further contact begins one spacing after the end of the one before.
+        The contact. In the plane `x` is the coordinate along the tangent if all contacts lie on one straight line, else the arc length, contact
+        after contact: it begins at the first node's coordinate along its tangent, each further contact one spacing after the end of the one before.
 
     Raises
     ------
     ModelError
-        K not symmetric, rows of K that no node has, nodes that K does not have, pairs out of order, normals that flip or point out of body 1, pairs
-        that do not coincide or whose relative motion follows from other pairs or supports, nodes of the two bodies that lie on each other next to
-        the contact in no pair, negative gaps, bodies that neither supports nor contacts hold, a matrix that cannot be eliminated accurately.
+        K not symmetric, rows of K that no node has, nodes that K does not have, pairs of the plane out of order, normals that flip or point out of
+        body 1, pairs that do not coincide or whose relative motion follows from other pairs or supports, nodes of two bodies that lie on each other
+        next to the contact in no pair, negative gaps, bodies that neither supports nor contacts hold, a matrix that cannot be eliminated accurately.
 
     Examples
     --------
@@ -127,100 +123,75 @@ def condense(
     [1.0, 1.0]
     """
     K = checked_stiffness(K)
-    where = finite_array("points", points, (None, 2))
+    where = finite_array("points", points, (None, None))
+    d = where.shape[1]
+    if d not in (2, 3):
+        raise ModelError(f"points: shape {where.shape}; give (nodes, 2) in the plane or (nodes, 3) in space")
     rows = checked_rows(unknowns, held, where.shape, K.shape[0])
     nodes, P = checked_pairs(pairs, projection, rows, where)
-    n = len(nodes)
+    n, x = len(nodes), where[nodes]
     names = checked_contact("contact", ["contact"] * n if contact is None else contact, n).tolist()
-    x = where[nodes]
-    frames = plane_frames(checked_normals(normals, x.shape))
-    apart = checked_gap(gap, x, x - P @ where, frames[:, 1], same_point(where))
+    frames = frames_of(checked_normals(normals, x.shape))
+    apart = checked_gap(gap, x, x - P @ where, frames[:, -1], same_point(where))
     F = checked_forces(loads, K.shape[0])
     overlaps = checked_overlaps("interference", {} if interference is None else interference, n)
-    check_course(x, frames, names)
+    if d == 2:
+        check_course(x, frames, names)
+        width = half_widths(x, names) if width is None else width
     interface, graph = Interface(nodes, openings(nodes, P), frames, held_nodes(rows)), node_graph(K, rows)
     check_forgotten(graph, interface, rows, where)
-    return plane_system(
-        *reactions(K, F, overlaps, interface, rows, where, graph, names),
-        interface,
-        points=x,
-        gap=apart,
-        contact=names,
-        width=half_widths(x, names) if width is None else width,
-        E_star=E_star,
-    )
+    S, bonded = condensed(K, F, overlaps, interface, rows, where, names, graph)
+    return ContactSystem(S, x, bonded, gap=apart, frames=frames, contact=np.array(names), width=width, E_star=E_star)
 
 
-def plane_system(S: Array, bonded: Mapping[str, Array], interface: Interface, points: Array, contact: Sequence[str], **values: Any) -> ContactSystem:
-    """The contact system of a stiffness (2N, 2N) and of reactions (2N,), load case by load case; other values as for `ContactSystem`."""
-    return ContactSystem(S, points, bonded, frames=interface.frames, contact=np.array(contact), **values)
-
-
-def reactions(
+def condensed(
     K: csr_matrix,
-    F: Mapping[str, Array],
+    loads: Mapping[str, Array],
     overlaps: Mapping[str, Array],
     interface: Interface,
     unknowns: Integers,
     points: Array,
-    graph: csr_matrix,
     names: Sequence[str],
+    graph: csr_matrix,
 ) -> tuple[Array, dict[str, Array]]:
-    """Stiffness of the relative motions and bonded reactions of each load case, in any number of dimensions.
+    """Stiffness S (k, k) of the relative motions, direction by direction, and the reactions (k,) of each load case that hold them at zero.
 
     Parameters
     ----------
-    K, interface, unknowns, points, graph
-        See `condensed`.
-    F, overlaps
+    K
+        Stiffness of the bodies.
+    loads, overlaps
         Load case name -> nodal forces, and load case name -> (N,) interference.
-    names
-        Name of the contact of each pair.
-
-    Raises
-    ------
-    ModelError
-        Normals that do not point into body 1, and as for `condensed`.
-    """
-    check_sides(graph, interface, points, names)
-    S, R = condensed(K, np.reshape([*F.values()], (-1, K.shape[0])).T, interface, unknowns, points, graph)
-    bonded = dict(zip(F, R.T, strict=True))
-    for name, d in overlaps.items():
-        bonded[name] = bonded.get(name, 0.0) + S[:, -len(d) :] @ d
-    return S, bonded
-
-
-def condensed(K: csr_matrix, F: Array, interface: Interface, unknowns: Integers, points: Array, graph: csr_matrix) -> tuple[Array, Array]:
-    """Stiffness S (k, k) of the relative motions, direction by direction, and the reactions R (k, loads) that hold them at zero.
-
-    Parameters
-    ----------
-    K, F
-        Stiffness of the bodies and (size, loads) loads.
     interface
         Pairs and directions, in as many dimensions as the points have.
     unknowns, points
         (nodes, d) rows of K, -1 where held, and coordinates.
+    names
+        Name of the contact of each pair.
     graph
         Pattern of the nodes that K joins.
 
     Raises
     ------
     ModelError
-        Rigid motions that nothing prevents, a stiffness that cannot be eliminated, or not accurately enough.
+        Normals that do not point into body 1, rigid motions that nothing prevents, a stiffness that cannot be eliminated, or not accurately enough.
     """
+    check_sides(graph, interface, points, names)
     check_supports(K, unknowns, points, graph, interface)
+    F = np.reshape([*loads.values()], (-1, K.shape[0])).T
     T, elimination = eliminated(K, interface, unknowns, points, graph)
-    S, R = elimination.S, elimination.reactions(T.T @ F)
     _, body = connected_components(graph, directed=False)
     motions = free_motions(K, unknowns, points, body)
-    S, R = balanced(S, R, K, F, interface, unknowns, motions)
+    S, R = balanced(elimination.S, elimination.reactions(T.T @ F), K, F, interface, unknowns, motions)
     if motions.shape[1] < len(S) and elimination.rounding > EQUILIBRIUM:
         raise ModelError(
             f"stiffness: bodies 1 are so much stiffer than bodies 2 that the stiffness of the contact has an error of {elimination.rounding:.1e}; "
             "exchange the bodies, or bring their stiffness closer together"
         )
-    return S, R
+    bonded = dict(zip(loads, R.T, strict=True))
+    for name, d in overlaps.items():
+        bonded[name] = bonded.get(name, 0.0) + S[:, -len(d) :] @ d
+    return S, bonded
 
 
 def eliminated(K: csr_matrix, interface: Interface, unknowns: Integers, points: Array, graph: csr_matrix) -> tuple[csr_matrix, Elimination]:

@@ -2,32 +2,35 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array, check_text, finite_number, shown
+from ..contact.checks import Array, check_text, finite_number, place, shown
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, circumference
 from .faces import Face, face
-from .forms import values_at
-from .frames import place
+from .forms import boundary_forces, values_at
 from .mortar import foot_points, mortar_projection
 from .ordering import Integers
 
 __all__ = ["Contact", "Interference", "Joint", "joined"]
+
+_ASKEW = 0.1  # share of a measured gap in space by which a node may lie aside of the normal: curved faces turn it
 
 
 @dataclass(frozen=True)
 class Contact:
     """A contact: a face of body 1 that meets a face of body 2.
 
-    The faces may be straight or curved, of any direction, closed or not; each is one chain of edges. The nodes need not match. The face of body 1
-    lies within that of body 2; its nodes are those of the contact, and it should be the finer one.
+    The faces may be straight or curved, of any direction, closed or not. In the plane each is one chain of edges, and the nodes need not match: the
+    face of body 1 lies within that of body 2; its nodes are those of the contact, and it should be the finer one. In space each node of body 1 lies
+    on a node of body 2, or opposite one, along the normal, where the bodies are apart.
 
     Parameters
     ----------
@@ -38,9 +41,9 @@ class Contact:
     name
         Name of the contact; None: that of `boundary_1`.
     gap
-        None: the faces touch. A function of x and y (arrays): the initial gap at the nodes of faces that touch in the mesh, such as that of a rounded
-        body. "measured": the distance of the meshes along the normal is the initial gap. On curved faces it has the error of the facets: overlaps up
-        to their sag count as touching, so mesh finely enough that the sag is small beside the gap.
+        None: the faces touch. A function of the coordinates (arrays): the initial gap at the nodes of faces that touch in the mesh, such as that of
+        a rounded body. "measured": the distance of the meshes along the normal is the initial gap. On curved faces it has the error of the facets: in
+        the plane overlaps up to their sag count as touching, so mesh finely enough that the sag is small beside the gap.
 
     Raises
     ------
@@ -59,7 +62,7 @@ class Contact:
     boundary_1: str = "contact"
     boundary_2: str = "contact"
     name: str | None = None
-    gap: Literal["measured"] | Callable[[Array, Array], Any] | None = None
+    gap: Literal["measured"] | Callable[..., ArrayLike] | None = None
 
     def __post_init__(self) -> None:
         for side in ("1", "2"):
@@ -71,7 +74,7 @@ class Contact:
             object.__setattr__(self, "name", self.boundary_1)
         check_text("name", self.name, "a printable text")
         if self.gap is not None and not callable(self.gap) and not (isinstance(self.gap, str) and self.gap == "measured"):
-            raise ModelError(f"gap: {shown(self.gap)}; give 'measured' or a function of x and y")
+            raise ModelError(f"gap: {shown(self.gap)}; give 'measured' or a function of x and y, and z in space")
 
 
 @dataclass(frozen=True)
@@ -104,64 +107,96 @@ class Joint:
 
     Parameters
     ----------
-    face
-        The face of body 1.
+    nodes
+        (n,) nodes of body 1, in the plane in the order of its face.
+    normals
+        (n, d) normals into body 1, of any length.
+    widths
+        (n,) tributary lengths; axisymmetric and in space areas.
     projection
         (n, nodes of body 2) matrix of the places that the nodes are joined to.
     gap
         (n,) initial gap.
     coarser
-        Mean length of the edges of body 1 over that of the edges of body 2 that face them.
+        Mean length of the edges of body 1 over that of the edges of body 2 that face them; 1 where the nodes match.
     """
 
-    face: Face
+    nodes: Integers
+    normals: Array
+    widths: Array
     projection: csr_matrix
     gap: Array
-    coarser: float = 1.0
+    coarser: float
 
 
 def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics) -> Joint:
-    """Join the nodes of two faces: pairs where they match, else by the dual mortar method.
+    """Join the nodes of two faces: pairs where they match, else, in the plane, by the dual mortar method.
 
     Raises
     ------
     ModelError
-        A face that is unknown or in pieces, faces that do not face each other, do not touch or overlap, a face of body 1 that is longer than that of
-        body 2, a gap that is negative.
+        A face that is unknown or, in the plane, in pieces; faces that do not face each other, do not touch or overlap, a face of body 1 that is
+        longer than that of body 2, nodes in space that do not match, a gap that is negative.
     """
-    one = face(body_1, contact.boundary_1, f"contact {contact.name!r}, body {contact.body_1!r}")
-    two = face(body_2, contact.boundary_2, f"contact {contact.name!r}, body {contact.body_2!r}").reversed()
-    nodes, near = body_2.mesh.p.shape[1], SAME_POINT * float(one.lengths.sum())
-    where = _matched(one, two, near)
-    if where is not None:
-        P = csr_matrix((np.ones(len(where)), (np.arange(len(where)), two.nodes[where])), shape=(len(where), nodes))
-        return Joint(one, P, _given_gap(contact, one))
-    facing, s = _facing(one, two, near, contact)
-    P = mortar_projection(one, two.nodes[facing], s, nodes, circumference(one.points[:, 0], kinematics))
-    allowed = near + one.sag + two.sag.max()
-    opening = one.points - P @ body_2.mesh.p.T
-    unit = one.normals / np.hypot(*one.normals.T)[:, None]
+    first, second = (f"contact {contact.name!r}, body {name!r}" for name in (contact.body_1, contact.body_2))
+    facets = body_1.boundary(contact.boundary_1, first)
+    inward = boundary_forces(body_1.mesh, facets, lambda _, normals: -normals, "space").T
+    widths = boundary_forces(body_1.mesh, facets, lambda points, _: np.ones((1, *points.shape[1:])), kinematics)[0]
+    coarser = 1.0
+    if kinematics == "space":
+        nodes = body_1.boundary_nodes(contact.boundary_1, first)
+        others = body_2.boundary_nodes(contact.boundary_2, second)
+        allowed = np.full(len(nodes), SAME_POINT * np.ptp(body_1.mesh.p))
+        P = _picked(others[cKDTree(body_2.mesh.p[:, others].T).query(body_1.mesh.p[:, nodes].T)[1]], body_2)
+    else:
+        one, two = face(body_1, contact.boundary_1, first), face(body_2, contact.boundary_2, second).reversed()
+        nodes, near = one.nodes, SAME_POINT * float(one.lengths.sum())
+        allowed = np.full(len(nodes), near)
+        where = _matched(one, two, near)
+        if where is not None:
+            P = _picked(two.nodes[where], body_2)
+        else:
+            facing, s = _facing(one, two, near, contact)
+            P = mortar_projection(one, two.nodes[facing], s, body_2.mesh.p.shape[1], circumference(one.points[:, 0], kinematics), widths[nodes])
+            allowed = near + one.sag + two.sag.max()
+            coarser = float(one.lengths.mean() / np.hypot(*np.diff(two.points[facing], axis=0).T).mean())
+    points = body_1.mesh.p[:, nodes].T
+    gap = _initial_gap(contact, points, points - P @ body_2.mesh.p.T, inward[nodes], allowed)
+    return Joint(nodes, inward[nodes], widths[nodes], P, gap, coarser)
+
+
+def _picked(nodes: Integers, body: Body) -> csr_matrix:
+    """Projection on some nodes of a body."""
+    return csr_matrix((np.ones(len(nodes)), (np.arange(len(nodes)), nodes)), shape=(len(nodes), body.mesh.p.shape[1]))
+
+
+def _initial_gap(contact: Contact, points: Array, opening: Array, normals: Array, allowed: Array) -> Array:
+    """(n,) initial gap at nodes of body 1 that are away from their places on body 2 by `opening` (n, d); `allowed` (n,) counts as nothing."""
+    unit = normals / np.linalg.norm(normals, axis=1)[:, None]
     distance = np.sum(opening * unit, axis=1)
-    start = f"contact {contact.name!r}, at"
+    aside = np.linalg.norm(opening - distance[:, None] * unit, axis=1) if points.shape[1] == 3 else np.zeros(len(points))
+    start, measured = f"contact {contact.name!r}, at", contact.gap == "measured"
+    if np.any(lost := aside > allowed + _ASKEW * measured * np.abs(distance)):
+        i = int((aside * lost).argmax())
+        raise ModelError(
+            f"{start} {place(points[i])}: the next node of body {contact.body_2!r} is {aside[i]:g} aside of the normal; in space the nodes of both "
+            "faces lie opposite each other: mesh the faces with the same nodes"
+        )
     if np.any(distance < -allowed):
         i = int(distance.argmin())
-        raise ModelError(f"{start} {place(one.points[i])}: the bodies overlap by {-distance[i]:g}; move them apart, and give an Interference load")
-    if contact.gap != "measured" and np.any(distance > allowed):
+        raise ModelError(f"{start} {place(points[i])}: the bodies overlap by {-distance[i]:g}; move them apart, and give an Interference load")
+    if not measured and np.any(distance > allowed):
         i = int(distance.argmax())
         raise ModelError(
-            f'{start} {place(one.points[i])}: the faces do not touch, they are {distance[i]:g} apart; move the bodies together, or say gap="measured"'
+            f'{start} {place(points[i])}: the faces do not touch, they are {distance[i]:g} apart; move the bodies together, or say gap="measured"'
         )
-    gap = np.maximum(distance, 0.0) if contact.gap == "measured" else _given_gap(contact, one)
-    return Joint(one, P, gap, float(one.lengths.mean() / np.hypot(*np.diff(two.points[facing], axis=0).T).mean()))
-
-
-def _given_gap(contact: Contact, one: Face) -> Array:
-    """(n,) initial gap at the nodes of a face that touches the other one in the mesh."""
-    gap = values_at(f"contact {contact.name!r}: gap", contact.gap if callable(contact.gap) else 0.0, *one.points.T)
+    if measured:
+        return np.where(distance > SAME_POINT * np.ptp(points), distance, 0.0)
+    gap = values_at(f"contact {contact.name!r}: gap", contact.gap if callable(contact.gap) else 0.0, points.T)
     if gap.min() < 0:
         i = int(gap.argmin())
         raise ModelError(
-            f"contact {contact.name!r}: gap {gap[i]:g} at {place(one.points[i])}; the bodies cannot overlap before loading, give gaps >= 0, and an "
+            f"contact {contact.name!r}: gap {gap[i]:g} at {place(points[i])}; the bodies cannot overlap before loading, give gaps >= 0, and an "
             "Interference load"
         )
     return gap

@@ -8,9 +8,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array
+from ..contact.checks import Array, place
 from ..errors import ModelError
-from .frames import place
 from .ordering import Integers
 
 __all__ = ["shares"]

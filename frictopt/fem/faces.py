@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..contact.checks import Array
+from ..contact.checks import Array, place
 from ..errors import ModelError
 from .bodies import Body
-from .frames import place
 from .ordering import Integers
 
 __all__ = ["Face", "face"]
@@ -46,25 +45,6 @@ class Face:
         """(edges,) lengths of the edges."""
         return np.asarray(np.hypot(*self.steps.T))
 
-    def gathered(self, edges: Array) -> Array:
-        """(n, ...) sums of values of the edges, (edges, ...), over the edges at each node."""
-        sums = np.zeros((len(self.nodes), *edges.shape[1:]))
-        np.add.at(sums, self.chain[:-1], edges)
-        np.add.at(sums, self.chain[1:], edges)
-        return sums
-
-    def widths(self, around: Array) -> Array:
-        """(n,) integrals of the hat functions of the nodes along the face, of the depth `around` (n,) at its nodes."""
-        chain, widths = self.chain, np.zeros(len(self.nodes))
-        np.add.at(widths, chain[:-1], self.lengths * (2 * around[chain[:-1]] + around[chain[1:]]) / 6)
-        np.add.at(widths, chain[1:], self.lengths * (around[chain[:-1]] + 2 * around[chain[1:]]) / 6)
-        return widths
-
-    @property
-    def normals(self) -> Array:
-        """(n, 2) normals into the body, of any length: mean of those of the edges, weighted by their lengths."""
-        return self.gathered(self.steps[:, ::-1] * [-1.0, 1.0])
-
     @property
     def sag(self) -> Array:
         """(n,) distance by which the edges at a node may miss the curve that they stand for, from the angle that they turn there."""
@@ -92,9 +72,7 @@ def face(body: Body, boundary: str, argument: str) -> Face:
     ModelError
         Unknown, inside the body, in several pieces, or touching itself.
     """
-    body.boundary_nodes(boundary, argument)
-    mesh = body.mesh
-    facets = np.unique(mesh.boundaries[boundary])
+    mesh, facets = body.mesh, body.boundary(boundary, argument)
     first, second = mesh.facets[:, facets]
     centre = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1)
     along, across = mesh.p[:, second] - mesh.p[:, first], centre - mesh.p[:, first]

@@ -1,86 +1,107 @@
-"""Load vectors and strains of a plane or axisymmetric body on its scikit-fem mesh."""
+"""Load vectors of a body on its scikit-fem mesh, in the plane, around an axis or in space."""
 
 from collections.abc import Callable
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
-from skfem import Basis, LinearForm
+from numpy.typing import ArrayLike
+from skfem import Basis, ElementLineP1, ElementQuad1, ElementTriP1, LinearForm
+from skfem.quadrature import get_quadrature
 
-from ..contact.checks import Array, finite_number, real_array, shown
+from ..contact.checks import Array, finite_number, place, real_array, shown
 from ..errors import ModelError
-from .elasticity import ELEMENTS, KINEMATICS, Kinematics, circumference
+from .elasticity import ELEMENTS, Kinematics, circumference
+from .ordering import Integers
 
-__all__ = ["KINEMATICS", "Amount", "Kinematics", "boundary_forces", "checked_amount", "gradient_forces", "values_at", "volume_forces"]
+__all__ = ["Amount", "boundary_forces", "checked_amount", "checked_amounts", "components", "gradient_forces", "values_at", "volume_forces"]
 
-Amount: TypeAlias = float | Callable[[Array, Array], Any]
-"""A number, or a function of the coordinates x and y (arrays) that returns an array of their shape."""
+Amount: TypeAlias = float | Callable[..., ArrayLike]
+"""A number, or a function of the coordinates x and y, and z in space (arrays), that returns an array of their shape."""
 
-_SHARE, _WEIGHT = (np.polynomial.legendre.leggauss(3) + np.array([[1.0], [0.0]])) / 2  # points of an edge, and their weights
-
-_Form: TypeAlias = Literal["value", "grad_x", "grad_y"]
+_FACETS = {2: ElementLineP1, 3: ElementTriP1, 4: ElementQuad1}  # by the number of corners
+_ORDER = 5  # of the integration over facets
 
 
 def checked_amount(name: str, value: Any) -> Amount:
     """Check that `value` is one finite number or a function."""
-    if callable(value) and not isinstance(value, type):
-        return value  # type: ignore[no-any-return]
-    if callable(value):
-        raise ModelError(f"{name}: {shown(value)}; give a number or a function of x and y")
-    return finite_number(name, value)
+    if not callable(value):
+        return finite_number(name, value)
+    if isinstance(value, type):
+        raise ModelError(f"{name}: {shown(value)}; give a number or a function of x and y, and z in space")
+    return value  # type: ignore[no-any-return]
 
 
-def values_at(name: str, amount: Amount, x: Array, y: Array) -> Array:
-    """Values of a number or a function at points; error messages call it `name`."""
+def checked_amounts(load: Any, meaning: str) -> None:
+    """Check the amounts x, y and z of a load; error messages say what they mean."""
+    for axis in "xyz":
+        if getattr(load, axis) is not None:
+            object.__setattr__(load, axis, checked_amount(f"{meaning} {axis}", getattr(load, axis)))
+
+
+def components(load: Any, meaning: str, points: Array) -> Array:
+    """(d, ...) values of x, y and z of a load at points (d, ...)."""
+    if len(points) == 2 and load.z != 0:
+        raise ModelError(f"{meaning} z: {shown(load.z)}; body {load.body!r} is plane, give x and y alone")
+    return np.array([values_at(f"{meaning} {axis}", getattr(load, axis), points) for axis in "xyz"[: len(points)]])
+
+
+def values_at(name: str, amount: Amount, points: Array) -> Array:
+    """Values of a number or a function at points (d, ...); error messages call it `name`."""
+    shape = points.shape[1:]
     if not callable(amount):
-        return np.full(x.shape, float(amount))
+        return np.full(shape, float(amount))
     try:
-        values = real_array(name, amount(x, y))
+        values = real_array(name, amount(*points))
     except ModelError:
         raise
     except Exception as error:  # whatever a function of the user's raises
-        raise ModelError(f"{name}: the function raised {type(error).__name__}: {error}; it gets two arrays, x and y") from error
-    if values.shape not in ((), x.shape):
-        raise ModelError(f"{name}: the function gave shape {values.shape} at points of shape {x.shape}; give one value for each point")
+        axes = "two arrays, x and y" if len(points) == 2 else "three arrays, x, y and z"
+        raise ModelError(f"{name}: the function raised {type(error).__name__}: {error}; it gets {axes}") from error
+    if values.shape not in ((), shape):
+        raise ModelError(f"{name}: the function gave shape {values.shape} at points of shape {shape}; give one value for each point")
     if not np.isfinite(values).all():
         raise ModelError(f"{name}: the function is not finite everywhere")
-    return np.broadcast_to(values, x.shape)
+    return np.broadcast_to(values, shape)
 
 
-def boundary_forces(mesh: Any, boundary: str, traction: Callable[[Array, Array, Array], list[Array]], kinematics: Kinematics) -> Array:
-    """(2, nodes) nodal forces of a traction on a boundary, a function of x, y and the outward normals (2, ...) there."""
-    ends = mesh.facets[:, mesh.boundaries[boundary]]
-    start, along = mesh.p[:, ends[0]], mesh.p[:, ends[1]] - mesh.p[:, ends[0]]
-    inward = mesh.p[:, mesh.t[:, mesh.f2t[0, mesh.boundaries[boundary]]]].mean(axis=1) - start
-    length, normals = np.hypot(*along), np.array([along[1], -along[0]])
-    normals = normals / length * -np.sign((normals * inward).sum(axis=0))
-    x, y = start[:, :, None] + along[:, :, None] * _SHARE  # on the edge itself: scikit-fem would invert the map of very thin elements, in vain
-    force = np.array(traction(x, y, np.broadcast_to(normals[:, :, None], (2, *x.shape)))) * circumference(x, kinematics) * length[:, None] * _WEIGHT
-    parts = np.concatenate([(force * shape).sum(axis=2) for shape in (1 - _SHARE, _SHARE)], axis=1)
-    return np.array([np.bincount(ends.ravel(), weights=part, minlength=mesh.p.shape[1]) for part in parts])
+def boundary_forces(mesh: Any, facets: Integers, traction: Callable[[Array, Array], ArrayLike], kinematics: Kinematics) -> Array:
+    """(components, nodes) integrals over facets of the outline, times the function of each node, of a traction: of points and outward normals.
+
+    The integration is on the facets themselves: scikit-fem would invert the map of very thin elements, in vain.
+    """
+    nodes = mesh.facets[:, facets]
+    element = _FACETS[len(nodes)]()
+    at, weights = get_quadrature(element.refdom, _ORDER)
+    functions = [element.lbasis(at, i) for i in range(len(nodes))]
+    shapes = np.array([np.broadcast_to(value, weights.shape) for value, _ in functions])
+    slopes = np.array([np.broadcast_to(slope, at.shape) for _, slope in functions])
+    corners = mesh.p[:, nodes]
+    points, along = np.einsum("dkm,kq->dmq", corners, shapes), np.einsum("dkm,keq->edmq", corners, slopes)
+    normals = np.array([along[0, 1], -along[0, 0]]) if len(along) == 1 else np.cross(along[0], along[1], axis=0)
+    inward = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1) - corners[:, 0]
+    normals = normals * -np.sign(np.sum(normals.sum(axis=2) * inward, axis=0))[:, None]
+    sizes = np.linalg.norm(normals, axis=0)
+    if not sizes.min(initial=1.0) > 0:
+        m = int(sizes.min(axis=1).argmin())
+        raise ModelError(f"mesh: the facet at {place(points[:, m].mean(axis=1))} has no size; repair it")
+    amounts = np.array(traction(points, normals / sizes)) * circumference(points[0], kinematics) * sizes * weights
+    return np.array([np.bincount(nodes.ravel(), part.ravel(), minlength=mesh.p.shape[1]) for part in np.einsum("cmq,kq->ckm", amounts, shapes)])
 
 
-def volume_forces(mesh: Any, force: Callable[[Array, Array], list[Array]], kinematics: Kinematics) -> Array:
-    """(2, nodes) nodal forces of a force per volume, a function of x and y."""
+def volume_forces(mesh: Any, force: Callable[[Array], Array], kinematics: Kinematics) -> Array:
+    """(d, nodes) nodal forces of a force per volume, a function of points (d, ...)."""
     basis = Basis(mesh, ELEMENTS[type(mesh)]())
-    x, y = (np.asarray(part) for part in basis.global_coordinates())
-    return _forces(basis, force(x, y), x, kinematics)
+    points = np.asarray(basis.global_coordinates())
+    form = LinearForm(lambda v, w: w.amount * v)
+    return np.array([form.assemble(basis, amount=part) for part in force(points) * circumference(points[0], kinematics)])
 
 
 def gradient_forces(basis: Any, stress: Array, kinematics: Kinematics) -> Array:
-    """(2, nodes) nodal forces that a tension of the same size in all directions, given at the integration points, exerts on the nodes."""
+    """(d, nodes) nodal forces that a tension of the same size in all directions, given at the integration points, exerts on the nodes."""
     x = np.asarray(basis.global_coordinates())[0]
     amount = stress * circumference(x, kinematics)
-    forces = [_assembled(basis, amount, form) for form in ("grad_x", "grad_y")]
+    axes = range(basis.mesh.dim())
+    forces = np.array([LinearForm(lambda v, w, a=a: w.amount * v.grad[a]).assemble(basis, amount=amount) for a in axes])
     if kinematics == "axisymmetric":
-        forces[0] = forces[0] + _assembled(basis, amount / x, "value")
-    return np.array(forces)
-
-
-def _forces(basis: Any, force: list[Array], x: Array, kinematics: Kinematics) -> Array:
-    around = circumference(x, kinematics)
-    return np.array([_assembled(basis, part * around, "value") for part in force])
-
-
-def _assembled(basis: Any, amount: Array, form: _Form) -> Array:
-    forms = {"value": lambda v, w: w.amount * v, "grad_x": lambda v, w: w.amount * v.grad[0], "grad_y": lambda v, w: w.amount * v.grad[1]}
-    return np.asarray(LinearForm(forms[form]).assemble(basis, amount=amount))
+        forces[0] += LinearForm(lambda v, w: w.amount * v).assemble(basis, amount=amount / x)
+    return forces

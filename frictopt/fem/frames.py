@@ -1,31 +1,37 @@
-"""Directions, order and widths along contacts in the plane."""
+"""Directions of the pairs of nodes, their sides, and their order and widths along contacts in the plane."""
 
 from collections.abc import Sequence
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..contact.checks import Array
+from ..contact.checks import Array, place
 from ..contact.course import runs
 from ..contact.tolerances import ASIDE
 from ..errors import ModelError
 from .interface import Interface
 
-__all__ = ["check_course", "check_sides", "half_widths", "place", "plane_frames"]
+__all__ = ["check_course", "check_sides", "frames_of", "half_widths"]
+
+_ALONG = 0.9  # share of x in a normal from which on the first tangent is taken from y
 
 
-def plane_frames(normals: Array) -> Array:
-    """(N, 2, 2) tangents and unit normals, from (N, 2) normals of any length: the tangent is the normal turned by -90 degrees."""
-    lengths = np.hypot(*normals.T)
+def frames_of(normals: Array) -> Array:
+    """(N, d, d) tangents and unit normals, from (N, d) normals of any length.
+
+    In the plane the tangent is the normal turned by -90 degrees. In space the first tangent is x less its part along the normal (y where the normal
+    is nearly x), and the second one is normal times first tangent: normal z has the tangents x and y.
+    """
+    lengths = np.linalg.norm(normals, axis=1)
     if not lengths.min() > 0:
         raise ModelError(f"normals: zero at pair {int(lengths.argmin())}; give the direction from body 2 into body 1")
     n = normals / lengths[:, None]
-    return np.stack([np.column_stack([n[:, 1], -n[:, 0]]), n], axis=1)
-
-
-def place(point: Array) -> str:
-    """A point as a text for messages."""
-    return "(" + ", ".join(f"{value:g}" for value in point) + ")"
+    if n.shape[1] == 2:
+        return np.stack([np.column_stack([n[:, 1], -n[:, 0]]), n], axis=1)
+    axis = np.where(np.abs(n[:, :1]) < _ALONG, np.eye(3)[0], np.eye(3)[1])
+    first = axis - np.sum(axis * n, axis=1)[:, None] * n
+    first = first / np.linalg.norm(first, axis=1)[:, None]
+    return np.stack([first, np.cross(n, first), n], axis=1)
 
 
 def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:

@@ -8,10 +8,9 @@ from scipy.sparse import csr_matrix, diags, issparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array, check_name, choice, finite_array, frozen, listed, whole_array
+from ..contact.checks import Array, check_name, choice, finite_array, frozen, listed, place, whole_array
 from ..contact.tolerances import SAME_POINT, SYMMETRY
 from ..errors import ModelError
-from .frames import place
 from .interface import Interface
 from .ordering import Integers
 

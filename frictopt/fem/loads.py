@@ -1,4 +1,4 @@
-"""Loads of a body besides a uniform traction: pressure, forces per volume, free expansion, displacements of supports."""
+"""Loads of a body: tractions, pressure, forces per volume, free expansion, displacements of supports."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,18 +6,54 @@ from typing import Any
 import numpy as np
 from skfem import Basis
 
-from ..contact.checks import Array, check_text, finite_number, shown
+from ..contact.checks import Array, check_text, finite_number, finite_numbers, shown
 from ..errors import ModelError
-from .bodies import Body
-from .elasticity import ELEMENTS, element_means
-from .forms import Amount, Kinematics, boundary_forces, checked_amount, gradient_forces, values_at, volume_forces
+from .bodies import Body, Place, checked_place
+from .elasticity import ELEMENTS, Kinematics, element_means
+from .forms import Amount, boundary_forces, checked_amount, checked_amounts, components, gradient_forces, values_at, volume_forces
 
-__all__ = ["BodyForce", "Centrifugal", "Displacement", "Expansion", "Pressure"]
+__all__ = ["BodyForce", "Centrifugal", "Displacement", "Expansion", "Pressure", "Traction"]
+
+# `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric those of the whole circumference.
+
+
+@dataclass(frozen=True)
+class Traction:
+    """Traction (x, y), in space (x, y, z), force per area, on a named boundary of one body.
+
+    Each is a number or a function of the coordinates (arrays).
+
+    Raises
+    ------
+    ModelError
+        A body or a boundary that is no text, tractions that are neither finite numbers nor functions.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.Traction("punch", "top", y=-1e6)  # a pressure
+    Traction(body='punch', boundary='top', x=0.0, y=-1000000.0, z=0.0)
+    >>> ramp = fo.Traction("punch", "top", y=lambda x, y: -x)
+    """
+
+    body: str
+    boundary: str
+    x: Amount = 0.0
+    y: Amount = 0.0
+    z: Amount = 0.0
+
+    def __post_init__(self) -> None:
+        _check_names(self)
+        checked_amounts(self, "traction")
+
+    def _forces(self, body: Body, kinematics: Kinematics) -> Array:
+        facets = body.boundary(self.boundary, "traction")
+        return boundary_forces(body.mesh, facets, lambda points, _: components(self, "traction", points), kinematics)
 
 
 @dataclass(frozen=True)
 class Pressure:
-    """Pressure on a named boundary of one body, against its outward normal: a number or a function of x and y (arrays), force per area.
+    """Pressure on a named boundary of one body, against its outward normal: a number or a function of the coordinates (arrays), force per area.
 
     Raises
     ------
@@ -36,23 +72,19 @@ class Pressure:
     amount: Amount = 1.0
 
     def __post_init__(self) -> None:
-        check_text("body", self.body, "the name of a body of the model")
-        check_text("boundary", self.boundary, "the name of a boundary of the mesh")
+        _check_names(self)
         object.__setattr__(self, "amount", checked_amount("amount", self.amount))
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        """(2, nodes) nodal forces on the body, force per depth (axisymmetric: of the whole circumference)."""
-
-        def traction(x: Array, y: Array, normal: Array) -> list[Array]:
-            pressure = values_at("pressure", self.amount, x, y)
-            return [-pressure * normal[0], -pressure * normal[1]]
-
-        return boundary_forces(body.mesh, self.boundary, traction, kinematics)
+        facets = body.boundary(self.boundary, "pressure")
+        return boundary_forces(body.mesh, facets, lambda points, normals: -values_at("pressure", self.amount, points) * normals, kinematics)
 
 
 @dataclass(frozen=True)
 class BodyForce:
-    """Force per volume (x, y) on one body: gravity is (0, -density g). Each is a number or a function of x and y (arrays).
+    """Force per volume (x, y), in space (x, y, z), on one body: gravity is (0, -density g).
+
+    Each is a number or a function of the coordinates (arrays).
 
     Raises
     ------
@@ -63,33 +95,28 @@ class BodyForce:
     --------
     >>> import frictopt as fo
     >>> fo.BodyForce("block", y=-7850 * 9.81)
-    BodyForce(body='block', x=0.0, y=-77008.5)
+    BodyForce(body='block', x=0.0, y=-77008.5, z=0.0)
     """
 
     body: str
     x: Amount = 0.0
     y: Amount = 0.0
+    z: Amount = 0.0
 
     def __post_init__(self) -> None:
-        check_text("body", self.body, "the name of a body of the model")
-        for name in ("x", "y"):
-            object.__setattr__(self, name, checked_amount(f"body force {name}", getattr(self, name)))
+        _check_names(self)
+        checked_amounts(self, "body force")
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        """(2, nodes) nodal forces on the body, force per depth (axisymmetric: of the whole circumference)."""
-
-        def force(x: Array, y: Array) -> list[Array]:
-            return [values_at("body force x", self.x, x, y), values_at("body force y", self.y, x, y)]
-
-        return volume_forces(body.mesh, force, kinematics)
+        return volume_forces(body.mesh, lambda points: components(self, "body force", points), kinematics)
 
 
 @dataclass(frozen=True)
 class Centrifugal:
-    """Centrifugal force of a body that spins: density times the square of the angular speed times the distance from a centre.
+    """Centrifugal force of a body that spins: density times the square of the angular speed times the distance from an axis.
 
-    The axis of the spin is normal to the plane and goes through the centre; of an axisymmetric model it is the axis, x = 0. An amplitude of the
-    load case multiplies the force, which goes with the square of the speed.
+    In the plane the axis is normal to it and goes through the centre; of an axisymmetric model it is the axis, x = 0. An amplitude of the load case
+    multiplies the force, which goes with the square of the speed.
 
     Parameters
     ----------
@@ -100,41 +127,54 @@ class Centrifugal:
     speed
         Angular speed, radians per time.
     centre
-        Point (x, y) of the axis.
+        Point (x, y), in space (x, y, z), of the axis; None: the origin.
+    axis
+        Direction (x, y, z) of the axis of a body in space, of any length.
 
     Raises
     ------
     ModelError
-        A body that is no text, numbers that are not finite, a negative density.
+        A body that is no text, numbers that are not finite, a negative density, an axis without direction.
 
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.Centrifugal("disc", density=7850.0, speed=300.0)
-    Centrifugal(body='disc', density=7850.0, speed=300.0, centre=(0.0, 0.0))
+    >>> fo.Centrifugal("disc", density=7850.0, speed=300.0, centre=(0.0, 1.0))
+    Centrifugal(body='disc', density=7850.0, speed=300.0, centre=(0.0, 1.0), axis=(0.0, 0.0, 1.0))
     """
 
     body: str
     density: float
     speed: float = 1.0
-    centre: tuple[float, float] = (0.0, 0.0)
+    centre: tuple[float, ...] | None = None
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
-        check_text("body", self.body, "the name of a body of the model")
+        _check_names(self)
         object.__setattr__(self, "density", finite_number("density", self.density, least=0.0))
         object.__setattr__(self, "speed", finite_number("speed", self.speed))
-        if not isinstance(self.centre, tuple | list) or len(self.centre) != 2:
-            raise ModelError(f"centre: {shown(self.centre)}; give one point (x, y)")
-        object.__setattr__(self, "centre", tuple(finite_number("centre", value) for value in self.centre))
+        if self.centre is not None:
+            if not isinstance(self.centre, tuple | list) or len(self.centre) not in (2, 3):
+                raise ModelError(f"centre: {shown(self.centre)}; give one point (x, y), in space (x, y, z)")
+            object.__setattr__(self, "centre", tuple(finite_numbers("centre", self.centre)))
+        if not isinstance(self.axis, tuple | list) or len(self.axis) != 3 or not any(finite_numbers("axis", self.axis)):
+            raise ModelError(f"axis: {shown(self.axis)}; give one direction (x, y, z)")
+        object.__setattr__(self, "axis", tuple(finite_numbers("axis", self.axis)))
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        """(2, nodes) nodal forces on the body, force per depth (axisymmetric: of the whole circumference)."""
-        if kinematics == "axisymmetric" and self.centre[0] != 0:
+        d = body.mesh.dim()
+        centre = np.zeros(d) if self.centre is None else np.array(self.centre)
+        if len(centre) != d:
+            raise ModelError(f"centre: {self.centre}; give the {d} coordinates of a point for body {self.body!r}")
+        if kinematics == "axisymmetric" and centre[0] != 0:
             raise ModelError(f"centre: {self.centre}; axisymmetric bodies spin about their axis, x = 0")
-        pull = self.density * self.speed**2
+        if d == 2 and self.axis[:2] != (0.0, 0.0):
+            raise ModelError(f"axis: {self.axis}; body {self.body!r} is plane and spins about a normal of the plane, or about x = 0 if axisymmetric")
+        along = np.array([0.0, 1.0]) if kinematics == "axisymmetric" else np.array(self.axis[:d]) / np.linalg.norm(self.axis)
 
-        def force(x: Array, y: Array) -> list[Array]:
-            return [pull * (x - self.centre[0]), 0 * y if kinematics == "axisymmetric" else pull * (y - self.centre[1])]
+        def force(points: Array) -> Array:
+            arm = points - centre.reshape(-1, 1, 1)
+            return self.density * self.speed**2 * np.asarray(arm - np.multiply.outer(along, np.einsum("a,a...->...", along, arm)))
 
         return volume_forces(body.mesh, force, kinematics)
 
@@ -143,7 +183,7 @@ class Centrifugal:
 class Expansion:
     """Free expansion of one body, the same in all directions: a strain, for a change of temperature its product with the expansion coefficient.
 
-    A number or a function of x and y (arrays).
+    A number or a function of the coordinates (arrays).
 
     Raises
     ------
@@ -161,17 +201,16 @@ class Expansion:
     strain: Amount = 1.0
 
     def __post_init__(self) -> None:
-        check_text("body", self.body, "the name of a body of the model")
+        _check_names(self)
         object.__setattr__(self, "strain", checked_amount("strain", self.strain))
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        """(2, nodes) nodal forces of the tension that would hold the body back, force per depth (axisymmetric: of the whole circumference)."""
         basis = Basis(body.mesh, ELEMENTS[type(body.mesh)]())
         return gradient_forces(basis, self._tension(body, kinematics, basis), kinematics)
 
     def _strain(self, basis: Any) -> Array:
         """The expansion at the integration points of a basis."""
-        return values_at("strain", self.strain, *(np.asarray(part) for part in basis.global_coordinates()))
+        return values_at("strain", self.strain, np.asarray(basis.global_coordinates()))
 
     def _tension(self, body: Body, kinematics: Kinematics, basis: Any) -> Array:
         """The tension in the plane that the expansion takes off the stress of the strains, at the integration points of a basis.
@@ -186,7 +225,7 @@ class Expansion:
 
 @dataclass(frozen=True)
 class Displacement:
-    """Prescribed displacement of a support: its nodes move by (x, y) in the directions in which the support holds them.
+    """Prescribed displacement of a support: its nodes move by (x, y), in space (x, y, z), in the directions in which the support holds them.
 
     Displacements of one load case do not add up: those that share a node move it alike.
 
@@ -194,8 +233,8 @@ class Displacement:
     ----------
     body, where
         Body and place of the nodes, as in a `Support`; a support holds them in every direction that is given here.
-    x, y
-        Displacements, each a number or a function of x and y (arrays); None: zero, or free if no support holds the nodes.
+    x, y, z
+        Displacements, each a number or a function of the coordinates (arrays); None: zero, or free if no support holds the nodes.
 
     Raises
     ------
@@ -206,27 +245,25 @@ class Displacement:
     --------
     >>> import frictopt as fo
     >>> fo.Displacement("block", "bottom", y=0.01)
-    Displacement(body='block', where='bottom', x=None, y=0.01)
+    Displacement(body='block', where='bottom', x=None, y=0.01, z=None)
     """
 
     body: str
-    where: str | tuple[float, float]
+    where: Place
     x: Amount | None = None
     y: Amount | None = None
+    z: Amount | None = None
 
     def __post_init__(self) -> None:
-        check_text("body", self.body, "the name of a body of the model")
-        if not isinstance(self.where, str):
-            if not isinstance(self.where, tuple | list) or len(self.where) != 2:
-                raise ModelError(f"where: {shown(self.where)}; give the name of a boundary or one point (x, y)")
-            object.__setattr__(self, "where", tuple(finite_number("where", value) for value in self.where))
-        if self.x is None and self.y is None:
-            raise ModelError("displacement: neither x nor y; give one of them")
-        for name in ("x", "y"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, checked_amount(f"displacement {name}", getattr(self, name)))
+        _check_names(self)
+        object.__setattr__(self, "where", checked_place(self.where))
+        if self.x is None and self.y is None and self.z is None:
+            raise ModelError("displacement: neither x nor y nor z; give one of them")
+        checked_amounts(self, "displacement")
 
-    def _values(self, points: Array) -> dict[str, Array]:
-        """Displacements of points (2, n) in the directions that are given."""
-        given = {"x": self.x, "y": self.y}
-        return {name: values_at(f"displacement {name}", amount, *np.asarray(points)) for name, amount in given.items() if amount is not None}
+
+def _check_names(load: Any) -> None:
+    """Check the name of the body of a load, and that of its boundary if it has one."""
+    check_text("body", load.body, "the name of a body of the model")
+    if hasattr(load, "boundary"):
+        check_text("boundary", load.boundary, "the name of a boundary of the mesh")

@@ -11,29 +11,30 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, listed_parts, shown
+from ..contact.parts import joined, parted
 from ..contact.show import Plotted, Shown
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError, ModelWarning
 from .assembly import LOADS, Assembly, Load
-from .bodies import Body, Support, Traction
-from .condense import plane_system, reactions
+from .bodies import Body, Support
+from .condense import condensed
 from .contacts import Contact
 from .elasticity import KINEMATICS, Kinematics
 from .frames import check_course
-from .loads import Expansion, Pressure
-from .numbering import described, warn_of_contrast
+from .loads import Expansion, Pressure, Traction
 from .ordering import Integers
-from .recovery import BodyFields, body_fields
+from .recovery import BodyFields, Recovery, body_fields
 from .rigid import node_graph
 
 __all__ = ["ContactModel"]
 
+UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
 COARSE = 4.0  # edges of body 1 that are so much longer than those of body 2 do not see what happens between their nodes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactModel(Shown, Plotted):
-    """Elastic bodies that meet along any number of faces; plane strain, plane stress, or axisymmetric.
+    """Elastic bodies that meet along any number of faces, in the plane or in space as their meshes are.
 
     Parameters
     ----------
@@ -47,14 +48,15 @@ class ContactModel(Shown, Plotted):
         The contacts, each of another name. None given: two bodies, the first of them body 1, meet along the boundary "contact" of both. A corner node
         belongs to as many contacts as faces end there. Where its motion in the last of them follows from the others, the next node stands for both.
     kinematics
-        "plane_strain", "plane_stress", or "axisymmetric": x is then the radius and x = 0 the axis, and stiffness, forces and widths (which are areas)
-        are those of the whole circumference. Nothing twists or bends: slips are along the meridian.
+        Of plane meshes "plane_strain" (None says so too), "plane_stress", or "axisymmetric": x is then the radius and x = 0 the axis, and stiffness,
+        forces and widths (which are areas) are those of the whole circumference. Nothing twists or bends: slips are along the meridian. Of meshes in
+        space "space" (or None).
 
     Raises
     ------
     ModelError
         A body or boundary that is unknown, contacts of the same name, faces that do not meet (see `Contact`), flat facets of two bodies that lie on
-        each other in no contact, a load case without loads.
+        each other in no contact, a load case without loads, meshes of different dimensions or of another one than the kinematics.
 
     Examples
     --------
@@ -80,48 +82,46 @@ class ContactModel(Shown, Plotted):
     supports: Sequence[Support]
     loads: Mapping[str, Sequence[Load]]
     contacts: Sequence[Contact] = ()
-    kinematics: Kinematics = "plane_strain"
+    kinematics: Kinematics | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.bodies, Mapping) or not self.bodies:
             raise ModelError(f"bodies: {shown(self.bodies)}; give a mapping, name -> Body")
-        for name, body in self.bodies.items():
-            check_text("bodies: name", name, "a printable text")
-            if not isinstance(body, Body):
-                raise ModelError(f"bodies[{name!r}]: a {type(body).__name__}; give a Body(mesh, material)")
         if not isinstance(self.loads, Mapping) or not self.loads:
             raise ModelError(f"loads: {shown(self.loads)}; give at least one load case, name -> list of Traction")
-        for name in self.loads:
-            check_name("loads", name)
-        choice("kinematics", self.kinematics, KINEMATICS)
-        for name, body in self.bodies.items():
-            if self.kinematics == "axisymmetric":
-                _check_axisymmetric(name, body)
-        loads = {name: listed_parts(f"loads[{name!r}]", parts, *LOADS) for name, parts in self.loads.items()}
+        kinematics = _checked_kinematics(self.kinematics, self.bodies)
         contacts = listed_parts("contacts", self.contacts, Contact)
-        if not contacts and len(self.bodies) != 2:
-            raise ModelError(f"contacts: none, with {len(self.bodies)} bodies; give a Contact for each face at which two of them meet")
-        object.__setattr__(self, "bodies", MappingProxyType(dict(self.bodies)))
-        object.__setattr__(self, "supports", listed_parts("supports", self.supports, Support))
-        object.__setattr__(self, "loads", MappingProxyType(loads))
         if not contacts:
+            if len(self.bodies) != 2:
+                raise ModelError(f"contacts: none, with {len(self.bodies)} bodies; give a Contact for each face at which two of them meet")
             one, two = self.bodies
             contacts = (Contact(one, two),)
-        object.__setattr__(self, "contacts", contacts)
-        for name, parts in loads.items():
+        loads = {}
+        for name, parts in self.loads.items():
+            check_name("loads", name)
+            loads[name] = listed_parts(f"loads[{name!r}]", parts, *LOADS)
             if not parts:
                 raise ModelError(f"loads[{name!r}]: no load; give at least one, or leave the load case out")
-        self._parts.check_contacts()
-        self._parts.held()
-        for name in loads:
-            self._parts.force(name)
-            self._parts.overlap(name)
-            self._parts.moved(name)
-        warn_of_contrast(self.bodies, contacts)
-        for contact, joint in zip(contacts, self._parts.joints, strict=True):
-            if joint.coarser > COARSE:
+        for name, value in {
+            "bodies": MappingProxyType(dict(self.bodies)),
+            "supports": listed_parts("supports", self.supports, Support),
+            "loads": MappingProxyType(loads),
+            "contacts": contacts,
+            "kinematics": kinematics,
+        }.items():
+            object.__setattr__(self, name, value)
+        _ = self._cases
+        for contact, coarser in zip(contacts, self._parts.coarser, strict=True):
+            E = [self.bodies[name].material.E for name in (contact.body_1, contact.body_2)]
+            if max(E) >= UNITS_APART * min(E):
                 warnings.warn(
-                    f"contacts: {contact.name!r}: the edges of body {contact.body_1!r} are {joint.coarser:.1f} times as long as those of body "
+                    f"bodies: E = {E[0]:g} of {contact.body_1!r} and {E[1]:g} of {contact.body_2!r}; are both in the same unit (Pa or MPa)?",
+                    ModelWarning,
+                    stacklevel=3,
+                )
+            if coarser > COARSE:
+                warnings.warn(
+                    f"contacts: {contact.name!r}: the edges of body {contact.body_1!r} are {coarser:.1f} times as long as those of body "
                     f"{contact.body_2!r}; the nodes of body 1 are those of the contact: exchange the bodies, or mesh it finer",
                     ModelWarning,
                     stacklevel=3,
@@ -130,7 +130,7 @@ class ContactModel(Shown, Plotted):
     def condense(self) -> ContactSystem:
         """Condense the glued bodies to the relative motion of the contacts, see `frictopt.condense`.
 
-        The nodes are those of body 1 of each contact, contact after contact, in the direction in which body 1 is on the left.
+        The nodes are those of body 1 of each contact, contact after contact, in the plane in the direction in which body 1 is on the left.
 
         Raises
         ------
@@ -138,22 +138,24 @@ class ContactModel(Shown, Plotted):
             Rigid motions that nothing prevents, supports on both nodes of a pair, a contact that is all corners of others, a stiffness that cannot be
             factorised, or not accurately enough (extreme materials, sizes or elements).
         """
-        parts = self._parts
-        moduli = [[parts.modulus(name) for name in (contact.body_1, contact.body_2)] for contact in self.contacts]
-        E_star = {1 / (1 / one + 1 / two) for one, two in moduli}
-        names = [str(self.contacts[number].name) for number in parts.contact]
-        points = parts.points[parts.interface.nodes]
-        check_course(points, parts.interface.frames, names)
-        overlaps = {name: overlap for name in self.loads if (overlap := parts.overlap(name)).any()}
-        F = {name: parts.load(name) for name in self.loads}
-        graph = node_graph(parts.stiffness, parts.free_rows)
-        return plane_system(
-            *reactions(parts.stiffness, F, overlaps, parts.interface, parts.free_rows, parts.points, graph, names),
-            parts.interface,
-            points=points,
-            contact=names,
+        parts, (K, interface) = self._parts, (self._parts.stiffness, self._parts.interface)
+        names, points = [parts.names[number] for number in parts.contact], parts.points[interface.nodes]
+        if self.kinematics != "space":
+            check_course(points, interface.frames, names)
+        F = {name: force - K @ moved if moved.any() else force for name, (force, moved, _) in self._cases.items()}
+        overlaps = {name: overlap for name, (_, _, overlap) in self._cases.items() if overlap.any()}
+        S, bonded = condensed(K, F, overlaps, interface, parts.free_rows, parts.points, names, node_graph(K, parts.free_rows))
+        materials = {name: body.material for name, body in self.bodies.items()}
+        moduli = {name: one.E if self.kinematics == "plane_stress" else one.plane_modulus for name, one in materials.items()}
+        E_star = {1 / (1 / moduli[contact.body_1] + 1 / moduli[contact.body_2]) for contact in self.contacts}
+        return ContactSystem(
+            S,
+            points,
+            bonded,
             gap=parts.gap,
-            width=parts.widths,
+            frames=interface.frames,
+            contact=np.array(names),
+            width=parts.width,
             E_star=E_star.pop() if len(E_star) == 1 else None,
         )
 
@@ -165,7 +167,8 @@ class ContactModel(Shown, Plotted):
         loads
             The loads of the state, load case name -> amplitude.
         slip, gap
-            (N,) slip v and gap w of the state, length. The gap of a state contains the initial one of this model; no gap means just that one.
+            Slip v, (N,) or (N, 2) in space, and gap w, (N,), of the state, length. The gap of a state contains the initial one of this model; no gap
+            means just that one.
 
         Warns
         -----
@@ -176,7 +179,7 @@ class ContactModel(Shown, Plotted):
         Raises
         ------
         ModelError
-            An unknown load case, or slips and gaps that are not (N,) finite numbers.
+            An unknown load case, or slips and gaps of another shape or not finite.
 
         Examples
         --------
@@ -188,55 +191,90 @@ class ContactModel(Shown, Plotted):
         >>> bool(abs(fields.q).max() < 1), round(float(fields.p.sum()), 9)
         (True, 2.0)
         """
-        amplitudes, n = checked_loads("loads", loads), len(self._parts.contact)
+        amplitudes, parts = checked_loads("loads", loads), self._parts
         if unknown := sorted(set(amplitudes) - set(self.loads)):
             raise ModelError(f"load case {unknown[0]!r}: unknown; this model has {sorted(self.loads)}")
-        initial = self._parts.gap
-        v, w = finite_array("slip", slip, (n,)), initial if gap is None else finite_array("gap", gap, (n,))
-        size = self._parts.stiffness.shape[0]
-        force, lift, overlap, expansions = np.zeros(size), np.zeros(size), np.zeros(n), []
+        n, d = len(parts.contact), parts.points.shape[1]
+        v, w = finite_array("slip", slip, (n,) if d == 2 else (n, 2)), parts.gap if gap is None else finite_array("gap", gap, (n,))
+        force, lift, overlap = np.zeros(parts.points.size), np.zeros(parts.points.size), np.zeros(n)
         for name, amplitude in amplitudes.items():
-            force += amplitude * self._parts.force(name)
-            lift += amplitude * self._parts.moved(name)
-            overlap += amplitude * self._parts.overlap(name)
-            expansions += [(amplitude, part) for part in self.loads[name] if isinstance(part, Expansion)]
-        u, r = self._parts.recovery.displacements(force, lift, np.concatenate([v, w - initial + overlap]))
-        moved = {name: u[self._parts.rows[first : first + len(self.bodies[name].mesh.p.T)]].T for name, first in self._parts.first_node.items()}
+            for total, part in zip((force, lift, overlap), self._cases[name], strict=True):
+                total += amplitude * part
+        expansions = [(amplitude, part) for name, amplitude in amplitudes.items() for part in self.loads[name] if isinstance(part, Expansion)]
+        u, r = self._recovery.displacements(force, lift, joined(v, w - parts.gap + overlap))
         if gap is not None:
             _warn_of_open_nodes(w, r, float(np.abs(u).max()))
-        return body_fields(self.bodies, self.kinematics, moved, expansions, r, self._parts.interface.frames[:, 0], self._parts.sides)
+        moved = {name: u[parts.rows[first : first + self.bodies[name].mesh.p.shape[1]]].T for name, first in parts.first_node.items()}
+        return body_fields(self.bodies, self.kinematics or "plane_strain", moved, expansions, parted(r, d), parts.interface.frames, parts.sides)
 
     @property
     def held_nodes(self) -> tuple[Integers, ...]:
         """Numbers of the nodes that each support holds, in the mesh of its body."""
-        return tuple(self._parts.nodes("supports", support) for support in self.supports)
+        return tuple(self._parts.nodes("supports", support) - self._parts.first_node[support.body] for support in self.supports)
 
     @property
     def surface_loads(self) -> tuple[tuple[str, str, Integers, Array], ...]:
-        """Tractions and pressures of all load cases, one after the other: load case, body, numbers of its loaded nodes, (2, nodes) forces on them."""
+        """Tractions and pressures of all load cases, one after the other: load case, body, numbers of its loaded nodes, (d, nodes) forces on them."""
         found = []
         for case, parts in self.loads.items():
             for part in parts:
                 if isinstance(part, Traction | Pressure):
                     body = self.bodies[part.body]
                     nodes = body.boundary_nodes(part.boundary, f"loads[{case!r}]")
-                    found.append((case, part.body, nodes, part._forces(body, self.kinematics)[:, nodes]))
+                    found.append((case, part.body, nodes, part._forces(body, self._parts.kinematics)[:, nodes]))
         return tuple(found)
 
     def _answer(self) -> Mapping[str, Any]:
         counts = np.bincount(self._parts.contact, minlength=len(self.contacts)).tolist()
-        contacts = {contact.name: count for contact, count in zip(self.contacts, counts, strict=True)}
-        model = {"bodies": described(self.bodies), "contacts": contacts, "supports": len(self.supports), "loads": list(self.loads)}
-        return {**model, "kinematics": self.kinematics}
+        bodies = {}
+        for name, body in self.bodies.items():
+            extents = " x ".join(f"{extent:.4g}" for extent in np.ptp(body.mesh.p, axis=1))
+            bodies[name] = f"E={body.material.E:g}, nu={body.material.nu:g}, {extents}, {body.mesh.p.shape[1]} nodes"
+        model = {"bodies": bodies, "contacts": dict(zip(self._parts.names, counts, strict=True)), "supports": len(self.supports)}
+        return {**model, "loads": list(self.loads), "kinematics": self.kinematics}
 
     @cached_property
     def _parts(self) -> Assembly:
-        return Assembly(self.bodies, self.supports, self.loads, self.contacts, self.kinematics)
+        return Assembly(self.bodies, self.supports, self.contacts, self.kinematics or "plane_strain")
+
+    @cached_property
+    def _cases(self) -> dict[str, tuple[Array, Array, Array]]:
+        """Nodal forces, displacements of moved supports, and overlaps of each load case."""
+        return {name: self._parts.case(f"loads[{name!r}]", parts) for name, parts in self.loads.items()}
+
+    @cached_property
+    def _recovery(self) -> Recovery:
+        """The factorisation that gives displacements back."""
+        return Recovery(self._parts.stiffness, self._parts.interface, self._parts.free_rows, self._parts.points)
+
+
+def _checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body]) -> Kinematics:
+    """Check the bodies, and the kinematics by their dimension."""
+    for name, body in bodies.items():
+        check_text("bodies: name", name, "a printable text")
+        if not isinstance(body, Body):
+            raise ModelError(f"bodies[{name!r}]: a {type(body).__name__}; give a Body(mesh, material)")
+    flat = {name: body.mesh.dim() == 2 for name, body in bodies.items()}
+    if len(set(flat.values())) > 1:
+        one, two = (next(name for name in flat if flat[name] == plane) for plane in (True, False))
+        raise ModelError(f"bodies: {one!r} is plane, {two!r} in space; give meshes of one dimension")
+    in_space = not all(flat.values())
+    if kinematics is None:
+        return "space" if in_space else "plane_strain"
+    if (choice("kinematics", kinematics, KINEMATICS) == "space") != in_space:
+        raise ModelError(f"kinematics: {kinematics!r} with bodies {'in space' if in_space else 'in the plane'}; leave it out, or give other meshes")
+    for name, body in bodies.items():
+        radius = body.mesh.p[0]
+        if kinematics == "axisymmetric" and radius.min() < 0:
+            raise ModelError(f"bodies[{name!r}]: x = {radius.min():g} at node {int(radius.argmin())}; of an axisymmetric body x is the radius, >= 0")
+        if kinematics == "axisymmetric" and body.element != "linear":
+            raise ModelError(f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have element='linear'")
+    return kinematics
 
 
 def _warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:
-    """Warn of forces (2N,) at nodes that are open, beside displacements of the bodies."""
-    forces = np.hypot(*np.split(r, 2))
+    """Warn of forces (d N,) at nodes that are open, beside displacements of the bodies."""
+    forces = np.linalg.norm(r.reshape(-1, len(w)), axis=0)
     carries = (w > COUNTS * moved) & (forces > COUNTS * forces.max())
     if carries.any():
         i = int(np.argmax(forces * carries))
@@ -246,12 +284,3 @@ def _warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:
             ModelWarning,
             stacklevel=3,
         )
-
-
-def _check_axisymmetric(name: str, body: Body) -> None:
-    """Check that a body lies on one side of the axis, and that its elements have stresses there."""
-    radius = body.mesh.p[0]
-    if radius.min() < 0:
-        raise ModelError(f"bodies[{name!r}]: x = {radius.min():g} at node {int(radius.argmin())}; of an axisymmetric body x is the radius, >= 0")
-    if body.element != "linear":
-        raise ModelError(f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have element='linear'")

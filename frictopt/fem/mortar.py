@@ -35,7 +35,7 @@ def foot_points(face: Face, points: Array) -> tuple[Array, Array]:
     return s, height
 
 
-def mortar_projection(face: Face, other: Integers, s: Array, nodes: int, around: Array) -> csr_matrix:
+def mortar_projection(face: Face, other: Integers, s: Array, nodes: int, around: Array, widths: Array) -> csr_matrix:
     """(n, nodes) matrix `P = D^-1 M` that gives the n nodes of the face the displacements of nodes on the other side.
 
     With phi the hat functions of the face, psi the dual ones (over an edge, `int psi_a phi_b` is `int phi_a` for a = b, else zero) and chi those of
@@ -50,8 +50,8 @@ def mortar_projection(face: Face, other: Integers, s: Array, nodes: int, around:
         Nodes of body 2 and the arc lengths at which they face body 1, increasing, at least from 0 to its length.
     nodes
         Number of columns of P.
-    around
-        (n,) depth of the face at its nodes: 1 in the plane, the circumference of an axisymmetric body; linear along each edge.
+    around, widths
+        (n,) depth of the face at its nodes, 1 in the plane, the circumference of an axisymmetric body, linear along each edge; and `int phi_a`.
     """
     chain = face.chain
     own = np.r_[0.0, np.cumsum(face.lengths)]
@@ -71,4 +71,4 @@ def mortar_projection(face: Face, other: Integers, s: Array, nodes: int, around:
         for node, psi in ((chain[a], psi_first), (chain[a + 1], psi_last)):
             entries += [(node, other[j], depth * psi * (1 - chi)), (node, other[j + 1], depth * psi * chi)]
     row, column, value = (np.concatenate(parts) for parts in zip(*entries, strict=True))
-    return csr_matrix((value / face.widths(around)[row], (row, column)), shape=(len(face.nodes), nodes))
+    return csr_matrix((value / widths[row], (row, column)), shape=(len(face.nodes), nodes))

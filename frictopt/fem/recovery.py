@@ -24,8 +24,7 @@ from .rigid import node_graph
 
 __all__ = ["BodyFields", "Recovery", "body_fields"]
 
-_CELLS = {3: "triangle", 4: "quad"}
-_COMPONENTS = ("xx", "yy", "xy", "zz")
+_COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,14 +37,14 @@ class BodyFields(Shown, Plotted):
     Attributes
     ----------
     displacement
-        Body name -> (2, nodes) displacements x and y, length.
+        Body name -> (d, nodes) displacements x, y (and z in space), length.
     stress, strain
-        Body name -> (4, nodes) nodal values, rows xx, yy, xy (of the tensor), zz; zz is normal to the plane, or the hoop direction of an axisymmetric
-        body. Stress tension positive.
+        Body name -> nodal values, rows xx, yy, xy (of the tensor), zz, and in space xz and yz. In the plane zz is normal to it, or the hoop direction
+        of an axisymmetric body. Stress tension positive.
     bodies
         Body name -> body.
     q, p
-        (N,) reactions of body 2 on body 1 in this field, `K u - F` at the nodes of body 1: those of the state.
+        Reactions of body 2 on body 1 in this field, `K u - F` at the nodes of body 1: those of the state; (N,), the shear (N, 2) in space.
 
     Examples
     --------
@@ -64,14 +63,16 @@ class BodyFields(Shown, Plotted):
     q: Array
     p: Array
     bodies: Mapping[str, Body]
-    _tangents: Array
+    _frames: Array
     _sides: tuple[csr_matrix, csr_matrix]
 
     def _answer(self) -> Mapping[str, Any]:
-        return {"bodies": list(self.displacement), "nodes": len(self.q)}
+        return {"bodies": list(self.displacement), "nodes": len(self.p)}
 
     def at_contact(self, side: int) -> tuple[Array, Array]:
-        """(N,) stress and strain along the tangent at the nodes of the contact, in body 1 (`side=1`) or at their places in body 2 (`side=2`).
+        """Stress and strain along the contact at its nodes, in body 1 (`side=1`) or at their places in body 2 (`side=2`).
+
+        (N,) along the tangent; in space the (N, 2, 2) components along the two tangents.
 
         Raises
         ------
@@ -79,11 +80,14 @@ class BodyFields(Shown, Plotted):
             A side that is neither 1 nor 2.
         """
         projection = self._sides[whole_number("side", side, least=1, most=2) - 1]
-        x, y = self._tangents.T
+        d = self._frames.shape[1]
+        order = [[_COMPONENTS.index("".join(sorted(a + b))) for b in "xyz"[:d]] for a in "xyz"[:d]]
 
         def along(fields: Mapping[str, Array]) -> Array:
-            xx, yy, xy, _ = (projection @ np.concatenate(list(fields.values()), axis=1).T).T
-            return frozen(x * x * xx + y * y * yy + 2 * x * y * xy)
+            tensors = (projection @ np.concatenate(list(fields.values()), axis=1).T)[:, order]
+            tangents = self._frames[:, :-1]
+            found = np.einsum("nia,nab,njb->nij", tangents, tensors, tangents)
+            return frozen(found[:, 0, 0] if d == 2 else found)
 
         return along(self.stress), along(self.strain)
 
@@ -110,12 +114,15 @@ class BodyFields(Shown, Plotted):
             An unknown body, or a file that cannot be written.
         """
         meshio = meshio_library()
+        from skfem.io.meshio import to_meshio  # here, for it imports meshio
+
         mesh = self._body(body).mesh
-        flat = np.zeros((1, mesh.p.shape[1]))
-        data = {"displacement": np.concatenate([self.displacement[body], flat]).T}
+        d = mesh.dim()
+        data = {"displacement": np.pad(self.displacement[body].T, ((0, 0), (0, 3 - d)))}
         for name, field in (("stress", self.stress[body]), ("strain", self.strain[body])):
-            data |= {f"{name}_{component}": row for component, row in zip(_COMPONENTS, field, strict=True)}
-        whole = meshio.Mesh(np.concatenate([mesh.p, flat]).T, [(_CELLS[len(mesh.t)], mesh.t.T)], point_data=data)
+            data |= {f"{name}_{component}": row for component, row in zip(_COMPONENTS, field, strict=False)}
+        whole = to_meshio(mesh, point_data=data, encode_cell_data=False)
+        whole.points = np.pad(mesh.p.T, ((0, 0), (0, 3 - d)))
         try:
             whole.write(path)
         except (OSError, TypeError, ValueError, meshio.WriteError, meshio.ReadError) as error:
@@ -139,7 +146,7 @@ class Recovery:
     interface
         Pairs and directions.
     unknowns, points
-        (nodes, 2) rows of K, -1 where held, and coordinates.
+        (nodes, d) rows of K, -1 where held, and coordinates.
     """
 
     def __init__(self, K: csr_matrix, interface: Interface, unknowns: Integers, points: Array) -> None:
@@ -147,7 +154,7 @@ class Recovery:
         self._T, self._elimination = eliminated(K, interface, unknowns, points, node_graph(K, unknowns))
 
     def displacements(self, force: Array, lift: Array, z: Array) -> tuple[Array, Array]:
-        """(size,) displacements under forces, displacements `lift` of moved supports, and relative motions z (2N,); and reactions (2N,)."""
+        """(size,) displacements under forces, displacements `lift` of moved supports, and relative motions z (d N,); and reactions (d N,)."""
         right = self._T.T @ (force - self._K @ lift)
         reactions = self._elimination.reactions(right[:, None])[:, 0]
         u = lift + self._T @ self._elimination.unknowns(right, reactions, z)
@@ -159,8 +166,8 @@ def body_fields(
     kinematics: Kinematics,
     displacement: Mapping[str, Array],
     expansions: Sequence[tuple[float, Expansion]],
-    r: Array,
-    tangents: Array,
+    reactions: tuple[Array, Array],
+    frames: Array,
     sides: tuple[csr_matrix, csr_matrix],
 ) -> BodyFields:
     """Strains and stresses of displacements, body by body; `expansions` are free ones with their amplitudes."""
@@ -168,29 +175,33 @@ def body_fields(
     for name, body in bodies.items():
         own = [(amplitude, part) for amplitude, part in expansions if part.body == name]
         strain[name], stress[name] = _strain_and_stress(body, kinematics, displacement[name], own)
-    n = len(r) // 2
     moved = {name: frozen(u) for name, u in displacement.items()}
-    return BodyFields(moved, stress, strain, frozen(r[:n]), frozen(r[n:]), bodies, tangents, sides)
+    return BodyFields(moved, stress, strain, frozen(reactions[0]), frozen(reactions[1]), bodies, frames, sides)
 
 
 def _strain_and_stress(body: Body, kinematics: Kinematics, u: Array, expansions: Sequence[tuple[float, Expansion]]) -> tuple[Array, Array]:
-    """(4, nodes) nodal strain and stress."""
-    basis = Basis(body.mesh, ELEMENTS[type(body.mesh)]())
+    """(components, nodes) nodal strain and stress."""
+    basis, d = Basis(body.mesh, ELEMENTS[type(body.mesh)]()), len(u)
     x = np.asarray(basis.global_coordinates())[0]
     fields = [basis.interpolate(component) for component in u]
-    (ux_x, ux_y), (uy_x, uy_y) = (np.asarray(field.grad) for field in fields)
-    out = np.asarray(fields[0]) / x if kinematics == "axisymmetric" else np.zeros_like(x)
+    slopes = np.array([np.asarray(field.grad) for field in fields])
+    strain, nothing = np.zeros((3, 3, *x.shape)), np.zeros_like(x)
+    strain[:d, :d] = (slopes + slopes.swapaxes(0, 1)) / 2
+    if kinematics == "axisymmetric":
+        strain[2, 2] = np.asarray(fields[0]) / x
     lam, mu = body.material._plane_lame(kinematics)
-    volume = ux_x + uy_y + out
-    if body.element == "mean_dilatation":
-        volume = element_means(basis, volume)
-    tension = lam * volume - sum((amplitude * part._tension(body, kinematics, basis) for amplitude, part in expansions), np.zeros_like(x))
-    xx, yy, xy = tension + 2 * mu * ux_x, tension + 2 * mu * uy_y, mu * (ux_y + uy_x)
-    zz = np.zeros_like(x) if kinematics == "plane_stress" else tension + 2 * mu * out
+    volume = np.trace(strain) if body.element == "linear" else element_means(basis, np.trace(strain))
+    tension = lam * volume - sum((amplitude * part._tension(body, kinematics, basis) for amplitude, part in expansions), nothing)
+    stress = 2 * mu * strain + tension * np.eye(3)[:, :, None, None]
     if kinematics == "plane_stress":
-        free = sum((amplitude * part._strain(basis) for amplitude, part in expansions), np.zeros_like(x))
-        out = -body.material.nu / body.material.E * (xx + yy) + free
-    strain, stress = (ux_x, uy_y, (ux_y + uy_x) / 2, out), (xx, yy, xy, zz)
+        free = sum((amplitude * part._strain(basis) for amplitude, part in expansions), nothing)
+        strain[2, 2] = -body.material.nu / body.material.E * (stress[0, 0] + stress[1, 1]) + free
+        stress[2, 2] = 0.0
     mass = splu(BilinearForm(lambda a, b, w: a * b).assemble(basis).tocsc())
-    rows = [mass.solve(np.asarray(LinearForm(lambda v, w: w.amount * v).assemble(basis, amount=part))) for part in (*strain, *stress)]
-    return frozen(rows[:4]), frozen(rows[4:])
+    form = LinearForm(lambda v, w: w.amount * v)
+    names = _COMPONENTS[: 4 if d == 2 else 6]
+    strains, stresses = (
+        frozen([mass.solve(form.assemble(basis, amount=field["xyz".index(name[0]), "xyz".index(name[1])])) for name in names])
+        for field in (strain, stress)
+    )
+    return strains, stresses

@@ -4,10 +4,9 @@ import numpy as np
 from scipy.sparse import csr_matrix, hstack
 from scipy.sparse.csgraph import connected_components
 
-from ..contact.checks import Array
+from ..contact.checks import Array, place
 from ..contact.tolerances import EQUILIBRIUM, FREE_MOTION, SAME_POINT
 from ..errors import ModelError
-from .frames import place
 from .interface import Interface
 from .ordering import Integers
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from ..contact.checks import check_text, shown
 from ..errors import ModelError
-from .bodies import Body
-from .elasticity import ELEMENTS, ElementName, Material
-from .numbering import linear_mesh
+from .bodies import Body, check_kind
+from .elasticity import ElementName, Material
 
 __all__ = ["split_bodies"]
 
@@ -18,13 +17,13 @@ __all__ = ["split_bodies"]
 def split_bodies(mesh: Any, materials: Mapping[str, Material], *, element: ElementName = "linear") -> dict[str, Body]:
     """Split a mesh with a named subdomain for each body into bodies with nodes of their own.
 
-    Each body keeps the named boundaries of the mesh that it has edges on. The edges that it shares with another body become one more boundary, of the
-    name of that body: between a pin and a plate that share nodes the contact is `Contact("pin", "plate", "plate", "pin")`.
+    Each body keeps the named boundaries of the mesh that it has facets on. The facets that it shares with another body become one more boundary, of
+    the name of that body: between a pin and a plate that share nodes the contact is `Contact("pin", "plate", "plate", "pin")`.
 
     Parameters
     ----------
     mesh
-        The mesh (`MeshTri` or `MeshQuad`), for example of `skfem.Mesh.load("model.msh")`.
+        The mesh (`MeshTri`, `MeshQuad`, `MeshTet` or `MeshHex`), for example of `skfem.Mesh.load("model.msh")`.
     materials
         Name of a subdomain -> material of the body; every element is in one of them.
     element
@@ -51,7 +50,7 @@ def split_bodies(mesh: Any, materials: Mapping[str, Material], *, element: Eleme
     >>> sorted(bodies["punch"].mesh.boundaries)
     ['block']
     """
-    linear_mesh("mesh", mesh, ELEMENTS, "MeshTri or a MeshQuad")
+    check_kind(mesh)
     if not isinstance(materials, Mapping) or not materials:
         raise ModelError(f"materials: {shown(materials)}; give a mapping, name of a subdomain -> Material")
     subdomains = mesh.subdomains or {}
@@ -77,7 +76,7 @@ def split_bodies(mesh: Any, materials: Mapping[str, Material], *, element: Eleme
             shared = inner[(sides == number).any(axis=0) & (sides == other).any(axis=0)]
             if other != number and len(shared):
                 if neighbour in boundaries:
-                    raise ModelError(f"mesh: boundary {neighbour!r} has the name of a body that {name!r} shares edges with; call it otherwise")
+                    raise ModelError(f"mesh: boundary {neighbour!r} has the name of a body that {name!r} shares facets with; call it otherwise")
                 boundaries[neighbour] = shared
         own = replace(mesh, _boundaries=boundaries).restrict(np.flatnonzero(owner == number), skip_subdomains=True)
         kept = {boundary: facets for boundary, facets in own.boundaries.items() if len(facets)}

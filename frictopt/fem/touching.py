@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array
+from ..contact.checks import Array, place
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
-from .frames import place
 from .ordering import Integers
 
 __all__ = ["check_touching"]

@@ -3,57 +3,71 @@
 import re
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
+from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from ..contact.checks import Array
+from ..contact.checks import Array, shown
+from ..errors import ModelError
 from ..fem import BodyFields, ContactModel, Pressure, Traction
 from ..scenes.scene import Scene
 from .picture import picture
 from .style import BLACK, legend, new_axes, series
 
-__all__ = ["draw_edges", "draw_mesh", "spread", "words"]
+__all__ = ["draw_edges", "draw_mesh"]
 
-_HELD = {"xy": "s", "x": ">", "y": "^"}  # directions -> marker
-_MOST_MARKS = 17  # along each support
-_ARROWS = 9  # along each loaded boundary
+_MOST_MARKS = 17, 25  # of each support, in the plane and in space
+_ARROWS = 9  # of each loaded boundary
 _NAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
 _TO_NAME = {"arrowstyle": "-", "lw": 0.8}
-_LENGTH = 0.08  # of an arrow, over the size of the model
+_LENGTH = 0.08, 0.12  # of an arrow, over the size of the model, in the plane and in space
 
 
 def draw_edges(axes: Any, mesh: Any, facets: Any, scale: float = 1.0, **look: Any) -> None:
-    """Draw some facets of a mesh; coordinates are divided by `scale`."""
+    """Draw some facets of a plane mesh; coordinates are divided by `scale`."""
     edges = np.insert(mesh.p[:, mesh.facets[:, facets]] / scale, 2, np.nan, axis=1)  # one line with gaps is drawn far faster than many lines
     axes.plot(*edges.transpose(0, 2, 1).reshape(2, -1), solid_capstyle="round", snap=False, **look)
 
 
 def draw_mesh(axes: Any, mesh: Any, color: str, scale: float = 1.0, *, thin: float = 0.12, label: str | None = None) -> None:
-    """Draw the lines of a mesh, with its outline; coordinates are divided by `scale`."""
+    """Draw the lines of a plane mesh, with its outline; coordinates are divided by `scale`."""
     draw_edges(axes, mesh, np.arange(mesh.facets.shape[1]), scale, color=color, lw=thin, zorder=0.5)
     draw_edges(axes, mesh, mesh.boundary_facets(), scale, color=color, lw=1.0, zorder=0.5, label=label)
 
 
 @picture.register
 def _model(model: ContactModel, ax: Any = None) -> Any:
-    """Each body in its colour, contacts as thick lines, held nodes as marks, and the directions of each load case as arrows."""
-    (axes,) = new_axes(ax, size=(6.4, 4.8))
-    size = float(max(np.ptp(np.concatenate([body.mesh.p for body in model.bodies.values()], axis=1), axis=1)))
+    """Each body in its colour (in space its surface), contacts in black, held nodes as marks, and the directions of each load case as arrows."""
+    in_space = model.kinematics == "space"
+    axes = _axes(ax, in_space)
+    ends = np.array([[end(body.mesh.p, axis=1) for end in (np.min, np.max)] for body in model.bodies.values()])
+    length = _LENGTH[in_space] * float((ends[:, 1].max(axis=0) - ends[:, 0].min(axis=0)).max())
     for number, (name, body) in enumerate(model.bodies.items()):
-        draw_mesh(axes, body.mesh, series(number)["color"], thin=0.2, label=name)
+        color = series(number)["color"]
+        if in_space:
+            _faces(axes, body.mesh, body.mesh.boundary_facets(), facecolor=(color, 0.04), edgecolor=(color, 0.5), linewidth=0.3, label=name)
+        else:
+            draw_mesh(axes, body.mesh, color, thin=0.2, label=name)
     for number, contact in enumerate(model.contacts):
-        mesh = model.bodies[contact.body_1].mesh
+        mesh, label = model.bodies[contact.body_1].mesh, "contact" if number == 0 else None
         facets = mesh.boundaries[contact.boundary_1]
-        draw_edges(axes, mesh, facets, color=BLACK, lw=2.5, label="contact" if number == 0 else None)
+        if in_space:
+            _faces(axes, mesh, facets, facecolor=(BLACK, 0.6), edgecolor=BLACK, linewidth=0.3, label=label)
+        else:
+            draw_edges(axes, mesh, facets, color=BLACK, lw=2.5, label=label)
         if len(model.contacts) > 1:
             middle = mesh.p[:, mesh.facets[:, facets]].mean(axis=(1, 2))
-            axes.annotate(contact.name, middle, (0, -28), textcoords="offset points", ha="center", va="top", bbox=_NAME, arrowprops=_TO_NAME)
+            if in_space:
+                axes.text(*middle, contact.name, bbox=_NAME)
+            else:
+                axes.annotate(contact.name, middle, (0, -28), textcoords="offset points", ha="center", va="top", bbox=_NAME, arrowprops=_TO_NAME)
     _supports(axes, model)
     for number, case in enumerate(model.loads, start=len(model.bodies)):
-        _load(axes, model, case, size, series(number)["color"])
-    axes.set_aspect("equal")
-    axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)")
+        _load(axes, model, case, length, series(number)["color"])
+    _finish(axes, ends, length)
     if ax is None:
-        axes.figure.set_layout_engine("compressed")
+        axes.figure.set_layout_engine("constrained" if in_space else "compressed")
         axes.figure.legend(loc="outside right upper", handlelength=2.2)
     else:
         legend(axes)
@@ -68,67 +82,103 @@ def _scene(scene: Scene, ax: Any = None) -> Any:
 
 @picture.register
 def _fields(fields: BodyFields, ax: Any = None) -> Any:
-    """Von Mises stress in all bodies, nodal values; the colours end at the value that 99 of 100 nodes do not exceed."""
-    (axes,) = new_axes(ax, size=(6.4, 4.8))
+    """Von Mises stress in all bodies, in space on their surfaces, nodal values; the colours end at the value that 99 of 100 nodes do not exceed."""
+    in_space = next(iter(fields.bodies.values())).mesh.dim() == 3
+    axes = _axes(ax, in_space)
     stress = {name: _von_mises(rows) for name, rows in fields.stress.items()}
+    look = {"cmap": "viridis", "rasterized": True}
     most = float(np.quantile(np.concatenate(list(stress.values())), 0.99))
     for name, body in fields.bodies.items():
+        if in_space:
+            facets = body.mesh.boundary_facets()
+            colours = _faces(axes, body.mesh, facets, array=stress[name][body.mesh.facets[:, facets]].mean(axis=0), **look)
+            colours.set_clim(0.0, most)
+            continue
         t = body.mesh.t
         triangles = t.T if len(t) == 3 else np.concatenate([t[[0, 1, 2]].T, t[[0, 2, 3]].T])
-        look = {"shading": "gouraud", "cmap": "viridis", "vmin": 0.0, "vmax": most, "rasterized": True}
-        colours = axes.tripcolor(*body.mesh.p, triangles, stress[name], **look)
+        colours = axes.tripcolor(*body.mesh.p, triangles, stress[name], shading="gouraud", vmin=0.0, vmax=most, **look)
         draw_edges(axes, body.mesh, body.mesh.boundary_facets(), color=BLACK, lw=0.6)
     axes.figure.colorbar(colours, ax=axes, extend="max", label="von Mises stress (force per area)")
-    axes.set_aspect("equal")
-    axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)")
+    _finish(axes, np.array([[end(body.mesh.p, axis=1) for end in (np.min, np.max)] for body in fields.bodies.values()]), 0.0)
     if ax is None:
-        axes.figure.set_layout_engine("compressed")
+        axes.figure.set_layout_engine("constrained" if in_space else "compressed")
     return axes
 
 
 def _von_mises(stress: Array) -> Array:
-    xx, yy, xy, zz = stress
-    return np.asarray(np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * xy**2))
+    xx, yy, xy, zz, *others = stress
+    shear = xy**2 + sum(other**2 for other in others)
+    return np.asarray(np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * shear))
+
+
+def _axes(ax: Any, in_space: bool) -> Any:
+    if not in_space:
+        return new_axes(ax, size=(6.4, 4.8))[0]
+    if ax is None:
+        return plt.figure(figsize=(6.4, 4.8)).add_subplot(projection="3d")
+    if not isinstance(ax, Axes3D):
+        raise ModelError(f"ax: {shown(ax)}; a model in space needs axes with projection='3d'")
+    return ax
+
+
+def _finish(axes: Any, ends: Array, length: float) -> None:
+    """Names and limits of the axes, in space with room for the arrows."""
+    axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)")
+    if ends.shape[2] == 2:
+        axes.set_aspect("equal")
+        return
+    low, high = ends[:, 0].min(axis=0) - length, ends[:, 1].max(axis=0) + length
+    axes.set_box_aspect(high - low)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), zlabel="$z$ (length)")
+    axes.grid(False)
+    axes.locator_params(nbins=5)
+
+
+def _faces(axes: Any, mesh: Any, facets: Any, **look: Any) -> Any:
+    """Draw facets of a mesh in space."""
+    return axes.add_collection3d(Poly3DCollection(mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0), **look))
 
 
 def _supports(axes: Any, model: ContactModel) -> None:
     named: set[str] = set()
     for support, nodes in zip(model.supports, model.held_nodes, strict=True):
         points = model.bodies[support.body].mesh.p[:, nodes]
-        chosen = spread(points, _MOST_MARKS)
-        label = None if support.directions in named else f"held in {' and '.join(support.directions)}"
-        named.add(support.directions)
-        axes.plot(*points[:, chosen], linestyle="none", marker=_HELD[support.directions], color=BLACK, markersize=4.5, label=label, clip_on=False)
+        chosen = points[:, _spread(points, _MOST_MARKS[len(points) - 2])]
+        held = support.directions or "xyz"[: len(points)]
+        marker = "s" if len(held) == len(points) else {"x": ">", "y": "^", "z": "v"}.get(held, "D")
+        label = None if held in named else f"held in {', '.join(held)}"
+        named.add(held)
+        look = {"markersize": 4.5, "clip_on": False} if len(points) == 2 else {"markersize": 3.5}
+        axes.plot(*chosen, linestyle="none", marker=marker, color=BLACK, label=label, **look)
 
 
-def _load(axes: Any, model: ContactModel, case: str, size: float, color: str) -> None:
+def _load(axes: Any, model: ContactModel, case: str, length: float, color: str) -> None:
     """Draw one load case; what acts on no surface is named in the legend."""
-    others = [words(type(part).__name__) for part in model.loads[case] if not isinstance(part, Traction | Pressure)]
+    others = [re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower() for part in model.loads[case] if not isinstance(part, Traction | Pressure)]
     for name, body, nodes, force in model.surface_loads:
         if name == case:
-            _arrows(axes, model.bodies[body].mesh, nodes, force, _LENGTH * size, color)
-    axes.plot([], [], color=color, marker=">", label=f"load {case}" + (f" ({', '.join(others)})" if others else ""))
-
-
-def words(name: str) -> str:
-    """The name of a class as words."""
-    return re.sub("(?<!^)(?=[A-Z])", " ", name).lower()
+            _arrows(axes, model.bodies[body].mesh, nodes, force, length, color)
+    nowhere: list[list[float]] = [[]] * (3 if model.kinematics == "space" else 2)
+    axes.plot(*nowhere, color=color, marker=">", label=f"load {case}" + (f" ({', '.join(others)})" if others else ""))
 
 
 def _arrows(axes: Any, mesh: Any, nodes: Any, force: Array, length: float, color: str) -> None:
     """Draw arrows of equal length along the loaded boundary: those that press end on it, the others begin there."""
-    points, strength = mesh.p[:, nodes], np.hypot(*force)
-    chosen = [node for node in spread(points, _ARROWS) if strength[node] > 0]
+    points, strength = mesh.p[:, nodes], np.linalg.norm(force, axis=0)
+    chosen = [node for node in _spread(points, _ARROWS) if strength[node] > 0]
     step = force[:, chosen] / strength[chosen] * length
     inward = mesh.p.mean(axis=1)[:, None] - points[:, chosen]
     tails = points[:, chosen] - np.where((step * inward).sum(axis=0) > 0, 1.0, 0.0) * step
+    if len(points) == 3:
+        axes.quiver(*tails, *step, color=color, linewidth=1.0, arrow_length_ratio=0.35)
+        return
     for tail, arrow in zip(tails.T, step.T, strict=True):
         axes.annotate("", tail + arrow, tail, arrowprops={"arrowstyle": "-|>", "color": color, "shrinkA": 0, "shrinkB": 0, "lw": 1.0})
     axes.update_datalim(np.concatenate([tails.T, (tails + step).T]))
     axes.autoscale_view()
 
 
-def spread(points: Array, most: int) -> list[int]:
+def _spread(points: Array, most: int) -> list[int]:
     """Numbers of at most so many points, each as far as possible from those before it: on a straight side evenly spaced."""
     chosen = [int(points.sum(axis=0).argmin())]
     distance = np.linalg.norm(points - points[:, chosen], axis=0)

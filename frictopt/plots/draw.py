@@ -25,7 +25,7 @@ def draw(result: Any, ax: Any = None) -> Any:
         import matplotlib.pyplot  # noqa: F401
     except ImportError as error:
         raise ImportError("plots need matplotlib: python -m pip install 'frictopt[figures]'") from error
-    from . import bodies, limits, region, searches, spatial, spatial_model, study, transients  # noqa: F401  each registers its pictures
+    from . import bodies, limits, region, searches, spatial, study, transients  # noqa: F401  each registers its pictures
     from .style import screen
 
     with nullcontext() if ax is not None else screen():

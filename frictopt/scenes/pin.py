@@ -10,10 +10,10 @@ from ..contact import ContactSystem
 from ..contact.checks import Array, finite_number, shown, whole_number
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
-from ..fem.bodies import Body, Support, Traction
+from ..fem.bodies import Body, Support
 from ..fem.contacts import Contact, Interference
 from ..fem.elasticity import Material
-from ..fem.loads import BodyForce
+from ..fem.loads import BodyForce, Traction
 from ..fem.model import ContactModel
 from ..fem.ordering import Integers
 from .grading import away, steps

@@ -11,9 +11,10 @@ from ..contact import ContactSystem
 from ..contact.checks import Array, finite_number, listed, shown, whole_number
 from ..errors import ModelError
 from ..fem.assembly import Load
-from ..fem.bodies import Body, Support, Traction
+from ..fem.bodies import Body, Support
 from ..fem.contacts import Contact, Interference
 from ..fem.elasticity import Material
+from ..fem.loads import Traction
 from ..fem.model import ContactModel
 from .grading import along, away, steps
 from .scene import Scene

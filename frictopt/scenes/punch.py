@@ -9,8 +9,9 @@ from skfem import MeshQuad
 from ..contact import ContactSystem
 from ..contact.checks import Array, choice, finite_number, frozen, shown, whole_number
 from ..errors import ModelError
-from ..fem.bodies import Body, Support, Traction
+from ..fem.bodies import Body, Support
 from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
+from ..fem.loads import Traction
 from ..fem.model import ContactModel
 from .grading import along, away, steps
 from .scene import Scene

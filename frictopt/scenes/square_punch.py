@@ -7,12 +7,13 @@ import numpy as np
 from skfem import MeshHex
 
 from ..contact.checks import Array, choice, finite_number, shown, whole_number
-from ..contact.show import Plotted
 from ..contact.system import ContactSystem
 from ..errors import ModelError
+from ..fem.bodies import Body, Support
 from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
-from ..spatial.bodies import Body3D, Support3D, Traction3D
-from ..spatial.model import ContactModel3D
+from ..fem.loads import Traction
+from ..fem.model import ContactModel
+from .scene import Scene
 
 __all__ = ["SquarePunch"]
 
@@ -21,7 +22,7 @@ _MOST_STEPS = 60
 
 
 @dataclass(frozen=True)
-class SquarePunch(Plotted):
+class SquarePunch(Scene):
     """A punch of square section on a block, in structured hexahedra.
 
     The contact is `|x|, |y| <= half_width`, z = 0; the block's bottom is held. Load cases, each of unit traction: "P", pressure on the top of the
@@ -97,7 +98,7 @@ class SquarePunch(Plotted):
         nodes = np.concatenate([[0.0], np.cumsum(self.growth ** np.arange(self._steps(length)))])
         return np.asarray(nodes * (length / nodes[-1]))
 
-    def model(self) -> ContactModel3D:
+    def model(self) -> ContactModel:
         """The two meshes with supports and load cases."""
         a, half, depth = self.half_width, self.block_half_width, self.block_depth
         face = a * np.arange(-self.elements, self.elements + 1, 2) / self.elements
@@ -117,14 +118,14 @@ class SquarePunch(Plotted):
                 "right": lambda x: x[0] == half,
             }
         )
-        return ContactModel3D(
-            bodies={"punch": Body3D(punch, self.punch_material, self.element), "block": Body3D(block, self.block_material, self.element)},
-            supports=[Support3D("block", "bottom", "xyz")],
+        return ContactModel(
+            bodies={"punch": Body(punch, self.punch_material, self.element), "block": Body(block, self.block_material, self.element)},
+            supports=[Support("block", "bottom")],
             loads={
-                "P": [Traction3D("punch", "top", z=-1.0)],
-                "Qx": [Traction3D("punch", "top", x=1.0)],
-                "Qy": [Traction3D("punch", "top", y=1.0)],
-                "sigma": [Traction3D("block", "left", x=-1.0), Traction3D("block", "right", x=1.0)],
+                "P": [Traction("punch", "top", z=-1.0)],
+                "Qx": [Traction("punch", "top", x=1.0)],
+                "Qy": [Traction("punch", "top", y=1.0)],
+                "sigma": [Traction("block", "left", x=-1.0), Traction("block", "right", x=1.0)],
             },
         )
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_matrix, issparse
 from scipy.spatial import cKDTree
-from skfem import ElementHex1, ElementQuad1, ElementTetP1, ElementTriP1, FacetBasis, LinearForm, MeshHex1, MeshQuad1, MeshTet1, MeshTri1
 
 from ...contact.checks import Array, finite_array, finite_number, frozen, real_array, shown
 from ...contact.show import Shown
 from ...errors import ModelError
+from ..forms import boundary_forces
 from ..ordering import Integers
 from .deck import Deck
 from .meshes import mesh_of
@@ -20,8 +20,6 @@ from .outline import outline, walk
 from .rows import checked_symmetry
 
 __all__ = ["MatrixJob"]
-
-_ELEMENTS = {MeshTri1: ElementTriP1, MeshQuad1: ElementQuad1, MeshTet1: ElementTetP1, MeshHex1: ElementHex1}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -243,10 +241,9 @@ class MatrixJob(Shown):
 
     def _over_outline(self, nodes: Integers) -> tuple[Array, Array]:
         """Integrals over the outline between some nodes of each node's shape function times the normal, (nodes, d), and times 1, (nodes, 1)."""
-        basis = FacetBasis(self.mesh, _ELEMENTS[type(self.mesh)](), facets=outline(self.mesh, nodes))
-        factors = [lambda w, i=i: w.n[i] for i in range(self._directions)] + [lambda w: 1.0]
-        parts = [LinearForm(lambda v, w, factor=factor: factor(w) * v).assemble(basis) for factor in factors]
-        columns = np.pad(np.column_stack(parts), ((0, len(self.points) - len(parts[0])), (0, 0)))  # without the last nodes if no element has them
+        facets = outline(self.mesh, nodes)
+        parts = boundary_forces(self.mesh, facets, lambda _, normals: np.concatenate([normals, np.ones((1, *normals.shape[1:]))]), "space")
+        columns = np.pad(parts.T, ((0, len(self.points) - parts.shape[1]), (0, 0)))  # without the last nodes if no element has them
         return columns[:, :-1], columns[:, -1:]
 
 
