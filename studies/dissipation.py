@@ -3,8 +3,12 @@
 Run with `python -m studies dissipation [--quick] [--workers 2] [--store FILE]`. Its columns of seconds depend on the machine.
 """
 
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cache
+from itertools import product
+from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -70,14 +74,14 @@ def cases_of(parameters: Parameters) -> list[Case]:
     return [Case(system, f, fo.shakedown_limit(system, LOADS, f).load_factor) for f in parameters.frictions]
 
 
-def starts_of(parameters: Parameters, case: Case) -> list[fo.Start]:
-    """All starts, the same at each load factor."""
+def starts_of(parameters: Parameters, case: Case, load_factor: float) -> list[fo.starts.Start]:
+    """All starts of the runs at a load factor."""
     amplitudes = [amplitude * slip_unit(case.system) for amplitude in parameters.amplitudes]
     return (
-        fo.no_slip()
-        + fo.safe_slips(parameters.safe)
-        + fo.random_slips(case.system, amplitudes, parameters.count)
-        + fo.overloads(parameters.overloads)
+        fo.starts.no_slip()
+        + fo.starts.safe_slips(parameters.safe)
+        + fo.starts.random_slips(case.system, amplitudes, parameters.count)
+        + [fo.starts.Start("overload", f"overload x {over:g}", overload=over * load_factor) for over in parameters.overloads]
     )
 
 
@@ -85,12 +89,13 @@ def starts_of(parameters: Parameters, case: Case) -> list[fo.Start]:
 def runs_of(parameters: Parameters, workers: int = 1, store: str | None = None) -> pd.DataFrame:
     """One row for each friction, load factor and start."""
     parts = []
-    for case in cases_of(parameters):
-        factors = case.limit * np.array(parameters.ratios)
-        part = fo.dissipation_study(case.system, LOADS, case.friction, factors, starts_of(parameters, case), workers=workers, store=store)
-        part["amplitude"] /= slip_unit(case.system)
-        part["load_ratio"] = np.repeat(parameters.ratios, len(part) // len(factors))  # as asked for, without the rounding of a division
-        parts.append(part.assign(friction=case.friction))
+    with nullcontext() if workers == 1 else ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        for case, ratio in product(cases_of(parameters), parameters.ratios):
+            load_factor = ratio * case.limit
+            starts = starts_of(parameters, case, load_factor)
+            part = fo.dissipation_study(case.system, LOADS, case.friction, [load_factor], starts, executor=pool, store=store)
+            part["amplitude"] /= slip_unit(case.system)
+            parts.append(part.assign(friction=case.friction, load_ratio=ratio))  # without the rounding of a division
     return pd.concat(parts, ignore_index=True)[list(_RUN)]
 
 
@@ -143,7 +148,7 @@ def states_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
 
 def _steady_cycle(parameters: Parameters, case: Case, row: "pd.Series[Any]") -> pd.DataFrame:
     """The steady cycle of one run, marched from its start for as long as it takes."""
-    start = next(start for start in starts_of(parameters, case) if start.name == row["start"])
+    start = next(start for start in starts_of(parameters, case, row["load_factor"]) if start.name == row["start"])
     cycles, slip = 10, start.slip_at(case.system, LOADS, case.friction, row["load_factor"])
     while True:
         path = fo.march(case.system, LOADS, case.friction, row["load_factor"], initial_slip=slip, cycles=cycles)

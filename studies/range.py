@@ -160,10 +160,14 @@ def protocols_of(parameters: Parameters) -> pd.DataFrame:
 
 
 def _protocols(limit: fo.ShakedownLimit) -> Iterator[tuple[str, dict[str, Any]]]:
-    unload = [fo.LoadStep({"P": 1.0}, {"sigma": 1.0}), fo.LoadStep({"P": 0.3}, {"sigma": 1.0}), fo.LoadStep({"P": 1.0}, {"sigma": 1.0})]
+    unload = [
+        fo.starts.LoadStep({"P": 1.0}, {"sigma": 1.0}),
+        fo.starts.LoadStep({"P": 0.3}, {"sigma": 1.0}),
+        fo.starts.LoadStep({"P": 1.0}, {"sigma": 1.0}),
+    ]
     yield "nothing", {"start": "worst"}
-    yield "overload", {"start": "worst", "protocol": [fo.LoadStep({"P": 1.0, "sigma": 2 * limit.load_factor})]}
-    yield "unload", {"start": "worst", "protocol": [fo.LoadStep({"P": 0.2})]}
+    yield "overload", {"start": "worst", "protocol": [fo.starts.LoadStep({"P": 1.0, "sigma": 2 * limit.load_factor})]}
+    yield "unload", {"start": "worst", "protocol": [fo.starts.LoadStep({"P": 0.2})]}
     yield "unload at tension", {"start": "worst", "protocol": unload}
     yield "assembled", {"start": "assembled"}
     yield "safe", {"start": limit.slip}

@@ -3,7 +3,7 @@
 Run with `python -m studies stepped [--quick] [--workers 2]`. Increments err at first order in their number. Overloads are not repeated.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -17,7 +17,6 @@ from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 import frictopt as fo
-from frictopt.campaign import Start
 
 from . import dissipation
 from .paper import LOADS, work_unit
@@ -47,8 +46,7 @@ def reruns(parameters: Parameters, workers: int = 1) -> pd.DataFrame:
     runs = runs[(runs["family"] != "overload") & (runs["outcome"] != "FAILED")]
     chosen = runs.sample(frac=parameters.share, random_state=parameters.seed).sort_index()
     cases = {case.friction: case for case in dissipation.cases_of(parameters.runs)}
-    starts = {friction: {start.name: start for start in dissipation.starts_of(parameters.runs, case)} for friction, case in cases.items()}
-    tasks = [_task(cases[row["friction"]], starts[row["friction"]], row) for row in chosen.to_dict("records")]
+    tasks = [_task(parameters.runs, cases[row["friction"]], row) for row in chosen.to_dict("records")]
     compared = partial(_compared, next(iter(cases.values())).system, parameters.steps, parameters.cycles)
     with ExitStack() as stack:
         done: Iterable[pd.DataFrame]
@@ -61,9 +59,10 @@ def reruns(parameters: Parameters, workers: int = 1) -> pd.DataFrame:
         return pd.concat(tqdm(done, total=len(tasks), desc="runs in increments", disable=None))[list(_RERUN)]
 
 
-def _task(case: dissipation.Case, starts: Mapping[str, Start], row: dict[str, Any]) -> tuple[dict[str, Any], Any]:
+def _task(runs: dissipation.Parameters, case: dissipation.Case, row: dict[str, Any]) -> tuple[dict[str, Any], Any]:
     """A run with its residual slip."""
-    return row, starts[row["start"]].slip_at(case.system, LOADS, case.friction, row["load_factor"])
+    start = next(start for start in dissipation.starts_of(runs, case, row["load_factor"]) if start.name == row["start"])
+    return row, start.slip_at(case.system, LOADS, case.friction, row["load_factor"])
 
 
 def _compared(system: fo.ContactSystem, steps: tuple[int, ...], cycles: int, task: tuple[dict[str, Any], Any]) -> pd.DataFrame:

@@ -76,7 +76,7 @@ def test_numbers_of_random_contacts_are_checked_before_anything_is_computed(opti
     assert end.value.code == 2 and f"{name}: {value!r}" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("option", ["--store=", "--store={}", "--workers=5000"])
+@pytest.mark.parametrize("option", ["--store=", "--store={}"])
 def test_what_the_campaign_refuses_is_said_without_a_traceback(option, file, tmp_path, capsys):
     assert studies.main(["dissipation", "--quick", "--data", str(tmp_path), option.format(file)]) == 1
     assert f"error: {option[2:].partition('=')[0]}: " in capsys.readouterr().err and file.read_text() == "text"

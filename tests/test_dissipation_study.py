@@ -2,7 +2,7 @@ import io
 import re
 import subprocess
 import sys
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 
@@ -13,7 +13,8 @@ import pytest
 from distributed import Client, LocalCluster
 
 import frictopt as fo
-from frictopt.campaign import Start, dissipation, given_slips, no_slip, overloads, random_slips, run, safe_slips
+from frictopt.campaign import dissipation, run
+from frictopt.campaign.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from systems import CYCLE, random_system, system
 
 ONE = (2.0, 0.5, 0.1, 1.0, 1.0, 0.2)  # one node, A, B, q0, p0, q1, p1
@@ -36,7 +37,7 @@ def factors(contact):
 
 @pytest.fixture(scope="module")
 def table(contact, factors, starts):
-    return fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, workers=1)
+    return fo.dissipation_study(contact, CYCLE, 0.4, factors, starts)
 
 
 def results(table):
@@ -59,7 +60,7 @@ def test_rows_are_the_steady_states_of_each_load_factor_and_start(contact, facto
     assert table.start.tolist() == 3 * [start.name for start in starts]
     for number, row in table.iterrows():
         start = starts[number % len(starts)]
-        slip, overload = start.slip_at(contact, CYCLE, 0.4, row.load_factor), start.overload and start.overload * row.load_factor
+        slip, overload = start.slip_at(contact, CYCLE, 0.4, row.load_factor), start.overload
         steady = fo.steady_state(contact, CYCLE, 0.4, row.load_factor, initial_slip=slip, overload=overload)
         assert (row.outcome, row.dissipation, row.first_cycle) == (steady.outcome.name, steady.dissipation, steady.first_cycle)
         assert row.amplitude == pytest.approx(0.0 if slip is None else np.sqrt(np.mean(slip**2)))
@@ -73,16 +74,16 @@ def test_below_the_limit_the_safe_slip_stays_safe_and_above_it_every_start_dissi
     assert (above.outcome == "CYCLIC_SLIP").all() and (above.dissipation > 0).all()
 
 
-def test_an_overload_counts_in_units_of_the_runs_own_load_factor(contact, factors, table):
+def test_an_overload_is_a_load_factor(contact, factors, table):
     row = table[(table.family == "overload")].iloc[2]
-    steady = fo.steady_state(contact, CYCLE, 0.4, factors[2], overload=2.0 * factors[2])
+    steady = fo.steady_state(contact, CYCLE, 0.4, factors[2], overload=2.0)
     assert row.first_cycle == steady.first_cycle != table[table.family == "none"].iloc[2].first_cycle
 
 
 @pytest.mark.slow
 def test_processes_threads_and_foreign_executors_give_the_same_table(contact, factors, starts, table):
     with ThreadPoolExecutor(3) as threads, ProcessPoolExecutor(2, get_context("spawn")) as processes:
-        for options in ({"workers": 2}, {"executor": threads}, {"executor": processes}, {}):
+        for options in ({"executor": threads}, {"executor": processes}, {}):
             other = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, **options)
             pd.testing.assert_frame_equal(results(other), results(table), check_exact=True)
 
@@ -102,7 +103,7 @@ def test_a_dask_cluster_of_separate_processes_gives_the_same_table(contact, fact
 def test_a_run_that_fails_is_a_row_with_its_error():
     """A = 1, B = 1/2, f = 3 > A/|B| = 2 (Klarbring 1990): pushed on from its backward bound by 5, the node jumps; pushed by 1 it stays."""
     wedge = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])})
-    table = fo.dissipation_study(wedge, fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}]), 3.0, [1.0, 5.0], workers=1)
+    table = fo.dissipation_study(wedge, fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}]), 3.0, [1.0, 5.0])
     assert table.outcome.tolist() == ["SHAKEDOWN", "FAILED"]
     assert table.error[0] == ""
     assert re.match(r"NoContinuation: the segment to corner 0: at 0\.6 of it no rates obey the law; nodes \[0\]", table.error[1])
@@ -115,7 +116,7 @@ def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact,
 
     monkeypatch.setattr("frictopt.campaign.starts.safe_slip", fail)
     monkeypatch.setattr(dissipation, "shakedown_limit", fail)
-    table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], no_slip() + safe_slips(), workers=1)
+    table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], no_slip() + safe_slips())
     assert table.error.tolist() == ["", "SolverError: no solver answered"]
     assert table.load_ratio.isna().all()
 
@@ -126,10 +127,10 @@ def test_a_study_started_again_runs_only_what_is_missing(contact, factors, start
 
     def study(**changes):
         followed.clear()
-        values = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts} | changes
-        return fo.dissipation_study(**values, workers=1, store=store)
+        values = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "starts": starts} | changes
+        return fo.dissipation_study(**values, store=store)
 
-    half = study(initial_slips=starts[::2])
+    half = study(starts=starts[::2])
     assert len(followed) == len(half) == 30
     pd.testing.assert_frame_equal(results(study()), results(table), check_exact=True)
     assert len(followed) == len(table) - 30
@@ -137,7 +138,7 @@ def test_a_study_started_again_runs_only_what_is_missing(contact, factors, start
     assert not followed
     assert len(fo.read_store(store)) == len(table)
     for change in ({"friction": 0.41}, {"system": contact.with_gap(0.01 * np.ones(4))}, {"cycle": fo.LoadCycle(CYCLE.mean, CYCLE.corners[::-1])}):
-        study(initial_slips=no_slip(), **change)
+        study(starts=no_slip(), **change)
         assert len(followed) == len(factors)
 
 
@@ -145,7 +146,7 @@ def test_equal_runs_are_followed_once(contact, factors, monkeypatch):
     followed = []
     monkeypatch.setattr(run, "steady_state", lambda *args, **options: followed.append(args) or fo.steady_state(*args, **options))
     twins = [Start("a", "one", slip=np.ones(4)), Start("b", "other", slip=np.ones(4))]
-    table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], twins, workers=1)
+    table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], twins)
     assert len(followed) == 1 and table.start.tolist() == ["one", "other"] and table.dissipation.nunique() == 1
 
 
@@ -158,16 +159,16 @@ def test_an_interrupt_leaves_the_finished_rows(contact, factors, starts, table, 
         followed.append(args)
         return fo.steady_state(*args, **options)
 
-    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "initial_slips": starts, "store": tmp_path / "runs.sqlite"}
+    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "starts": starts, "store": tmp_path / "runs.sqlite"}
     with monkeypatch.context() as patch:
         patch.setattr(run, "steady_state", until_interrupted)
         with pytest.raises(KeyboardInterrupt) as stop:
-            fo.dissipation_study(**study, workers=1)
+            fo.dissipation_study(**study)
     part, (note,) = stop.value.table, stop.value.__notes__
     assert f"{len(table) - 7} runs are left; 7 are in" in note and note.endswith("runs.sqlite', from where the same call goes on")
     pd.testing.assert_frame_equal(results(part), results(table.head(7)), check_exact=True)
     assert part.attrs["missing"] == len(table) - 7
-    pd.testing.assert_frame_equal(results(fo.dissipation_study(**study, workers=1)), results(table), check_exact=True)
+    pd.testing.assert_frame_equal(results(fo.dissipation_study(**study)), results(table), check_exact=True)
 
 
 def test_progress_is_silent_but_on_a_terminal(contact, factors, capsys, monkeypatch):
@@ -175,15 +176,15 @@ def test_progress_is_silent_but_on_a_terminal(contact, factors, capsys, monkeypa
         def isatty(self):
             return True
 
-    fo.dissipation_study(contact, CYCLE, 0.4, factors, workers=1)
+    fo.dissipation_study(contact, CYCLE, 0.4, factors)
     assert capsys.readouterr() == ("", "")
     screen = Terminal()
     monkeypatch.setattr(sys, "stderr", screen)
-    fo.dissipation_study(contact, CYCLE, 0.4, factors, workers=1)
+    fo.dissipation_study(contact, CYCLE, 0.4, factors)
     assert "3/3" in screen.getvalue() and "run/s" in screen.getvalue()
     quiet = Terminal()
     monkeypatch.setattr(sys, "stderr", quiet)
-    fo.dissipation_study(contact, CYCLE, 0.4, factors, workers=1, progress=False)
+    fo.dissipation_study(contact, CYCLE, 0.4, factors, progress=False)
     assert not quiet.getvalue()
 
 
@@ -194,14 +195,11 @@ def test_progress_is_silent_but_on_a_terminal(contact, factors, capsys, monkeypa
         ("load_factors: -1", {"load_factors": [-1.0]}),
         ("load_factors: 0.5", {"load_factors": 0.5}),
         ("load_factors", {"load_factors": [0.5, 0.5]}),
-        ("initial_slips: empty", {"initial_slips": []}),
-        ("initial_slips: shape", {"initial_slips": np.zeros((2, 3))}),
-        ("start 'given 0' has a slip of shape", {"initial_slips": given_slips(np.zeros((1, 3)))}),
-        ("two starts are called 'none'", {"initial_slips": no_slip() + no_slip()}),
-        ("a float among starts", {"initial_slips": [*no_slip(), 1.0]}),
-        ("workers: 0", {"workers": 0}),
-        ("workers: None", {"workers": None}),
-        ("workers: 9223372036854775808", {"workers": 2**63}),
+        ("starts: empty", {"starts": []}),
+        ("starts: shape", {"starts": np.zeros((2, 3))}),
+        ("start 'given 0' has a slip of shape", {"starts": given_slips(np.zeros((1, 3)))}),
+        ("two starts are called 'none'", {"starts": no_slip() + no_slip()}),
+        ("a float among starts", {"starts": [*no_slip(), 1.0]}),
         ("executor: a str", {"executor": "dask"}),
         ("progress", {"progress": "yes"}),
         ("friction", {"friction": -1.0}),
@@ -215,9 +213,39 @@ def test_bad_input_is_refused_by_name(contact, argument, change):
         fo.dissipation_study(**values)
 
 
-def test_workers_and_an_executor_exclude_each_other(contact):
-    with ThreadPoolExecutor(1) as threads, pytest.raises(fo.ModelError, match="workers: 2 "):
-        fo.dissipation_study(contact, CYCLE, 0.4, [0.5], executor=threads, workers=2)
+class Foreign(Executor):
+    """An executor that hands out what `answer` makes of a batch's rows, and takes `most` batches."""
+
+    def __init__(self, answer, most=9):
+        self.answer, self.most = answer, most
+
+    def submit(self, follow, case, batch):
+        self.most -= 1
+        if self.most < 0:
+            raise OSError("link down")
+        future = Future()
+        self.answer(future, follow(case, batch))
+        return future
+
+
+@pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])
+def test_an_executor_that_takes_no_runs_is_named(contact, kind):
+    executor = kind(1)
+    executor.shutdown()
+    for closed in (executor, kind):
+        with pytest.raises(fo.ModelError, match=r"executor: .* takes no runs .*give one that is open"):
+            fo.dissipation_study(contact, CYCLE, 0.4, [0.5], executor=closed)
+
+
+def test_runs_that_an_executor_loses_are_rows_that_say_so_and_are_not_kept(contact, starts, factors, table, tmp_path):
+    part = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=Foreign(Future.set_result, most=1), store=tmp_path / "runs")
+    lost = part.outcome == "FAILED"
+    assert lost.sum() == len(table) - 16 and part.error[lost].str.contains("link down").all()
+    pd.testing.assert_frame_equal(results(part[~lost]), results(table[~lost]), check_exact=True)
+    assert len(fo.read_store(tmp_path / "runs")) == 16
+    broken = Foreign(lambda future, rows: future.cancel() and future.set_running_or_notify_cancel())
+    other = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=broken)
+    assert (other.outcome == "FAILED").all() and other.error.str.contains("CancelledError").all()
 
 
 NOTEBOOK = """

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt import LoadStep
 from frictopt.campaign.excursion import _sampled
+from frictopt.campaign.starts import LoadStep
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
@@ -59,7 +59,7 @@ def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
         contact = random_system(np.random.default_rng(seed), 4, coupling=1.0)
         q, p = contact.bonded["mean"]
         contact = contact.with_bonded({"mean": (7 * q, p)})
-        slip = fo.assembled_slip(contact, CYCLE, 0.4)
+        slip = fo.starts.assembled_slip(contact, CYCLE, 0.4)
         one = fo.ExactIncrement(contact, 0.4).solve(np.zeros(4), contact.reaction({"mean": 1.0}))
         assert slip == pytest.approx(np.asarray(one.slip), abs=1e-5)
         slipped += bool(slip.any())
@@ -69,7 +69,7 @@ def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
 def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported():
     """The more it is loaded, the more this contact is unloaded before."""
     steps = [LoadStep({"P": 1.25}, {"P": -0.82})]
-    one = fo.limit_after_protocol(SCENES[16], LOADS, 0.7, start="worst", protocol=steps, most=1.2, scan=12, tolerance=1e-2)
+    one = fo.limit_after_protocol(SCENES[16], LOADS, 0.7, start="worst", protocol=steps, up_to=1.2, scan=12, tolerance=1e-2)
     assert not one.monotonic and 0.2 < one.ratio < 0.4
     tried = one.to_frame()
     assert tried["outcome"].iloc[-1] == "rest" and set(tried.loc[tried["load_factor"] <= one.load_factor, "outcome"]) == {"rest"}
@@ -83,7 +83,7 @@ def test_the_least_tension_and_the_least_unloading_that_cure():
     assert tension.loads["sigma"] / load_factor == pytest.approx(2.14, abs=0.015) and tension.loads["P"] == 1.0
     assert unloading.loads["P"] == pytest.approx(0.092, abs=0.002)
     for one in (tension, unloading):
-        assert one.found and one.sampled == 25 and one.residual <= 1e-9
+        assert one.share < 1 and one.sampled == 25 and one.residual <= 1e-9
         table = one.to_frame()
         assert table.loc[table["share"] == one.share, "outcome"].tolist() == ["rest"]
         assert (table.loc[table["share"] < one.share - 1e-9, "outcome"] == "slip").all()
@@ -93,12 +93,12 @@ def test_the_least_tension_and_the_least_unloading_that_cure():
 def test_neither_pressing_harder_nor_compression_cures(way):
     load_factor = 0.9 * fo.shakedown_limit(SCENES[16], LOADS, 0.7).load_factor
     one = fo.least_excursion(SCENES[16], LOADS, 0.7, load_factor, excursion=way, samples=0)
-    assert not one.found and one.loads is None and one.sampled == 0 and set(one.tried["outcome"]) == {"slip"}
+    assert one.share == np.inf and one.loads is None and one.sampled == 0 and set(one.tried["outcome"]) == {"slip"}
 
 
 def test_a_contact_that_comes_to_rest_anyway_needs_no_cure():
     one = fo.least_excursion(system(*FIRST_PAIR), CYCLE, 0.6, 0.3, excursion={"mean": -0.5})
-    assert one.found and one.share == 0.0 and dict(one.loads) == {"mean": 1.0} and not len(one.tried)
+    assert one.share == 0.0 and dict(one.loads) == {"mean": 1.0} and not len(one.tried)
 
 
 def test_a_start_that_asks_for_more_becomes_the_hardest():
@@ -107,15 +107,15 @@ def test_a_start_that_asks_for_more_becomes_the_hardest():
     hard = fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"mean": -0.9})
     assert easy.share == 0.0 < hard.share
     path = {"mean": hard.loads["mean"]}
-    one = fo.limit_after_protocol(contact, CYCLE, 0.6, start=hard.start, protocol=[LoadStep(path)], most=0.6, scan=1)
+    one = fo.limit_after_protocol(contact, CYCLE, 0.6, start=hard.start, protocol=[LoadStep(path)], up_to=0.6, scan=1)
     assert one.load_factor == 0.6 and one.upper == np.inf
 
 
 def test_a_limit_that_is_not_finite_needs_a_largest_load_factor():
     still = fo.LoadCycle({"mean": 1.0}, [{}])
-    with pytest.raises(fo.ModelError, match="most"):
+    with pytest.raises(fo.ModelError, match="up_to"):
         fo.limit_after_protocol(system(*FIRST_PAIR), still, 0.6)
-    assert fo.limit_after_protocol(system(*FIRST_PAIR), still, 0.6, most=2.0, scan=3).load_factor == 2.0
+    assert fo.limit_after_protocol(system(*FIRST_PAIR), still, 0.6, up_to=2.0, scan=3).load_factor == 2.0
 
 
 def test_a_contact_that_slides_away_is_undecided_and_not_at_rest():

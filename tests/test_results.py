@@ -48,7 +48,7 @@ MOVED = fo.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.reaction({"me
         (SLIP, ["load_factor=1", f"bound={SLIP.bound:.6g}", "residual="]),
         (SPAN, [f"least={SPAN.least:.6g}", f"most={SPAN.most:.6g}", "residual=", "proven=False"]),
         (REST, [f"ratio={REST.ratio:.6g}", "monotonic=True", "residual="]),
-        (CURED, ["found=True", f"share={CURED.share:.6g}", "sampled=2", "residual="]),
+        (CURED, [f"share={CURED.share:.6g}", "sampled=2", "residual="]),
         (ORDER, ["holds=False", f"largest_friction={ORDER.largest_friction:.6g}"]),
         (MOVED, ["nodes=2", f"at_bound={(np.abs(MOVED.status) == 1).sum()}", "open=0", "solver="]),
         (CHECK, [f"load_factor={CHECK.limit.load_factor:.6g}", f"runs={len(CHECK.runs)}", f"dies_out={CHECK.dies_out}"]),
@@ -110,10 +110,6 @@ def test_a_check_has_the_residual_of_its_worst_transient():
     assert CHECK.residual == max(CHECK.limit.residual, CHECK.runs["residual"].max()) > 0
 
 
-def start(**change):
-    return fo.Start(**{"family": "own", "name": "one", "slip": [0.5, 0.0], "overload": 2.0, "seed": 3} | change)
-
-
 @pytest.mark.parametrize(
     ("make", "others"),
     [
@@ -125,27 +121,18 @@ def start(**change):
                 fo.LoadCycle({"P": 1}, [{"Q": 1, "R": 2}]),
             ],
         ),
-        (
-            start,
-            [start(slip=[0.0, 0.5]), start(slip=[0.5]), start(slip=None), start(name="two"), start(overload=3.0), start(seed=4), start(family="x")],
-        ),
-        (lambda: start(slip=None, safe_multiple=1.0), [start(slip=None, safe_multiple=2.0)]),
         (fo.Material, [fo.Material(E=2.0)]),
         (lambda: fo.Support("block", (0, 1)), [fo.Support("punch", (0, 1))]),
         (lambda: fo.Traction("block", "top", 1), [fo.Traction("block", "top", 0, 1)]),
         (lambda: fo.scenes.PunchOnHalfPlane(elements=4), [fo.scenes.PunchOnHalfPlane(elements=6)]),
         (lambda: fo.onset(*ASKED), [fo.onset(CONTACT, CYCLE, 0.5)]),
     ],
-    ids=["LoadCycle", "Start", "safe Start", "Material", "Support", "Traction", "PunchOnHalfPlane", "Onset"],
+    ids=["LoadCycle", "Material", "Support", "Traction", "PunchOnHalfPlane", "Onset"],
 )
 def test_plain_data_are_equal_where_their_content_is(make, others):
     one, same = make(), make()
     assert one is not same and one == same and hash(one) == hash(same) and len({one, same, *others}) == 1 + len(others)
     assert all(one != other for other in (*others, None, "one"))
-
-
-def test_a_slip_of_negative_zero_is_zero():
-    assert start(slip=[-0.0, 0.0]) == start(slip=[0.0, 0.0]) and hash(start(slip=[-0.0])) == hash(start(slip=[0.0]))
 
 
 def test_the_line_of_a_load_cycle_makes_it_again():

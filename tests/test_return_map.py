@@ -54,7 +54,7 @@ def test_it_agrees_with_differences():
 def test_the_changes_of_later_cycles_shrink_as_it_says():
     scene = fo.scenes.PunchOnHalfPlane(elements=16).condense()
     loads = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
-    path = at_last_corner(scene, loads, 0.5, 1.98, fo.random_slips(scene, [1.0], 1, seed=3)[0].slip)
+    path = at_last_corner(scene, loads, 0.5, 1.98, fo.starts.random_slips(scene, [1.0], 1, seed=3)[0].slip)
     for _ in range(2):
         path.run_cycle()
     at = [path.state.u.copy()]

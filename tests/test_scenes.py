@@ -214,7 +214,7 @@ def test_every_scene_goes_through_the_whole_package(name):
     scale = np.abs(ends[0].q).max()
     for end in ends[1:]:
         assert np.abs(end.q[-1] - ends[0].q[-1]).max() < 0.05 * scale and np.abs(end.p[-1] - ends[0].p[-1]).max() < 0.05 * scale
-    table = fo.dissipation_study(system, cycle, f, load_factors=[factor], initial_slips=fo.random_slips(system, [1.0], 2), workers=1, progress=False)
+    table = fo.dissipation_study(system, cycle, f, load_factors=[factor], starts=fo.starts.random_slips(system, [1.0], 2), progress=False)
     assert len(table) == 4 and (table["residual"] < 1e-7).all()
 
 

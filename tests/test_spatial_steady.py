@@ -149,7 +149,7 @@ def test_fewer_increments_tell_the_error():
 def test_a_study_runs_from_every_kind_of_start():
     contact = random_contact(np.random.default_rng(4), 3)
     limit = fo.shakedown_limit(contact, cycle(2), 0.5).load_factor
-    starts = fo.safe_slips() + fo.overloads([2.0]) + fo.given_slips(0.1 * np.ones((1, 3, 2)))
+    starts = fo.starts.safe_slips() + fo.starts.overloads([2.0]) + fo.starts.given_slips(0.1 * np.ones((1, 3, 2)))
     table = fo.dissipation_study(contact, cycle(2), 0.5, [0.5 * limit, 1.2 * limit], starts, progress=False)
     assert table.attrs["shakedown_limit"] == limit and len(table) == 6 and (table["engine"] == "newton").all() and (table["error"] == "").all()
     for row in table.itertuples():
@@ -158,7 +158,7 @@ def test_a_study_runs_from_every_kind_of_start():
 
 def test_a_start_of_another_shape_is_refused():
     contact = random_contact(np.random.default_rng(1), 3)
-    with pytest.raises(fo.ModelError, match="initial_slips"):
+    with pytest.raises(fo.ModelError, match="starts"):
         fo.dissipation_study(contact, cycle(), 0.5, [0.1], [np.ones(3)], progress=False)
     with pytest.raises(fo.ModelError, match="initial_slip"):
         fo.march(contact, cycle(), 0.5, 0.1, initial_slip=np.ones(3))

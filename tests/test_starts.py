@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.campaign import Start, given_slips, no_slip, overloads, random_slips, safe_slips
+from frictopt.campaign.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)
@@ -15,12 +15,12 @@ STARTS = no_slip() + overloads([2.0])
 
 
 def study(starts, contact=CONTACT, cycle=CYCLE, factors=(0.5,)):
-    return fo.dissipation_study(contact, cycle, 0.4, factors, starts, workers=1)
+    return fo.dissipation_study(contact, cycle, 0.4, factors, starts)
 
 
 @pytest.mark.parametrize("make", [tuple, iter, lambda starts: pd.Series(starts), lambda starts: np.array(starts, dtype=object)])
 def test_starts_come_in_any_row(make):
-    assert study(make(STARTS)).start.tolist() == ["none", "overload x 2"]
+    assert study(make(STARTS)).start.tolist() == ["none", "overload to 2"]
 
 
 @pytest.mark.parametrize("make", [list, iter, pd.DataFrame])
@@ -33,10 +33,10 @@ def test_slips_come_in_any_row(make):
 @pytest.mark.parametrize(
     ("message", "make"),
     [
-        ("initial_slips: one start, 'none'; put it in a list", lambda: study(no_slip()[0])),
-        ("initial_slips: a list of lists of starts; add them up", lambda: study([no_slip(), overloads([2.0])])),
-        (r"initial_slips: \[\[0.0, 0.0, 0.0\], \[0.0\]\]", lambda: study([[0.0, 0.0, 0.0], [0.0]])),
-        ("initial_slips: empty", lambda: study(iter([]))),
+        ("starts: Start", lambda: study(no_slip()[0])),
+        ("a list among starts; .* add lists up", lambda: study([*no_slip(), overloads([2.0])])),
+        (r"starts: \[\[0.0, 0.0, 0.0\], \[0.0\]\]", lambda: study([[0.0, 0.0, 0.0], [0.0]])),
+        ("starts: empty", lambda: study(iter([]))),
         ("seed of start 'b': 'x'", lambda: Start("a", "b", seed="x")),
         ("seed of start 'b': 1.5", lambda: Start("a", "b", seed=1.5)),
         ("seed of start 'b': 9223372036854775808", lambda: Start("a", "b", seed=2**63)),

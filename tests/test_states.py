@@ -72,7 +72,7 @@ def test_a_steady_state_begins_from_the_end_of_another(rounded, paper_cycle):
 
 def test_a_study_begins_from_a_state(rounded, paper_cycle, tmp_path):
     above = fo.steady_state(rounded, paper_cycle, 0.6, 1.5)
-    starts = [fo.Start("earlier", "after the larger load", state=above.state), *fo.no_slip()]
+    starts = [fo.starts.Start("earlier", "after the larger load", state=above.state), *fo.starts.no_slip()]
     table = fo.dissipation_study(rounded, paper_cycle, 0.6, [0.7, 1.5], starts, store=tmp_path / "runs", progress=False)
     for row in table.itertuples():
         begin = {"initial_state": above.state} if row.family == "earlier" else {}
@@ -109,9 +109,9 @@ def test_a_slip_and_a_state_are_one_too_many():
     with pytest.raises(fo.ModelError, match="both are given"):
         fo.steady_state(one_node(), CYCLE, 0.5, 0.1, initial_slip=[0.0], initial_state=state)
     with pytest.raises(fo.ModelError, match="two of slip"):
-        fo.Start("a", "b", slip=[0.0], state=state)
-    with pytest.raises(fo.ModelError, match=r"start 'b' has the slip of a state of shape \(1,\)"):
-        fo.dissipation_study(random_system(np.random.default_rng(0), 2), CYCLE, 0.5, [0.1], [fo.Start("a", "b", state=state)])
+        fo.starts.Start("a", "b", slip=[0.0], state=state)
+    with pytest.raises(fo.ModelError, match=r"start 'b' has a slip of shape \(1,\)"):
+        fo.dissipation_study(random_system(np.random.default_rng(0), 2), CYCLE, 0.5, [0.1], [fo.starts.Start("a", "b", state=state)])
 
 
 def test_no_state_stands_before_the_mean_load():

@@ -1,32 +1,29 @@
-"""Campaigns: the steady states of many transients as one table."""
+"""Studies: the steady states of many transients as one table."""
 
 import os
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack, closing, suppress
-from dataclasses import dataclass
-from functools import cached_property
+from contextlib import ExitStack, closing
 from itertools import product
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
-from ..contact.checks import Array, finite_numbers, flag, whole_number
+from ..contact.checks import Array, finite_numbers, flag
 from ..contact.cycle import checked_cycle
 from ..contact.progress import bar_of
 from ..contact.system import checked_system
 from ..errors import ModelError, SolverError, StoreError
-from ..limits import shakedown_limit
-from .execute import execute
-from .run import CampaignContact, Run, one_thread, run_key
+from ..limits import ShakedownLimit, shakedown_limit
+from .run import Case, Run, execute
 from .starts import Start, checked_starts
 from .store import TYPES, Store
 
 __all__ = ["dissipation_study"]
 
-_MOST_WORKERS = 1000  # more is taken for a typing error
 _COLUMNS = (
     *("load_factor", "load_ratio", "start", "family", "seed", "amplitude", "outcome", "dissipation", "dissipation_scaled", "first_cycle"),
     *("largest_share", "cycles", "slipping", "open", "residual", "engine", "seconds", "error"),
@@ -37,19 +34,18 @@ _TYPES = {"seed": "Int64", "family": "str", **TYPES}
 def dissipation_study(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: Any,
+    friction: ArrayLike,
     load_factors: Iterable[float],
-    initial_slips: Any = None,
+    starts: Sequence[Start] | ArrayLike | None = None,
     *,
     executor: Executor | None = None,
-    workers: int = 1,
     store: str | os.PathLike[str] | None = None,
     progress: bool = True,
 ) -> pd.DataFrame:
     """Follow a transient to its steady state from every start at every load factor (Flicek et al. 2015, section 5).
 
-    A run that fails is a row with its error. The number of processes only changes the column seconds. Ctrl-C stays a KeyboardInterrupt; as
-    soon as there are runs it has an attribute `table`, that of the finished ones. The store is closed then and holds them too.
+    A run that fails is a row with its error. The executor only changes the column seconds. Ctrl-C stays a KeyboardInterrupt with an attribute
+    `table`, that of the finished runs. The store is closed then and holds them too.
 
     Parameters
     ----------
@@ -59,14 +55,13 @@ def dissipation_study(
         Coefficient of friction, one or one per node.
     load_factors
         Load factors, each >= 0.
-    initial_slips
-        Starts, as `no_slip`, `safe_slips`, `random_slips`, `overloads` and `given_slips` make them (add their lists); or an
-        array (starts, N), in three dimensions (starts, N, 2), of residual slips, length; None: no slip. Slips that stress the contact more than 1e18
-        times as much as the loads fail.
+    starts
+        Starts, as `fo.starts` makes them (`no_slip`, `safe_slips`, `random_slips`, `overloads`, `given_slips`; add their lists); or an array of
+        residual slips (S, N), in three dimensions (S, N, 2), length; None: no slip. Slips that stress the contact more than 1e18 times as much as
+        the loads fail.
     executor
-        Any executor of `concurrent.futures`' interface (such as a dask client's `get_executor()`), instead of workers.
-    workers
-        Number of processes, up to 1,000; 1: this process only. Processes take a few seconds to start.
+        Any executor of `concurrent.futures`' interface, such as a `ProcessPoolExecutor` or a dask client's `get_executor()`; None: runs are
+        followed one by one in this process. A run that it loses is a row that says so, and is not kept in the store.
     store
         File that keeps each finished run by its content: a study that is started again computes only the missing runs. Several studies may share the
         file on a disk of this machine. `read_store` reads it.
@@ -95,97 +90,72 @@ def dissipation_study(
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> starts = fo.no_slip() + fo.overloads([1.5])
-    >>> table = fo.dissipation_study(rod, cycle, friction=0.5, load_factors=[0.4, 1.0], initial_slips=starts, progress=False)
+    >>> starts = fo.starts.no_slip() + fo.starts.overloads([1.5])
+    >>> table = fo.dissipation_study(rod, cycle, friction=0.5, load_factors=[0.4, 1.0], starts=starts, progress=False)
     >>> table[["load_factor", "start", "outcome", "dissipation"]].round(6)
-       load_factor           start      outcome  dissipation
-    0          0.4            none    SHAKEDOWN          0.0
-    1          0.4  overload x 1.5    SHAKEDOWN          0.0
-    2          1.0            none  CYCLIC_SLIP          1.0
-    3          1.0  overload x 1.5  CYCLIC_SLIP          1.0
+       load_factor            start      outcome  dissipation
+    0          0.4             none    SHAKEDOWN          0.0
+    1          0.4  overload to 1.5    SHAKEDOWN          0.0
+    2          1.0             none  CYCLIC_SLIP          1.0
+    3          1.0  overload to 1.5  CYCLIC_SLIP          1.0
     """
     f = np.array(friction_coefficients(friction, checked_system(system).nodes))
     checked_cycle(cycle)
     factors = _checked_factors(load_factors)
-    starts = checked_starts(initial_slips, system.slip_shape)
+    begins = checked_starts(starts, system.slip_shape)
     if executor is not None and not hasattr(executor, "submit"):
         raise ModelError(f"executor: a {type(executor).__name__}; give an executor of concurrent.futures, or of dask by client.get_executor()")
-    if whole_number("workers", workers, least=1, most=_MOST_WORKERS) > 1 and executor is not None:
-        raise ModelError(f"workers: {workers!r} and an executor; the executor has its own workers, so give one of the two")
     flag("progress", progress)
     rows: dict[str, dict[str, Any]] = {}
-    latest: dict[str, dict[str, Any]] = {}
     with ExitStack() as stack:
         kept = None if store is None else stack.enter_context(closing(Store(store)))
-        stack.enter_context(one_thread())
-        campaign = _Campaign(_contact(system, cycle, f), factors, starts)
+        case = Case(system, cycle, f, _limit(system, cycle, f))
+        digest = case.digest()
+        runs = [Run.of(digest, factor, start) for factor, start in product(factors, begins)]
+        keys = {run.key: run for run in runs}
         try:
             if kept is not None:
-                rows.update(kept.read(set(campaign.keys)))
-            with bar_of(progress, "transients", "run", total=len(set(campaign.keys)), initial=len(rows)) as bar:
-                with closing(execute(campaign.contact, campaign.missing(rows), executor, workers)) as finished:
-                    for row, answered in finished:
-                        latest = {row["key"]: row}
-                        if kept is not None and answered:
-                            kept.write(row)
-                        rows |= latest
-                        bar.update()
-            return campaign.table(rows)
+                rows.update((key, row) for key, row in kept.read().items() if key in keys)
+            missing = [run for key, run in keys.items() if key not in rows]
+            bar = stack.enter_context(bar_of(progress, "transients", "run", total=len(keys), initial=len(rows)))
+            for row, answered in stack.enter_context(closing(execute(case, missing, executor))):
+                rows[row["key"]] = row
+                if kept is not None and answered:
+                    kept.write(row)
+                bar.update()
+            return _table(case, runs, rows)
         except StoreError as error:
-            error.table = campaign.table(rows | latest)
+            error.table = _table(case, runs, rows)
             raise
         except KeyboardInterrupt as interrupt:
-            with suppress(StoreError):
-                rows |= {} if kept is None else kept.read(set(campaign.keys))
-            table = interrupt.table = campaign.table(rows)  # type: ignore[attr-defined]  # no class of its own: the exit status stays Python's
+            table = interrupt.table = _table(case, runs, rows)  # type: ignore[attr-defined]  # no class of its own: the exit status stays Python's
             known = "" if kept is None else f" and in {str(kept.path)!r}, from where the same call goes on"
             interrupt.add_note(f"dissipation_study: {table.attrs['missing']} runs are left; {len(table)} are in the attribute `table`{known}")
             raise
 
 
-@dataclass(frozen=True, eq=False)
-class _Campaign:
-    """Load factors times starts on one contact."""
-
-    contact: CampaignContact
-    factors: Sequence[float]
-    starts: Sequence[Start]
-
-    @cached_property
-    def keys(self) -> list[str]:
-        """Keys of all runs, by load factor and start."""
-        contact = self.contact.key()
-        return [run_key(contact, factor, start) for factor, start in product(self.factors, self.starts)]
-
-    def missing(self, done: Container[str]) -> list[Run]:
-        """The runs that are not done, each once."""
-        pairs = {key: pair for key, pair in zip(self.keys, product(self.factors, self.starts), strict=True) if key not in done}
-        return [Run(key, start, factor) for key, (factor, start) in pairs.items()]
-
-    def table(self, rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
-        """The runs that have a row, in their order."""
-        system, limit = self.contact.system, self.contact.limit
-        force = abs(float(self.contact.cycle.mean_reaction(system)[1].sum()))
-        modulus = system.E_star
-        scale = modulus / force**2 if modulus is not None and force**2 > 0 else np.nan
-        records = []
-        for key, (factor, start) in zip(self.keys, product(self.factors, self.starts), strict=True):
-            if key in rows:
-                own = {"load_ratio": factor / limit if limit > 0 and np.isfinite(limit) else np.nan, "start": start.name, "family": start.family}
-                scaled = {"seed": start.seed, "dissipation_scaled": rows[key]["dissipation"] * scale}
-                records.append({**rows[key], **own, **scaled})
-        table = pd.DataFrame(records, columns=list(_COLUMNS)).astype({name: _TYPES.get(name, "float64") for name in _COLUMNS})
-        table.attrs = {"shakedown_limit": float(limit), "missing": len(self.keys) - len(records)}
-        return table
+def _table(case: Case, runs: Sequence[Run], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
+    """The runs that have a row, in their order."""
+    limit, modulus = np.nan if case.limit is None else case.limit.load_factor, case.system.E_star
+    force = abs(float(case.cycle.mean_reaction(case.system)[1].sum()))
+    scale = modulus / force**2 if modulus is not None and force**2 > 0 else np.nan
+    records = []
+    for run in (run for run in runs if run.key in rows):
+        row, start = rows[run.key], run.start
+        ratio = run.load_factor / limit if limit > 0 and np.isfinite(limit) else np.nan
+        names = {"start": start.name, "family": start.family, "seed": start.seed}
+        records.append({**row, **names, "load_ratio": ratio, "dissipation_scaled": row["dissipation"] * scale})
+    table = pd.DataFrame(records, columns=list(_COLUMNS)).astype({name: _TYPES.get(name, "float64") for name in _COLUMNS})
+    table.attrs = {"shakedown_limit": float(limit), "missing": len(runs) - len(records)}
+    return table
 
 
-def _contact(system: Any, cycle: LoadCycle, friction: Array) -> CampaignContact:
-    """The contact with its shakedown limit, if a solver proves one."""
+def _limit(system: ContactSystem, cycle: LoadCycle, friction: Array) -> ShakedownLimit | None:
     try:
-        limit = shakedown_limit(system, cycle, friction)
+        limit: ShakedownLimit = shakedown_limit(system, cycle, friction)
     except SolverError:
-        return CampaignContact(system, cycle, friction, np.nan, np.full(system.slip_shape, np.nan))
-    return CampaignContact(system, cycle, friction, limit.load_factor, limit.slip)
+        return None
+    return limit
 
 
 def _checked_factors(load_factors: Any) -> list[float]:

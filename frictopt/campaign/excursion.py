@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import LARGEST_SEED, Array, checked_loads, finite_number, frozen, whole_number
+from ..contact.checks import Array, checked_loads, finite_number, frozen, whole_number
 from ..contact.show import Plotted, Shown
 from ..errors import ModelError
-from .treatment import REST, LoadStep, Treatment
+from .load_steps import LoadStep
+from .protocols import REST, TransientsAfter, first_change
 
 __all__ = ["LeastExcursion", "least_excursion"]
 
@@ -29,7 +31,7 @@ class LeastExcursion(Shown, Plotted):
     loads
         The load at which the excursion turns, load case name -> amplitude; None if none does.
     start
-        (N,) the start that is hardest to bring to rest, length: of the starts tried, the last one that asked for more.
+        (N,) the start that is hardest to bring to rest, length: of the starts tried, the last one that needed more.
     sampled
         Number of sampled starts that were brought to rest by it as well.
     tried
@@ -48,7 +50,7 @@ class LeastExcursion(Shown, Plotted):
     >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> tension = fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"Q": 3.0})
-    >>> tension.found, tension.to_frame()["outcome"].iloc[0]
+    >>> tension.share < 1, tension.to_frame()["outcome"].iloc[0]
     (True, 'slip')
     """
 
@@ -60,31 +62,25 @@ class LeastExcursion(Shown, Plotted):
     transients: int
     residual: float
 
-    @property
-    def found(self) -> bool:
-        """Whether there is one."""
-        return bool(np.isfinite(self.share))
-
     def to_frame(self) -> pd.DataFrame:
         """The shares tried, see `tried`."""
         return self.tried.copy()
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("found", "share", "loads", "sampled", "transients", "residual")}
+        return {name: getattr(self, name) for name in ("share", "loads", "sampled", "transients", "residual")}
 
 
 def least_excursion(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: Any,
+    friction: ArrayLike,
     load_factor: float,
     *,
     excursion: Mapping[str, float],
-    start: Any = "worst",
+    start: str | ArrayLike = "worst",
     samples: int = 25,
     scan: int = 20,
     tolerance: float = 1e-3,
-    seed: int = 0,
 ) -> LeastExcursion:
     """Find the least excursion from the mean load and back after which the contact comes to rest.
 
@@ -110,8 +106,6 @@ def least_excursion(
         Number of steps.
     tolerance
         Width of the last interval of shares.
-    seed
-        Seed of the random slips.
 
     Raises
     ------
@@ -128,81 +122,48 @@ def least_excursion(
     >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> unloading = fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": -0.95})
-    >>> unloading.found, round(unloading.loads["P"], 2)
+    >>> unloading.share < 1, round(unloading.loads["P"], 2)
     (True, 0.23)
-    >>> fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": 5.0}).found
-    False
+    >>> fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": 5.0}).share
+    inf
     """
-    treatment = Treatment(system, cycle, friction, start)
+    transients = TransientsAfter(system, cycle, friction, start)
     load_factor, largest = finite_number("load_factor", load_factor, least=0.0), checked_loads("excursion", excursion)
     if not any(largest.values()):
         raise ModelError("excursion: no load changes; give load case name -> change of its amplitude")
     system.reaction(largest)
     samples, scan = whole_number("samples", samples, least=0), whole_number("scan", scan, least=1)
     tolerance = finite_number("tolerance", tolerance, above=0.0, below=1.0)
-    rng = np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED))
-    worst = isinstance(start, str) and start == "worst"
-    if worst:
-        treatment.starts += _sampled(rng, treatment.starts, samples)
-    search = _Shares(treatment, load_factor, largest, scan, tolerance)
-    share = search.least()
+    if transients.worst:
+        transients.starts += _sampled(np.random.default_rng(0), transients.starts, samples)
+    tried: list[tuple[float, str]] = []
+
+    def turning(share: float) -> LoadStep:
+        return LoadStep({name: cycle.mean.get(name, 0.0) + share * largest.get(name, 0.0) for name in sorted({*cycle.mean, *largest})})
+
+    def outcome(share: float, start: Array) -> str:
+        return transients.outcome(load_factor, [turning(share)] if share else [], start)
+
+    def rests(share: float) -> bool:
+        tried.append((share, outcome(share, hardest)))
+        return tried[-1][1] == REST
+
+    share, hardest = 0.0, transients.starts[0]
+    while np.isfinite(share):
+        slipping = next((start for start in transients.starts if outcome(share, start) != REST), None)
+        if slipping is None:
+            break
+        hardest = slipping
+        share = first_change(rests, np.arange(1, scan + 1) / scan, share, tolerance)[1]
     return LeastExcursion(
         share=share,
-        loads=search.step(share).loads if np.isfinite(share) else None,
-        start=search.hardest,
-        sampled=samples if np.isfinite(share) and worst else 0,
-        tried=pd.DataFrame(search.tried, columns=["share", "outcome"]),
-        transients=treatment.transients,
-        residual=treatment.residual,
+        loads=turning(share).loads if np.isfinite(share) else None,
+        start=frozen(hardest),
+        sampled=samples if np.isfinite(share) and transients.worst else 0,
+        tried=pd.DataFrame(tried, columns=["share", "outcome"]),
+        transients=transients.count,
+        residual=transients.residual,
     )
-
-
-class _Shares:
-    """The search over the shares of one excursion."""
-
-    def __init__(self, treatment: Treatment, load_factor: float, excursion: Mapping[str, float], scan: int, tolerance: float) -> None:
-        self._treatment, self._load_factor, self._excursion = treatment, load_factor, excursion
-        self._grid, self._tolerance = np.arange(1, scan + 1) / scan, tolerance
-        self.hardest = frozen(treatment.starts[0])
-        self.tried: list[tuple[float, str]] = []
-
-    def step(self, share: float) -> LoadStep:
-        """The load at which a share of the excursion turns."""
-        mean = self._treatment.cycle.mean
-        return LoadStep({name: mean.get(name, 0.0) + share * self._excursion.get(name, 0.0) for name in sorted({*mean, *self._excursion})})
-
-    def least(self) -> float:
-        """The least share found that brings all starts to rest; inf if none does."""
-        share = 0.0
-        while True:
-            asking = next((start for start in self._treatment.starts if self._outcome(share, start) != REST), None)
-            if asking is None:
-                return share
-            self.hardest = frozen(asking)
-            share = self._above(share)
-            if not np.isfinite(share):
-                return share
-
-    def _above(self, low: float) -> float:
-        """A share above one at which the hardest start does not come to rest, at which it does; inf if none on the grid is."""
-        high = np.inf
-        for share in self._grid[self._grid > low]:
-            if self._tried(float(share)):
-                high = float(share)
-                break
-            low = float(share)
-        while np.isfinite(high) and high - low > self._tolerance:
-            middle = (low + high) / 2
-            low, high = (low, middle) if self._tried(middle) else (middle, high)
-        return high
-
-    def _tried(self, share: float) -> bool:
-        outcome = self._outcome(share, self.hardest)
-        self.tried.append((share, outcome))
-        return outcome == REST
-
-    def _outcome(self, share: float, start: Array) -> str:
-        return self._treatment.outcome(self._load_factor, [self.step(share)] if share else [], start)
 
 
 def _sampled(rng: np.random.Generator, starts: Sequence[Array], count: int) -> list[Array]:

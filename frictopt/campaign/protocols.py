@@ -1,19 +1,113 @@
 """The load factor up to which a contact comes to rest, for how it is assembled and what is done to it before."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_number, frozen, whole_number
+from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..contact.answers import Outcome
+from ..contact.checks import Array, finite_array, finite_number, frozen, listed, whole_number
+from ..contact.cycle import checked_cycle
 from ..contact.show import Plotted, Shown
-from ..errors import ModelError
-from .treatment import REST, LoadStep, Treatment, checked_protocol
+from ..contact.system import checked_plane
+from ..errors import ModelError, NoContinuation, SolverError
+from ..limits import shakedown_limit
+from ..limits.posed import LimitQuestion, cycle_loads
+from ..transients.exact import ExactPath
+from ..transients.exact.stops import turning_corners
+from ..transients.steady import settled
+from .load_steps import LoadStep, assemble
+from .range_starts import RangeStarts
 
-__all__ = ["LimitAfterProtocol", "limit_after_protocol"]
+__all__ = ["REST", "SLIP", "UNDECIDED", "LimitAfterProtocol", "TransientsAfter", "first_change", "limit_after_protocol"]
+
+REST, SLIP, UNDECIDED = "rest", "slip", "UNDECIDED"
+"""What becomes of a contact after a protocol: it comes to rest, slip goes on, or a transient has no result."""
+
+
+class TransientsAfter:
+    """Transients of one contact from its starts through a protocol into its load cycle, counted.
+
+    Parameters
+    ----------
+    system, cycle, friction
+        The contact, its load cycle, and coefficients of friction.
+    start
+        "assembled", "worst", or a slip (N,).
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+    """
+
+    def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, start: str | ArrayLike) -> None:
+        self.system, self.cycle = checked_plane(system), checked_cycle(cycle)
+        self.friction = np.array(friction_coefficients(friction, system.nodes))
+        self.assembled, self.worst = (isinstance(start, str) and start == name for name in ("assembled", "worst"))
+        if isinstance(start, str) and not (self.assembled or self.worst):
+            raise ModelError(f"start: {start!r}; give 'assembled', 'worst' or a slip, (N,)")
+        self.starts = (
+            [np.zeros(system.nodes)] if self.assembled else list(self._extreme()) if self.worst else [finite_array("start", start, (system.nodes,))]
+        )
+        self.count, self.residual = 0, 0.0
+
+    def _extreme(self) -> Iterator[Array]:
+        task = LimitQuestion(self.system, self.cycle, cycle_loads(self.system, self.cycle), self.friction, True)
+        starts = RangeStarts(task, 0.0, None)
+        yield from {**starts.simple(), **starts.under_mean_load}.values()
+
+    def rests(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
+        """Whether the contact comes to "rest" from all starts, keeps to "slip" from one, or is "UNDECIDED" because a transient has no result.
+
+        A start from which it slips goes to the front of the list, for the next load factor.
+        """
+        undecided = False
+        for number, start in enumerate(self.starts):
+            answer = self.outcome(load_factor, protocol, start)
+            if answer == SLIP:
+                self.starts.insert(0, self.starts.pop(number))
+                return SLIP
+            undecided = undecided or answer == UNDECIDED
+        return UNDECIDED if undecided else REST
+
+    def outcome(self, load_factor: float, protocol: Sequence[LoadStep], start: Array) -> str:
+        """The same from one start."""
+        path = ExactPath(self.system, self.cycle, self.friction, load_factor, start)
+        steps, corners = [step.reactions(self.system, load_factor) for step in protocol], turning_corners(self.cycle)
+        if steps:
+            path.check_near("protocol", steps)
+        self.count += 1
+        try:
+            if self.assembled:
+                assemble(path)
+            else:
+                path.follow_to(path.mean, "the segment to the mean load")
+            for number, load in enumerate([*steps, path.mean] if steps else []):
+                path.follow_to(load, f"segment {number} of the protocol")
+            state, _ = settled(path, corners, corners)
+        except (NoContinuation, SolverError):
+            return UNDECIDED
+        self.residual = max(self.residual, state.residual)
+        return REST if state.outcome is Outcome.SHAKEDOWN else SLIP
+
+
+def first_change(changed: Callable[[float], bool], grid: Array, low: float, tolerance: float) -> tuple[float, float]:
+    """Neighbours, no further apart than the tolerance, between which the answer first changes up the grid; (last, inf) where it does not."""
+    high = np.inf
+    for value in grid[grid > low].tolist():
+        if changed(value):
+            high = value
+            break
+        low = value
+    while np.isfinite(high) and high - low > tolerance:
+        middle = (low + high) / 2
+        low, high = (low, middle) if changed(middle) else (middle, high)
+    return low, high
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -28,8 +122,6 @@ class LimitAfterProtocol(Shown, Plotted):
         Least load factor tried at which it does not; inf if there is none up to the largest one tried.
     shakedown_limit
         lambda_2, which no protocol exceeds while all nodes stay closed.
-    monotonic
-        Whether it comes to rest at no load factor tried above `upper`.
     starts
         (S, N) the starts, length; slip goes on from the first one at `upper`.
     tried
@@ -55,7 +147,6 @@ class LimitAfterProtocol(Shown, Plotted):
     load_factor: float
     upper: float
     shakedown_limit: float
-    monotonic: bool
     starts: Array = field(repr=False)
     tried: pd.DataFrame = field(repr=False)
     transients: int
@@ -65,6 +156,11 @@ class LimitAfterProtocol(Shown, Plotted):
     def ratio(self) -> float:
         """The load factor over lambda_2."""
         return self.load_factor / self.shakedown_limit if self.shakedown_limit > 0 else np.nan
+
+    @property
+    def monotonic(self) -> bool:
+        """Whether it comes to rest at no load factor tried above `upper`."""
+        return not (self.tried.loc[self.tried["load_factor"] > self.upper, "outcome"] == REST).any()
 
     def to_frame(self) -> pd.DataFrame:
         """The load factors tried, see `tried`."""
@@ -77,11 +173,11 @@ class LimitAfterProtocol(Shown, Plotted):
 def limit_after_protocol(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: Any,
+    friction: ArrayLike,
     *,
     protocol: Sequence[LoadStep] = (),
-    start: Any = "assembled",
-    most: float | None = None,
+    start: str | ArrayLike = "assembled",
+    up_to: float | None = None,
     scan: int = 25,
     tolerance: float = 1e-4,
 ) -> LimitAfterProtocol:
@@ -100,8 +196,8 @@ def limit_after_protocol(
         Loads that are visited after the start, at the mean load, and before the cycle; the load returns to the mean load in the end.
     start
         "assembled": the mean load grows from a millionth of itself, without slip. "worst": from each extreme slip that the contact can hold under the
-        mean load, of which the first that keeps slipping decides. Or an (N,) residual slip of your own, length.
-    most
+        mean load, of which the first that keeps slipping decides. Or a residual slip (N,), length.
+    up_to
         Largest load factor tried; None: the shakedown limit.
     scan
         Number of load factors tried before the bisection.
@@ -111,7 +207,7 @@ def limit_after_protocol(
     Raises
     ------
     ModelError
-        Bad input, or a shakedown limit that is not finite and above 0, and no `most`.
+        Bad input, or a shakedown limit that is not finite and above 0, and no `up_to`.
     SolverError
         The shakedown limit is not found.
 
@@ -124,32 +220,31 @@ def limit_after_protocol(
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> assembled = fo.limit_after_protocol(pair, cycle, friction=0.6)
     >>> worst = fo.limit_after_protocol(pair, cycle, friction=0.6, start="worst")
-    >>> unloaded = fo.limit_after_protocol(pair, cycle, friction=0.6, start="worst", protocol=[fo.LoadStep({"P": 0.2})])
-    >>> [round(found.ratio, 2) for found in (worst, unloaded, assembled)]
+    >>> unloaded = fo.limit_after_protocol(pair, cycle, friction=0.6, start="worst", protocol=[fo.starts.LoadStep({"P": 0.2})])
+    >>> [round(limit.ratio, 2) for limit in (worst, unloaded, assembled)]
     [0.54, 0.85, 1.0]
     """
-    steps = checked_protocol(protocol)
-    treatment = Treatment(system, cycle, friction, start)
+    steps = listed("protocol", protocol)
+    for step in steps:
+        if not isinstance(step, LoadStep):
+            raise ModelError(f"protocol: a {type(step).__name__} among its steps; give LoadStep(loads, cyclic)")
+    transients = TransientsAfter(system, cycle, friction, start)
+    limit = shakedown_limit(system, cycle, friction).load_factor
     scan, tolerance = whole_number("scan", scan, least=1), finite_number("tolerance", tolerance, above=0.0, below=1.0)
-    if most is None and not 0 < treatment.limit < np.inf:
-        raise ModelError(f"most: None, and the shakedown limit is {treatment.limit:g}; give the largest load factor to try")
-    most = treatment.limit if most is None else finite_number("most", most, above=0.0)
-    tried = {float(factor): treatment.rests(float(factor), steps) for factor in most * np.arange(1, scan + 1) / scan}
-    high = next((factor for factor, outcome in tried.items() if outcome != REST), np.inf)
-    low = max((factor for factor in tried if factor < high), default=0.0)
-    while high - low > tolerance * most and np.isfinite(high):
-        middle = (low + high) / 2
-        tried[middle] = treatment.rests(middle, steps)
-        low, high = (middle, high) if tried[middle] == REST else (low, middle)
-    factors = sorted(tried)
-    columns = {"load_factor": factors, "ratio": np.array(factors) / treatment.limit, "outcome": [tried[factor] for factor in factors]}
-    return LimitAfterProtocol(
-        load_factor=low,
-        upper=high,
-        shakedown_limit=treatment.limit,
-        monotonic=not any(outcome == REST for factor, outcome in tried.items() if factor > high),
-        starts=frozen(treatment.starts),
-        tried=pd.DataFrame(columns),
-        transients=treatment.transients,
-        residual=treatment.residual,
-    )
+    if up_to is None and not 0 < limit < np.inf:
+        raise ModelError(f"up_to: None, and the shakedown limit is {limit:g}; give the largest load factor to try")
+    largest = limit if up_to is None else finite_number("up_to", up_to, above=0.0)
+    tried: dict[float, str] = {}
+
+    def slips(load_factor: float) -> bool:
+        tried[load_factor] = transients.rests(load_factor, steps)
+        return tried[load_factor] != REST
+
+    grid = largest * np.arange(1, scan + 1) / scan
+    low, high = first_change(slips, grid, 0.0, tolerance * largest)
+    for factor in grid[grid > high].tolist():
+        if factor not in tried:
+            slips(factor)
+    table = pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
+    table.insert(1, "ratio", table["load_factor"] / limit)
+    return LimitAfterProtocol(low, high, limit, frozen(transients.starts), table, transients.count, transients.residual)

@@ -1,49 +1,51 @@
-"""One run of a campaign: its input, and the row of results."""
+"""Runs of a study: their input, their rows of results, and where they are followed."""
 
 import hashlib
 import time
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from concurrent.futures import Executor, Future, as_completed
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 from typing import Any
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from ..contact import LoadCycle
+from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
-from ..errors import FrictoptError
+from ..errors import FrictoptError, ModelError
+from ..limits import ShakedownLimit
 from ..transients import steady_state
-from .starts import Start, root_mean_square, safe_part
+from .starts import Start, root_mean_square, slip_below
 
-__all__ = ["CampaignContact", "Run", "failed", "follow", "one_thread", "run_key"]
+__all__ = ["Case", "Run", "execute"]
+
+_BATCH = 16  # runs in one task of an executor: the arrays of the contact are sent once for all of them
+
+Row = dict[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
-class CampaignContact:
-    """The input that all runs of a campaign share; it can be pickled.
+class Case:
+    """The input that all runs of a study share.
 
     Attributes
     ----------
     system, cycle, friction
-        The contact of any kind, its load cycle, and (N,) coefficients of friction.
-    limit, safe
-        Shakedown limit (NaN if it is not known), and the (N,) safe slip at the limit.
+        The contact, its load cycle, and (N,) coefficients of friction.
+    limit
+        Its shakedown limit; None if no solver proves one.
     """
 
-    system: Any
+    system: ContactSystem
     cycle: LoadCycle
     friction: Array
-    limit: float
-    safe: Array
+    limit: ShakedownLimit | None
 
-    def key(self) -> bytes:
+    def digest(self) -> bytes:
         """Digest of the content."""
-        system, digest = self.system, hashlib.sha256()
-        reactions = *self.cycle.mean_reaction(system), *self.cycle.corner_reactions(system)
-        for array in (system.A, system.B, system.C, system.gap, self.friction, *reactions):
-            digest.update(np.ascontiguousarray(array).tobytes())
-        return digest.digest()
+        reactions = *self.cycle.mean_reaction(self.system), *self.cycle.corner_reactions(self.system)
+        return _digest(self.system.S, self.system.gap, self.friction, *reactions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,28 +56,55 @@ class Run:
     start: Start
     load_factor: float
 
-
-def run_key(contact: bytes, load_factor: float, start: Start) -> str:
-    """Digest of a run's content; a safe slip enters by its definition, because solvers may find different ones."""
-    digest = hashlib.sha256(contact)
-    if start.state is not None:
+    @classmethod
+    def of(cls, case: bytes, load_factor: float, start: Start) -> "Run":
+        """The run whose key is a digest of its content; a safe slip enters by its definition, because solvers may find different ones."""
         state = start.state
-        for array in (state.slip, state.gap, state.bonded_q, state.bonded_p, np.float64(state.next_corner)):
-            digest.update(np.ascontiguousarray(array).tobytes())
-    for label, value in (("load", load_factor), ("slip", start.slip), ("safe", start.safe_multiple), ("overload", start.overload)):
-        digest.update(label.encode() if value is None else label.encode() + np.asarray(value, dtype=np.float64).tobytes())
-    return digest.hexdigest()[:40]
+        arrays = () if state is None else (state.slip, state.gap, state.bonded_q, state.bonded_p, state.next_corner)
+        content = _digest(*arrays, load_factor, start.slip, start.safe_multiple, start.overload)
+        return cls(hashlib.sha256(case + content).hexdigest()[:40], start, load_factor)
 
 
-def follow(contact: CampaignContact, runs: Sequence[Run]) -> list[dict[str, Any]]:
-    """Follow runs one after the other, with one BLAS thread; the rows do not depend on the machine's load, except for the seconds."""
-    with one_thread():
-        return [_row(contact, run) for run in runs]
+def _digest(*values: Any) -> bytes:
+    parts = (b"-" if value is None else np.ascontiguousarray(value, dtype=np.float64).tobytes() for value in values)
+    return hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).digest()
 
 
-def one_thread() -> Any:
-    """A context in which linear algebra uses one thread."""
-    return _libraries().limit(limits=1)
+def execute(case: Case, runs: Sequence[Run], executor: Executor | None) -> Generator[tuple[Row, bool]]:
+    """Follow runs, here or by an executor, and yield their rows as they finish, in any order; closing the iterator cancels the others.
+
+    Each row comes with whether it is a result of the run: it is not where the executor lost the run.
+    """
+    if executor is None:
+        yield from ((_follow(case, [run])[0], True) for run in runs)
+        return
+    futures: dict[Future[list[Row]], Sequence[Run]] = {}
+    try:
+        for batch in (runs[first : first + _BATCH] for first in range(0, len(runs), _BATCH)):
+            try:
+                future = executor.submit(_follow, case, batch)
+            except Exception as error:  # also in the middle, from a pool whose processes have died
+                if not futures:
+                    raise ModelError(f"executor: {executor!r} takes no runs ({type(error).__name__}: {error}); give one that is open") from error
+                future = Future()
+                future.set_exception(error)
+            futures[future] = batch
+        for future in as_completed(futures):
+            try:
+                yield from ((row, True) for row in future.result())
+            except Exception as error:
+                yield from (
+                    (_failed(run, f"not followed, its executor lost it ({error!r}); start the study again"), False) for run in futures[future]
+                )
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+def _follow(case: Case, runs: Sequence[Run]) -> list[Row]:
+    """Follow runs one after the other with one BLAS thread, so that the rows do not depend on the machine, except for the seconds."""
+    with _libraries().limit(limits=1):
+        return [_row(case, run) for run in runs]
 
 
 @cache
@@ -83,17 +112,17 @@ def _libraries() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def _row(contact: CampaignContact, run: Run) -> dict[str, Any]:
-    begin, slip = time.perf_counter(), np.zeros(contact.system.slip_shape)
-    overload = None if run.start.overload is None else run.start.overload * run.load_factor
+def _row(case: Case, run: Run) -> Row:
+    began, start, slip = time.perf_counter(), run.start, np.zeros(case.system.slip_shape)
     try:
-        slip = _initial_slip(contact, run)
-        begin_at: dict[str, Any] = {"initial_state": run.start.state} if run.start.state else {"initial_slip": slip}
-        if contact.system.tangents == 2:
-            begin_at["progress"] = False  # the study has its own bar
-        steady = steady_state(contact.system, contact.cycle, contact.friction, run.load_factor, **begin_at, overload=overload)
+        given = slip_below(case.limit, start, case.system, case.cycle, case.friction, run.load_factor)
+        slip = slip if given is None else given
+        begin: dict[str, Any] = {"initial_slip": slip} if start.state is None else {"initial_state": start.state}
+        if case.system.tangents == 2:
+            begin["progress"] = False  # the study has a bar
+        steady = steady_state(case.system, case.cycle, case.friction, run.load_factor, **begin, overload=start.overload)
     except FrictoptError as error:
-        return failed(run, f"{type(error).__name__}: {error}", time.perf_counter() - begin) | {"amplitude": root_mean_square(slip)}
+        return _failed(run, f"{type(error).__name__}: {error}", time.perf_counter() - began) | {"amplitude": root_mean_square(slip)}
     work = steady.dissipation_per_node
     return _input(run) | {
         "amplitude": root_mean_square(slip),
@@ -106,30 +135,17 @@ def _row(contact: CampaignContact, run: Run) -> dict[str, Any]:
         "open": int(np.count_nonzero(steady.open)),
         "residual": steady.residual,
         "engine": steady.engine,
-        "seconds": time.perf_counter() - begin,
+        "seconds": time.perf_counter() - began,
         "error": "",
     }
 
 
-def _initial_slip(contact: CampaignContact, run: Run) -> Array:
-    if run.start.state is not None:
-        return run.start.state.slip
-    if run.start.safe_multiple is not None:
-        return np.asarray(run.start.safe_multiple * _safe_slip(contact, run.load_factor))
-    return np.zeros(contact.system.slip_shape) if run.start.slip is None else run.start.slip
-
-
-@lru_cache(maxsize=32)
-def _safe_slip(contact: CampaignContact, load_factor: float) -> Array:
-    return safe_part(contact.system, contact.cycle, contact.friction, load_factor, contact.limit, contact.safe)
-
-
-def failed(run: Run, error: str, seconds: float = np.nan) -> dict[str, Any]:
+def _failed(run: Run, error: str, seconds: float = np.nan) -> Row:
     """The row of a run that has no result."""
     numbers = dict.fromkeys(("amplitude", "dissipation", "first_cycle", "largest_share", "residual"), np.nan)
     counts = dict.fromkeys(("cycles", "slipping", "open"))
     return _input(run) | numbers | counts | {"outcome": "FAILED", "engine": "path", "seconds": seconds, "error": error}
 
 
-def _input(run: Run) -> dict[str, Any]:
+def _input(run: Run) -> Row:
     return {"key": run.key, "start": run.start.name, "load_factor": run.load_factor}

@@ -60,7 +60,7 @@ def plot_study(table: Any, ax: Any = None) -> Any:
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> table = fo.dissipation_study(rod, cycle, 0.5, load_factors=[0.3, 1.0], initial_slips=fo.no_slip())
+    >>> table = fo.dissipation_study(rod, cycle, 0.5, load_factors=[0.3, 1.0], starts=fo.starts.no_slip())
     >>> axes = fo.plot_study(table)
     >>> axes.get_yscale(), [text.get_text() for text in axes.get_legend().get_texts()]
     ('log', ['none'])

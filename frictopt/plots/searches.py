@@ -6,7 +6,7 @@ import numpy as np
 
 from ..campaign import GuaranteeCheck, LeastExcursion, LimitAfterProtocol
 from ..campaign.guarantee import NO_OUTCOME
-from ..campaign.treatment import REST, SLIP, UNDECIDED
+from ..campaign.protocols import REST, SLIP, UNDECIDED
 from ..contact.answers import Outcome
 from .picture import picture
 from .style import BLACK, GREY, equals, legend, new_axes, no_lines, series
@@ -46,7 +46,7 @@ def _excursion(found: LeastExcursion, ax: Any = None) -> Any:
         loads = ", ".join(f"{name} = {value:.4g}" for name, value in found.loads.items())
         axes.set_title(f"least excursion found: {found.share:.4g} of the largest, to {loads}")
     _rows(axes, found.tried["share"], found.tried["outcome"])
-    if found.found:
+    if np.isfinite(found.share):
         axes.axvline(found.share, color=GREY, lw=0.8, zorder=0, label="least found")
         legend(axes)
     axes.set(xlabel="share of the largest excursion", xlim=(0.0, 1.02))

@@ -1,0 +1,40 @@
+"""A study in a process of its own, to be killed: `python killed_study.py STORE TABLE [executor]`. It says which runs it has kept."""
+
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+
+import frictopt as fo
+from frictopt.campaign.store import Store
+from systems import CYCLE, random_system
+
+CONTACT = random_system(np.random.default_rng(0), 10)
+STARTS = fo.starts.random_slips(CONTACT, [1.0], 50)
+FACTORS = np.linspace(0.5, 2.0, 6)
+
+
+def study(**options):
+    return fo.dissipation_study(CONTACT, CYCLE, 0.3, FACTORS, STARTS, **options)
+
+
+def telling(write):
+    def told(self, row):
+        write(self, row)
+        print(row["key"], flush=True)
+
+    return told
+
+
+if __name__ == "__main__":
+    store, table, *pool = sys.argv[1:]
+    Store.write = telling(Store.write)
+    with ProcessPoolExecutor(2, get_context("spawn")) if pool else nullcontext() as executor:
+        try:
+            study(executor=executor, store=store).to_pickle(table)
+        except KeyboardInterrupt as stop:
+            stop.table.to_pickle(Path(table))
+            raise
