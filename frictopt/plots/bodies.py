@@ -67,7 +67,8 @@ def _model(model: ContactModel, ax: Any = None) -> Any:
         _load(axes, model, case, length, series(number)["color"])
     _finish(axes, ends, length)
     if ax is None:
-        axes.figure.set_layout_engine("constrained" if in_space else "compressed")
+        if not in_space:
+            axes.figure.set_layout_engine("compressed")
         axes.figure.legend(loc="outside right upper", handlelength=2.2)
     else:
         legend(axes)
@@ -101,7 +102,8 @@ def _fields(fields: BodyFields, ax: Any = None) -> Any:
     axes.figure.colorbar(colours, ax=axes, extend="max", label="von Mises stress (force per area)")
     _finish(axes, np.array([[end(body.mesh.p, axis=1) for end in (np.min, np.max)] for body in fields.bodies.values()]), 0.0)
     if ax is None:
-        axes.figure.set_layout_engine("constrained" if in_space else "compressed")
+        if not in_space:
+            axes.figure.set_layout_engine("compressed")
     return axes
 
 
@@ -115,7 +117,7 @@ def _axes(ax: Any, in_space: bool) -> Any:
     if not in_space:
         return new_axes(ax, size=(6.4, 4.8))[0]
     if ax is None:
-        return plt.figure(figsize=(6.4, 4.8)).add_subplot(projection="3d")
+        return plt.figure(figsize=(6.4, 4.8), layout="constrained").add_subplot(projection="3d")
     if not isinstance(ax, Axes3D):
         raise ModelError(f"ax: {shown(ax)}; a model in space needs axes with projection='3d'")
     return ax

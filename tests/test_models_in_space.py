@@ -1,0 +1,224 @@
+"""Models in space, loads of every kind, gaps and fields: a strip one element thick against the plane, and closed forms."""
+
+import meshio
+import numpy as np
+import pytest
+from scipy.sparse import csr_matrix
+from skfem import Basis, ElementHex1, ElementQuad1, ElementTetP1, ElementTriP1, ElementVector, MeshHex, MeshQuad, MeshTet, MeshTri
+from skfem.models.elasticity import linear_elasticity
+
+import frictopt as fo
+from frictopt.fem.elasticity import body_stiffness
+from frictopt.fem.forms import boundary_forces
+
+THICK = 0.7
+X, UP, DOWN = np.array([-1.0, -0.4, 0.1, 1.0]), np.array([0.0, 0.3, 1.0]), np.array([-1.0, -0.6, 0.0])
+WIDE = np.r_[-2.0, X, 2.0]
+FACES = {
+    "contact": lambda x: (x[1] == 0) & (abs(x[0]) < 1),
+    "top": lambda x: x[1] == 1,
+    "bottom": lambda x: x[1] == -1,
+    "right": lambda x: x[0] == 1,
+    "left": lambda x: x[0] == -1,
+}
+RUBBER = fo.Material(2.0, 0.45)
+LOADS = {
+    "traction": [fo.Traction("punch", "right", x=lambda x, y, z=0: x - y, y=lambda x, y, z=0: -1 - y / 2)],
+    "pressure": [fo.Pressure("punch", "right", lambda x, y, z=0: 1 + y**2), fo.Pressure("punch", "left", 0.3)],
+    "weight": [fo.BodyForce("punch", x=0.2, y=lambda x, y, z=0: -y)],
+    "heat": [fo.Expansion("punch", lambda x, y, z=0: 0.01 * x), fo.Expansion("block", 0.02)],
+    "move": [fo.Displacement("block", "bottom", x=0.1, y=lambda x, y, z=0: 0.05 * x)],
+    "fit": [fo.Interference("joint", 0.01)],
+}
+
+
+def models(element="linear"):
+    """A punch on a block in plane strain, and the same one element thick, all held across but the nodes of the punch that the block holds."""
+    found = []
+    for depth in ([], [np.array([0.0, THICK])]):
+        kind = MeshHex if depth else MeshQuad
+        meshes = {"punch": kind.init_tensor(X, UP, *depth), "block": kind.init_tensor(WIDE, DOWN, *depth)}
+        bodies = {name: fo.Body(mesh.with_boundaries(FACES), RUBBER, element) for name, mesh in meshes.items()}
+        across = [fo.Support(name, tuple(at), "z") for name, mesh in meshes.items() for at in mesh.p.T if depth and (name, at[1]) != ("punch", 0.0)]
+        centre = (0.3, 0.1, 5.0) if depth else (0.3, 0.1)
+        loads = LOADS | {"spin": [fo.Centrifugal("punch", 2.0, 1.5, centre)]}
+        contact = fo.Contact("punch", "block", name="joint", gap=lambda x, y, z=0: 0.001 * x**2)
+        found.append(fo.ContactModel(bodies, [fo.Support("block", "bottom"), fo.Support("punch", "top", "y"), *across], loads, [contact]))
+    return found
+
+
+def onto_the_plane(plane, space):
+    """(4, 8) sum over the front and the back node of each node of the plane."""
+    return np.isclose(plane[:, :1], space[:, 0]).astype(float)
+
+
+@pytest.mark.parametrize("element", ["linear", "mean_dilatation"])
+def test_a_strip_in_plane_strain_has_the_contact_of_the_plane(element):
+    flat, solid = (model.condense() for model in models(element))
+    both = onto_the_plane(flat.points, solid.points)
+    for case in flat.bonded:
+        (q, p), (shear, pressure) = flat.bonded[case], solid.bonded[case]
+        scale = np.abs([q, p]).max()
+        assert np.allclose(both @ shear[:, 0], THICK * q, rtol=0, atol=1e-10 * scale) and np.allclose(both @ shear[:, 1], 0.0, atol=1e-10 * scale)
+        assert np.allclose(both @ pressure, THICK * p, rtol=0, atol=1e-10 * scale)
+    along = np.kron([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], both)
+    assert np.allclose(along @ solid.S @ along.T, THICK * flat.S, rtol=0, atol=1e-10 * np.abs(flat.S).max())
+    assert np.allclose(solid.gap @ both.T / 2, flat.gap) and np.allclose(both @ solid.width, THICK * flat.width)
+    assert set(solid.contact) == {"joint"} and solid.E_star == flat.E_star
+
+
+@pytest.mark.parametrize("element", ["linear", "mean_dilatation"])
+def test_a_strip_in_plane_strain_has_the_fields_of_the_plane(element):
+    plane, space = models(element)
+    flat, solid = plane.condense(), space.condense()
+    both, rng = onto_the_plane(flat.points, solid.points), np.random.default_rng(0)
+    v, w, loads = rng.normal(size=4), flat.gap + rng.random(4), {case: float(rng.normal()) for case in plane.loads}
+    one, two = plane.recover(loads, v), space.recover(loads, np.column_stack([both.T @ v, np.zeros(8)]))
+    with pytest.warns(fo.ModelWarning, match="is open by"):  # any gap will do here
+        one, two = plane.recover(loads, v, w), space.recover(loads, np.column_stack([both.T @ v, np.zeros(8)]), both.T @ w)
+    assert np.allclose(both @ two.q[:, 0], THICK * one.q) and np.allclose(both @ two.p, THICK * one.p)
+    for body in plane.bodies:
+        p, s = plane.bodies[body].mesh.p, space.bodies[body].mesh.p
+        place = np.array([np.linalg.norm(p - at[:, None], axis=0).argmin() for at in s[:2].T])
+        assert np.allclose(two.displacement[body][:2], one.displacement[body][:, place]) and np.allclose(two.displacement[body][2], 0.0, atol=1e-12)
+        for field in ("stress", "strain"):
+            thick, thin = getattr(two, field)[body], getattr(one, field)[body]
+            assert thick.shape[0] == 6 and np.allclose(thick[:4], thin[:, place]) and np.allclose(thick[4:], 0.0, atol=1e-9 * np.abs(thin).max())
+    for side in (1, 2):
+        for thick, thin in zip(two.at_contact(side), one.at_contact(side), strict=True):
+            assert thick.shape == (8, 2, 2) and np.allclose(thick[:, 0, 0], both.T @ thin)
+
+
+def bars(kind, loads, angle=0.0, material=RUBBER):
+    """Two bars of section 1 x 1 one behind the other along x, from 0 to 3, on rollers, turned about z."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    x, section = {"inner": np.linspace(0, 1, 3), "outer": np.linspace(1, 3, 5)}, np.linspace(-0.5, 0.5, 3)
+    faces = {"contact": lambda x: x[0] == 1, "end": lambda x: x[0] == 3, "root": lambda x: x[0] == 0}
+    meshes = {name: kind.init_tensor(x[name], section, section).with_boundaries(faces) for name in x}
+    bodies = {name: fo.Body(kind(turn @ mesh.p, mesh.t).with_boundaries(mesh.boundaries), material) for name, mesh in meshes.items()}
+    if angle:
+        return fo.ContactModel(bodies, [fo.Support("inner", "root")], loads, [fo.Contact("outer", "inner")])
+    rollers = [fo.Support("inner", "root", "x"), fo.Support("inner", (0.0, 0.0, 0.0), "yz"), fo.Support("inner", (0.0, 0.5, 0.0), "z")]
+    return fo.ContactModel(bodies, rollers, loads, [fo.Contact("outer", "inner")])
+
+
+@pytest.mark.parametrize("kind", [MeshHex, MeshTet])
+def test_uniform_tension_and_free_expansion(kind):
+    model = bars(kind, {"pull": [fo.Traction("outer", "end", x=2.0)], "heat": [fo.Expansion(name, 0.01) for name in ("inner", "outer")]})
+    system = model.condense()
+    for case, sigma, grows in (("pull", 2.0, 0.0), ("heat", 0.0, 0.01)):
+        fields = model.recover({case: 1.0}, np.zeros(system.slip_shape))
+        assert np.allclose(fields.p, -sigma * system.width, atol=1e-12) and np.abs(fields.q).max() < 1e-12
+        strain = np.array([sigma / RUBBER.E, *[-RUBBER.nu * sigma / RUBBER.E] * 2]) + grows
+        for body, mesh in ((name, body.mesh) for name, body in model.bodies.items()):
+            assert np.allclose(fields.stress[body], np.array([sigma, 0, 0, 0, 0, 0])[:, None], atol=1e-12)
+            assert np.allclose(fields.strain[body][[0, 1, 3]], strain[:, None], atol=1e-12)
+            assert np.allclose(fields.displacement[body], strain[:, None] * mesh.p, atol=1e-12)
+        stress, along = fields.at_contact(1)
+        assert np.allclose(stress, 0.0, atol=1e-12) and np.allclose(along, strain[1] * np.eye(2), atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", [MeshHex, MeshTet])
+@pytest.mark.parametrize(("axis", "centre", "arm"), [((0, 0, 2), None, 2.0), ((0, -1, 0), (1.0, 7.0, 0.0), 1.0), ((1, 0, 0), None, 0.0)])
+def test_a_spinning_bar_pulls_at_its_root(kind, axis, centre, arm):
+    """The outer bar, its centre of mass at x = 2, by density times volume times the square of the speed times the arm."""
+    system = bars(kind, {"spin": [fo.Centrifugal("outer", 3.0, 2.0, centre, axis)]}).condense()
+    q, p = system.bonded["spin"]
+    assert p.sum() == pytest.approx(-3.0 * 2.0 * 4.0 * arm, abs=1e-11) and np.abs(q.sum(axis=0)).max() < 1e-11
+
+
+def test_an_inclined_pressure_is_along_the_normal():
+    """Against the end of turned bars: the whole pressure and no shear, as a traction along the axis does."""
+    angle = 0.4
+    push = -np.array([np.cos(angle), np.sin(angle)])
+    model = bars(MeshTet, {"p": [fo.Pressure("outer", "end", 5.0)], "t": [fo.Traction("outer", "end", *(5 * push))]}, angle)
+    system = model.condense()
+    assert np.allclose(system.normals, [np.cos(angle), np.sin(angle), 0.0]) and system.reaction({"p": 1.0})[1].sum() == pytest.approx(5.0)
+    for part, other in zip(system.bonded["p"], system.bonded["t"], strict=True):
+        assert np.allclose(part, other, atol=1e-12)
+
+
+def test_a_pressure_all_around_a_ball_is_in_balance_and_on_half_of_it_that_of_a_disc():
+    ball = MeshTet.init_ball(3).with_boundaries({"all": lambda x: x[0] > -9, "upper": lambda x: x[2] > 0})
+    body = fo.Body(ball)
+    assert np.abs(fo.Pressure("b", "all", 1.0)._forces(body, "space").sum(axis=1)).max() < 1e-12
+    assert np.allclose(fo.Pressure("b", "upper")._forces(body, "space").sum(axis=1), [0, 0, -np.pi], atol=0.1)
+    area = boundary_forces(ball, ball.boundary_facets(), lambda x, _: np.ones((1, *x.shape[1:])), "space").sum()
+    assert area == pytest.approx(4 * np.pi, rel=0.03)
+
+
+def curved(rise=0.02, x=X):
+    """A punch with a face that rises by `rise` x^2 over a flat block, nodes above nodes."""
+    punch, block = (body.mesh for body in models()[1].bodies.values())
+    bent = MeshHex(punch.p + np.array([[0.0], [1.0], [0.0]]) * (rise * punch.p[0] ** 2 * (1 - punch.p[1])), punch.t)
+    bodies = {"punch": fo.Body(bent.with_boundaries(punch.boundaries)), "block": fo.Body(block)}
+    load = {"P": [fo.Traction("punch", "top", y=-1.0)]}
+    return fo.ContactModel(bodies, [fo.Support("block", "bottom")], load, [fo.Contact("punch", "block", gap="measured")])
+
+
+def test_the_gap_of_a_curved_face_is_measured():
+    system = curved().condense()
+    assert np.allclose(system.gap, 0.02 * system.points[:, 0] ** 2, rtol=2e-3, atol=1e-12)
+    assert not curved(0.0).condense().gap.any()
+    with pytest.raises(fo.ModelError, match=r"the faces do not touch, they are 0\.0\d+ apart|is \S+ aside of the normal"):
+        fo.ContactModel(curved().bodies, curved().supports, curved().loads)
+    with pytest.raises(fo.ModelError, match="aside of the normal; in space the nodes of both"):
+        curved(0.3)
+    with pytest.raises(fo.ModelError, match="the bodies overlap by"):
+        curved(-0.02)
+
+
+def test_one_mesh_in_space_is_split_into_bodies():
+    x = np.array([0.0, 0.4, 1.0])
+    mesh = MeshHex.init_tensor(x, x, np.r_[-1.0, x]).with_boundaries({"top": lambda x: x[2] == 1, "bottom": lambda x: x[2] == -1})
+    bodies = fo.split_bodies(mesh.with_subdomains({"a": lambda x: x[2] > 0, "b": lambda x: x[2] < 0}), {"a": fo.Material(), "b": fo.Material(2.0)})
+    load = {"P": [fo.Pressure("a", "top")]}
+    system = fo.ContactModel(bodies, [fo.Support("b", "bottom")], load, [fo.Contact("a", "b", "b", "a")]).condense()
+    assert system.nodes == 9 and system.bonded["P"][1].sum() == pytest.approx(1.0) and set(system.contact) == {"b"}
+
+
+@pytest.mark.parametrize("kind", [MeshHex, MeshTet])
+def test_fields_as_a_vector_and_as_a_file(tmp_path, kind):
+    model = bars(kind, {"pull": [fo.Traction("outer", "end", x=2.0, y=0.3)]})
+    fields = model.recover({"pull": 1.0}, np.zeros((9, 2)))
+    basis, u = fields.vector("outer")
+    forces = linear_elasticity(*RUBBER.lame).assemble(basis) @ u
+    inside = np.flatnonzero((basis.mesh.p[0] > 1) & (basis.mesh.p[0] < 3))
+    assert np.abs(forces[basis.nodal_dofs[:, inside]]).max() < 1e-11 and np.array_equal(u[basis.nodal_dofs], fields.displacement["outer"])
+    path = tmp_path / "outer.vtu"
+    fields.save(path, "outer")
+    read = meshio.read(path)
+    (cells,) = read.cells
+    assert np.allclose(read.points.T, basis.mesh.p) and len(cells.data) == basis.mesh.t.shape[1]
+    for name, row in zip(("xx", "yy", "xy", "zz", "xz", "yz"), fields.stress["outer"], strict=True):
+        assert np.allclose(read.point_data[f"stress_{name}"], row)
+    if kind is MeshHex:  # the order of VTK: a base, and above each of its nodes one of the other face
+        lifts = read.points[cells.data[:, 4:]] - read.points[cells.data[:, :4]]
+        assert np.allclose(lifts, lifts[:, :1]) and (np.abs(lifts[:, 0]).sum(axis=1) > 0).all()
+
+
+@pytest.mark.parametrize(("kind", "element"), {MeshTri: ElementTriP1, MeshQuad: ElementQuad1, MeshTet: ElementTetP1, MeshHex: ElementHex1}.items())
+def test_one_stiffness_for_all_meshes_is_that_of_scikit_fem(kind, element):
+    mesh = kind().refined(1)
+    mesh = kind(mesh.p + 0.03 * np.random.default_rng(0).uniform(-1, 1, mesh.p.shape), mesh.t)
+    basis = Basis(mesh, ElementVector(element()))
+    expected = linear_elasticity(*RUBBER.lame).assemble(basis)
+    rows = basis.nodal_dofs.ravel()
+    K = body_stiffness(mesh, RUBBER)
+    assert np.abs(csr_matrix(expected)[rows][:, rows] - K).max() < 1e-13 * np.abs(K).max()
+
+
+def test_names_and_areas_of_given_matrices_are_kept():
+    system = fo.condense(
+        np.kron(np.eye(2), np.eye(3)),
+        {"P": np.tile([0.0, 0.0, -1.0], 2)},
+        [[0, 2], [1, 3]],
+        [0.0, 0.0, 1.0],
+        [[0, 1, 2], [3, 4, 5], [-1] * 3, [-1] * 3],
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]] * 2,
+        contact=["left", "right"],
+        width=[1.0, 2.0],
+        E_star=3.0,
+    )
+    assert system.contact.tolist() == ["left", "right"] and system.width.tolist() == [1.0, 2.0] and system.E_star == 3.0
