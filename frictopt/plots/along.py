@@ -1,15 +1,17 @@
 """Values along the contacts: the x axis that all pictures of nodes share."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
 from ..contact.tolerances import RESIDUAL
-from .style import BLACK, GREY, SERIES, series
+from .style import BLACK, GREY, SERIES, Look, series
 
 __all__ = ["circle", "friction_bounds", "friction_ratio", "label_contacts", "lines", "lines_or_band", "looks", "parts"]
 
@@ -27,7 +29,7 @@ def parts(system: ContactSystem) -> list[Part]:
     return [(str(names[a]), slice(a, b)) for a, b in pairwise(ends)]
 
 
-def lines(ax: Any, system: ContactSystem, values: Array, *, label: str | None = None, **look: Any) -> None:
+def lines(ax: Axes, system: ContactSystem, values: Array, *, label: str | None = None, **look: Any) -> None:
     """Draw values of the nodes as lines that do not join one contact to the next."""
     for _, nodes in parts(system):
         ax.plot(system.x[nodes], values[nodes], label=label, **look)
@@ -35,7 +37,7 @@ def lines(ax: Any, system: ContactSystem, values: Array, *, label: str | None = 
 
 
 def lines_or_band(
-    ax: Any, system: ContactSystem, values: Array, names: Sequence[str], ruling: Sequence[int] = (), band: str = GREY, **more: Any
+    ax: Axes, system: ContactSystem, values: Array, names: Sequence[str], ruling: Sequence[int] = (), band: str = GREY, **more: Any
 ) -> None:
     """Draw (K, N) values as a line for each corner; of more corners than there are looks, the ruling ones as lines and all of them as a band."""
     if len(values) > len(SERIES):
@@ -53,13 +55,13 @@ def lines_or_band(
 _ENDS = (np.min, np.inf), (np.max, -np.inf)
 
 
-def looks(corners: int, ruling: Sequence[int] = ()) -> dict[int, Mapping[str, Any]]:
+def looks(corners: int, ruling: Sequence[int] = ()) -> dict[int, Look]:
     """Look of each corner that has a line of its own: all, or of more than there are looks the first ruling ones."""
     drawn = range(corners) if corners <= len(SERIES) else sorted(list(dict.fromkeys(ruling))[:_MOST_RULING])
     return {corner: series(number) for number, corner in enumerate(drawn)}
 
 
-def label_contacts(ax: Any, system: ContactSystem, *, names: bool = True) -> None:
+def label_contacts(ax: Axes, system: ContactSystem, *, names: bool = True) -> None:
     """Label the x axis; where there are several contacts, draw a line between them and name them above."""
     found = parts(system)
     ax.set_xlabel("position along the contact, $x$ (length)" if len(found) == 1 else "position along the contacts, one after the other, $x$ (length)")
@@ -72,14 +74,14 @@ def label_contacts(ax: Any, system: ContactSystem, *, names: bool = True) -> Non
             ax.axvline((system.x[left][-1] + system.x[right][0]) / 2, color=BLACK, lw=0.6)
 
 
-def friction_bounds(ax: Any) -> None:
+def friction_bounds(ax: Axes) -> None:
     """Draw the bounds of q / (f p)."""
     ax.axhline(-1.0, color=GREY, lw=0.8)
     ax.axhline(1.0, color=GREY, lw=0.8, label=r"friction bound $\pm 1$")
     ax.set_ylabel("$q / (f p)$")
 
 
-def friction_ratio(ax: Any, system: ContactSystem, friction: Array, q: Array, p: Array, names: Sequence[str], ruling: Sequence[int] = ()) -> Array:
+def friction_ratio(ax: Axes, system: ContactSystem, friction: Array, q: Array, p: Array, names: Sequence[str], ruling: Sequence[int] = ()) -> Array:
     """Draw q / (f p) of (K, N) reactions with the friction bounds, and return it; NaN, and left out, where the bound is zero but for rounding."""
     bound = friction * p
     ratio = np.full(q.shape, np.nan)
@@ -92,6 +94,8 @@ def friction_ratio(ax: Any, system: ContactSystem, friction: Array, q: Array, p:
     return ratio
 
 
-def circle(ax: Any, x: Any, ratio: Any, sense: Any, area: Any, color: Any, label: str | None) -> None:
+def circle(ax: Axes, x: ArrayLike, ratio: ArrayLike, sense: ArrayLike, area: ArrayLike, color: str, label: str | None) -> None:
     """Circle nodes at q / (f p); where that is not defined, at the bound of their sense of slip."""
-    ax.scatter(x, np.where(np.isfinite(ratio), ratio, -sense), s=area, facecolors="none", edgecolors=color, linewidths=1.2, zorder=3, label=label)
+    ax.scatter(
+        x, np.where(np.isfinite(ratio), ratio, np.negative(sense)), s=area, facecolors="none", edgecolors=color, linewidths=1.2, zorder=3, label=label
+    )

@@ -1,21 +1,26 @@
 """Pictures of models: the meshes of their bodies, contacts, supports and loads; and of fields in the bodies."""
 
 import re
-from typing import Any
+from typing import Any, TypeAlias
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from skfem import Mesh
 
 from ..contact.checks import Array, shown
 from ..errors import ModelError
 from ..fem import BodyFields, ContactModel, Pressure, Traction
+from ..fem.ordering import Integers
 from ..scenes.scene import Scene
 from .picture import picture
 from .style import BLACK, legend, new_axes, series
 
 __all__ = ["draw_edges", "draw_mesh"]
+
+AnyAxes: TypeAlias = Any  # of matplotlib, in the plane or in space
 
 _MOST_MARKS = 17, 25  # of each support, in the plane and in space
 _ARROWS = 9  # of each loaded boundary
@@ -24,20 +29,20 @@ _TO_NAME = {"arrowstyle": "-", "lw": 0.8}
 _LENGTH = 0.08, 0.12  # of an arrow, over the size of the model, in the plane and in space
 
 
-def draw_edges(axes: Any, mesh: Any, facets: Any, scale: float = 1.0, **look: Any) -> None:
+def draw_edges(axes: Axes, mesh: Mesh, facets: Integers, scale: float = 1.0, **look: Any) -> None:
     """Draw some facets of a plane mesh; coordinates are divided by `scale`."""
     edges = np.insert(mesh.p[:, mesh.facets[:, facets]] / scale, 2, np.nan, axis=1)  # one line with gaps is drawn far faster than many lines
     axes.plot(*edges.transpose(0, 2, 1).reshape(2, -1), solid_capstyle="round", snap=False, **look)
 
 
-def draw_mesh(axes: Any, mesh: Any, color: str, scale: float = 1.0, *, thin: float = 0.12, label: str | None = None) -> None:
+def draw_mesh(axes: Axes, mesh: Mesh, color: str, scale: float = 1.0, *, thin: float = 0.12, label: str | None = None) -> None:
     """Draw the lines of a plane mesh, with its outline; coordinates are divided by `scale`."""
     draw_edges(axes, mesh, np.arange(mesh.facets.shape[1]), scale, color=color, lw=thin, zorder=0.5)
     draw_edges(axes, mesh, mesh.boundary_facets(), scale, color=color, lw=1.0, zorder=0.5, label=label)
 
 
 @picture.register
-def _model(model: ContactModel, ax: Any = None) -> Any:
+def _model(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
     """Each body in its colour (in space its surface), contacts in black, held nodes as marks, and the directions of each load case as arrows."""
     in_space = model.kinematics == "space"
     axes = _axes(ax, in_space)
@@ -76,13 +81,13 @@ def _model(model: ContactModel, ax: Any = None) -> Any:
 
 
 @picture.register
-def _scene(scene: Scene, ax: Any = None) -> Any:
+def _scene(scene: Scene, ax: AnyAxes | None = None) -> AnyAxes:
     """Draw its model."""
     return picture(scene.model(), ax)
 
 
 @picture.register
-def _fields(fields: BodyFields, ax: Any = None) -> Any:
+def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
     """Von Mises stress in all bodies, in space on their surfaces, nodal values; the colours end at the value that 99 of 100 nodes do not exceed."""
     in_space = next(iter(fields.bodies.values())).mesh.dim() == 3
     axes = _axes(ax, in_space)
@@ -113,7 +118,7 @@ def _von_mises(stress: Array) -> Array:
     return np.asarray(np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * shear))
 
 
-def _axes(ax: Any, in_space: bool) -> Any:
+def _axes(ax: AnyAxes | None, in_space: bool) -> AnyAxes:
     if not in_space:
         return new_axes(ax, size=(6.4, 4.8))[0]
     if ax is None:
@@ -123,7 +128,7 @@ def _axes(ax: Any, in_space: bool) -> Any:
     return ax
 
 
-def _finish(axes: Any, ends: Array, length: float) -> None:
+def _finish(axes: AnyAxes, ends: Array, length: float) -> None:
     """Names and limits of the axes, in space with room for the arrows."""
     axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)")
     if ends.shape[2] == 2:
@@ -136,12 +141,12 @@ def _finish(axes: Any, ends: Array, length: float) -> None:
     axes.locator_params(nbins=5)
 
 
-def _faces(axes: Any, mesh: Any, facets: Any, **look: Any) -> Any:
+def _faces(axes: AnyAxes, mesh: Mesh, facets: Integers, **look: Any) -> Poly3DCollection:
     """Draw facets of a mesh in space."""
     return axes.add_collection3d(Poly3DCollection(mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0), **look))
 
 
-def _supports(axes: Any, model: ContactModel) -> None:
+def _supports(axes: AnyAxes, model: ContactModel) -> None:
     named: set[str] = set()
     for support, nodes in zip(model.supports, model.held_nodes, strict=True):
         points = model.bodies[support.body].mesh.p[:, nodes]
@@ -154,7 +159,7 @@ def _supports(axes: Any, model: ContactModel) -> None:
         axes.plot(*chosen, linestyle="none", marker=marker, color=BLACK, label=label, **look)
 
 
-def _load(axes: Any, model: ContactModel, case: str, length: float, color: str) -> None:
+def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: str) -> None:
     """Draw one load case; what acts on no surface is named in the legend."""
     others = [re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower() for part in model.loads[case] if not isinstance(part, Traction | Pressure)]
     for name, body, nodes, force in model.surface_loads:
@@ -164,7 +169,7 @@ def _load(axes: Any, model: ContactModel, case: str, length: float, color: str) 
     axes.plot(*nowhere, color=color, marker=">", label=f"load {case}" + (f" ({', '.join(others)})" if others else ""))
 
 
-def _arrows(axes: Any, mesh: Any, nodes: Any, force: Array, length: float, color: str) -> None:
+def _arrows(axes: AnyAxes, mesh: Mesh, nodes: Integers, force: Array, length: float, color: str) -> None:
     """Draw arrows of equal length along the loaded boundary: those that press end on it, the others begin there."""
     points, strength = mesh.p[:, nodes], np.linalg.norm(force, axis=0)
     chosen = [node for node in _spread(points, _ARROWS) if strength[node] > 0]

@@ -1,17 +1,24 @@
 """The door to all pictures, which needs no matplotlib before the first of them."""
 
 from contextlib import nullcontext
-from typing import Any
+from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from ..errors import ModelError
 from .picture import Runs, picture
+
+if TYPE_CHECKING:  # matplotlib need not be installed
+    from matplotlib.axes import Axes
+
+    from .style import AxesArray
 
 __all__ = ["draw", "plot_study"]
 
 _NEEDED = ("load_factor", "load_ratio", "family", "outcome", "dissipation")
 
 
-def draw(result: Any, ax: Any = None) -> Any:
+def draw(result: object, ax: "Axes | AxesArray | None" = None) -> "Axes | AxesArray":
     """Draw a result in the given axes, which keep their style, or in those of a new figure, and return the axes.
 
     Raises
@@ -32,7 +39,7 @@ def draw(result: Any, ax: Any = None) -> Any:
         return picture(result, ax)
 
 
-def plot_study(table: Any, ax: Any = None) -> Any:
+def plot_study(table: pd.DataFrame, ax: "Axes | None" = None) -> "Axes | AxesArray":
     """Draw the steady dissipation of each run of a study against its load: a mark for each start, by family.
 
     Runs that shake down have no dissipation and stand in a strip at the bottom. Runs that failed have no mark; the title counts them.

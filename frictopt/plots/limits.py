@@ -1,8 +1,7 @@
 """Pictures of onset and limits: how far each node is from slip, and which nodes limit the load."""
 
-from typing import Any
-
 import numpy as np
+from matplotlib.axes import Axes
 
 from ..campaign import SeparatedLimit
 from ..contact import Onset
@@ -11,7 +10,7 @@ from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, Sha
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks
 from .picture import picture
 from .spatial import FACE, first_slips
-from .style import ALONG, BLACK, GREY, equals, legend, new_axes, no_lines
+from .style import ALONG, BLACK, GREY, AxesArray, equals, legend, new_axes, no_lines
 
 __all__: list[str] = []
 
@@ -20,7 +19,7 @@ _ONE_NODE = 60  # of the circle round a node that stands alone
 
 
 @picture.register
-def _onset(onset: Onset, ax: Any = None) -> Any:
+def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
     """Shear over friction bound of the bonded contact at the first slip towards each corner (in space, the first of all); what slips is circled."""
     in_space = onset.system.tangents == 2
     (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
@@ -45,7 +44,7 @@ def _onset(onset: Onset, ax: Any = None) -> Any:
 
 
 @picture.register
-def _shakedown_limit(limit: ShakedownLimit, ax: Any = None) -> Any:
+def _shakedown_limit(limit: ShakedownLimit, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism."""
     (axes,) = new_axes(ax)
     name = r"shakedown limit $\lambda_2$" if limit.objective is None else r"load factor $\lambda$ that the objective chooses"
@@ -56,7 +55,7 @@ def _shakedown_limit(limit: ShakedownLimit, ax: Any = None) -> Any:
 
 
 @picture.register
-def _required_friction(required: RequiredFriction, ax: Any = None) -> Any:
+def _required_friction(required: RequiredFriction, ax: Axes | None = None) -> Axes:
     """Shear over the required friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism."""
     (axes,) = new_axes(ax)
     axes.set_title(equals(rf"$\lambda = {required.load_factor:.4g}$: required friction $f$", required.friction))
@@ -66,7 +65,7 @@ def _required_friction(required: RequiredFriction, ax: Any = None) -> Any:
 
 
 @picture.register
-def _guaranteed_limit(limit: GuaranteedLimit, ax: Any = None) -> Any:
+def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the corners under the witness; the node on both its bounds is circled."""
     (axes,) = new_axes(ax)
     axes.set_title(
@@ -86,7 +85,7 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Any = None) -> Any:
 
 
 @picture.register
-def _separated_limit(limit: SeparatedLimit, ax: Any = None) -> Any:
+def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the corners of the resting cycle; open nodes, which have none, are marked at zero."""
     (axes,) = new_axes(ax)
     title = equals(rf"{'limit with separation' if limit.exact else 'largest load factor found to rest'}, $\lambda$", limit.load_factor)
@@ -107,7 +106,7 @@ def _separated_limit(limit: SeparatedLimit, ax: Any = None) -> Any:
 
 
 @picture.register
-def _least_slip(least: LeastSlip, ax: Any = None) -> Any:
+def _least_slip(least: LeastSlip, ax: Axes | None = None) -> Axes:
     """Weights of the slip at the corners (of many corners, lines of those with the largest)."""
     (axes,) = new_axes(ax)
     if least.bound <= 0:
@@ -128,7 +127,7 @@ def _least_slip(least: LeastSlip, ax: Any = None) -> Any:
 
 
 @picture.register
-def _safe_slip(safe: SafeSlip, ax: Any = None) -> Any:
+def _safe_slip(safe: SafeSlip, ax: AxesArray | None = None) -> AxesArray:
     """Above, shear over friction bound at the corners under the slip (of many corners, the one with the least reserve); below, the slip itself."""
     upper, lower = new_axes(ax, 2, (6.4, 5.4))
     q, p = safe.reactions
@@ -145,7 +144,7 @@ def _safe_slip(safe: SafeSlip, ax: Any = None) -> Any:
     return np.array([upper, lower])
 
 
-def _limiting(axes: Any, result: ShakedownLimit | RequiredFriction, friction: Array) -> Any:
+def _limiting(axes: Axes, result: ShakedownLimit | RequiredFriction, friction: Array) -> Axes:
     """Draw the shear over the friction bound at the corners, and circles at the nodes of the mechanism."""
     ruling = result.mechanism.groupby("corner")["share"].sum().sort_values(ascending=False).index.tolist()
     q, p = result.reactions

@@ -1,11 +1,12 @@
 """Loops of shear force against slip, and what else the pictures of transients in the plane and in space share."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from ..contact.checks import Array
+from ..fem.ordering import Integers
 from ..transients import Trajectory, Trajectory3D
 from .style import GREY, series
 
@@ -17,7 +18,7 @@ _MOST_LINES = 50  # cycles of which each has its own line
 AnyTrajectory = Trajectory | Trajectory3D
 
 
-def most_work(path: AnyTrajectory) -> np.ndarray[Any, Any]:
+def most_work(path: AnyTrajectory) -> Integers:
     """The nodes with the most work of friction, first the one with the most."""
     return np.argsort(-path.work[-1], kind="stable")[:_NODES]
 
@@ -27,7 +28,7 @@ def work_title(path: AnyTrajectory) -> str:
     return "nodes with the most work of friction" if path.work[-1].any() else "no node slips"
 
 
-def loops(axes: Any, slip: Array, force: Array, names: Sequence[str]) -> None:
+def loops(axes: Axes, slip: Array, force: Array, names: Sequence[str]) -> None:
     """Draw (T, M) forces against slips, each node with a mark at its last state."""
     for number, name in enumerate(names):
         look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"]}
@@ -36,7 +37,7 @@ def loops(axes: Any, slip: Array, force: Array, names: Sequence[str]) -> None:
         axes.plot(slip[-1:, number], force[-1:, number], color=look["color"], marker="o", markersize=4, label=last)
 
 
-def cycle_lines(axes: Any, path: AnyTrajectory) -> bool:
+def cycle_lines(axes: Axes, path: AnyTrajectory) -> bool:
     """Label the axis of time, which begins no earlier than the mean load, and draw a line at each of a few whole cycles; whether there are lines."""
     axes.set_xlabel("corners visited (0: mean load)")
     if (first := max(0.0, path.time[0])) < path.time[-1]:

@@ -2,7 +2,14 @@
 
 from dataclasses import dataclass
 from functools import singledispatch
-from typing import Any
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+if TYPE_CHECKING:  # matplotlib need not be installed
+    from matplotlib.axes import Axes
+
+    from .style import AxesArray
 
 __all__ = ["Runs", "picture"]
 
@@ -11,10 +18,10 @@ __all__ = ["Runs", "picture"]
 class Runs:
     """The table of a study, so that it has a kind of its own."""
 
-    table: Any
+    table: pd.DataFrame
 
 
 @singledispatch
-def picture(result: Any, ax: Any = None) -> Any:
+def picture(result: object, ax: "Axes | AxesArray | None" = None) -> "Axes | AxesArray":
     """Draw one kind of result in the given axes, or in those of a new figure, and return the axes."""
     raise NotImplementedError(f"a {type(result).__name__} has no picture")

@@ -1,29 +1,29 @@
 """Picture of the amplitudes of two loads at which some residual slip is safe."""
 
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from ..limits import SafeRegion
 from .picture import picture
-from .style import BLACK, SERIES, legend, new_axes, no_lines, series
+from .style import BLACK, SERIES, Look, legend, new_axes, no_lines, series
 
 __all__: list[str] = []
 
-_INSIDE: dict[str, Any] = {"color": "#56B4E9", "alpha": 0.25, "lw": 0, "label": "some residual slip is safe"}
+_INSIDE: Look = {"color": "#56B4E9", "alpha": 0.25, "lw": 0, "label": "some residual slip is safe"}
 _MARGIN = 1.08  # of the axes, over the largest amplitude
 
 
 @picture.register
-def _safe_region(region: SafeRegion, ax: Any = None) -> Any:
+def _safe_region(region: SafeRegion, ax: Axes | None = None) -> Axes:
     """The region, with the node that slips or opens most beyond each side (of many sides, one look for all)."""
     (axes,) = new_axes(ax)
     axes.set_title("amplitudes of two loads that vary independently")
     if not len(region.sides):
         return no_lines(axes, region.reason)
-    for name, label in zip(region.loads, (axes.set_xlabel, axes.set_ylabel), strict=True):
-        label(f"amplitude of {name}" + (": no limit" if name in region.unlimited else " (times its unit load)"))
+    names = [f"amplitude of {name}" + (": no limit" if name in region.unlimited else " (times its unit load)") for name in region.loads]
+    axes.set(xlabel=names[0], ylabel=names[1])
     if region.unlimited:
         _strip(axes, region)
     else:
@@ -32,7 +32,7 @@ def _safe_region(region: SafeRegion, ax: Any = None) -> Any:
     return axes
 
 
-def _strip(axes: Any, region: SafeRegion) -> None:
+def _strip(axes: Axes, region: SafeRegion) -> None:
     """One of the loads has no limit."""
     upright = np.isinf(region.vertices[0, 1])
     span, line, free = (axes.axvspan, axes.axvline, "y") if upright else (axes.axhspan, axes.axhline, "x")
@@ -42,7 +42,7 @@ def _strip(axes: Any, region: SafeRegion) -> None:
     axes.set(**{f"{free}ticks": [], f"{free}lim": (0.0, 1.0), f"{'x' if upright else 'y'}lim": (0.0, _MARGIN * most or 1.0)})
 
 
-def _polygon(axes: Any, region: SafeRegion) -> None:
+def _polygon(axes: Axes, region: SafeRegion) -> None:
     """Both loads have a limit."""
     axes.fill(*np.vstack([[0.0, 0.0], region.vertices]).T, **_INSIDE)
     few = len(region.sides) <= len(SERIES)

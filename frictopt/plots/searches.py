@@ -1,8 +1,8 @@
 """Pictures of what was tried: load factors, excursions and starts, and what became of the contact."""
 
-from typing import Any
-
 import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
 
 from ..campaign import GuaranteeCheck, LeastExcursion, LimitAfterProtocol
 from ..campaign.guarantee import NO_OUTCOME
@@ -18,7 +18,7 @@ _ROWS = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
 
 
 @picture.register
-def _practical_limit(limit: LimitAfterProtocol, ax: Any = None) -> Any:
+def _practical_limit(limit: LimitAfterProtocol, ax: Axes | None = None) -> Axes:
     """The load factors tried, in a row for each outcome."""
     (axes,) = new_axes(ax, size=_STRIP)
     again = "" if limit.monotonic else ", and at some load factors above"
@@ -35,7 +35,7 @@ def _practical_limit(limit: LimitAfterProtocol, ax: Any = None) -> Any:
 
 
 @picture.register
-def _excursion(found: LeastExcursion, ax: Any = None) -> Any:
+def _excursion(found: LeastExcursion, ax: Axes | None = None) -> Axes:
     """The shares of the excursion tried, in a row for each outcome; a share may have several, for the start is the hardest one then."""
     (axes,) = new_axes(ax, size=_STRIP)
     if not len(found.tried):
@@ -54,7 +54,7 @@ def _excursion(found: LeastExcursion, ax: Any = None) -> Any:
 
 
 @picture.register
-def _guarantee_check(check: GuaranteeCheck, ax: Any = None) -> Any:
+def _guarantee_check(check: GuaranteeCheck, ax: Axes | None = None) -> Axes:
     """Which share of the starts of each kind has come to rest after so many cycles."""
     (axes,) = new_axes(ax)
     axes.set_title(equals(r"check of the guaranteed limit $\lambda_1$", check.limit.load_factor))
@@ -65,13 +65,13 @@ def _guarantee_check(check: GuaranteeCheck, ax: Any = None) -> Any:
         name, undecided = rf"{kind}, $\lambda = {factor:.4g}$: {len(rests)} of {len(runs)}", int((runs["outcome"] == NO_OUTCOME).sum())
         look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"]}
         axes.step(cycles, share, where="post", label=f"{name}, {undecided} undecided" if undecided else name, **look)
-    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.locator_params(axis="x", integer=True)
     axes.set(xlabel="cycles followed", ylabel="share of the starts at rest", ylim=(-0.05, 1.05))
     legend(axes, "at rest in the end")
     return axes
 
 
-def _rows(axes: Any, at: Any, outcomes: Any) -> None:
+def _rows(axes: Axes, at: pd.Series, outcomes: pd.Series) -> None:
     """Draw a mark for each thing tried, in the row of its outcome."""
     names = [outcome for outcome in _ROWS if outcome != UNDECIDED or (outcomes == UNDECIDED).any()]
     for row, outcome in enumerate(names):

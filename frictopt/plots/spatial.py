@@ -1,9 +1,8 @@
 """Pictures of contacts in three dimensions: maps of the contact face, seen along its normal."""
 
-from typing import Any
-
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.axes import Axes
 from matplotlib.transforms import offset_copy
 
 from ..contact import ContactSystem, Onset
@@ -14,7 +13,7 @@ from ..spatial import SafeSlip3D, ShakedownLimit3D
 from ..transients import SteadyState3D, Trajectory3D
 from .loops import cycle_lines, loops, most_work, work_title
 from .picture import picture
-from .style import BLACK, GREY, SERIES, equals, legend, new_axes, no_lines, series
+from .style import BLACK, GREY, SERIES, AxesArray, equals, legend, new_axes, no_lines, series
 
 __all__ = ["FACE", "first_slips"]
 
@@ -28,7 +27,7 @@ _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of 
 
 
 @picture.register
-def _shakedown_limit(limit: ShakedownLimit3D, ax: Any = None) -> Any:
+def _shakedown_limit(limit: ShakedownLimit3D, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the first corner under the safe slip, the slip as arrows; the nodes of the mechanism are circled."""
     (axes,) = new_axes(ax, size=FACE)
     axes.set_title(equals(r"shakedown limit $\lambda_2$", limit.load_factor))
@@ -42,7 +41,7 @@ def _shakedown_limit(limit: ShakedownLimit3D, ax: Any = None) -> Any:
 
 
 @picture.register
-def _safe_slip(safe: SafeSlip3D, ax: Any = None) -> Any:
+def _safe_slip(safe: SafeSlip3D, ax: Axes | None = None) -> Axes:
     """Shear over friction bound under the slip, at the corner with the least reserve; the slip as arrows."""
     (axes,) = new_axes(ax, size=FACE)
     title = "safe slip" if safe.exists else "no slip is safe; the least unsafe one"
@@ -56,7 +55,7 @@ def _safe_slip(safe: SafeSlip3D, ax: Any = None) -> Any:
 
 
 @picture.register
-def _steady_state(steady: SteadyState3D, ax: Any = None) -> Any:
+def _steady_state(steady: SteadyState3D, ax: Axes | None = None) -> Axes:
     """Work of friction per cycle at each node; the slip at the last corner as arrows."""
     (axes,) = new_axes(ax, size=FACE)
     outcome = steady.outcome.name.lower().replace("_", " ")
@@ -68,7 +67,7 @@ def _steady_state(steady: SteadyState3D, ax: Any = None) -> Any:
 
 
 @picture.register
-def _trajectory(path: Trajectory3D, ax: Any = None) -> Any:
+def _trajectory(path: Trajectory3D, ax: AxesArray | None = None) -> AxesArray:
     """Three panels, for the nodes with the most work: shear force against slip along each tangent, and slip against the corners visited."""
     *sides, below = panels = new_axes(ax, 3, (6.4, 8.4), common_x=False)
     nodes = most_work(path)
@@ -86,10 +85,10 @@ def _trajectory(path: Trajectory3D, ax: Any = None) -> Any:
     cycle_lines(below, path)
     below.set_ylabel("slip $v_1$, $v_2$ (length)")
     legend(below)
-    return panels
+    return np.array(panels)
 
 
-def first_slips(axes: Any, onset: Onset) -> Any:
+def first_slips(axes: Axes, onset: Onset) -> Axes:
     """Draw the shear over the friction bound of the bonded contact at the first slip of all; the nodes that slip are circled."""
     first, system = onset.slip, onset.system
     q, p = (reaction[first.corner] for reaction in onset.reactions)
@@ -104,11 +103,11 @@ def first_slips(axes: Any, onset: Onset) -> Any:
     return _finished(axes)
 
 
-def _circles(axes: Any, places: Array, size: float, name: str) -> None:
-    axes.scatter(*places.T, s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label=name)
+def _circles(axes: Axes, places: Array, size: float, name: str) -> None:
+    axes.scatter(places[:, 0], places[:, 1], s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label=name)
 
 
-def _map(axes: Any, system: ContactSystem, values: Array, name: str, most: float) -> tuple[Array, float]:
+def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: float) -> tuple[Array, float]:
     """Draw values of the nodes as coloured points, grey where there is none; the (N, 2) places of the nodes, and the area of a point."""
     tangents = system.frames[0, :2]
     if np.abs(system.frames - system.frames[0]).max() > _FLAT:
@@ -117,7 +116,7 @@ def _map(axes: Any, system: ContactSystem, values: Array, name: str, most: float
     if len(np.unique(np.round(places / (_FLAT * (np.ptp(places) or 1.0))), axis=0)) < system.nodes:
         raise ModelError("plot: the contact has nodes above each other, which one map would hide; use to_frame()")
     colours = colormaps["cividis"].with_extremes(bad=GREY)
-    shown = axes.scatter(*places.T, c=values, s=size, cmap=colours, vmin=0.0, vmax=most, plotnonfinite=True)
+    shown = axes.scatter(places[:, 0], places[:, 1], c=values, s=size, cmap=colours, vmin=0.0, vmax=most, plotnonfinite=True)
     axes.figure.colorbar(shown, ax=axes, label=name)
     if np.isnan(values).any():
         axes.scatter([], [], s=size, color=GREY, label="node without friction bound")
@@ -134,7 +133,7 @@ def _along(tangent: Array, number: str) -> str:
     return f"${'xyz'[axis[0]]}$" if len(axis) else f"position along the {number} tangent"
 
 
-def _arrows(axes: Any, places: Array, slip: Array, name: str) -> None:
+def _arrows(axes: Axes, places: Array, slip: Array, name: str) -> None:
     """Draw the slip of the nodes as arrows."""
     longest = float(np.linalg.norm(slip, axis=1).max())
     if longest > 0:
@@ -143,9 +142,9 @@ def _arrows(axes: Any, places: Array, slip: Array, name: str) -> None:
         axes.plot([], [], linestyle="none", marker=r"$\rightarrow$", markersize=11, color=BLACK, label=f"{name}, longest {longest:.3g} (length)")
 
 
-def _finished(axes: Any) -> Any:
+def _finished(axes: Axes) -> Axes:
     """Legend below the map, if it has one."""
     if axes.get_legend_handles_labels()[1]:
-        below = offset_copy(axes.transAxes, axes.figure, y=-_LABELS, units="points")
+        below = offset_copy(axes.transAxes, axes.figure, y=-_LABELS, units="points")  # type: ignore[arg-type]  # a figure within another one will do
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=2)
     return axes

@@ -1,8 +1,7 @@
 """Picture of a study of many transients."""
 
-from typing import Any
-
 import numpy as np
+from matplotlib.axes import Axes
 
 from .picture import Runs, picture
 from .style import BLACK, legend, new_axes, series
@@ -11,7 +10,7 @@ __all__: list[str] = []
 
 
 @picture.register
-def _study(study: Runs, ax: Any = None) -> Any:
+def _study(study: Runs, ax: Axes | None = None) -> Axes:
     """Steady dissipation against the load, over lambda_2 where that is finite; families of starts have each a look."""
     (axes,) = new_axes(ax)
     table = study.table

@@ -1,23 +1,27 @@
 """The look of all pictures."""
 
-from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from textwrap import fill
-from typing import Any
+from typing import Any, TypeAlias
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from ..contact.checks import shown
 from ..errors import ModelError
 
-__all__ = ["ALONG", "BLACK", "GREY", "RC", "SERIES", "equals", "legend", "new_axes", "no_lines", "screen", "series"]
+__all__ = ["ALONG", "BLACK", "GREY", "RC", "SERIES", "AxesArray", "Look", "equals", "legend", "new_axes", "no_lines", "screen", "series"]
+
+AxesArray: TypeAlias = NDArray[np.object_]  # of matplotlib axes
+Look: TypeAlias = dict[str, Any]  # what matplotlib takes as keywords
 
 ALONG = (6.4, 3.6)  # size of a picture along the contact, inches
 BLACK, GREY = "#000000", "#767676"
 
 # Okabe and Ito's colours, told apart with impaired colour vision; line and marker tell the series apart in grey as well.
-SERIES: tuple[dict[str, Any], ...] = (
+SERIES: tuple[Look, ...] = (
     {"color": "#0072B2", "linestyle": "-", "marker": "o"},
     {"color": "#D55E00", "linestyle": "--", "marker": "s"},
     {"color": "#009E73", "linestyle": "-.", "marker": "^"},
@@ -28,7 +32,7 @@ SERIES: tuple[dict[str, Any], ...] = (
     {"color": "#767676", "linestyle": (0, (1, 1)), "marker": "*"},
 )
 
-RC: Mapping[str, Any] = {
+RC: Look = {
     "font.family": "STIXGeneral",  # comes with matplotlib, so every machine draws the same letters
     "mathtext.fontset": "stix",
     "font.size": 8.0,
@@ -58,20 +62,21 @@ RC: Mapping[str, Any] = {
 _SCALE = 1.3  # letters and lines of a picture on a screen, over those on a journal page
 
 
-def screen() -> Any:
+def screen() -> AbstractContextManager[None]:
     """Context in which a picture of its own is drawn, larger than on a journal page."""
     plt.draw_if_interactive()  # begins the backend: that of notebooks switches interactive mode on, which the end of the context would undo
     sizes = {name: value * _SCALE for name, value in RC.items() if isinstance(value, float) and not name.startswith("savefig")}
-    return plt.rc_context({**RC, **sizes, "savefig.dpi": "figure"})
+    context: AbstractContextManager[None] = plt.rc_context({**RC, **sizes, "savefig.dpi": "figure"})
+    return context
 
 
-def series(number: int) -> dict[str, Any]:
+def series(number: int) -> Look:
     """Look of a series; after the last one they begin again."""
     return SERIES[number % len(SERIES)]
 
 
-def new_axes(ax: Any, panels: int = 1, size: tuple[float, float] = ALONG, *, common_x: bool = True) -> np.ndarray[Any, Any]:
-    """(panels,) axes to draw in: the given ones, or those of a new figure, one below the other.
+def new_axes(ax: Axes | AxesArray | None, panels: int = 1, size: tuple[float, float] = ALONG, *, common_x: bool = True) -> list[Axes]:
+    """Axes to draw in, one for each panel: the given ones, or those of a new figure, one below the other.
 
     Raises
     ------
@@ -79,14 +84,14 @@ def new_axes(ax: Any, panels: int = 1, size: tuple[float, float] = ALONG, *, com
         Not that many axes.
     """
     if ax is None:
-        return np.ravel(plt.subplots(panels, 1, sharex=common_x, squeeze=False, figsize=size, layout="constrained")[1])
+        return list(np.ravel(plt.subplots(panels, 1, sharex=common_x, squeeze=False, figsize=size, layout="constrained")[1]))
     axes = np.ravel(np.asarray(ax, dtype=object))
     if len(axes) != panels or not all(isinstance(one, Axes) for one in axes):
         raise ModelError(f"ax: {shown(ax)}; give {'one matplotlib axes' if panels == 1 else f'{panels} matplotlib axes'}, or None")
-    return axes
+    return list(axes)
 
 
-def legend(axes: Any, title: str | None = None) -> None:
+def legend(axes: Axes, title: str | None = None) -> None:
     """Legend beside the axes, where it covers no data."""
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), title=title, alignment="left", handlelength=2.2)
 
@@ -98,7 +103,7 @@ def equals(name: str, value: float) -> str:
     return f"{name} is infinite" if value > 0 else f"{name}: none"
 
 
-def no_lines(axes: Any, why: str) -> Any:
+def no_lines(axes: Axes, why: str) -> Axes:
     """Say why there is nothing to draw."""
     axes.text(0.5, 0.5, fill(why, width=60), transform=axes.transAxes, ha="center", va="center")
     axes.set(xticks=[], yticks=[])

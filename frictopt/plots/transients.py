@@ -1,26 +1,25 @@
 """Pictures of transients: their loops, their history, and what is left of them in the steady state."""
 
-from typing import Any
-
 import numpy as np
 
 from ..campaign import DissipationRange
+from ..contact.checks import Array
 from ..contact.tolerances import SIMULTANEOUS
 from ..transients import SteadyState, Trajectory, fretting_table, steady_cycle
 from .along import label_contacts, lines, lines_or_band
 from .loops import cycle_lines, loops, most_work, work_title
 from .picture import picture
-from .style import BLACK, GREY, legend, new_axes, series
+from .style import BLACK, GREY, AxesArray, Look, legend, new_axes, series
 
 __all__: list[str] = []
 
-_DOTS: dict[str, Any] = {"marker": ".", "markersize": 3}
-_LOOKS: dict[str, dict[str, Any]] = {"q": {"band": series(0)["color"]}, "p": {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}}
+_DOTS: Look = {"marker": ".", "markersize": 3}
+_LOOKS: dict[str, Look] = {"q": {"band": series(0)["color"]}, "p": {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}}
 _SLIP_RANGE, _WORK = "slip range (length)", "work of friction per cycle\n(force times length per depth)"
 
 
 @picture.register
-def _trajectory(path: Trajectory, ax: Any = None) -> Any:
+def _trajectory(path: Trajectory, ax: AxesArray | None = None) -> AxesArray:
     """Two panels, for the nodes with the most work of friction: shear force against slip, and slip against the corners visited."""
     upper, lower = new_axes(ax, 2, (6.4, 6.4), common_x=False)
     nodes = most_work(path)
@@ -36,7 +35,7 @@ def _trajectory(path: Trajectory, ax: Any = None) -> Any:
 
 
 @picture.register
-def _steady_state(steady: SteadyState, ax: Any = None) -> Any:
+def _steady_state(steady: SteadyState, ax: AxesArray | None = None) -> AxesArray:
     """Three panels: slip range of the steady cycle; tractions at its corners (nodal forces where there is no width); work of friction per cycle."""
     slip, force, work = panels = new_axes(ax, 3, (6.4, 7.6))
     system = steady.system
@@ -62,11 +61,11 @@ def _steady_state(steady: SteadyState, ax: Any = None) -> Any:
         axes.set_xlabel("")
     if ax is None:
         slip.figure.align_ylabels()
-    return panels
+    return np.array(panels)
 
 
 @picture.register
-def _dissipation_range(found: DissipationRange, ax: Any = None) -> Any:
+def _dissipation_range(found: DissipationRange, ax: AxesArray | None = None) -> AxesArray:
     """Two panels: slip range and work of friction per cycle of the steady states with the least and with the most work found."""
     slip, work = panels = new_axes(ax, 2, (6.4, 5.4))
     system = found.least_state.system
@@ -84,10 +83,10 @@ def _dissipation_range(found: DissipationRange, ax: Any = None) -> Any:
     slip.set_xlabel("")
     if ax is None:
         slip.figure.align_ylabels()
-    return panels
+    return np.array(panels)
 
 
-def _slip_range(steady: SteadyState) -> np.ndarray[Any, Any]:
+def _slip_range(steady: SteadyState) -> Array:
     """(N,) slip range of the steady cycle."""
     table = fretting_table(steady.system, steady.cycle, steady.friction, steady.load_factor, steady)
     return np.asarray(table["slip_range"])
