@@ -4,7 +4,12 @@ Every message names the argument or quantity, its value, and what to change. Err
 its solvers) never leak: they are either handled or turned into one of these.
 """
 
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+    from numpy.typing import NDArray
 
 __all__ = ["FrictoptError", "ModelError", "ModelWarning", "NoContinuation", "SolverError", "StoreError"]
 
@@ -38,9 +43,9 @@ class NoContinuation(FrictoptError, RuntimeError):
         (cycles,) work of friction in each cycle of the transient, force times length; None there.
     """
 
-    slip: Any = None
-    gap: Any = None
-    work: Any = None
+    slip: "NDArray[np.float64] | None" = None
+    gap: "NDArray[np.float64] | None" = None
+    work: "NDArray[np.float64] | None" = None
 
 
 class StoreError(FrictoptError, OSError):
@@ -52,4 +57,4 @@ class StoreError(FrictoptError, OSError):
         DataFrame of the finished runs, those in the store and those that could not be written; None if no run was started.
     """
 
-    table: Any = None
+    table: "pd.DataFrame | None" = None

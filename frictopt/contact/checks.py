@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import ModelError
 
@@ -41,19 +42,19 @@ _MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves 
 LARGEST_SEED = 2**63 - 1
 """Largest seed of a random choice: the largest whole number that a column of a table holds."""
 
-Array: TypeAlias = np.ndarray[Any, np.dtype[np.float64]]
-Names: TypeAlias = np.ndarray[Any, np.dtype[np.str_]]
+Array: TypeAlias = NDArray[np.float64]
+Names: TypeAlias = NDArray[np.str_]
 T = TypeVar("T")
 
 
-def frozen(values: Any) -> Array:
+def frozen(values: object) -> Array:
     """Return a read-only float64 copy."""
     copy = np.array(values, dtype=np.float64, order="C")
     copy.flags.writeable = False
     return copy
 
 
-def finite_array(name: str, values: Any, shape: tuple[int | None, ...] | None = None) -> Array:
+def finite_array(name: str, values: object, shape: tuple[int | None, ...] | None = None) -> Array:
     """Check that `values` is a real, finite array of `shape` (None in it: any length) and return it as a read-only float64 copy."""
     raw = real_array(name, values)
     if shape and (raw.ndim != len(shape) or any(want not in (None, have) for have, want in zip(raw.shape, shape, strict=True))):
@@ -66,7 +67,7 @@ def finite_array(name: str, values: Any, shape: tuple[int | None, ...] | None = 
     return frozen(raw)
 
 
-def real_array(name: str, values: Any) -> Array:
+def real_array(name: str, values: object) -> Array:
     """Check that `values` is an array of real numbers (NaN and infinities included) and return it as float64."""
     if hasattr(values, "toarray"):
         raise ModelError(f"{name}: a sparse {type(values).__name__}; give a dense array, `.toarray()`")
@@ -85,7 +86,7 @@ def real_array(name: str, values: Any) -> Array:
         return np.asarray(raw, dtype=np.float64)
 
 
-def finite_number(name: str, value: Any, *, least: float = -np.inf, above: float = -np.inf, below: float = np.inf) -> float:
+def finite_number(name: str, value: object, *, least: float = -np.inf, above: float = -np.inf, below: float = np.inf) -> float:
     """Check that `value` is one real finite number with `value >= least`, `value > above` and `value < below`."""
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 and not _unfit(value) else value
     if isinstance(scalar, bool | np.timedelta64) or not isinstance(scalar, Real | Decimal):
@@ -100,26 +101,26 @@ def finite_number(name: str, value: Any, *, least: float = -np.inf, above: float
     return number
 
 
-def finite_numbers(name: str, values: Any, *, least: float = -np.inf) -> list[float]:
+def finite_numbers(name: str, values: object, *, least: float = -np.inf) -> list[float]:
     """Check that `values` is a row of real finite numbers of at least `least`."""
     return [finite_number(name, value, least=least) for value in listed(name, values)]
 
 
-def listed(name: str, values: Any) -> list[Any]:
+def listed(name: str, values: object) -> list[Any]:
     """Check that `values` is an iterable, but not a text, bytes, a mapping, a masked or a sparse array, and return it as a list."""
     if isinstance(values, str | bytes | Mapping) or hasattr(values, "toarray") or not np.iterable(values) or _unfit(values):
         raise ModelError(f"{name}: {shown(values)}; give a list")
     return list(values)
 
 
-def listed_parts(argument: str, parts: Any, *kinds: type) -> tuple[Any, ...]:
+def listed_parts(argument: str, parts: object, *kinds: type) -> tuple[Any, ...]:
     """Check that `parts` is a sequence of parts of some kinds, and return it as a tuple."""
     if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kinds) for part in parts):
         raise ModelError(f"{argument}: {shown(parts)}; give a list of {' or '.join(kind.__name__ for kind in kinds)}")
     return tuple(parts)
 
 
-def _read_only(entries: dict[Any, Any]) -> MappingProxyType[Any, Any]:
+def _read_only(entries: dict[T, object]) -> MappingProxyType[T, object]:
     """A read-only view of a dictionary."""
     return MappingProxyType(entries)
 
@@ -127,7 +128,7 @@ def _read_only(entries: dict[Any, Any]) -> MappingProxyType[Any, Any]:
 copyreg.pickle(MappingProxyType, lambda view: (_read_only, (dict(view),)))  # Python can neither pickle nor copy such a view by itself
 
 
-def checked_loads(name: str, loads: Any) -> Mapping[str, float]:
+def checked_loads(name: str, loads: object) -> Mapping[str, float]:
     """Check a sum of load cases, name -> finite amplitude, and return it read-only."""
     if not isinstance(loads, Mapping):
         raise ModelError(f"{name}: a {type(loads).__name__}; give a mapping, load case name -> amplitude")
@@ -136,7 +137,7 @@ def checked_loads(name: str, loads: Any) -> Mapping[str, float]:
     return MappingProxyType({case: finite_number(f"{name}[{case!r}]", amplitude) for case, amplitude in loads.items()})
 
 
-def checked_overlaps(name: str, cases: Any, n: int) -> dict[str, Array]:
+def checked_overlaps(name: str, cases: object, n: int) -> dict[str, Array]:
     """Check interferences, load case name -> overlap >= 0, one number or (n,), and return (n,) overlaps."""
     if not isinstance(cases, Mapping):
         raise ModelError(f"{name}: a {type(cases).__name__}; give a mapping, load case name -> overlap")
@@ -151,7 +152,7 @@ def checked_overlaps(name: str, cases: Any, n: int) -> dict[str, Array]:
     return overlaps
 
 
-def checked_contact(argument: str, contact: Any, n: int) -> Names:
+def checked_contact(argument: str, contact: object, n: int) -> Names:
     """Check the names of the contacts of n nodes, each name in one run of nodes, and return them read-only."""
     names = listed(argument, contact)
     if len(names) != n:
@@ -168,7 +169,7 @@ def checked_contact(argument: str, contact: Any, n: int) -> Names:
     return copy
 
 
-def check_name(argument: str, name: Any) -> None:
+def check_name(argument: str, name: object) -> None:
     """Check the name of a load case: a printable text."""
     if not isinstance(name, str) or not name or not name.isprintable():
         raise ModelError(f"{argument}: load case name {shown(name)}; give a printable text")
@@ -185,7 +186,7 @@ def check_shear(q0: Array, force: float) -> None:
         )
 
 
-def check_text(argument: str, value: Any, meaning: str) -> None:
+def check_text(argument: str, value: object, meaning: str) -> None:
     """Check a printable text; error messages say what it means."""
     if not isinstance(value, str) or not value or not value.isprintable():
         raise ModelError(f"{argument}: {shown(value)}; give {meaning}")
@@ -198,21 +199,21 @@ def choice(name: str, value: T, options: Collection[str]) -> T:
     return value
 
 
-def flag(name: str, value: Any) -> bool:
+def flag(name: str, value: object) -> bool:
     """Check that `value` is True or False."""
     if not isinstance(value, bool | np.bool_):
         raise ModelError(f"{name}: {shown(value)}; give True or False")
     return bool(value)
 
 
-def whole_number(name: str, value: Any, *, least: int, most: int = 10**6) -> int:
+def whole_number(name: str, value: object, *, least: int, most: int = 10**6) -> int:
     """Check that `value` is an integer from `least` to `most`; by default `most` is a million, more than any count that makes sense."""
     if not isinstance(value, int | np.integer) or isinstance(value, bool | np.timedelta64) or not least <= value <= most:
         raise ModelError(f"{name}: {shown(value)}; it must be a whole number of at least {least} and at most {most}")
     return int(value)
 
 
-def whole_array(name: str, values: Any, shape: tuple[int | None, ...], *, least: int, most: int) -> np.ndarray[Any, np.dtype[np.intp]]:
+def whole_array(name: str, values: object, shape: tuple[int | None, ...], *, least: int, most: int) -> NDArray[np.intp]:
     """Check that `values` is an array of integers from `least` to `most`, of `shape` (None in it: any length), and return a copy."""
     numbers = finite_array(name, values, shape)
     fits = (numbers == np.round(numbers)) & (numbers >= least) & (numbers <= most)
@@ -227,7 +228,7 @@ def place(point: Array) -> str:
     return "(" + ", ".join(f"{value:g}" for value in point) + ")"
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """The value as a short text for an error message."""
     try:
         text = " ".join(repr(value).split())
@@ -236,7 +237,7 @@ def shown(value: Any) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def _unfit(values: Any) -> bool:
+def _unfit(values: object) -> bool:
     """Whether lists hold, at any depth, a masked array or raw bytes, which numpy would silently convert to numbers."""
     if isinstance(values, list | tuple):
         return any(map(_unfit, values))

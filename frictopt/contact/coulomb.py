@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import ModelError
 from .checks import Array, finite_array, finite_number, real_array
@@ -15,7 +15,7 @@ from .system import ContactSystem, checked_system
 __all__ = ["Verdict", "friction_coefficients", "lengths", "off_law", "referee"]
 
 
-def friction_coefficients(friction: Any, nodes: int) -> Array:
+def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
     """Check a friction coefficient, one for all nodes or one per node, and return it as (N,).
 
     Raises
@@ -73,20 +73,20 @@ class Verdict(Shown):
         worst = max(self.equilibrium, self.contact, self.bound, self.direction, key=lambda value: np.inf if np.isnan(value) else value)
         return float(np.inf if np.isnan(worst) else worst)
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {"residual": self.residual, **vars(self)}
 
 
 def referee(
     system: ContactSystem,
-    bonded: tuple[Any, Any],
-    friction: Any,
+    bonded: tuple[ArrayLike, ArrayLike],
+    friction: ArrayLike,
     *,
-    v: Any,
-    w: Any,
-    q: Any,
-    p: Any,
-    previous_slip: Any = None,
+    v: ArrayLike,
+    w: ArrayLike,
+    q: ArrayLike,
+    p: ArrayLike,
+    previous_slip: ArrayLike | None = None,
     force_scale: float | None = None,
 ) -> Verdict:
     """Compute the residual of a state, or of T states at once, in every equation of the contact law.
@@ -182,7 +182,7 @@ def _stiffened(system: ContactSystem, v: Array, opening: Array) -> Array:
     return joined(np.broadcast_to(v, (*shape, *system.slip_shape)), np.broadcast_to(opening, (*shape, system.nodes))) @ system.S
 
 
-def _states(name: str, value: Any, shape: tuple[int, ...]) -> Array:
+def _states(name: str, value: object, shape: tuple[int, ...]) -> Array:
     array = real_array(name, value)
     if array.ndim not in (len(shape), len(shape) + 1) or array.shape[-len(shape) :] != shape or not array.size:
         raise ModelError(f"{name}: shape {array.shape}; give {shape} or (states, {str(shape)[1:]}")

@@ -148,7 +148,7 @@ class LoadCycle:
         return q, p
 
 
-def checked_cycle(cycle: Any) -> LoadCycle:
+def checked_cycle(cycle: object) -> LoadCycle:
     """Check that `cycle` is a load cycle."""
     if not isinstance(cycle, LoadCycle):
         raise ModelError(f"cycle: a {type(cycle).__name__}; give a LoadCycle(mean=..., corners=[...])")

@@ -1,8 +1,7 @@
 """Diagnosis of the mean load in sentences: why a contact has no limit, or no state from which a transient can start."""
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import Array
 from .coulomb import friction_coefficients
@@ -16,7 +15,7 @@ _MOST_SETS = 100  # changes of the set of open nodes
 _RANGES = 4  # ranges of x that a text names
 
 
-def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Any) -> str:
+def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> str:
     """Describe what is wrong with the mean load and how to correct it, or that nothing is wrong.
 
     Parameters

@@ -52,7 +52,7 @@ def answered_by_kind(plane: Callable[..., Any]) -> Callable[..., Any]:
     return asked
 
 
-def _warn_of_odd_numbers(given: Mapping[str, Any]) -> None:
+def _warn_of_odd_numbers(given: Mapping[str, object]) -> None:
     """Warn of values that a user who asks a question may not have meant: what is no number is for the question to refuse."""
     try:
         friction = float(real_array("friction", given.get("friction", 0.0)).max(initial=0.0))

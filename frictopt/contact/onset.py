@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import Array
 from .coulomb import friction_coefficients, lengths
@@ -15,6 +16,9 @@ from .dispatch import answered_by_kind
 from .show import Plotted, Shown, frame
 from .system import ContactSystem, checked_system
 from .tolerances import ROUNDING, SIMULTANEOUS
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["Onset", "OnsetEvent", "onset", "reach"]
 
@@ -51,7 +55,7 @@ class OnsetEvent(Shown):
     node: int | None
     sense: int | tuple[float, float]
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return vars(self)
 
 
@@ -123,12 +127,12 @@ class Onset(Shown, Plotted):
         q1, p1 = self.cycle.corner_reactions(self.system)
         return q0 + (factor * q1.T).T, p0 + (factor * p1.T).T
 
-    def to_frame(self) -> Any:
+    def to_frame(self) -> "pd.DataFrame":
         """The DataFrame of all 2K events, by corner: columns corner, event, load_factor, node (NA if it never happens), sense."""
         events = [event for pair in zip(self.slips, self.separations, strict=True) for event in pair]
         return frame({name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__}, {"node": "Int64"})
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         slips, opens = (f"{len(nodes)} of {len(self.friction)} nodes" for nodes in (self.mean_slips, self.mean_opens))
         return {"slip": self.slip, "separation": self.separation, "mean_slips": slips, "mean_opens": opens, "reason": self.reason}
 
@@ -137,7 +141,7 @@ class Onset(Shown, Plotted):
 
 
 @answered_by_kind
-def onset(system: ContactSystem, cycle: LoadCycle, friction: Any) -> Onset:
+def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Onset:
     """Find the first slip and the first separation of the bonded contact as the load grows towards each corner, `mean + lam * corner`, `lam >= 0`.
 
     Closed form, node by node: slip starts where `|q| = f p`, against q (in space the root of a quadratic), separation where `p = 0`. Theory, eq. (6).

@@ -2,15 +2,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import Array, frozen
 from .coulomb import friction_coefficients
 from .show import Shown, frame
 from .system import ContactSystem, checked_plane
 from .tolerances import PULL
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["OrderPreserving", "order_preserving"]
 
@@ -50,16 +54,16 @@ class OrderPreserving(Shown):
         """Largest coefficient of friction, one for all nodes, with which it holds; below 0 if it holds with none."""
         return float(self.critical.min())
 
-    def to_frame(self) -> Any:
+    def to_frame(self) -> "pd.DataFrame":
         """One row for each node: node, x, friction, critical, and whether the condition holds in its row."""
         columns = {"node": range(len(self.x)), "x": self.x, "friction": self.friction, "critical": self.critical}
         return frame({**columns, "holds": self.friction <= self.critical})
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {"holds": self.holds, "largest_friction": self.largest_friction}
 
 
-def order_preserving(system: ContactSystem, friction: Any) -> OrderPreserving:
+def order_preserving(system: ContactSystem, friction: ArrayLike) -> OrderPreserving:
     """Check whether the slips of a contact keep their order, see `OrderPreserving`.
 
     Parameters

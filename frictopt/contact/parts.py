@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
@@ -32,7 +31,7 @@ def check_order(x: Array) -> None:
         raise ModelError(f"x: x[{first + 1}] = {x[first + 1]:g} does not exceed x[{first}] = {x[first]:g}; order the nodes along the interface")
 
 
-def checked_frames(frames: Any, n: int, axes: int) -> Array:
+def checked_frames(frames: object, n: int, axes: int) -> Array:
     """Check the directions of the nodes; None, or empty: the axes."""
     if frames is None or real_array("frames", frames).size == 0:
         return frozen(np.tile(np.eye(axes), (n, 1, 1)))
@@ -43,7 +42,7 @@ def checked_frames(frames: Any, n: int, axes: int) -> Array:
     return checked
 
 
-def checked_width(width: Any, n: int) -> Array:
+def checked_width(width: object, n: int) -> Array:
     """Check tributary lengths or areas."""
     checked = finite_array("width", width, (n,))
     if checked.min() <= 0:
@@ -51,7 +50,7 @@ def checked_width(width: Any, n: int) -> Array:
     return checked
 
 
-def checked_bonded(argument: str, bonded: Any, n: int, tangents: int) -> Mapping[str, tuple[Array, Array]]:
+def checked_bonded(argument: str, bonded: object, n: int, tangents: int) -> Mapping[str, tuple[Array, Array]]:
     """Check bonded reactions, load case name -> (q, p) or all of them in the order of S, and return the pairs read-only."""
     if not isinstance(bonded, Mapping):
         raise ModelError(f"{argument}: a {type(bonded).__name__}; give a mapping, load case name -> (q, p)")

@@ -27,7 +27,7 @@ class Portable:
         _seal(list(state.values()))
 
 
-def _seal(value: Any) -> None:
+def _seal(value: object) -> None:
     """Make all arrays in a value read-only, also those in the parts of our own dataclasses."""
     if isinstance(value, np.ndarray):
         value.flags.writeable = False

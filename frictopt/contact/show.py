@@ -4,9 +4,12 @@ import html
 from collections.abc import Mapping
 from enum import Enum
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .portable import Portable
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["Plotted", "Shown", "frame"]
 
@@ -14,7 +17,7 @@ __all__ = ["Plotted", "Shown", "frame"]
 class Shown(Portable):
     """Base of results: one line for the console and a table for notebooks, both made of `_answer`."""
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         """The most important numbers of the result, name -> value."""
         raise NotImplementedError
 
@@ -51,20 +54,20 @@ class Plotted:
         return import_module("frictopt.plots.draw").draw(self, ax)  # here, for matplotlib is slow to import and need not be installed
 
 
-def frame(columns: Mapping[str, Any], types: Mapping[str, str] | None = None) -> Any:
+def frame(columns: Mapping[str, object], types: Mapping[str, str] | None = None) -> "pd.DataFrame":
     """A pandas DataFrame with these columns; `types` names the types that pandas would not choose itself."""
     import pandas as pd  # imported here, because only tables need it
 
     return pd.DataFrame(columns).astype(dict(types or {}))
 
 
-def _html(value: Any) -> str:
+def _html(value: object) -> str:
     """A value as HTML: a line for each entry of a mapping."""
     lines = [f"{name}: {_text(part)}" for name, part in value.items()] if isinstance(value, Mapping) else [_text(value)]
     return "<br>".join(html.escape(line) for line in lines)
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     return value.name if isinstance(value, Enum) else str(value)

@@ -2,13 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import ModelError
 from .checks import Array, finite_array, whole_number
 from .show import Shown, frame
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["ContactState", "checked_state"]
 
@@ -72,19 +76,19 @@ class ContactState(Shown):
         return hash(self._content())
 
     @property
-    def open(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    def open(self) -> NDArray[np.bool_]:
         """(N,) which nodes have a gap."""
         return self.gap > 0
 
-    def to_frame(self) -> Any:
+    def to_frame(self) -> "pd.DataFrame":
         """The DataFrame of the nodes: columns node, slip, gap."""
         return frame({"node": range(len(self.slip)), "slip": self.slip, "gap": self.gap})
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {"nodes": len(self.slip), "open": int(self.open.sum()), "next_corner": self.next_corner}
 
 
-def checked_state(name: str, state: Any, nodes: int, corners: int) -> ContactState:
+def checked_state(name: str, state: object, nodes: int, corners: int) -> ContactState:
     """Check that `state` is a state of a contact of N nodes under a load cycle of K corners."""
     if not isinstance(state, ContactState):
         raise ModelError(f"{name}: a {type(state).__name__}; give a ContactState, as `.state` of a steady state or `.state_at(...)` of a trajectory")

@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .checks import Array, frozen
 from .system import ContactSystem
@@ -40,7 +40,7 @@ class Part:
 
     contact: ContactSystem
     nodes: int
-    source: np.ndarray[Any, np.dtype[np.intp]]
+    source: NDArray[np.intp]
     sign: Array
     left_out: tuple[str, ...] = ()
 

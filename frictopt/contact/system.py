@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import ModelError
 from . import storage
@@ -18,6 +19,9 @@ from .parts import check_order, checked_bonded, checked_frames, checked_width, p
 from .show import Shown, frame
 from .stiffness import check_semi_definite, symmetrised
 from .tolerances import RIGID
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["ContactSystem", "checked_plane", "checked_system"]
 
@@ -115,11 +119,11 @@ class ContactSystem(Shown):
     @classmethod
     def from_blocks(
         cls,
-        A: Any,
-        B: Any,
-        C: Any,
-        x: Any,
-        bonded: Mapping[str, tuple[Any, Any]],
+        A: ArrayLike,
+        B: ArrayLike,
+        C: ArrayLike,
+        x: ArrayLike,
+        bonded: Mapping[str, tuple[ArrayLike, ArrayLike]],
         gap: Any = None,
         *,
         contact: Any = None,
@@ -158,15 +162,15 @@ class ContactSystem(Shown):
         points = np.column_stack([line, np.zeros(n)])
         return cls(np.block([[A, B.T], [B, C]]), points, bonded, gap=gap, contact=contact, width=width, E_star=E_star)
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         names = [] if self.contact is None else list(dict.fromkeys(self.contact.tolist()))
         several = {"contacts": names} if len(names) > 1 else {}
         place = {"x": f"{self.x[0]:g} .. {self.x[-1]:g}"} if self.tangents == 1 else {"tangents": 2}
         return {"nodes": self.nodes, **place, **several, "loads": sorted(self.bonded), "gap": bool(self.gap.any())}
 
-    def to_frame(self) -> Any:
+    def to_frame(self) -> "pd.DataFrame":
         """A pandas DataFrame with one row for each node: node, contact and width where they are known, x (in the plane), gap, point and normal."""
-        columns: dict[str, Any] = {"node": np.arange(self.nodes)}
+        columns: dict[str, ArrayLike] = {"node": np.arange(self.nodes)}
         if self.tangents == 1:
             columns["x"] = self.x
         columns["gap"] = self.gap
@@ -273,7 +277,7 @@ class ContactSystem(Shown):
         """Reactions by which a closed contact without slip holds an overlap, (N,)."""
         return parted(self.S[:, -self.nodes :] @ overlap, self.tangents + 1)
 
-    def with_bonded(self, cases: Mapping[str, Any]) -> Self:
+    def with_bonded(self, cases: Mapping[str, ArrayLike]) -> Self:
         """Copy with load cases added or replaced, name -> bonded reactions.
 
         Raises
@@ -283,7 +287,7 @@ class ContactSystem(Shown):
         """
         return replace(self, bonded={**self.bonded, **checked_bonded("cases", cases, self.nodes, self.tangents)})
 
-    def with_interference(self, cases: Mapping[str, Any]) -> Self:
+    def with_interference(self, cases: Mapping[str, ArrayLike]) -> Self:
         """Copy with load cases that are interferences, name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
 
         An amplitude of such a case multiplies the overlap. Its bonded reactions are those of a gap of minus the overlap, `(B^T d, C d)`.
@@ -335,7 +339,7 @@ class ContactSystem(Shown):
         return cls(**storage.read(path))
 
 
-def checked_system(system: Any) -> ContactSystem:
+def checked_system(system: object) -> ContactSystem:
     """Check that `system` is a contact system."""
     if not isinstance(system, ContactSystem):
         remedy = "call its .condense(), which makes one" if hasattr(system, "condense") else "the condense() of a scene or a model makes one"
@@ -343,8 +347,9 @@ def checked_system(system: Any) -> ContactSystem:
     return system
 
 
-def checked_plane(system: Any) -> ContactSystem:
+def checked_plane(system: object) -> ContactSystem:
     """Check that `system` is a contact system in the plane."""
-    if checked_system(system).tangents != 1:
+    checked = checked_system(system)
+    if checked.tangents != 1:
         raise ModelError("system: a contact in space; this question is answered for contacts in the plane")
-    return system  # type: ignore[no-any-return]
+    return checked

@@ -1,7 +1,6 @@
 """The shakedown limit of an uncoupled contact in three dimensions: the smallest circle around the shears of each node."""
 
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -54,7 +53,7 @@ def smallest_circle(points: ArrayLike) -> tuple[Array, float]:
     return middle + size * centre, size * radius
 
 
-def smallest_circle_limit(p0: ArrayLike, q1: Any, f: ArrayLike) -> float:
+def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     """Limit lambda_2 of an uncoupled contact in three dimensions (B = 0) whose corners change the shear forces alone.
 
     A residual slip moves the shear forces of each node at all corners by the same vector, which is free where A is positive definite. The node is
