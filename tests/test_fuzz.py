@@ -27,7 +27,7 @@ pytestmark = pytest.mark.slow
 ADVICE = r"hold|lower|reduce|give|check|take|press|allow|differ too much|bring|or use"
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @example(seed=239678, nodes=1)  # without friction, two corners that are the same but for rounding: HiGHS calls the plain rows infeasible
 @example(seed=1929, nodes=2)  # loads that press the more the larger they are, and make the witness of the guaranteed limit safe
 @given(seed=st.integers(0, 10**9), nodes=st.integers(1, 6))
@@ -216,14 +216,14 @@ def test_steps_against_the_other_enumeration():
 
 @pytest.mark.parametrize(("options", "questions"), [([], [*CHECKS, *DIFFERENTIAL, *SPACE]), (["--only", "differential"], list(DIFFERENTIAL))])
 def test_the_study_counts_what_it_finds(options, questions, tmp_path, capsys):
-    assert fuzz.STUDY.run(["--cases", "12", "--seed", "40", "--data", str(tmp_path), *options]) == 0
+    assert fuzz.STUDY.run(["--cases", "4", "--seed", "40", "--data", str(tmp_path), *options]) == 0
     table, refused = (pd.read_parquet(kind.path(tmp_path)) for kind in (fuzz.COUNTS, fuzz.REFUSALS))
     assert list(table["question"]) == questions and (table["wrong"] == 0).all()
     outcomes = table[["answers", "ModelError", "NoContinuation", "SolverError", "wrong"]].sum(axis=1)
-    assert (outcomes == table["cases"]).all() and table["cases"].max() == 12 and table["residual"].max() <= 1e-9
+    assert (outcomes == table["cases"]).all() and table["cases"].max() == 4 and table["residual"].max() <= 1e-9
     assert refused["cases"].sum() == table["cases"].sum() - table["answers"].sum()
     printed = capsys.readouterr().out
-    assert printed.count("\n| ") == len(questions) + 1 and printed.startswith("seeds 40 to 51\n")
+    assert printed.count("\n| ") == len(questions) + 1 and printed.startswith("seeds 40 to 43\n")
 
 
 def test_a_run_without_a_seed_explores_and_says_where(tmp_path, capsys):

@@ -112,17 +112,7 @@ FACTORS = st.sampled_from([0.1, 0.5, 0.9])
 @settings(max_examples=12, deadline=None)
 @given(which=st.integers(1, 5), corners=CORNERS, load_factor=FACTORS)
 def test_required_friction_by_the_limits_of_graded_contacts(which, corners, load_factor):
-    check_graded(*graded(which), corners, load_factor)
-
-
-@pytest.mark.slow
-@settings(max_examples=100, deadline=None)
-@given(which=st.integers(0, 5), corners=CORNERS, load_factor=FACTORS)
-def test_required_friction_by_the_limits_of_many_graded_contacts(which, corners, load_factor):
-    check_graded(*graded(which), corners, load_factor)
-
-
-def check_graded(contact, mean, loads, corners, load_factor):
+    contact, mean, loads = graded(which)
     unit = 0.01 if mean == "fit" else 1.0
     cycle = fo.LoadCycle({mean: 1.0}, [{load: unit * amplitude for load, amplitude in zip(loads, corner, strict=True)} for corner in corners])
     required = fo.required_friction(contact, cycle, load_factor)

@@ -44,9 +44,9 @@ def test_random_increments_pass_the_referee():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("most_friction", "coupling"), [(0.5, 0.5), (1.0, 1.0), (2.0, 1.0)])
-def test_two_thousand_random_increments_pass_the_referee(most_friction, coupling):
-    counts, refused = judged(2, 2000, most_friction, coupling)
-    assert refused <= 2 and counts.min() > 100
+def test_many_random_increments_pass_the_referee(most_friction, coupling):
+    counts, refused = judged(2, 500, most_friction, coupling)
+    assert refused <= 1 and counts.min() > 25
 
 
 def test_the_cone_programs_give_the_same_states():

@@ -198,10 +198,10 @@ def test_a_corner_at_which_nodes_carry_nothing_is_answered_at_the_tip_of_the_con
 
 
 @pytest.mark.slow
-def test_two_hundred_random_contacts_have_a_certified_limit():
+def test_random_contacts_have_a_certified_limit():
     rng = np.random.default_rng(20)
     kinds = []
-    for _ in range(200):
+    for _ in range(60):
         nodes = int(rng.integers(1, 41))
         contact = random_contact(rng, nodes, coupling=rng.uniform(0.0, 1.0), stiffness=10.0 ** rng.uniform(-12, 12))
         f = rng.uniform(0.1, 2.0, nodes) if rng.uniform() < 0.5 else float(rng.uniform(0.1, 2.0))
@@ -210,7 +210,7 @@ def test_two_hundred_random_contacts_have_a_certified_limit():
         kinds.append(limit.kind.name)
         if limit.kind.name == "FINITE" and limit.load_factor > 0:
             assert fo.safe_slip(contact, limit._task.cycle, f, 0.99 * limit.load_factor).exists
-    assert kinds.count("FINITE") > 100
+    assert kinds.count("FINITE") > 30
 
 
 def unlike(seed):
@@ -243,12 +243,6 @@ def certified(seeds):
 def test_limits_that_hang_on_small_multipliers_are_certified():
     kinds = certified(range(60))
     assert kinds["FINITE"] >= 57 and kinds["refused"] <= 2
-
-
-@pytest.mark.slow
-def test_three_hundred_limits_that_hang_on_small_multipliers_are_certified():
-    kinds = certified(range(300))
-    assert kinds["FINITE"] >= 285 and kinds["refused"] <= 12
 
 
 def wedged(seed):
@@ -286,10 +280,9 @@ def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
 def test_four_hundred_nodes_have_a_certified_limit_at_the_ends_of_the_range(ratio):
     system = fo.scenes.SquarePunch(elements=19, punch_material=fo.Material(ratio)).condense()
     turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
-    for loads in (fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), turning):
-        for f in (0.1, 2.0):
-            limit = fo.shakedown_limit(system, loads, f)
-            assert system.nodes == 400 and abs(limit.bound / limit.load_factor - 1) <= 1e-8
+    for loads, f in ((fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), 2.0), (turning, 0.1)):
+        limit = fo.shakedown_limit(system, loads, f)
+        assert system.nodes == 400 and abs(limit.bound / limit.load_factor - 1) <= 1e-8
 
 
 def test_a_corner_a_little_outside_of_the_others_counts():
