@@ -193,18 +193,13 @@ def test_progress_is_silent_but_on_a_terminal(contact, factors, capsys, monkeypa
     [
         ("load_factors: empty", {"load_factors": []}),
         ("load_factors: -1", {"load_factors": [-1.0]}),
-        ("load_factors: 0.5", {"load_factors": 0.5}),
         ("load_factors", {"load_factors": [0.5, 0.5]}),
         ("starts: empty", {"starts": []}),
-        ("starts: shape", {"starts": np.zeros((2, 3))}),
         ("start 'given 0' has a slip of shape", {"starts": given_slips(np.zeros((1, 3)))}),
         ("two starts are called 'none'", {"starts": no_slip() + no_slip()}),
         ("a float among starts", {"starts": [*no_slip(), 1.0]}),
         ("executor: a str", {"executor": "dask"}),
-        ("progress", {"progress": "yes"}),
         ("friction", {"friction": -1.0}),
-        ("cycle", {"cycle": None}),
-        ("system", {"system": None}),
     ],
 )
 def test_bad_input_is_refused_by_name(contact, argument, change):

@@ -241,9 +241,6 @@ def test_shakedown_limit_does_not_fall_with_friction():
         ({"f": 4.0}, "f: 4 .*critical friction A/|B| = 4.*less friction"),
         ({"f": 0.0}, "f: 0"),
         ({"A": -1.0}, "A: -1"),
-        ({"q1": np.nan}, "q1: nan"),
-        ({"p0": 1j}, "p0: 1j"),
-        ({"B": [0.1, 0.2]}, "B: \\["),
     ],
 )
 def test_single_node_refuses(change, complaint):
@@ -259,13 +256,8 @@ def test_single_node_refuses(change, complaint):
         ({"A": [[1, -0.5], [-0.5, 1]], "B": [[2, -3], [0, 0]]}, "f: .*critical friction.*less friction"),  # a diagonal entry alone
         ({"f": [0.6, 0.0]}, "f: 0; give a positive"),
         ({"A": [[1, 2], [2, 1]]}, "A: .*not positive definite; hold"),
-        ({"A": [[1, -1], [-1, 1]]}, "A: .*not positive definite; hold"),
         ({"A": [[1, 0.1], [0.2, 1]]}, "A: .*not symmetric; give"),
-        ({"B": np.eye(3)}, r"B: shape \(3, 3\)"),
-        ({"B": [[1], [1, 2]]}, "B: .*different lengths; give"),
         ({"q0": [1, 2, 3]}, r"q0: shape \(3,\); give one number, or one for each of the 2 nodes"),
-        ({"p1": [0.1, np.inf]}, "p1: value inf"),
-        ({"p0": "1"}, "p0: '1'"),
     ],
 )
 def test_two_nodes_refuse(change, complaint):
@@ -279,9 +271,7 @@ def test_two_nodes_refuse(change, complaint):
         ({"d": [0.0, 2.5, 0.0]}, "f: 0.4 at node 1 .*critical friction"),
         ({"q1": [1.0, 2.0]}, r"q1: shape \(2,\); give one number, or one for each of the 3 nodes"),
         ({"p0": []}, r"p0: shape \(0,\)"),
-        ({"p0": np.ones((3, 1))}, r"p0: shape \(3, 1\)"),
         ({"f": -0.1}, "f: -0.1; give a positive"),
-        ({"q0": None}, "q0: None"),
     ],
 )
 def test_uncoupled_refuses(change, complaint):
