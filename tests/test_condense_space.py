@@ -45,7 +45,11 @@ def test_a_free_block_on_a_held_one():
     S, bonded = reduced(K, F, interface, unknowns, points)
     R = np.column_stack([bonded["0"], bonded["1"]])
     free = np.setdiff1d(np.arange(K.shape[0]), held)
-    G = interface.relative(unknowns, K.shape[0]).toarray()[:, free]
+    G = np.zeros((27, K.shape[0]))
+    for i, (row, frame) in enumerate(zip(interface.opening.toarray(), interface.frames, strict=True)):
+        for node in np.flatnonzero(row):
+            G[i::9, unknowns[node]] += row[node] * frame
+    G = G[:, free]
     n, k = len(free), 27
     whole = np.block([[K.toarray()[np.ix_(free, free)], -G.T], [G, np.zeros((k, k))]])
     r = np.linalg.solve(whole, np.block([[np.zeros((n, k)), F[free]], [np.eye(k), np.zeros((k, 2))]]))[n:]

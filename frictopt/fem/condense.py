@@ -23,7 +23,7 @@ from .given import (
     held_nodes,
     same_point,
 )
-from .interface import Interface, glued, openings
+from .interface import Interface, openings
 from .ordering import Integers, nested_dissection
 from .rigid import balanced, check_supports, free_motions, node_graph
 from .schur import Elimination
@@ -202,4 +202,4 @@ def eliminated(K: csr_matrix, interface: Interface, unknowns: Integers, points: 
     along = present[nested_dissection(interface.glued_graph(graph)[present][:, present], points[present].T)]
     order = columns[along].ravel()
     T = T[:, np.r_[order[order >= 0], np.arange(T.shape[1] - interface.kept, T.shape[1])]]
-    return T, Elimination(glued(K, T), interface.kept)
+    return T, Elimination(csr_matrix(T.T @ K @ T), interface.kept)

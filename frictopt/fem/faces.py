@@ -1,6 +1,7 @@
 """Faces of meshed bodies: the boundary of a contact as one chain of nodes, in order."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from ..errors import ModelError
 from .bodies import Body
 from .ordering import Integers
 
-__all__ = ["Face", "face"]
+__all__ = ["Face", "face", "lines_along"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,28 +73,39 @@ def face(body: Body, boundary: str, argument: str) -> Face:
     ModelError
         Unknown, inside the body, in several pieces, or touching itself.
     """
-    mesh, facets = body.mesh, body.boundary(boundary, argument)
+    mesh, start = body.mesh, f"{argument}: boundary {boundary!r}"
+    (line, closed), *others = lines_along(mesh, body.boundary(boundary, argument), start)
+    if others:
+        one, other = (place(mesh.p[:, nodes[0]]) for nodes in (line, others[0][0]))
+        raise ModelError(f"{start} is in several pieces, one at {one}, another at {other}; make a contact of each piece")
+    nodes = line[::-1]
+    if closed:
+        nodes = np.roll(nodes, -int(nodes.argmin()))
+    return Face(nodes, mesh.p[:, nodes].T, closed)
+
+
+def lines_along(mesh: Any, facets: Integers, argument: str) -> list[tuple[Integers, bool]]:
+    """Nodes of facets of a plane outline, line by line, the body on the right of the way, and whether the line is closed: it begins leftmost then.
+
+    Raises
+    ------
+    ModelError
+        A node that more than two facets share; the message calls the outline `argument`.
+    """
     first, second = mesh.facets[:, facets]
-    centre = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1)
-    along, across = mesh.p[:, second] - mesh.p[:, first], centre - mesh.p[:, first]
-    left = along[0] * across[1] - along[1] * across[0] > 0
-    start, end = np.where(left, first, second), np.where(left, second, first)
+    along, inward = mesh.p[:, second] - mesh.p[:, first], mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1) - mesh.p[:, first]
+    left = along[0] * inward[1] - along[1] * inward[0] > 0
+    start, end = np.where(left, second, first), np.where(left, first, second)
     for nodes in (start, end):
-        values, times = np.unique(nodes, return_counts=True)
-        if np.any(times > 1):
-            node = int(values[times > 1][0])
-            raise ModelError(f"{argument}: boundary {boundary!r} touches itself at {place(mesh.p[:, node])}; make a contact of each part")
-    heads = np.setdiff1d(start, end)
-    follower = dict(zip(start.tolist(), end.tolist(), strict=True))
-    node = int(heads[0] if len(heads) else start.min())
-    chain = [node]
-    while (node := follower.get(node, chain[0])) != chain[0]:
-        chain.append(node)
-    if len(chain) - bool(len(heads)) < len(facets):
-        other = int(np.setdiff1d(np.r_[start, end], chain)[0])
-        raise ModelError(
-            f"{argument}: boundary {boundary!r} is in several pieces, one at {place(mesh.p[:, chain[0]])}, another at {place(mesh.p[:, other])}; "
-            "make a contact of each piece"
-        )
-    order = np.array(chain)
-    return Face(order, mesh.p[:, order].T, not len(heads))
+        if (np.bincount(nodes) > 1).any():
+            raise ModelError(f"{argument} touches itself at {place(mesh.p[:, np.bincount(nodes).argmax()])}; make a contact of each part")
+    onward = dict(zip(start.tolist(), end.tolist(), strict=True))
+    inner, lines = np.isin(start, end), []
+    for i in np.lexsort((*mesh.p[::-1, start], inner)):  # ends of open lines come first
+        node, line = int(start[i]), []
+        while node in onward:
+            line.append(node)
+            node = onward.pop(node)
+        if line:
+            lines.append((np.array(line if inner[i] else [*line, node]), bool(inner[i])))
+    return lines

@@ -42,7 +42,8 @@ def checked_stiffness(K: Any) -> csr_matrix:
     if skew.nnz and np.abs(skew.data[worst]) > SYMMETRY * np.abs(matrix.data).max():
         i, j = int(skew.row[worst]), int(skew.col[worst])
         raise ModelError(
-            f"K: not symmetric, K[{i}, {j}] = {matrix[i, j]:g} but K[{j}, {i}] = {matrix[j, i]:g}; give both triangles of a symmetric stiffness"
+            f"K: not symmetric, K[{i}, {j}] = {matrix[i, j]:g} but K[{j}, {i}] = {matrix[j, i]:g}; give both triangles of a symmetric stiffness, "
+            "without friction, follower forces and the like in the step that writes it"
         )
     return matrix
 

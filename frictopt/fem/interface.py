@@ -12,7 +12,7 @@ from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from .ordering import Integers
 
-__all__ = ["Interface", "glued", "openings"]
+__all__ = ["Interface", "openings"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,17 +123,13 @@ class Interface:
         row, column, value = (np.concatenate(parts) for parts in zip(*entries, strict=True))
         return csr_matrix((value, (row, column)), shape=(size, others + self.kept))
 
-    def relative(self, unknowns: Integers, size: int) -> csr_matrix:
-        """Matrix of `z = B u`, (d N, size)."""
-        pairs, directions, axes = (index.ravel() for index in np.indices(self.frames.shape))
-        to_pairs = csr_matrix((self.frames.ravel(), (directions * len(self.nodes) + pairs, pairs * unknowns.shape[1] + axes)))
-        links = self.opening.tocoo()
-        entries = []
-        for axis in range(unknowns.shape[1]):
-            free = unknowns[links.col, axis] >= 0
-            entries.append((links.row[free] * unknowns.shape[1] + axis, unknowns[links.col[free], axis], links.data[free]))
-        row, column, value = (np.concatenate(parts) for parts in zip(*entries, strict=True))
-        return to_pairs @ csr_matrix((value, (row, column)), shape=(self.kept, size))
+    def relative(self, u: csr_matrix, unknowns: Integers) -> Array:
+        """(d N, k) relative motions, direction by direction, of displacements u (size, k)."""
+        used = np.unique(self.opening.indices)
+        rows = unknowns[used]
+        moved = np.where(rows[..., None] >= 0, u[rows.ravel()].toarray().reshape(*rows.shape, -1), 0.0)
+        apart = (self.opening[:, used] @ moved.reshape(len(used), -1)).reshape(len(self.nodes), *moved.shape[1:])
+        return np.asarray(np.einsum("nra,nak->rnk", self.frames, apart).reshape(self.kept, -1))
 
     def glued_graph(self, graph: csr_matrix) -> csr_matrix:
         """Adjacency of the nodes when some follow others, from that of the bodies."""
@@ -152,8 +148,3 @@ def openings(nodes: Integers, projection: csr_matrix) -> csr_matrix:
     opening = csr_matrix(identity(projection.shape[1], format="csr")[nodes] - projection)
     opening.eliminate_zeros()
     return opening
-
-
-def glued(K: csr_matrix, T: csr_matrix) -> csr_matrix:
-    """Stiffness `T^T K T` in the unknowns y of `u = T y`."""
-    return csr_matrix(T.T @ K @ T)

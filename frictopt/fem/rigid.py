@@ -105,7 +105,7 @@ def balanced(S: Array, R: Array, K: csr_matrix, F: Array, interface: Interface, 
     """
     if not motions.shape[1]:
         return S, R
-    relative = (interface.relative(unknowns, K.shape[0]) @ motions).toarray()
+    relative = interface.relative(motions, unknowns)
     sizes = np.linalg.svd(relative, compute_uv=False)
     if len(sizes) < relative.shape[1] or sizes[-1] <= SAME_POINT * sizes[0]:
         raise ModelError("supports: a body can turn about its contact, or move without moving there; hold it, or give the contact more nodes")

@@ -6,18 +6,18 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix, issparse
+from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from ...contact.checks import Array, finite_array, finite_number, frozen, real_array, shown
 from ...contact.show import Shown
 from ...errors import ModelError
+from ..faces import lines_along
 from ..forms import boundary_forces
+from ..given import checked_stiffness
 from ..ordering import Integers
 from .deck import Deck
 from .meshes import mesh_of
-from .outline import outline, walk
-from .rows import checked_symmetry
 
 __all__ = ["MatrixJob"]
 
@@ -61,11 +61,12 @@ class MatrixJob(Shown):
 
     def __post_init__(self) -> None:
         labels = _checked_labels(self.labels)
-        if not issparse(self.K) or self.K.dtype.kind not in "fiu" or self.K.shape != (len(labels),) * 2:
-            raise ModelError(f"K: {shown(self.K)}; give a real sparse matrix of the size of the labels, {len(labels)}")
         if self.deck is not None and not isinstance(self.deck, Deck):
             raise ModelError(f"deck: {shown(self.deck)}; give the deck of another job, or None")
-        object.__setattr__(self, "K", checked_symmetry("K", csr_matrix(self.K, dtype=np.float64)))
+        K = checked_stiffness(self.K)
+        if K.shape[0] != len(labels):
+            raise ModelError(f"K: {shown(self.K)}; give a real sparse matrix of the size of the labels, {len(labels)}")
+        object.__setattr__(self, "K", csr_matrix((K + K.T) / 2))
         object.__setattr__(self, "labels", labels)
 
     def _answer(self) -> Mapping[str, Any]:
@@ -160,7 +161,7 @@ class MatrixJob(Shown):
 
     def _along(self, nodes: Integers) -> Integers:
         """The nodes of a face in the order of the outline."""
-        order = walk(self.mesh, outline(self.mesh, nodes))
+        order = np.concatenate([line for line, _ in lines_along(self.mesh, self._outline(nodes), "nodes: the outline")])
         if len(order) != len(nodes):
             number = int(self._known.numbers[np.setdiff1d(nodes, order)[0]])
             raise ModelError(f"nodes: node {number} lies on no facet of the outline between these nodes; give the nodes of a face")
@@ -239,9 +240,17 @@ class MatrixJob(Shown):
         values[self.unknowns[present[:, :d]]] = moved[present]
         return frozen(values)
 
+    def _outline(self, nodes: Integers) -> Integers:
+        """Facets of the outline all nodes of which are among some nodes."""
+        facets = self.mesh.boundary_facets()
+        inside = facets[np.isin(self.mesh.facets[:, facets], nodes).all(axis=0)]
+        if not len(inside):
+            raise ModelError(f"nodes: no facet of the outline lies between these {len(nodes)} nodes; give the nodes of a face")
+        return np.asarray(inside)
+
     def _over_outline(self, nodes: Integers) -> tuple[Array, Array]:
         """Integrals over the outline between some nodes of each node's shape function times the normal, (nodes, d), and times 1, (nodes, 1)."""
-        facets = outline(self.mesh, nodes)
+        facets = self._outline(nodes)
         parts = boundary_forces(self.mesh, facets, lambda _, normals: np.concatenate([normals, np.ones((1, *normals.shape[1:]))]), "space")
         columns = np.pad(parts.T, ((0, len(self.points) - parts.shape[1]), (0, 0)))  # without the last nodes if no element has them
         return columns[:, :-1], columns[:, -1:]

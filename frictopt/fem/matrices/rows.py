@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ...contact.checks import Array, finite_array
-from ...contact.tolerances import SYMMETRY
+from ...contact.checks import Array
 from ...errors import ModelError
 from ..ordering import Integers
 from .blocks import text_of
 
-__all__ = ["checked_symmetry", "numbers_in", "symmetric"]
+__all__ = ["numbers_in", "symmetric"]
 
 
 def numbers_in(path: Path, what: str, separator: str, columns: int) -> Any:
@@ -64,23 +63,3 @@ def symmetric(what: str, row: Integers, column: Integers, value: Array, size: in
     if K.nnz != len(value):
         raise ModelError(f"{what}: entries are given twice; let the code write the matrix again")
     return K
-
-
-def checked_symmetry(what: str, K: csr_matrix) -> csr_matrix:
-    """Check that a matrix is symmetric up to rounding, and return it without rounding.
-
-    Raises
-    ------
-    ModelError
-        It is not.
-    """
-    finite_array(f"{what}: entries", K.data)
-    difference = abs(K - K.T).tocoo()
-    if difference.nnz and difference.data.max() > SYMMETRY * np.abs(K.data).max():
-        worst = int(difference.data.argmax())
-        i, j = int(difference.row[worst]), int(difference.col[worst])
-        raise ModelError(
-            f"{what}: not symmetric, entries ({i + 1}, {j + 1}) and ({j + 1}, {i + 1}) are {K[i, j]:g} and {K[j, i]:g}; "
-            "take friction, follower forces and the like out of the step that writes the stiffness"
-        )
-    return csr_matrix((K + K.T) / 2)
