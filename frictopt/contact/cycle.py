@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from ..errors import ModelError
 from .checks import Array, checked_loads
 from .history import history_corners, independent_corners
 from .system import ContactSystem, checked_system
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["LoadCycle", "checked_cycle"]
 
@@ -64,7 +67,7 @@ class LoadCycle:
         return f"LoadCycle(mean={dict(self.mean)}, corners=[{shown}{more}])"
 
     @classmethod
-    def from_history(cls, history: Any, *, mean: Mapping[str, float] | None = None, time: str | None = None) -> Self:
+    def from_history(cls, history: "pd.DataFrame", *, mean: Mapping[str, float] | None = None, time: str | None = None) -> Self:
         """The load cycle of a measured history, which is repeated again and again; at load factor 1 it is the history itself.
 
         Points on the straight segment between their neighbours are left out, because friction knows no time: no answer changes by that.

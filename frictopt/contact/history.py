@@ -1,12 +1,15 @@
 """Corners of a load cycle from what engineers have: a history in a table, or load cases that vary independently."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Hashable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import ModelError
 from .checks import Array, check_name, checked_loads, finite_array, finite_number, listed, shown
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["history_corners", "independent_corners", "turning_points"]
 
@@ -41,7 +44,7 @@ def turning_points(loads: Array) -> list[int]:
     return [*kept, last] if last > 0 else kept
 
 
-def history_corners(history: Any, mean: Any, time: Any) -> tuple[dict[str, float], list[dict[str, float]]]:
+def history_corners(history: object, mean: object, time: object) -> tuple[dict[str, float], list[dict[str, float]]]:
     """Mean load and corners of a history, see `LoadCycle.from_history`."""
     import pandas as pd  # here, for only a history needs it
 
@@ -67,7 +70,7 @@ def history_corners(history: Any, mean: Any, time: Any) -> tuple[dict[str, float
     return static, [dict(zip(names, points[number].tolist(), strict=True)) for number in turning_points(points)]
 
 
-def independent_corners(loads: Sequence[Any]) -> list[dict[str, float]]:
+def independent_corners(loads: Sequence[object]) -> list[dict[str, float]]:
     """All sums of one corner of each load, in an order in which one load at a time moves on, see `LoadCycle.vertices`."""
     parts = [part for number, load in enumerate(loads) for part in _parts(f"loads[{number}]", load)]
     if not parts:
@@ -86,7 +89,7 @@ def independent_corners(loads: Sequence[Any]) -> list[dict[str, float]]:
     return sums
 
 
-def _parts(name: str, load: Any) -> list[list[Mapping[str, float]]]:
+def _parts(name: str, load: object) -> list[list[Mapping[str, float]]]:
     """The independent parts of one load: each load case of a box by itself, or the corners of a polytope."""
     if isinstance(load, Mapping):
         for case in load:
@@ -100,7 +103,7 @@ def _parts(name: str, load: Any) -> list[list[Mapping[str, float]]]:
     return [corners]
 
 
-def _range(name: str, case: str, ends: Any) -> list[Mapping[str, float]]:
+def _range(name: str, case: str, ends: object) -> list[Mapping[str, float]]:
     pair = listed(name, ends)
     if len(pair) != 2:
         raise ModelError(f"{name}: {shown(ends)}; give the pair (least, most)")
@@ -109,7 +112,7 @@ def _range(name: str, case: str, ends: Any) -> list[Mapping[str, float]]:
     return [{case: least}, {case: most}] if most > least else [{case: least}]
 
 
-def _time_column(columns: list[Any], time: Any) -> Any:
+def _time_column(columns: list[Hashable], time: object) -> Hashable:
     """The column that holds the time; None if there is none."""
     if time is None:
         return next((name for name in columns if isinstance(name, str) and name.lower() == "time"), None)
@@ -118,7 +121,7 @@ def _time_column(columns: list[Any], time: Any) -> Any:
     return time
 
 
-def _check_time(name: str, times: Any) -> None:
+def _check_time(name: str, times: "pd.Series") -> None:
     """Check that rows are in the order of time: numbers or dates that do not decrease."""
     try:
         ordered = not times.isna().any() and bool(times.is_monotonic_increasing)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -92,7 +92,7 @@ class Onset(Shown, Plotted):
     mean_slips: tuple[int, ...]
     mean_opens: tuple[int, ...]
     residual: float
-    system: Any = field(compare=False)
+    system: ContactSystem = field(compare=False)
     cycle: LoadCycle = field(compare=False)
     friction: Array = field(compare=False)
 

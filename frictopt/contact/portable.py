@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any
 
 import numpy as np
 
@@ -18,11 +17,11 @@ class Portable:
     def __post_init__(self) -> None:
         _seal([value for value in vars(self).values() if isinstance(value, np.ndarray)])
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         names = [one.name for one in fields(self)]  # type: ignore[arg-type]
         return {name: None if name == "problem" else getattr(self, name) for name in names}
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
+    def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)
         _seal(list(state.values()))
 

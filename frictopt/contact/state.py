@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +66,7 @@ class ContactState(Shown):
         for name, value in {"slip": slip, **arrays, "next_corner": corner}.items():
             object.__setattr__(self, name, value)
 
-    def _content(self) -> tuple[Any, ...]:
+    def _content(self) -> tuple[object, ...]:
         return *(tuple(array.tolist()) for array in (self.slip, self.gap, self.bonded_q, self.bonded_p)), self.next_corner
 
     def __eq__(self, other: object) -> bool:

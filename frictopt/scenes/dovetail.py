@@ -1,7 +1,7 @@
 """A dovetail root of a blade in the slot of a disc: two inclined flanks."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from skfem import MeshQuad
@@ -15,6 +15,7 @@ from ..fem.contacts import Contact
 from ..fem.elasticity import Material
 from ..fem.loads import Traction
 from ..fem.model import ContactModel
+from ..fem.ordering import Flags
 from .grading import along, away, steps
 from .scene import Scene
 
@@ -94,7 +95,7 @@ class Dovetail(Scene):
     disc_material: Material = Material()
 
     def __post_init__(self) -> None:
-        values: dict[str, Any] = {"elements": whole_number("elements", self.elements, least=2, most=_MOST_ELEMENTS)}
+        values: dict[str, float] = {"elements": whole_number("elements", self.elements, least=2, most=_MOST_ELEMENTS)}
         if values["elements"] % 2:
             raise ModelError(f"elements: {self.elements}; give an even number, so that a node lies in the middle of each flank")
         values["angle"] = finite_number("angle", self.angle, least=10.0, below=80.0 + SAME_POINT)
@@ -220,6 +221,6 @@ class Dovetail(Scene):
         return Body(replace(mesh, doflocs=np.array([x, mesh.p[1]])), self.disc_material)
 
 
-def _flanks(half_height: float) -> dict[str, Any]:
+def _flanks(half_height: float) -> dict[str, Callable[..., Flags]]:
     """The flanks in the straight mesh, where they are at x = 1 and -1."""
     return {name: lambda x, at=at: (np.abs(x[0] - at) < SAME_POINT) & (np.abs(x[1]) < half_height) for name, at in (("right", 1.0), ("left", -1.0))}

@@ -1,10 +1,9 @@
 """A pin shrunk into a plate: a closed ring of contact."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from skfem import MeshQuad
+from skfem import Mesh, MeshQuad
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, finite_number, shown, whole_number
@@ -150,13 +149,13 @@ class PinInPlate(Scene):
         return Body(mesh.with_boundaries(sides), self.plate_material)
 
 
-def _between(numbers: Integers) -> Any:
+def _between(numbers: Integers) -> Integers:
     """(4, m) elements between successive rings of nodes, (rings, N)."""
     after = np.roll(numbers, -1, axis=1)
     return np.array([numbers[:-1].ravel(), numbers[1:].ravel(), after[1:].ravel(), after[:-1].ravel()])
 
 
-def _with_ring(mesh: Any, nodes: Integers) -> Any:
+def _with_ring(mesh: Mesh, nodes: Integers) -> Mesh:
     """The mesh with the facets between these nodes of its outline named "ring"."""
     facets = mesh.boundary_facets()
     return mesh.with_boundaries({"ring": facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)]})

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from skfem import MeshQuad
@@ -89,7 +88,7 @@ class PressFit(Scene):
     loads: Sequence[str] = _CASES
 
     def __post_init__(self) -> None:
-        values: dict[str, Any] = {"elements": whole_number("elements", self.elements, least=2, most=_MOST_ELEMENTS)}
+        values: dict[str, float] = {"elements": whole_number("elements", self.elements, least=2, most=_MOST_ELEMENTS)}
         if values["elements"] % 2:
             raise ModelError(f"elements: {self.elements}; give an even number, so that a node lies in the middle")
         values["shaft_radius"] = finite_number("shaft_radius", self.shaft_radius, above=0.0)
@@ -102,10 +101,10 @@ class PressFit(Scene):
         for name in ("shaft_material", "collar_material"):
             if not isinstance(getattr(self, name), Material):
                 raise ModelError(f"{name}: {shown(getattr(self, name))}; give a Material")
-        values["loads"] = tuple(_checked_case(case) for case in listed("loads", self.loads))
-        if not values["loads"]:
+        loads = tuple(_checked_case(case) for case in listed("loads", self.loads))
+        if not loads:
             raise ModelError(f"loads: none; give some of {', '.join(map(repr, _CASES))}")
-        for name, value in values.items():
+        for name, value in {**values, "loads": loads}.items():
             object.__setattr__(self, name, value)
         self._check_sizes()
 
@@ -164,7 +163,7 @@ class PressFit(Scene):
         return self.model().condense()
 
 
-def _checked_case(case: Any) -> str:
+def _checked_case(case: object) -> str:
     if isinstance(case, str) and case in _REFUSED:
         raise ModelError(f"loads: {case!r}: {_REFUSED[case]}; take a model in three dimensions")
     if not isinstance(case, str) or case not in _CASES:

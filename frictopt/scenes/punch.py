@@ -1,7 +1,7 @@
 """The paper's scene: a square elastic punch pressed on a half-plane (Flicek et al. 2015, Fig. 1)."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from skfem import MeshQuad
@@ -81,7 +81,7 @@ class PunchOnHalfPlane(Scene):
     element: ElementName = "linear"
 
     def __post_init__(self) -> None:
-        values: dict[str, Any] = {"elements": whole_number("elements", self.elements, least=2, most=_MOST_ELEMENTS)}
+        values: dict[str, float] = {"elements": whole_number("elements", self.elements, least=2, most=_MOST_ELEMENTS)}
         if values["elements"] % 2:
             raise ModelError(f"elements: {self.elements}; give an even number, so that a node lies in the middle")
         for name in ("half_width", "punch_height", "block_half_width", "block_depth"):

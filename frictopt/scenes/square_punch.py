@@ -1,7 +1,6 @@
 """A scene in three dimensions: a square punch pressed on a block."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from skfem import MeshHex
@@ -70,7 +69,7 @@ class SquarePunch(Scene):
     element: ElementName = "linear"
 
     def __post_init__(self) -> None:
-        values: dict[str, Any] = {"elements": whole_number("elements", self.elements, least=2, most=_MOST_ELEMENTS)}
+        values: dict[str, float] = {"elements": whole_number("elements", self.elements, least=2, most=_MOST_ELEMENTS)}
         for name in ("half_width", "punch_height", "block_half_width", "block_depth"):
             values[name] = finite_number(name, getattr(self, name), above=0.0)
         values["growth"] = finite_number("growth", self.growth, above=1.0, below=100.0)
