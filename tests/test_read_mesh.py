@@ -7,7 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from skfem import MeshQuad, MeshTri
+from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
 
@@ -59,19 +59,19 @@ def test_a_mixed_mesh_is_not_cut(tmp_path, name):
         fo.read_mesh(tmp_path / name)
 
 
-def test_quadratic_and_spatial_elements_are_refused(tmp_path):
+def test_quadratic_elements_are_refused(tmp_path):
     ring = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, 0, 0], [0.5, 0.5, 0], [0, 0.5, 0]])
     write(tmp_path / "a.vtk", [("triangle6", [[0, 1, 2, 3, 4, 5]])], ring)
-    with pytest.raises(fo.ModelError, match="elements triangle6; give triangles alone"):
+    with pytest.raises(fo.ModelError, match="elements triangle6; give linear elements of one shape"):
         fo.read_mesh(tmp_path / "a.vtk")
     (tmp_path / "a.inp").write_text(
         "*NODE\n" + "".join(f"{i + 1},{x},{y}\n" for i, (x, y, _) in enumerate(ring)) + "*ELEMENT,TYPE=CPE6\n1,1,2,3,4,5,6\n"
     )
     with pytest.raises(fo.ModelError, match="elements of type CPE6"):
         fo.read_mesh(tmp_path / "a.inp")
-    solid = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
-    write(tmp_path / "b.vtk", [("tetra", [[0, 1, 2, 3]])], solid)
-    with pytest.raises(fo.ModelError, match="elements tetra"):
+    solid = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 1, 1], [0, 1, 1], [1, 0, 1]], dtype=float)
+    write(tmp_path / "b.vtk", [("tetra", [[0, 1, 2, 3]]), ("hexahedron", [[0, 1, 4, 2, 3, 7, 5, 6]])], solid)
+    with pytest.raises(fo.ModelError, match="elements hexahedron, tetra"):
         fo.read_mesh(tmp_path / "b.vtk")
     write(tmp_path / "c.vtk", [("triangle", [[0, 1, 3]])], solid)
     with pytest.raises(fo.ModelError, match="z varies by 1"):
@@ -79,6 +79,35 @@ def test_quadratic_and_spatial_elements_are_refused(tmp_path):
     write(tmp_path / "d.vtk", [("line", [[0, 1]])], solid)
     with pytest.raises(fo.ModelError, match="no elements"):
         fo.read_mesh(tmp_path / "d.vtk")
+
+
+@pytest.mark.parametrize(("cells", "faces", "kind"), [("tetra", "triangle", MeshTet), ("hexahedron", "quad", MeshHex)])
+def test_groups_of_gmsh_in_space(tmp_path, cells, faces, kind):
+    """Two cubes one above the other, with names for the lowest face and for each cube."""
+    made = kind.init_tensor([0.0, 1.0], [0.0, 1.0], [0.0, 1.0, 2.0])
+    low = np.flatnonzero(made.p[2, made.facets].max(axis=0) == 0)
+    upper = (made.p[2, made.t].mean(axis=0) > 1).astype(int)
+    order = [0, 3, 6, 2, 1, 5, 7, 4] if kind is MeshHex else slice(None)  # of gmsh, in that of scikit-fem
+    blocks = [(cells, made.t[order].T), (faces, made.facets[:, low].T)]
+    tags = {"gmsh:physical": [1 + upper, np.full(len(low), 3)], "gmsh:geometrical": [1 + upper, np.full(len(low), 1)]}
+    groups = {"first": np.array([1, 3]), "second": np.array([2, 3]), "bottom": np.array([3, 2])}
+    meshio.Mesh(made.p.T, blocks, cell_data=tags, field_data=groups).write(tmp_path / "a.msh", file_format="gmsh22", binary=False)
+    mesh = fo.read_mesh(tmp_path / "a.msh")
+    assert type(mesh) is type(made) and mesh.p.shape == made.p.shape and list(mesh.boundaries) == ["bottom"]
+    assert len(mesh.boundaries["bottom"]) == len(low) and not mesh.p[2, mesh.facets[:, mesh.boundaries["bottom"]]].any()
+    bodies = fo.split_bodies(mesh, {"first": fo.Material(), "second": fo.Material()})
+    load = {"W": [fo.BodyForce("second", z=-3.0)]}
+    system = fo.ContactModel(bodies, [fo.Support("first", "bottom")], load, [fo.Contact("second", "first", "first", "second")]).condense()
+    assert system.nodes == 4 and system.bonded["W"][1].sum() == pytest.approx(3.0)
+
+
+def test_a_deck_of_solids(tmp_path):
+    nodes = "".join(f"{i + 1}, {x}, {y}, {z}\n" for i, (z, y, x) in enumerate(np.ndindex(2, 2, 2)))
+    deck = f"*NODE\n{nodes}*ELEMENT, TYPE=C3D8, ELSET=A\n1, 1, 2, 4, 3, 5, 6, 8, 7\n*NSET, NSET=TOP\n5, 6, 7, 8\n"
+    (tmp_path / "a.inp").write_text(deck)
+    mesh = fo.read_mesh(tmp_path / "a.inp")
+    assert isinstance(mesh, MeshHex) and np.all(mesh.p[2, mesh.facets[:, mesh.boundaries["TOP"]]] == 1) and mesh.subdomains["A"].tolist() == [0]
+    assert fo.BodyForce("a", x=2.0)._forces(fo.Body(mesh), "space").sum() == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("name", ["none.msh", "none.inp", "none.xyz"])

@@ -16,16 +16,16 @@ from .deck import Deck, read_deck
 
 __all__ = ["file_path", "mesh_of", "meshio_library", "read_mesh"]
 
-_PLANE = ("triangle", "quad")
+_PLANE, _SOLID = ("triangle", "quad"), ("tetra", "hexahedron")
 _SMALL = ("vertex", "line", "line3")  # cells that only carry names
 
 
 def read_mesh(path: str | Path) -> Any:
-    """Read a plane mesh with its named boundaries and subdomains: `.msh` of gmsh, `.inp` of CalculiX or Abaqus, or what else meshio reads.
+    """Read a mesh with its named boundaries and subdomains: `.msh` of gmsh, `.inp` of CalculiX or Abaqus, or what else meshio reads.
 
-    In a deck, a node set names the facets of the outline between its nodes, a set of lines (T3D2, as gmsh writes curves) the facets that they are,
-    and any other element set a subdomain; names are in capital letters. Nodes of no element are left out. The extra `mesh` of the installation
-    brings meshio.
+    In a deck, a node set names the facets of the outline between its nodes, in the plane a set of lines (T3D2, as gmsh writes curves) the facets that
+    they are, and any other element set a subdomain; names are in capital letters. Nodes of no element are left out. The extra `mesh` of the
+    installation brings meshio.
 
     Parameters
     ----------
@@ -34,14 +34,14 @@ def read_mesh(path: str | Path) -> Any:
 
     Returns
     -------
-    MeshTri or MeshQuad
+    MeshTri, MeshQuad, MeshTet or MeshHex
         Mesh of scikit-fem with `boundaries` and `subdomains`.
 
     Raises
     ------
     ModelError
-        The file is missing or unreadable; elements of several shapes (they would be cut or dropped in silence), quadratic or spatial ones;
-        nodes out of the plane z = 0.
+        The file is missing or unreadable; elements of several shapes (they would be cut or dropped in silence), quadratic ones; nodes of a
+        plane mesh out of the plane z = 0.
 
     Examples
     --------
@@ -53,13 +53,14 @@ def read_mesh(path: str | Path) -> Any:
     file = file_path("path", path)
     if file.suffix.lower() == ".inp":
         deck = read_deck(file)
-        mesh = mesh_of(deck, 2)
+        mesh = mesh_of(deck, 2 if deck.shaped()[0] in _PLANE else 3)
         return _named(mesh, deck).remove_unused_nodes()
     found = _read(file)
-    solids = sorted({block.type for block in found.cells if len(block.data)} - set(_SMALL))
-    if len(solids) != 1 or solids[0] not in _PLANE:
+    kinds = {block.type for block in found.cells if len(block.data)} - set(_SMALL)
+    solids = sorted(kinds - set(_PLANE) if kinds & set(_SOLID) else kinds)  # faces of solids only carry names
+    if len(solids) != 1 or solids[0] not in _PLANE + _SOLID:
         problem = f"elements {', '.join(solids)}" if solids else "no elements"
-        raise ModelError(f"mesh {file.name}: {problem}; give triangles alone or quadrilaterals alone, linear ones")
+        raise ModelError(f"mesh {file.name}: {problem}; give linear elements of one shape: triangles, quadrilaterals, tetrahedra or hexahedra")
     own = {name: cells for name, cells in found.cell_sets.items() if not name.startswith("gmsh:")}  # of the user, not of gmsh itself
     found.cell_sets = own or _groups(found)
     found.field_data = {}
@@ -67,7 +68,8 @@ def read_mesh(path: str | Path) -> Any:
         mesh = _of_scikit_fem(found, solids[0])
     except (ValueError, IndexError, KeyError, TypeError) as error:
         raise ModelError(f"mesh {file.name}: scikit-fem cannot use it ({error}); write it again, as .msh 4.1 for instance") from error
-    _check_plane(found.points, file.name)
+    if mesh.dim() == 2:
+        _check_plane(found.points, file.name)
     return mesh.remove_unused_nodes()
 
 
@@ -100,12 +102,13 @@ def _named(mesh: Any, deck: Deck) -> Any:
     boundaries: dict[str, Integers] = {name: facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)] for name, nodes in deck.sets.items()}
     numbers = deck.shaped()[1]
     subdomains = {name: np.flatnonzero(np.isin(numbers, members)) for name, members in deck.element_sets.items()}
-    lines, ends = deck.lines
-    facet = csr_matrix((np.arange(1, mesh.facets.shape[1] + 1), mesh.facets), shape=(len(deck.points),) * 2)  # by its nodes, the lower one first
-    for name, members in deck.element_sets.items():
-        low, high = np.sort(ends[np.isin(lines, members)]).T
-        if len(low):
-            boundaries[name] = np.setdiff1d(facet[low, high], [0]) - 1
+    if mesh.dim() == 2:
+        lines, ends = deck.lines
+        facet = csr_matrix((np.arange(1, mesh.facets.shape[1] + 1), mesh.facets), shape=(len(deck.points),) * 2)  # by its nodes, the lower one first
+        for name, members in deck.element_sets.items():
+            low, high = np.sort(ends[np.isin(lines, members)]).T
+            if len(low):
+                boundaries[name] = np.setdiff1d(facet[low, high], [0]) - 1
     return mesh.with_boundaries({name: found for name, found in boundaries.items() if len(found)}).with_subdomains(
         {name: found for name, found in subdomains.items() if len(found)}
     )
