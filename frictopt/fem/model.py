@@ -55,8 +55,8 @@ class ContactModel(Shown, Plotted):
     Raises
     ------
     ModelError
-        A body or boundary that is unknown, contacts of the same name, faces that do not meet (see `Contact`), flat facets of two bodies that lie on
-        each other in no contact, a load case without loads, meshes of different dimensions or of another one than the kinematics.
+        A body or boundary that is unknown, contacts of the same name, faces that do not meet (see `Contact`) or are all corners of other contacts,
+        flat facets of two bodies that lie on each other in no contact, a load case without loads, meshes of different dimensions or of another one than the kinematics.
 
     Examples
     --------
@@ -135,8 +135,8 @@ class ContactModel(Shown, Plotted):
         Raises
         ------
         ModelError
-            Rigid motions that nothing prevents, supports on both nodes of a pair, a contact that is all corners of others, a stiffness that cannot be
-            factorised, or not accurately enough (extreme materials, sizes or elements).
+            Rigid motions that nothing prevents, supports on both nodes of a pair, a stiffness that cannot be factorised, or not accurately enough
+            (extreme materials, sizes or elements).
         """
         parts, (K, interface) = self._parts, (self._parts.stiffness, self._parts.interface)
         names, points = [parts.names[number] for number in parts.contact], parts.points[interface.nodes]
