@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.reference import two_node_limits
@@ -47,27 +46,6 @@ def test_exact_limit_is_that_of_an_independent_program(seed):
     assert all(abs(limit.slip.sum()) < 1e-12 for limit in proven)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_exact_margin_is_that_of_an_independent_program(seed):
-    contact = fastened(random_system(np.random.default_rng(seed), 2))
-    f, factor, n = 0.4, 0.8 * largest_load_factor(contact, CYCLE, 0.4), contact.nodes
-    q0, p0 = CYCLE.mean_reaction(contact)
-    matrix, right = [], []
-    for q1, p1 in zip(*CYCLE.corner_reactions(contact), strict=True):
-        for sense in (1, -1):
-            matrix.append(np.column_stack([sense * contact.A - f * contact.B, np.full(n, f * p0.mean())]))
-            right.append(f * (p0 + factor * p1) - sense * (q0 + factor * q1))
-    bounds = [(None, None)] * (n + 1)
-    answer = linprog(np.r_[np.zeros(n), -1.0], np.vstack(matrix), np.concatenate(right), np.r_[np.ones(n), 0.0][None], [0.0], bounds)
-    found = set()
-    for active in vertices(contact, f):
-        try:
-            found.add(round(exact.exact_margin(contact, CYCLE, f, factor, active).value, 12))
-        except exact.NotProven:
-            continue
-    assert len(found) == 1 and found.pop() == pytest.approx(answer.x[-1], abs=1e-8)
-
-
 @pytest.mark.parametrize(
     ("two", "f"),
     [
@@ -86,22 +64,6 @@ def test_exact_guaranteed_limit_is_the_closed_form_of_two_nodes(two, f):
             except exact.NotProven:
                 continue
     assert min(found) == pytest.approx(expected.lambda_1, rel=1e-9)
-
-
-def test_refinement_solves_a_nearly_singular_system_and_refuses_a_singular_one():
-    """A Hilbert matrix, whose inverse is known in whole numbers: doubles lose 13 of 16 digits."""
-    n = 10
-    hilbert = exact.fractions(np.zeros((n, n)))
-    for i in range(n):
-        for j in range(n):
-            hilbert[i, j] += exact.Fraction(1, i + j + 1)
-    ones = np.array([exact.Fraction(1)] * n, dtype=object)
-    solution = exact.refined(hilbert, hilbert @ ones)
-    assert max(abs(solution - ones)) < exact.Fraction(1, 10**20)
-    doubles = np.linalg.solve(hilbert.astype(float), (hilbert @ ones).astype(float))
-    assert np.abs(doubles - 1).max() > 1e-8
-    with pytest.raises(exact.NotProven, match="singular"):
-        exact.refined(exact.fractions([[1.0, 2.0], [2.0, 4.0]]), ones[:2] * np.array([1, 3]))
 
 
 @pytest.mark.parametrize(("q", "status"), [(-0.9, 1), (0.9, -1), (0.1, 0)])

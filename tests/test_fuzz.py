@@ -226,14 +226,6 @@ def test_the_study_counts_what_it_finds(options, questions, tmp_path, capsys):
     assert printed.count("\n| ") == len(questions) + 1 and printed.startswith("seeds 40 to 43\n")
 
 
-def test_a_run_without_a_seed_explores_and_says_where(tmp_path, capsys):
-    firsts = set()
-    for _ in range(2):
-        assert fuzz.STUDY.run(["--cases", "1", "--only", "answers", "--data", str(tmp_path)]) == 0
-        firsts.add(int(re.match(r"seeds (\d+) to (\d+)\n", capsys.readouterr().out)[1]))
-    assert len(firsts) == 2
-
-
 def test_what_is_wrong_is_printed_with_its_seed_and_ends_in_an_exit_status(tmp_path, capsys, monkeypatch):
     honest = fo.shakedown_limit
     monkeypatch.setattr(fo, "shakedown_limit", lambda *args, **options: replace(limit := honest(*args, **options), load_factor=2 * limit.load_factor))
@@ -241,13 +233,6 @@ def test_what_is_wrong_is_printed_with_its_seed_and_ends_in_an_exit_status(tmp_p
     assert "WRONG, seed 22, shakedown limit: " in capsys.readouterr().out
     refused = pd.read_parquet(fuzz.REFUSALS.path(tmp_path))
     assert refused["result"].iloc[0] == "wrong" and "(seed 22)" in refused["message"].iloc[0]
-
-
-@pytest.mark.parametrize("options", [["--cases", "0"], ["--cases", "-1"], ["--seed", "-1"], ["--seed", "x"]])
-def test_numbers_that_mean_nothing_are_refused(options, capsys):
-    with pytest.raises(SystemExit) as end:
-        fuzz.STUDY.run([*options, "--quick"])
-    assert end.value.code == 2 and f"argument {options[0]}: '{options[1]}'" in capsys.readouterr().err
 
 
 def test_numbers_that_are_asked_for_go_before_the_quick_size(tmp_path):

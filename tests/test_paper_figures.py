@@ -84,15 +84,6 @@ def test_second_call_does_not_compute_again(data, tmp_path):
     assert {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()} == before
 
 
-def test_data_of_other_parameters_is_replaced(tmp_path):
-    other = replace(limits.QUICK, reaction_frictions=(0.4,))
-    path = limits.REACTIONS.path(tmp_path)
-    limits.REACTIONS.make(other, tmp_path)
-    assert pd.read_parquet(path)["friction"].unique().tolist() == [0.4]
-    make("traction_ratio", quick=True, data=tmp_path, output=tmp_path)
-    assert pd.read_parquet(path)["friction"].unique().tolist() == list(limits.QUICK.reaction_frictions)
-
-
 def test_studies_side_by_side_make_the_same_tables_and_leave_measured_times_alone(tmp_path):
     prepare([limits.REACTIONS, guaranteed.PLANE, increments.ERROR], True, tmp_path, workers=2)
     assert sorted(path.stem for path in tmp_path.iterdir()) == ["guaranteed_plane", "limits_reactions"]
@@ -111,14 +102,6 @@ def test_unknown_name_is_refused_before_anything_is_drawn(data, tmp_path, capsys
     said = capsys.readouterr()
     assert said.out == ""
     assert "'figure9'" in said.err and all(name in said.err for name in NAMES)
-    assert not list(tmp_path.iterdir())
-
-
-def test_list_draws_nothing(tmp_path, capsys):
-    assert main(["--list", *options(tmp_path, tmp_path)]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines] == NAMES
-    assert all(len(line.split()) > 5 for line in lines)
     assert not list(tmp_path.iterdir())
 
 

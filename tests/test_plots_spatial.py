@@ -179,18 +179,3 @@ def test_contacts_above_each_other_are_refused_and_their_transients_drawn():
         with pytest.raises(fo.ModelError, match="above each other"):
             result.plot()
     fo.march(stacked, cycle(), F, limit.load_factor, cycles=1, steps=2).plot()
-
-
-@pytest.mark.parametrize("contact", [FLAT, LINE], ids=["flat", "line"])
-def test_all_letters_are_in_the_picture_and_given_axes_are_used(contact):
-    limit = fo.shakedown_limit(contact, cycle(), F)
-    for result in (limit, fo.onset(contact, cycle(), F), fo.march(contact, cycle(), F, limit.load_factor, cycles=1, steps=2)):
-        figure = np.ravel(result.plot())[0].figure
-        figure.draw_without_rendering()
-        for ax in figure.axes:
-            box = ax.get_tightbbox()
-            assert box.x0 > -1 and box.y0 > -1 and box.x1 < figure.bbox.width + 1 and box.y1 < figure.bbox.height + 1
-    given = plt.subplots()[1]
-    assert limit.plot(given) is given
-    with pytest.raises(fo.ModelError, match=r"^ax: "):
-        limit.plot(5)

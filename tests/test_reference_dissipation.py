@@ -151,11 +151,8 @@ def test_one_slipping_node_among_uncoupled_neighbours():
     ("change", "complaint"),
     [
         ({"f": 4.0}, r"f: 4 .*critical friction A/\|B\| = 4.*less friction"),
-        ({"A": 0.0}, "A: 0"),
         ({"load_factor": -0.1}, "load_factor: -0.1"),
-        ({"load_factor": np.nan}, "load_factor: nan"),
         ({"p0": -1.0}, "p0: -1; the mean load lifts the node off, give more pressure"),
-        ({"q1": [1, 2]}, "q1: \\["),
     ],
 )
 def test_single_node_dissipation_refuses(change, complaint):

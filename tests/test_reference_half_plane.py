@@ -216,9 +216,6 @@ def test_no_shear_is_safe_in_the_limit_of_small_cells():
     ("call", "complaint"),
     [
         (lambda: half_plane_influence(1, 1.0), "nodes: 1"),
-        (lambda: half_plane_influence(10, 0.0), "E_star: 0"),
-        (lambda: half_plane_contact(10.5, 1.0, 1.0), "nodes: 10.5"),
-        (lambda: half_plane_contact(10, -1.0, 1.0), "half_length: -1"),
         (lambda: half_plane_contact(10, 1.0, 1.0, R=0.0), "R: 0"),
     ],
 )

@@ -78,15 +78,8 @@ def test_rod_approaches_the_continuum_at_first_and_second_order():
         (lambda: masing_dissipation([1, 0], 1, 1), "k: 0; give positive stiffnesses"),
         (lambda: masing_dissipation([1, 2], [0.1, -0.2], 1), "bound: -0.2; give friction bounds of at least 0"),
         (lambda: masing_dissipation([1, 2], [1, 2, 3], 1), r"k: shape \(2,\); give one number, or one for each of the 3 nodes"),
-        (lambda: masing_dissipation(1, 1, -1), "X: -1"),
         (lambda: rod_dissipation(-1, 1, 1, 1), "F0: -1"),
-        (lambda: rod_dissipation(1, 0, 1, 1), "EA: 0"),
-        (lambda: rod_end_displacement(1, 1, 0, 1), "tau: 0"),
-        (lambda: rod_end_displacement(1, 1, 1, -1), "h: -1"),
         (lambda: foundation_rod(0, 1, 1), "nodes: 0"),
-        (lambda: foundation_rod(2.0, 1, 1), "nodes: 2.0"),
-        (lambda: foundation_rod(True, 1, 1), "nodes: True"),
-        (lambda: foundation_rod(3, 1, 0), "h: 0"),
     ],
 )
 def test_sliders_refuse(call, complaint):
