@@ -13,7 +13,7 @@ cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 print(fo.shakedown_limit(rounded, cycle, friction=0.6).reason)
 
 # %%
-# The load factor is proven by a state of rest. The bound above it takes longer: more time makes it sharper.
+# The load factor is proven by a state of rest; the bound comes from a mixed-integer program.
 
 limit = fo.separated_limit(rounded, cycle, friction=0.6)
 print(limit.reason)

@@ -6,13 +6,11 @@ from .campaign import (
     GuaranteeCheck,
     LeastExcursion,
     LimitAfterProtocol,
-    SeparatedLimit,
     dissipation_range,
     dissipation_study,
     least_excursion,
     limit_after_protocol,
     read_store,
-    separated_limit,
     starts,
     verify_guaranteed,
 )
@@ -62,6 +60,7 @@ from .limits import (
     SafeRegion,
     SafeSlip,
     SafeSlipModel,
+    SeparatedLimit,
     ShakedownLimit,
     ShakedownModel,
     guaranteed_limit,
@@ -69,6 +68,7 @@ from .limits import (
     safe_region,
     safe_slip,
     safe_vertices,
+    separated_limit,
     shakedown_limit,
 )
 from .plots import plot_study

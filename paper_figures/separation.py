@@ -1,4 +1,4 @@
-"""Limits of contacts that open: a cylinder and rounded punches over the mesh, rounded punches over friction, and what opening adds to a pin."""
+"""Limits of contacts that open: a cylinder and rounded punches over the mesh, rounded punches over friction, how far above the limit a pin rests."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -37,7 +37,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     third.set_xlabel("coefficient of friction $f$")
     third.set_ylim(bottom=0)
     for (name, rows), look in zip(tables["closed"].groupby("scene"), SERIES[5:], strict=False):
-        fourth.plot(rows["friction"], rows["separated"] / rows["shakedown"], label=str(name), **look)
+        fourth.plot(rows["friction"], rows["rests"] / rows["shakedown"], label=str(name), **look)
     fourth.set_xlabel("coefficient of friction $f$")
     first.set_ylabel("load factor $Q / fP$")
     for axes in (second, third):

@@ -6,7 +6,6 @@ from .dissipation_range import DissipationRange, dissipation_range
 from .excursion import LeastExcursion, least_excursion
 from .guarantee import GuaranteeCheck, verify_guaranteed
 from .protocols import LimitAfterProtocol, limit_after_protocol
-from .separated import SeparatedLimit, separated_limit
 from .store import DamagedRows, read_store
 
 __all__ = [
@@ -15,13 +14,11 @@ __all__ = [
     "GuaranteeCheck",
     "LeastExcursion",
     "LimitAfterProtocol",
-    "SeparatedLimit",
     "dissipation_range",
     "dissipation_study",
     "least_excursion",
     "limit_after_protocol",
     "read_store",
-    "separated_limit",
     "starts",
     "verify_guaranteed",
 ]

@@ -82,8 +82,6 @@ NOTHING_LEFT = ROUNDING / 10  # eigenvalues below this share of the largest entr
 HELD = (
     CONDENSATION  # smallest eigenvalue of the open nodes' stiffness, over the largest, with which they leave no body free: the data have this error
 )
-TOUCHING = 100 * RESIDUAL  # gap times stiffness, and pressure, below this share of the largest force may be none: a limit is where they vanish
-GAIN = RESIDUAL  # relative gain of a load factor that counts as one: limits have this error
 ONE_LIMIT = 1e3 * RESIDUAL  # relative distance of limit and bound up to which they are one: mixed-integer programs are solved to a part of it
 
 # --- increments ---

@@ -56,7 +56,8 @@ class ContactModel(Shown, Plotted):
     ------
     ModelError
         A body or boundary that is unknown, contacts of the same name, faces that do not meet (see `Contact`) or are all corners of other contacts,
-        flat facets of two bodies that lie on each other in no contact, a load case without loads, meshes of different dimensions or of another one than the kinematics.
+        flat facets of two bodies that lie on each other in no contact, a load case without loads, meshes of different dimensions or of another one
+        than the kinematics.
 
     Examples
     --------

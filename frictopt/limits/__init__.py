@@ -1,4 +1,4 @@
-"""Limits of a load cycle as linear programs: shakedown, safe residual slip, guaranteed limit."""
+"""Limits of a load cycle as linear programs: shakedown, safe residual slip, guaranteed limit, limit with open nodes."""
 
 from ..contact.answers import LimitKind
 from .guaranteed import GuaranteedModel, guaranteed_limit
@@ -9,6 +9,7 @@ from .safe_region import SafeRegion, safe_region
 from .safe_slip import SafeSlipModel, safe_slip
 from .safe_slip_result import SafeSlip
 from .safe_vertices import safe_vertices
+from .separated_limit import SeparatedLimit, separated_limit
 from .shakedown import ShakedownModel, shakedown_limit
 from .shakedown_result import ShakedownLimit
 
@@ -21,6 +22,7 @@ __all__ = [
     "SafeRegion",
     "SafeSlip",
     "SafeSlipModel",
+    "SeparatedLimit",
     "ShakedownLimit",
     "ShakedownModel",
     "guaranteed_limit",
@@ -28,5 +30,6 @@ __all__ = [
     "safe_region",
     "safe_slip",
     "safe_vertices",
+    "separated_limit",
     "shakedown_limit",
 ]

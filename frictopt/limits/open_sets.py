@@ -12,6 +12,7 @@ coefficient of `lam >= 0`, the one that shrinks fastest rules. All quantities ar
 there: a solution is a true state of rest, and the limit a lower bound of the load factors at which some state of rest exists, for any O.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import cvxpy as cp
@@ -23,7 +24,7 @@ from ..contact.tolerances import HELD, NOTHING_LEFT, RESIDUAL
 from ..errors import SolverError
 from .shakedown import ShakedownModel
 
-__all__ = ["OpenSetLimit", "open_set_limit"]
+__all__ = ["Booleans", "OpenSetLimit", "open_set_limit", "opened_by"]
 
 Booleans = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
@@ -38,8 +39,10 @@ class OpenSetLimit:
         inf if there is no limit.
     least
         The least such load factor. Those between rest with the same nodes open.
-    slip, gap
-        (K, N) at the corners, length; NaN without a limit.
+    opened
+        (N,) the open nodes.
+    slip, gap, q, p
+        (K, N) slips, gaps and reactions at the corners, length and force per depth; NaN without a limit.
     residual
         Largest violation of the contact law by these states, or of the program's proof. At most 1e-9.
     problem
@@ -48,8 +51,11 @@ class OpenSetLimit:
 
     load_factor: float
     least: float
+    opened: Booleans
     slip: Array
     gap: Array
+    q: Array
+    p: Array
     residual: float
     problem: cp.Problem | None
 
@@ -84,6 +90,21 @@ def open_set_limit(system: ContactSystem, cycle: LoadCycle, friction: Array, ope
     if np.isnan(limit.load_factor):
         return None
     return _judged(system, cycle, friction, parts, (limit.least, limit.load_factor), limit.slip, limit.residual, limit.problem)
+
+
+def opened_by(system: ContactSystem, loads: Mapping[str, float]) -> Booleans:
+    """Nodes (N,) that a load opens where closed nodes stick without slip: none where it would free a body, the last set tried where none stays."""
+    opened = np.zeros(system.nodes, dtype=bool)
+    for _ in range(system.nodes):
+        parts = _Condensed.of(system, opened)
+        if parts is None or opened.all():
+            return opened
+        kept, before = parts.kept(), opened.copy()
+        opened[before] = parts.gaps(np.concatenate(system.reaction(loads))) > 0
+        opened[~before] = kept.reaction(loads)[1] - kept.C @ kept.gap < 0
+        if (opened == before).all():
+            break
+    return opened
 
 
 def _ends(gap: Array, rate: Array) -> tuple[float, float]:
@@ -128,6 +149,8 @@ class _Condensed:
 
     def kept(self) -> ContactSystem:
         """The contact of the closed nodes."""
+        if not len(self.out):
+            return self.system
         system, closed, m = self.system, ~self.opened, int((~self.opened).sum())
         S = system.S[np.ix_(self.keep, self.keep)] - system.S[np.ix_(self.keep, self.out)] @ self.follow
         values, vectors = np.linalg.eigh((S + S.T) / 2)  # what nothing resists any more is left as rounding of both signs
@@ -171,7 +194,7 @@ def _judged(
         return None
     v, w = np.full((2, len(cyclic), system.nodes), np.nan)
     if np.isinf(load_factor):
-        return OpenSetLimit(load_factor, least, v, w, residual, problem)
+        return OpenSetLimit(load_factor, least, opened, v, w, v, w, residual, problem)
     bonded = np.concatenate(system.reaction(cycle.mean)) + load_factor * cyclic
     v[:, ~opened], w[:, ~opened] = slip, 0.0
     for corner, load in enumerate(bonded):
@@ -184,4 +207,4 @@ def _judged(
     residual = max(residual, verdict.residual)
     if not residual <= RESIDUAL:
         raise SolverError(f"open set: the states at the limit violate the contact law by {residual:.1e} (tolerance {RESIDUAL:g}; {verdict})")
-    return OpenSetLimit(load_factor, least, v, np.maximum(w, 0.0), residual, problem)
+    return OpenSetLimit(load_factor, least, opened, v, np.maximum(w, 0.0), r[:, :n], r[:, n:], residual, problem)

@@ -8,10 +8,10 @@ The nodes that are open at a corner are switched by booleans. In full, with the 
 
 A node that is closed at two corners in a row keeps its slip, one that is open at either may touch down elsewhere. This is necessary for a state of
 rest in which each node opens or closes at most once on the way from corner to corner: the largest load factor is an upper bound for this class. It is
-not sufficient, for a node may slip between touching down and the next corner: the exact path decides. With `opened` given it is a linear program.
+not sufficient, for a node may slip between touching down and the next corner: a transient decides.
 
 The largest forces and motions come from the load: with F the sum of all nodal forces of the bonded contact at the worst corner, pressures are at most
-2 F, and gap and slip are at most what 10 F does to one node alone, over the initial gap. `touches` tells whether a solution comes to one of them.
+2 F, and gap and slip are at most what 10 F does to one node alone, over the initial gap. `touches` says whether a solution comes to one of them.
 """
 
 from dataclasses import dataclass
@@ -23,8 +23,6 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from ..solve.bounds import Bounds, bounds
 from ..solve.explain import Units
-from ..solve.polish import polish
-from .open_sets import Booleans
 
 __all__ = ["CornerStates", "SeparatedProblem", "corner_problem"]
 
@@ -70,8 +68,8 @@ class _Corners:
     most_slip: Array
 
 
-def corner_problem(contact: _Corners, opened: cp.Variable | cp.Parameter) -> cp.Problem:
-    """The program, with booleans or given numbers `opened` (K, N); lengths and forces are dimensionless."""
+def corner_problem(contact: _Corners, opened: cp.Variable) -> cp.Problem:
+    """The program, with booleans `opened` (K, N); lengths and forces are dimensionless."""
     (corners, n), f = opened.shape, contact.friction[None, :]
     lam, v, w = cp.Variable(name="load_factor"), cp.Variable((corners, n), name="slip"), cp.Variable((corners, n), name="gap")
     least, most = cp.Parameter(nonneg=True, name="least_load_factor"), cp.Parameter(nonneg=True, name="most_load_factor")
@@ -97,7 +95,7 @@ def corner_problem(contact: _Corners, opened: cp.Variable | cp.Parameter) -> cp.
 
 
 class SeparatedProblem:
-    """The corner conditions of one contact for load factors up to `most`, with booleans or with given open nodes.
+    """The corner conditions of one contact for load factors up to `most`.
 
     Parameters
     ----------
@@ -138,16 +136,6 @@ class SeparatedProblem:
         problem = corner_problem(self.contact, cp.Variable(self.shape, boolean=True, name="opened"))
         found = self._solve(problem, least, most_nodes)
         return Bounds(found.bound * self.most, found.status), self._states(problem) if found.status.has_solution else None, problem
-
-    def with_open(self, opened: Booleans) -> CornerStates | None:
-        """The states with the largest load factor where the nodes `opened` (K, N) are open and the others closed; None if none exist."""
-        given = cp.Parameter(self.shape, nonneg=True, name="opened")
-        problem = corner_problem(self.contact, given)
-        given.value = opened.astype(np.float64)
-        if not self._solve(problem, 0.0, 0).status.has_solution:
-            return None
-        polish(problem)
-        return self._states(problem)
 
     def touches(self, states: CornerStates) -> bool:
         """Whether a slip, gap or pressure of a solution comes to the largest one considered."""

@@ -3,10 +3,9 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..campaign import SeparatedLimit
 from ..contact import Onset
 from ..contact.checks import Array
-from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, ShakedownLimit
+from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks
 from .picture import picture
 from .spatial import FACE, first_slips
@@ -88,7 +87,7 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
 def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the corners of the resting cycle; open nodes, which have none, are marked at zero."""
     (axes,) = new_axes(ax)
-    title = equals(rf"{'limit with separation' if limit.exact else 'largest load factor found to rest'}, $\lambda$", limit.load_factor)
+    title = equals(rf"{'limit with separation' if limit.proven else 'rests up to'}, $\lambda$", limit.load_factor)
     if not (limit.load_factor == np.inf or np.isnan(limit.bound)):
         title += f", bound {limit.bound:.5g}" if np.isfinite(limit.bound) else ", no bound"
     axes.set_title(title)
@@ -96,11 +95,9 @@ def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
         return no_lines(axes, limit.reason)
     q, p = limit.reactions
     friction_ratio(axes, limit.system, limit.friction, q, p, _corners(len(q)))
-    always = limit.open.all(axis=0)
-    for nodes, inside, label in (always, BLACK, "open at all corners"), (limit.open.any(axis=0) & ~always, "none", "open at some corners"):
-        if nodes.any():
-            x = limit.system.x[nodes]
-            axes.scatter(x, np.zeros(len(x)), marker="v", s=20, facecolors=inside, edgecolors=BLACK, linewidths=0.8, zorder=3, label=label)
+    if limit.open.any():
+        x = limit.system.x[limit.open]
+        axes.scatter(x, np.zeros(len(x)), marker="v", s=20, color=BLACK, zorder=3, label="open")
     legend(axes)
     return axes
 

@@ -1,4 +1,4 @@
-"""The limit with separation: its state rests, it is not below the shakedown limit, and above an exact one no start is found to rest."""
+"""The limit with separation: its state rests, it is not below the shakedown limit, and above a proven one no start comes to rest."""
 
 import numpy as np
 
@@ -9,8 +9,7 @@ from .known import Known, NotAsked, Wrong
 __all__ = ["separated"]
 
 _FEW = 4  # nodes up to which it is asked, of a part of the cases
-_PROGRAMS = 200
-_ABOVE = (1.01, 1.3)  # load factors, over an exact limit, at which transients may not rest
+_ABOVE = (1.01, 1.3)  # load factors, over a proven limit, at which transients may not rest
 _STARTS = 6
 
 
@@ -19,19 +18,19 @@ def separated(known: Known) -> tuple[float, bool]:
     case = known.case
     if case.system.nodes > _FEW or case.seed % 8:
         raise NotAsked
-    limit = fo.separated_limit(*known.args, most_programs=_PROGRAMS, progress=False)
+    limit = fo.separated_limit(*known.args)
     if known.limit is not None and limit.load_factor < known.limit * (1 - 1e-6) - 1e-8:
         raise Wrong(f"{limit.load_factor!r} is below the shakedown limit {known.limit!r}")
     if limit.state is None or not np.isfinite(limit.load_factor):
         return limit.residual, known.limit is not None
-    if limit.record.solver == "exact path" and not _rests(known, limit.load_factor, initial_state=limit.state):
+    if not _rests(known, limit.load_factor, initial_state=limit.state):
         raise Wrong("its state does not rest")
     rng = np.random.default_rng(case.seed)
     starts = limit.slip + (known.length + np.abs(limit.slip).max()) * rng.normal(size=(_STARTS, case.system.nodes))
-    for factor in _ABOVE if limit.exact and limit.load_factor > 1e-6 else ():
+    for factor in _ABOVE if limit.proven and limit.load_factor > 1e-6 else ():
         for start in starts:
             if _rests(known, factor * limit.load_factor, initial_slip=start):
-                raise Wrong(f"exact, but a start rests at {factor:g} of it")
+                raise Wrong(f"proven, but a start rests at {factor:g} of it")
     return limit.residual, True
 
 

@@ -1,0 +1,232 @@
+"""The limit of a contact some of whose nodes stay open: the largest load factor at which a state of rest is known, and a bound from above."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import IO, Any
+
+import cvxpy as cp
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
+from ..contact.answers import LimitKind
+from ..contact.checks import Array, frozen, whole_number
+from ..contact.cycle import checked_cycle
+from ..contact.diagnosis import mean_load_diagnosis
+from ..contact.record import Attempt, SolveRecord, WithSlip
+from ..contact.show import Plotted, frame
+from ..contact.system import checked_plane
+from ..contact.tolerances import ONE_LIMIT
+from ..solve.bounds import BoundStatus
+from ..solve.explain import Units, explain
+from .open_sets import Booleans, OpenSetLimit
+from .separated import SeparatedProblem
+from .separated_sets import OpenSets
+
+__all__ = ["SeparatedLimit", "separated_limit"]
+
+_RANGE, _WIDER, _ROUNDS = 2.0, 4.0, 4  # load factors that the bound covers, over the limit; how much wider where a state comes to their end
+_MOST_BOOLEANS = 40  # above which a bound takes more than seconds
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SeparatedLimit(WithSlip, Plotted):
+    """The largest load factor at which some nodes stay open and the others closed and stuck, and what is known above it.
+
+    Attributes
+    ----------
+    system, friction
+        The contact, and (N,) coefficients of friction.
+    load_factor
+        At it and down to `least` the contact rests with the nodes `open`. Inf: at every load factor from `least` on. NaN: no such state is known, see
+        `reason`.
+    least
+        The least load factor with the same nodes open; 0 where they rest under the mean load alone. NaN without a state.
+    bound
+        Upper bound, within `covers`, of the load factors with a state of rest; inf where none is known, NaN where there is no such state.
+    proven
+        Whether `bound` equals `load_factor` to 1e-6: then `load_factor` is the limit, within `covers`.
+    covers
+        What the bound holds for, in words.
+    kind, reason
+        What kind of answer it is, and how it is known, in words.
+    slip, state
+        Slip (N,) at the last corner, length; and the whole state there, from which a transient rests. NaN and None without one.
+    open
+        (N,) which nodes are open, at all corners.
+    reactions
+        (K, N) reactions `q, p` at the corners, force per depth, zero where open; NaN where `load_factor` is not finite.
+    record
+        How it was found. Its `residual` is the largest violation of the contact law at the corners. At most 1e-9.
+    problem
+        The mixed-integer program of the bound, as it was solved last; None where none was, or in a copy.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [-1.0]), "N": ([0.0], [1.0])})
+    >>> limit = fo.separated_limit(node, fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0}]), friction=0.5)
+    >>> limit.load_factor, limit.open.tolist()  # pulled open, it would touch above 1
+    (1.0, [True])
+    """
+
+    system: ContactSystem = field(repr=False)
+    friction: Array = field(repr=False)
+    load_factor: float
+    least: float
+    bound: float
+    proven: bool
+    covers: str
+    kind: LimitKind
+    reason: str
+    slip: Array = field(repr=False)
+    state: ContactState | None = field(repr=False)
+    open: Booleans = field(repr=False)
+    reactions: tuple[Array, Array] = field(repr=False)
+    record: SolveRecord
+    problem: cp.Problem | None = field(repr=False)
+    _units: Units = field(repr=False)
+
+    def to_frame(self) -> pd.DataFrame:
+        """The DataFrame of the nodes: columns node, x, slip, gap at the last corner, and open."""
+        gap = np.full_like(self.slip, np.nan) if self.state is None else self.state.gap
+        table: pd.DataFrame = frame({"node": range(self.system.nodes), "x": self.system.x, "slip": self.slip, "gap": gap, "open": self.open})
+        return table
+
+    def _answer(self) -> Mapping[str, Any]:
+        return {name: getattr(self, name) for name in ("load_factor", "least", "bound", "proven", "kind", "largest_slip", "residual", "reason")}
+
+    def explain(self, file: IO[str] | None = None) -> None:
+        """Print the answer, the reason, what the bound covers, and the mixed-integer program by its names."""
+        title = f"limit with separation: load factor {self.load_factor:.12g}, bound {self.bound:.12g}"
+        explain(title, self.problem, None, self._units, self.record.left_out, None, file, f"{self.reason}\nbound holds {self.covers}")
+
+
+def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, most_nodes: int = 2000) -> SeparatedLimit:
+    """Largest load factor at which some nodes stay open and the others closed and stuck.
+
+    It comes from linear programs over sets of open nodes, outward from none and from those that the mean load opens; the best set is proven to rest,
+    other sets may do better. `bound` is the upper bound by a mixed-integer program of what holds at the corners, for the class of cycles that
+    `covers` names: nodes may open and close there. It is never below `shakedown_limit`, whose safe slips keep all nodes closed. Whether a contact
+    rests above it with nodes that open and close in each cycle, transients tell: `limit_after_protocol` with `start=limit.slip` and `up_to`.
+
+    A contact whose pressure falls to zero at its edge slips there at any load in the continuum (Barber, Klarbring & Ciavarella 2008): its limit
+    belongs to the mesh, and falls with it. Theory, eq. (18).
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    most_nodes
+        Largest number of nodes in the search tree of the mixed-integer program. With more than 40 pairs of node and corner there is no bound.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> punch = fo.scenes.PunchOnHalfPlane(elements=4).condense()
+    >>> rounded = punch.with_gap(2.0 * punch.x**4)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    >>> fo.shakedown_limit(rounded, cycle, friction=0.6).load_factor
+    nan
+    >>> limit = fo.separated_limit(rounded, cycle, friction=0.6)
+    >>> limit.proven, limit.open.tolist()
+    (True, [True, False, False, False, True])
+    """
+    began = time.perf_counter()
+    f = np.array(friction_coefficients(friction, checked_plane(system).nodes))
+    loads = checked_cycle(cycle).corner_reactions(system)
+    most_nodes = whole_number("most_nodes", most_nodes, least=1)
+    sets = OpenSets(system, cycle, f)
+    sets.run()
+    best, nothing = sets.best, np.full(loads[0].shape, np.nan)
+    bound = _bound(system, cycle, f, best, most_nodes)
+    largest = np.nan if best is None else best.load_factor
+    proven = bool(largest == np.inf or bound.value <= largest * (1 + ONE_LIMIT) or (best is None and np.isnan(bound.value)))
+    known = best is not None and np.isfinite(largest)
+    return SeparatedLimit(
+        system=system,
+        friction=frozen(f),
+        load_factor=float(largest),
+        least=np.nan if best is None else best.least,
+        bound=float(bound.value),
+        proven=proven,
+        covers="for cycles in which closed nodes stick and each node opens or closes at most once on the way from corner to corner"
+        + (f", at load factors up to {bound.up_to:.6g}" if np.isfinite(bound.up_to) else ""),
+        kind=LimitKind.NO_SAFE_SLIP if best is None else LimitKind.FINITE if known else LimitKind.UNBOUNDED,
+        reason=_reason(system, cycle, f, best, bound, proven),
+        slip=frozen(best.slip[-1] if best is not None and known else np.full(system.nodes, np.nan)),
+        state=ContactState(best.slip[-1], best.gap[-1], *_last_load(system, cycle, largest)) if best is not None and known else None,
+        open=np.zeros(system.nodes, dtype=bool) if best is None else best.opened,
+        reactions=(frozen(best.q), frozen(best.p)) if best is not None and known else (frozen(nothing), frozen(nothing)),
+        record=SolveRecord("HIGHS", bound.attempts, 0.0 if best is None else best.residual, (), time.perf_counter() - began),
+        problem=bound.problem,
+        _units=bound.units,
+    )
+
+
+def _last_load(system: ContactSystem, cycle: LoadCycle, load_factor: float) -> tuple[Array, Array]:
+    """Bonded reactions `q, p` (N,) at the last corner."""
+    (q0, p0), (q1, p1) = system.reaction(cycle.mean), cycle.corner_reactions(system)
+    return q0 + load_factor * q1[-1], p0 + load_factor * p1[-1]
+
+
+@dataclass(frozen=True, eq=False)
+class _Bound:
+    """The upper bound of load factors up to `up_to` by the mixed-integer program, and why it is what it is."""
+
+    value: float
+    up_to: float
+    why: str
+    attempts: tuple[Attempt, ...] = ()
+    problem: cp.Problem | None = None
+    units: Units = field(default_factory=dict)
+
+
+def _bound(system: ContactSystem, cycle: LoadCycle, friction: Array, best: OpenSetLimit | None, most_nodes: int) -> _Bound:
+    """The bound over ever wider ranges of load factors, as long as a state comes to their end."""
+    largest, booleans = 0.0 if best is None else best.load_factor, system.nodes * len(cycle.corners)
+    if largest == np.inf:
+        return _Bound(np.inf, np.inf, "")
+    if booleans > _MOST_BOOLEANS:
+        return _Bound(np.inf, np.inf, f"no bound, for a mixed-integer program of {booleans} booleans is not tried")
+    mean, cyclic = np.abs(system.reaction(cycle.mean)).sum(), np.abs(cycle.corner_reactions(system)).sum(axis=(0, 2)).max()
+    up_to = _RANGE * (largest or (float(mean / cyclic) if mean > 0 and cyclic > 0 else 1.0))
+    attempts: list[Attempt] = []
+    for _ in range(_ROUNDS):
+        model = SeparatedProblem(system, cycle, friction, up_to)
+        bounds, states, problem = model.search(largest * (1 - ONE_LIMIT), most_nodes)
+        attempts.append(Attempt("HIGHS", f"load factors up to {up_to:.6g}: {bounds.status.value}", 0.0))
+        value, why = np.inf, ""
+        if bounds.status is BoundStatus.INFEASIBLE:
+            value, why = (np.nan, "") if best is None else (np.inf, "it is outside of what the bound covers")
+        elif states is not None and model.touches(states):
+            why = "a big-M bound is active, so there is no upper bound"
+        elif bounds.bound < up_to * (1 - ONE_LIMIT):
+            value, why = max(bounds.bound, largest), "above it the mixed-integer program allows states that open and close in each cycle"
+        elif bounds.status is not BoundStatus.OPTIMAL:
+            why = "no bound, for the search tree has no nodes left; give more most_nodes"
+        if why or not np.isinf(value):
+            return _Bound(value, up_to, why, tuple(attempts), problem, dict(model.units))
+        up_to *= _WIDER
+    why = "no bound, for at the corners the mixed-integer program allows states at any load factor"
+    return _Bound(np.inf, up_to / _WIDER, why, tuple(attempts), problem, dict(model.units))
+
+
+def _reason(system: ContactSystem, cycle: LoadCycle, friction: Array, best: OpenSetLimit | None, bound: _Bound, proven: bool) -> str:
+    if best is None:
+        return f"no set of open nodes is known to rest: {mean_load_diagnosis(system, cycle, friction)}"
+    start = f" from {best.least:.6g} on" if best.least > 0 else ""
+    nodes = f"{int(best.opened.sum())} of {system.nodes} nodes"
+    if best.load_factor == np.inf:
+        return f"the limit is infinite: the contact rests with {nodes} open at every load factor{start}"
+    text = f"the contact rests with {nodes} open at all load factors up to this one{start}"
+    return f"{text}; {'the mixed-integer program finds no state above it' if proven else bound.why}"
