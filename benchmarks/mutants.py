@@ -1,6 +1,6 @@
 """Mutation tests: the faults of `faults.py`, planted one at a time in a copy of the repository, and the tests that should fail because of them.
 
-Run with `python benchmarks/mutants.py [--page FOLDER] [FILE ...]`; FILE is a room or the beginning of a file's name, `spatial` or `campaign/rest`. A
+Run with `python benchmarks/mutants.py [--page FOLDER] [FILE ...]`; FILE is a room or the beginning of a file's name, `spatial` or `histories/run`. A
 fault that no test finds has "SURVIVED"; one whose text does not stand once in its file is "gone". The exit status is the number of both. A fault
 counts as killed only if the test that fails with it passes without it; slow tests are not asked.
 """

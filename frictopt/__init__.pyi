@@ -1,19 +1,5 @@
 from . import reference as reference
 from . import scenes as scenes
-from .campaign import (
-    DamagedRows,
-    DissipationRange,
-    GuaranteeCheck,
-    LeastExcursion,
-    LimitAfterProtocol,
-    dissipation_range,
-    dissipation_study,
-    least_excursion,
-    limit_after_protocol,
-    read_store,
-    starts,
-    verify_guaranteed,
-)
 from .contact import (
     Attempt,
     ContactState,
@@ -50,6 +36,20 @@ from .fem import (
     read_calculix,
     read_mesh,
     split_bodies,
+)
+from .histories import (
+    DamagedRows,
+    DissipationRange,
+    GuaranteeCheck,
+    LeastExcursion,
+    LimitAfterProtocol,
+    dissipation_range,
+    dissipation_study,
+    least_excursion,
+    limit_after_protocol,
+    read_store,
+    starts,
+    verify_guaranteed,
 )
 from .limits import (
     GuaranteedLimit,

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import frictopt as fo
-from frictopt.campaign.store import Store
+from frictopt.histories.store import Store
 from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(0), 10)

@@ -77,7 +77,7 @@ def test_numbers_of_random_contacts_are_checked_before_anything_is_computed(opti
 
 
 @pytest.mark.parametrize("option", ["--store=", "--store={}"])
-def test_what_the_campaign_refuses_is_said_without_a_traceback(option, file, tmp_path, capsys):
+def test_what_the_study_refuses_is_said_without_a_traceback(option, file, tmp_path, capsys):
     assert studies.main(["dissipation", "--quick", "--data", str(tmp_path), option.format(file)]) == 1
     assert f"error: {option[2:].partition('=')[0]}: " in capsys.readouterr().err and file.read_text() == "text"
 

@@ -1,4 +1,4 @@
-"""The file that keeps the runs of a campaign: what it holds, what is left alone, and what is not believed."""
+"""The file that keeps the runs of a study: what it holds, what is left alone, and what is not believed."""
 
 import os
 import resource
@@ -13,8 +13,8 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.campaign import DamagedRows, run
-from frictopt.campaign.store import Store
+from frictopt.histories import DamagedRows, run
+from frictopt.histories.store import Store
 from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)

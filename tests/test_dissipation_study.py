@@ -13,8 +13,8 @@ import pytest
 from distributed import Client, LocalCluster
 
 import frictopt as fo
-from frictopt.campaign import dissipation, run
-from frictopt.campaign.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
+from frictopt.histories import dissipation, run
+from frictopt.histories.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from systems import CYCLE, random_system, system
 
 ONE = (2.0, 0.5, 0.1, 1.0, 1.0, 0.2)  # one node, A, B, q0, p0, q1, p1
@@ -114,7 +114,7 @@ def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact,
     def fail(*_args, **_options):
         raise fo.SolverError("no solver answered")
 
-    monkeypatch.setattr("frictopt.campaign.starts.safe_slip", fail)
+    monkeypatch.setattr("frictopt.histories.starts.safe_slip", fail)
     monkeypatch.setattr(dissipation, "shakedown_limit", fail)
     table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], no_slip() + safe_slips())
     assert table.error.tolist() == ["", "SolverError: no solver answered"]

@@ -9,7 +9,7 @@ import pytest
 
 import frictopt as fo
 
-ROOMS = [import_module(f"frictopt.{room}") for room in ("contact", "reference", "fem", "limits", "transients", "campaign", "spatial", "plots")]
+ROOMS = [import_module(f"frictopt.{room}") for room in ("contact", "reference", "fem", "limits", "transients", "histories", "spatial", "plots")]
 FILES = [file.name for room in ROOMS for file in walk_packages(room.__path__, f"{room.__name__}.")]
 PUBLIC = [getattr(room, name) for room in (*ROOMS, fo.starts) for name in room.__all__ if name != "starts"]
 

@@ -22,9 +22,9 @@ BELOW = {
     "solve": _BASE,
     "limits": _BASE | {"solve"},
     "transients": _BASE | {"solve"},
-    "campaign": _BASE | {"solve", "limits", "transients"},
+    "histories": _BASE | {"solve", "limits", "transients"},
     "spatial": _BASE | {"solve"},
-    "plots": _BASE | {"fem", "limits", "transients", "campaign", "spatial", "scenes"},
+    "plots": _BASE | {"fem", "limits", "transients", "histories", "spatial", "scenes"},
 }
 ALLOWED = {  # libraries beyond the standard one, by layer
     "errors": set(),
@@ -35,7 +35,7 @@ ALLOWED = {  # libraries beyond the standard one, by layer
     "solve": {"numpy", "scipy", "cvxpy", "pandas"},
     "limits": {"numpy", "scipy", "cvxpy", "pandas"},
     "transients": {"numpy", "scipy", "cvxpy", "pandas", "numba", "lazy_loader"},
-    "campaign": {"numpy", "pandas", "threadpoolctl"},
+    "histories": {"numpy", "pandas", "threadpoolctl"},
     "spatial": {"numpy", "scipy", "cvxpy", "pandas", "lazy_loader"},
     "plots": {"numpy", "pandas", "skfem", "matplotlib", "mpl_toolkits"},  # the last one comes with matplotlib
 }

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.campaign.guarantee import _from_its_middle
+from frictopt.histories.guarantee import _from_its_middle
 from frictopt.limits.posed import LimitQuestion, cycle_loads
 from frictopt.limits.shakedown_result import judged
 from systems import CYCLE, random_system

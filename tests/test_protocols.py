@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.campaign.excursion import _sampled
-from frictopt.campaign.starts import LoadStep
+from frictopt.histories.excursion import _sampled
+from frictopt.histories.starts import LoadStep
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])

@@ -1,4 +1,4 @@
-"""Starts of a campaign in every form that a user may have them in, and what is refused before anything runs."""
+"""Starts of a study in every form that a user may have them in, and what is refused before anything runs."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.campaign.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
+from frictopt.histories.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)

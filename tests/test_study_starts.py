@@ -1,10 +1,10 @@
-"""The families of starts of a campaign."""
+"""The families of starts of a study."""
 
 import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.campaign.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
+from frictopt.histories.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from systems import CYCLE, random_system
 
 

@@ -106,7 +106,7 @@ WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part 
 NO_LEAST_PRESSURE = RESIDUAL  # pressure, over the force scale, that counts as none: it has the error of an answer
 SAME_STATE = 100 * RESIDUAL  # distance, over the largest value, with which a cycle from a steady state comes back to it
 
-# --- campaign ---
+# --- histories ---
 
 LEVEL = 1e3 * RESIDUAL  # works of friction that differ by less, relative, are one level: each has errors up to the residual, over its slips
 WORK_GAIN = 100 * RESIDUAL  # a step that gains less work, relative, is none

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from ..campaign import GuaranteeCheck, LeastExcursion, LimitAfterProtocol
-from ..campaign.guarantee import NO_OUTCOME
-from ..campaign.protocols import REST, SLIP, UNDECIDED
 from ..contact.answers import Outcome
+from ..histories import GuaranteeCheck, LeastExcursion, LimitAfterProtocol
+from ..histories.guarantee import NO_OUTCOME
+from ..histories.protocols import REST, SLIP, UNDECIDED
 from .picture import picture
 from .style import BLACK, GREY, equals, legend, new_axes, no_lines, series
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ..campaign import DissipationRange
 from ..contact.checks import Array
 from ..contact.tolerances import SIMULTANEOUS
+from ..histories import DissipationRange
 from ..transients import SteadyState, Trajectory, fretting_table, steady_cycle
 from .along import label_contacts, lines, lines_or_band
 from .loops import cycle_lines, loops, most_work, work_title
