@@ -11,6 +11,7 @@ import frictopt as fo
 from frictopt.fem.elasticity import body_stiffness
 from frictopt.fem.forms import boundary_forces
 from frictopt.fem.recovery import _strain_and_stress
+from meshes import ring
 
 THICK = 0.7
 X, UP, DOWN = np.array([-1.0, -0.4, 0.1, 1.0]), np.array([0.0, 0.3, 1.0]), np.array([-1.0, -0.6, 0.0])
@@ -168,6 +169,35 @@ def test_the_gap_of_a_curved_face_is_measured():
         curved(0.3)
     with pytest.raises(fo.ModelError, match="the bodies overlap by"):
         curved(-0.02)
+
+
+def extruded(mesh):
+    """The hexahedra above quadrilaterals, from z = 0 to THICK."""
+    (a, b, c, d), n = mesh.t, mesh.p.shape[1]
+    points = np.hstack([np.vstack([mesh.p, np.full(n, z)]) for z in (0.0, THICK)])
+    return MeshHex(points, np.array([a, n + a, d, b, n + d, n + b, c, n + c]))
+
+
+def test_a_curved_and_closed_contact_has_the_answers_of_the_plane():
+    """A hollow pin shrunk into a plate in plane strain: normals, areas, reactions and stiffness."""
+    flat = {"pin": ring([0.3, 0.6, 1.0], 12, "bore", "surface"), "plate": ring([1.0, 1.5, 3.0], 12, "hole", "rim")}
+    around = {name: lambda x, r=r: abs(np.hypot(*x[:2]) - r) < 0.05 * r for name, r in {"bore": 0.3, "surface": 1.0, "hole": 1.0, "rim": 3.0}.items()}
+    loads = {"fit": [fo.Interference("surface", 0.01)], "p": [fo.Pressure("pin", "bore", 2.0)]}
+    found = []
+    for meshes in (flat, {name: extruded(mesh) for name, mesh in flat.items()}):
+        bodies = {name: fo.Body(mesh.with_boundaries(around), RUBBER) for name, mesh in meshes.items()}
+        places = [(name, at) for name, mesh in meshes.items() for at in mesh.p.T if len(at) == 3]
+        across = [fo.Support(name, tuple(at), "z") for name, at in places if name == "plate" or np.hypot(*at[:2]) < 0.99]
+        contact = fo.Contact("pin", "plate", "surface", "hole")
+        found.append(fo.ContactModel(bodies, [fo.Support("plate", "rim", "xy"), *across], loads, [contact]).condense())
+    plane, space = found
+    both = (np.linalg.norm(plane.points[:, None] - space.points[None, :, :2], axis=2) < 1e-9).astype(float)
+    assert np.allclose(both.T @ plane.normals, space.normals[:, :2]) and np.allclose(both @ space.width, THICK * plane.width)
+    turn = np.einsum("na,nta->nt", both.T @ plane.frames[:, 0], space.frames[:, :2, :2])  # tangent of the plane in those of space
+    for case in plane.bonded:
+        (q, p), (shear, pressure) = plane.bonded[case], space.bonded[case]
+        assert np.allclose(both @ pressure, THICK * p, rtol=5e-4)  # the integration over elements that are no parallelograms is of another order
+        assert np.allclose(both @ (shear * turn).sum(axis=1), THICK * q, rtol=0, atol=5e-4 * np.abs(p).max())
 
 
 def test_one_mesh_in_space_is_split_into_bodies():
