@@ -12,7 +12,7 @@ from ..errors import ModelError
 from .elasticity import ELEMENT_NAMES, ELEMENTS, ElementName, Material
 from .ordering import Integers
 
-__all__ = ["Body", "Place", "Support", "check_kind", "checked_place"]
+__all__ = ["Body", "Place", "Support", "check_kind", "checked_place", "checked_point"]
 
 Place = str | tuple[float, ...]
 """Name of a boundary, or the coordinates of one node."""
@@ -116,11 +116,14 @@ class Support:
 
 def checked_place(where: Any) -> Place:
     """Check the name of a boundary or the coordinates of a point."""
-    if isinstance(where, str):
-        return where
-    if not isinstance(where, tuple | list) or len(where) not in (2, 3):
-        raise ModelError(f"where: {shown(where)}; give the name of a boundary or one point (x, y), in space (x, y, z)")
-    return tuple(finite_numbers("where", where))
+    return where if isinstance(where, str) else checked_point("where", where, "the name of a boundary or one point (x, y), in space (x, y, z)")
+
+
+def checked_point(name: str, point: Any, words: str, sizes: tuple[int, ...] = (2, 3)) -> tuple[float, ...]:
+    """Check a row of two or three coordinates, which error messages describe in words."""
+    if not isinstance(point, tuple | list) or len(point) not in sizes:
+        raise ModelError(f"{name}: {shown(point)}; give {words}")
+    return tuple(finite_numbers(name, point))
 
 
 def check_kind(mesh: Any) -> None:

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, identity
 from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, check_text, finite_number, place, shown
@@ -142,19 +142,19 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
     facets = body_1.boundary(contact.boundary_1, first)
     inward = boundary_forces(body_1.mesh, facets, lambda _, normals: -normals, "space").T
     widths = boundary_forces(body_1.mesh, facets, lambda points, _: np.ones((1, *points.shape[1:])), kinematics)[0]
-    coarser = 1.0
+    coarser, own = 1.0, identity(body_2.mesh.p.shape[1], format="csr")
     if kinematics == "space":
         nodes = body_1.boundary_nodes(contact.boundary_1, first)
         others = body_2.boundary_nodes(contact.boundary_2, second)
         allowed = np.full(len(nodes), SAME_POINT * np.ptp(body_1.mesh.p))
-        P = _picked(others[cKDTree(body_2.mesh.p[:, others].T).query(body_1.mesh.p[:, nodes].T)[1]], body_2)
+        P = own[others[cKDTree(body_2.mesh.p[:, others].T).query(body_1.mesh.p[:, nodes].T)[1]]]
     else:
         one, two = face(body_1, contact.boundary_1, first), face(body_2, contact.boundary_2, second).reversed()
         nodes, near = one.nodes, SAME_POINT * float(one.lengths.sum())
         allowed = np.full(len(nodes), near)
         where = _matched(one, two, near)
         if where is not None:
-            P = _picked(two.nodes[where], body_2)
+            P = own[two.nodes[where]]
         else:
             facing, s = _facing(one, two, near, contact)
             P = mortar_projection(one, two.nodes[facing], s, body_2.mesh.p.shape[1], circumference(one.points[:, 0], kinematics), widths[nodes])
@@ -163,11 +163,6 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
     points = body_1.mesh.p[:, nodes].T
     gap = _initial_gap(contact, points, points - P @ body_2.mesh.p.T, inward[nodes], allowed)
     return Joint(nodes, inward[nodes], widths[nodes], P, gap, coarser)
-
-
-def _picked(nodes: Integers, body: Body) -> csr_matrix:
-    """Projection on some nodes of a body."""
-    return csr_matrix((np.ones(len(nodes)), (np.arange(len(nodes)), nodes)), shape=(len(nodes), body.mesh.p.shape[1]))
 
 
 def _initial_gap(contact: Contact, points: Array, opening: Array, normals: Array, allowed: Array) -> Array:

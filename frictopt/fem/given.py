@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags, issparse
+from scipy.sparse import csr_matrix, diags, identity, issparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
@@ -65,11 +65,10 @@ def checked_rows(unknowns: Any, held: Any, shape: tuple[int, ...], size: int) ->
 
 def checked_pairs(pairs: Any, projection: Any, rows: Integers, points: Array) -> tuple[Integers, csr_matrix]:
     """Nodes of body 1, and the matrix of the places on body 2 that they are glued to; `rows` as `checked_rows` gives them."""
-    size = len(points)
-    most = size - 1
+    size, most = len(points), len(points) - 1
     if projection is None:
         nodes, other = whole_array("pairs", pairs, (None, 2), least=0, most=most).T
-        P = csr_matrix((np.ones(len(other)), (np.arange(len(other)), other)), shape=(len(other), size))
+        P = csr_matrix(identity(size, format="csr")[other])
     else:
         nodes = whole_array("pairs", pairs, (None,), least=0, most=most)
         P = _checked_projection(projection, (len(nodes), size))

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from skfem import Basis
 
-from ..contact.checks import Array, check_text, finite_number, finite_numbers, shown
+from ..contact.checks import Array, check_text, finite_number
 from ..errors import ModelError
-from .bodies import Body, Place, checked_place
+from .bodies import Body, Place, checked_place, checked_point
 from .elasticity import ELEMENTS, Kinematics, element_means
 from .forms import Amount, boundary_forces, checked_amount, checked_amounts, components, gradient_forces, values_at, volume_forces
 
@@ -154,12 +154,10 @@ class Centrifugal:
         object.__setattr__(self, "density", finite_number("density", self.density, least=0.0))
         object.__setattr__(self, "speed", finite_number("speed", self.speed))
         if self.centre is not None:
-            if not isinstance(self.centre, tuple | list) or len(self.centre) not in (2, 3):
-                raise ModelError(f"centre: {shown(self.centre)}; give one point (x, y), in space (x, y, z)")
-            object.__setattr__(self, "centre", tuple(finite_numbers("centre", self.centre)))
-        if not isinstance(self.axis, tuple | list) or len(self.axis) != 3 or not any(finite_numbers("axis", self.axis)):
-            raise ModelError(f"axis: {shown(self.axis)}; give one direction (x, y, z)")
-        object.__setattr__(self, "axis", tuple(finite_numbers("axis", self.axis)))
+            object.__setattr__(self, "centre", checked_point("centre", self.centre, "one point (x, y), in space (x, y, z)"))
+        object.__setattr__(self, "axis", checked_point("axis", self.axis, "one direction (x, y, z)", (3,)))
+        if not any(self.axis):
+            raise ModelError(f"axis: {self.axis}; give the direction of the axis")
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         d = body.mesh.dim()
