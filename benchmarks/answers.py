@@ -94,16 +94,13 @@ def engines(seed: int) -> Iterator[Question]:
     system, _, f = plane_contact(seed)
     slip = np.zeros(system.nodes)
     load = system.reaction({"mean": 1.0, "corner0": 0.7})
-    yield "plane increments", lambda: [float(np.abs(fo.FrozenBoundIncrement(system, f).solve(slip, load).slip).max())]
+    yield "plane increments", lambda: [float(np.abs(fo.increments.FrozenBoundIncrement(system, f).solve(slip, load).slip).max())]
     if system.nodes < 5:
-        yield "plane increments", lambda: [float(np.abs(fo.ExactIncrement(system, f).solve(slip, load).slip).max())]
+        yield "plane increments", lambda: [float(np.abs(fo.increments.ExactIncrement(system, f).solve(slip, load).slip).max())]
     space, _, g = space_contact(seed)
     pushed = space.reaction({"mean": 1.0, "corner0": 0.7})
-    for engine in ("newton", "socp"):
-        yield (
-            "space increments",
-            lambda engine=engine: [float(np.abs(fo.Increments3D(space, g, engine=engine).solve(np.zeros((space.nodes, 2)), pushed).slip).max())],
-        )
+    for way in (fo.increments.NewtonIncrement, fo.increments.FrozenBoundIncrement):
+        yield "space increments", lambda way=way: [float(np.abs(way(space, g).solve(np.zeros((space.nodes, 2)), pushed).slip).max())]
 
 
 def scenes() -> Iterator[Question]:

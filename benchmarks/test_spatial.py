@@ -63,7 +63,7 @@ def test_limit_against_the_bare_solver(contact, record_property):
 
 def test_increment_against_one_dense_solve(contact, record_property):
     limit = fo.shakedown_limit(contact, BULK, 0.5)
-    increments, load = fo.Increments3D(contact, 0.5), contact.reaction({"P": 1.0, "sigma": -0.9 * limit.load_factor})
+    increments, load = fo.increments.NewtonIncrement(contact, 0.5), contact.reaction({"P": 1.0, "sigma": -0.9 * limit.load_factor})
     zero, S, r = np.zeros((contact.nodes, 2)), contact.S + np.eye(3 * contact.nodes), load[1].repeat(3)
     assert (increments.solve(zero, load).status == 1).sum() > 20
     ours = seconds(lambda: increments.solve(zero, load), rounds=5)

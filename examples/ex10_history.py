@@ -19,7 +19,7 @@ problem = system, fo.LoadCycle.from_history(history, mean={"pull": 100.0}), 0.5,
 
 steady = fo.steady_state(*problem)
 print(steady)
-table = fo.fretting_table(*problem, steady)
+table = steady.fretting_table()
 print(table.sort_values("work", ascending=False)[["contact", "x", "slip_range", "tau_amplitude", "work", "F1"]].head())
 
 # %%

@@ -24,5 +24,5 @@ ax.set(xlabel="increments from corner to corner", ylabel="error of the work of f
 # %%
 # One increment as a convex program with a frozen friction bound, by its names:
 
-increment = fo.FrozenBoundIncrement(system, friction=0.7)
+increment = fo.increments.FrozenBoundIncrement(system, friction=0.7)
 increment.solve(np.zeros(17), system.reaction({"P": 1.0, "sigma": 3.0})).explain()

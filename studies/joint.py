@@ -97,20 +97,20 @@ def _fretting(joint: Joint, system: fo.ContactSystem) -> tuple[fo.SteadyState, p
     """The steady state under the history itself, and its fretting table with the stress of body 2 at all corners."""
     problem = system, _cycle(joint), joint.friction, 1.0
     steady = fo.steady_state(*problem)
-    states = fo.steady_cycle(*problem, steady)
+    states = steady.states()
     corners = problem[1].corners
     stress, strain = [], []
     for number, corner in enumerate(corners, start=1):
-        state = int(np.flatnonzero(states["time"] == number)[-1])
+        state = int(np.flatnonzero(states.time == number)[-1])
         loads = {name: joint.mean.get(name, 0.0) + corner.get(name, 0.0) for name in {**joint.mean, **corner}}
-        fields = joint.model.recover(loads, states["slip"][state], states["gap"][state])
-        off = np.abs([fields.q - states["q"][state], fields.p - states["p"][state]]).max()
-        if off > 1e-7 * np.abs(states["p"]).max():
+        fields = joint.model.recover(loads, states.slip[state], states.gap[state])
+        off = np.abs([fields.q - states.q[state], fields.p - states.p[state]]).max()
+        if off > 1e-7 * np.abs(states.p).max():
             raise fo.SolverError(f"{joint.name}: the recovered field misses the reactions of corner {number} by {off:.1e}")
         sigma, epsilon = fields.at_contact(2)
         stress.append(sigma)
         strain.append(epsilon)
-    return steady, fo.fretting_table(*problem, steady, stress=np.array(stress), strain=np.array(strain))
+    return steady, steady.fretting_table(stress=np.array(stress), strain=np.array(strain))
 
 
 def report(parameters: Parameters) -> pd.DataFrame:

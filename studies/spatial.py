@@ -145,8 +145,8 @@ def times_by_size(parameters: Parameters) -> pd.DataFrame:
                 residual = max(residual, limit.residual)
             at = 0.9 * limit.load_factor
             corner = system.reaction({"P": 1.0, "Qx": at})
-            start = fo.Increments3D(system, parameters.map_friction).solve(np.zeros((system.nodes, 2)), system.reaction({"P": 1.0}))
-            increments = fo.Increments3D(system, parameters.map_friction)
+            start = fo.increments.NewtonIncrement(system, parameters.map_friction).solve(np.zeros((system.nodes, 2)), system.reaction({"P": 1.0}))
+            increments = fo.increments.NewtonIncrement(system, parameters.map_friction)
             row["increment"], found = _timed(increments.solve, start.slip, corner)
         rows.append(row | {"steps": found.steps, "residual": max(residual, found.residual)})
     return pd.DataFrame(rows)

@@ -45,7 +45,7 @@ EXAMPLES = [
     fo.required_friction(PAIR, CYCLE, 0.3),
     fo.safe_region(TWO, {"mean": 1.0}, ["cyclic", "other"], 0.6),
     fo.separated_limit(NODE, LIFTS, 0.5),
-    fo.ExactIncrement(PAIR, 0.6).solve(np.zeros(2), PAIR.reaction({"mean": 1.0, "cyclic": 1.0})),
+    fo.increments.ExactIncrement(PAIR, 0.6).solve(np.zeros(2), PAIR.reaction({"mean": 1.0, "cyclic": 1.0})),
     fo.steady_state(*ASKED, 1.5),
     fo.steady_state(*ASKED, 1.5).state,
     fo.march(*ASKED, 1.5, cycles=1),
@@ -58,7 +58,7 @@ EXAMPLES = [
     fo.safe_slip(PAD, TURNS, 0.5, 0.3),
     fo.steady_state(PAD, TURNS, 0.5, 3.0),
     fo.march(PAD, TURNS, 0.5, 3.0, cycles=1, steps=2),
-    fo.Increments3D(PAD, 0.5).solve(np.zeros((4, 2)), PAD.reaction({"P": 1.0, "Q": 2.0})),
+    fo.increments.NewtonIncrement(PAD, 0.5).solve(np.zeros((4, 2)), PAD.reaction({"P": 1.0, "Q": 2.0})),
 ]
 WAYS = {"pickle": lambda one: pickle.loads(pickle.dumps(one)), "copy": copy.copy, "deepcopy": copy.deepcopy}
 
@@ -97,7 +97,7 @@ def test_a_copy_says_the_same_stays_read_only_and_can_be_drawn(way, result):
 def test_every_public_kind_of_result_is_among_the_examples():
     public = {kind for kind in vars(fo).values() if isinstance(kind, type) and issubclass(kind, Portable)}
     public |= {kind for kind in (getattr(fo, name) for name in fo.__all__) if isinstance(kind, type) and issubclass(kind, Portable)}
-    assert {type(result) for result in EXAMPLES} == public | {fo.starts.Start}
+    assert {type(result) for result in EXAMPLES} == public | {fo.starts.Start, fo.increments.Increment}
 
 
 def test_the_loads_of_a_copy_stay_read_only():

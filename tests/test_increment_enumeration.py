@@ -1,12 +1,13 @@
 """Increments of one to three nodes against the enumeration of all statuses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from enumeration import admissible_states, distance, random_increment
 from frictopt.errors import NoContinuation, SolverError
-from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement
-from frictopt.transients.increments.newton import State
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement
 
 pytestmark = pytest.mark.slow
 
@@ -25,7 +26,7 @@ def cases(seed, count, most_friction, rigid=None, loads=1):
             yield contact, friction, slip, load
 
 
-def test_exactly_one_state_is_found_by_both_engines_below_the_critical_friction():
+def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction():
     """Validation by enumeration on 360 increments: coupled, with gaps, separation and closing."""
     opened = slipped = failed = 0
     engines = {}
@@ -33,11 +34,12 @@ def test_exactly_one_state_is_found_by_both_engines_below_the_critical_friction(
         states = admissible_states(contact, friction, slip, load)
         assert len(states) == 1
         if id(contact) not in engines:
-            engines = {id(contact): (ExactIncrement(contact, friction, simplify=False), FrozenBoundIncrement(contact, friction, simplify=False))}
-        exact, frozen = engines[id(contact)]
+            engines = {id(contact): [engine(contact, friction) for engine in (ExactIncrement, NewtonIncrement, FrozenBoundIncrement)]}
+        exact, newton, frozen = engines[id(contact)]
         found = exact.solve(slip, load)
         assert distance(states, found) < 1e-9 and found.residual < 1e-9
         assert found.record.solver == "HIGHS_MIP"
+        assert distance(states, newton.solve(slip, load)) < 1e-9
         opened, slipped = opened + (found.gap > 0).any(), slipped + (np.abs(found.status) == 1).any()
         try:
             by_sweeps = frozen.solve(slip, load)
@@ -67,11 +69,12 @@ def test_the_program_decides_and_not_the_guess(monkeypatch):
 
     def wrong(engine, posed):
         state = guess(engine, posed)
-        return State(np.where(state.status == 2, 0, 2).astype(np.int8), np.full_like(state.u, np.nan), np.full_like(state.r, np.nan))
+        status = np.where(state.status == 2, 0, 2).astype(np.int8)
+        return replace(state, status=status, u=np.full_like(state.u, np.nan), r=np.full_like(state.r, np.nan))
 
     monkeypatch.setattr(ExactIncrement, "_guess", wrong)
     for contact, friction, slip, load in cases(2, 40, 0.6):
-        found = ExactIncrement(contact, friction, simplify=False).solve(slip, load)
+        found = ExactIncrement(contact, friction).solve(slip, load)
         assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
 
 
@@ -79,7 +82,7 @@ def test_one_of_several_states_is_found():
     several = one = 0
     for contact, friction, slip, load in cases(3, 60, 8.0):
         states = admissible_states(contact, friction, slip, load)
-        found = ExactIncrement(contact, friction, simplify=False).solve(slip, load)
+        found = ExactIncrement(contact, friction).solve(slip, load)
         assert distance(states, found) < 1e-9
         several, one = several + (len(states) > 1), one + (len(states) == 1)
     assert several >= 3 and one >= 30

@@ -17,7 +17,7 @@ import frictopt as fo
 from systems import CYCLE, random_system
 contact = random_system(np.random.default_rng(3), 3)
 with ThreadPoolExecutor(4) as threads:
-    made = [threads.submit(fo.march, contact, CYCLE, 0.4, 1.0, cycles=5, engine="qp", steps=10, simplify=False) for _ in range(8)]
+    made = [threads.submit(fo.march, contact, CYCLE, 0.4, 1.0, cycles=5, engine="qp", steps=10) for _ in range(8)]
     assert len({path.result().slip.tobytes() for path in made}) == 1
 print("said afterwards", flush=True)
 """
@@ -66,7 +66,7 @@ def test_separation_shows_in_the_gap():
     assert np.abs(path.energy_error).max() < 1e-12
 
 
-@pytest.mark.parametrize(("engine", "steps"), [("path", None), ("qp", 1), ("qp", 3), ("milp", 1), ("milp", 3)])
+@pytest.mark.parametrize(("engine", "steps"), [("path", None), ("newton", 1), ("newton", 3), ("qp", 1), ("qp", 3), ("milp", 1), ("milp", 3)])
 def test_a_node_that_slips_only_while_it_is_open_does_no_work(engine, steps):
     """Pressure alone sticks; the gap drags it sideways through B, without touching anything, and B w = -A v until it closes again."""
     contact = fo.ContactSystem.from_blocks([[1.0]], [[0.3]], [[1.0]], [0.0], {"P": ([0.0], [1.0])})
@@ -89,7 +89,6 @@ def test_states_cannot_be_changed(punch, paper_cycle):
         ({"engine": ["qp"]}, r"engine: \['qp'\]"),
         ({"engine": "euler"}, "engine: 'euler'"),
         ({"engine": "path", "steps": 10}, "steps: 10; the exact path has none"),
-        ({"engine": "qp"}, "steps: None; engine='qp' needs"),
         ({"engine": "milp", "steps": 0}, "steps: 0"),
         ({"cycles": -1}, "cycles: -1"),
         ({"cycles": 1.5}, "cycles: 1.5"),
@@ -107,9 +106,7 @@ def test_increments_in_threads_leave_the_output_of_the_process_alone():
     folder = Path(__file__).parent
     paths = os.pathsep.join([str(folder.parent), str(folder)])
     done = subprocess.run([sys.executable, "-c", IN_THREADS], env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True, timeout=300)
-    *printed, last = done.stdout.splitlines()
-    assert (done.returncode, last, done.stderr) == (0, "said afterwards", "")
-    assert all(line.startswith("Polishing not needed") for line in printed)  # OSQP, where nothing slips
+    assert (done.returncode, done.stdout, done.stderr) == (0, "said afterwards\n", "")
 
 
 def test_work_of_a_node_that_bears_a_billionth_of_the_mean_load_counts():

@@ -38,7 +38,7 @@ def drifts(contact, cycles):
     for _ in range(cycles):
         path.run_cycle()
         states.append(path.state.u.copy())
-    return np.array(states), Run(path, range(2), range(2)).length
+    return np.array(states), Run(path, range(2)).length
 
 
 def test_a_drift_is_named_at_once_and_goes_on_as_said(rolling):

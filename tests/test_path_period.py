@@ -41,10 +41,10 @@ def test_what_follows_from_a_state_of_period_two():
     steady = fo.steady_state(*ASKED)
     again = fo.steady_state(*ASKED, initial_state=steady.state)
     assert again.period == 2 and again.dissipation == pytest.approx(steady.dissipation, rel=1e-12)
-    states = fo.steady_cycle(*ASKED, steady)
-    assert states["time"][-1] == 6.0 and states["slip"][-1] == pytest.approx(states["slip"][0], abs=1e-14)
-    assert states["work"][-1] == pytest.approx(2 * steady.dissipation_per_node, rel=1e-12)
-    assert fo.fretting_table(*ASKED, steady)["work"].sum() == steady.dissipation
+    states = steady.states()
+    assert states.time[-1] == 6.0 and states.slip[-1] == pytest.approx(states.slip[0], abs=1e-14)
+    assert states.work[-1] == pytest.approx(2 * steady.dissipation_per_node, rel=1e-12)
+    assert steady.fretting_table()["work"].sum() == steady.dissipation
     row = fo.dissipation_study(*ASKED[:3], [1.0], progress=False).iloc[0]
     assert (row.outcome, row.dissipation, row.slipping) == ("CYCLIC_SLIP", steady.dissipation, 2)
 
@@ -97,7 +97,7 @@ def test_nodes_slip_whose_slip_range_is_no_rounding(ratio):
     """By the states of the cycle itself, whatever the works of the others are."""
     asked = punched(ratio)
     steady = fo.steady_state(*asked)
-    moved = fo.fretting_table(*asked, steady)["slip_range"].to_numpy()
+    moved = steady.fretting_table()["slip_range"].to_numpy()
     assert np.array_equal(steady.slipping, moved > 1e-6 * moved.max()) and 0 < steady.slipping.sum() < len(moved)
     assert fo.dissipation_study(*asked[:3], [asked[3]], progress=False)["slipping"].tolist() == [steady.slipping.sum()]
     assert not fo.steady_state(*asked[:3], 0.5 * asked[3] / ratio).slipping.any()

@@ -62,7 +62,7 @@ def test_the_changes_of_later_cycles_shrink_as_it_says():
         path.run_cycle()
         at.append(path.state.u.copy())
     near = return_map(path)  # at the steady state itself some motions of its last cycles are none, and the map has a kink
-    steady, orbit = settled(path, [0, 1], [0, 1])
+    steady, orbit = settled(path)
     one = return_map(orbit)
     assert np.abs(one.after - one.before).max() < 1e-10 and one.work == pytest.approx(steady.dissipation, rel=1e-9)
     assert np.array_equal(one.after[:17].round(9), steady.slip.round(9))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-import frictopt.transients.stepped.transient as transient
+import frictopt.transients.stepped.path as transient
 from frictopt.contact.parts import joined
 from frictopt.fem.frames import frames_of
 from frictopt.transients.stepped.sliding import check_sliding

@@ -148,7 +148,7 @@ def test_increments_are_exact_where_nodes_slip_all_the_time_or_under_one_bound()
 
 
 def test_fewer_increments_without_an_answer_leave_the_error_unknown(monkeypatch):
-    loads, solve = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), fo.Increments3D.solve
+    loads, solve = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), fo.increments.NewtonIncrement.solve
 
     def failing(self, slip, bonded):
         before, self.before = getattr(self, "before", bonded), bonded
@@ -156,7 +156,7 @@ def test_fewer_increments_without_an_answer_leave_the_error_unknown(monkeypatch)
             raise fo.SolverError("none")
         return solve(self, slip, bonded)
 
-    monkeypatch.setattr(fo.Increments3D, "solve", failing)
+    monkeypatch.setattr(fo.increments.NewtonIncrement, "solve", failing)
     assert fo.march(single(), loads, 0.5, 0.9, cycles=1, steps=4).step_error == np.inf
     assert fo.steady_state(single(), loads, 0.5, 0.9, steps=4).step_error == np.inf
 

@@ -59,8 +59,8 @@ def test_an_increment_is_that_of_the_plane(seed):
     solid, along = embedded(flat, rng)
     f, slip = np.minimum(f, 0.5), 0.1 * rng.normal(size=flat.nodes)
     at = {"mean": 1.0, "a": 0.3 * rng.normal(), "b": 0.3 * rng.normal()}
-    plane = fo.ExactIncrement(flat, f).solve(slip, flat.reaction(at))
-    found = fo.Increments3D(solid, f).solve(slip[:, None] * along, solid.reaction(at))
+    plane = fo.increments.ExactIncrement(flat, f).solve(slip, flat.reaction(at))
+    found = fo.increments.NewtonIncrement(solid, f).solve(slip[:, None] * along, solid.reaction(at))
     force = float(np.abs(flat.reaction(at)).max())
     assert np.abs(found.p - plane.p).max() <= 1e-8 * force and np.abs(np.sum(found.q * along, axis=1) - plane.q).max() <= 1e-8 * force
     across = np.column_stack([-along[:, 1], along[:, 0]])

@@ -41,7 +41,7 @@ def test_increments_of_directions_of_very_unlike_stiffness_are_found(seed):
     contact, _ = graded(rng, int(rng.integers(3, 13)))
     f, n = rng.uniform(0.05, 0.6, contact.nodes), contact.nodes
     load = joined(*contact.reaction({"mean": 1.0, "a": 0.3, "b": 0.3}))
-    found = fo.Increments3D(contact, f).solve(np.zeros((n, 2)), parted(load, 3))
+    found = fo.increments.NewtonIncrement(contact, f).solve(np.zeros((n, 2)), parted(load, 3))
     q, p = parted(load + contact.S @ np.r_[found.slip.T.ravel(), found.gap], 3)
     force, slid = np.abs(load[2 * n :]).mean(), np.linalg.norm(found.slip, axis=1)
     assert max((np.linalg.norm(q, axis=1) - f * p).max(), -p.min(), (p * (found.gap > 0)).max()) <= 1e-8 * force

@@ -91,7 +91,7 @@ def one_node():
     [
         ("violates the contact law by", lambda: fo.ContactState([5.0], [0.0], [0.0], [1.0])),
         ("violates the contact law by", lambda: fo.ContactState([0.0], [1.0], [0.0], [1.0])),
-        ("2 nodes, the contact 1", lambda: fo.ContactState([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [1.0, 1.0])),
+        (r"its slip has the shape \(2,\), that of the contact \(1,\)", lambda: fo.ContactState([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [1.0, 1.0])),
         ("next corner is 2, the load cycle has the corners 0 to 1", lambda: fo.ContactState([0.0], [0.0], [0.0], [1.0], 2)),
         ("a str; give a ContactState", lambda: "state"),
         ("stresses the contact", lambda: fo.ContactState([1e40], [0.0], [0.0], [1.0])),

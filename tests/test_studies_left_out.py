@@ -13,7 +13,7 @@ def table(quick):
 
 
 def test_the_answers_are_the_same(table):
-    assert len(table) == 23 and table["difference"].max() < 1e-9 and table["slip_difference"].max() < 1e-9 and table["residual"].max() < 1e-9
+    assert len(table) == 12 and table["difference"].max() < 1e-9 and table["residual"].max() < 1e-9
     assert (table["saved"] > 0).all()
 
 
@@ -29,12 +29,9 @@ def test_the_report_has_a_line_for_each_scene_and_a_cell_for_each_computation(ta
     ("scene", "computation", "words"),
     [
         ("paper", "shakedown limit", ["mirror"]),
-        ("paper", "increments, qp", ["nothing slips", "mirror", "gaps"]),
-        ("paper", "increments, milp", ["nothing slips", "mirror"]),
         ("with shear", "shakedown limit", []),
         ("uncoupled", "shakedown limit", ["linear program"]),
         ("sampled", "safe slip", ["mirror", "14 of 16 rule no node"]),
-        ("sampled", "steady state", ["13 of 16"]),
         ("ellipse", "shakedown limit", ["corners"]),
         ("slippery middle", "steady state", []),
     ],

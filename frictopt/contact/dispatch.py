@@ -18,10 +18,8 @@ _OURS = "frictopt."  # rooms of the package, whose own questions are not the use
 _ROUGH = 5.0  # largest coefficient of friction that is passed without a word: of dry metals it is 0.1 to 1.5, of rubber up to 4
 
 _ANSWERS = {  # public question -> file of the function of that name for three dimensions
-    "march": "transients.stepped.march",
     "safe_slip": "spatial.margin",
     "shakedown_limit": "spatial.shakedown",
-    "steady_state": "transients.stepped.steady",
 }
 _GUARANTEE = "is not yet offered in three dimensions; use shakedown_limit, above which nothing is safe, and steady_state from several starts below it"
 _REFUSED = {

@@ -6,12 +6,13 @@ from enum import Enum
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from .checks import Array
 from .portable import Portable
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Plotted", "Shown", "frame"]
+__all__ = ["Plotted", "Shown", "components", "frame", "places"]
 
 
 class Shown(Portable):
@@ -59,6 +60,16 @@ def frame(columns: Mapping[str, object], types: Mapping[str, str] | None = None)
     import pandas as pd  # imported here, because only tables need it
 
     return pd.DataFrame(columns).astype(dict(types or {}))
+
+
+def components(name: str, values: Array) -> dict[str, Array]:
+    """Columns of a table from values with one tangent, (N,), under their name, or with two, (N, 2), under the name and a number."""
+    return {name: values} if values.ndim == 1 else {f"{name}{axis + 1}": values[:, axis] for axis in range(values.shape[1])}
+
+
+def places(system: Any) -> dict[str, Array]:
+    """Columns of a table with the places of the nodes: x along the interface in the plane; x, y, z in space."""
+    return {"x": system.x} if system.tangents == 1 else dict(zip("xyz", system.points.T, strict=True))
 
 
 def _html(value: object) -> str:

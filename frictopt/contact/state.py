@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from .checks import Array, finite_array, whole_number
-from .show import Shown, frame
+from .checks import Array, finite_array, real_array, whole_number
+from .show import Shown, components, frame
+from .system import ContactSystem
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,9 +27,9 @@ class ContactState(Shown):
     Parameters
     ----------
     slip, gap
-        (N,) slip v along +x and gap w (initial gap included, >= 0), length.
+        Slip v, (N,) along +x in the plane, (N, 2) along the tangents in space, and (N,) gap w (initial gap included, >= 0), length.
     bonded_q, bonded_p
-        (N,) bonded reactions of the load, as `ContactSystem.reaction` gives them, force per depth.
+        Bonded reactions of the load, as `ContactSystem.reaction` gives them, in the shape of `slip` and (N,): force per depth, in space force.
     next_corner
         Number of the corner that the load goes to next, in a straight line.
 
@@ -56,8 +57,9 @@ class ContactState(Shown):
     next_corner: int = 0
 
     def __post_init__(self) -> None:
-        slip = finite_array("slip", self.slip, (None,))
-        arrays = {name: finite_array(name, getattr(self, name), (len(slip),)) for name in ("gap", "bonded_q", "bonded_p")}
+        slip = finite_array("slip", self.slip, (None,) if real_array("slip", self.slip).ndim < 2 else (None, 2))
+        shapes = {"gap": slip.shape[:1], "bonded_q": slip.shape, "bonded_p": slip.shape[:1]}
+        arrays = {name: finite_array(name, getattr(self, name), shape) for name, shape in shapes.items()}
         if not len(slip):
             raise ModelError("slip: no nodes; a state has at least one")
         if arrays["gap"].min() < 0:
@@ -67,7 +69,7 @@ class ContactState(Shown):
             object.__setattr__(self, name, value)
 
     def _content(self) -> tuple[object, ...]:
-        return *(tuple(array.tolist()) for array in (self.slip, self.gap, self.bonded_q, self.bonded_p)), self.next_corner
+        return *(tuple(array.ravel().tolist()) for array in (self.slip, self.gap, self.bonded_q, self.bonded_p)), self.next_corner
 
     def __eq__(self, other: object) -> bool:
         return self._content() == other._content() if isinstance(other, ContactState) else NotImplemented
@@ -81,19 +83,19 @@ class ContactState(Shown):
         return self.gap > 0
 
     def to_frame(self) -> "pd.DataFrame":
-        """The DataFrame of the nodes: columns node, slip, gap."""
-        return frame({"node": range(len(self.slip)), "slip": self.slip, "gap": self.gap})
+        """The DataFrame of the nodes: columns node, slip (in space slip1, slip2), gap."""
+        return frame({"node": range(len(self.slip)), **components("slip", self.slip), "gap": self.gap})
 
     def _answer(self) -> Mapping[str, object]:
         return {"nodes": len(self.slip), "open": int(self.open.sum()), "next_corner": self.next_corner}
 
 
-def checked_state(name: str, state: object, nodes: int, corners: int) -> ContactState:
-    """Check that `state` is a state of a contact of N nodes under a load cycle of K corners."""
+def checked_state(name: str, state: object, system: ContactSystem, corners: int) -> ContactState:
+    """Check that `state` is a state of a contact under a load cycle of K corners."""
     if not isinstance(state, ContactState):
         raise ModelError(f"{name}: a {type(state).__name__}; give a ContactState, as `.state` of a steady state or `.state_at(...)` of a trajectory")
-    if len(state.slip) != nodes:
-        raise ModelError(f"{name}: it has {len(state.slip)} nodes, the contact {nodes}; give a state of this contact")
+    if state.slip.shape != system.slip_shape:
+        raise ModelError(f"{name}: its slip has the shape {state.slip.shape}, that of the contact {system.slip_shape}; give a state of this contact")
     if state.next_corner >= corners:
         raise ModelError(f"{name}: its next corner is {state.next_corner}, the load cycle has the corners 0 to {corners - 1}")
     return state

@@ -18,7 +18,6 @@ from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import shakedown_limit
 from ..limits.posed import LimitQuestion, cycle_loads
 from ..transients.exact import ExactPath
-from ..transients.exact.stops import turning_corners
 from ..transients.steady import settled
 from .load_steps import LoadStep, assemble
 from .range_starts import RangeStarts
@@ -78,7 +77,7 @@ class TransientsAfter:
     def outcome(self, load_factor: float, protocol: Sequence[LoadStep], start: Array) -> str:
         """The same from one start."""
         path = ExactPath(self.system, self.cycle, self.friction, load_factor, start)
-        steps, corners = [step.reactions(self.system, load_factor) for step in protocol], turning_corners(self.cycle)
+        steps = [step.reactions(self.system, load_factor) for step in protocol]
         if steps:
             path.check_near("protocol", steps)
         self.count += 1
@@ -89,7 +88,7 @@ class TransientsAfter:
                 path.follow_to(path.mean, "the segment to the mean load")
             for number, load in enumerate([*steps, path.mean] if steps else []):
                 path.follow_to(load, f"segment {number} of the protocol")
-            state, _ = settled(path, corners, corners)
+            state, _ = settled(path)
         except (NoContinuation, SolverError):
             return UNDECIDED
         self.residual = max(self.residual, state.residual)

@@ -12,7 +12,6 @@ from ..errors import NoContinuation, SolverError
 from ..transients import SteadyState
 from ..transients.exact import ExactPath, return_map
 from ..transients.exact.ascent import Ascent
-from ..transients.exact.stops import turning_corners
 from ..transients.steady import settled
 
 __all__ = ["Orbit", "Search"]
@@ -67,7 +66,6 @@ class Search:
 
     def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: Array, load_factor: float, most: Array | None) -> None:
         self._system, self._cycle, self._friction, self._load_factor, self._most = system, cycle, friction, load_factor, most
-        self._stops = turning_corners(cycle)
         self.transients = 0
         self._extremes: list[float] = []  # works of the local extremes found
 
@@ -77,7 +75,7 @@ class Search:
         try:
             path = ExactPath(self._system, self._cycle, self._friction, self._load_factor, start)
             path.start()
-            state, path = settled(path, self._stops, self._stops)
+            state, path = settled(path)
             return Orbit(name, start, state, "followed", path)
         except (NoContinuation, SolverError) as error:
             return Orbit(name, start, None, f"{type(error).__name__}: {error}")

@@ -1,4 +1,4 @@
-"""Loops of shear force against slip, and what else the pictures of transients in the plane and in space share."""
+"""Loops of shear force against slip, and what else the pictures of a transient share."""
 
 from collections.abc import Sequence
 
@@ -7,25 +7,18 @@ from matplotlib.axes import Axes
 
 from ..contact.checks import Array
 from ..fem.ordering import Integers
-from ..transients import Trajectory, Trajectory3D
+from ..transients import Trajectory
 from .style import GREY, series
 
-__all__ = ["cycle_lines", "loops", "most_work", "work_title"]
+__all__ = ["cycle_lines", "loops", "most_work"]
 
 _NODES = 3  # nodes whose loops are drawn
 _MOST_LINES = 50  # cycles of which each has its own line
 
-AnyTrajectory = Trajectory | Trajectory3D
 
-
-def most_work(path: AnyTrajectory) -> Integers:
+def most_work(path: Trajectory) -> Integers:
     """The nodes with the most work of friction, first the one with the most."""
     return np.argsort(-path.work[-1], kind="stable")[:_NODES]
-
-
-def work_title(path: AnyTrajectory) -> str:
-    """What these nodes are."""
-    return "nodes with the most work of friction" if path.work[-1].any() else "no node slips"
 
 
 def loops(axes: Axes, slip: Array, force: Array, names: Sequence[str]) -> None:
@@ -37,7 +30,7 @@ def loops(axes: Axes, slip: Array, force: Array, names: Sequence[str]) -> None:
         axes.plot(slip[-1:, number], force[-1:, number], color=look["color"], marker="o", markersize=4, label=last)
 
 
-def cycle_lines(axes: Axes, path: AnyTrajectory) -> bool:
+def cycle_lines(axes: Axes, path: Trajectory) -> bool:
     """Label the axis of time, which begins no earlier than the mean load, and draw a line at each of a few whole cycles; whether there are lines."""
     axes.set_xlabel("corners visited (0: mean load)")
     if (first := max(0.0, path.time[0])) < path.time[-1]:

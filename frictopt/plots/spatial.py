@@ -10,12 +10,11 @@ from ..contact.checks import Array
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
 from ..spatial import SafeSlip3D, ShakedownLimit3D
-from ..transients import SteadyState3D, Trajectory3D
-from .loops import cycle_lines, loops, most_work, work_title
+from ..transients import SteadyState
 from .picture import picture
-from .style import BLACK, GREY, SERIES, AxesArray, equals, legend, new_axes, no_lines, series
+from .style import BLACK, GREY, SERIES, AxesArray, equals, new_axes, no_lines
 
-__all__ = ["FACE", "first_slips"]
+__all__ = ["FACE", "first_slips", "steady_map"]
 
 FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 _FACE = 25_000  # area that the points of a face share, points^2
@@ -54,38 +53,15 @@ def _safe_slip(safe: SafeSlip3D, ax: Axes | None = None) -> Axes:
     return _finished(axes)
 
 
-@picture.register
-def _steady_state(steady: SteadyState3D, ax: Axes | None = None) -> Axes:
+def steady_map(steady: SteadyState, ax: Axes | AxesArray | None) -> Axes:
     """Work of friction per cycle at each node; the slip at the last corner as arrows."""
     (axes,) = new_axes(ax, size=FACE)
     outcome = steady.outcome.name.lower().replace("_", " ")
     axes.set_title(f"{outcome}, work of friction per cycle {steady.dissipation:.4g}")
     work = steady.dissipation_per_node
-    places, _ = _map(axes, steady._system, work, "work of friction per cycle (force times length)", float(work.max()) or 1.0)
+    places, _ = _map(axes, steady.system, work, "work of friction per cycle (force times length)", float(work.max()) or 1.0)
     _arrows(axes, places, steady.slip, "slip at the last corner")
     return _finished(axes)
-
-
-@picture.register
-def _trajectory(path: Trajectory3D, ax: AxesArray | None = None) -> AxesArray:
-    """Three panels, for the nodes with the most work: shear force against slip along each tangent, and slip against the corners visited."""
-    *sides, below = panels = new_axes(ax, 3, (6.4, 8.4), common_x=False)
-    nodes = most_work(path)
-    places = [", ".join(f"{place:.3g}" for place in path.system.points[node]) for node in nodes]
-    names = [f"node {node} at ({place})" for node, place in zip(nodes, places, strict=True)]
-    for axis, axes in enumerate(sides):
-        loops(axes, path.slip[:, nodes, axis], path.q[:, nodes, axis], names)
-        axes.set(xlabel=f"slip $v_{axis + 1}$ (length)", ylabel=f"shear force $q_{axis + 1}$ (force)")
-    sides[0].set_title(work_title(path))
-    legend(sides[0])
-    for axis in (0, 1):
-        for number, node in enumerate(nodes):
-            below.plot(path.time, path.slip[:, node, axis], color=series(number)["color"], linestyle=series(axis)["linestyle"])
-        below.plot([], [], color=BLACK, linestyle=series(axis)["linestyle"], label=f"$v_{axis + 1}$, colours as above")
-    cycle_lines(below, path)
-    below.set_ylabel("slip $v_1$, $v_2$ (length)")
-    legend(below)
-    return np.array(panels)
 
 
 def first_slips(axes: Axes, onset: Onset) -> Axes:

@@ -1,14 +1,16 @@
 """Pictures of transients: their loops, their history, and what is left of them in the steady state."""
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from ..contact.checks import Array
 from ..contact.tolerances import SIMULTANEOUS
 from ..histories import DissipationRange
-from ..transients import SteadyState, Trajectory, fretting_table, steady_cycle
+from ..transients import SteadyState, Trajectory
 from .along import label_contacts, lines, lines_or_band
-from .loops import cycle_lines, loops, most_work, work_title
+from .loops import cycle_lines, loops, most_work
 from .picture import picture
+from .spatial import steady_map
 from .style import BLACK, GREY, AxesArray, Look, legend, new_axes, series
 
 __all__: list[str] = []
@@ -20,36 +22,51 @@ _SLIP_RANGE, _WORK = "slip range (length)", "work of friction per cycle\n(force 
 
 @picture.register
 def _trajectory(path: Trajectory, ax: AxesArray | None = None) -> AxesArray:
-    """Two panels, for the nodes with the most work of friction: shear force against slip, and slip against the corners visited."""
-    upper, lower = new_axes(ax, 2, (6.4, 6.4), common_x=False)
-    nodes = most_work(path)
-    loops(upper, path.slip[:, nodes], path.q[:, nodes], [f"node {node}, $x = {path.system.x[node]:.4g}$" for node in nodes])
-    upper.set(xlabel="slip $v$ (length)", ylabel="shear force $q$ (force per depth)", title=work_title(path))
-    legend(upper)
-    for number, node in enumerate(nodes):
-        lower.plot(path.time, path.slip[:, node], color=series(number)["color"], linestyle=series(number)["linestyle"])
-    if cycle_lines(lower, path):
-        legend(lower)
-    lower.set_ylabel("slip $v$ (length)")
-    return np.array([upper, lower])
+    """Panels for the nodes with the most work: shear force against slip along each tangent, and last slip against the corners visited."""
+    tangents, nodes = path.system.tangents, most_work(path)
+    *sides, below = panels = new_axes(ax, tangents + 1, (6.4, 6.4 if tangents == 1 else 8.4), common_x=False)
+    per_depth = " per depth" if tangents == 1 else ""
+    if tangents == 1:
+        names = [f"node {node}, $x = {path.system.x[node]:.4g}$" for node in nodes]
+    else:
+        names = [f"node {node} at ({', '.join(f'{place:.3g}' for place in path.system.points[node])})" for node in nodes]
+    slip, q = (values.reshape(*path.gap.shape, tangents)[:, nodes] for values in (path.slip, path.q))
+    for axis, axes in enumerate(sides):
+        number = f"_{axis + 1}" if tangents == 2 else ""
+        loops(axes, slip[..., axis], q[..., axis], names)
+        axes.set(xlabel=f"slip $v{number}$ (length)", ylabel=f"shear force $q{number}$ (force{per_depth})")
+        for node, values in enumerate(slip[..., axis].T):
+            below.plot(path.time, values, color=series(node)["color"], linestyle=series(node if tangents == 1 else axis)["linestyle"])
+        if tangents == 2:
+            below.plot([], [], color=BLACK, linestyle=series(axis)["linestyle"], label=f"$v{number}$, colours as above")
+    sides[0].set_title("nodes with the most work of friction" if path.work[-1].any() else "no node slips")
+    legend(sides[0])
+    if cycle_lines(below, path) or tangents == 2:
+        legend(below)
+    below.set_ylabel("slip $v$ (length)" if tangents == 1 else "slip $v_1$, $v_2$ (length)")
+    return np.array(panels)
 
 
 @picture.register
-def _steady_state(steady: SteadyState, ax: AxesArray | None = None) -> AxesArray:
-    """Three panels: slip range of the steady cycle; tractions at its corners (nodal forces where there is no width); work of friction per cycle."""
+def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
+    """Three panels: slip range of the steady cycle; tractions at its corners (nodal forces where there is no width); work of friction per cycle.
+
+    In space a map: work of friction per cycle at each node, and the slip at the last corner as arrows.
+    """
+    if steady.system.tangents == 2:
+        return steady_map(steady, ax)
     slip, force, work = panels = new_axes(ax, 3, (6.4, 7.6))
     system = steady.system
-    problem = system, steady.cycle, steady.friction, steady.load_factor, steady
     slip.set_title(f"{steady.outcome.name.replace('_', ' ').lower()}, $W = {steady.dissipation:.4g}$ per cycle")
     lines(slip, system, _slip_range(steady), color=BLACK, **_DOTS)
     slip.set_ylabel(_SLIP_RANGE)
-    states = steady_cycle(*problem)
+    states = steady.states()
     count = len(steady.cycle.corners)
-    corners = np.searchsorted(states["time"], np.arange(1, count * steady.period + 1) + SIMULTANEOUS) - 1
+    corners = np.searchsorted(states.time, np.arange(1, count * steady.period + 1) + SIMULTANEOUS) - 1
     names = [f"corner {corner % count}{', second cycle' if corner >= count else ''}" for corner in range(len(corners))]
     width, unit = (1.0, "nodal force\n(force per depth)") if system.width is None else (system.width, "traction\n(force per area)")
     for name, look in _LOOKS.items():
-        lines_or_band(force, system, states[name][corners] / width, [f"${name}$, {corner}" for corner in names], **look)
+        lines_or_band(force, system, getattr(states, name)[corners] / width, [f"${name}$, {corner}" for corner in names], **look)
     force.set_ylabel(unit)
     legend(force)
     lines(work, system, steady.dissipation_per_node, color=BLACK, **_DOTS)
@@ -88,5 +105,4 @@ def _dissipation_range(found: DissipationRange, ax: AxesArray | None = None) -> 
 
 def _slip_range(steady: SteadyState) -> Array:
     """(N,) slip range of the steady cycle."""
-    table = fretting_table(steady.system, steady.cycle, steady.friction, steady.load_factor, steady)
-    return np.asarray(table["slip_range"])
+    return np.asarray(steady.fretting_table()["slip_range"])

@@ -17,7 +17,6 @@ from ..errors import ModelError, SolverError
 __all__ = [
     "LP_SOLVERS",
     "MILP_SOLVERS",
-    "QP_SOLVERS",
     "Answer",
     "Claim",
     "Kind",
@@ -41,18 +40,14 @@ _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
         "HIGHS_IPM": {"highs_options": {"solver": "ipm", **_HIGHS}},
         "CLARABEL": _CLARABEL,
         "CLARABEL_DIRECT": {**_CLARABEL, "equilibrate_enable": False},
-        # Steps adapted by count, not by the clock, so that runs repeat; polished, which cvxpy would leave out of some later solves.
-        "OSQP": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20000, "polishing": True, "adaptive_rho": 1, "adaptive_rho_interval": 50},
         "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
         "HIGHS_MIP_LOOSE": {"highs_options": {**_HIGHS_MIP, **_LOOSE}},
     }
 )
 LP_SOLVERS = ("HIGHS", "CLARABEL", "HIGHS_IPM")
 """Solvers of the linear programs, in the order in which they are tried."""
-QP_SOLVERS = ("OSQP", "CLARABEL")
-"""Solvers of the convex quadratic programs, in the order in which they are tried. HiGHS may cycle for ever on them."""
 SOCP_SOLVERS = ("CLARABEL", "CLARABEL_DIRECT")
-"""Solvers of the second-order cone programs, in the order in which they are tried: the second one takes the rows as they stand."""
+"""Solvers of cone programs, convex quadratic ones among them, in the order in which they are tried: the second one takes the rows as they stand."""
 MILP_SOLVERS = ("HIGHS_MIP", "HIGHS_MIP_LOOSE")
 """Solvers of the mixed-integer programs (whose objectives count, so that a gap of 0.5 is none), in the order in which they are tried."""
 
@@ -61,12 +56,11 @@ class Kind(Enum):
     """Kinds of problems, each with its own solvers."""
 
     LP = "linear program"
-    QP = "quadratic program"
     MILP = "mixed-integer program"
-    SOCP = "second-order cone program"
+    SOCP = "cone program"
 
 
-_SOLVERS = {Kind.LP: LP_SOLVERS, Kind.QP: QP_SOLVERS, Kind.MILP: MILP_SOLVERS, Kind.SOCP: SOCP_SOLVERS}
+_SOLVERS = {Kind.LP: LP_SOLVERS, Kind.MILP: MILP_SOLVERS, Kind.SOCP: SOCP_SOLVERS}
 
 
 class NoOptimum(SolverError):

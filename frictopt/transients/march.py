@@ -1,38 +1,42 @@
 """Transients: the states of a contact over a number of load cycles, by the exact path or in increments."""
 
-from collections import Counter
+from collections.abc import Callable
 from time import perf_counter
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, choice, flag, frozen, whole_number
 from ..contact.dispatch import answered_by_kind
+from ..contact.parts import parted
+from ..contact.progress import bar_of
+from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL
-from ..errors import ModelError, SolverError
+from ..errors import ModelError, NoContinuation, SolverError
 from .exact import ExactPath
-from .increments import ExactIncrement, FrozenBoundIncrement
+from .stepped.path import ENGINES, Point, SteppedPath, doubts, step_counts
 from .trajectory import Trajectory
 
-__all__ = ["march"]
+__all__ = ["march", "way_to_follow"]
 
-_ENGINES = {"qp": FrozenBoundIncrement, "milp": ExactIncrement}
+_STEPS = 20  # increments from corner to corner, unless another number is given
 
 
 @answered_by_kind
 def march(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: Any,
+    friction: ArrayLike,
     load_factor: float,
     *,
-    initial_slip: Any = None,
+    initial_slip: ArrayLike | None = None,
     initial_state: ContactState | None = None,
     cycles: int = 5,
-    engine: Literal["path", "qp", "milp"] = "path",
+    engine: Literal["path", "newton", "qp", "milp"] | None = None,
     steps: int | None = None,
-    simplify: bool = True,
+    progress: bool = True,
 ) -> Trajectory:
     """Follow a transient from an initial slip, or from an earlier state, through a number of load cycles.
 
@@ -48,26 +52,28 @@ def march(
     load_factor
         Load factor, >= 0.
     initial_slip
-        (N,) residual slip from assembly, length; None: no slip.
+        Residual slip from assembly, (N,) in the plane, (N, 2) in space, length; None: no slip.
     initial_state
         An earlier state, instead of a slip: `state` of a steady state, or `state_at(...)` of a trajectory. Its nodes may be open. The load goes
         straight from that of the state to the corner that comes next, and to the end of that cycle.
     cycles
         Number of whole cycles.
     engine
-        "path": exactly, from event to event; "qp": in increments, by quadratic programs with a frozen friction bound; "milp": in increments, by
-        complementarity conditions with booleans.
+        "path": exactly, from event to event, for plane contacts: in space the friction circle is curved, and no path is made of straight lines. In
+        increments: "newton", each by Newton's method; "qp", by convex programs with a frozen friction bound; "milp", by complementarity conditions
+        with booleans, for plane contacts. None: "path" in the plane without `steps`, else "newton".
     steps
-        Number of increments from corner to corner, for the engines "qp" and "milp".
-    simplify
-        Leave out what cannot change the result, see the increments; the exact path leaves out nothing.
+        Number of increments from corner to corner; None: 20. The transient is followed with a half and a quarter of them, too, which tells
+        `step_error`. The exact path has none.
+    progress
+        Show a bar where increments take more than two seconds.
 
     Raises
     ------
     ModelError
         Bad input.
     NoContinuation
-        The exact path ends.
+        The exact path ends, or a load is beyond friction.
     SolverError
         An increment has no valid solution, or the residual of the states exceeds the tolerance.
 
@@ -79,48 +85,40 @@ def march(
     >>> path = fo.march(rod, cycle, friction=0.5, load_factor=1.0, cycles=2)
     >>> path.cycle_work.sum(axis=1).round(6).tolist()
     [0.75, 1.0]
-    >>> increments = fo.march(rod, cycle, friction=0.5, load_factor=1.0, cycles=1, engine="qp", steps=2)
+    >>> increments = fo.march(rod, cycle, friction=0.5, load_factor=1.0, cycles=1, steps=2)
     >>> bool(abs(increments.slip[-1] - path.slip[-1]).max() < 1e-6)
     True
     """
     whole_number("cycles", cycles, least=0)
-    choice("engine", engine, ("path", *_ENGINES))
-    flag("simplify", simplify)
-    path = ExactPath(system, cycle, friction, load_factor, initial_slip, initial_state=initial_state, keep=True)
-    stations, loads = _stations(path, cycles)
-    left_out: tuple[str, ...] = ()
-    if engine == "path":
-        if steps is not None:
-            raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose engine='qp' or 'milp'")
-        path.start()
-        for _ in range(cycles):
-            path.run_cycle()
-        time, u, r, status, work = (np.concatenate(parts) for parts in zip(*path.history, strict=True))
-        bonded = _between(stations, loads, time)
+    shown = flag("progress", progress)
+    way, number = way_to_follow(checked_system(system), engine, steps)
+    start = system, cycle, friction, load_factor, initial_slip
+    path: ExactPath | SteppedPath
+    if way == "path":
+        path, error = ExactPath(*start, initial_state=initial_state, keep=True), 0.0
+        time, bonded, u, r, status, work = _exactly(path, cycles)
     else:
-        if steps is None:
-            raise ModelError(f"steps: None; engine={engine!r} needs the number of increments from corner to corner")
-        time = np.linspace(stations[0], stations[-1], (len(stations) - 1) * whole_number("steps", steps, least=1) + 1)
-        bonded = _between(stations, loads, time)
-        u, r, status, work, left_out = _increments(path, bonded, engine, simplify)
-    n = path.nodes
+        counts = step_counts(number)
+        with bar_of(shown, "march", "cycle", total=len(counts) * cycles, delay=2) as bar:
+            fine, *coarse = [SteppedPath(*start, initial_state, way, count) for count in counts]
+            path, begun = fine, fine.visited
+            points = _followed(fine, cycles, bar.update)
+            error = max([_apart(points[::number], other, cycles, bar.update) for other in coarse], default=np.inf)
+        error = max(error, _missed(fine, points)) / fine.length
+        bonded, u, r, status, work = (np.array([getattr(point, name) for point in points]) for name in ("bonded", "u", "r", "status", "work"))
+        time, work = begun + np.arange(len(points)) / number, np.cumsum(work, axis=0)
+    (bonded_q, bonded_p), (slip, gap), (q, p) = (parted(values, system.tangents + 1) for values in (bonded, u, r))
+    arrays = {"time": time, "bonded_q": bonded_q, "bonded_p": bonded_p, "slip": slip, "gap": gap + system.gap, "q": q, "p": p, "work": work}
     status.flags.writeable = False
     trajectory = Trajectory(
-        system=path.system,
-        friction=path.friction,
+        system=system,
+        friction=frozen(path.friction),
         corners=len(cycle.corners),
-        time=frozen(time),
-        bonded_q=frozen(bonded[:, :n]),
-        bonded_p=frozen(bonded[:, n:]),
-        slip=frozen(u[:, :n]),
-        gap=frozen(u[:, n:] + path.system.gap),
-        q=frozen(r[:, :n]),
-        p=frozen(r[:, n:]),
-        status=status,
-        work=frozen(work),
-        engine=engine,
-        _left_out=left_out,
+        status=status.astype(np.int8, copy=False),
+        engine=way,
+        step_error=error,
         _seconds=perf_counter() - path.started,
+        **{name: frozen(values) for name, values in arrays.items()},
     )
     if not trajectory.residual <= RESIDUAL:
         raise SolverError(
@@ -130,29 +128,59 @@ def march(
     return trajectory
 
 
-def _stations(path: ExactPath, cycles: int) -> tuple[Array, Array]:
-    """Times (T,) and bonded reactions (T, 2N) at which the load path of a transient turns, from where it stands."""
-    first = path.visited
-    begun = [path.mean] if first < 0 else path.corners[first:] if first > 0 else []
-    loads = [path.bonded, *begun, *path.corners * cycles]
-    return first + np.arange(len(loads), dtype=np.float64), np.array(loads)
+def way_to_follow(system: ContactSystem, engine: Any, steps: Any) -> tuple[str, int]:
+    """The engine and the number of increments from corner to corner, 0 of the exact path.
+
+    Raises
+    ------
+    ModelError
+        There is none such, or not for this contact.
+    """
+    if engine is None:
+        engine = "path" if system.tangents == 1 and steps is None else "newton"
+    choice("engine", engine, ("path", *ENGINES))
+    if engine in ("path", "milp") and system.tangents > 1:
+        raise ModelError(
+            f"engine: {engine!r}; it needs a law of straight lines, and the friction circle is curved: choose 'newton' or 'qp', and see `step_error` "
+            "for what the increments leave"
+        )
+    if engine == "path" and steps is not None:
+        raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose an engine of increments: {', '.join(ENGINES)}")
+    return engine, 0 if engine == "path" else whole_number("steps", _STEPS if steps is None else steps, least=1)
 
 
-def _between(stations: Array, loads: Array, time: Array) -> Array:
-    """(T, 2N) bonded reactions at each time, linear between the loads (rows) at the stations."""
-    return np.array([np.interp(time, stations, values) for values in loads.T]).T
+def _exactly(path: ExactPath, cycles: int) -> tuple[Array, ...]:
+    """Times, loads, `u`, `r`, status and work at all events of the exact path."""
+    loads, first = np.array([path.bonded, *path.legs(cycles)]), path.visited
+    path.start()
+    for _ in range(cycles):
+        path.run_cycle()
+    time, *states = (np.concatenate(parts) for parts in zip(*path.history, strict=True))
+    stations = first + np.arange(len(loads), dtype=np.float64)
+    return time, np.array([np.interp(time, stations, values) for values in loads.T]).T, *states
 
 
-def _increments(path: ExactPath, bonded: Array, engine: str, simplify: bool) -> tuple[Any, Array, Any, Array, tuple[str, ...]]:
-    """`u`, `r`, status and work at each of the loads (rows), from the state of the path on, and what was left out."""
-    n = path.nodes
-    increment, left_out = _ENGINES[engine](path.system, path.friction, simplify=simplify), Counter[str]()
-    states = [(path.state.u.copy(), path.state.r.copy(), path.state.status.copy(), np.zeros(n))]
-    for load in bonded[1:]:
-        u, r, _, work = states[-1]
-        new = increment.solve(u[:n], (load[:n], load[n:]))
-        left_out.update(new.record.left_out)
-        slid = path.friction * (r[n:] + new.p) / 2 * np.abs(new.slip - u[:n]) * (new.p > 0)  # not by status: little pressure counts as open there
-        states.append((np.concatenate([new.slip, new.gap - path.system.gap]), np.concatenate([new.q, new.p]), new.status, work + slid))
-    u, r, status, work = (np.array(parts) for parts in zip(*states, strict=True))
-    return u, r, status, work, tuple(f"in {count} of {len(bonded) - 1} increments, {text}" for text, count in left_out.items())
+def _followed(path: SteppedPath, cycles: int, tell: Callable[[], Any]) -> list[Point]:
+    """All states of a transient in increments, the initial one first."""
+    points, corners = [path.state], len(path.corners)
+    for number, load in enumerate(path.legs(cycles)):
+        points += path.follow_to(load)
+        if number % corners == 0:
+            tell()
+    return points
+
+
+def _apart(ends: list[Point], coarse: SteppedPath, cycles: int, tell: Callable[[], Any]) -> float:
+    """Largest distance of the slip at the mean load and the corners from that of fewer increments; inf where these have no answer."""
+    try:
+        others = _followed(coarse, cycles, tell)[:: coarse.steps]
+    except (NoContinuation, SolverError):
+        return np.inf
+    return float(max(np.abs(coarse.slip(one) - coarse.slip(other)).max() for one, other in zip(ends, others, strict=True)))
+
+
+def _missed(path: SteppedPath, points: list[Point]) -> float:
+    """Slip that may be missed within the increments."""
+    *works, bound = doubts(path.friction, points)
+    ways = [float((work / np.where(bound > 0, bound, np.inf)).sum(axis=0).max()) for work in works]
+    return float(np.sqrt(np.prod(ways)))

@@ -7,7 +7,6 @@ included: models are built and compiled in it. They are processor times, which o
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,17 +30,14 @@ class Parameters:
 
     elements: tuple[int, ...] = (40, 124)  # of the paper's scene
     fine: int = 124  # elements of the other scenes
-    most_milp: int = 41  # nodes up to which increments are solved as mixed-integer programs
     friction: float = 0.7
-    overload: float = 1.3  # load factor over the limit, of increments and steady states
-    underload: float = 0.9  # the same of the safe slip
+    underload: float = 0.9  # load factor over the limit, of the safe slip
     corners: int = 64  # of the scenes with many
-    steps: int = 4  # increments from corner to corner
     repetitions: int = 7  # of each timing, with and without simplification in turn
 
 
 FULL = Parameters()
-QUICK = Parameters(elements=(8,), fine=60, most_milp=9, corners=16, steps=2, repetitions=1)
+QUICK = Parameters(elements=(8,), fine=60, corners=16, repetitions=1)
 
 
 @dataclass(frozen=True)
@@ -56,10 +52,9 @@ class _Scene:
 
 @dataclass(frozen=True)
 class _Answer:
-    """A number and a state that are the result of a computation, with their units, and what was left out."""
+    """A number that is the result of a computation, its residual, and what was left out."""
 
     value: float
-    state: Any
     residual: float
     left_out: tuple[str, ...]
 
@@ -84,52 +79,32 @@ def _scenes(parameters: Parameters) -> list[_Scene]:
 
 def _limit(scene: _Scene, parameters: Parameters, limit: float, simplify: bool) -> _Answer:
     found = fo.shakedown_limit(scene.system, scene.cycle, scene.friction, simplify=simplify)
-    return _Answer(found.load_factor, 0.0, found.residual, found.record.left_out)
+    return _Answer(found.load_factor, found.residual, found.record.left_out)
 
 
 def _safe_slip(scene: _Scene, parameters: Parameters, limit: float, simplify: bool) -> _Answer:
     found = fo.safe_slip(scene.system, scene.cycle, scene.friction, parameters.underload * limit, simplify=simplify)
-    return _Answer(found.margin, 0.0, found.residual, found.record.left_out)
-
-
-def _march(scene: _Scene, parameters: Parameters, limit: float, simplify: bool, *, engine: Any) -> _Answer:
-    options = {"cycles": 1, "engine": engine, "steps": parameters.steps, "simplify": simplify}
-    found = fo.march(scene.system, scene.cycle, scene.friction, parameters.overload * limit, **options)
-    return _Answer(float(found.work[-1].sum()), found.slip[-1], found.residual, found.record.left_out)
-
-
-def _steady_state(scene: _Scene, parameters: Parameters, limit: float, simplify: bool) -> _Answer:
-    found = fo.steady_state(scene.system, scene.cycle, scene.friction, parameters.overload * limit, simplify=simplify)
-    return _Answer(found.dissipation, found.slip, found.residual, found.record.left_out)
+    return _Answer(found.margin, found.residual, found.record.left_out)
 
 
 _COMPUTATIONS: Mapping[str, Callable[..., _Answer]] = {
     "shakedown limit": _limit,
     "safe slip": _safe_slip,
-    "increments, qp": partial(_march, engine="qp"),
-    "increments, milp": partial(_march, engine="milp"),
-    "steady state": _steady_state,
 }
 
 
 def saved(parameters: Parameters) -> pd.DataFrame:
-    """One row per scene and computation; those of increments only on cycles of two corners."""
-    runs = [(scene, name) for scene in _scenes(parameters) for name in _COMPUTATIONS if _worth(scene, name, parameters)]
+    """One row per scene and computation."""
+    runs = [(scene, name) for scene in _scenes(parameters) for name in _COMPUTATIONS]
     with threadpool_limits(1):
         return pd.DataFrame([_row(scene, name, parameters) for scene, name in tqdm(runs, desc="left out", disable=None)])
-
-
-def _worth(scene: _Scene, name: str, parameters: Parameters) -> bool:
-    if not name.startswith("increments"):
-        return True
-    return len(scene.cycle.corners) == 2 and (name.endswith("qp") or scene.system.nodes <= parameters.most_milp)
 
 
 def _row(scene: _Scene, name: str, parameters: Parameters) -> dict[str, Any]:
     limit = fo.shakedown_limit(scene.system, scene.cycle, scene.friction).load_factor
     seconds: dict[bool, list[float]] = {True: [], False: []}
     answers: dict[bool, _Answer] = {}
-    for repetition in range(parameters.repetitions + 1):  # the first one compiles the path, and does not count
+    for repetition in range(parameters.repetitions + 1):  # the first one loads libraries, and does not count
         for simplify in (True, False) if repetition % 2 else (False, True):
             start = time.process_time()
             answers[simplify] = _COMPUTATIONS[name](scene, parameters, limit, simplify)
@@ -148,7 +123,6 @@ def _row(scene: _Scene, name: str, parameters: Parameters) -> dict[str, Any]:
         "seconds": left,
         "saved": kept / left,
         "difference": abs(lean.value - full.value) / (abs(full.value) or 1.0),
-        "slip_difference": float(np.max(np.abs(lean.state - full.state)) / (np.max(np.abs(full.state)) or 1.0)),
         "residual": max(lean.residual, full.residual),
         "left_out": "; ".join(lean.left_out),
     }
@@ -161,7 +135,7 @@ def _report(table: pd.DataFrame) -> str:
     for (scene, nodes), part in table.groupby(["scene", "nodes"], sort=False):
         cells = {row.computation: _milliseconds(row) for row in part.itertuples()}
         rows.append([f"{scene}, N = {nodes}", *(cells.get(name, "") for name in computations)])
-    worst = max(table["difference"].max(), table["slip_difference"].max())
+    worst = table["difference"].max()
     head = ["processor time in ms: everything kept → left out", *computations]
     return f"\n{markdown(head, rows)}\n\nlargest difference of an answer: {worst:.0e}"
 
@@ -177,12 +151,11 @@ _SAVED = {
     "the paper's cycle, sampled at many corners; 'ellipse': bulk stress and shear out of phase; 'slippery middle': f = 0.001 on a fifth of it",
     "nodes": "node pairs of the contact",
     "corners": "corners of the load cycle",
-    "computation": "'increments, ...': one cycle in increments, by quadratic or mixed-integer programs",
+    "computation": "shakedown limit, or safe slip below it",
     "seconds_all": "processor time of one call with simplify=False, one thread, median of the repetitions; one run if it takes over 2 s",
     "seconds": "the same with simplify=True",
     "saved": "ratio of the two",
-    "difference": "relative difference of the load factor, of the margin, or of the work of friction",
-    "slip_difference": "largest difference of the last slip over its largest value; 0 where slips are not unique",
+    "difference": "relative difference of the load factor or of the margin",
     "residual": "larger residual of the two",
     "left_out": "what was left out",
 }

@@ -33,8 +33,8 @@ _MORE = 30  # cycles followed until the work repeats
 class Run(Judge):
     """The cycles of one transient so far."""
 
-    def __init__(self, path: ExactPath, stops: Sequence[int], turns: Sequence[int]) -> None:
-        super().__init__(path, stops, turns)
+    def __init__(self, path: ExactPath, turns: Sequence[int]) -> None:
+        super().__init__(path, turns)
         self.cycles, self.first = 0, np.nan
         self.latest: Cycle
         self.energy = 0.0
@@ -244,6 +244,7 @@ class Run(Judge):
             dissipation=float(work.sum()),
             dissipation_per_node=frozen(work),
             work_error=work_error,
+            step_error=0.0,
             period=1 if outcome is Outcome.SHAKEDOWN else self._returns_after(cycle),
             system=path.system,
             cycle=path.cycle,
@@ -259,5 +260,6 @@ class Run(Judge):
             events=int(path.state.trace[0]),
             extrapolated=extrapolated,
             unproven=path.unproven,
-            record=SolveRecord("path", (), residual, left_out_corners(self.stops, len(path.corners)), perf_counter() - path.started),
+            steps=0,
+            record=SolveRecord("path", (), residual, left_out_corners(self.turns, len(path.corners)), perf_counter() - path.started),
         )

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ...contact import referee
 from ...contact.checks import Array
 from ...contact.extrapolation import distance_left
 from ...contact.tolerances import LEVEL, LITTLE, REPEATED, RESIDUAL, ROUNDING, SAFE, SAME_STATE
@@ -25,22 +24,20 @@ class Judge:
     ----------
     path
         The path.
-    stops, turns
-        Numbers of the corners that a load cycle stops at, and of those at which the load turns.
+    turns
+        Numbers of the corners at which the load turns: a cycle stops at no others.
     """
 
     period = 1
     """Load cycles in one cycle of the path."""
 
-    def __init__(self, path: ExactPath, stops: Sequence[int], turns: Sequence[int]) -> None:
-        self.path, self.scales, self.stops, self.turns = path, path.scales, stops, turns
-        self.force = max(path.force, *(float(np.abs(corner).max()) for corner in path.corners))
-        self.length = self.force / path.system.stiffness_scale
+    def __init__(self, path: ExactPath, turns: Sequence[int]) -> None:
+        self.path, self.scales, self.turns, self.force, self.length = path, path.scales, turns, path.largest, path.length
 
     @property
     def _visited(self) -> list[int]:
         """Numbers of the corners that a cycle stops at, in order."""
-        return [*self.stops] * self.period
+        return [*self.turns] * self.period
 
     @property
     def _loads(self) -> list[Array]:
@@ -56,10 +53,8 @@ class Judge:
 
     def _violation(self, cycle: Cycle) -> float:
         """Violation of the contact law at the corners of a cycle."""
-        path, n = self.path, self.path.nodes
         u, r, load = (np.array(rows) for rows in (*zip(*cycle.corners, strict=True), self._loads))
-        bonded, reactions = (load[:, :n], load[:, n:]), {"q": r[:, :n], "p": r[:, n:]}
-        return referee(path.system, bonded, path.friction, v=u[:, :n], w=u[:, n:] + path.state.gap, **reactions, force_scale=self.force).residual
+        return self.path.judged(u, r, load, self.force).residual
 
     def _safe(self, u: Array) -> bool:
         """Whether the slip keeps every node closed and within its bound at every corner."""
@@ -96,9 +91,7 @@ class Judge:
 
     def _open(self, cycle: Cycle) -> Booleans:
         """(N,) whether each node is open at some corner at which the load turns."""
-        visited = zip(self._visited, cycle.corners, strict=True)
-        gaps = [u[self.path.nodes :] + self.path.state.gap for number, (u, _) in visited if number in self.turns]
-        return np.asarray(np.any(np.array(gaps) > 0, axis=0))
+        return np.asarray(np.any([u[self.path.nodes :] + self.path.state.gap > 0 for u, _ in cycle.corners], axis=0))
 
     def _slipping(self, cycle: Cycle, change: float) -> Booleans:
         """(N,) whether each node slides against friction in a cycle, by more than rounding and than the change over it that is an error."""
@@ -124,5 +117,5 @@ class Judge:
         """Load cycles after which a periodic state comes back, or a drift repeats."""
         if self.period == 1:
             return 1
-        middle = cycle.corners[len(self.stops) - 1][0]
+        middle = cycle.corners[len(self.turns) - 1][0]
         return 1 if self._distance(2 * middle, cycle.before + cycle.after) <= 2 * SAME_STATE else 2

@@ -1,19 +1,15 @@
 """The exact path of one transient, from corner to corner of the load cycle."""
 
-from time import perf_counter
-from typing import Any
-
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ...contact import ContactState, ContactSystem, LoadCycle, friction_coefficients, referee
-from ...contact.checks import Array, finite_array, finite_number, flag
-from ...contact.cycle import checked_cycle
+from ...contact import ContactState, ContactSystem, LoadCycle
+from ...contact.checks import Array, flag
 from ...contact.diagnosis import mean_load_diagnosis, pressing
-from ...contact.state import checked_state
 from ...contact.system import checked_plane
 from ...contact.tolerances import NO_DRIVE, RESTART
-from ...errors import ModelError, NoContinuation
-from .begin import standing
+from ...errors import NoContinuation
+from ..begin import Transient
 from .kernel import (
     DONE,
     FULL,
@@ -36,18 +32,14 @@ from .scales import scales
 
 __all__ = ["ExactPath"]
 
-_FAR = 1e18  # largest initial stress over the loads: with more, rounding hides the events (1e30 gave wrong results)
-_FAR_START = 1e3  # initial stress over the loads, above which an error names it as the cause of a large residual
 _ROWS = 256  # events that the record holds before they are moved to the history
 
 
-class ExactPath:
+class ExactPath(Transient):
     """The transient of one contact under one load cycle, from an initial slip or from an earlier state.
 
-    The load path is a chain of straight segments. On each of them slip, gap and reactions are piecewise linear, so the path is followed from event to
-    event. There is no time step, and the only error is rounding. The first segment starts at an artificial load that carries the initial slip with
-    q = 0 and, at every node, p equal to the mean of |p^w| under the mean load. It ends at the mean load. Then the path visits the corners in their
-    order, again and again. From an earlier state, whose nodes may be open, it goes straight on to the corner that comes next.
+    The load path is a chain of straight segments, see `Transient`. On each of them slip, gap and reactions are piecewise linear, so the path is
+    followed from event to event. There is no time step, and the only error is rounding.
 
     Parameters
     ----------
@@ -68,13 +60,9 @@ class ExactPath:
     ----------
     state
         The present state, see `State` in `kernel.py`.
-    visited
-        Number of corners visited so far; -1 until the path reaches the mean load. An earlier state has visited those before its next corner.
     history
         With `keep`: list of tuples of times (T,), `u` and `r` (T, 2N), statuses and work (T, N), after each event and at each corner. The time
         counts the corners visited.
-    started
-        When it was made, for the record.
     fallbacks
         Number of events at which the iteration on the signs of the rates did not converge.
 
@@ -100,86 +88,25 @@ class ExactPath:
         self,
         system: ContactSystem,
         cycle: LoadCycle,
-        friction: Any,
+        friction: ArrayLike,
         load_factor: float,
-        initial_slip: Any = None,
+        initial_slip: ArrayLike | None = None,
         *,
         initial_state: ContactState | None = None,
         keep: bool = False,
     ) -> None:
-        self.started = perf_counter()
-        nodes = checked_plane(system).nodes
-        self.cycle = checked_cycle(cycle)
-        slip = np.zeros(nodes) if initial_slip is None else finite_array("initial_slip", initial_slip, (nodes,))
-        self.load_factor = finite_number("load_factor", load_factor, least=0.0)
-        self.system = system
-        self.friction = np.array(friction_coefficients(friction, nodes))
-        self.mean = np.concatenate(system.reaction(cycle.mean))
-        self._cyclic = [np.concatenate(pair) for pair in zip(*cycle.corner_reactions(system), strict=True)]
-        self.corners = self.corners_at(self.load_factor)
-        self.force = float(np.abs(self.mean[nodes:]).mean() or max(np.abs(corner).max() for corner in self.corners) or 1.0)
+        super().__init__(checked_plane(system), cycle, friction, load_factor, initial_slip, initial_state)
+        nodes = self.nodes
         self._S = np.ascontiguousarray(system.S)
         self.scales = scales(self._S, self.mean, self.corners)
         compiled()
-        self.fallbacks, self.visited = 0, -1
+        self.fallbacks = 0
         self.history: list[tuple[Array, ...]] = []
         self._active, self._proof = new_active_set(nodes), new_proof(nodes)
-        if initial_state is None:
-            self._start_name, self._start_stress = "initial_slip", self.check_near("initial_slip", self._S[:, :nodes] @ slip)
-            artificial = np.concatenate([np.zeros(nodes), np.full(nodes, self.force)])
-            self.state = new_state(np.concatenate([slip, -system.gap]), artificial, np.array(system.gap))
-            self.bonded = self.state.r - self._S @ self.state.u
-        else:
-            if initial_slip is not None:
-                raise ModelError("initial_slip, initial_state: both are given; a state has its own slip, give one of the two")
-            self._stand_at(checked_state("initial_state", initial_state, nodes, len(self.corners)))
+        u, r, opened = self._start
+        self.state = new_state(u, r, np.array(system.gap))
+        self.state.status[opened] = OPEN
         self._record = new_record(_ROWS if flag("keep", keep) else 0, nodes)
-
-    @property
-    def nodes(self) -> int:
-        """Number of node pairs, N."""
-        return self.system.nodes
-
-    def corners_at(self, load_factor: float) -> list[Array]:
-        """Bonded reactions (2N,) at the corners of the cycle under a load factor."""
-        return [self.mean + load_factor * corner for corner in self._cyclic]
-
-    def check_near(self, name: str, stress: Any) -> float:
-        """Check that reactions (2N,) are not so large that their rounding hides the loads; return their ratio to the loads.
-
-        Raises
-        ------
-        ModelError
-            They are larger than 1e18 times the largest load.
-        """
-        loads = max(self.force, *(float(np.abs(corner).max()) for corner in self.corners))
-        most = float(np.abs(stress).max())
-        if most > _FAR * loads:
-            raise ModelError(
-                f"{name}: it stresses the contact {most / loads:.1e} times as much as the loads, so rounding would hide them; "
-                f"give one of at most {_FAR:g} times, or check the units"
-            )
-        return most / loads
-
-    def _stand_at(self, begin: ContactState) -> None:
-        self.bonded, self.visited = np.concatenate([begin.bonded_q, begin.bonded_p]), begin.next_corner
-        stress = self._S @ np.concatenate([begin.slip, begin.gap - self.system.gap])
-        self._start_name, self._start_stress = "initial_state", self.check_near("initial_state", np.r_[stress, self.bonded])
-        largest = max(self.force, *(float(np.abs(load).max()) for load in (*self.corners, self.bonded)))
-        self.state = standing(self.system, self.friction, begin, largest)
-
-    @property
-    def far_start(self) -> bool:
-        """Whether the start stresses the contact so much more than the loads do that its rounding may hide them."""
-        return self._start_stress > _FAR_START
-
-    @property
-    def cause_of_rounding(self) -> str:
-        """The cause of large rounding errors, as a sentence."""
-        if self.far_start:
-            name, stress = self._start_name, self._start_stress
-            return f"{name}: it stresses the contact {stress:.1e} times as much as the loads, so rounding hides them; give less"
-        return "stiffnesses or loads differ too much in size"
 
     @property
     def _free_body(self) -> str:
@@ -220,17 +147,7 @@ class ExactPath:
         copy.state = type(self.state)(*(values.copy() for values in self.state))._replace(u=u.copy(), r=r)
         copy.state.u[n:][~opened] = -self.state.gap[~opened]
         copy._active = new_active_set(n)
-        verdict = referee(
-            self.system,
-            (self.bonded[:n], self.bonded[n:]),
-            self.friction,
-            v=u[:n],
-            w=copy.state.u[n:] + self.state.gap,
-            q=r[:n],
-            p=r[n:],
-            force_scale=self.force,
-        )
-        return copy if verdict.residual <= RESTART else None
+        return copy if self.judged(copy.state.u, r, self.bonded, self.force).residual <= RESTART else None
 
     def recorded(self) -> "ExactPath":
         """A copy at the same load and state that keeps the states at all events from here on."""

@@ -1,5 +1,6 @@
-"""One increment of friction as three cvxpy problems: frozen bound, booleans, complementarity."""
+"""One increment of friction: by Newton's method, and as three cvxpy problems to print and solve: frozen bound, booleans, complementarity."""
 
+from .by_newton import NewtonIncrement
 from .complementarity import ComplementarityProblem, complementarity_problem
 from .exact import ExactIncrement
 from .frozen_bound import FrozenBoundIncrement
@@ -10,5 +11,6 @@ __all__ = [
     "ExactIncrement",
     "FrozenBoundIncrement",
     "Increment",
+    "NewtonIncrement",
     "complementarity_problem",
 ]

@@ -11,22 +11,25 @@ is convex only where the symmetric part of M has no negative eigenvalue: without
 a local minimum of a program that is not convex need not be a state of the contact.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import IO, Any
+from typing import IO
 
 import cvxpy as cp
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...contact import ContactSystem
 from ...contact.checks import Array
+from ...contact.system import checked_plane
 from ...contact.tolerances import NOT_CONVEX
 from ...errors import NoContinuation, SolverError
 from ...solve.explain import explain
 from ...solve.solvers import Kind, NoOptimum, solve
-from .engine import status_program
-from .increment import Increment, Law, PosedIncrement
-from .newton import Status, guessed
+from .by_newton import NewtonIncrement
+from .exact import PosedProgram
+from .increment import Increment, Posed
 
 __all__ = ["ComplementarityProblem", "complementarity_problem"]
 
@@ -71,14 +74,14 @@ class ComplementarityProblem:
     ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
     ... )
     >>> load = system.reaction({"P": 1.0, "Q": 1.0})
-    >>> problem = fo.complementarity_problem(system, 0.0, [0.0, 0.0], load)
+    >>> problem = fo.increments.complementarity_problem(system, 0.0, [0.0, 0.0], load)
     >>> problem.convex, problem.solve().slip.round(6).tolist()
     (True, [-0.833333, -0.666667])
     """
 
     matrix: Array
     constant: Array
-    _posed: PosedIncrement = field(repr=False)
+    _posed: Posed = field(repr=False)
 
     @cached_property
     def least_eigenvalue(self) -> float:
@@ -100,13 +103,8 @@ class ComplementarityProblem:
         units = dict.fromkeys(("forward_slip", "backward_slip", "gap"), self._posed.length)
         explain(_TITLE, self.problem, None, units, (), None, file)
 
-    def solve(self, solver: str | None = None) -> Increment:
+    def solve(self) -> Increment:
         """The state after the increment, where the program is convex.
-
-        Parameters
-        ----------
-        solver
-            One of "OSQP", "CLARABEL"; by default each in this order until an answer passes.
 
         Raises
         ------
@@ -120,20 +118,19 @@ class ComplementarityProblem:
                 f"complementarity program: not convex, the symmetric part of M has the eigenvalue {self.least_eigenvalue:.3g} (in units of the "
                 "stiffness scale), so that a solver's minimum need not be a state of the contact; solve an ExactIncrement or a FrozenBoundIncrement"
             )
-        program = status_program(self.problem, self._posed, self._read_status)
+        program, values = PosedProgram(self.problem, self._posed), self.problem.var_dict
         try:
-            answer = solve(program, program.claim, solver, kind=Kind.QP)
+            answer = solve(
+                program,
+                lambda: program.claim(np.r_[values["forward_slip"].value - values["backward_slip"].value, values["gap"].value]),
+                kind=Kind.SOCP,
+            )
         except NoOptimum as error:
             raise NoContinuation(f"complementarity program: no state obeys the law under this load ({error})") from error
-        return self._posed.result(_TITLE, answer.claim.state, 0, answer.solver, answer.attempts, (), self.problem)
-
-    def _read_status(self) -> Status:
-        law, value = self._posed.law, {name: variable.value for name, variable in self.problem.var_dict.items()}
-        u = np.r_[value["forward_slip"] - value["backward_slip"], value["gap"]]
-        return guessed(law.friction, law.no_bound, u, self._posed.trial + law.S @ u)
+        return replace(answer.claim, _title=_TITLE, record=replace(answer.claim.record, solver=answer.solver, attempts=answer.attempts))
 
 
-def complementarity_problem(system: ContactSystem, friction: Any, slip: Any, bonded: Any) -> ComplementarityProblem:
+def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> ComplementarityProblem:
     """Build the complementarity problem of one increment.
 
     Theory, eq. (12).
@@ -141,7 +138,7 @@ def complementarity_problem(system: ContactSystem, friction: Any, slip: Any, bon
     Parameters
     ----------
     system
-        The contact.
+        The contact, in the plane.
     friction
         Coefficient of friction, one or one per node.
     slip
@@ -165,12 +162,12 @@ def complementarity_problem(system: ContactSystem, friction: Any, slip: Any, bon
     ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
     ... )
     >>> load = system.reaction({"P": 1.0, "Q": 1.0})
-    >>> fo.complementarity_problem(system, 0.5, [0.0, 0.0], load).convex
+    >>> fo.increments.complementarity_problem(system, 0.5, [0.0, 0.0], load).convex
     False
     """
-    law = Law(system, friction)
-    posed = law.pose(slip, bonded)
-    f, one, none = np.diag(law.friction), np.eye(law.nodes), np.zeros((law.nodes, law.nodes))
+    owner = NewtonIncrement(checked_plane(system), friction)
+    posed, n = Posed(owner, slip, bonded), system.nodes
+    f, one, none = np.diag(owner.friction), np.eye(n), np.zeros((n, n))
     motion = np.block([[one, -one, none], [none, none, one]])  # u = motion z
     force = np.block([[one, f], [-one, f], [none, one]])  # [f p + q, f p - q, p] = force r
-    return ComplementarityProblem(force @ law.S @ motion, force @ posed.trial, posed)
+    return ComplementarityProblem(force @ owner.law.S @ motion, force @ posed.trial, posed)

@@ -1,32 +1,55 @@
 """One friction increment as a mixed-integer program: the contact law itself, its alternatives switched by booleans.
 
 Each node sticks, slips along or against +x, or is open. The unknowns are `u = [dv, w]`, the slip increment and the gap, with the reactions
-`[q, p] = trial + S u`, and one boolean for each status but sticking.
+`[q, p] = trial + S u`, and one boolean for each status but sticking. It is for plane contacts: the friction circle of space has no two sides.
 """
 
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import cvxpy as cp
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...contact import ContactSystem
-from ...contact.checks import finite_number
+from ...contact.checks import Array, finite_number
+from ...contact.system import checked_plane
 from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation, SolverError
 from ...solve.solvers import Kind, NoOptimum, solve
-from .engine import IncrementEngine, status_program
-from .increment import Increment, Law, PosedIncrement
-from .newton import NodeStatus, State, Status, classified, settle, sticking
+from ..begin import OPEN
+from .increment import CORRECTIONS, FrictionIncrement, Increment, Posed
+from .newton import Law, State, newton
 
-__all__ = ["ExactIncrement"]
+__all__ = ["ExactIncrement", "PosedProgram"]
 
-_BOOLEANS = {"forward": NodeStatus.FORWARD, "backward": NodeStatus.BACKWARD, "opened": NodeStatus.OPEN}
-_GUESSES = 40  # corrections of the status that the search starts from
+_BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
 _TOUCHES = 0.999  # share of the largest motion or pressure from which on a state touches it
 
 
+@dataclass
+class PosedProgram:
+    """A program of one increment: what it leaves in `u` is made exact by Newton's method, and judged as an increment.
+
+    Attributes
+    ----------
+    problem, posed
+        The program with its parameters set, and the increment.
+    """
+
+    problem: cp.Problem
+    posed: Posed
+
+    def refine(self) -> None:
+        """Leave the solution as it is: Newton's method has refined it."""
+
+    def claim(self, u: ArrayLike) -> Increment:
+        """The increment from motions u, dimensionless."""
+        return self.posed.result(newton(self.posed.owner.law, self.posed.trial, np.asarray(u), CORRECTIONS), "", (), self.problem)
+
+
 def _exact_problem(law: Law) -> cp.Problem:
-    n, f = law.nodes, law.friction
+    n, f = len(law.friction), law.friction
     dv, w = cp.Variable(n, name="slip_increment"), cp.Variable(n, name="gap")
     forward, backward, opened = (cp.Variable(n, boolean=True, name=name) for name in _BOOLEANS)
     trial, expected = cp.Parameter(2 * n, name="trial_reaction"), cp.Parameter((3, n), name="expected_status")
@@ -51,12 +74,12 @@ def _exact_problem(law: Law) -> cp.Problem:
     return cp.Problem(cp.Minimize(unexpected), [row.set_label(name) for name, row in rows.items()])
 
 
-class ExactIncrement(IncrementEngine):
+class ExactIncrement(FrictionIncrement):
     """One friction increment by the contact law itself as a mixed-integer program, compiled once.
 
-    The program decides the status of every node. The state of that status is then solved exactly and judged by the referee. The objective counts the
-    nodes whose status differs from that of a semismooth Newton method: it only says where to look first. Without it contacts of 40 nodes take
-    minutes. The effort can grow exponentially with the number of nodes where the guess is wrong.
+    The program decides the status of every node. A few steps of Newton's method make the state exact, and the referee judges it. The objective counts
+    the nodes whose status differs from that of a `NewtonIncrement`: it only says where to look first. Without it contacts of 40 nodes take minutes.
+    The effort can grow exponentially with the number of nodes where the guess is wrong.
 
     Where several states obey the law (above the critical friction) one of them is returned. The program takes no constraints of your own.
     Theory, eq. (4).
@@ -64,12 +87,9 @@ class ExactIncrement(IncrementEngine):
     Parameters
     ----------
     system
-        The contact.
+        The contact, in the plane.
     friction
         Coefficient of friction, one or one per node.
-    simplify
-        Leave out what cannot change the answer: the program where the trial state obeys the law; half of a contact that is mirror-symmetric with
-        its slip and its load.
     reach
         Largest motion and pressure that the program considers, over those of the trial state or, where it obeys the law, of the Newton state;
         above 1. Far larger values blur the booleans, which solvers keep to a tolerance.
@@ -90,59 +110,54 @@ class ExactIncrement(IncrementEngine):
     ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
     ... )
     >>> load = system.reaction({"P": 1.0, "Q": 1.0})
-    >>> fo.ExactIncrement(system, friction=0.5).solve([0.0, 0.0], load).slip.round(6).tolist()
+    >>> fo.increments.ExactIncrement(system, friction=0.5).solve([0.0, 0.0], load).slip.round(6).tolist()
     [-0.326531, -0.122449]
     """
 
     _title = "friction increment, mixed-integer"
 
-    def __init__(self, system: ContactSystem, friction: Any, *, simplify: bool = True, reach: float = 1e3) -> None:
+    def __init__(self, system: ContactSystem, friction: ArrayLike, *, reach: float = 1e3) -> None:
         self._reach = finite_number("reach", reach, above=1.0)
-        super().__init__(system, friction, simplify, reach=reach)
-        self._problem = _exact_problem(self._law)
+        super().__init__(checked_plane(system), friction)
 
-    @property
+    @cached_property
     def problem(self) -> cp.Problem:
         """The mixed-integer program."""
-        return self._problem
+        return _exact_problem(self.law)
 
-    def _solve_program(self, posed: PosedIncrement) -> Increment:
+    def _solved(self, posed: Posed) -> Increment:
         guess = self._guess(posed)
-        known = posed.residual(guess) <= RESIDUAL
+        known = posed.result(guess, "NEWTON").residual <= RESIDUAL
         largest = self._reach * max(1.0, float(np.abs(np.r_[posed.trial, guess.u, guess.r] if known else posed.trial).max()))
-        self._set(posed, classified(self._law.friction, guess), largest)
-        program = status_program(self._problem, posed, self._read_status)
+        values, program = self.problem.param_dict, PosedProgram(self.problem, posed)
+        values["trial_reaction"].value, values["largest"].value = posed.trial, largest
+        values["expected_status"].value = np.array([guess.status == status for status in _BOOLEANS.values()], dtype=np.float64)
         within = f"slip increments and gaps up to {largest * posed.length:.3g} and pressures up to {largest * posed.force:.3g}"
         try:
-            answer = solve(program, program.claim, kind=Kind.MILP)
+            answer = solve(program, lambda: program.claim(self._motions()), kind=Kind.MILP)
         except NoOptimum as error:
             if known:  # it disproves what the solvers say
                 raise SolverError(
-                    f"mixed-integer increment: the solvers find no state with {within}, but a semismooth Newton method does; give a smaller reach "
-                    f"than {self._reach:g}"
+                    f"mixed-integer increment: the solvers find no state with {within}, but Newton's method does; give a smaller reach than "
+                    f"{self._reach:g}"
                 ) from error
             raise NoContinuation(
                 f"friction increment: no state obeys the law under this load with {within}; larger ones were not looked for (reach {self._reach:g}). "
-                f"The trial state violates the law most at node {posed.worst_node}; reduce friction below the critical value, take another load, "
-                "or give a larger reach"
+                "Reduce friction below the critical value, take another load, or give a larger reach"
             ) from error
-        state = answer.claim.state
-        if max(np.abs(state.u).max(), state.r[self._law.nodes :].max()) >= _TOUCHES * largest:
+        found = answer.claim
+        moved = max(np.abs(found.slip - posed.slip).max(), found.gap.max()) / posed.length
+        if max(moved, found.p.max() / posed.force) >= _TOUCHES * largest:
             raise SolverError(f"mixed-integer increment: the state that was found touches {within}; give a larger reach than {self._reach:g}")
-        return posed.result(self._title, state, 0, answer.solver, answer.attempts, (), self._problem)
+        return replace(found, record=replace(found.record, solver=answer.solver, attempts=answer.attempts))
 
-    def _set(self, posed: PosedIncrement, expected: Status, largest: float) -> None:
-        """Set the parameters in place."""
-        values = self._problem.param_dict
-        values["trial_reaction"].value, values["largest"].value = posed.trial, largest
-        values["expected_status"].value = np.array([expected == status for status in _BOOLEANS.values()], dtype=np.float64)
+    def _guess(self, posed: Posed) -> State:
+        """State by Newton's method, whether it obeys the law or not."""
+        return newton(self.law, posed.trial, np.zeros_like(posed.trial))
 
-    def _guess(self, posed: PosedIncrement) -> State:
-        """State by a semismooth Newton method, on the closed contact first: let open at once, nodes open and stick by turns for ever."""
-        law = self._law
-        closed = settle(law.S, law.friction, law.no_bound, posed.trial, sticking(law.nodes), _GUESSES, separation=False)
-        return settle(law.S, law.friction, law.no_bound, posed.trial, closed.status, _GUESSES)
-
-    def _read_status(self) -> Status:
-        booleans = [self._problem.var_dict[name].value > 0.5 for name in _BOOLEANS]
-        return np.select(booleans, list(_BOOLEANS.values()), NodeStatus.STICK).astype(np.int8)
+    def _motions(self) -> Array:
+        """The motions that stand in the variables, those that their booleans forbid at zero."""
+        values = {name: variable.value for name, variable in self.problem.var_dict.items()}
+        forward, backward, opened = (values[name] > 0.5 for name in _BOOLEANS)
+        motions: Array = np.r_[np.where(forward | backward | opened, values["slip_increment"], 0.0), np.where(opened, values["gap"], 0.0)]
+        return motions

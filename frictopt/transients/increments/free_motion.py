@@ -4,7 +4,6 @@ import numpy as np
 from scipy.linalg import null_space
 
 from ...contact.checks import Array
-from ...contact.parts import parted
 from ...contact.system import ContactSystem
 from ...contact.tolerances import NO_FORCE, RIGID, ROUNDING
 from ...errors import NoContinuation
@@ -15,7 +14,7 @@ _STRAIGHT = 0.1  # share of the largest motion from which a node counts as moved
 
 
 def free_motions(S: Array, stiffness: Array) -> Array:
-    """(3N, k) orthonormal motions that S does not resist; `stiffness` (3N,) is the size of each direction's own, > 0."""
+    """(M, k) orthonormal motions that S does not resist; `stiffness` (M,) is the size of each direction's own, > 0."""
     root = np.sqrt(stiffness)
     values, vectors = np.linalg.eigh(S / np.outer(root, root))
     return np.asarray(np.linalg.qr(vectors[:, values <= RIGID] / root[:, None])[0])
@@ -23,23 +22,23 @@ def free_motions(S: Array, stiffness: Array) -> Array:
 
 def moves_away(system: ContactSystem, friction: Array, free: Array, trial: Array, force: float) -> NoContinuation | None:
     """Name the free motion that the reactions `trial` of the closed contact, of the size of `force`, push; None where they push none."""
-    n, (_, p) = system.nodes, parted(trial, 3)
-    for basis in (free @ null_space(free[2 * n :]), free):  # along the contact alone, then off it, too
+    n, p = system.nodes, trial[-system.nodes :]
+    for basis in (free @ null_space(free[-n:]), free):  # along the contact alone, then off it, too
         push = -basis @ (basis.T @ trial)
-        dv, w = parted(push, 3)
-        motions = np.einsum("ni,nij->nj", np.column_stack([dv, w]), system.frames)
+        moved = push.reshape(-1, n)
+        motions = np.einsum("in,nij->nj", moved, system.frames)
         sizes = np.linalg.norm(motions, axis=1)
         largest = float(sizes.max())
         demand = float(-push @ trial) / (largest or 1.0)
-        if demand > NO_FORCE * force and w.min() >= -ROUNDING * largest:
+        if demand > NO_FORCE * force and moved[-1].min() >= -ROUNDING * largest:
             break
     else:
         return None
-    held = float(friction * np.maximum(p, 0.0) @ np.linalg.norm(dv, axis=1)) / largest
+    held = float(friction * np.maximum(p, 0.0) @ np.linalg.norm(moved[:-1], axis=0)) / largest
     along = motions.sum(axis=0) / sizes.sum()
-    straight, moved = np.linalg.norm(along) > _STRAIGHT, int((sizes > _STRAIGHT * largest).sum())
+    straight, count = np.linalg.norm(along) > _STRAIGHT, int((sizes > _STRAIGHT * largest).sum())
     way = f"along ({', '.join(f'{part + 0.0:.3g}' for part in along.round(3))})" if straight else "that turns it"
     return NoContinuation(
-        f"friction increment: no state is found, and only friction holds {moved} of {n} nodes against a "
+        f"friction increment: no state is found, and only friction holds {count} of {n} nodes against a "
         f"motion {way}: the loads push with {demand:.3g}, friction f p of the closed contact holds {held:.3g}; hold the body, or press it harder"
     )

@@ -1,26 +1,34 @@
-"""One friction increment: the problem as posed, in dimensionless units, and the result that every engine returns."""
+"""One friction increment: the problem as posed, in dimensionless units, and the result that every way to solve it returns."""
 
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from time import perf_counter
-from typing import IO, Any
+from typing import IO, Any, ClassVar
 
 import cvxpy as cp
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from ...contact import ContactSystem, friction_coefficients, referee
 from ...contact.checks import Array, finite_array, frozen
+from ...contact.parts import joined, parted
 from ...contact.record import Attempt, Recorded, SolveRecord
-from ...contact.show import frame
-from ...contact.system import checked_plane
-from ...contact.tolerances import NO_FORCE, STUCK
-from ...errors import ModelError
+from ...contact.show import components, frame
+from ...contact.system import checked_system
+from ...contact.tolerances import NO_FORCE
+from ...errors import ModelError, SolverError
 from ...solve.explain import explain
-from .newton import State, classified, sticking
+from ..begin import OPEN
+from .free_motion import free_motions, moves_away
+from .newton import Law, State
 
-__all__ = ["Increment", "Law", "PosedIncrement"]
+__all__ = ["CORRECTIONS", "FrictionIncrement", "Increment", "Posed"]
+
+CORRECTIONS = 4
+"""Newton steps that make the solution of a program exact, and may correct the status of nodes where a solver's tolerance left it wrong."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,20 +38,19 @@ class Increment(Recorded):
     Attributes
     ----------
     slip
-        (N,) slip v along +x, length. Nodes that stick keep their slip bit for bit.
+        Slip v, (N,) along +x in the plane, (N, 2) along the tangents in space, length. Nodes that stick keep their slip bit for bit.
     gap
         (N,) total gap w (initial gap included), length, >= 0.
     q, p
-        (N,) reactions, tangential (along +x) and normal (compression positive), force per depth.
+        Shear forces, in the shape of `slip`, and (N,) normal forces, compression positive: force per depth in the plane, force in space.
     status
-        (N,) status by the reactions, within 1e-9 of the mean normal force: 2 open (no pressure), +1 and -1 on the friction bound that opposes slip
-        along +x (q = -f p) and along -x (q = +f p), 0 inside both bounds.
-    sweeps
-        Number of convex programs with frozen friction bound that were solved.
+        (N,) 0 sticks, 2 is open; slips: +1 along +x and -1 against it in the plane, 1 in space.
+    steps
+        Steps of Newton's method; of a program with frozen friction bound, how often it was solved.
     record
         How it was found. Its `residual` is the referee's, with the slip before the increment as the previous one. At most 1e-9.
     problem
-        The solved cvxpy problem; None for a closed form. A later solve by the same engine overwrites its values.
+        The solved cvxpy problem; None for Newton's method, and in a copy. A later solve by the same object overwrites its values.
 
     Examples
     --------
@@ -56,7 +63,7 @@ class Increment(Recorded):
     ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
     ... )
     >>> load = system.reaction({"P": 1.0, "Q": 1.0})
-    >>> state = fo.ExactIncrement(system, friction=0.5).solve([0.0, 0.0], load)
+    >>> state = fo.increments.NewtonIncrement(system, friction=0.5).solve([0.0, 0.0], load)
     >>> state.to_frame()[["node", "slip", "q", "p", "status"]].round(6)
        node      slip         q         p  status
     0     0 -0.326531  0.469388  0.938776      -1
@@ -68,27 +75,68 @@ class Increment(Recorded):
     q: Array
     p: Array
     status: np.ndarray[Any, np.dtype[np.int8]]
-    sweeps: int
+    steps: int
     record: SolveRecord
     problem: cp.Problem | None = field(repr=False)
     _title: str = field(repr=False)
     _units: dict[str, float] = field(repr=False)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, slip, gap, q, p and status."""
-        return frame({"node": range(len(self.slip)), **{name: getattr(self, name) for name in ("slip", "gap", "q", "p", "status")}})
+        """One row for each node: node, slip, gap, q, p and status; in space slip1, slip2, q1 and q2."""
+        columns = {**components("slip", self.slip), "gap": self.gap, **components("q", self.q), "p": self.p, "status": self.status}
+        return frame({"node": range(len(self.gap)), **columns})
 
     def _answer(self) -> Mapping[str, Any]:
-        counts = {name: int((np.abs(self.status) == value).sum()) for name, value in (("at_bound", 1), ("open", 2))}
-        return {"nodes": len(self.slip), **counts, "residual": self.residual, "solver": self.record.solver}
+        counts = {name: int((np.abs(self.status) == value).sum()) for name, value in (("slipping", 1), ("open", OPEN))}
+        return {"nodes": len(self.gap), **counts, "residual": self.residual, "solver": self.record.solver}
 
     def explain(self, file: IO[str] | None = None) -> None:
-        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain(self._title, self.problem, None, self._units, self.record.left_out, None, file)
+        """Print the program by its names: sizes, curvature, DPP, units, and the rows that bind."""
+        explain(self._title, self.problem, None, self._units, (), None, file)
 
 
-class Law:
-    """Stiffness and friction of a contact, the stiffness in units of its scale.
+class Posed:
+    """One increment in units of the mean normal force and of the slip that this force makes.
+
+    The unknowns are `u = [dv, w]`, slip since `slip` and total gap; the reactions `[q, p] = trial + S u`.
+
+    Raises
+    ------
+    ModelError
+        Arrays that are not finite, not real or do not fit.
+    """
+
+    def __init__(self, owner: "FrictionIncrement", slip: ArrayLike, bonded: Any) -> None:
+        system, self._started = owner.system, perf_counter()
+        shapes = system.slip_shape, (system.nodes,)
+        try:
+            q, p = bonded
+        except (TypeError, ValueError) as error:
+            raise ModelError(f"bonded: not a pair; give (q, p), arrays of shapes {shapes[0]} and {shapes[1]}") from error
+        self.owner, self.slip = owner, finite_array("slip", slip, shapes[0])
+        self.bonded = finite_array("bonded q", q, shapes[0]), finite_array("bonded p", p, shapes[1])
+        self.reactions = joined(*self.bonded) + system.S @ joined(self.slip, -system.gap)
+        force = float(np.abs(self.bonded[1]).mean())
+        self.force = force if force > NO_FORCE * np.abs(self.reactions).max() else float(np.abs(self.reactions).mean()) or 1.0
+        self.length = self.force / system.stiffness_scale
+        self.trial = self.reactions / self.force
+
+    def result(self, state: State, solver: str, attempts: tuple[Attempt, ...] = (), problem: cp.Problem | None = None, steps: int = 0) -> Increment:
+        """The state in the caller's units, with what the referee says of it; `steps` are those of the state, unless given."""
+        owner, axes = self.owner, self.owner.system.tangents + 1
+        (dv, w), (q, p) = parted(state.u, axes), parted(self.force * state.r, axes)
+        slip, gap, residual = np.where(dv != 0, self.slip + self.length * dv, self.slip), self.length * np.maximum(w, 0.0), np.inf
+        if np.isfinite(state.u).all() and np.isfinite(state.r).all():
+            claim = {"v": slip, "w": gap, "q": q, "p": p, "previous_slip": self.slip}
+            residual = referee(owner.system, self.bonded, owner.friction, **claim, force_scale=self.force).residual
+        state.status.flags.writeable = False
+        units = dict.fromkeys(("slip_increment", "gap", "forward_slip", "backward_slip"), self.length)
+        record = SolveRecord(solver, attempts, residual, (), perf_counter() - self._started)
+        return Increment(frozen(slip), frozen(gap), frozen(q), frozen(p), state.status, steps or state.steps, record, problem, owner._title, units)
+
+
+class FrictionIncrement(ABC):
+    """One friction increment after another of the same contact.
 
     Parameters
     ----------
@@ -96,130 +144,54 @@ class Law:
         The contact.
     friction
         Coefficient of friction, one or one per node.
-
-    Raises
-    ------
-    ModelError
-        Not a ContactSystem, or bad friction.
     """
 
-    def __init__(self, system: ContactSystem, friction: Any) -> None:
-        self.system = checked_plane(system)
-        self.friction = friction_coefficients(friction, system.nodes)
-        self.S = frozen(system.S / system.stiffness_scale)
+    _title: ClassVar[str] = "friction increment"
 
-    @property
-    def nodes(self) -> int:
-        """Number of node pairs, N."""
-        return self.system.nodes
+    def __init__(self, system: ContactSystem, friction: ArrayLike) -> None:
+        self.system, self.friction = checked_system(system), friction_coefficients(friction, system.nodes)
+        own = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
+        self.law = Law(frozen(system.S / system.stiffness_scale), self.friction, np.tile(own.max(axis=0), (len(own), 1)))
+        """The dimensionless law, with one c and d for all directions of a node."""
 
-    @property
-    def no_bound(self) -> Array:
-        """(N,) friction bound besides f p: none."""
-        return np.zeros(self.nodes)
+    @cached_property
+    def free(self) -> Array:
+        """(M, k) orthonormal motions of the nodes that S does not resist."""
+        return free_motions(self.law.S, self.law.own.ravel())
 
-    def pose(self, slip: Any, bonded: Any) -> "PosedIncrement":
-        """The increment from a slip to a load, given by its bonded reactions.
+    def solve(self, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> Increment:
+        """A state to which a slip can move under a load.
+
+        Parameters
+        ----------
+        slip
+            Slip before the increment, (N,) in the plane, (N, 2) in space, length.
+        bonded
+            `(q^w, p^w)`, bonded reactions of the load after it, in the shape of `slip` and (N,): force per depth in the plane, force in space.
 
         Raises
         ------
         ModelError
-            Arrays that are not finite, not real or not of length N.
+            Arrays that do not fit.
+        NoContinuation
+            No state is found, and the loads push a motion that only friction resists; or there is none (ExactIncrement).
+        SolverError
+            No answer that passes the referee.
         """
+        posed = Posed(self, slip, bonded)
         try:
-            q, p = bonded
-        except (TypeError, ValueError) as error:
-            raise ModelError(f"bonded: not a pair; give (q, p), two arrays of length {self.nodes}") from error
-        slip = finite_array("slip", slip, (self.nodes,))
-        return PosedIncrement(self, slip, finite_array("bonded q", q, (self.nodes,)), finite_array("bonded p", p, (self.nodes,)))
-
-
-@dataclass(frozen=True, eq=False)
-class PosedIncrement:
-    """One increment in units of the mean normal force and of the slip that this force makes.
-
-    The unknowns are `u = [dv, w]`, slip since `slip` and total gap; the reactions `[q, p] = trial + S u`.
-
-    Attributes
-    ----------
-    law
-        Stiffness and friction.
-    slip
-        (N,) slip before the increment, length.
-    bonded_q, bonded_p
-        (N,) bonded reactions of the load after it, force per depth.
-    started
-        When it was posed, for the record.
-    """
-
-    law: Law
-    slip: Array
-    bonded_q: Array
-    bonded_p: Array
-    started: float = field(default_factory=perf_counter)
-
-    @cached_property
-    def reactions(self) -> Array:
-        """(2N,) reactions with no further slip and all gaps pressed shut, force per depth."""
-        system = self.law.system
-        return np.asarray(np.r_[self.bonded_q, self.bonded_p] + system.S @ np.r_[self.slip, -system.gap])
-
-    @cached_property
-    def force(self) -> float:
-        """Unit of force per depth: mean of |p^w|, as the referee's, or of the trial reactions where that is nothing."""
-        force = float(np.abs(self.bonded_p).mean())
-        return force if force > NO_FORCE * np.abs(self.reactions).max() else float(np.abs(self.reactions).mean()) or 1.0
+            return self._solved(posed)
+        except SolverError as error:
+            raise moves_away(self.system, self.friction, self.free, posed.reactions, posed.force) or error from None
 
     @property
-    def length(self) -> float:
-        """Unit of slip."""
-        return self.force / self.law.system.stiffness_scale
+    def problem(self) -> cp.Problem | None:
+        """The cvxpy problem; None for Newton's method."""
+        return None
 
-    @cached_property
-    def trial(self) -> Array:
-        """(2N,) dimensionless trial reactions."""
-        return frozen(self.reactions / self.force)
+    def explain(self, file: IO[str] | None = None) -> None:
+        """Print the problem by its names."""
+        explain(self._title, self.problem, None, {}, (), None, file)
 
-    @property
-    def stuck(self) -> bool:
-        """Whether the trial state obeys the law: nothing slips, nothing opens."""
-        q, p = np.split(self.trial, 2)
-        return bool(p.min() >= -STUCK and (np.abs(q) <= self.law.friction * p + STUCK).all())
-
-    @property
-    def worst_node(self) -> int:
-        """Node at which the trial state violates the law most."""
-        q, p = np.split(self.trial, 2)
-        return int(np.argmax(np.maximum(np.abs(q) - self.law.friction * p, -p)))
-
-    def residual(self, state: State) -> float:
-        """Residual of a state, by the referee."""
-        return self._judged(*self._dimensional(state))
-
-    def result(
-        self, title: str, state: State, sweeps: int, solver: str, attempts: tuple[Attempt, ...], left_out: tuple[str, ...], problem: cp.Problem | None
-    ) -> Increment:
-        """The state in the caller's units, with its residual."""
-        values = self._dimensional(state)
-        slip, gap, q, p = (frozen(value) for value in values)
-        status = classified(self.law.friction, state)
-        status.flags.writeable = False
-        units = dict.fromkeys(("slip_increment", "gap", "forward_slip", "backward_slip"), self.length)
-        record = SolveRecord(solver, attempts, self._judged(*values), left_out, perf_counter() - self.started)
-        return Increment(slip, gap, q, p, status, sweeps, record, problem, title, units)
-
-    def _dimensional(self, state: State) -> tuple[Array, Array, Array, Array]:
-        dv, w = np.split(state.u, 2)
-        q, p = np.split(self.force * state.r, 2)
-        return np.where(dv != 0, self.slip + self.length * dv, self.slip), self.length * np.maximum(w, 0.0), q, p
-
-    def _judged(self, slip: Array, gap: Array, q: Array, p: Array) -> float:
-        system, bonded = self.law.system, (self.bonded_q, self.bonded_p)
-        verdict = referee(system, bonded, self.law.friction, v=slip, w=gap, q=q, p=p, previous_slip=self.slip, force_scale=self.force)
-        return verdict.residual
-
-    def closed_form(self, title: str) -> Increment:
-        """The increment in which nothing moves."""
-        why = "optimisation problem: the trial state obeys the law, nothing slips and nothing opens"
-        still = State(sticking(self.law.nodes), np.zeros(2 * self.law.nodes), self.trial)
-        return self.result(title, still, 0, "closed form", (), (why,), None)
+    @abstractmethod
+    def _solved(self, posed: Posed) -> Increment: ...

@@ -1,134 +1,156 @@
-"""The exact state of a contact whose nodes' status is known, and the correction of a status that its own state contradicts."""
+"""One friction increment by Newton's method on the projected law (Alart & Curnier 1991), with line search.
+
+With `[q, p] = trial + S u`, `u = [dv, w]` and any c, d > 0, the contact law is::
+
+    p = max(p - c w, 0),     q = projection of (q - d dv) on |q| <= f max(p - c w, 0)
+
+It is piecewise smooth: nodes that are open have q = p = 0, closed ones w = 0, sticking ones dv = 0, and slipping ones `q = f p n` with n the
+direction of `q - d dv`. Newton's method takes the piece at hand. A node has one tangent in the plane and two in space.
+"""
 
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import Any
 
 import numpy as np
+from scipy.linalg import lstsq
+from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
 from ...contact.checks import Array
-from ...contact.tolerances import AT_BOUND, SINGULAR, WRONG
+from ...contact.tolerances import NEWTON, RESIDUAL, ROUNDING, STALLED
+from ..begin import OPEN, SLIP, STICK
 
-__all__ = ["NodeStatus", "State", "Status", "classified", "guessed", "settle", "solve_status", "sticking"]
+__all__ = ["Law", "State", "by_friction", "newton"]
 
-Status = np.ndarray[Any, np.dtype[np.int8]]
-
-
-class NodeStatus(IntEnum):
-    """What a node does."""
-
-    STICK = 0
-    FORWARD = 1
-    """Slips along +x."""
-    BACKWARD = -1
-    """Slips against +x."""
-    OPEN = 2
+_STEPS = 60  # Newton steps for one increment at most
+_HALVINGS = 6  # of a step in the line search
+_FIRST_SHARE, _LEAST_SHARE = 0.25, 1e-4  # of the friction, by which it grows from one state to the next
 
 
-STICK, FORWARD, BACKWARD, OPEN = NodeStatus.STICK, NodeStatus.FORWARD, NodeStatus.BACKWARD, NodeStatus.OPEN
+@dataclass(frozen=True, eq=False)
+class Law:
+    """Dimensionless stiffness, friction, and the c and d of each node, for N nodes with t tangents each.
 
-_LARGE = 1e8  # dimensionless slips of this size come from a singular matrix
-_BLOCK = 12  # corrections that change all wrong nodes at once; later ones change only the first (Murty 1974), lest they repeat themselves
+    Attributes
+    ----------
+    S
+        (M, M) stiffness over its scale, M = (t + 1) N.
+    friction
+        (N,) coefficients of friction.
+    own
+        (t + 1, N) positive numbers of the size of each direction's own stiffness, alike for the tangents of a node: d, and last c.
+    """
+
+    S: Array
+    friction: Array
+    own: Array
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A claimed state, dimensionless.
+    """A claimed state, dimensionless: (M,) slip increments and gaps u, (M,) reactions r, (N,) status of the nodes, steps, and error of the law."""
 
-    Attributes
-    ----------
-    status
-        (N,) `NodeStatus` of every node.
-    u
-        (2N,) slip increment and total gap `[dv, w]`.
-    r
-        (2N,) reactions `[q, p]`.
-    """
-
-    status: Status
     u: Array
     r: Array
+    status: np.ndarray[Any, np.dtype[np.int8]]
+    steps: int
+    error: float
 
 
-def sticking(nodes: int) -> Status:
-    """(nodes,) statuses: every node sticks."""
-    return np.full(nodes, STICK, dtype=np.int8)
+def by_friction(law: Law, trial: Array) -> State:
+    """The state that is reached from that without friction while the coefficients grow to what they are, or the last one on this way."""
 
+    def found(share: float, u: Array) -> State:
+        return newton(Law(law.S, share * law.friction, law.own), trial, u)
 
-def solve_status(S: Array, friction: Array, bound: Array, trial: Array, status: Status) -> State:
-    """Solve the equations of a status: `q = -sense (bound + f p)` where a node slips, `q = p = 0` where it is open, no motion elsewhere.
-
-    Where they are singular (nothing holds the body) the smallest motion that fits best is taken; whether it fits is for the caller to judge.
-    """
-    n = len(status)
-    moving, opened = np.flatnonzero(status != STICK), np.flatnonzero(status == OPEN)
-    sense = np.where(status[moving] == OPEN, 0, status[moving]).astype(np.float64)
-    unknown = np.r_[moving, n + opened]
-    rows, right = S[unknown], -trial[unknown]
-    coupling = sense * friction[moving]
-    rows[: len(moving)] += coupling[:, None] * S[n + moving]
-    right[: len(moving)] -= coupling * trial[n + moving] + sense * bound[moving]
-    u = np.zeros(2 * n)
-    u[unknown] = _solved(rows[:, unknown], right)
-    r = trial + S @ u
-    r[opened], r[n + opened] = 0.0, 0.0
-    slipping = (status == FORWARD) | (status == BACKWARD)
-    r[:n] = np.where(slipping, -status * (bound + friction * r[n:]), r[:n])
-    return State(status.copy(), u, r)
-
-
-def settle(S: Array, friction: Array, bound: Array, trial: Array, status: Status, changes: int, separation: bool = True) -> State:
-    """Correct a status where its own state contradicts it, up to `changes` times (a semismooth Newton method).
-
-    Nodes without friction always count as slipping. Without `separation` no node opens.
-    """
-    free = (friction == 0) & (bound == 0)
-    status = np.where(free & (status == STICK), FORWARD, status).astype(np.int8)
-    for change in range(changes + 1):
-        state = solve_status(S, friction, bound, trial, status)
-        wanted = _wanted(friction, bound, free, state, separation)
-        wrong = np.flatnonzero(wanted != status)
-        if len(wrong) == 0 or change == changes:
-            break
-        if change >= _BLOCK:
-            wrong = wrong[:1]
-        status[wrong] = wanted[wrong]
+    share, step, state = 0.0, _FIRST_SHARE, found(0.0, np.zeros_like(trial))
+    while state.error <= RESIDUAL and share < 1 and step > _LEAST_SHARE:
+        ahead = min(share + step, 1.0)
+        further = found(ahead, state.u)
+        if further.error <= RESIDUAL:
+            share, step, state = ahead, 2 * step, further
+        else:
+            step /= 4
     return state
 
 
-def guessed(friction: Array, bound: Array, u: Array, r: Array, separation: bool = True) -> Status:
-    """Status of an approximate state: of each complementary pair, the larger one counts."""
-    (dv, w), (q, p) = np.split(u, 2), np.split(r, 2)
-    forward, backward = bound + friction * p + q, bound + friction * p - q
-    status = np.where(dv > np.abs(forward), FORWARD, np.where(-dv > np.abs(backward), BACKWARD, STICK))
-    return np.where(separation & (w > p), OPEN, status).astype(np.int8)
+def newton(law: Law, trial: Array, u: Array, most: int = _STEPS) -> State:
+    """The state that so many steps of Newton's method reach from motions u at most; whether it obeys the law is for the referee to say."""
+    best, steps = _Piece(law, trial, u), 0
+    while steps < most and best.error > NEWTON:
+        steps += 1
+        direction, share, found = best.step(), 1.0, best
+        for _ in range(_HALVINGS):
+            found = _Piece(law, trial, best.u + share * direction)
+            if found.merit < best.merit:
+                break
+            share /= 2
+        if found.merit >= best.merit and best.error <= STALLED:
+            break
+        best = found
+    return best.state(steps)
 
 
-def classified(friction: Array, state: State) -> Status:
-    """Status by the reactions; on both bounds of friction at once, by the direction of slip."""
-    (dv, _), (q, p) = np.split(state.u, 2), np.split(state.r, 2)
-    forward, backward = friction * p + q <= AT_BOUND, friction * p - q <= AT_BOUND
-    status = np.where(forward & backward, np.sign(dv), np.where(forward, FORWARD, np.where(backward, BACKWARD, STICK)))
-    return np.where(p <= AT_BOUND, OPEN, status).astype(np.int8)
+def _least_motion(matrix: Array, right: Array) -> Array:
+    """Solution of linear equations; where they leave motions free, which nothing holds, the one without them."""
+    factors, pivots, singular = dgetrf(matrix)
+    if not singular and dgecon(factors, np.abs(matrix).sum(axis=0).max())[0] > ROUNDING:
+        return np.asarray(dgetrs(factors, pivots, right)[0])
+    return np.asarray(lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0])
 
 
-def _wanted(friction: Array, bound: Array, free: np.ndarray, state: State, separation: bool) -> Status:
-    """Status that each node's state asks for; its own where they agree."""
-    (dv, w), (q, p), status = np.split(state.u, 2), np.split(state.r, 2), state.status
-    forward, backward = bound + friction * p + q, bound + friction * p - q
-    stuck = np.where(forward < -WRONG, FORWARD, np.where(backward < -WRONG, BACKWARD, STICK))
-    slipping = np.where((status * dv < -WRONG) & ~free, STICK, status)
-    wanted = np.where(status == STICK, stuck, slipping)
-    if separation:
-        wanted = np.where((status != OPEN) & (p < -WRONG), OPEN, wanted)
-    return np.where((status == OPEN) & (w < -WRONG), np.where(free, FORWARD, STICK), np.where(status == OPEN, OPEN, wanted)).astype(np.int8)
+class _Piece:
+    """The smooth piece of the law at motions u, and its error there; slips and shear forces are (t, N) here."""
 
+    def __init__(self, law: Law, trial: Array, u: Array) -> None:
+        self.law, self.u, (d, c) = law, u, law.own[-2:]
+        self.r = trial + law.S @ u
+        (dv, w), (q, p) = ((values.reshape(law.own.shape)[:-1], values.reshape(law.own.shape)[-1]) for values in (u, self.r))
+        pressed = p - c * w
+        radius = law.friction * np.maximum(pressed, 0.0)
+        pull = q - d * dv
+        size = np.sqrt((pull**2).sum(axis=0))
+        self.status = np.where(pressed <= 0, OPEN, np.where(size > radius, SLIP, STICK)).astype(np.int8)
+        whole = np.where(size > 0, size, 1.0)
+        self.unit, self._shrink = pull / whole, radius / whole
+        project = np.where(self.status == SLIP, radius * self.unit, pull)
+        project[:, self.status == OPEN] = 0.0
+        self._error_q, self._error_p = q - project, p - np.maximum(pressed, 0.0)
+        self.merit = float((self._error_q**2).sum() + (self._error_p**2).sum())
+        self.error = float(max(np.abs(self._error_q).max(), np.abs(self._error_p).max()))
 
-def _solved(matrix: Array, right: Array) -> Array:
-    try:
-        solution = np.linalg.solve(matrix, right)
-        if np.abs(solution).max(initial=0.0) < _LARGE:
-            return np.asarray(solution)
-    except np.linalg.LinAlgError:
-        pass
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=SINGULAR)[0])
+    def step(self) -> Array:
+        """Newton's step on this piece: sticking and closed motions vanish, the others solve their equations."""
+        law, (t, n) = self.law, self.unit.shape
+        slip, opened = np.flatnonzero(self.status == SLIP), np.flatnonzero(self.status == OPEN)
+        axes, s = range(t), len(slip)
+        free = np.concatenate([*(k * n + slip for k in axes), *(k * n + opened for k in range(t + 1))])
+        step = -self.u.copy()
+        step[free] = 0.0
+        if not len(free):
+            return step
+        (d, c), f, unit, shrink = law.own[-2:, slip], law.friction[slip], self.unit[:, slip], self._shrink[slip]
+        # tangential rows: (1 - shrink P) S_q + shrink d P - n f (S_p - c e_w), with P = 1 - n n' across the direction n
+        across = np.eye(t)[:, :, None] - unit[:, None] * unit[None]
+        share = np.eye(t)[:, :, None] - shrink * across
+        rows, normal, own = law.S[free], law.S[t * n + slip], np.arange(s)
+        sheared = rows[: t * s].reshape(t, s, rows.shape[1]).copy()
+        for a in axes:
+            rows[a * s : (a + 1) * s] = (share[a][:, :, None] * sheared).sum(axis=0) - (f * unit[a])[:, None] * normal
+            for b in axes:
+                rows[a * s + own, b * n + slip] += d * shrink * across[a, b]
+            rows[a * s + own, t * n + slip] += f * unit[a] * c
+        errors = np.concatenate([self._error_q[:, slip].ravel(), self._error_q[:, opened].ravel(), self._error_p[opened]])
+        root = np.sqrt(law.own.ravel()[free])
+        step[free] = _least_motion(rows[:, free] / np.outer(root, root), (-errors - rows @ step) / root) / root
+        return step
+
+    def state(self, steps: int) -> State:
+        """The state with what the piece lets vanish at zero and slipping nodes on their bound; in the plane, slip against +x has the status -1."""
+        still = np.concatenate([np.tile(self.status == STICK, len(self.unit)), self.status != OPEN])
+        u = np.where(still, 0.0, self.u)
+        sense = -np.sign(self.unit[0]).astype(np.int8) if len(self.unit) == 1 else 1
+        status = np.where(self.status == SLIP, sense, self.status).astype(np.int8)
+        r = (self.r + self.law.S @ (u - self.u)).reshape(self.law.own.shape)
+        r[:, self.status == OPEN] = 0.0
+        r[:-1] = np.where(self.status == SLIP, self.law.friction * r[-1] * self.unit, r[:-1])
+        return State(u, r.ravel(), status, steps, self.error)

@@ -1,4 +1,4 @@
-"""The cycles of a transient in three dimensions, and what the last ones show of its steady state."""
+"""The cycles of a transient in increments, and what the last ones show of its steady state."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,16 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from ...contact import referee
 from ...contact.answers import Outcome
 from ...contact.checks import Array
 from ...contact.extrapolation import SLOW, distance_left, drift_text, fixed_point, slower_modes
-from ...contact.parts import parted
 from ...contact.tolerances import NO_SLIP, PERIODIC, REPEATED, RESIDUAL, ROUNDING
 from ...errors import NoContinuation, SolverError
-from .transient import Point3D, Transient3D
+from .path import Point, SteppedPath
 
-__all__ = ["Cycle3D", "Run", "Settled"]
+__all__ = ["Run", "Settled", "SteppedCycle"]
 
 _LEAST, _WINDOW = 4, 12  # least and largest number of returns with the same statuses that an extrapolation uses
 _NEAR = 1e-3  # the map is also tested at this share of the distance from the extrapolated limit
@@ -25,16 +23,15 @@ _APART = 1e-3  # estimated distance from two states that alternate, over the dis
 
 
 @dataclass(frozen=True, eq=False)
-class Cycle3D:
-    """One cycle: work of friction and way slid per node, slip before and after, reactions at its end, statuses and states of its increments."""
+class SteppedCycle:
+    """One cycle: work of friction and way slid per node, slip before and after, statuses of its increments, and all its states."""
 
     work: Array
     way: Array
     before: Array
     after: Array
-    end: Array
     statuses: np.ndarray[Any, np.dtype[np.int8]]
-    states: tuple[Array, ...]
+    points: tuple[Point, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +39,7 @@ class Settled:
     """A steady state: its outcome, the cycles of one return, the change of slip over them in slip scales, and the relative error of their work."""
 
     outcome: Outcome
-    returning: Sequence[Cycle3D]
+    returning: Sequence[SteppedCycle]
     change: float
     work_error: float
 
@@ -56,17 +53,19 @@ class Settled:
 class Run:
     """The cycles of one transient so far."""
 
-    def __init__(self, path: Transient3D, overload: float | None, most: int, tell: Callable[[], Any]) -> None:
+    def __init__(self, path: SteppedPath, overload: float | None, most: int, tell: Callable[[], Any]) -> None:
         self.path, self._overload, self._most, self._tell = path, overload, most, tell
         self.works: list[float] = []  # of all cycles that the transient itself made
-        self.last: list[Cycle3D] = []  # the last of them; the first cycle starts at the mean load and not at the last corner, and is not among them
+        self.last: list[
+            SteppedCycle
+        ] = []  # the last of them; the first cycle starts at the mean load and not at the last corner, and is not among them
         self.cycles, self._tried, self._pause = 0, 0, 0
         self.extrapolated = False
 
     def settled(self) -> Settled:
         """The steady state."""
         path = self.path
-        for load in [path.mean, *(path.corners_at(self._overload) if self._overload is not None else ())]:
+        for load in [*path.legs(0), *(path.corners_at(self._overload) if self._overload is not None else ())]:
             for _ in path.follow_to(load):
                 pass
         self.works.append(float(self._cycle().work.sum()))
@@ -85,17 +84,15 @@ class Run:
                 self._pause = self._tried
         raise self._given_up()
 
-    def _cycle(self) -> Cycle3D:
-        path, before = self.path, self.path.state.slip
-        points = list[Point3D]()
+    def _cycle(self) -> SteppedCycle:
+        path, points = self.path, [self.path.state]
         for corner in path.corners:
             points += path.follow_to(corner)
         self.cycles += 1
         self._tell()
-        states = tuple(np.array([getattr(point, name) for point in points]) for name in ("bonded", "slip", "gap", "q", "p"))
-        work, way = (np.sum([getattr(point, name) for point in points], axis=0) for name in ("work", "way"))
-        statuses, end = np.array([point.status for point in points]), np.r_[points[-1].q.ravel(), points[-1].p]
-        return Cycle3D(work, way, before, points[-1].slip, end, statuses, states)
+        work, way = (np.sum([getattr(point, name) for point in points[1:]], axis=0) for name in ("work", "way"))
+        statuses = np.array([point.status for point in points[1:]])
+        return SteppedCycle(work, way, path.slip(points[0]), path.slip(points[-1]), statuses, tuple(points))
 
     def _distance(self, one: Array, other: Array) -> float:
         return float(np.abs(one - other).max()) / self.path.length
@@ -108,7 +105,7 @@ class Run:
     def _slid(self, period: int) -> bool:
         """Whether some node slipped in the last cycles."""
         path, way = self.path, np.sum([cycle.way for cycle in self.last[-period:]], axis=0)
-        return float(way.max()) / path.length > max(NO_SLIP * path.pressure / path.force, ROUNDING)
+        return float(way.max()) / path.length > max(NO_SLIP * path.force / path.largest, ROUNDING)
 
     def _work_changes(self, period: int) -> list[float]:
         """Relative changes of the work from one to the next of the last returns."""
@@ -142,7 +139,7 @@ class Run:
             return None
         drifts = np.diff(slips, axis=0)
         size = float(np.abs(drifts[-1]).max()) / self.path.length
-        force = float(np.abs(self.last[-1].end - self.last[-1 - period].end).max()) / self.path.force
+        force = float(np.abs(self.last[-1].points[-1].r - self.last[-1 - period].points[-1].r).max()) / self.path.largest
         if size <= PERIODIC or not self._slid(period) or force > PERIODIC:
             return None
         off = distance_left(self._work_changes(period), ROUNDING)
@@ -173,17 +170,17 @@ class Run:
             )
             self.path.state = kept
             if shown:
-                self.path.moved_to(limit.reshape(kept.slip.shape))
+                self.path.moved_to(limit.reshape(self.path.system.slip_shape))
                 self.last, self.extrapolated = [], True
             return shown
         return False
 
     def _leads(self, before: Array, after: Array, tolerance: float, period: int) -> bool:
         """Whether a return from one slip ends at another one."""
-        shape = self.path.state.slip.shape
+        shape = self.path.system.slip_shape
         try:
             self.path.moved_to(before.reshape(shape))
-            if self._distance(self.path.state.slip, before.reshape(shape)) > PERIODIC:
+            if self._distance(self.path.slip(self.path.state), before.reshape(shape)) > PERIODIC:
                 return False
             for _ in range(period):
                 end = self._cycle().after
@@ -202,11 +199,12 @@ class Run:
                 decay = self._distance(last.after - last.before, earlier.after - earlier.before) / change
                 text = drift_text(change, decay) if decay < SLOW else text
         error = NoContinuation(f"steady state: no cycle comes back within most_cycles = {self._most}; {text}")
-        error.slip, error.gap, error.work = self.path.state.slip, self.path.state.gap, np.array(self.works)
+        path = self.path
+        error.slip, error.gap, error.work = path.slip(path.state), path.state.u[-path.nodes :] + path.system.gap, np.array(self.works)
         return error
 
-    def violation(self, cycle: Cycle3D) -> float:
+    def violation(self, cycle: SteppedCycle) -> float:
         """Violation of the contact law by the states of a cycle."""
-        path, (bonded, v, w, q, p) = self.path, cycle.states
-        previous = np.concatenate([cycle.before[None], v[:-1]])
-        return referee(path.system, parted(bonded, 3), path.friction, v=v, w=w, q=q, p=p, previous_slip=previous, force_scale=path.force).residual
+        bonded, u, r = (np.array([getattr(point, name) for point in cycle.points[1:]]) for name in ("bonded", "u", "r"))
+        previous = np.array([self.path.slip(point) for point in cycle.points[:-1]])
+        return self.path.judged(u, r, bonded, self.path.largest, previous).residual

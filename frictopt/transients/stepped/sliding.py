@@ -1,17 +1,16 @@
-"""Gross sliding in three dimensions: a rigid motion of the bodies that friction cannot stop."""
+"""Gross sliding: a rigid motion of the bodies that friction cannot stop."""
 
 import numpy as np
 from scipy.optimize import linprog
 
 from ...contact.checks import Array
-from ...contact.parts import joined, parted
 from ...contact.system import ContactSystem
 from ...contact.tolerances import COUNTS, RESIDUAL
 from ...errors import NoContinuation
 
 __all__ = ["check_sliding"]
 
-_DIRECTIONS = 64  # corners of the polygon around the friction circle, which exceeds it by 0.12 % there
+_DIRECTIONS = 64  # in space, corners of the polygon around the friction circle, which exceeds it by 0.12 % there
 _EVEN = 0.5  # a motion whose mean is at least so large a part of it is a slide, else a turn
 
 
@@ -27,7 +26,7 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
     system, friction
         The contact and its (N,) coefficients of friction.
     loads
-        Name of a load, as the beginning of a sentence -> its bonded reactions (3N,).
+        Name of a load, as the beginning of a sentence -> its bonded reactions (M,).
 
     Raises
     ------
@@ -37,11 +36,13 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
     V = system.rigid_motions
     if not V.shape[1]:
         return
-    v, w = (np.moveaxis(part, 0, -1) for part in parted(V.T, 3))
+    motions = V.reshape(-1, system.nodes, V.shape[1])
+    v, w = motions[:-1], motions[-1]
     angles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-    edges = (1 + COUNTS) / np.cos(np.pi / _DIRECTIONS) * np.column_stack([np.cos(angles), np.sin(angles)])
+    circle = np.column_stack([np.cos(angles), np.sin(angles)]) / np.cos(np.pi / _DIRECTIONS)
+    edges = (1 + COUNTS) * (np.array([[1.0], [-1.0]]) if len(v) == 1 else circle)
     rough = friction > 0
-    needed = np.einsum("da,nak,n->ndk", edges, v[rough], friction[rough]) - w[rough][:, None]
+    needed = np.einsum("da,ank,n->ndk", edges, v[:, rough], friction[rough]) - w[rough][:, None]
     rows = np.concatenate([needed.reshape(-1, V.shape[1]), -w])
     for name, load in loads.items():
         if force := float(np.abs(load).max()):
@@ -53,37 +54,36 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
 
 def _slide(system: ContactSystem, friction: Array, load: Array) -> Array | None:
     """The slide of a body 1 as a whole against the shear of a load, rising by the largest friction: its part in each rigid motion, if it is one."""
-    (q, p), frames = parted(load, 3), system.frames
-    normal = frames[:, 2].mean(axis=0)
-    pull = np.einsum("na,nak->k", np.column_stack([q, p]), frames)
+    frames = system.frames
+    normal = frames[:, -1].mean(axis=0)
+    pull = np.einsum("an,nak->k", load.reshape(-1, system.nodes), frames)
     pull = pull - (pull @ normal) * normal / max(normal @ normal, RESIDUAL)
     size = float(np.linalg.norm(pull))
     if not size > 0:
         return None
-    moved = frames @ (friction.max() * normal - pull / size)
-    phi = joined(moved[:, :2], moved[:, 2])
+    phi = (frames @ (friction.max() * normal - pull / size)).T.ravel()
     parts = np.asarray(system.rigid_motions.T @ phi)
     return parts if np.abs(system.rigid_motions @ parts - phi).max() <= RESIDUAL * np.abs(phi).max() else None
 
 
 def _proves(phi: Array, friction: Array, load: Array) -> bool:
     """Whether a rigid motion has negative work with the load, and none with contact forces, beyond rounding."""
-    slid, lifted = parted(phi, 3)
-    reserve = float((lifted - friction * np.linalg.norm(slid, axis=1)).min())
+    *slid, lifted = phi.reshape(-1, len(friction))
+    reserve = float((lifted - friction * np.linalg.norm(slid, axis=0)).min())
     return bool(phi @ load < -COUNTS * np.abs(phi) @ np.abs(load) and reserve >= -RESIDUAL * np.abs(phi).max())
 
 
 def _sentence(system: ContactSystem, name: str, load: Array, phi: Array) -> str:
     """What moves, where to, and the forces: those of the load and of friction in units of the mean slip."""
-    (slid, lifted), (q, p) = parted(phi, 3), parted(load, 3)
-    sizes = np.linalg.norm(slid, axis=1)
-    moves = np.abs(phi).reshape(3, -1).max(axis=0) > COUNTS * np.abs(phi).max()
+    phi, load = (values.reshape(-1, system.nodes) for values in (phi, load))
+    sizes = np.linalg.norm(phi[:-1], axis=0)
+    moves = np.abs(phi).max(axis=0) > COUNTS * np.abs(phi).max()
     where = f"body 1 (at {int(moves.sum())} of {system.nodes} nodes)"
     mean = float(sizes[moves].mean())
-    demand, holds = (float(part) / (mean or 1.0) for part in (-np.sum(slid * q), lifted @ p))
+    demand, holds = (float(part) / (mean or 1.0) for part in (-np.sum(phi[:-1] * load[:-1]), phi[-1] @ load[-1]))
     if mean <= COUNTS * np.abs(phi).max() or demand <= 0 or holds <= 0:
         return f"{name} lifts {where} off or turns it over: no pressure with friction up to f p balances it; press the bodies together, or hold them"
-    along = np.einsum("na,nak->nk", slid, system.frames[:, :2])[moves].mean(axis=0)
+    along = np.einsum("an,nak->nk", phi[:-1], system.frames[:, :-1])[moves].mean(axis=0)
     size = float(np.linalg.norm(along))
     way = ", ".join(f"{part:g}" for part in (along / (size or 1.0)).round(6) + 0.0)
     motion = f"slides as a whole along ({way})" if size > _EVEN * mean else "turns as a whole on its contact"

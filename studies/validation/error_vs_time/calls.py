@@ -43,4 +43,4 @@ def _rows(parameters: Parameters, elements: int) -> Iterator[dict[str, Any]]:
     yield row("assembly and condensation", model.condense)
     yield solved("lambda_2", partial(fo.ShakedownModel, system, LOADS), friction)
     yield solved("lambda_1", partial(fo.GuaranteedModel, system, LOADS), parameters.guaranteed_friction)
-    yield solved("increment, frozen bounds (QP)", partial(fo.FrozenBoundIncrement, system, friction), np.zeros(system.nodes), corner)
+    yield solved("increment, frozen bounds (QP)", partial(fo.increments.FrozenBoundIncrement, system, friction), np.zeros(system.nodes), corner)

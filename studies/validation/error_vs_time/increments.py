@@ -10,8 +10,8 @@ import numpy as np
 from scipy.sparse import csc_matrix, identity, triu
 
 import frictopt as fo
-from frictopt.solve import QP_SOLVERS
 from frictopt.transients.exact import ExactPath
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement
 
 from ...paper import LOADS
 from .exact import exact_increment
@@ -135,8 +135,8 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
     path.follow_to(path.corners[0], "the segment to the first corner")
     before, bonded = path.state.u.copy(), path.corners[1]
     slip, pair = before[:n], (bonded[:n], bonded[n:])
-    engines = {solver: fo.FrozenBoundIncrement(system, friction, solver=solver) for solver in QP_SOLVERS}
-    after = engines[QP_SOLVERS[0]].solve(slip, pair)
+    engines = {"frozen bounds (QP)": ("CLARABEL", FrozenBoundIncrement), "newton": ("steps", NewtonIncrement)}
+    after = NewtonIncrement(system, friction).solve(slip, pair)
     exact = exact_increment(system, friction, slip, pair, np.sign(after.slip - slip))
 
     def error(found: Array) -> float:
@@ -146,10 +146,10 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
         run = partial(engine.solve, slip, pair)
         return Method(method, "solver", solver, run, lambda made: error(made.slip), lambda made: made.residual)
 
-    methods = [ours("frictopt, frozen bounds (QP)", solver, engine) for solver, engine in engines.items()]
+    methods = [ours(f"frictopt, {name}", way, engine(system, friction)) for name, (way, engine) in engines.items()]
     methods.append(Method("frictopt, exact path", "none", "events", partial(_followed, path, before), lambda u: error(u[:n])))
     if elements in parameters.milp_elements:
-        methods.append(ours("frictopt, complementarity (MILP)", "HIGHS", fo.ExactIncrement(system, friction)))
+        methods.append(ours("frictopt, complementarity (MILP)", "HIGHS", ExactIncrement(system, friction)))
     if installed("quantecon"):
         lemke = Lemke(system, friction, float(np.abs(bonded[n:]).mean()))
         methods.append(Method("Lemke", "none", "pivots", partial(lemke.increment, slip, bonded), lambda made: error(made[0]), rival="quantecon"))

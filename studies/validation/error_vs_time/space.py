@@ -83,7 +83,7 @@ def spheres(parameters: Parameters) -> Question:
         cycle = fo.LoadCycle({"approach": 1 / _RADIUS}, [{"x": 1.0}, {"x": -1.0}])
         return fo.march(system, cycle, f, far, cycles=CYCLES, steps=2)
 
-    def error(path: fo.Trajectory3D) -> float:
+    def error(path: fo.Trajectory) -> float:
         corner = int(np.flatnonzero(path.time == 1)[0])
         ball = SphereContact(float(path.p[corner].sum()), _RADIUS, E, nu, f)
         return abs(last_work(path) / ball.dissipation(abs(float(path.q[corner, :, 0].sum()))) - 1)
@@ -157,12 +157,12 @@ def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question
     system, before, after = space.system, space.turned(slip), space.turned(exact)
     bonded = space.turned(load[:n]), load[n:]
 
-    def error(found: fo.Increment3D) -> float:
+    def error(found: fo.increments.Increment) -> float:
         return float(np.abs(found.slip - after).max() / np.abs(after - before).max())
 
     methods = []
-    for engine in ("newton", "socp"):
-        run = partial(fo.Increments3D(system, friction, engine=engine).solve, before, bonded)
+    for engine, kind in (("newton", fo.increments.NewtonIncrement), ("cones", fo.increments.FrozenBoundIncrement)):
+        run = partial(kind(system, friction).solve, before, bonded)
         methods.append(Method("frictopt", "engine", engine, run, error, lambda made: made.residual))
     return Question("increment, 3-D", "slip", _name(scene), n, "the plane's increment in rational arithmetic, refined to 40 digits", methods)
 

@@ -115,7 +115,7 @@ def _lemke(parameters: Parameters, scene: Scene, factor: float, start: Array, cy
         yield Method(f"Lemke, {cycles} cycles", _STEPS, f"{steps}", run, error, rival="quantecon")
 
 
-def last_work(path: fo.Trajectory | fo.Trajectory3D) -> float:
+def last_work(path: fo.Trajectory | fo.Trajectory) -> float:
     """Work of friction in the last cycle of a transient."""
     return float(path.cycle_work[-1].sum())
 

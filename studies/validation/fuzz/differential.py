@@ -156,10 +156,10 @@ def _limit(scene: Scene) -> tuple[float, bool]:
     return kept.residual, True
 
 
-def _again(scene: Scene, seen: Seen, simplify: bool = True) -> tuple[float, bool]:
+def _again(scene: Scene, seen: Seen) -> tuple[float, bool]:
     """The steady state of the contact as described: outcome, work of friction, by node and in the first cycle, and slip."""
     steady = scene.steady
-    options = {"initial_slip": seen.start, "most_cycles": _MOST, "simplify": simplify}
+    options = {"initial_slip": seen.start, "most_cycles": _MOST}
     other = fo.steady_state(seen.system, seen.cycle, seen.friction, scene.load_factor, **options)
     residual = max(steady.residual, other.residual)
     if steady.unproven or other.unproven:  # the rates may not be unique: either result may be right
@@ -175,10 +175,6 @@ def _again(scene: Scene, seen: Seen, simplify: bool = True) -> tuple[float, bool
     slip = seen.sense * seen.back(other.slip) / seen.length
     scene.near("shear of the slip", stiffness @ slip, stiffness @ steady.slip, scene.case.system.stiffness_scale * scene.length, _SETTLING * SAME)
     return residual, True
-
-
-def _kept(scene: Scene) -> tuple[float, bool]:
-    return _again(scene, described(scene.case), simplify=False)
 
 
 def _mirrored(scene: Scene) -> tuple[float, bool]:
@@ -245,7 +241,6 @@ def _increments(scene: Scene) -> tuple[float, bool]:
 
 DIFFERENTIAL: dict[str, Callable[[Scene], tuple[float, bool]]] = {
     "limit, nothing left out": _limit,
-    "nothing left out": _kept,
     "mirrored": _mirrored,
     "renumbered": _renumbered,
     "other units": _other_units,

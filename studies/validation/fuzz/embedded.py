@@ -87,7 +87,7 @@ def increment(subject: Embedded) -> tuple[float, bool]:
         plane = ExactIncrement(case.system, f).solve(slip, case.system.reaction(loads))
     except fo.FrictoptError as error:
         raise NotAsked from error
-    found = fo.Increments3D(subject.solid, f).solve(slip[:, None] * subject.along, subject.solid.reaction(loads))
+    found = fo.increments.NewtonIncrement(subject.solid, f).solve(slip[:, None] * subject.along, subject.solid.reaction(loads))
     force = float(max(np.abs(plane.q).max(), np.abs(plane.p).max(), np.abs(case.system.reaction(loads)).max()))
     off = max(float(np.abs(np.sum(found.q * subject.along, axis=1) - plane.q).max()), float(np.abs(found.p - plane.p).max()))
     if off > _SAME * force:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import frictopt as fo
+from frictopt.transients.increments import FrozenBoundIncrement, NewtonIncrement
 
 from ..extremes.space import polygon_limit
 from . import embedded
@@ -94,9 +95,9 @@ def _safe_slip(subject: _Subject) -> tuple[float, bool]:
     return safe.residual, bool(compared)
 
 
-def _increment(subject: _Subject, engine: str) -> tuple[float, bool]:
+def _increment(subject: _Subject, engine: type[NewtonIncrement | FrozenBoundIncrement]) -> tuple[float, bool]:
     load = subject.system.reaction({"mean": 1.0, "a": subject.share, "b": 0.5})
-    found = fo.Increments3D(subject.system, subject.friction, engine=engine).solve(subject.slip, load)
+    found = engine(subject.system, subject.friction).solve(subject.slip, load)
     q, p, f = found.q, found.p, subject.friction
     moved = found.slip - subject.slip
     work = float(np.sum(q * moved)) + float(np.sum(f * p * np.linalg.norm(moved, axis=1)))  # friction opposes slip: the sum vanishes
@@ -134,8 +135,8 @@ _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "limit, 3-D": _limit,
     "least safe load, 3-D": _least,
     "safe slip, 3-D": _safe_slip,
-    "increment, 3-D": partial(_increment, engine="newton"),
-    "increment by cones, 3-D": partial(_increment, engine="socp"),
+    "increment, 3-D": partial(_increment, engine=NewtonIncrement),
+    "increment by cones, 3-D": partial(_increment, engine=FrozenBoundIncrement),
     "steady state above the limit, 3-D": _steady,
     "steady state from a safe slip, 3-D": _safe_start,
 }

@@ -1,0 +1,75 @@
+"""One friction increment by Newton's method: the quick way, in the plane and in space."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...contact import ContactSystem
+from ...contact.tolerances import RESIDUAL
+from ...errors import SolverError
+from .frozen_bound import FrozenBoundIncrement
+from .increment import FrictionIncrement, Increment, Posed
+from .newton import State, by_friction, newton
+
+__all__ = ["NewtonIncrement"]
+
+_SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
+
+
+class NewtonIncrement(FrictionIncrement):
+    """One friction increment by Newton's method on the projected law.
+
+    Where it does not converge, other constants of the projection are tried, then states of less friction on the way, last a `FrozenBoundIncrement`.
+    Where several states obey the law (above the critical friction) one of them is returned. Theory, eq. (4).
+
+    Parameters
+    ----------
+    system
+        The contact, in the plane or in space.
+    friction
+        Coefficient of friction, one or one per node.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import frictopt as fo
+    >>> node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [0.6, 0.8, 0]})
+    >>> increment = fo.increments.NewtonIncrement(node, friction=0.5)
+    >>> found = increment.solve(slip=[[0.0, 0.0]], bonded=node.reaction({"P": 1.0, "Q": 2.0}))
+    >>> found.slip.round(6).tolist(), found.q.round(6).tolist()
+    ([[-0.9, -1.2]], [[0.3, 0.4]])
+    """
+
+    def __init__(self, system: ContactSystem, friction: ArrayLike) -> None:
+        super().__init__(system, friction)
+        own = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
+        tangent = np.tile(own[:-1].mean(axis=0), (len(own) - 1, 1))
+        self._by_direction = replace(self.law, own=np.vstack([tangent, own[-1]]))
+
+    def _states(self, posed: Posed) -> Iterator[State]:
+        """From no motion, by c of nodes and of directions; then from the states of less friction."""
+        laws, still = (self.law, self._by_direction), np.zeros_like(posed.trial)
+        yield from (newton(replace(law, own=scale * law.own), posed.trial, still) for law in laws for scale in _SCALES)
+        yield from (by_friction(law, posed.trial) for law in laws)
+
+    def _solved(self, posed: Posed) -> Increment:
+        least = np.inf
+        for state in self._states(posed):
+            found = posed.result(state, "NEWTON")
+            if found.residual <= RESIDUAL:
+                return found
+            least = min(least, found.residual)
+        try:
+            return FrozenBoundIncrement(self.system, self.friction)._solved(posed)
+        except SolverError:
+            raise SolverError(
+                f"friction increment: Newton's method leaves a residual of {least:.1e} (tolerance {RESIDUAL:g}), and convex programs find no state "
+                "either; try smaller load steps, or less friction (above the critical friction there may be no state, or several)"
+            ) from None

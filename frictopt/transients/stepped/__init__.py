@@ -1,0 +1,1 @@
+"""Transients in increments: their states, their cycles, and the steady state that these lead to."""
