@@ -49,7 +49,6 @@ from .histories import (
     limit_after_protocol,
     read_store,
     starts,
-    verify_guaranteed,
 )
 from .limits import (
     GuaranteedLimit,
@@ -164,5 +163,4 @@ __all__ = [
     "split_bodies",
     "starts",
     "steady_state",
-    "verify_guaranteed",
 ]

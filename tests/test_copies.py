@@ -50,7 +50,7 @@ EXAMPLES = [
     fo.steady_state(*ASKED, 1.5).state,
     fo.march(*ASKED, 1.5, cycles=1),
     fo.march(*ASKED, 1.5, cycles=1).verdict,
-    fo.verify_guaranteed(*ASKED, starts=3, moved=1),
+    fo.guaranteed_limit(*ASKED).verify(starts=3, moved=1),
     fo.dissipation_range(*ASKED, 0.8),
     fo.limit_after_protocol(*ASKED, scan=3, protocol=[fo.starts.LoadStep({"mean": 2.0}, {"cyclic": 1.0})]),
     fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.95}, samples=2),

@@ -68,7 +68,7 @@ def test_cases_that_were_once_judged_wrong(seed):
 
 def test_just_above_a_guarantee_of_none_is_a_finite_load_where_no_load_ends_safe_slip():
     case = random_case(54)
-    check = fo.verify_guaranteed(case.system, case.cycle, case.friction, starts=0)
+    check = fo.guaranteed_limit(case.system, case.cycle, case.friction).verify(starts=0)
     assert check.limit.load_factor == 0 and check.limit.shakedown.load_factor == np.inf
     assert check.runs["load_factor"].between(0, 1, inclusive="neither").all()
 
@@ -78,7 +78,7 @@ def test_a_slip_on_both_bounds_goes_on_next_to_its_load_even_where_the_limit_is_
     case = random_case(112)
     args = case.system, case.cycle, case.friction
     limit = fo.guaranteed_limit(*args)
-    above = fo.verify_guaranteed(*args, limit=limit, starts=0)
+    above = limit.verify(starts=0)
     assert limit.load_factor == 0 and above.persists
     for start, run in zip(above.starts, above.runs.itertuples(), strict=True):
         work = fo.march(*args, run.load_factor, initial_slip=start, cycles=12).cycle_work.sum(axis=1)[4:]

@@ -15,7 +15,7 @@ def test_random_systems(nodes, seed):
     rng = np.random.default_rng(seed)
     contact = random_system(rng, nodes, loads=("mean", "a", "b"))
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(nodes, 2))])
-    check = fo.verify_guaranteed(contact, cycle, 0.4, starts=500)
+    check = fo.guaranteed_limit(contact, cycle, 0.4).verify(starts=500)
     assert check.dies_out and check.persists and check.undecided == 0 and len(check.counterexamples) == 0
     runs = check.runs
     assert len(runs) == len(check.starts) == 506 and (runs.share < 1).sum() == 500
@@ -26,7 +26,7 @@ def test_random_systems(nodes, seed):
 
 @pytest.mark.parametrize("friction", [0.3, 0.7])
 def test_the_papers_scene(punch, paper_cycle, friction):
-    check = fo.verify_guaranteed(punch(16), paper_cycle, friction, starts=40, moved=2)
+    check = fo.guaranteed_limit(punch(16), paper_cycle, friction).verify(starts=40, moved=2)
     assert check.dies_out and check.persists and check.undecided == 0
 
 
@@ -35,7 +35,7 @@ def test_a_limit_that_is_too_high_is_found_out():
     contact = system(*FIRST_PAIR)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     fake = replace(limit, load_factor=limit.shakedown.load_factor, slip=limit.shakedown.slip)
-    check = fo.verify_guaranteed(contact, CYCLE, 0.6, limit=fake, starts=100)
+    check = fake.verify(starts=100)
     assert not check.dies_out and 0 < len(check.counterexamples) < 100
     again = fo.steady_state(contact, CYCLE, 0.6, check.runs.load_factor.iloc[-1], initial_slip=check.counterexamples[0])
     assert again.outcome is fo.Outcome.CYCLIC_SLIP
@@ -45,7 +45,7 @@ def test_a_witness_that_is_none_does_not_persist():
     contact = system(*FIRST_PAIR)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     fake = replace(limit, slip=fo.safe_slip(contact, CYCLE, 0.6, limit.shakedown.load_factor * 0.9).slip)
-    check = fo.verify_guaranteed(contact, CYCLE, 0.6, limit=fake, starts=0)
+    check = fake.verify(starts=0)
     assert not check.persists and check.dies_out and len(check.runs) == 6
 
 
@@ -54,7 +54,7 @@ def test_rounding_of_a_rigid_slide_is_no_stiffness(punch, paper_cycle):
     exact, rng = punch(16), np.random.default_rng(0)
     noise = 1e-13 * np.abs(exact.A).max() * rng.normal(size=exact.A.shape)
     rounded = fo.ContactSystem.from_blocks(exact.A + noise + noise.T, exact.B, exact.C, exact.x, exact.bonded)
-    check = fo.verify_guaranteed(rounded, paper_cycle, 0.5, starts=10, moved=1)
+    check = fo.guaranteed_limit(rounded, paper_cycle, 0.5).verify(starts=10, moved=1)
     assert check.dies_out and check.persists and {"vertex", "random"} < set(check.runs.start)
 
 
@@ -62,7 +62,7 @@ def test_without_guarantee_only_the_side_above_is_tested(punch, paper_cycle):
     contact = punch(32)
     limit = fo.guaranteed_limit(contact, paper_cycle, 0.8)
     assert limit.load_factor == 0 < limit.shakedown.load_factor
-    check = fo.verify_guaranteed(contact, paper_cycle, 0.8, limit=limit, starts=50, moved=1)
+    check = limit.verify(starts=50, moved=1)
     assert len(check.runs) == 4 and check.persists and np.isinf(check.runs.share).all()
 
 
@@ -84,7 +84,7 @@ def test_where_the_mean_load_lies_outside_the_cycle_transients_begin_within(seed
     """Under the mean load alone the witness would slip away before the first corner is reached."""
     contact = random_system(np.random.default_rng(seed), 3)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": 3.0}])
-    check = fo.verify_guaranteed(contact, cycle, 0.4, starts=20)
+    check = fo.guaranteed_limit(contact, cycle, 0.4).verify(starts=20)
     assert check.persists and check.dies_out
     from_the_mean = fo.steady_state(contact, cycle, 0.4, 1.02 * check.limit.load_factor, initial_slip=check.limit.slip)
     assert from_the_mean.outcome is fo.Outcome.SHAKEDOWN
@@ -94,14 +94,14 @@ def test_a_node_that_slides_freely_has_starts_below_its_limit():
     """No traction tells one safe slip from another."""
     contact = system(0.0, 0.0, 0.05, 1.0, 0.3, 0.0)
     assert safe_vertices(contact, CYCLE, 0.2, 0.1, np.ones((2, 1))).shape == (2, 1)
-    check = fo.verify_guaranteed(contact, CYCLE, 0.2, starts=10)
+    check = fo.guaranteed_limit(contact, CYCLE, 0.2).verify(starts=10)
     assert check.limit.load_factor == pytest.approx(0.5) and check.dies_out and len(check.runs) == 16
 
 
 def test_starts_have_a_size_where_neither_mean_pressure_nor_witness_gives_one():
     pulled = {"P": ([4.0], [0.0]), "Q": ([-5.6], [0.0])}  # slip presses the node, not the mean load
     contact, cycle = fo.ContactSystem.from_blocks([[1.0]], [[-0.9]], [[1.0]], [0.0], pulled), fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
-    check = fo.verify_guaranteed(contact, cycle, 0.4, starts=6, moved=2)
+    check = fo.guaranteed_limit(contact, cycle, 0.4).verify(starts=6, moved=2)
     assert not check.limit.slip.any() and (check.runs["moved"] > 0).sum() == 2 and np.ptp(check.starts) > 0.1
 
 
@@ -122,19 +122,14 @@ def test_vertices_are_safe_and_as_far_out_as_can_be():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("cycle", "options", "message"),
     [
-        ({"starts": -1}, "starts: -1"),
-        ({"above": 1.0}, "above: 1.0"),
-        ({"limit": 0.4}, "limit: 0.4; give the result of guaranteed_limit"),
-        ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR), CYCLE, 0.5)}, "limit: .* is that of another system, load cycle or friction"),
-        ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR), fo.LoadCycle({"mean": 2.0}, CYCLE.corners), 0.6)}, "limit: .* is that of another"),
-        ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR).with_gap([0.0, 0.1]), CYCLE, 0.6)}, "limit: .* is that of another"),
-        ({"limit": fo.guaranteed_limit(system(*FIRST_PAIR), CYCLE, 0.6), "system": None}, "system: a NoneType"),
-        ({"cycle": fo.LoadCycle({}, CYCLE.corners)}, "limit: guaranteed limit 0 between the least safe load factor 0 and lambda_2 = 0"),
-        ({"cycle": fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}])}, "limit: guaranteed limit inf"),
+        (CYCLE, {"starts": -1}, "starts: -1"),
+        (CYCLE, {"above": 1.0}, "above: 1.0"),
+        (fo.LoadCycle({}, CYCLE.corners), {}, "guaranteed limit 0 between the least safe load factor 0 and lambda_2 = 0"),
+        (fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), {}, "guaranteed limit inf"),
     ],
 )
-def test_bad_input_is_refused(arguments, message):
+def test_bad_input_is_refused(cycle, options, message):
     with pytest.raises(fo.ModelError, match=message):
-        fo.verify_guaranteed(**{"system": system(*FIRST_PAIR), "cycle": CYCLE, "friction": 0.6, **arguments})
+        fo.guaranteed_limit(system(*FIRST_PAIR), cycle, 0.6).verify(**options)

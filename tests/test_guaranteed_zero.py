@@ -48,7 +48,7 @@ def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(own, s
         for size in (1e-6, 1e-3, 0.1, 1.0):
             slip = size * load_factor * rng.normal(size=2)
             assert follow(contact, PRESSED, 1.0, load_factor, slip).outcome is fo.Outcome.SHAKEDOWN
-    assert fo.verify_guaranteed(contact, PRESSED, 1.0, limit=limit, starts=20, moved=0).dies_out
+    assert limit.verify(starts=20, moved=0).dies_out
 
 
 @pytest.mark.parametrize("simplify", [True, False])
@@ -66,7 +66,7 @@ def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, sim
     assert oracles.excess(contact, PRESSED, np.ones(2), at, witness) < 1e-12
     outcomes = [follow(contact, PRESSED, 1.0, share * at, witness).outcome for share in (0.9, 1.1)]
     assert outcomes == [fo.Outcome.CYCLIC_SLIP, fo.Outcome.SHAKEDOWN]  # of a load that presses, less is worse
-    assert fo.verify_guaranteed(contact, PRESSED, 1.0, limit=limit, starts=0, moved=0).persists
+    assert limit.verify(starts=0, moved=0).persists
 
 
 @pytest.mark.slow

@@ -182,7 +182,7 @@ def test_shakedown_of_an_uncoupled_contact_is_a_theorem_within_the_interval(cont
     limit = fo.guaranteed_limit(contact, PRESSING, 0.5)
     assert limit.proven and (limit.least, limit.load_factor) == pytest.approx((1.25, 5 / 3)) and "none is safe below 1.25" in limit.reason
     assert "least=1.25" in repr(limit)
-    check = fo.verify_guaranteed(contact, PRESSING, 0.5, limit=limit, starts=20, moved=0)
+    check = limit.verify(starts=20, moved=0)
     runs = check.runs
     assert check.dies_out and check.persists and set(runs.loc[runs["share"] < 1, "load_factor"].round(6)) == {1.258333, 1.658333}
     endless = fo.guaranteed_limit(ONE, PULL, 0.5)
@@ -233,7 +233,7 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
         assert least < at <= 1.05 * least and "at any load factor next above" in limit.reason
         ends = [_from_its_middle(cycle, least + share * (at - least)) for share in (0.9, 1.1)]
         assert fo.Outcome.CYCLIC_SLIP in [fo.steady_state(contact, about, f, 1.0, initial_slip=slip).outcome for about in ends]
-        assert fo.verify_guaranteed(contact, cycle, f, limit=limit, starts=4, moved=0).persists
+        assert limit.verify(starts=4, moved=0).persists
         with pytest.raises(fo.ModelError, match=r"most: .* it must be finite and above"):
             limit.witness_above_least(0.5 * least)
 

@@ -199,7 +199,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "separated_limit": (fo.separated_limit, {**ASKED, "most_nodes": 1}),
     "shakedown_limit": (fo.shakedown_limit, ASKED),
     "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
-    "verify_guaranteed": (fo.verify_guaranteed, {**ASKED, "starts": 2, "moved": 1}),
+    "GuaranteedLimit.verify": (fo.guaranteed_limit(**ASKED).verify, {"starts": 2, "moved": 1}),
     "ExactIncrement": (fo.increments.ExactIncrement, {"system": CONTACT, "friction": FRICTION}),
     "FrozenBoundIncrement": (fo.increments.FrozenBoundIncrement, {"system": CONTACT, "friction": FRICTION}),
     "FrozenBoundIncrement.solve": (fo.increments.FrozenBoundIncrement(CONTACT, FRICTION).solve, INCREMENT),

@@ -328,7 +328,7 @@ def every():
         "Trajectory": (fo.march(*asked, 0.5, cycles=1), 2),
         "RequiredFriction": (fo.required_friction(FIVE, FOUR_CORNERS, 0.5), 1),
         "SafeRegion": (fo.safe_region(FIVE, {"mean": 1.0}, ["cyclic", "other"], F), 1),
-        "GuaranteeCheck": (fo.verify_guaranteed(PAIR, CYCLE, F, starts=10, moved=1), 1),
+        "GuaranteeCheck": (fo.guaranteed_limit(PAIR, CYCLE, F).verify(starts=10, moved=1), 1),
         "LimitAfterProtocol": (fo.limit_after_protocol(PAIR, CYCLE, F, start="worst", scan=4), 1),
         "LeastExcursion": (fo.least_excursion(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2), 1),
         "scene": (SCENES["punch"], 1),

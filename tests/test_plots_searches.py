@@ -143,7 +143,7 @@ def test_a_cure_shows_the_shares_tried():
 
 
 def test_a_check_of_the_guaranteed_limit_shows_how_soon_starts_of_each_kind_rest():
-    check = fo.verify_guaranteed(PAIR, CYCLE, F, starts=20, moved=2)
+    check = fo.guaranteed_limit(PAIR, CYCLE, F).verify(starts=20, moved=2)
     ax = check.plot()
     runs, most = check.runs, check.runs["cycles"].max()
     assert len(labelled(ax)) == runs.groupby(["load_factor", "start"]).ngroups == 5
@@ -162,7 +162,7 @@ def test_a_check_of_the_guaranteed_limit_shows_how_soon_starts_of_each_kind_rest
 
 
 def test_the_share_at_rest_is_that_of_all_starts_of_its_kind():
-    check = fo.verify_guaranteed(PAIR, CYCLE, F, starts=8, moved=0)
+    check = fo.guaranteed_limit(PAIR, CYCLE, F).verify(starts=8, moved=0)
     runs = check.runs.copy()
     random = runs.index[runs["start"] == "random"]
     runs.loc[random[::2], "outcome"] = "CYCLIC_SLIP"

@@ -12,7 +12,7 @@ CONTACT = system(*FIRST_PAIR)
 ASKED = CONTACT, CYCLE, 0.6
 STEADY = fo.steady_state(*ASKED, 1.5)
 PATH = fo.march(*ASKED, 1.5, cycles=2)
-CHECK = fo.verify_guaranteed(*ASKED, starts=3, moved=1)
+CHECK = fo.guaranteed_limit(*ASKED).verify(starts=3, moved=1)
 FIRST = fo.onset(*ASKED)
 LIMIT, LOWER, SAFE = fo.shakedown_limit(*ASKED), fo.guaranteed_limit(*ASKED), fo.safe_slip(*ASKED, 0.3)
 NEEDED = fo.required_friction(CONTACT, CYCLE, 0.3)

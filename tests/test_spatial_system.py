@@ -125,7 +125,6 @@ def test_onset_of_a_mean_load_beyond_the_circle_is_zero():
     ("ask", "why"),
     [
         (lambda: fo.guaranteed_limit(NODE, cycle(), 0.5), "not yet offered in three dimensions"),
-        (lambda: fo.verify_guaranteed(NODE, cycle(), 0.5), "not yet offered in three dimensions"),
         (lambda: fo.safe_vertices(NODE, cycle(), 0.5, 1.0, [[1.0, 0.0]]), "plane contacts only"),
         (lambda: fo.march(NODE, cycle(), 0.5, 1.0, engine="path"), "engine: 'path'.*the friction circle is curved"),
         (lambda: fo.shakedown_limit(NODE, cycle(), 0.5, slip_bound=1.0), "shakedown_limit of a contact in space: .*slip_bound"),

@@ -24,7 +24,6 @@ _ANSWERS = {  # public question -> file of the function of that name for three d
 _GUARANTEE = "is not yet offered in three dimensions; use shakedown_limit, above which nothing is safe, and steady_state from several starts below it"
 _REFUSED = {
     "guaranteed_limit": f"guaranteed_limit {_GUARANTEE}",
-    "verify_guaranteed": f"verify_guaranteed {_GUARANTEE}",
     "safe_vertices": "safe_vertices is for plane contacts only: the safe slips of friction circles are no polytope; use safe_slip",
 }
 

@@ -4,7 +4,7 @@ from . import starts
 from .dissipation import dissipation_study
 from .dissipation_range import DissipationRange, dissipation_range
 from .excursion import LeastExcursion, least_excursion
-from .guarantee import GuaranteeCheck, verify_guaranteed
+from .guarantee import GuaranteeCheck
 from .protocols import LimitAfterProtocol, limit_after_protocol
 from .store import DamagedRows, read_store
 
@@ -20,5 +20,4 @@ __all__ = [
     "limit_after_protocol",
     "read_store",
     "starts",
-    "verify_guaranteed",
 ]

@@ -7,17 +7,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import LoadCycle
 from ..contact.answers import Outcome
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
-from ..contact.dispatch import answered_by_kind
 from ..contact.show import Plotted, Shown
-from ..contact.system import checked_plane
 from ..errors import ModelError, NoContinuation
-from ..limits import GuaranteedLimit, guaranteed_limit, safe_vertices
+from ..limits import GuaranteedLimit, safe_vertices
 from ..transients import steady_state
 
-__all__ = ["NO_OUTCOME", "GuaranteeCheck", "verify_guaranteed"]
+__all__ = ["NO_OUTCOME", "GuaranteeCheck", "verify"]
 
 NO_OUTCOME = "NO_CONTINUATION"
 _BELOW = 0.98  # load factor of the test below the limit, on the way to it from the least safe load factor
@@ -52,7 +50,7 @@ class GuaranteeCheck(Shown, Plotted):
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
     >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> check = fo.verify_guaranteed(pair, cycle, friction=0.6, starts=4, moved=0)
+    >>> check = fo.guaranteed_limit(pair, cycle, friction=0.6).verify(starts=4, moved=0)
     >>> sorted(check.runs.loc[check.runs["share"] < 1, "outcome"].unique())
     ['SHAKEDOWN']
     """
@@ -99,80 +97,21 @@ class GuaranteeCheck(Shown, Plotted):
         return np.asarray(slips & ((runs["share"] < 1) == below))
 
 
-@answered_by_kind
-def verify_guaranteed(
-    system: ContactSystem,
-    cycle: LoadCycle,
-    friction: Any,
-    *,
-    limit: GuaranteedLimit | None = None,
-    starts: int = 1000,
-    moved: int = 5,
-    above: float = 1.02,
-    seed: int = 0,
-) -> GuaranteeCheck:
-    """Follow transients from the witness just above the guaranteed limit, and from many starts just below.
-
-    Each transient begins at the mean of the load corners, where a contact with a safe slip sticks; the mean load may be another load. The starts
-    below the limit are vertices of the set of safe slips (at the load factor, and under the mean load alone), up to three times these vertices, and
-    random slips of a tenth to a hundred times the size of the witness. If none of them slips for ever, this is evidence, not a proof. Where the mean
-    load alone is not safe, half of them are next to the least safe load factor (`limit.least`): nothing is said of load factors below it.
-
-    Parameters
-    ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
-    limit
-        Result of `guaranteed_limit` for the same input; computed if not given.
-    starts
-        Number of starts below the limit.
-    moved
-        Number of starts above the limit that differ from the witness by up to a thousandth of its largest slip.
-    above
-        Load factor of the test above the limit, over the limit. The test below is at 98 % of the way to it from the least safe load factor. If the
-        limit is the least safe load factor, mostly 0, there is no test below, and the test above is further by 2 % of the way to lambda_2, or of the
-        load factor at which the cyclic reactions reach the mean pressures if that is less. There only some starts near the witness slip for ever, so
-        a slip on both bounds at this load factor is followed too, at 0.9 and 1.1 times the way.
-    seed
-        Seed of the random starts.
-
-    Raises
-    ------
-    ModelError
-        Bad input, or a limit of other input, that is not finite, or that belongs to a contact without safe slip at any load above 0.
-    SolverError
-        The limit or a transient does not pass its checks.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
-    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> check = fo.verify_guaranteed(pair, cycle, friction=0.6, starts=4, moved=0)
-    >>> check.dies_out, check.persists
-    (True, True)
-    """
+def verify(limit: GuaranteedLimit, cycle: LoadCycle, starts: int, moved: int, above: float, seed: int) -> GuaranteeCheck:
+    """What `GuaranteedLimit.verify` says of a limit under this load cycle."""
+    system = limit.system
     starts, moved = whole_number("starts", starts, least=0), whole_number("moved", moved, least=0)
     above, rng = finite_number("above", above, above=1.0), np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED))
-    limit = guaranteed_limit(checked_plane(system), cycle, friction) if limit is None else limit
-    if not isinstance(limit, GuaranteedLimit):
-        raise ModelError(f"limit: {limit!r}; give the result of guaranteed_limit for this contact, or None")
-    if not limit.answers(system, cycle, friction):
-        raise ModelError(f"limit: {limit.load_factor:g} is that of another system, load cycle or friction; give that of this one, or None")
     least = limit.least
     if not np.isfinite(limit.load_factor) or not limit.shakedown.load_factor > least:
         raise ModelError(
-            f"limit: guaranteed limit {limit.load_factor:g} between the least safe load factor {least:g} and lambda_2 = "
+            f"guaranteed limit {limit.load_factor:g} between the least safe load factor {least:g} and lambda_2 = "
             f"{limit.shakedown.load_factor:g}; there is no load to test at"
         )
     forces = cycle.mean_reaction(system)[1], *cycle.corner_reactions(system)  # the mean load may press nothing
     force = next(size for size in (float(np.abs(part).mean()) for part in forces) if size > 0)
     size = float(np.abs(limit.slip).max()) or force / system.stiffness_scale
-    small = least + _SMALL_LOAD * _range(system, cycle, limit)
+    small = least + _SMALL_LOAD * _range(cycle, limit)
     next_to = limit.witness_above_least(small) if small > least else None
     high = above * limit.load_factor if next_to is None else small
     changes = _MOVED * size * rng.uniform(-1.0, 1.0, (moved, system.nodes))
@@ -182,14 +121,15 @@ def verify_guaranteed(
     for number, low in enumerate(lows if next_to is None else []):
         count = (starts + number) // len(lows)
         begins += [(low, kind, slip) for kind, slip in _starts(rng, limit, cycle, low, count, size)]
-    rows = [_run(system, cycle, friction, limit, size, *begin) for begin in begins]
+    rows = [_run(cycle, limit, size, *begin) for begin in begins]
     return GuaranteeCheck(limit, pd.DataFrame(rows), frozen([slip for _, _, slip in begins]))
 
 
-def _range(system: ContactSystem, cycle: LoadCycle, limit: GuaranteedLimit) -> float:
+def _range(cycle: LoadCycle, limit: GuaranteedLimit) -> float:
     """Length of the interval of safe load factors, or the load factor at which the cyclic reactions reach the mean pressures if that is less."""
-    force = float(np.abs(cycle.mean_reaction(system)[1]).mean())
-    return min(limit.shakedown.load_factor - limit.least, force / max(float(np.abs(part).max()) for part in cycle.corner_reactions(system)))
+    force = float(np.abs(cycle.mean_reaction(limit.system)[1]).mean())
+    largest = max(float(np.abs(part).max()) for part in cycle.corner_reactions(limit.system))
+    return min(limit.shakedown.load_factor - limit.least, force / largest)
 
 
 def _starts(
@@ -204,19 +144,17 @@ def _starts(
         for factor, part in ((load_factor, directions[: wanted // 2]), (under_mean, directions[wanted // 2 :]))
         for slip in safe_vertices(system, cycle, limit.friction, factor, part)
     ]
-    found = [("vertex", slip) for slip in vertices]
-    found += [("beyond vertex", slip * rng.uniform(1.0, _BEYOND)) for slip in vertices]
-    while len(found) < count:
-        found.append(("random", size * 10 ** rng.uniform(*_DECADES) * rng.normal(size=system.nodes)))
-    return found
+    begins = [("vertex", slip) for slip in vertices]
+    begins += [("beyond vertex", slip * rng.uniform(1.0, _BEYOND)) for slip in vertices]
+    while len(begins) < count:
+        begins.append(("random", size * 10 ** rng.uniform(*_DECADES) * rng.normal(size=system.nodes)))
+    return begins
 
 
-def _run(
-    system: ContactSystem, cycle: LoadCycle, friction: Any, limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array
-) -> dict[str, Any]:
+def _run(cycle: LoadCycle, limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array) -> dict[str, Any]:
     outcome, dissipation, cycles, residual = NO_OUTCOME, np.nan, 0, np.nan
     try:
-        steady = steady_state(system, _from_its_middle(cycle, load_factor), friction, 1.0, initial_slip=slip)
+        steady = steady_state(limit.system, _from_its_middle(cycle, load_factor), limit.friction, 1.0, initial_slip=slip)
         outcome, dissipation, cycles, residual = steady.outcome.name, steady.dissipation, steady.cycles, steady.residual
     except NoContinuation:
         pass

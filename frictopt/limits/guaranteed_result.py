@@ -2,19 +2,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import IO, Any
 
 import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.record import SolveRecord
 from ..solve.explain import Units, explain
 from .both_bounds_search import NodeClaim
-from .posed import Answered, LimitQuestion, cycle_loads
+from .posed import Answered, LimitQuestion
 from .shakedown_result import ShakedownLimit
 
 __all__ = ["COINCIDE", "IMAGE", "LEFT_OUT", "NEVER", "NOT_NEEDED", "ONE_CORNER", "SOLVED", "GuaranteedLimit", "left_out", "reason"]
@@ -122,9 +122,48 @@ class GuaranteedLimit(Answered):
         share = (load_factor - self.load_factor) / (self._above[0] - self.load_factor)
         return load_factor, frozen((1 - share) * self.slip + share * self._above[1])
 
-    def answers(self, system: ContactSystem, cycle: LoadCycle, friction: Any) -> bool:
-        """Whether it is the limit of this system, load cycle and friction."""
-        return self._task.same_input(LimitQuestion(system, cycle, cycle_loads(system, cycle), friction, False))
+    def verify(self, *, starts: int = 1000, moved: int = 5, above: float = 1.02, seed: int = 0) -> Any:
+        """Follow transients from the witness just above the limit, and from many starts just below; returns a `GuaranteeCheck`.
+
+        Each transient begins at the mean of the load corners, where a contact with a safe slip sticks; the mean load may be another load. The starts
+        below the limit are vertices of the set of safe slips (at the load factor, and under the mean load alone), up to three times these vertices,
+        and random slips of a tenth to a hundred times the size of the witness. If none of them slips for ever, this is evidence, not a proof. Where
+        the mean load alone is not safe, half of them are next to the least safe load factor: nothing is said of load factors below it.
+
+        Parameters
+        ----------
+        starts
+            Number of starts below the limit.
+        moved
+            Number of starts above the limit that differ from the witness by up to a thousandth of its largest slip.
+        above
+            Load factor of the test above the limit, over the limit. The test below is at 98 % of the way to it from the least safe load factor. If
+            the limit is the least safe load factor, mostly 0, there is no test below, and the test above is further by 2 % of the way to lambda_2, or
+            of the load factor at which the cyclic reactions reach the mean pressures if that is less. There only some starts near the witness slip
+            for ever, so a slip on both bounds at this load factor is followed too, at 0.9 and 1.1 times the way.
+        seed
+            Seed of the random starts.
+
+        Raises
+        ------
+        ModelError
+            Bad input, a limit that is not finite, or a contact without safe slip at any load above 0.
+        SolverError
+            A transient does not pass its checks.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+        >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+        >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+        >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+        >>> check = fo.guaranteed_limit(pair, cycle, friction=0.6).verify(starts=4, moved=0)
+        >>> check.dies_out, check.persists
+        (True, True)
+        """
+        verify = import_module("frictopt.histories.guarantee").verify  # here, for transients need the limits
+        return verify(self, self._task.cycle, starts, moved, above, seed)
 
     def _answer(self) -> Mapping[str, Any]:
         return {name: getattr(self, name) for name in ("load_factor", "least", "kind", "proven", "node", "largest_slip", "residual", "reason")}

@@ -71,9 +71,8 @@ def followed(known: Known) -> tuple[float, bool]:
     limit = known.answered_guarantee
     if not (np.isfinite(limit.load_factor) and limit.shakedown.load_factor > limit.least):
         raise NotAsked
-    system, cycle, friction = known.args
     moved = 0 if limit.node is None else _MOVED
-    check = fo.verify_guaranteed(system, cycle, friction, limit=limit, starts=_STARTS, moved=moved, above=_above(known, limit), seed=known.case.seed)
+    check = limit.verify(starts=_STARTS, moved=moved, above=_above(known, limit), seed=known.case.seed)
     below = check.runs[check.runs["share"] < 1]
     for number in np.flatnonzero(~below["outcome"].isin(_NO_SLIP)) + len(check.runs) - len(below):
         if not _lifts_off(known, float(check.runs["load_factor"].iloc[number]), check.starts[number]):
