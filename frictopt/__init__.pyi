@@ -71,10 +71,6 @@ from .limits import (
     shakedown_limit,
 )
 from .plots import plot_study
-from .spatial import (
-    SafeSlip3D,
-    ShakedownLimit3D,
-)
 from .transients import (
     SteadyState,
     Trajectory,
@@ -122,11 +118,9 @@ __all__ = [
     "RequiredFriction",
     "SafeRegion",
     "SafeSlip",
-    "SafeSlip3D",
     "SafeSlipModel",
     "SeparatedLimit",
     "ShakedownLimit",
-    "ShakedownLimit3D",
     "ShakedownModel",
     "SolveRecord",
     "SolverError",

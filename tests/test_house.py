@@ -23,8 +23,7 @@ BELOW = {
     "limits": _BASE | {"solve"},
     "transients": _BASE | {"solve"},
     "histories": _BASE | {"solve", "limits", "transients"},
-    "spatial": _BASE | {"solve"},
-    "plots": _BASE | {"fem", "limits", "transients", "histories", "spatial", "scenes"},
+    "plots": _BASE | {"fem", "limits", "transients", "histories", "scenes"},
 }
 ALLOWED = {  # libraries beyond the standard one, by layer
     "errors": set(),
@@ -36,7 +35,6 @@ ALLOWED = {  # libraries beyond the standard one, by layer
     "limits": {"numpy", "scipy", "cvxpy", "pandas"},
     "transients": {"numpy", "scipy", "cvxpy", "pandas", "numba", "lazy_loader"},
     "histories": {"numpy", "pandas", "threadpoolctl"},
-    "spatial": {"numpy", "scipy", "cvxpy", "pandas", "lazy_loader"},
     "plots": {"numpy", "pandas", "skfem", "matplotlib", "mpl_toolkits"},  # the last one comes with matplotlib
 }
 FILES = sorted(PACKAGE.rglob("*.py"))

@@ -11,8 +11,10 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.histories.guarantee import _from_its_middle
-from frictopt.limits.posed import LimitQuestion, cycle_loads
-from frictopt.limits.shakedown_result import judged
+from frictopt.limits.limit_claim import certified
+from frictopt.limits.loads import cycle_loads
+from frictopt.limits.mechanism import Mechanism
+from frictopt.limits.plane import PlaneQuestion, defect
 from systems import CYCLE, random_system
 
 Z = [0.0, 0.0]
@@ -161,13 +163,15 @@ def test_the_problem_of_the_limit_keeps_its_values(own):
 
 def test_a_least_load_factor_that_is_not_the_least_is_not_accepted():
     """Judged from both sides: more than the least is not proven by the mechanism, less has no safe slip."""
-    task = LimitQuestion(TWO, PRESSING, cycle_loads(TWO, PRESSING), 0.5, False)
-    nothing = np.zeros((2, 2))
-    slips = np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[1.0, 0.0], [0.0, 0.0]])
-    motion = fo.limits.mechanism.Mechanism(slips[0], slips[1], nothing, nothing[0])
+    task = PlaneQuestion(TWO, PRESSING, cycle_loads(TWO, PRESSING), 0.5, False)
+    motion = Mechanism(np.array([[-1.0, 0.0], [1.0, 0.0]]), np.zeros((2, 2)), task.friction)
+
+    def off(motion, slip):
+        return defect(task, task.scaled(), motion, slip)
+
     for load_factor, right in ((1.25, True), (1.25 * (1 + 1e-8), False), (1.25 * (1 - 1e-8), False), (1.5, False)):
-        assert (judged(task, task.scaled(), load_factor, np.zeros(2), motion, least=True).residual <= 1e-9) == right
-    assert judged(task, task.scaled(), 1.25, np.zeros(2), motion).residual == np.inf  # its drive is negative: no limit from above
+        assert (certified(task, load_factor, np.zeros(2), motion, off, least=True).residual <= 1e-9) == right
+    assert certified(task, 1.25, np.zeros(2), motion, off).residual == np.inf  # its drive is negative: no limit from above
 
 
 def test_it_costs_no_program_where_the_mean_load_is_safe():

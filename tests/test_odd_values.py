@@ -220,10 +220,6 @@ MADE_BY_US = {  # results, which no user makes
     *("BodyFields", "RequiredFriction", "SafeRegion", "SeparatedLimit"),
     *("Trajectory", "Verdict", "Attempt", "ComplementarityProblem", "ContactArrays", "CornerMode", "Increment", "TwoNodeLimits"),
     *("LeastExcursion", "DissipationRange", "LeastSlip", "LimitAfterProtocol", "OrderPreserving"),
-    *(
-        "SafeSlip3D",
-        "ShakedownLimit3D",
-    ),
 }
 NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes
 MAY_BE_NAN = {"v", "w", "q", "p", "previous_slip"}  # in a claimed state, which is then infinitely wrong

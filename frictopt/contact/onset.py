@@ -12,7 +12,7 @@ from .checks import Array
 from .coulomb import friction_coefficients, lengths
 from .cycle import LoadCycle, checked_cycle
 from .diagnosis import mean_load_diagnosis
-from .dispatch import answered_by_kind
+from .odd_values import warns_of_odd_values
 from .show import Plotted, Shown, frame
 from .system import ContactSystem, checked_system
 from .tolerances import ROUNDING, SIMULTANEOUS
@@ -140,7 +140,7 @@ class Onset(Shown, Plotted):
         return f"{self.to_frame().to_html(index=False)}<p>{escape(self.reason)}</p>"
 
 
-@answered_by_kind
+@warns_of_odd_values
 def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Onset:
     """Find the first slip and the first separation of the bonded contact as the load grows towards each corner, `mean + lam * corner`, `lam >= 0`.
 

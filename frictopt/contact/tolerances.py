@@ -112,7 +112,7 @@ LEVEL = 1e3 * RESIDUAL  # works of friction that differ by less, relative, are o
 WORK_GAIN = 100 * RESIDUAL  # a step that gains less work, relative, is none
 PARALLEL = ROUNDING  # directions of unit length that differ by less are one
 
-# --- spatial ---
+# --- space ---
 
 ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
 INSIDE = ROUNDING  # distance of a corner from the hull of the others, over its size, that counts as none

@@ -11,7 +11,8 @@ from ..contact.system import checked_plane
 from ..contact.tolerances import LEVEL
 from ..errors import NoContinuation, SolverError
 from ..limits import shakedown_limit
-from ..limits.posed import LimitQuestion, cycle_loads
+from ..limits.loads import cycle_loads
+from ..limits.plane import PlaneQuestion
 from ..limits.slip_bound import slip_bounds
 from ..transients import SteadyState
 from .range_search import Orbit, Search
@@ -143,7 +144,7 @@ def dissipation_range(
     True
     """
     most = slip_bounds(slip_bound, checked_plane(system).nodes)
-    task = LimitQuestion(system, cycle, cycle_loads(system, cycle), friction, True, most)
+    task = PlaneQuestion(system, cycle, cycle_loads(system, cycle), friction, True, most)
     load_factor, climbs = finite_number("load_factor", load_factor, least=0.0), flag("search", search)
     try:
         limit = shakedown_limit(system, cycle, task.friction, slip_bound=most)

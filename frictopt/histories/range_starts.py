@@ -11,7 +11,7 @@ from ..contact.tolerances import PARALLEL
 from ..errors import SolverError
 from ..limits import ShakedownLimit, guaranteed_limit
 from ..limits.admissible import AdmissibleSlips
-from ..limits.posed import LimitQuestion
+from ..limits.plane import PlaneQuestion
 
 __all__ = ["RangeStarts"]
 
@@ -29,7 +29,7 @@ class RangeStarts:
         Its shakedown limit; None if no solver proves one.
     """
 
-    def __init__(self, task: LimitQuestion, load_factor: float, limit: ShakedownLimit | None) -> None:
+    def __init__(self, task: PlaneQuestion, load_factor: float, limit: ShakedownLimit | None) -> None:
         self._task, self._load_factor, self._limit = task, load_factor, limit
         self._slips = AdmissibleSlips(task)
 

@@ -15,20 +15,18 @@ import numpy as np
 
 from ..contact.checks import Array
 from ..solve.solvers import NoOptimum, solve
-from .posed import LimitQuestion
+from .loads import Loads
+from .plane import PlaneQuestion
 from .safe_set import SafeProblem, SafeSymbols
-from .scaling import Loads, ScaledContact
-from .slip_bound import SlipBound
 
 __all__ = ["AdmissibleSlips", "admissible_problem"]
 
 
-def admissible_problem(contact: ScaledContact, opening: bool, bound: SlipBound | None) -> SafeProblem:
+def admissible_problem(v: SafeSymbols) -> SafeProblem:
     """The slip admissible under one load that goes furthest in a direction, in dimensionless tractions."""
-    v = SafeSymbols(contact)
     along = cp.Parameter(v.traction.size, name="direction") @ v.traction
     rows = {"no_forward_slip": v.q + v.fp >= 0, "no_backward_slip": v.fp - v.q >= 0, "no_opening": v.p >= 0}
-    return v.problem(cp.Maximize(along), rows, opening, bound)
+    return v.problem(cp.Maximize(along), rows)
 
 
 class AdmissibleSlips:
@@ -40,10 +38,9 @@ class AdmissibleSlips:
         The contact, its load cycle, friction and slip bound.
     """
 
-    def __init__(self, task: LimitQuestion) -> None:
+    def __init__(self, task: PlaneQuestion) -> None:
         self._task = replace(task, simplify=False)
-        self._scaled = self._task.scaled()
-        self._model = admissible_problem(self._scaled, self._task.opening, self._task.bound(self._scaled))
+        self._model = admissible_problem(self._task.symbols())
 
     @property
     def problem(self) -> cp.Problem:
@@ -62,10 +59,10 @@ class AdmissibleSlips:
         """
         none = np.zeros((1, len(q)))
         loads = Loads(q, p, none, none)
-        self._model.set(self._task.rows(self._scaled, loads))
+        self._task.with_data(self._model, loads)
         found = {}
         for name, direction in directions.items():
-            along = direction @ self._scaled.slip
+            along = direction @ self._model.scaled.slip
             self._model.problem.param_dict["direction"].value = along / (np.abs(along).max(initial=0.0) or 1.0)
             vertex = _Vertex(self._model, self._task, loads)
             try:
@@ -86,7 +83,7 @@ class _Vertex:
     """The problem with its load and direction set."""
 
     model: SafeProblem
-    task: LimitQuestion
+    task: PlaneQuestion
     loads: Loads
 
     @property

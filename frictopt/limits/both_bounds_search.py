@@ -13,7 +13,7 @@ from ..solve.explain import Units
 from ..solve.polish import Program
 from ..solve.solvers import solve
 from .both_bounds import Aim, both_bounds_problem, set_node
-from .posed import LimitQuestion
+from .plane import PlaneQuestion
 from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem
 
@@ -70,7 +70,7 @@ class BothBoundsSearch:
         self._solver = solver
         self._compiled: dict[Aim, tuple[SafeProblem, SafeProblem]] = {}
 
-    def solve(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, node: int, least: float, *, expect_solution: bool) -> NodeClaim:
+    def solve(self, task: PlaneQuestion, safe: SafeProblem, rows: RulingLoads, node: int, least: float, *, expect_solution: bool) -> NodeClaim:
         """The claim of one node that passes its checks, of a contact whose least safe load factor is `least`.
 
         Whether the node is `expect_solution` to be on both bounds anywhere decides only which of the problems comes first.
@@ -98,12 +98,12 @@ class BothBoundsSearch:
         alone = found.load_factor <= least + (COINCIDE * rows.load_unit if least > 0 else 0.0)
         return self._beyond_least(task, safe, rows, found, least) if alone else found
 
-    def values_of(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
+    def values_of(self, task: PlaneQuestion, safe: SafeProblem, rows: RulingLoads, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
         """What stands in the variables for a claim, with the parameters of its program set."""
         self._model(task, safe, rows, claim.node, Aim.LEAST)
         return claim.values
 
-    def _beyond_least(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, found: NodeClaim, least: float) -> NodeClaim:
+    def _beyond_least(self, task: PlaneQuestion, safe: SafeProblem, rows: RulingLoads, found: NodeClaim, least: float) -> NodeClaim:
         """The claim of a limit at the least safe load factor, if the node can be on both bounds above it too; otherwise it is nowhere else.
 
         The load factors at which it can are an interval, for the problem is convex.
@@ -123,13 +123,13 @@ class BothBoundsSearch:
         answer = solve(model, claimed, self._solver, no_optimum=never)
         return replace(answer.claim, solver=answer.solver, attempts=answer.attempts)
 
-    def _model(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, node: int, aim: Aim) -> SafeProblem:
+    def _model(self, task: PlaneQuestion, safe: SafeProblem, rows: RulingLoads, node: int, aim: Aim) -> SafeProblem:
         if aim not in self._compiled or self._compiled[aim][0] is not safe:
             self._compiled[aim] = safe, both_bounds_problem(safe, aim)
         set_node(self._compiled[aim][1], rows, node)
         return self._compiled[aim][1]
 
-    def _claimed(self, task: LimitQuestion, model: SafeProblem, rows: RulingLoads, node: int) -> NodeClaim:
+    def _claimed(self, task: PlaneQuestion, model: SafeProblem, rows: RulingLoads, node: int) -> NodeClaim:
         corners, factor, slip = _pair(task, node), float(model.value("load_factor")), task.within_bound(model.slip)
         load_factor = (factor if factor > ZERO_LOAD_FACTOR else 0.0) * rows.load_unit
         q, p = task.reactions(load_factor, slip)
@@ -140,7 +140,7 @@ class BothBoundsSearch:
         residual = max(task.violation(load_factor, slip), off, gap, model.violation())
         return NodeClaim(node, corners, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)))
 
-    def _proof_of_absence(self, task: LimitQuestion, safe: SafeProblem, rows: RulingLoads, node: int) -> NodeClaim | None:
+    def _proof_of_absence(self, task: PlaneQuestion, safe: SafeProblem, rows: RulingLoads, node: int) -> NodeClaim | None:
         """Proof that no safe slip at any load factor holds the node on both bounds; None where there is none."""
         model = self._model(task, safe, rows, node, Aim.EXCESS)
 
@@ -157,7 +157,7 @@ class BothBoundsSearch:
         return claim if least_excess()[1] > RESIDUAL else None
 
 
-def two_corners(task: LimitQuestion) -> np.ndarray:
+def two_corners(task: PlaneQuestion) -> np.ndarray:
     """(N,) whether a node that is on both its bounds under a safe slip slips to and fro: forward at one corner, backward at another.
 
     Where one corner rules both bounds, the node only lifts off there; without friction it dissipates nothing.
@@ -166,7 +166,7 @@ def two_corners(task: LimitQuestion) -> np.ndarray:
     return np.asarray((forward & ~backward).any(axis=0) & (backward & ~forward).any(axis=0) & (task.friction > 0))
 
 
-def _rulers(task: LimitQuestion) -> tuple[np.ndarray, np.ndarray]:
+def _rulers(task: PlaneQuestion) -> tuple[np.ndarray, np.ndarray]:
     """(K, N) whether a corner rules the forward and the backward bound of a node, ties included."""
     f, q1, p1 = task.friction, task.loads.q1, task.loads.p1
     floor = TIE * (np.abs(q1) + f * np.abs(p1)).max(axis=0)
@@ -174,7 +174,7 @@ def _rulers(task: LimitQuestion) -> tuple[np.ndarray, np.ndarray]:
     return forward >= forward.max(axis=0) - floor, backward >= backward.max(axis=0) - floor
 
 
-def _pair(task: LimitQuestion, node: int) -> tuple[int, int]:
+def _pair(task: PlaneQuestion, node: int) -> tuple[int, int]:
     """The corners of the forward and the backward bound of a node."""
     forward, backward = (rules[:, node] for rules in _rulers(task))
     return int(np.argmax(forward & ~backward)), int(np.argmax(backward & ~forward))

@@ -7,8 +7,9 @@ import numpy as np
 from ..contact import ContactSystem
 from ..contact.checks import Array
 from ..contact.tolerances import NO_COUPLING
+from .loads import Loads
 from .mechanism import Mechanism
-from .scaling import Loads, rigid_slides
+from .scaling import rigid_slides
 
 __all__ = ["UncoupledEnd", "is_uncoupled", "uncoupled_ends"]
 
@@ -60,19 +61,21 @@ def uncoupled_ends(system: ContactSystem, loads: Loads, friction: Array) -> tupl
         least, most = load_factor * rise - bound - loads.q0, bound - loads.q0 - load_factor * fall
         room = most - least
         share = 0.5 if not floating or room.sum() <= 0 else float(np.clip(-least.sum() / room.sum(), 0.0, 1.0))
-        return UncoupledEnd(load_factor, compliance @ (least + share * room), _mechanism(row, rules, forward.shape))
+        return UncoupledEnd(load_factor, compliance @ (least + share * room), _mechanism(row, rules, forward.shape, friction))
 
     return end(max(float(below.max()), 0.0), int(below.argmax())), end(float(above.min()), int(above.argmin()))
 
 
-def _mechanism(which: int, rules: tuple[np.ndarray, np.ndarray], shape: tuple[int, int]) -> Mechanism:
-    """One node slipping forth and back, or (past the last node) all nodes slipping one way at their ruling corners."""
-    slips = np.zeros((3, *shape))
-    nodes = np.arange(shape[1])
+def _mechanism(which: int, rules: tuple[np.ndarray, np.ndarray], shape: tuple[int, int], friction: Array) -> Mechanism:
+    """One node slipping forth and back, or (past the last node) all nodes slipping one way at their ruling corners.
+
+    A node that slips forth and back at one corner opens by friction times that.
+    """
+    slips, nodes = np.zeros((2, *shape)), np.arange(shape[1])
     if which < shape[1]:
         for direction in (0, 1):
             slips[direction, rules[direction][which], which] = 1.0
     else:
         direction = which - shape[1]
         slips[direction, rules[direction], nodes] = 1.0
-    return Mechanism(slips[0], slips[1], slips[2], np.zeros(shape[1]))
+    return Mechanism(slips[0] - slips[1], 2 * friction * slips.min(axis=0), friction)

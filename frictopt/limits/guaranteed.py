@@ -10,14 +10,16 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, flag, frozen, listed
-from ..contact.dispatch import answered_by_kind
+from ..contact.odd_values import warns_of_odd_values
+from ..contact.system import checked_plane
 from ..errors import SolverError
 from ..solve.solvers import solver_order
 from .both_bounds_search import BothBoundsSearch, NodeClaim, two_corners
 from .closed_form import is_uncoupled
 from .guaranteed_result import COINCIDE, IMAGE, LEFT_OUT, NEVER, NOT_NEEDED, ONE_CORNER, SOLVED, GuaranteedLimit, left_out, reason
+from .loads import cycle_loads
 from .own_constraints import Expressions, Extendable
-from .posed import LimitQuestion, cycle_loads
+from .plane import PlaneQuestion
 from .screening import load_factor_bounds
 from .shakedown import ShakedownModel
 from .shakedown_result import ShakedownLimit
@@ -67,7 +69,7 @@ class GuaranteedModel(Extendable):
     """
 
     def __init__(self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None) -> None:
-        self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        self._shakedown = ShakedownModel(checked_plane(system), cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
         self._most, self._simplify = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify)
         solver_order(solver)
@@ -96,7 +98,7 @@ class GuaranteedModel(Extendable):
             No solver gave an answer that passes the checks.
         """
         own = listed("constraints", constraints)
-        posed = LimitQuestion(self._system, self._cycle, self._loads, friction, self._simplify and not own, self._most)
+        posed = PlaneQuestion(self._system, self._cycle, self._loads, friction, self._simplify and not own, self._most)
         shakedown = self._shakedown.solve(friction, own)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
@@ -108,8 +110,8 @@ class GuaranteedModel(Extendable):
             least[both], how[both] = least_found, NOT_NEEDED
             return self._result(task, shakedown, None, least, how, ())
         extended = self._expressions.extended(own, None, task.rows(self._expressions.scaled), task.opening) if own else None
-        safe = extended.model if extended else self._shakedown._program(task)
-        rows = task.rows(safe.scaled)
+        safe = extended.model if extended else self._shakedown.compiled(task)
+        rows = task.with_data(safe).rows
         values: Mapping[cp.Variable, Array] = safe.values()
         source = posed.part.source  # the least load factor of a node is that of its mirror image
         images = both & (source != np.arange(n))
@@ -137,7 +139,7 @@ class GuaranteedModel(Extendable):
         return self._result(task, shakedown, best, np.where(images, least[source], least), how, tuple(claims))
 
     def _result(
-        self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
+        self, task: PlaneQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
     ) -> GuaranteedLimit:
         uncoupled, coincide = is_uncoupled(task.system, task.friction), int((how == COINCIDE).sum())
         return GuaranteedLimit(
@@ -166,7 +168,7 @@ class GuaranteedModel(Extendable):
         )
 
 
-@answered_by_kind
+@warns_of_odd_values
 def guaranteed_limit(
     system: ContactSystem, cycle: LoadCycle, friction: Any, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None
 ) -> GuaranteedLimit:

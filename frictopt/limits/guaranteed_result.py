@@ -14,7 +14,7 @@ from ..contact.checks import Array, finite_number, frozen
 from ..contact.record import SolveRecord
 from ..solve.explain import Units, explain
 from .both_bounds_search import NodeClaim
-from .posed import Answered, LimitQuestion
+from .question import Answered, LimitQuestion
 from .shakedown_result import ShakedownLimit
 
 __all__ = ["COINCIDE", "IMAGE", "LEFT_OUT", "NEVER", "NOT_NEEDED", "ONE_CORNER", "SOLVED", "GuaranteedLimit", "left_out", "reason"]

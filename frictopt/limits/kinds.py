@@ -5,41 +5,45 @@ from dataclasses import replace
 import numpy as np
 
 from ..contact.answers import LimitKind
+from ..contact.coulomb import lengths
 from ..contact.diagnosis import growth_diagnosis, mean_load_diagnosis
 from ..contact.tolerances import GROWN, RESIDUAL
-from .posed import LimitQuestion
+from .loads import Loads
+from .plane import PlaneQuestion
+from .question import LimitQuestion
 from .safe_slip import MarginState, solve_margin
-from .scaling import Loads, ScaledContact
+from .space import SpaceQuestion
 
 __all__ = ["classify", "growth", "reason"]
 
 
-def classify(task: LimitQuestion, scaled: ScaledContact, solver: str | None) -> tuple[LimitKind, MarginState] | None:
+def classify(task: PlaneQuestion | SpaceQuestion, solver: str | None) -> tuple[LimitKind, MarginState] | None:
     """Decide why there is no finite limit, by the margin of two problems that always have an optimum; None if neither reason can be proven."""
     loads = task.loads
-    existence, _, _ = solve_margin(task, scaled, loads, None, solver)
+    existence = solve_margin(task, loads, None, solver)[0].claim
     if existence.margin < -RESIDUAL:
         return LimitKind.NO_SAFE_SLIP, existence
     alone = Loads(np.zeros_like(loads.q0), np.zeros_like(loads.p0), loads.q1, loads.p1)
     growing = task if task.most is None else replace(task, most=np.zeros_like(task.most))  # a bounded slip cannot grow with the load
-    cyclic, _, _ = solve_margin(growing, scaled, alone, task.rows(scaled).load_unit, solver)
+    cyclic = solve_margin(growing, alone, task.load_unit, solver)[0].claim
     return (LimitKind.UNBOUNDED, cyclic) if cyclic.margin >= -RESIDUAL and _carried(task, cyclic) else None
 
 
 def _carried(task: LimitQuestion, cyclic: MarginState) -> bool:
     """Whether the slip that grows with the load keeps each node within its bound, up to a share of what acts on this node itself."""
-    A, B, f, slip = task.system.A, task.system.B, task.friction, cyclic.slip
+    f, v, shape = task.friction, np.abs(cyclic.slip.T.ravel()), cyclic.slip.T.shape
     q1, p1 = cyclic.load_factor * task.loads.q1, cyclic.load_factor * task.loads.p1
-    own = np.maximum(np.abs(q1), f * np.abs(p1)).max(axis=0) + np.abs(A) @ np.abs(slip) + f * (np.abs(B) @ np.abs(slip))
-    q, p = q1 + A @ slip, p1 + B @ slip
-    return bool((np.maximum(np.abs(q) - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
+    sheared, pressed = (np.abs(task.system.A) @ v).reshape(shape).T, np.abs(task.system.B) @ v
+    own = np.maximum(lengths(q1, p1), f * np.abs(p1)).max(axis=0) + lengths(sheared, pressed) + f * pressed
+    q, p = (cyclic_part + part for cyclic_part, part in zip((q1, p1), task.change(cyclic.slip), strict=True))
+    return bool((np.maximum(lengths(q, p) - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
 
 
 def growth(task: LimitQuestion, proof: MarginState) -> str:
     """Why the limit is infinite, in words, from the slip that grows with the load."""
-    growing, corners = proof.slip / proof.load_factor, (task.loads.q1, task.loads.p1)
-    slipped, rounding = (task.system.A @ growing, task.system.B @ growing), GROWN * task.mean_bound / proof.load_factor
-    return growth_diagnosis(task.friction, corners, slipped, rounding, ": slip_bound limits it")
+    slipped, rounding = task.change(proof.slip / proof.load_factor), GROWN * task.mean_bound / proof.load_factor
+    remedy = ": slip_bound limits it" if task.system.tangents == 1 else ""
+    return growth_diagnosis(task.friction, (task.loads.q1, task.loads.p1), slipped, rounding, remedy)
 
 
 def reason(task: LimitQuestion, kind: LimitKind, ends: tuple[float, float], growth: str, constraints: tuple[str, ...]) -> str:

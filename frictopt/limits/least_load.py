@@ -1,7 +1,7 @@
 """The least safe load factor: the lower end of an interval where the mean load alone leaves no safe slip, and the corners press.
 
-Safe slips and load factors are a convex set (its rows are linear in both), so the safe load factors are an interval. It begins at 0 if some slip is
-safe under the mean load alone, else at::
+Safe slips and load factors are a convex set, so the safe load factors are an interval. It begins at 0 if some slip is safe under the mean load
+alone, else at::
 
     min lam   s.t.   v safe at lam, see `shakedown_problem`
 
@@ -20,63 +20,57 @@ from ..contact.checks import Array
 from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
 from ..solve.solvers import Answer, solve
-from .mechanism import expand_duals
-from .ruling_corners import RulingLoads
-from .safe_set import SafeProblem
-from .shakedown_result import LimitClaim, judged, judged_by_rows
+from .limit_claim import LimitClaim, Program, judged, judged_by_rows
+from .pose import kind_of
 
 __all__ = ["with_least_load"]
 
 
-def with_least_load(answer: Answer[LimitClaim], model: SafeProblem, rows: RulingLoads, solver: str | None) -> Answer[LimitClaim]:
+def with_least_load(answer: Answer[LimitClaim], program: Program, solver: str | None) -> Answer[LimitClaim]:
     """The answer of a program of the limit, with the least safe load factor: by one more program only if nothing at hand shows that it is 0.
 
-    It is 0 if the slip of the limit, or no slip, is safe under the mean load; and if the cyclic load at the ruling corners only narrows the rows, as
-    where the corners have the mean load in their hull: then what is safe at any load factor is so at 0. What stands in the variables and multipliers
-    stays there. The least load factor is nan where no solver gave one that passes the checks.
+    It is 0 if the slip of the limit, or no slip, is safe under the mean load; and if the cyclic load only narrows what is safe, as where the corners
+    have the mean load in their hull. What stands in the variables and multipliers stays there. The least load factor is nan where no solver gave one
+    that passes the checks.
     """
-    claim = answer.claim
+    claim, own = answer.claim, bool(answer.claim.constraints)
     if claim.kind is LimitKind.NO_SAFE_SLIP or claim.objective is not None:
         return answer
-    narrows = not model.own and min(rows.forward.min(), rows.backward.min(), rows.opening.min() if claim.task.opening else 0.0) >= 0
-    slips = ([claim.slip] if claim.kind is LimitKind.FINITE else []) + ([] if model.own else [np.zeros_like(claim.slip)])
-    if narrows or any(_excess_under_mean(claim, model, slip) <= RESIDUAL for slip in slips):
+    slips = ([claim.slip] if claim.kind is LimitKind.FINITE else []) + ([] if own else [np.zeros_like(claim.slip)])
+    if any(_excess_under_mean(program, slip) <= RESIDUAL for slip in slips) or program.narrows:
         return replace(answer, claim=replace(claim, least=0.0))
-    with _kept(model):
+    with _kept(program.problem):
+        downward = program.downward
         try:
-            lower = solve(model.downward, lambda: _claimed(claim, model.downward, rows), solver)
+            lower = solve(downward, lambda: _claimed(claim, downward), solver, kind=kind_of(program.task.system))
         except SolverError:  # rounding hides whether some slip is safe under the mean load: the limit stands, the least load factor is not known
             return replace(answer, claim=replace(claim, least=np.nan))
     claim = replace(claim, least=lower.claim.load_factor, residual=max(claim.residual, lower.claim.residual))
     return replace(answer, claim=claim, attempts=(*answer.attempts, *lower.attempts))
 
 
-def _claimed(claim: LimitClaim, model: SafeProblem, rows: RulingLoads) -> LimitClaim:
+def _claimed(claim: LimitClaim, program: Program) -> LimitClaim:
     """The least load factor that stands in the program, judged by the referee and by its mechanism; 0 if its slip is safe under the mean load."""
-    task, slip = claim.task, claim.task.within_bound(model.slip)
-    if (excess := _excess_under_mean(claim, model, slip)) <= RESIDUAL:
+    if (excess := _excess_under_mean(program, program.slip)) <= RESIDUAL:
         return replace(claim, load_factor=0.0, residual=excess)
-    motion = expand_duals(model, rows, task.loads.corners)
-    if model.own:
-        return judged_by_rows(task, model, rows.load_unit, motion, claim.constraints)
-    return judged(task, model.scaled, float(model.value("load_factor")) * rows.load_unit, slip, motion, least=True)
+    return judged_by_rows(program, claim.constraints) if claim.constraints else judged(program, least=True)
 
 
-def _excess_under_mean(claim: LimitClaim, model: SafeProblem, slip: Array) -> float:
+def _excess_under_mean(program: Program, slip: Array) -> float:
     """By how much a slip is not safe under the mean load alone, or violates the user's own rows there, if they are: then it stands in them."""
-    load_factor: cp.Variable = model.problem.var_dict["load_factor"]
+    load_factor: cp.Variable = program.problem.var_dict["load_factor"]
     value = load_factor.value
     load_factor.save_value(np.zeros(()))
-    excess = max(claim.task.violation(0.0, slip), model.violation())
+    excess = max(program.task.violation(0.0, slip), program.violation)
     load_factor.save_value(value)
     return float(np.nan_to_num(excess, nan=np.inf))
 
 
 @contextmanager
-def _kept(model: SafeProblem) -> Iterator[None]:
+def _kept(problem: cp.Problem) -> Iterator[None]:
     """Puts back what stands in the variables and multipliers of a program."""
-    duals = [variable for row in model.problem.constraints for variable in row.dual_variables]
-    values = [(variable, variable.value) for variable in (*model.problem.variables(), *duals)]
+    duals = [variable for row in problem.constraints for variable in row.dual_variables]
+    values = [(variable, variable.value) for variable in (*problem.variables(), *duals)]
     yield
     for variable, value in values:
         variable.save_value(value)

@@ -108,11 +108,11 @@ class LeastSlip(Shown, Plotted):
         return {name: getattr(self, name) for name in ("load_factor", "bound", "total", "residual")}
 
 
-def least_slip(system: ContactSystem, friction: Array, motion: Mechanism, limit: float, load_factor: float, residual: float) -> LeastSlip:
+def least_slip(system: ContactSystem, motion: Mechanism, limit: float, load_factor: float, residual: float) -> LeastSlip:
     """The bound that a mechanism of unit drive and the limit that it proves give at a load factor."""
-    slide, lift = motion.forward - motion.backward, friction * (motion.forward + motion.backward) + motion.opening
+    slide, lift = motion.slips, motion.lift
     g, h = slide @ system.A + lift @ system.B, slide @ system.B.T + lift @ system.C
-    terms = float(((motion.forward + motion.backward + motion.opening) @ (np.abs(system.A) + np.abs(system.B))).max())
+    terms = float(((motion.size + motion.opening) @ (np.abs(system.A) + np.abs(system.B))).max())
     unbalanced = float(np.abs(g.sum(axis=0)).max()) / terms if terms > 0 else 0.0
     g = np.where(np.abs(g) > WEIGHT * terms, g, 0.0)
     weight, residual = np.abs(g).sum(axis=0) / 2, max(unbalanced, residual)

@@ -15,9 +15,9 @@ from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
 from ..solve.polish import Program, polish, standard_form
 from ..solve.solvers import solve
+from .loads import Loads
 from .ruling_corners import RulingLoads
 from .safe_set import SafeProblem
-from .scaling import Loads
 
 __all__ = ["Contradiction", "Expressions", "Extendable", "Extended", "contradiction", "is_unbounded"]
 

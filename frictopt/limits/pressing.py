@@ -7,17 +7,14 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from ..contact.tolerances import NO_LEAST_PRESSURE, RESIDUAL
 from ..solve.solvers import Answer, solve
-from .mechanism import expand_duals
-from .posed import LimitQuestion, cycle_loads
-from .ruling_corners import RulingLoads
+from .loads import cycle_loads
+from .plane import PlaneProgram, PlaneQuestion
 from .safe_set import SafeProblem, SafeSymbols
-from .scaling import ScaledContact
-from .slip_bound import SlipBound
 
 __all__ = ["Pressing", "best_pressed", "pressing_problem"]
 
 
-def pressing_problem(contact: ScaledContact, bound: SlipBound | None) -> SafeProblem:
+def pressing_problem(v: SafeSymbols) -> SafeProblem:
     """Residual slip v under which the least normal reaction, over all nodes and corners k, is largest.
 
     In full, with `force` the mean normal force of the mean load, and the corner that rules each node standing for all of them::
@@ -26,9 +23,8 @@ def pressing_problem(contact: ScaledContact, bound: SlipBound | None) -> SafePro
 
     The bound is `abs(v) <= slip_bound`.
     """
-    least, v = cp.Variable(name="least"), SafeSymbols(contact)
-    share = cp.Parameter(v.p.size, nonneg=True, name="share")
-    return v.problem(cp.Maximize(least), {"no_opening": v.p >= v.opening + cp.multiply(share, least), "cap": least <= 1}, True, bound)
+    least, share = cp.Variable(name="least"), cp.Parameter(v.p.size, nonneg=True, name="share")
+    return v.problem(cp.Maximize(least), {"no_opening": v.p >= v.opening + cp.multiply(share, least), "cap": least <= 1})
 
 
 class Pressing:
@@ -46,16 +42,16 @@ class Pressing:
         The larger of the distance of `least` from the bound that `motion` proves, and the excess of its slip over the slip bound.
     """
 
-    def __init__(self, task: LimitQuestion, rows: RulingLoads, load_factor: float, model: SafeProblem) -> None:
-        slip = task.within_bound(model.slip)
+    def __init__(self, program: PlaneProgram, load_factor: float) -> None:
+        task, slip = program.task, program.slip
         q, p = task.reactions(load_factor, slip)
         self.least = float(min(p.min() / task.force, 1.0))
         self.friction = float((np.abs(q) / p).max()) if self.least > NO_LEAST_PRESSURE else np.inf
-        motion, cap = expand_duals(model, rows, task.loads.corners), float(model.dual("cap"))
+        motion, cap = program.motion, program.cap("cap")
         opened = float(motion.opening.sum()) * task.force
         self.motion = motion.scaled((1 - cap) / opened if opened > 0 and cap < 1 else 0.0)
-        resistance, drive = self.motion.work(task.loads, task.friction, task.most)
-        defect = task.defect(model.scaled, self.motion, slip)
+        resistance, drive = self.motion.work(task.loads, task.most)
+        defect = program.defect(self.motion, slip)
         gap = abs(cap + resistance - load_factor * drive - self.least) + defect  # a defect that closes the gap counts for slips like this one alone
         proves = opened > 0 or cap >= 1 - RESIDUAL  # multipliers that do not add up to one bound nothing
         self.residual = float(np.nan_to_num(max(gap, task.beyond(slip)), nan=np.inf)) if proves else np.inf
@@ -74,9 +70,7 @@ def best_pressed(system: ContactSystem, cycle: LoadCycle, load_factor: float, mo
     SolverError
         No solver gave an answer that passes the checks.
     """
-    task = LimitQuestion(system, cycle, cycle_loads(system, cycle), np.zeros(system.nodes), True, most)
-    scaled = task.scaled()
-    rows, model = task.rows(scaled), pressing_problem(scaled, task.bound(scaled))
-    model.set(rows, load_factor)
-    model.problem.param_dict["share"].value = task.force / scaled.unit
-    return solve(model, lambda: Pressing(task, rows, load_factor, model))
+    task = PlaneQuestion(system, cycle, cycle_loads(system, cycle), np.zeros(system.nodes), True, most)
+    program = task.posed(pressing_problem, load_factor=load_factor)
+    program.problem.param_dict["share"].value = task.force / program.model.scaled.unit
+    return solve(program, lambda: Pressing(program, load_factor))

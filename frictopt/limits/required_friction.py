@@ -122,7 +122,7 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     if asked.proven(0.0, True):
         slip, none = asked.safe(0.0), np.zeros((1, system.nodes))
         why = f"none is needed: a residual slip{within} takes all shear off every node at every corner"
-        motionless, record = Mechanism(none, none, none, none[0]).table(system), asked.record((slip,), slip.residual)
+        motionless, record = Mechanism(none, none, none[0]).table(system), asked.record((slip,), slip.residual)
         return RequiredFriction(0.0, np.nan, slip.slip, motionless, why, system, cycle, load_factor, record)
     if not asked.proven(most, True):
         best = best_pressed(system, cycle, load_factor, slip_bounds(slip_bound, system.nodes))

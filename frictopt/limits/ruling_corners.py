@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from ..contact.checks import Array
-from .scaling import Loads, ScaledContact
+from .loads import Loads
+from .scaling import ScaledContact
 
-__all__ = ["RulingLoads", "load_factor_unit", "ruling_loads"]
+__all__ = ["RulingLoads", "ruling_loads"]
 
 Integers = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -29,6 +30,8 @@ class RulingLoads:
         (n,) corner that rules each row, for the rows of forward, backward and opening.
     load_unit
         Load factor that the dimensionless load factor is measured in.
+    clearance
+        (n,) mean friction bound in the units of the nodes.
     """
 
     friction: Array
@@ -40,13 +43,13 @@ class RulingLoads:
     opening: Array
     corners: tuple[Integers, Integers, Integers]
     load_unit: float
+    clearance: Array
 
 
-def ruling_loads(scaled: ScaledContact, loads: Loads, friction: Array) -> RulingLoads:
+def ruling_loads(scaled: ScaledContact, loads: Loads, friction: Array, load_unit: float, mean_bound: float) -> RulingLoads:
     """Rows of the nodes, one for each node and sense: those of the ruling corner."""
     unit = scaled.unit
     forward, backward, opening = -(loads.q1 + friction * loads.p1), loads.q1 - friction * loads.p1, -loads.p1
-    load_unit = load_factor_unit(loads, friction, scaled.force)
     return RulingLoads(
         friction=friction,
         q_mean=loads.q0 / unit,
@@ -57,11 +60,5 @@ def ruling_loads(scaled: ScaledContact, loads: Loads, friction: Array) -> Ruling
         opening=opening.max(axis=0) / unit * load_unit,
         corners=(forward.argmax(axis=0), backward.argmax(axis=0), opening.argmax(axis=0)),
         load_unit=load_unit,
+        clearance=mean_bound / unit,
     )
-
-
-def load_factor_unit(loads: Loads, friction: Array, force: float) -> float:
-    """Load factor at which the cyclic reactions reach the size of the mean friction bound (of the force scale where there is none)."""
-    demand = float(np.abs(loads.q1).mean() + (friction * np.abs(loads.p1)).mean() + np.abs(loads.p1[:, friction == 0]).sum() / len(friction))
-    bound = float((friction * np.abs(loads.p0)).mean()) or force
-    return bound / demand if demand > 0 else 1.0

@@ -15,9 +15,8 @@ from ..contact.show import Plotted, frame
 from ..contact.system import checked_plane
 from ..contact.tolerances import ONE_SIDE, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
+from .loads import cycle_loads, load_factor_unit
 from .mechanism import Mechanism
-from .posed import cycle_loads
-from .ruling_corners import load_factor_unit
 from .shakedown import shakedown_limit
 from .shakedown_result import ShakedownLimit
 
@@ -213,20 +212,21 @@ class _Search:
         self._limits.append(limit)
         reach, bound = limit.load_factor if np.isfinite(limit.load_factor) else 0.0, limit.bound
         loads = cycle_loads(self._system, cycle)
-        if reach <= ZERO_LOAD_FACTOR * load_factor_unit(loads, self._friction, float(np.abs(loads.p0).mean()) or 1.0):
+        if reach <= ZERO_LOAD_FACTOR * load_factor_unit(loads, self._friction, loads.force):
             reach = bound = 0.0
         motion = self._ruled(limit._motion)
-        drives = [motion.work(unit, self._friction, None)[1] for unit in self._unit_loads]
+        drives = [motion.work(unit)[1] for unit in self._unit_loads]
         return _Point(limit, reach * np.array([first, second]), np.array(drives), float(bound), motion)
 
     def _ruled(self, motion: Mechanism) -> Mechanism:
         """The same motions at the corners that rule them where both amplitudes are above zero: a ray of one load alone leaves the other's open."""
         (one, other), f, nodes = self._unit_loads, self._friction, np.arange(self._system.nodes)
         q, p = one.q1 + other.q1, one.p1 + other.p1
-        parts = [np.zeros_like(q) for _ in range(3)]
-        for part, old, drive in zip(parts, (motion.forward, motion.backward, motion.opening), (-(q + f * p), q - f * p, -p), strict=True):
-            part[drive.argmax(axis=0), nodes] = old.sum(axis=0)
-        return Mechanism(parts[0], parts[1], parts[2], motion.hold)
+        forward, backward, opening = (np.zeros_like(q) for _ in range(3))
+        forward[(-(q + f * p)).argmax(axis=0), nodes] = np.maximum(motion.slips, 0.0).sum(axis=0)
+        backward[(q - f * p).argmax(axis=0), nodes] = np.maximum(-motion.slips, 0.0).sum(axis=0)
+        opening[(-p).argmax(axis=0), nodes] = motion.opening.sum(axis=0)
+        return Mechanism(forward - backward, opening + 2 * f * np.minimum(forward, backward), f)
 
     def between(self, one: _Point, other: _Point) -> list[_Side]:
         """The sides between two points of the border."""

@@ -22,7 +22,18 @@ __all__ = ["SafeProblem", "SafeSymbols"]
 
 
 class SafeSymbols:
-    """Unknowns of a residual slip v, and what stands in the rows of its programs.
+    """Unknowns of a residual slip v in the plane, what stands in the rows of its programs, and the rows of the corners that rule.
+
+    The corners of one row differ only in the coefficient of `lam >= 0`, so the largest one rules and stands for all of them::
+
+        forward = max_k -(q1_k + f p1_k),   backward = max_k (q1_k - f p1_k),   opening = max_k -p1_k
+
+    `p >= 0` follows from the other two where there is friction; for little or none, `opening` keeps its rows. The bound is `abs(v) <= slip_bound`.
+
+    Parameters
+    ----------
+    contact, rows_of_opening, bound
+        The contact, whether the rows of opening are needed, and a bound on the slip.
 
     Attributes
     ----------
@@ -34,9 +45,9 @@ class SafeSymbols:
         (n,) cyclic load at the corners that rule the rows, see `RulingLoads`.
     """
 
-    def __init__(self, contact: ScaledContact) -> None:
+    def __init__(self, contact: ScaledContact, rows_of_opening: bool, bound: SlipBound | None) -> None:
         n, m = contact.shear.shape
-        self._contact = contact
+        self._contact, self._opens, self._bound = contact, rows_of_opening, bound
         self.traction, self.slide = cp.Variable(m, name="traction"), cp.Variable(contact.rigid.shape[1], name="slide") if contact.rigid.size else None
         q0, p0, fp0 = (cp.Parameter(n, name=name) for name in ("q_mean", "p_mean", "fp_mean"))
         friction = cp.Parameter(n, nonneg=True, name="friction")
@@ -44,11 +55,25 @@ class SafeSymbols:
         self.fp = fp0 + cp.multiply(friction, contact.normal @ self.traction)
         self.forward, self.backward, self.opening = (cp.Parameter(n, name=name) for name in ("forward", "backward", "opening"))
 
-    def problem(self, goal: cp.Minimize | cp.Maximize, rows: Mapping[str, cp.Constraint], opening: bool, bound: SlipBound | None) -> "SafeProblem":
+    def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None) -> dict[str, cp.Constraint]:
+        """Rows by which every node is closed and stuck at every corner, with a margin in mean friction bounds; None: no margin.
+
+        A load factor of None is a given one: it then stands in the parameters.
+        """
+        lam, reserve = 1.0 if load_factor is None else load_factor, 0.0
+        if margin is not None:
+            reserve = cp.multiply(cp.Parameter(self.q.size, nonneg=True, name="clearance"), margin)
+        return {
+            "no_forward_slip": self.q + self.fp >= self.forward * lam + reserve,
+            "no_backward_slip": self.fp - self.q >= self.backward * lam + reserve,
+            "no_opening": self.p >= self.opening * lam + reserve,
+        }
+
+    def problem(self, goal: cp.Minimize | cp.Maximize, rows: Mapping[str, cp.Constraint]) -> "SafeProblem":
         """The rows by their names and those of a slip bound; without the rows `no_opening` where friction implies them."""
-        kept = [row.set_label(name) for name, row in rows.items() if opening or name != "no_opening"]
-        kept += [] if bound is None else bound.rows(self.traction, self.slide)
-        return SafeProblem(cp.Problem(goal, kept), self._contact, bound, self)
+        kept = [row.set_label(name) for name, row in rows.items() if self._opens or name != "no_opening"]
+        kept += [] if self._bound is None else self._bound.rows(self.traction, self.slide)
+        return SafeProblem(cp.Problem(goal, kept), self._contact, self._bound, self)
 
 
 @dataclass(frozen=True, eq=False)

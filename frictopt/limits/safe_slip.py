@@ -1,52 +1,46 @@
 """Existence of a safe residual slip at a given load factor."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import cvxpy as cp
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, flag, frozen, listed
-from ..contact.dispatch import answered_by_kind
+from ..contact.coulomb import lengths
+from ..contact.odd_values import warns_of_odd_values
 from ..contact.tolerances import NO_MARGIN, RESIDUAL
 from ..errors import ModelError
-from ..solve.polish import Program
+from ..solve.polish import Program as StandardForm
 from ..solve.solvers import Answer, NoOptimum, solve, solver_order
-from .mechanism import expand_duals
+from .loads import Loads, cycle_loads
 from .own_constraints import Expressions, Extendable, Extended, contradiction
-from .posed import LimitQuestion, cycle_loads
-from .ruling_corners import RulingLoads
-from .safe_set import SafeProblem, SafeSymbols
+from .plane import PlaneProgram, PlaneQuestion
+from .pose import bounded, kind_of, plane, pose
+from .question import LimitQuestion
 from .safe_slip_result import SafeSlip
-from .scaling import Loads, ScaledContact
-from .slip_bound import SlipBound, slip_bounds
+from .space import ConeProgram, SpaceQuestion
 
 __all__ = ["MarginState", "SafeSlipModel", "margin_problem", "safe_slip", "solve_margin"]
 
 
-def margin_problem(contact: ScaledContact, opening: bool, bound: SlipBound | None, free_load_factor: bool) -> SafeProblem:
+def margin_problem(v: Any, *, free_load_factor: bool = False) -> Any:
     """Residual slip v that stays furthest inside the friction bounds, at a given load factor lam or at whatever one is best.
 
     In full, with the margin counted in mean friction bounds of the mean load, each `clearance` of its node::
 
         max margin   s.t.   f p_k - |q_k| >= clearance margin,   margin <= 1   where   q_k = q0 + lam q1_k + A v,   p_k = p0 + lam p1_k + B v
 
-    Negative: there is no safe slip. For forward, backward, opening and the bound see `shakedown_problem`; with little friction p has the margin too.
+    Negative: there is no safe slip. With little friction p has the margin too. For the rows see `shakedown_problem`.
     """
-    lam, margin, v = cp.Variable(name="load_factor") if free_load_factor else 1.0, cp.Variable(name="margin"), SafeSymbols(contact)
-    reserve = cp.multiply(cp.Parameter(v.q.size, nonneg=True, name="clearance"), margin)
-    rows = {
-        "no_forward_slip": v.q + v.fp >= v.forward * lam + reserve,
-        "no_backward_slip": v.fp - v.q >= v.backward * lam + reserve,
-        "no_opening": v.p >= v.opening * lam + reserve,
-        "cap": margin <= 1,
-    }
-    if free_load_factor:
+    lam, margin = cp.Variable(name="load_factor") if free_load_factor else None, cp.Variable(name="margin")
+    rows = {**v.stuck(lam, margin), "cap": margin <= 1}
+    if lam is not None:
         rows["load_factor_not_negative"] = lam >= 0
-    return v.problem(cp.Maximize(margin), rows, opening, bound)
+    return v.problem(cp.Maximize(margin), rows)
 
 
 class SafeSlipModel(Extendable):
@@ -78,23 +72,24 @@ class SafeSlipModel(Extendable):
     -0.1
     """
 
-    def __init__(self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None) -> None:
+    def __init__(
+        self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
+    ) -> None:
         self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
-        self._most, self._simplify, self._solver = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify), solver
-        solver_order(solver)
+        self._most, self._simplify, self._solver = bounded(slip_bound, system), flag("simplify", simplify), solver
+        solver_order(solver, kind_of(system))
 
     @cached_property
     def _expressions(self) -> Expressions:
-        task = LimitQuestion(self._system, self._cycle, self._loads, np.zeros(self._system.nodes), False, self._most)
-        safe = margin_problem(scaled := task.scaled(), True, task.bound(scaled), free_load_factor=False)
-        return Expressions(safe, self._loads, cp.Parameter(nonneg=True, name="load_factor"))
+        task = PlaneQuestion(self._system, self._cycle, self._loads, np.zeros(self._system.nodes), False, self._most)
+        return Expressions(margin_problem(task.symbols()), self._loads, cp.Parameter(nonneg=True, name="load_factor"))
 
     @property
     def margin(self) -> cp.Expression:
         """The margin, see `SafeSlip`, a cvxpy expression for constraints of your own."""
         return self._expressions.unknown("margin")
 
-    def solve(self, friction: Any, load_factor: float, constraints: Sequence[cp.Constraint] = ()) -> SafeSlip:
+    def solve(self, friction: ArrayLike, load_factor: float, constraints: Sequence[cp.Constraint] = ()) -> SafeSlip:
         """The residual slip with the largest reserve at every node and corner of the cycle, under constraints of your own.
 
         Parameters
@@ -115,37 +110,36 @@ class SafeSlipModel(Extendable):
             No solver gave an answer that passes the checks.
         """
         load_factor, own = finite_number("load_factor", load_factor, least=0.0), listed("constraints", constraints)
-        task = LimitQuestion(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
-        task = replace(task, simplify=False) if own else task
+        task, extended = pose(self._system, self._cycle, friction, self._simplify and not own, self._most, self._loads), None
         task.check_load_factor(load_factor)
-        scaled = self._expressions.scaled if own else task.scaled()
-        rows, extended = task.rows(scaled), None
         if own:
-            extended = self._expressions.extended(own, None, rows, task.opening, load_factor)
-        state, answer, model = solve_margin(task, scaled, task.loads, load_factor, self._solver, extended)
+            task = plane(task)
+            extended = self._expressions.extended(own, None, task.rows(self._expressions.scaled), task.opening, load_factor)
+        answer, program = solve_margin(task, task.loads, load_factor, self._solver, extended)
+        state = answer.claim
         return SafeSlip(
             load_factor=load_factor,
-            exists=bool(state.margin >= -max(NO_MARGIN, state.residual)),
+            exists=state.exists,
             slip=frozen(state.slip),
             margin=state.margin,
             bound=state.bound,
-            record=task.record(answer.solver, answer.attempts, state.residual, task.left_out(rows)),
+            record=task.record(answer.solver, answer.attempts, state.residual, program.left_out),
             constraints=extended.names if extended else (),
-            problem=model.problem,
+            problem=program.problem,
             _task=task,
             _motion=state.motion,
-            _units={"margin": task.mean_bound, "traction": scaled.unit[scaled.loaded]},
+            _units=program.units,
         )
 
 
-@answered_by_kind
+@warns_of_odd_values
 def safe_slip(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: Any,
+    friction: ArrayLike,
     load_factor: float,
     *,
-    slip_bound: Any = None,
+    slip_bound: ArrayLike | None = None,
     simplify: bool = True,
     solver: str | None = None,
 ) -> SafeSlip:
@@ -191,51 +185,51 @@ def safe_slip(
 class MarginState:
     """Solution of a margin problem: margin, slip, the mechanism of its multipliers, and its residual."""
 
-    def __init__(self, task: LimitQuestion, rows: RulingLoads, loads: Loads, load_factor: float | None, model: SafeProblem) -> None:
-        self.margin = float(model.value("margin"))
-        self.slip: Array = task.within_bound(model.slip)
-        self.load_factor = float(model.value("load_factor")) * rows.load_unit if load_factor is None else load_factor
-        motion = expand_duals(model, rows, loads.corners)
-        cap, slips = float(model.dual("cap")), float(motion.total.sum() + motion.opening.sum()) * task.mean_bound
+    def __init__(self, program: PlaneProgram | ConeProgram, loads: Loads, load_factor: float | None, own: cp.Problem | None) -> None:
+        task = program.task
+        self.margin, self.slip = program.value("margin"), program.slip
+        self.load_factor = program.value("load_factor") * task.load_unit if load_factor is None else load_factor
+        motion, cap, slips = program.motion, program.cap("cap"), program.weight
         self.motion = motion.scaled((1 - cap) / slips if slips > 0 and cap < 1 else 0.0)
-        resistance, drive = self.motion.work(loads, task.friction, task.most)
+        resistance, drive = self.motion.work(loads, task.most)
         if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
             drive = min(drive, 0.0)
-        defect = task.defect(model.scaled, self.motion, self.slip)
-        self.bound = cap + resistance - self.load_factor * drive + defect
+        off = program.defect(self.motion, self.slip)
+        self.bound = cap + resistance - self.load_factor * drive + off
         if not slips > 0 and cap < 1 - RESIDUAL:  # multipliers that do not add up to one bound nothing
             self.bound = np.inf
-        if model.own:
-            self.bound, defect = Program(model.problem).bounds[1], 0.0
-        gap = abs(self.bound - defect - self.margin) + defect  # a defect that closes the gap counts for slips like this one alone
+        if own is not None:
+            self.bound, off = StandardForm(own).bounds[1], 0.0
+        gap = abs(self.bound - off - self.margin) + off  # a defect that closes the gap counts for slips like this one alone
         shortfall = _shortfall(task, loads, self.load_factor, self.slip, self.margin)
-        self.residual = float(np.nan_to_num(max(gap, shortfall, task.beyond(self.slip), model.violation()), nan=np.inf))
+        self.residual = float(np.nan_to_num(max(gap, shortfall, task.beyond(self.slip), program.violation), nan=np.inf))
+        self.exists = bool(self.margin >= -max(NO_MARGIN, self.residual))
 
 
 def solve_margin(
-    task: LimitQuestion, scaled: ScaledContact, loads: Loads, load_factor: float | None, solver: str | None, extended: Extended | None = None
-) -> tuple[MarginState, Answer[MarginState], SafeProblem]:
+    task: PlaneQuestion | SpaceQuestion, loads: Loads, load_factor: float | None, solver: str | None, extended: Extended | None = None
+) -> tuple[Answer[MarginState], PlaneProgram | ConeProgram]:
     """Largest margin of a safe slip at a load factor, or (None) at the best one, for the loads given; maybe under constraints of the user's own."""
-    rows = task.rows(scaled, loads)
-    model = extended.model if extended else margin_problem(scaled, task.opening, task.bound(scaled), free_load_factor=load_factor is None)
-    model.set(rows, load_factor)
-    model.problem.param_dict["clearance"].value = task.mean_bound / scaled.unit
+    if extended:
+        program: PlaneProgram | ConeProgram = plane(task).with_data(extended.model, loads, load_factor)
+    else:
+        program = task.posed(partial(margin_problem, free_load_factor=load_factor is None), loads, load_factor)
+    own = program.problem if extended else None
     try:
-        answer = solve(model, lambda: MarginState(task, rows, loads, load_factor, model), solver)
+        answer = solve(program, lambda: MarginState(program, loads, load_factor, own), solver, kind=kind_of(task.system))
     except NoOptimum:
-        if extended and (excess := contradiction(model.problem, solver)).bound > RESIDUAL:
+        if extended and (excess := contradiction(program.problem, solver)).bound > RESIDUAL:
             ruling = ", ".join(name for name in extended.names if name in excess.ruling)
             raise ModelError(f"{ruling}: no residual slip, safe or not, obeys this at load factor {load_factor:g}; drop or relax it") from None
         raise
     if extended:
         extended.save()
-    return answer.claim, answer, model
+    return answer, program
 
 
 def _shortfall(task: LimitQuestion, loads: Loads, load_factor: float, slip: Array, margin: float) -> float:
     """By how much the reserve of the slip falls short of the margin, in mean friction bounds, or a node of a safe slip pulls, in force scales."""
-    q = loads.q0 + load_factor * loads.q1 + task.system.A @ slip
-    p = loads.p0 + load_factor * loads.p1 + task.system.B @ slip
-    reserve = float(min((task.friction * p - np.abs(q)).min(), p.min() if task.opening else np.inf))
+    q, p = task.reactions(load_factor, slip, loads)
+    reserve = float(min((task.friction * p - lengths(q, p)).min(), p.min() if task.opening else np.inf))
     pull = float(-p.min() / task.force) if margin >= 0 else 0.0
     return max(margin - reserve / task.mean_bound, pull, 0.0)

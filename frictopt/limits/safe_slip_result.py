@@ -14,7 +14,7 @@ from ..contact.record import SolveRecord
 from ..contact.show import frame
 from ..solve.explain import Units, explain
 from .mechanism import Mechanism
-from .posed import Answered, LimitQuestion
+from .question import Answered, LimitQuestion
 
 __all__ = ["SafeSlip"]
 
@@ -30,7 +30,7 @@ class SafeSlip(Answered):
     exists
         Whether a safe slip exists at it: the margin is not negative by more than 1e-12 or its own residual.
     slip
-        (N,) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe); within the slip bound.
+        (N,) or (N, 2) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe); within the slip bound.
         `largest_slip` is its size: compare it with what assembly can leave, and bound it by `slip_bound`.
     margin
         Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds of the mean load, at most 1; negative: none is safe.
@@ -92,8 +92,8 @@ class SafeSlip(Answered):
         return None if self.exists or self.constraints else self._motion.table(self.system)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, x and slip."""
-        return frame({"node": range(len(self.slip)), "x": self.system.x, "slip": self.slip})
+        """One row for each node: node, its place and slip."""
+        return frame(self._places())
 
     def _answer(self) -> Mapping[str, Any]:
         return {name: getattr(self, name) for name in ("exists", "margin", "bound", "largest_slip", "residual", "reason")}

@@ -8,16 +8,17 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, frozen
-from ..contact.dispatch import answered_by_kind
+from ..contact.odd_values import warns_of_odd_values
 from ..solve.solvers import NoOptimum, solve
-from .posed import LimitQuestion, cycle_loads
+from .loads import cycle_loads
+from .plane import PlaneQuestion
 from .scaling import ScaledContact
 from .shakedown import shakedown_problem
 
 __all__ = ["safe_vertices"]
 
 
-@answered_by_kind
+@warns_of_odd_values
 def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, directions: Any) -> Array:
     """Vertices of the safe slips at a load factor: for each direction, the safe slip whose tractions go furthest along it.
 
@@ -59,15 +60,13 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     >>> fo.safe_vertices(system, cycle, friction=0.5, load_factor=0.3, directions=[[1.0, 0.0], [0.0, 1.0]]).shape
     (2, 2)
     """
-    loads, factor = cycle_loads(system, cycle), finite_number("load_factor", load_factor, least=0.0)
-    task = LimitQuestion(system, cycle, loads, friction, False)
-    scaled = task.scaled()
-    rows = task.rows(scaled)
+    factor = finite_number("load_factor", load_factor, least=0.0)
+    task = PlaneQuestion(system, cycle, cycle_loads(system, cycle), friction, False)
+    safe = task.posed(shakedown_problem).model
+    scaled = safe.scaled
     directions = finite_array("directions", directions, (None, system.nodes))[:, scaled.loaded]
-    safe = shakedown_problem(scaled, task.opening, None)
-    safe.set(rows)
     direction, traction = cp.Parameter(scaled.shear.shape[1], name="direction"), safe.problem.var_dict["traction"]
-    at = safe.problem.var_dict["load_factor"] == factor / rows.load_unit
+    at = safe.problem.var_dict["load_factor"] == factor / task.load_unit
     problem = cp.Problem(cp.Maximize(direction @ traction), [*safe.problem.constraints, at])
     found = []
     for along in directions:
@@ -92,7 +91,7 @@ class _Vertex:
 
     problem: cp.Problem
     scaled: ScaledContact
-    task: LimitQuestion
+    task: PlaneQuestion
     load_factor: float
 
     def refine(self) -> None:

@@ -11,27 +11,9 @@ from ..contact.checks import Array, frozen
 from ..contact.stiffness import slip_modes
 from ..contact.symmetry import Part
 from ..contact.tolerances import NO_PRESSURE
+from .loads import Loads
 
-__all__ = ["Loads", "ScaledContact", "scaled_contact"]
-
-
-@dataclass(frozen=True, eq=False)
-class Loads:
-    """Closed reactions of a load cycle: mean (N,) `q0, p0` and corners at load factor 1 (K, N) `q1, p1`, force per depth."""
-
-    q0: Array
-    p0: Array
-    q1: Array
-    p1: Array
-
-    @property
-    def corners(self) -> int:
-        """Number of corners, K."""
-        return len(self.q1)
-
-    def of(self, part: Part) -> "Loads":
-        """The reactions of the nodes of a part of the contact."""
-        return Loads(part.of(self.q0), part.of(self.p0), part.of(self.q1), part.of(self.p1))
+__all__ = ["ScaledContact", "rigid_slides", "scaled_contact"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,54 +8,46 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
-from ..contact.checks import flag, listed
-from ..contact.dispatch import answered_by_kind
+from ..contact.checks import Array, flag, listed
+from ..contact.odd_values import warns_of_odd_values
 from ..contact.tolerances import RESIDUAL
-from ..solve.explain import Units
-from ..solve.solvers import solve, solver_order
+from ..errors import SolverError
+from ..solve.solvers import Answer, solve, solver_order
 from .closed_form import uncoupled_ends
-from .kinds import classify
 from .least_load import with_least_load
-from .mechanism import expand_duals
+from .limit_claim import LimitClaim, Program, certified, judged, judged_extended, no_limit, no_limit_under
+from .loads import cycle_loads
+from .mechanism import Mechanism
 from .own_constraints import Expressions, Extendable
-from .posed import LimitQuestion, cycle_loads
-from .ruling_corners import RulingLoads
-from .safe_set import SafeProblem, SafeSymbols
-from .scaling import ScaledContact
-from .shakedown_result import LimitClaim, ShakedownLimit, judged, judged_extended, no_limit_claim, no_limit_under
-from .slip_bound import SlipBound, slip_bounds
+from .plane import PlaneQuestion, defect
+from .pose import bounded, kind_of, plane, pose
+from .safe_set import SafeProblem
+from .safe_slip import solve_margin
+from .shakedown_result import ShakedownLimit, limit_result
+from .space import SpaceQuestion
 
 __all__ = ["ShakedownModel", "shakedown_limit", "shakedown_problem"]
 
 
-def shakedown_problem(contact: ScaledContact, opening: bool, bound: SlipBound | None) -> SafeProblem:
+def shakedown_problem(v: Any) -> Any:
     """Largest load factor lam at which some residual slip v keeps every node closed and stuck at every corner k of the load cycle.
 
     In full::
 
         max lam   s.t.   |q_k| <= f p_k,  p_k >= 0   where   q_k = q0 + lam q1_k + A v,   p_k = p0 + lam p1_k + B v
 
-    The corners of one row differ only in the coefficient of `lam >= 0`, so the largest one rules and stands for all of them::
-
-        forward = max_k -(q1_k + f p1_k),   backward = max_k (q1_k - f p1_k),   opening = max_k -p1_k
-
-    `p >= 0` follows from the other two where there is friction; for little or none, `opening` keeps its rows. The bound is `abs(v) <= slip_bound`.
+    The rows of `v.stuck` are intervals in the plane, of the corners that rule them (`SafeSymbols`), and circles in space (`Circles`).
     """
-    lam, v = cp.Variable(name="load_factor"), SafeSymbols(contact)
-    rows = {
-        "no_forward_slip": v.q + v.fp >= v.forward * lam,
-        "no_backward_slip": v.fp - v.q >= v.backward * lam,
-        "no_opening": v.p >= v.opening * lam,
-        "load_factor_not_negative": lam >= 0,
-    }
-    return v.problem(cp.Maximize(lam), rows, opening, bound)
+    lam = cp.Variable(name="load_factor")
+    return v.problem(cp.Maximize(lam), {**v.stuck(lam), "load_factor_not_negative": lam >= 0})
 
 
 class ShakedownModel(Extendable):
-    """The shakedown limit of one system under one load cycle, compiled once and solved for any friction.
+    """The shakedown limit of one system under one load cycle for any friction; in the plane its program is compiled once.
 
     Not for use by several threads at once: give each its own. Theory, eq. (7).
 
@@ -64,14 +56,14 @@ class ShakedownModel(Extendable):
     system, cycle
         The contact and its load cycle.
     slip_bound
-        Largest slip `abs(v)` that assembly can leave, one or one per node, length; None for no bound. A slide of the whole body counts: where nothing
-        resists one, the program chooses it.
+        Largest slip `abs(v)` that assembly can leave in the plane, one or one per node, length; None for no bound. A slide of the whole body counts:
+        where nothing resists one, the program chooses it.
     simplify
-        Leave out what cannot change the answer: the linear program of an uncoupled contact, half of a mirror-symmetric one. Corners that rule no node
-        never have rows.
+        Leave out what cannot change the answer: the linear program of an uncoupled plane contact, half of a mirror-symmetric one, in space corners
+        within the hull of the others. Corners that rule no node never have rows in the plane.
     solver
-        One of "HIGHS", "CLARABEL", "HIGHS_IPM"; by default each in this order until an answer passes. Asking for a solver asks for the linear
-        program even where there is a closed form.
+        One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL", "CLARABEL_DIRECT"); by default each in this order until an answer passes.
+        Asking for a solver asks for the linear program even where there is a closed form.
 
     Raises
     ------
@@ -98,10 +90,12 @@ class ShakedownModel(Extendable):
     0.502381
     """
 
-    def __init__(self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None) -> None:
+    def __init__(
+        self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
+    ) -> None:
         self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
-        self._most, self._simplify, self._solver = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify), solver
-        self._closed_form = simplify and len(solver_order(solver)) > 1
+        self._most, self._simplify, self._solver = bounded(slip_bound, system), flag("simplify", simplify), solver
+        self._closed_form = simplify and len(solver_order(solver, kind_of(system))) > 1
         self._compiled: dict[tuple[int, bool], SafeProblem] = {}  # by what friction can change: the part of the contact, and the rows of opening
 
     def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
@@ -112,9 +106,9 @@ class ShakedownModel(Extendable):
         friction
             Coefficient of friction, one or one per node.
         constraints
-            cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or of
-            abs, max, norm1 and the like: the program stays linear, and its multipliers prove the limit. `bound` and `residual` cover them. The
-            whole contact is solved then, and the program is compiled once for the same constraints.
+            cvxpy constraints (plane contacts) on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They
+            are linear, or of abs, max, norm1 and the like: the program stays linear, and its multipliers prove the limit. `bound` and `residual`
+            cover them. The whole contact is solved then, and the program is compiled once for the same constraints.
         objective
             What shall be largest over the safe slips, instead of the load factor: a concave cvxpy expression on the same, also linear or of abs, max,
             norm1 and the like, such as `model.load_factor - 0.1 * cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
@@ -139,12 +133,15 @@ class ShakedownModel(Extendable):
         >>> round(limit.objective, 6)
         -0.3
         """
-        task = LimitQuestion(self._system, self._cycle, self._loads, friction, self._simplify, self._most)
         own = listed("constraints", constraints)
         if own or objective is not None:
-            return self._extended_program(replace(task, simplify=False), own, objective)
+            question = plane(pose(self._system, self._cycle, friction, False, self._most, self._loads))
+            return self._extended_program(question, own, objective)
+        task = pose(self._system, self._cycle, friction, self._simplify, self._most, self._loads)
+        if isinstance(task, SpaceQuestion):
+            return by_one_node(task, self._solver) or self._solved(task.posed(shakedown_problem))
         closed = _closed_form(task) if self._closed_form else None
-        return self._linear_program(task) if closed is None else closed
+        return self._solved(task.with_data(self.compiled(task))) if closed is None else closed
 
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
@@ -162,60 +159,42 @@ class ShakedownModel(Extendable):
         own = listed("constraints", constraints)
         return pd.DataFrame([_row(friction, self.solve(friction, own)) for friction in listed("frictions", frictions)])
 
-    def _program(self, task: LimitQuestion) -> SafeProblem:
-        """The program over safe slips, compiled once for all frictions."""
+    def compiled(self, task: PlaneQuestion) -> SafeProblem:
+        """The program over safe slips of a plane contact, compiled once for all frictions."""
         kind = task.part.nodes, task.opening
         if kind not in self._compiled:
-            scaled = task.scaled()
-            self._compiled[kind] = shakedown_problem(scaled, task.opening, task.bound(scaled))
+            self._compiled[kind] = shakedown_problem(task.symbols())
         return self._compiled[kind]
 
-    def _linear_program(self, task: LimitQuestion) -> ShakedownLimit:
-        model = self._program(task)
-        scaled = model.scaled
-        rows = task.rows(scaled)
-        model.set(rows)
-
-        def claimed() -> LimitClaim:
-            motion = expand_duals(model, rows, task.loads.corners)
-            load_factor = max(0.0, float(model.value("load_factor"))) * rows.load_unit  # in this order -0 becomes 0
-            return judged(task, scaled, load_factor, task.within_bound(model.slip), motion)
-
-        def no_limit() -> LimitClaim | None:
-            proof = classify(task, scaled, self._solver)
-            return None if proof is None else no_limit_claim(task, *proof)
-
-        answer = with_least_load(solve(model, claimed, self._solver, no_optimum=no_limit), model, rows, self._solver)
-        return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, _units(scaled, rows))
+    def _solved(self, program: Program) -> ShakedownLimit:
+        kind = kind_of(self._system)
+        answer = solve(program, lambda: judged(program), self._solver, kind=kind, no_optimum=lambda: no_limit(program.task, self._solver))
+        answer = with_least_load(answer, program, self._solver)
+        if answer.claim.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
+            program.problem.var_dict["load_factor"].save_value(np.array(answer.claim.load_factor / program.task.load_unit))
+        return limit_result(answer, program.left_out, program.problem, program.units)
 
     @cached_property
     def _expressions(self) -> Expressions:
-        task = LimitQuestion(self._system, self._cycle, self._loads, np.zeros(self._system.nodes), False, self._most)
-        safe = shakedown_problem(scaled := task.scaled(), True, task.bound(scaled))
+        task = PlaneQuestion(self._system, self._cycle, self._loads, np.zeros(self._system.nodes), False, self._most)
+        safe = shakedown_problem(task.symbols())
         return Expressions(safe, self._loads, cp.Parameter(nonneg=True, name="load_unit") * safe.problem.var_dict["load_factor"])
 
-    def _extended_program(self, task: LimitQuestion, constraints: list[Any], objective: Any) -> ShakedownLimit:
-        scaled = self._expressions.scaled
-        rows = task.rows(scaled)
-        extended = self._expressions.extended(constraints, objective, rows, task.opening)
-        model = extended.model
+    def _extended_program(self, task: PlaneQuestion, constraints: list[Any], objective: Any) -> ShakedownLimit:
+        extended = self._expressions.extended(constraints, objective, task.rows(self._expressions.scaled), task.opening)
+        program = task.with_data(extended.model)
 
-        def claimed() -> LimitClaim:
-            return judged_extended(task, extended, rows.load_unit, expand_duals(model, rows, task.loads.corners).scaled(rows.load_unit))
+        def no_limit_here() -> LimitClaim | None:
+            claim = no_limit(task, self._solver)
+            return claim if claim is not None and claim.kind is LimitKind.NO_SAFE_SLIP else no_limit_under(extended, task, self._solver)
 
-        def no_limit() -> LimitClaim | None:
-            proof = classify(task, scaled, self._solver)
-            if proof is not None and proof[0] is LimitKind.NO_SAFE_SLIP:
-                return no_limit_claim(task, *proof)
-            return no_limit_under(extended, task, self._solver)
-
-        answer = with_least_load(solve(model, claimed, self._solver, no_optimum=no_limit), model, rows, self._solver)
+        answer = solve(program, lambda: judged_extended(program, extended), self._solver, no_optimum=no_limit_here)
+        answer = with_least_load(answer, program, self._solver)
         extended.save()
-        units = {**_units(scaled, rows), "objective": extended.objective_unit or 1.0}
-        return answer.claim.result(answer.solver, answer.attempts, task.left_out(rows), model.problem, units)
+        return limit_result(answer, program.left_out, program.problem, {**program.units, "objective": extended.objective_unit or 1.0})
 
 
-@answered_by_kind
+@warns_of_odd_values
 def shakedown_limit(
     system: ContactSystem, cycle: LoadCycle, friction: Any, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None
 ) -> ShakedownLimit:
@@ -261,24 +240,42 @@ def shakedown_limit(
     return ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)
 
 
-def _closed_form(task: LimitQuestion) -> ShakedownLimit | None:
+def _closed_form(task: PlaneQuestion) -> ShakedownLimit | None:
     """The limit of an uncoupled contact; None where it has no closed form that passes the checks."""
     ends = uncoupled_ends(task.system, task.loads, task.friction)
     if ends is None:
         return None
     scaled, (lower, upper) = task.scaled(), ends
-    claim = judged(task, scaled, upper.load_factor, upper.slip, upper.motion)
+
+    def off(motion: Mechanism, slip: Array) -> float:
+        return defect(task, scaled, motion, slip)
+
+    claim = certified(task, upper.load_factor, upper.slip, upper.motion, off)
     if lower.load_factor > 0:
-        claim = replace(claim, residual=max(claim.residual, judged(task, scaled, lower.load_factor, lower.slip, lower.motion, least=True).residual))
+        least = certified(task, lower.load_factor, lower.slip, lower.motion, off, least=True)
+        claim = replace(claim, residual=max(claim.residual, least.residual))
     if max(claim.residual, task.violation(lower.load_factor, lower.slip)) > RESIDUAL:
         return None
-    return replace(claim, least=lower.load_factor).result(
-        "closed form", (), ("linear program: the contact is uncoupled (B = 0), the limit has a closed form",), None, {}
-    )
+    left_out = ("linear program: the contact is uncoupled (B = 0), the limit has a closed form",)
+    return limit_result(Answer(replace(claim, least=lower.load_factor), "closed form", ()), left_out, None, {})
 
 
-def _units(scaled: ScaledContact, rows: RulingLoads) -> Units:
-    return {"load_factor": rows.load_unit, "traction": scaled.unit[scaled.loaded]}
+def by_one_node(task: SpaceQuestion, solver: str | None) -> ShakedownLimit | None:
+    """The limit 0 of a contact with a node that no load factor above 0 leaves at rest, or the proof that nothing is safe at 0 either; else None."""
+    if task.stop is None:
+        return None
+    motion, why = task.stop
+    answer, _ = solve_margin(task, task.loads, 0.0, solver)
+    state = answer.claim
+    if state.exists:
+        claim = certified(task, 0.0, state.slip, motion, task.defect)
+        claim = replace(claim, least=0.0, why=f"no residual slip is safe at any load factor above 0: {why}")
+    else:
+        unsafe = np.full(task.system.slip_shape, np.nan)
+        claim = LimitClaim(task, LimitKind.NO_SAFE_SLIP, np.nan, unsafe, state.motion, np.nan, state.residual)
+    if not claim.residual <= RESIDUAL:
+        raise SolverError(f"shakedown limit: the slip that is safe under the mean load violates the contact law by {claim.residual:.1e}")
+    return limit_result(Answer(claim, answer.solver, answer.attempts), task.left_out, None, {})
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """A shakedown limit with its proof from both sides: safe from below by the contact law, and from above by the mechanism."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import IO, Any
 
@@ -11,23 +11,19 @@ import pandas as pd
 
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, finite_number, frozen
-from ..contact.record import Attempt, SolveRecord
+from ..contact.record import SolveRecord
 from ..contact.show import frame
-from ..contact.tolerances import FLOOR, RESIDUAL
+from ..contact.system import checked_plane
 from ..errors import ModelError
 from ..solve.explain import Units, explain
-from ..solve.polish import Program
-from .kinds import growth, reason
+from ..solve.solvers import Answer
+from .kinds import reason
 from .least_slip import LeastSlip, least_slip
+from .limit_claim import LimitClaim
 from .mechanism import Mechanism
-from .own_constraints import Extended, contradiction, is_unbounded
-from .posed import Answered, LimitQuestion
-from .ruling_corners import load_factor_unit
-from .safe_set import SafeProblem
-from .safe_slip import MarginState
-from .scaling import ScaledContact
+from .question import Answered, LimitQuestion
 
-__all__ = ["LimitClaim", "ShakedownLimit", "judged", "judged_by_rows", "judged_extended", "no_limit_claim", "no_limit_under"]
+__all__ = ["ShakedownLimit", "limit_result"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,8 +44,8 @@ class ShakedownLimit(Answered):
     kind, reason
         Which of these it is, and why in words.
     slip
-        (N,) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite. `largest_slip` is its size: compare it with
-        what assembly can leave, and bound it by `slip_bound`.
+        (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite. `largest_slip` is its size: compare
+        it with what assembly can leave, and bound it by `slip_bound`.
     bound
         Upper bound of the limit from the mechanism alone, or with constraints of your own from all multipliers, theirs too; equals
         `load_factor` up to `residual`.
@@ -111,10 +107,7 @@ class ShakedownLimit(Answered):
 
         Where the mechanism is not unique the limit has a kink, and this is one of its supergradients. NaN without a finite limit.
         """
-        if not np.isfinite(self.load_factor):
-            return self.slip
-        pressure = self._task.loads.p0 + self._task.system.B @ self.slip
-        return frozen(self._motion.friction_rate(self._task.loads, pressure, self.load_factor))
+        return frozen((self._motion.size * self.reactions[1]).sum(axis=0))
 
     @cached_property
     def load_rates(self) -> pd.DataFrame:
@@ -123,7 +116,7 @@ class ShakedownLimit(Answered):
         NaN without a finite limit, and with constraints of your own, for those may change with the loads.
         """
         load_factor = np.nan if self.constraints else self.load_factor
-        rates = self._motion.load_rates(self._task.system, self._task.cycle, self._task.friction, load_factor)
+        rates = self._motion.load_rates(self.system, self._task.cycle, load_factor)
         return rates.assign(rate=np.nan) if self.constraints else rates
 
     def least_slip(self, load_factor: float) -> LeastSlip:
@@ -140,11 +133,16 @@ class ShakedownLimit(Answered):
         if not np.isfinite(self.load_factor) or self.constraints or self._task.most is not None:
             asked = f"load factor {self.load_factor:g}" + (" under constraints on the slip" if np.isfinite(self.load_factor) else "")
             raise ModelError(f"least_slip: the limit ({asked}) bounds no slip from below; ask a finite limit without slip bound and constraints")
-        return least_slip(self._task.system, self._task.friction, self._motion, self.bound, load_factor, self.residual)
+        return least_slip(checked_plane(self.system), self._motion, self.bound, load_factor, self.residual)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, x and the slip that is safe at the limit."""
-        return frame({"node": range(len(self.slip)), "x": self.system.x, "slip": self.slip})
+        """One row for each node: node, its place, the slip that is safe at the limit, and the largest `|q| / (f p)` over the corners.
+
+        Corners at which the node carries nothing do not count.
+        """
+        ratio = self.traction_ratios
+        ratio = np.where(np.isnan(ratio), 0.0, ratio).max(axis=0) if np.isfinite(self.load_factor) else ratio[0]
+        return frame({**self._places(), "traction_ratio": ratio})
 
     def _answer(self) -> Mapping[str, Any]:
         chosen = () if self.objective is None else ("objective",)
@@ -156,101 +154,10 @@ class ShakedownLimit(Answered):
         explain("shakedown limit", self.problem, value, self._units, self.record.left_out, self.mechanism, file, self.reason)
 
 
-@dataclass(frozen=True, eq=False)
-class LimitClaim:
-    """A claimed limit with what is known against it.
-
-    Attributes
-    ----------
-    growth, why
-        Why there is no largest safe load factor, and a reason that stands for that of `kinds.reason`; in words.
-    """
-
-    task: LimitQuestion
-    kind: LimitKind
-    load_factor: float
-    slip: Array
-    motion: Mechanism
-    bound: float
-    residual: float
-    least: float = np.nan
-    growth: str = ""
-    why: str = ""
-    constraints: tuple[str, ...] = ()
-    objective: float | None = None
-
-    def result(
-        self, solver: str, attempts: tuple[Attempt, ...], left_out: tuple[str, ...], problem: cp.Problem | None, units: Units
-    ) -> ShakedownLimit:
-        """The limit that is claimed, with how it was found."""
-        why = self.why or reason(self.task, self.kind, (self.least, self.load_factor), self.growth, self.constraints)
-        record = self.task.record(solver, attempts, self.residual, left_out)
-        found = self.load_factor, self.least, self.kind, why, frozen(self.slip), float(self.bound), record
-        return ShakedownLimit(*found, self.constraints, self.objective, problem, self.task, self.motion, units)
-
-
-def judged(task: LimitQuestion, scaled: ScaledContact, load_factor: float, slip: Array, motion: Mechanism, *, least: bool = False) -> LimitClaim:
-    """Judge a limit by the referee, and from above by the mechanism, which is scaled to unit drive; or the least safe load factor, from below.
-
-    At the least safe load factor more load helps, so that its mechanism has a negative drive.
-    """
-    resistance, drive = motion.work(task.loads, task.friction, task.most)
-    sense = -1 if least else 1
-    if not sense * drive > 0:
-        return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)
-    motion = motion.scaled(sense / drive)
-    bound, defect = resistance / drive, task.defect(scaled, motion, slip)
-    gap = (abs(bound - load_factor) + defect) / max(load_factor, FLOOR * load_factor_unit(task.loads, task.friction, task.force))
-    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
-    return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound + sense * defect, residual)
-
-
-def judged_by_rows(task: LimitQuestion, model: SafeProblem, load_unit: float, motion: Mechanism, names: tuple[str, ...]) -> LimitClaim:
-    """Judge an answer under constraints of the user's own by the multipliers of all rows, theirs too."""
-    load_factor, slip = max(0.0, float(model.value("load_factor"))) * load_unit, task.within_bound(model.slip)
-    value, bound = Program(model.problem).bounds
-    gap = abs(bound - value) / max(abs(value), FLOOR)
-    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap, model.violation()), nan=np.inf))
-    return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, bound * load_unit, residual, constraints=names)
-
-
-def judged_extended(task: LimitQuestion, extended: Extended, load_unit: float, motion: Mechanism) -> LimitClaim:
-    """Judge an answer under constraints or an objective of the user's own."""
-    claim = judged_by_rows(task, extended.model, load_unit, motion, extended.names)
-    if extended.objective_unit is None:
-        return claim
-    unit, why = extended.objective_unit, "no safe residual slip makes the objective larger; the load factor is the one that it chooses, no limit"
-    value, bound = (side * unit for side in Program(extended.model.problem).bounds)
-    return replace(claim, why=why, bound=bound, motion=motion.scaled(unit / load_unit), objective=value)
-
-
-def no_limit_under(extended: Extended, task: LimitQuestion, solver: str | None) -> LimitClaim | None:
-    """The claim that a program with constraints of the user's own has no finite limit, and which of them rule; None where neither can be proven.
-
-    Raises
-    ------
-    ModelError
-        An objective without a largest value.
-    """
-    problem, names = extended.model.problem, extended.names
-    unsafe, nothing = np.full(task.system.nodes, np.nan), np.zeros((task.loads.corners, task.system.nodes))
-    still, excess = Mechanism(nothing, nothing, nothing, nothing[0]), contradiction(problem, solver)
-    if excess.bound > RESIDUAL:
-        ruling = ", ".join(name for name in names if name in excess.ruling)
-        why = f"no residual slip that is safe at any load factor obeys {ruling}: drop or relax them"
-        return LimitClaim(task, LimitKind.NO_SAFE_SLIP, np.nan, unsafe, still, np.nan, excess.residual, why=why, constraints=names)
-    growing = is_unbounded(problem, solver)
-    if growing is None or excess.value > RESIDUAL:
-        return None
-    if extended.objective_unit is not None:
-        raise ModelError("objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint")
-    residual = max(excess.residual, growing.residual)
-    return LimitClaim(task, LimitKind.UNBOUNDED, np.inf, unsafe, still, np.inf, residual, constraints=names)
-
-
-def no_limit_claim(task: LimitQuestion, kind: LimitKind, proof: MarginState) -> LimitClaim:
-    """The claim that there is no finite limit, with the residual of its proof; the mechanism proves that nothing is safe."""
-    value = np.inf if kind is LimitKind.UNBOUNDED else np.nan
-    motion = proof.motion if kind is LimitKind.NO_SAFE_SLIP else proof.motion.scaled(0.0)
-    why = growth(task, proof) if kind is LimitKind.UNBOUNDED else ""
-    return LimitClaim(task, kind, value, np.full(task.system.nodes, np.nan), motion, value, proof.residual, growth=why)
+def limit_result(answer: Answer[LimitClaim], left_out: tuple[str, ...], problem: cp.Problem | None, units: Units) -> ShakedownLimit:
+    """The limit that is claimed, with how it was found."""
+    claim = answer.claim
+    task, why = claim.task, claim.why or reason(claim.task, claim.kind, (claim.least, claim.load_factor), claim.growth, claim.constraints)
+    record = task.record(answer.solver, answer.attempts, claim.residual, left_out)
+    found = claim.load_factor, claim.least, claim.kind, why, frozen(claim.slip), float(claim.bound), record
+    return ShakedownLimit(*found, claim.constraints, claim.objective, problem, task, claim.motion, units)

@@ -8,7 +8,7 @@ from ..contact.checks import Array
 from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks
 from .picture import picture
-from .spatial import FACE, first_slips
+from .spatial import FACE, first_slips, safe_slip_face, shakedown_face
 from .style import ALONG, BLACK, GREY, AxesArray, equals, legend, new_axes, no_lines
 
 __all__: list[str] = []
@@ -44,13 +44,17 @@ def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
 
 @picture.register
 def _shakedown_limit(limit: ShakedownLimit, ax: Axes | None = None) -> Axes:
-    """Shear over friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism."""
-    (axes,) = new_axes(ax)
+    """Shear over friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism.
+
+    In space, at the first corner, with the slip as arrows.
+    """
+    in_space = limit.system.tangents == 2
+    (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
     name = r"shakedown limit $\lambda_2$" if limit.objective is None else r"load factor $\lambda$ that the objective chooses"
     axes.set_title(equals(name, limit.load_factor))
     if not np.isfinite(limit.load_factor):
         return no_lines(axes, limit.reason)
-    return _limiting(axes, limit, limit.friction)
+    return shakedown_face(axes, limit) if in_space else _limiting(axes, limit, limit.friction)
 
 
 @picture.register
@@ -124,15 +128,23 @@ def _least_slip(least: LeastSlip, ax: Axes | None = None) -> Axes:
 
 
 @picture.register
-def _safe_slip(safe: SafeSlip, ax: AxesArray | None = None) -> AxesArray:
-    """Above, shear over friction bound at the corners under the slip (of many corners, the one with the least reserve); below, the slip itself."""
+def _safe_slip(safe: SafeSlip, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
+    """Above, shear over friction bound at the corners under the slip (of many corners, the one with the least reserve); below, the slip itself.
+
+    In space, at the corner with the least reserve, with the slip as arrows.
+    """
+    title = "safe slip" if safe.exists else "no slip is safe; the least unsafe one"
+    title = rf"{title} at $\lambda = {safe.load_factor:.4g}$, margin {safe.margin:.4g}"
+    if safe.system.tangents == 2:
+        (axes,) = new_axes(ax, size=FACE)
+        axes.set_title(title)
+        return safe_slip_face(axes, safe)
     upper, lower = new_axes(ax, 2, (6.4, 5.4))
     q, p = safe.reactions
     least = int(np.argmin((safe.friction * p - np.abs(q)).min(axis=1)))
     friction_ratio(upper, safe.system, safe.friction, q, p, _corners(len(q)), [least])
     upper.set_xlabel("")
-    title = "safe slip" if safe.exists else "no slip is safe; the least unsafe one"
-    upper.set_title(rf"{title} at $\lambda = {safe.load_factor:.4g}$, margin {safe.margin:.4g}")
+    upper.set_title(title)
     legend(upper)
     lines(lower, safe.system, safe.slip, color=BLACK, marker=".", markersize=3)
     lower.axhline(0, color=GREY, lw=0.8)

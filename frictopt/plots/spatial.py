@@ -9,12 +9,11 @@ from ..contact import ContactSystem, Onset
 from ..contact.checks import Array
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..spatial import SafeSlip3D, ShakedownLimit3D
+from ..limits import SafeSlip, ShakedownLimit
 from ..transients import SteadyState
-from .picture import picture
-from .style import BLACK, GREY, SERIES, AxesArray, equals, new_axes, no_lines
+from .style import BLACK, GREY, SERIES, AxesArray, new_axes
 
-__all__ = ["FACE", "first_slips", "steady_map"]
+__all__ = ["FACE", "first_slips", "safe_slip_face", "shakedown_face", "steady_map"]
 
 FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 _FACE = 25_000  # area that the points of a face share, points^2
@@ -25,30 +24,20 @@ _ENDS = np.array([-1.0, 1.0])
 _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of nodes at one place, over the size of the contact
 
 
-@picture.register
-def _shakedown_limit(limit: ShakedownLimit3D, ax: Axes | None = None) -> Axes:
+def shakedown_face(axes: Axes, limit: ShakedownLimit) -> Axes:
     """Shear over friction bound at the first corner under the safe slip, the slip as arrows; the nodes of the mechanism are circled."""
-    (axes,) = new_axes(ax, size=FACE)
-    axes.set_title(equals(r"shakedown limit $\lambda_2$", limit.load_factor))
-    if not np.isfinite(limit.load_factor):
-        return no_lines(axes, limit.reason)
-    system = limit._task.system
-    places, size = _map(axes, system, limit.traction_ratios[0], "$|q| / (f p)$ at the first corner", 1.0)
+    places, size = _map(axes, limit.system, limit.traction_ratios[0], "$|q| / (f p)$ at the first corner", 1.0)
     _arrows(axes, places, limit.slip, "residual slip")
     _circles(axes, places[np.unique(limit.mechanism["node"])], size, "limiting node")
     return _finished(axes)
 
 
-@picture.register
-def _safe_slip(safe: SafeSlip3D, ax: Axes | None = None) -> Axes:
+def safe_slip_face(axes: Axes, safe: SafeSlip) -> Axes:
     """Shear over friction bound under the slip, at the corner with the least reserve; the slip as arrows."""
-    (axes,) = new_axes(ax, size=FACE)
-    title = "safe slip" if safe.exists else "no slip is safe; the least unsafe one"
-    axes.set_title(rf"{title} at $\lambda = {safe.load_factor:.4g}$, margin {safe.margin:.4g}")
-    task, (q, p) = safe._task, safe.reactions
-    corner = int(np.argmin((task.friction * p - np.linalg.norm(q, axis=-1)).min(axis=1)))
+    q, p = safe.reactions
+    corner = int(np.argmin((safe.friction * p - np.linalg.norm(q, axis=-1)).min(axis=1)))
     ratio = safe.traction_ratios[corner]
-    places, _ = _map(axes, task.system, ratio, f"$|q| / (f p)$ at corner {corner}", max(1.0, float(np.nanmax(ratio, initial=0.0))))
+    places, _ = _map(axes, safe.system, ratio, f"$|q| / (f p)$ at corner {corner}", max(1.0, float(np.nanmax(ratio, initial=0.0))))
     _arrows(axes, places, safe.slip, "residual slip")
     return _finished(axes)
 

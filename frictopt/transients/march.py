@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, choice, flag, frozen, whole_number
-from ..contact.dispatch import answered_by_kind
+from ..contact.odd_values import warns_of_odd_values
 from ..contact.parts import parted
 from ..contact.progress import bar_of
 from ..contact.system import checked_system
@@ -24,7 +24,7 @@ __all__ = ["march", "way_to_follow"]
 _STEPS = 20  # increments from corner to corner, unless another number is given
 
 
-@answered_by_kind
+@warns_of_odd_values
 def march(
     system: ContactSystem,
     cycle: LoadCycle,

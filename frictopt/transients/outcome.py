@@ -157,8 +157,8 @@ class SteadyState(Recorded, Plotted):
         >>> float(states.slip[:, 0].min()), float(states.slip[:, 0].max()), states.work[-1].round(6).tolist()
         (-0.5, 0.5, [1.0, 0.0, 0.0, 0.0])
         """
-        options = {"engine": self.engine, "steps": self.steps or None, "progress": False}
-        path: Trajectory = march(self.system, self.cycle, self.friction, self.load_factor, initial_state=self.state, cycles=self.period, **options)
+        options: dict[str, Any] = {"engine": self.engine, "steps": self.steps or None, "progress": False}
+        path = march(self.system, self.cycle, self.friction, self.load_factor, initial_state=self.state, cycles=self.period, **options)
         drift = 0.0 if self.outcome is Outcome.RATCHETING else max(np.ptp(values[[0, -1]], axis=0).max() for values in (path.slip, path.gap))
         size = max(float(np.abs(path.slip).max()), float(path.gap.max())) or 1.0
         force = float(np.abs(path.p).max()) or 1.0

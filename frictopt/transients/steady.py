@@ -4,7 +4,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import finite_number, flag, whole_number
-from ..contact.dispatch import answered_by_kind
+from ..contact.odd_values import warns_of_odd_values
 from ..contact.system import checked_system
 from ..errors import NoContinuation
 from .exact.cycles import Run
@@ -21,7 +21,7 @@ MOST_CYCLES = 2000
 """Number of cycles after which the search for a steady state gives up, unless another one is asked for."""
 
 
-@answered_by_kind
+@warns_of_odd_values
 def steady_state(
     system: ContactSystem,
     cycle: LoadCycle,

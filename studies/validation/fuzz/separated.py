@@ -1,5 +1,7 @@
 """The limit with separation: its state rests, it is not below the shakedown limit, and above a proven one no start comes to rest."""
 
+from typing import Any
+
 import numpy as np
 
 import frictopt as fo
@@ -34,7 +36,7 @@ def separated(known: Known) -> tuple[float, bool]:
     return limit.residual, True
 
 
-def _rests(known: Known, load_factor: float, **begin: object) -> bool:
+def _rests(known: Known, load_factor: float, **begin: Any) -> bool:
     try:
         steady = fo.steady_state(*known.args, load_factor, **begin, most_cycles=200)
     except (fo.NoContinuation, fo.SolverError):

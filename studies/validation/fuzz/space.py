@@ -47,9 +47,9 @@ class _Subject:
         self.share = float(rng.uniform(0.2, 1.8))
 
     @cached_property
-    def limit(self) -> fo.ShakedownLimit3D:
+    def limit(self) -> fo.ShakedownLimit:
         """The limit that frictopt finds."""
-        found: fo.ShakedownLimit3D = fo.shakedown_limit(self.system, self.cycle, self.friction)
+        found: fo.ShakedownLimit = fo.shakedown_limit(self.system, self.cycle, self.friction)
         return found
 
     @property

@@ -8,7 +8,7 @@ from scipy.linalg import lstsq
 
 from ..contact.checks import Array
 from ..contact.tolerances import NOT_UNIQUE, POLISHED, ROUNDING, STALLED
-from .scaling import ScaledCones
+from .cone_scaling import ScaledCones
 
 __all__ = ["ConeForm", "Point", "on_active_cones"]
 

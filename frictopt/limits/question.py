@@ -1,41 +1,26 @@
 """A limit problem as posed: system, load cycle and friction, checked, and the part of the contact that is solved for."""
 
 from dataclasses import astuple, dataclass, field
+from functools import cached_property
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
 from ..contact.checks import Array, check_shear, flag
-from ..contact.cycle import checked_cycle
+from ..contact.coulomb import lengths
 from ..contact.record import Attempt, SolveRecord, WithSlip
 from ..contact.show import Plotted
 from ..contact.symmetry import Part, halve, whole
-from ..contact.system import checked_plane
-from ..contact.tolerances import CONDENSATION, RESIDUAL
+from ..contact.tolerances import BARE, CONDENSATION, RESIDUAL
 from ..errors import ModelError
-from .mechanism import Mechanism
-from .ruling_corners import RulingLoads, ruling_loads
-from .scaling import Loads, ScaledContact, scaled_contact
-from .slip_bound import SlipBound, scaled_slip_bound
+from .loads import Loads, load_factor_unit
 
-__all__ = ["Answered", "LimitQuestion", "cycle_loads"]
+__all__ = ["Answered", "LimitQuestion"]
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
-
-
-def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
-    """Reactions of a load cycle on a system.
-
-    Raises
-    ------
-    ModelError
-        Wrong types, or load cases that the system does not have.
-    """
-    checked_plane(system)
-    checked_cycle(cycle)
-    return Loads(*cycle.mean_reaction(system), *cycle.corner_reactions(system))
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +34,9 @@ class LimitQuestion:
     friction
         (N,) coefficients of friction.
     simplify
-        Whether half of a mirror-symmetric contact is enough.
+        Whether to leave out what cannot change the answer: half of a mirror-symmetric contact, corners that others stand for.
     most
-        (N,) largest slip; None for no bound.
+        (N,) largest size of the slip; None for no bound.
     started
         When it was posed, for the record.
 
@@ -74,7 +59,7 @@ class LimitQuestion:
         object.__setattr__(self, "simplify", flag("simplify", self.simplify))
         object.__setattr__(self, "friction", friction_coefficients(self.friction, self.system.nodes))
         reactions = (self.loads.q0, self.loads.p0), (self.loads.q1, self.loads.p1)
-        half = halve(self.system, self.friction, reactions, self.most) if self.simplify else None
+        half = halve(self.system, self.friction, reactions, self.most) if self.simplify and self.system.tangents == 1 else None
         object.__setattr__(self, "part", half or whole(self.system))
         check_shear(self.loads.q0, self.force)
 
@@ -92,34 +77,37 @@ class LimitQuestion:
         mine, others = ((task.system.A, task.system.B, task.system.C, task.system.gap, task.friction, *astuple(task.loads)) for task in (self, other))
         return all(np.array_equal(one, another) for one, another in zip(mine, others, strict=True))
 
-    def scaled(self) -> ScaledContact:
-        """Unknowns and units of its programs."""
-        return scaled_contact(self.part, self.loads.of(self.part), self.force)
+    def change(self, slip: Array) -> tuple[Array, Array]:
+        """Reactions `A v, B v` that a residual slip adds to those of the closed contact."""
+        v = slip.T.ravel()
+        return (self.system.A @ v).reshape(slip.T.shape).T, self.system.B @ v
 
-    def rows(self, scaled: ScaledContact, loads: Loads | None = None) -> RulingLoads:
-        """Right-hand sides of its programs, or those for other loads."""
-        return ruling_loads(scaled, (loads or self.loads).of(self.part), self.part.of(self.friction))
+    def reactions(self, load_factor: float, slip: Array, loads: Loads | None = None) -> tuple[Array, Array]:
+        """(K, N) or (K, N, 2) and (K, N) reactions `q, p` of the closed contact at the corners, under a residual slip."""
+        loads, (q, p) = loads or self.loads, self.change(slip)
+        return loads.q0 + q + load_factor * loads.q1, loads.p0 + p + load_factor * loads.p1
 
-    def bound(self, scaled: ScaledContact) -> SlipBound | None:
-        """Rows of the slip bound, if there is one."""
-        return None if self.most is None else scaled_slip_bound(scaled, self.part.of(self.most))
-
-    def reactions(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
-        """(K, N) reactions `q, p` of the closed contact at the corners, under a residual slip."""
-        return (
-            self.loads.q0 + load_factor * self.loads.q1 + self.system.A @ slip,
-            self.loads.p0 + load_factor * self.loads.p1 + self.system.B @ slip,
-        )
+    def traction_ratios(self, q: Array, p: Array) -> Array:
+        """(K, N) ratios `|q| / (f p)` of reactions; NaN where the pressure or the friction vanishes."""
+        bound = self.friction * p
+        pressed = bound > BARE * self.mean_bound
+        return np.where(pressed, lengths(q, p) / np.where(pressed, bound, 1.0), np.nan)
 
     def within_bound(self, slip: Array) -> Array:
         """The slip, cut to its bound where it exceeds it by no more than the tolerance of solvers."""
-        return slip if self.most is None or self.beyond(slip) > RESIDUAL else np.clip(slip, -self.most, self.most)
+        if self.most is None or self.beyond(slip) > RESIDUAL:
+            return slip
+        if slip.ndim == 1:
+            return np.clip(slip, -self.most, self.most)
+        size = lengths(slip, self.most)
+        return np.asarray((slip.T * (np.minimum(size, self.most) / np.where(size > 0, size, 1.0))).T)
 
     def beyond(self, slip: Array) -> float:
         """By how much the slip exceeds its bound, over the largest slip or bound; at most 0 if it does not."""
         if self.most is None:
             return 0.0
-        return float(((np.abs(slip) - self.most) / max(float(self.most.max()), float(np.abs(slip).max()), np.finfo(float).tiny)).max())
+        size = lengths(slip, self.most)
+        return float(((size - self.most) / max(float(self.most.max()), float(size.max()), np.finfo(float).tiny)).max())
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """How far the slip is from being safe: the largest violation of the contact law over the corners, and the excess over the slip bound."""
@@ -135,11 +123,15 @@ class LimitQuestion:
         """Whether there is so little friction somewhere that keeping nodes closed needs rows of its own."""
         return bool(self.friction.min() < _LITTLE_FRICTION)
 
-    @property
+    @cached_property
     def force(self) -> float:
-        """Mean normal force of the mean load (or a force of the same size where there is none), force per depth."""
-        loads = self.loads
-        return float(np.abs(loads.p0).mean() or max(np.abs(loads.q0).mean(), np.abs(loads.q1).mean(), np.abs(loads.p1).mean()) or 1.0)
+        """Mean normal force of the mean load, see `Loads`."""
+        return self.loads.force
+
+    @cached_property
+    def load_unit(self) -> float:
+        """Unit of load factors, see `load_factor_unit`."""
+        return load_factor_unit(self.loads, self.friction, self.force)
 
     @property
     def mean_bound(self) -> float:
@@ -147,30 +139,9 @@ class LimitQuestion:
         bound = float((self.friction * self.loads.p0).mean())
         return bound if bound > CONDENSATION * float((self.friction * np.abs(self.loads.p0)).mean()) else self.force  # a shear alone leaves rounding
 
-    def defect(self, scaled: ScaledContact, mechanism: Mechanism, slip: Array) -> float:
-        """By how much the work bound of a mechanism may be off because its stress is not exactly zero.
-
-        Counted for all slips whose tractions are, node by node, at most those of `slip`, or at most `1 + f` times the node's own pressure where
-        that is more; and under a slip bound, for all rigid slides within it.
-        """
-        stress = mechanism.stress(self.system, self.friction)
-        nodes = scaled.loaded
-        tractions = np.maximum(np.abs(self.system.A[nodes] @ slip) / scaled.unit[nodes], 1.0 + self.friction[nodes])
-        off = float(np.abs(stress @ scaled.part.odd(scaled.slip.T).T) @ tractions)
-        if self.most is not None and scaled.rigid.shape[1]:
-            rigid = scaled.part.odd(scaled.rigid.T).T
-            off += float(np.abs(mechanism.hold @ rigid) @ (np.abs(np.linalg.pinv(rigid)) @ self.most))
-        return off
-
     def record(self, solver: str, attempts: tuple[Attempt, ...], residual: float, left_out: tuple[str, ...]) -> SolveRecord:
         """How the question was answered, now."""
         return SolveRecord(solver, attempts, residual, left_out, perf_counter() - self.started)
-
-    def left_out(self, rows: RulingLoads) -> tuple[str, ...]:
-        """What the program leaves out, in words."""
-        corners = self.loads.corners
-        idle = corners - len(np.union1d(*rows.corners[:2]))
-        return (*self.part.left_out, *([f"corners: {idle} of {corners} rule no node"] if idle else []))
 
 
 class Answered(WithSlip, Plotted):
@@ -192,7 +163,20 @@ class Answered(WithSlip, Plotted):
 
     @property
     def reactions(self) -> tuple[Array, Array]:
-        """(K, N) reactions `q, p` at the corners under the slip at the load factor, force per depth; NaN where it is not finite."""
+        """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip at the load factor, force; NaN where it is not finite."""
         if not np.isfinite(self.load_factor):
             return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
         return self._task.reactions(self.load_factor, self.slip)
+
+    @property
+    def traction_ratios(self) -> Array:
+        """(K, N) ratios `|q| / (f p)` at the corners under the slip; NaN where the pressure or the friction vanishes, or without a slip."""
+        return self._task.traction_ratios(*self.reactions)
+
+    def _places(self) -> dict[str, Any]:
+        """Columns of a table with one row for each node: node, its place, and its slip."""
+        system = self.system
+        if system.tangents == 1:
+            return {"node": range(system.nodes), "x": system.x, "slip": self.slip}
+        places = dict(zip("xyz", system.points.T, strict=True))
+        return {"node": range(system.nodes), **places, "slip1": self.slip[:, 0], "slip2": self.slip[:, 1]}

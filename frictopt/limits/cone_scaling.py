@@ -1,26 +1,15 @@
 """A contact under a load cycle in the unknowns and units in which its cone programs are well scaled."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..contact.checks import Array
 from ..contact.stiffness import slip_modes
 from ..contact.tolerances import NO_PRESSURE
+from .loads import Loads
 
-__all__ = ["ConeLoads", "ScaledCones", "load_factor_unit", "scaled_cones"]
-
-_LITTLE_FRICTION = 0.01  # below it, the circles keep p >= 0 only to a hundred times their own accuracy
-
-
-@dataclass(frozen=True, eq=False)
-class ConeLoads:
-    """Closed reactions of a load cycle: mean `q0` (N, 2), `p0` (N,) and corners at load factor 1 `q1` (K, N, 2), `p1` (K, N), force."""
-
-    q0: Array
-    p0: Array
-    q1: Array
-    p1: Array
+__all__ = ["ScaledCones", "scaled_cones"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +21,7 @@ class ScaledCones:
     friction
         (N,) coefficients of friction.
     q0, p0, q1, p1
-        Loads as in `ConeLoads`, in the units of the nodes and of the load factor.
+        Loads as in `Loads`, in the units of the nodes and of the load factor.
     shear
         (2N,) shear force by each traction, at most 1: the tractions are the unknowns, in units in which they make pressures of at most 1, too.
     G
@@ -88,6 +77,11 @@ class ScaledCones:
         """(N, 2) `shear`, by node."""
         return np.stack(np.split(self.shear, 2), axis=-1)
 
+    def under(self, loads: Loads) -> "ScaledCones":
+        """The same under other loads of the corners that have rows."""
+        at, unit = self.unit[:, None], self.load_unit
+        return replace(self, q0=loads.q0 / at, p0=loads.p0 / self.unit, q1=loads.q1 / at * unit, p1=loads.p1 / self.unit * unit)
+
     @property
     def mean_q(self) -> Array:
         """(K, N, 2) mean load at each corner."""
@@ -99,8 +93,14 @@ class ScaledCones:
         return np.broadcast_to(self.p0, self.p1.shape)
 
 
-def scaled_cones(A: Array, B: Array, stiffness: Array, friction: Array, loads: ConeLoads, force: float, bare: np.ndarray) -> ScaledCones:
-    """Choose unknowns and units for a contact under loads of the size of `force`; `stiffness` (3N,) is each direction's own, > 0."""
+def scaled_cones(
+    A: Array, B: Array, stiffness: Array, friction: Array, loads: Loads, scales: tuple[float, float, float], bare: np.ndarray, opening: bool
+) -> ScaledCones:
+    """Choose unknowns and units for a contact under loads.
+
+    `scales` are its force, the unit of its load factors and its mean friction bound; `stiffness` (3N,) is each direction's own, > 0.
+    """
+    force, load_unit, mean_bound = scales
     sizes = np.linalg.norm(loads.q1, axis=-1)
     pressure = np.abs(loads.p0)
     others = np.maximum(np.linalg.norm(loads.q0, axis=-1), np.maximum(sizes, np.abs(loads.p1)).max(axis=0))
@@ -111,8 +111,6 @@ def scaled_cones(A: Array, B: Array, stiffness: Array, friction: Array, loads: C
     shear = 1 / np.maximum(np.abs(G).max(axis=0), 1.0)
     balance = slips[:, ~held].T * (np.tile(unit, 2) * shear)
     norms = np.linalg.norm(balance, axis=1, keepdims=True)
-    load_unit = load_factor_unit(loads, friction, force)
-    bound = float((friction * loads.p0).mean())
     return ScaledCones(
         friction=friction,
         q0=loads.q0 / unit[:, None],
@@ -125,15 +123,7 @@ def scaled_cones(A: Array, B: Array, stiffness: Array, friction: Array, loads: C
         slip=slip * shear,
         unit=unit,
         load_unit=load_unit,
-        clearance=(bound if bound > 0 else force) / unit,
+        clearance=mean_bound / unit,
         bare=bare,
-        opening=bool(friction.min() < _LITTLE_FRICTION),
+        opening=opening,
     )
-
-
-def load_factor_unit(loads: ConeLoads, friction: Array, force: float) -> float:
-    """Load factor at which the cyclic reactions reach the size of the mean friction bound (of the force scale where there is none)."""
-    demand = float(np.linalg.norm(loads.q1, axis=-1).mean() + (friction * np.abs(loads.p1)).mean())
-    demand += float(np.abs(loads.p1[:, friction == 0]).sum()) / len(friction)
-    bound = float((friction * np.abs(loads.p0)).mean()) or force
-    return bound / demand if demand > 0 else 1.0

@@ -6,72 +6,72 @@ for all corners. All is dimensionless, see `ScaledCones`.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import cvxpy as cp
 import numpy as np
 
-from .polish import ConeForm, Point, first_of, on_active_cones
-from .scaling import ScaledCones
+from .cone_polish import ConeForm, Point, first_of, on_active_cones
+from .cone_scaling import ScaledCones
 
-__all__ = ["ConeProgram", "margin_cones", "shakedown_cones"]
+__all__ = ["Circles", "ConeProblem"]
 
 
-def shakedown_cones(c: ScaledCones, sense: int = 1) -> "ConeProgram":
-    """Largest load factor lam at which some residual slip v keeps every node closed and stuck at every corner k of the load cycle.
+class Circles:
+    """Unknowns of a residual slip v in space, and the rows that keep its reactions within the friction circles.
 
-    In full, for all corners (with sense -1 the least one, `min lam`)::
-
-        max lam   s.t.   |q_k| <= f p_k   where   q_k = q0 + lam q1_k + A v,   p_k = p0 + lam p1_k + B v
-
-    No corner rules the others: each keeps its circles. `p_k >= 0` follows where there is friction; for little or none it is a row of its own.
+    No corner rules the others: each has circles of its own. `p_k >= 0` follows where there is friction; for little or none it is a row of its own.
     Where the bound `f p_k` vanishes whatever the slip, the circle is the point `q_k = 0`, the same for all corners: with shears that differ between
-    them there is no limit above 0, see `ConeQuestion.stop`.
+    them there is no limit above 0, see `SpaceQuestion.stop`. A margin opens every circle.
+
+    Parameters
+    ----------
+    c
+        The contact.
+    given
+        The load factor, dimensionless, where it is no unknown.
     """
-    lam, traction, pressure = (
-        cp.Variable(name="load_factor"),
-        cp.Variable((c.nodes, 2), name="traction"),
-        cp.Variable(c.nodes, name="pressure_change"),
-    )
-    rows, shear = _slip_rows(c, traction, pressure), cp.multiply(c.tangential, traction)
-    for k in range(c.corners):
-        q, p = c.q0 + lam * c.q1[k] + shear, c.p0 + lam * c.p1[k] + pressure
-        rows |= _circle_rows(c, k, q, p, 0.0, c.bare)
-    rows["load_factor_not_negative"] = lam >= 0
-    caps = {"load_factor_not_negative": (-np.ones(1), 0.0)}
-    form = ConeForm(np.array([float(sense)]), c.mean_q, c.mean_p, c.q1[None], c.p1[None], np.zeros((1, c.nodes)), caps, c.bare)
-    return _program(c, cp.Maximize(lam) if sense > 0 else cp.Minimize(lam), rows, form, ("load_factor",))
 
+    def __init__(self, c: ScaledCones, given: float | None) -> None:
+        self._c, self._given, self._margin = c, given, False
+        self.traction, self.pressure = cp.Variable((c.nodes, 2), name="traction"), cp.Variable(c.nodes, name="pressure_change")
 
-def margin_cones(c: ScaledCones, load_factor: float | None, mean: float = 1.0) -> "ConeProgram":
-    """Residual slip v that stays furthest inside the friction circles, at a given load factor lam or (None) at whatever one is best.
+    def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None) -> dict[str, cp.Constraint]:
+        """Rows by which every node is closed and stuck at every corner, with a margin in mean friction bounds; None: no margin."""
+        c, lam = self._c, self._given if load_factor is None else load_factor
+        self._margin = margin is not None
+        rows, shear = _slip_rows(c, self.traction, self.pressure), cp.multiply(c.tangential, self.traction)
+        for k in range(c.corners):
+            q, p = c.q0 + lam * c.q1[k] + shear, c.p0 + lam * c.p1[k] + self.pressure
+            rows |= _circle_rows(c, k, q, p, 0.0 if margin is None else c.clearance * margin, self._bare)
+        return rows
 
-    In full, with the margin counted in mean friction bounds of the mean load, each `clearance` of its node::
+    def problem(self, goal: cp.Maximize | cp.Minimize, rows: Mapping[str, cp.Constraint]) -> "ConeProblem":
+        """The rows by their names, with the same program as arrays."""
+        c, given, named = self._c, self._given or 0.0, [row.set_label(name) for name, row in rows.items()]
+        problem = cp.Problem(goal, named)
+        scalars = tuple(name for name in ("margin", "load_factor") if name in problem.var_dict)
+        of = dict(zip(scalars, np.eye(len(scalars)), strict=True))
+        caps = {"cap": (of.get("margin"), 1.0), "load_factor_not_negative": (-of.get("load_factor", np.zeros(1)), 0.0)}
+        sense = -1.0 if isinstance(goal, cp.Minimize) else 1.0
+        at = {"margin": (0.0, 1.0), "load_factor": (1.0, 0.0)}
+        form = ConeForm(
+            goal=sense * np.eye(len(scalars))[0],
+            q_given=c.mean_q + given * c.q1,
+            p_given=c.mean_p + given * c.p1,
+            q_rate=np.array([at[name][0] * c.q1 for name in scalars]),
+            p_rate=np.array([at[name][0] * c.p1 for name in scalars]),
+            reserve=np.array([at[name][1] * c.clearance for name in scalars]),
+            caps={name: (row, right) for name, (row, right) in caps.items() if name in rows and row is not None},
+            bare=self._bare,
+        )
+        return ConeProblem(problem, c, form, scalars)
 
-        max margin   s.t.   f p_k - |q_k| >= clearance margin,   margin <= 1   where   q_k = q0 + lam q1_k + A v,   p_k = p0 + lam p1_k + B v
-
-    Negative: there is no safe slip. The mean load may be left out (`mean` = 0): what is safe then is so at every load factor.
-    """
-    margin, traction, pressure = cp.Variable(name="margin"), cp.Variable((c.nodes, 2), name="traction"), cp.Variable(c.nodes, name="pressure_change")
-    lam = cp.Variable(name="load_factor") if load_factor is None else load_factor
-    none = np.zeros_like
-    bare = none(c.bare)  # a negative margin opens every circle
-    rows, shear = _slip_rows(c, traction, pressure), cp.multiply(c.tangential, traction)
-    for k in range(c.corners):
-        q, p = mean * c.q0 + lam * c.q1[k] + shear, mean * c.p0 + lam * c.p1[k] + pressure
-        rows |= _circle_rows(c, k, q, p, c.clearance * margin, bare)
-    rows["cap"] = margin <= 1
-    given = load_factor or 0.0
-    q, p = mean * c.mean_q + given * c.q1, mean * c.mean_p + given * c.p1
-    if load_factor is not None:
-        form = ConeForm(np.ones(1), q, p, none(c.q1)[None], none(c.p1)[None], c.clearance[None], {"cap": (np.ones(1), 1.0)}, bare)
-        return _program(c, cp.Maximize(margin), rows, form, ("margin",))
-    rows["load_factor_not_negative"] = lam >= 0
-    reserve, caps = np.array([c.clearance, none(c.clearance)]), {"cap": (np.eye(2)[0], 1.0), "load_factor_not_negative": (-np.eye(2)[1], 0.0)}
-    form = ConeForm(np.eye(2)[0], q, p, np.array([none(c.q1), c.q1]), np.array([none(c.p1), c.p1]), reserve, caps, bare)
-    return _program(c, cp.Maximize(margin), rows, form, ("margin", "load_factor"))
+    @property
+    def _bare(self) -> np.ndarray:
+        return np.zeros_like(self._c.bare) if self._margin else self._c.bare
 
 
 def _slip_rows(c: ScaledCones, traction: cp.Variable, pressure: cp.Variable) -> dict[str, cp.Constraint]:
@@ -90,7 +90,7 @@ def _circle_rows(c: ScaledCones, k: int, q: Any, p: Any, reserve: Any, bare: np.
 
 
 @dataclass(frozen=True, eq=False)
-class ConeProgram:
+class ConeProblem:
     """A cvxpy problem over safe slips with its data as arrays; `refine` and solving change the values that stand in the cvxpy problem."""
 
     problem: cp.Problem
@@ -138,6 +138,12 @@ class ConeProgram:
         for name, value in point.caps.items():
             rows[name].dual_variables[0].save_value(np.array(value))
 
+    @cached_property
+    def downward(self) -> "ConeProblem":
+        """The program of the least load factor under the same rows."""
+        problem = cp.Problem(cp.Minimize(self.problem.var_dict["load_factor"]), self.problem.constraints)
+        return replace(self, problem=problem, form=replace(self.form, goal=-self.form.goal))
+
     @property
     def _places(self) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
         """Each corner, with the nodes that have a circle at it and those whose shear it keeps at zero."""
@@ -147,9 +153,3 @@ class ConeProgram:
     @cached_property
     def _rows(self) -> Mapping[str, cp.Constraint]:
         return {row.label: row for row in self.problem.constraints}
-
-
-def _program(
-    c: ScaledCones, goal: cp.Maximize | cp.Minimize, rows: Mapping[str, cp.Constraint], form: ConeForm, scalars: tuple[str, ...]
-) -> ConeProgram:
-    return ConeProgram(cp.Problem(goal, [row.set_label(name) for name, row in rows.items()]), c, form, scalars)

@@ -1,0 +1,44 @@
+"""Warnings of values that are no errors, but that a user may not have meant."""
+
+import sys
+import warnings
+from collections.abc import Callable, Mapping
+from functools import wraps
+from inspect import signature
+from typing import Any, TypeVar
+
+from ..errors import ModelError, ModelWarning
+from .checks import finite_number, real_array
+
+__all__ = ["warns_of_odd_values"]
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_OURS = "frictopt."  # rooms of the package, whose own questions are not the user's
+_ROUGH = 5.0  # largest coefficient of friction that is passed without a word: of dry metals it is 0.1 to 1.5, of rubber up to 4
+
+
+def warns_of_odd_values(question: F) -> F:
+    """A public question, with a warning of values that a user who asks it may not have meant."""
+    names = list(signature(question).parameters)
+
+    @wraps(question)
+    def asked(*args: object, **kwargs: object) -> object:
+        if not sys._getframe(1).f_globals.get("__name__", "").startswith(_OURS):
+            _warn(dict(zip(names, args, strict=False)) | kwargs)
+        return question(*args, **kwargs)
+
+    return asked  # type: ignore[return-value]
+
+
+def _warn(given: Mapping[str, object]) -> None:
+    """Warn of values that a user who asks a question may not have meant: what is no number is for the question to refuse."""
+    try:
+        friction = float(real_array("friction", given.get("friction", 0.0)).max(initial=0.0))
+        load_factor = finite_number("load_factor", given.get("load_factor", 1.0))
+    except ModelError:
+        return
+    if friction > _ROUGH:
+        warnings.warn(f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent", ModelWarning, stacklevel=3)
+    if load_factor == 0:
+        warnings.warn("load_factor: 0; the corners of the cycle carry no load then, only the mean load acts", ModelWarning, stacklevel=3)
