@@ -4,8 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_number, flag, frozen
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..contact.checks import Array, finite_number, frozen
 from ..contact.show import Plotted, Shown, frame
 from ..contact.system import checked_plane
 from ..contact.tolerances import LEVEL
@@ -26,14 +29,14 @@ _CLIMBED_BESIDE, _ROUNDS = 2, 4  # the highest levels around an end from which i
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DissipationRange(Shown, Plotted):
-    """The least and the most steady dissipation found over all starts: two that occur, not bounds of what may occur.
+    """The least and the largest steady dissipation of all starts tried: two that occur, not bounds of what may occur.
 
     The true range is at least as wide. Only `least = 0` is known to be the true least, for no work of friction is negative.
 
     Attributes
     ----------
     least, most
-        Least and largest work of friction per cycle found, force times length per depth.
+        Least and largest work of friction per cycle, force times length per depth.
     least_start, worst_start
         (N,) residual slips that lead to them, for `steady_state`, length.
     least_state, most_state
@@ -41,7 +44,7 @@ class DissipationRange(Shown, Plotted):
     transients
         Number of transients followed.
     levels
-        Works of friction of the local extremes found, each once, in rising order.
+        Works of friction of the local extremes, each once, in rising order.
     residual
         Largest residual of the steady states of `least` and `most`. At most 1e-9.
     problem
@@ -54,10 +57,10 @@ class DissipationRange(Shown, Plotted):
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
     >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> found = fo.dissipation_range(pair, cycle, friction=0.6, load_factor=0.8)
-    >>> round(found.least, 6), round(found.most, 6)
+    >>> span = fo.dissipation_range(pair, cycle, friction=0.6, load_factor=0.8)
+    >>> round(span.least, 6), round(span.most, 6)
     (0.187171, 0.227889)
-    >>> found.to_frame()["end"].value_counts()["local extreme"]  # one of least, one of most work
+    >>> span.to_frame()["end"].value_counts()["local extreme"]  # one of least, one of most work
     np.int64(2)
     """
 
@@ -95,7 +98,7 @@ class DissipationRange(Shown, Plotted):
 
 
 def dissipation_range(
-    system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, *, slip_bound: Any = None, search: bool = True
+    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float, *, slip_bound: ArrayLike | None = None
 ) -> DissipationRange:
     """Find the least and the most that the contact dissipates per steady cycle, over all residual slips that it may start with.
 
@@ -106,7 +109,7 @@ def dissipation_range(
     Such steps end at a local extreme. So starts around the best end, one and two spreads of its slips away, are followed too, and the search goes on
     from those with more work.
 
-    The result is a found range: an inner estimate, which no theorem closes; other starts may have more work. Orbits on which nodes open are counted
+    The result is an inner estimate, which no theorem closes: other starts may have more work. Orbits on which nodes open are counted
     but not searched from.
 
     Parameters
@@ -119,8 +122,6 @@ def dissipation_range(
         Load factor, >= 0.
     slip_bound
         Largest residual slip `abs(v)` of the starts, one or one per node, length; None for no bound. A slide of the whole body counts.
-    search
-        Whether to go on from the extreme slips; otherwise the range is theirs.
 
     Raises
     ------
@@ -136,16 +137,17 @@ def dissipation_range(
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
     >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> found = fo.dissipation_range(pair, cycle, friction=0.6, load_factor=0.5)
-    >>> found.least, round(found.most, 6)
+    >>> span = fo.dissipation_range(pair, cycle, friction=0.6, load_factor=0.5)
+    >>> span.least, round(span.most, 6)
     (0.0, 0.042928)
-    >>> worst = fo.steady_state(pair, cycle, friction=0.6, load_factor=0.5, initial_slip=found.worst_start)
-    >>> worst.dissipation == found.most
+    >>> worst = fo.steady_state(pair, cycle, friction=0.6, load_factor=0.5, initial_slip=span.worst_start)
+    >>> worst.dissipation == span.most
     True
     """
     most = slip_bounds(slip_bound, checked_plane(system).nodes)
-    task = PlaneQuestion(system, cycle, cycle_loads(system, cycle), friction, True, most)
-    load_factor, climbs = finite_number("load_factor", load_factor, least=0.0), flag("search", search)
+    f = np.array(friction_coefficients(friction, system.nodes))
+    task = PlaneQuestion(system, cycle, cycle_loads(system, cycle), f, True, most)
+    load_factor = finite_number("load_factor", load_factor, least=0.0)
     try:
         limit = shakedown_limit(system, cycle, task.friction, slip_bound=most)
     except SolverError:
@@ -160,9 +162,9 @@ def dissipation_range(
     levels = runs.levels(followed)
     if not levels:
         raise NoContinuation(f"dissipation range: none of {len(followed)} transients has a result; the first one says: {followed[0].end}")
-    ends = _searched(runs, levels) if climbs else []
-    found = [orbit for orbit in (*followed, *ends) if orbit.state is not None]
-    low, high = min(found, key=lambda orbit: orbit.work), max(found, key=lambda orbit: orbit.work)
+    ends = _searched(runs, levels)
+    orbits = [orbit for orbit in (*followed, *ends) if orbit.state is not None]
+    low, high = min(orbits, key=lambda orbit: orbit.work), max(orbits, key=lambda orbit: orbit.work)
     assert low.state is not None and high.state is not None
     return DissipationRange(
         least=low.work,
@@ -182,7 +184,7 @@ def dissipation_range(
 def _searched(runs: Search, levels: list[Orbit]) -> list[Orbit]:
     """Where the search ends from the levels with the most work, and, where no start came to rest, from those with the least.
 
-    A local extreme may have more work beside it, a spread of its slips away: starts around the best end tell, and the search goes on from the best.
+    A local extreme may have more work beside it, a spread of its slips away: so starts around the best end are tried, too.
     """
     ends = [runs.climb(orbit, 1) for orbit in levels[::-1][:_CLIMBED] if orbit.work > 0]
     for _ in range(_ROUNDS if ends else 0):

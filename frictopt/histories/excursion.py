@@ -22,7 +22,7 @@ _DECADES = -1.0, 1.0  # of the size of sampled slips, over the spread of the lar
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LeastExcursion(Shown, Plotted):
-    """The least excursion found after which the contact comes to rest from all starts tried.
+    """The least excursion tried after which the contact comes to rest from all starts tried.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ def least_excursion(
     start
         As in `limit_after_protocol`.
     samples
-        Number of random slips that verify the share found, where `start` is "worst".
+        Number of random slips that verify the share, where `start` is "worst".
     scan
         Number of steps.
     tolerance

@@ -112,7 +112,7 @@ def first_change(changed: Callable[[float], bool], grid: Array, low: float, tole
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LimitAfterProtocol(Shown, Plotted):
-    """The load factor up to which a contact comes to rest after a protocol, found by transients.
+    """The load factor up to which a contact comes to rest after a protocol, by transients.
 
     Attributes
     ----------

@@ -67,7 +67,7 @@ class Search:
     def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: Array, load_factor: float, most: Array | None) -> None:
         self._system, self._cycle, self._friction, self._load_factor, self._most = system, cycle, friction, load_factor, most
         self.transients = 0
-        self._extremes: list[float] = []  # works of the local extremes found
+        self._extremes: list[float] = []  # works of the local extremes so far
 
     def follow(self, name: str, start: Array) -> Orbit:
         """The steady state that one start leads to."""
@@ -115,17 +115,17 @@ class Search:
                 radius *= 2.0 if better else 0.25
             orbit = better
             if any(abs(orbit.work - known) <= LEVEL * known for known in self._extremes):
-                return replace(orbit, end="local extreme found before")
+                return replace(orbit, end="local extreme known before")
         return replace(orbit, end=_STOPPED)
 
     @staticmethod
     def levels(orbits: list[Orbit]) -> list[Orbit]:
         """One orbit of each level of work, the least first."""
-        found: list[Orbit] = []
+        levels: list[Orbit] = []
         for orbit in sorted((orbit for orbit in orbits if orbit.state is not None), key=lambda orbit: orbit.work):
-            if not found or orbit.work - found[-1].work > LEVEL * orbit.work:
-                found.append(orbit)
-        return found
+            if not levels or orbit.work - levels[-1].work > LEVEL * orbit.work:
+                levels.append(orbit)
+        return levels
 
 
 def _spread(slip: Array, path: ExactPath) -> float:

@@ -53,10 +53,10 @@ class RangeStarts:
     def at_corners(self) -> dict[str, Array]:
         """The same at every corner."""
         loads = self._task.loads
-        found: dict[str, Array] = {}
+        slips: dict[str, Array] = {}
         for k, (q, p) in enumerate(zip(loads.q1, loads.p1, strict=True)):
-            found |= self._furthest(loads.q0 + self._load_factor * q, loads.p0 + self._load_factor * p, f"at corner {k}")
-        return found
+            slips |= self._furthest(loads.q0 + self._load_factor * q, loads.p0 + self._load_factor * p, f"at corner {k}")
+        return slips
 
     def _furthest(self, q: Array, p: Array, place: str) -> dict[str, Array]:
         try:

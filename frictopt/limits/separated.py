@@ -132,10 +132,10 @@ class SeparatedProblem:
         return {"load_factor": self.most, "slip": self.length, "gap": self.length}
 
     def search(self, least: float, most_nodes: int) -> tuple[Bounds, CornerStates | None, cp.Problem]:
-        """Bound of the largest load factor from `least` to `most`, the states found, and the mixed-integer program."""
+        """Bound of the largest load factor from `least` to `most`, the states of its solution, and the mixed-integer program."""
         problem = corner_problem(self.contact, cp.Variable(self.shape, boolean=True, name="opened"))
-        found = self._solve(problem, least, most_nodes)
-        return Bounds(found.bound * self.most, found.status), self._states(problem) if found.status.has_solution else None, problem
+        answer = self._solve(problem, least, most_nodes)
+        return Bounds(answer.bound * self.most, answer.status), self._states(problem) if answer.status.has_solution else None, problem
 
     def touches(self, states: CornerStates) -> bool:
         """Whether a slip, gap or pressure of a solution comes to the largest one considered."""

@@ -110,7 +110,7 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
     It comes from linear programs over sets of open nodes, outward from none and from those that the mean load opens; the best set is proven to rest,
     other sets may do better. `bound` is the upper bound by a mixed-integer program of what holds at the corners, for the class of cycles that
     `covers` names: nodes may open and close there. It is never below `shakedown_limit`, whose safe slips keep all nodes closed. Whether a contact
-    rests above it with nodes that open and close in each cycle, transients tell: `limit_after_protocol` with `start=limit.slip` and `up_to`.
+    rests above it with nodes that open and close in each cycle, follows from transients: `limit_after_protocol` with `start=limit.slip` and `up_to`.
 
     A contact whose pressure falls to zero at its edge slips there at any load in the continuum (Barber, Klarbring & Ciavarella 2008): its limit
     belongs to the mesh, and falls with it. Theory, eq. (18).
