@@ -158,7 +158,7 @@ FAULTS = (
           _CYCLES),
     Fault("transients/exact/judge.py", "little work is conclusive", "return slips or (", "return True or (", _CYCLES),
     Fault("transients/exact/cycles.py", "slow cycles are taken for ones that came back", "self._distance_left() <= RESIDUAL and", "", _CYCLES),
-    Fault("transients/exact/cycles.py", "lost energy is let pass", "self._violation(cycle), cycle.energy, self.energy)", "self._violation(cycle))",
+    Fault("transients/exact/cycles.py", "lost energy is let pass", "violation, cycle.energy, self.energy)", "violation)",
           _CYCLES),
     Fault("transients/exact/cycles.py", "the first cycle proves a steady state", "        if self.cycles == 1:\n",
           "        if self.cycles == 0:\n", _CYCLES),

@@ -153,4 +153,4 @@ def test_events_without_proof_are_counted(punch, paper_cycle):
     assert np.linalg.eigvalsh(M + M.T)[0] < 0
     path = ExactPath(contact, paper_cycle, 0.5, 0.9 * limit, far)
     path.start()
-    assert path.unproven > 0
+    assert path.state.trace[2] > 0

@@ -54,8 +54,12 @@ class Transient:
         (M,) those of the present load.
     visited
         Number of corners visited so far; -1 until the transient reaches the mean load. An earlier state has visited those before its next corner.
-    force
-        Scale of the nodal forces: the mean of |p^w| under the mean load.
+    nodes
+        Number of node pairs, N.
+    force, largest
+        Scale of the nodal forces: the mean of |p^w| under the mean load; and the largest nodal force of all loads.
+    length
+        Scale of slips: the largest force over the stiffness scale.
     started
         When it was made, for the record.
 
@@ -84,6 +88,7 @@ class Transient:
         largest = max(float(np.abs(corner).max()) for corner in self.corners)
         self.force = float(np.abs(self.mean[-system.nodes :]).mean()) or largest or 1.0
         self.largest = max(self.force, largest)
+        self.nodes, self.length = system.nodes, self.largest / system.stiffness_scale
         self.visited = -1
         if initial_state is None:
             self._start_name = "initial_slip"
@@ -93,16 +98,6 @@ class Transient:
         else:
             self._start_name = "initial_state"
             self._start = self._standing(checked_state("initial_state", initial_state, system, len(self.corners)))
-
-    @property
-    def nodes(self) -> int:
-        """Number of node pairs, N."""
-        return self.system.nodes
-
-    @property
-    def length(self) -> float:
-        """Scale of slips: the largest nodal force of the loads over the stiffness scale."""
-        return self.largest / self.system.stiffness_scale
 
     def corners_at(self, load_factor: float) -> list[Array]:
         """Bonded reactions (M,) at the corners of the cycle under a load factor."""

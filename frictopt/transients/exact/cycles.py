@@ -227,12 +227,22 @@ class Run(Judge):
         """Shakedown to a safe slip, which does not change at any corner."""
         u = cycle.after
         resting = [(u, corner + path.stress(u)) for corner in self._loads]
-        violation = self._violation(cycle)
-        return self._result(path, Outcome.SHAKEDOWN, replace(cycle, work=0 * cycle.work, corners=resting), violation, extrapolated)
+        violation = self._violation([*cycle.corners, *resting])
+        return self._result(path, Outcome.SHAKEDOWN, replace(cycle, work=0 * cycle.work, corners=resting), 0.0, extrapolated, violation=violation)
 
-    def _result(self, path: ExactPath, outcome: Outcome, cycle: Cycle, change: float, extrapolated: bool, work_error: float = 0.0) -> SteadyState:
+    def _result(
+        self,
+        path: ExactPath,
+        outcome: Outcome,
+        cycle: Cycle,
+        change: float,
+        extrapolated: bool,
+        work_error: float = 0.0,
+        violation: float | None = None,
+    ) -> SteadyState:
         self.settled = path
-        residual = max(change, self._violation(cycle), cycle.energy, self.energy)
+        violation = self._violation(cycle.corners) if violation is None else violation
+        residual = max(change, violation, cycle.energy, self.energy)
         if not residual <= RESIDUAL:
             raise SolverError(
                 f"steady state: its states violate the contact law or the balance of energy, or do not come back, by {residual:.1e} (tolerance "
@@ -259,7 +269,7 @@ class Run(Judge):
             cycles=self.cycles,
             events=int(path.state.trace[0]),
             extrapolated=extrapolated,
-            unproven=path.unproven,
+            unproven=int(path.state.trace[2]),
             steps=0,
             record=SolveRecord("path", (), residual, left_out_corners(self.turns, len(path.corners)), perf_counter() - path.started),
         )

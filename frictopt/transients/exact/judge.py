@@ -51,9 +51,10 @@ class Judge:
         """Change of slip and gap over a cycle."""
         return self._distance(cycle.after, cycle.before)
 
-    def _violation(self, cycle: Cycle) -> float:
-        """Violation of the contact law at the corners of a cycle."""
-        u, r, load = (np.array(rows) for rows in (*zip(*cycle.corners, strict=True), self._loads))
+    def _violation(self, corners: Sequence[tuple[Array, Array]]) -> float:
+        """Violation of the contact law by states `u, r` at the corners of one cycle after another."""
+        loads = self._loads * (len(corners) // len(self._visited))
+        u, r, load = (np.array(rows) for rows in (*zip(*corners, strict=True), loads))
         return self.path.judged(u, r, load, self.force).residual
 
     def _safe(self, u: Array) -> bool:

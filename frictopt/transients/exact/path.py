@@ -99,6 +99,7 @@ class ExactPath(Transient):
         nodes = self.nodes
         self._S = np.ascontiguousarray(system.S)
         self.scales = scales(self._S, self.mean, self.corners)
+        self._least_drive = NO_DRIVE * np.tile(self.scales.mean, 2)
         compiled()
         self.fallbacks = 0
         self.history: list[tuple[Array, ...]] = []
@@ -115,11 +116,6 @@ class ExactPath(Transient):
         forces = pressing(self.system, self.friction, q, p, self.force)
         mean = f"{mean_load_diagnosis(self.system, self.cycle, self.friction)}; " if self.visited < 0 else ""
         return f"there {forces}; {mean}hold the body by supports, or load it less"
-
-    @property
-    def unproven(self) -> int:
-        """Number of events whose rates are not proven to be the only ones."""
-        return int(self.state.trace[2])
 
     def start(self) -> None:
         """Follow the path from the artificial load to the mean load; from an earlier state to the end of its cycle."""
@@ -165,7 +161,7 @@ class ExactPath(Transient):
             At some load of the segment no rates obey the contact law, or more than one set of rates does.
         """
         load_rate = bonded - self.bonded
-        settled = not np.any(np.abs(load_rate) > NO_DRIVE * np.tile(self.scales.mean, 2))
+        settled = not (np.abs(load_rate) > self._least_drive).any()
         begin_segment(self._S, self.friction, self.state, self._active, self._proof)
         code, time = UNSETTLED, 0.0
         while code != DONE:
