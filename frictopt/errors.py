@@ -4,11 +4,10 @@ Every message names the argument or quantity, its value, and what to change. Err
 its solvers) never leak: they are either handled or turned into one of these.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
-    import pandas as pd
     from numpy.typing import NDArray
 
 __all__ = ["FrictoptError", "ModelError", "ModelWarning", "NoContinuation", "SolverError", "StoreError"]
@@ -57,4 +56,4 @@ class StoreError(FrictoptError, OSError):
         DataFrame of the finished runs, those in the store and those that could not be written; None if no run was started.
     """
 
-    table: "pd.DataFrame | None" = None
+    table: Any = None

@@ -4,7 +4,7 @@ import html
 from collections.abc import Mapping
 from enum import Enum
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .checks import Array
 from .portable import Portable
@@ -12,7 +12,9 @@ from .portable import Portable
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Plotted", "Shown", "components", "frame", "places"]
+__all__ = ["Plotted", "Shown", "Table", "components", "frame", "places"]
+
+Table: TypeAlias = "pd.DataFrame"
 
 
 class Shown(Portable):

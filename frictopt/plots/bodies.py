@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-from skfem import Mesh
 
 from ..contact.checks import Array, shown
 from ..errors import ModelError
@@ -21,6 +20,7 @@ from .style import BLACK, legend, new_axes, series
 __all__ = ["draw_edges", "draw_mesh"]
 
 AnyAxes: TypeAlias = Any  # of matplotlib, in the plane or in space
+Mesh: TypeAlias = Any  # of scikit-fem
 
 _MOST_MARKS = 17, 25  # of each support, in the plane and in space
 _ARROWS = 9  # of each loaded boundary

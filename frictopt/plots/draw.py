@@ -3,14 +3,13 @@
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
-import pandas as pd
-
 from ..errors import ModelError
 from .picture import Runs, picture
 
 if TYPE_CHECKING:  # matplotlib need not be installed
     from matplotlib.axes import Axes
 
+    from ..contact.show import Table
     from .style import AxesArray
 
 __all__ = ["draw", "plot_study"]
@@ -39,7 +38,7 @@ def draw(result: object, ax: "Axes | AxesArray | None" = None) -> "Axes | AxesAr
         return picture(result, ax)
 
 
-def plot_study(table: pd.DataFrame, ax: "Axes | None" = None) -> "Axes | AxesArray":
+def plot_study(table: "Table", ax: "Axes | None" = None) -> "Axes | AxesArray":
     """Draw the steady dissipation of each run of a study against its load: a mark for each start, by family.
 
     Runs that shake down have no dissipation and stand in a strip at the bottom. Runs that failed have no mark; the title counts them.

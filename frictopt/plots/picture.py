@@ -4,11 +4,10 @@ from dataclasses import dataclass
 from functools import singledispatch
 from typing import TYPE_CHECKING
 
-import pandas as pd
-
 if TYPE_CHECKING:  # matplotlib need not be installed
     from matplotlib.axes import Axes
 
+    from ..contact.show import Table
     from .style import AxesArray
 
 __all__ = ["Runs", "picture"]
@@ -18,7 +17,7 @@ __all__ = ["Runs", "picture"]
 class Runs:
     """The table of a study, so that it has a kind of its own."""
 
-    table: pd.DataFrame
+    table: "Table"
 
 
 @singledispatch

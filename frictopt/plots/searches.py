@@ -1,10 +1,10 @@
 """Pictures of what was tried: load factors, excursions and starts, and what became of the contact."""
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 
 from ..contact.answers import Outcome
+from ..contact.checks import Array
 from ..histories import GuaranteeCheck, LeastExcursion, LimitAfterProtocol
 from ..histories.guarantee import NO_OUTCOME
 from ..histories.protocols import REST, SLIP, UNDECIDED
@@ -71,7 +71,7 @@ def _guarantee_check(check: GuaranteeCheck, ax: Axes | None = None) -> Axes:
     return axes
 
 
-def _rows(axes: Axes, at: pd.Series, outcomes: pd.Series) -> None:
+def _rows(axes: Axes, at: Array, outcomes: Array) -> None:
     """Draw a mark for each thing tried, in the row of its outcome."""
     names = [outcome for outcome in _ROWS if outcome != UNDECIDED or (outcomes == UNDECIDED).any()]
     for row, outcome in enumerate(names):

@@ -1,7 +1,7 @@
 """Decks of CalculiX and Abaqus: nodes with their numbers, node sets, elements, element sets, constraints."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -127,6 +127,15 @@ class Deck(Shown):
         return shapes[0], np.concatenate(numbers), np.concatenate(nodes)
 
 
+def _check_directions(path: Path, keyword: str, options: Mapping[str, str], lines: Sequence[str]) -> None:
+    """Check that a block gives nodes and displacements in the global directions."""
+    if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
+        raise ModelError(
+            f"deck {path.name}: the block *{keyword} {parameters(options)} gives nodes or displacements in directions of their own; "
+            "write coordinates, and the matrix, in the global directions"
+        )
+
+
 def read_deck(path: Path) -> Deck:
     """Read a deck and the files that it includes; keywords that neither name, join nor constrain nodes are passed over.
 
@@ -144,15 +153,10 @@ def read_deck(path: Path) -> Deck:
     sections: list[tuple[str, float]] = []
     constraining: list[Block] = []
     for keyword, options, lines in blocks(path):
-        if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
-            raise ModelError(
-                f"deck {path.name}: the block *{keyword} {parameters(options)} gives nodes or displacements in directions of their own; "
-                "write coordinates, and the matrix, in the global directions"
-            )
+        _check_directions(path, keyword, options, lines)
         try:
             if keyword == "NODE":
-                found = [fields(line) for line in lines]
-                _add_nodes(nodes, found)
+                _add_nodes(nodes, found := [fields(line) for line in lines])
             elif keyword == "ELEMENT":
                 found = _elements(options["TYPE"], lines)
                 solids.append((options["TYPE"], [list(map(int, row)) for row in found]))
