@@ -11,6 +11,7 @@ from .known import Known, NotAsked, Wrong
 __all__ = ["separated"]
 
 _FEW = 4  # nodes up to which it is asked, of a part of the cases
+_BELOW = 1 - 1e-9  # at the limit itself nodes may stand at their bounds, where above the critical friction the path goes on in several ways
 _ABOVE = (1.01, 1.3)  # load factors, over a proven limit, at which transients may not rest
 _STARTS = 6
 
@@ -25,7 +26,7 @@ def separated(known: Known) -> tuple[float, bool]:
         raise Wrong(f"{limit.load_factor!r} is below the shakedown limit {known.limit!r}")
     if limit.state is None or not np.isfinite(limit.load_factor):
         return limit.residual, known.limit is not None
-    if not _rests(known, limit.load_factor, initial_state=limit.state):
+    if not _rests(known, _BELOW * limit.load_factor, initial_state=limit.state):
         raise Wrong("its state does not rest")
     rng = np.random.default_rng(case.seed)
     starts = limit.slip + (known.length + np.abs(limit.slip).max()) * rng.normal(size=(_STARTS, case.system.nodes))
