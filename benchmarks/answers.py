@@ -57,12 +57,12 @@ def sums(system: fo.ContactSystem | fo.ContactSystem) -> Numbers:
     return [np.linalg.norm(system.S), np.trace(system.A), np.trace(system.C), *loads, system.gap.sum()]
 
 
-def onset(found: fo.Onset) -> Numbers:
+def onset(found: fo.results.Onset) -> Numbers:
     """Load factors and nodes of all events."""
     return [number for event in (*found.slips, *found.separations) for number in (event.load_factor, -1.0 if event.node is None else event.node)]
 
 
-def range_of(found: fo.DissipationRange) -> Numbers:
+def range_of(found: fo.results.DissipationRange) -> Numbers:
     """Both ends."""
     return [found.least, found.most]
 

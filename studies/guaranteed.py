@@ -97,7 +97,7 @@ def _mesh(scene: fo.scenes.PunchOnHalfPlane) -> dict[str, Any]:
     return {"elements": scene.elements, "corner_size": scene.corner_size / scene.half_width}
 
 
-def _limits(system: fo.ContactSystem, limit: fo.GuaranteedLimit, friction: float) -> dict[str, Any]:
+def _limits(system: fo.ContactSystem, limit: fo.results.GuaranteedLimit, friction: float) -> dict[str, Any]:
     return {
         "friction": friction,
         "guaranteed": limit.load_factor,

@@ -55,9 +55,9 @@ class _Case:
     friction: float
     load_factor: float
 
-    def march(self, cycles: int, engine: Any = "path", steps: int | None = None) -> fo.Trajectory:
+    def march(self, cycles: int, engine: Any = "path", steps: int | None = None) -> fo.results.Trajectory:
         """The transient from no initial slip."""
-        path: fo.Trajectory = fo.march(self.system, LOADS, self.friction, self.load_factor, cycles=cycles, engine=engine, steps=steps)
+        path: fo.results.Trajectory = fo.march(self.system, LOADS, self.friction, self.load_factor, cycles=cycles, engine=engine, steps=steps)
         return path
 
     def sigma(self, times: Any) -> Any:
@@ -87,7 +87,7 @@ def error_by_increments(parameters: Parameters) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _error(parameters: Parameters, case: _Case, exact: fo.Trajectory, elements: int, engine: str, steps: int) -> dict[str, Any]:
+def _error(parameters: Parameters, case: _Case, exact: fo.results.Trajectory, elements: int, engine: str, steps: int) -> dict[str, Any]:
     run, seconds = _timed(partial(case.march, 2, engine, steps or None), parameters.repetitions)
     work, exact_work = (float(trajectory.cycle_work[1].sum()) for trajectory in (run, exact))
     error = np.max(np.abs(run.energy_error)) / work if engine == "path" else abs(work / exact_work - 1)
@@ -103,7 +103,7 @@ def _error(parameters: Parameters, case: _Case, exact: fo.Trajectory, elements: 
     }
 
 
-def _timed(run: Callable[[], fo.Trajectory], repetitions: int) -> tuple[fo.Trajectory, float]:
+def _timed(run: Callable[[], fo.results.Trajectory], repetitions: int) -> tuple[fo.results.Trajectory, float]:
     """Result of the run, and the median of its times."""
     seconds: list[float] = []
     while len(seconds) < repetitions and not any(value > _SLOW for value in seconds):
@@ -154,7 +154,7 @@ def corner_history(parameters: Parameters) -> pd.DataFrame:
     return pd.concat(parts)[list(_HISTORY)]
 
 
-def _states(case: _Case, path: fo.Trajectory, times: Any, q: Any, p: Any, slip: Any, status: Any) -> pd.DataFrame:
+def _states(case: _Case, path: fo.results.Trajectory, times: Any, q: Any, p: Any, slip: Any, status: Any) -> pd.DataFrame:
     """Columns that the two tables of the steady cycle share."""
     columns = {
         "elements": case.scene.elements,

@@ -93,7 +93,7 @@ def _cycle(joint: Joint) -> fo.LoadCycle:
     return fo.LoadCycle.from_history(joint.history, mean=dict(joint.mean))
 
 
-def _fretting(joint: Joint, system: fo.ContactSystem) -> tuple[fo.SteadyState, pd.DataFrame]:
+def _fretting(joint: Joint, system: fo.ContactSystem) -> tuple[fo.results.SteadyState, pd.DataFrame]:
     """The steady state under the history itself, and its fretting table with the stress of body 2 at all corners."""
     problem = system, _cycle(joint), joint.friction, 1.0
     steady = fo.steady_state(*problem)

@@ -122,7 +122,7 @@ def _margin(system: fo.ContactSystem, friction: float, load_factor: float) -> di
 
 
 def _corner_reactions(
-    scene: fo.scenes.PunchOnHalfPlane, system: fo.ContactSystem, limit: fo.ShakedownLimit, friction: float, corner: int
+    scene: fo.scenes.PunchOnHalfPlane, system: fo.ContactSystem, limit: fo.results.ShakedownLimit, friction: float, corner: int
 ) -> pd.DataFrame:
     q, p = (values[corner] for values in limit.reactions)
     force = force_unit(system)

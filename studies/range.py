@@ -58,7 +58,7 @@ QUICK = Parameters(
 
 
 @cache
-def _ranges(parameters: Parameters) -> list[tuple[dissipation.Case, float, fo.DissipationRange, float]]:
+def _ranges(parameters: Parameters) -> list[tuple[dissipation.Case, float, fo.results.DissipationRange, float]]:
     """Case, load ratio, range and seconds, for each friction and load of the sample."""
     found = []
     for case in dissipation.cases_of(parameters.sampled):
@@ -124,7 +124,7 @@ def slip_of(parameters: Parameters) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _corners(case: dissipation.Case, ratio: float, state: fo.SteadyState) -> tuple[np.ndarray, np.ndarray]:
+def _corners(case: dissipation.Case, ratio: float, state: fo.results.SteadyState) -> tuple[np.ndarray, np.ndarray]:
     """(K, N) slips and gaps at the corners of an orbit."""
     path = fo.march(case.system, LOADS, case.friction, ratio * case.limit, initial_slip=state.slip, cycles=_SETTLED)
     corners = len(LOADS.corners)
@@ -159,7 +159,7 @@ def protocols_of(parameters: Parameters) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _protocols(limit: fo.ShakedownLimit) -> Iterator[tuple[str, dict[str, Any]]]:
+def _protocols(limit: fo.results.ShakedownLimit) -> Iterator[tuple[str, dict[str, Any]]]:
     unload = [
         fo.starts.LoadStep({"P": 1.0}, {"sigma": 1.0}),
         fo.starts.LoadStep({"P": 0.3}, {"sigma": 1.0}),

@@ -96,7 +96,11 @@ def test_a_copy_says_the_same_stays_read_only_and_can_be_drawn(way, result):
 
 def test_every_public_kind_of_result_is_among_the_examples():
     public = {kind for kind in vars(fo).values() if isinstance(kind, type) and issubclass(kind, Portable)}
-    public |= {kind for kind in (getattr(fo, name) for name in fo.__all__) if isinstance(kind, type) and issubclass(kind, Portable)}
+    public |= {
+        kind
+        for kind in (getattr(room, name) for room in (fo, fo.results) for name in room.__all__)
+        if isinstance(kind, type) and issubclass(kind, Portable)
+    }
     assert {type(result) for result in EXAMPLES} == public | {fo.starts.Start, fo.increments.Increment}
 
 

@@ -215,12 +215,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "plot_study": (fo.plot_study, {"table": fo.dissipation_study(CONTACT, CYCLE, FRICTION, [0.5], progress=False)}),
 }
 LABELS = {"argument", "file", "executor"}  # arguments that are no input of the problem: a word for messages, a stream, somebody else's object
-MADE_BY_US = {  # results, which no user makes
-    *("GuaranteeCheck", "GuaranteedLimit", "LimitKind", "Onset", "OnsetEvent", "Outcome", "SafeSlip", "ShakedownLimit", "SolveRecord", "SteadyState"),
-    *("BodyFields", "RequiredFriction", "SafeRegion", "SeparatedLimit"),
-    *("Trajectory", "Verdict", "Attempt", "ComplementarityProblem", "ContactArrays", "CornerMode", "Increment", "TwoNodeLimits"),
-    *("LeastExcursion", "DissipationRange", "LeastSlip", "LimitAfterProtocol", "OrderPreserving"),
-}
+MADE_BY_US = {"BodyFields", "LimitKind", "Outcome"}  # by answers, and not by users
 NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes
 MAY_BE_NAN = {"v", "w", "q", "p", "previous_slip"}  # in a claimed state, which is then infinitely wrong
 

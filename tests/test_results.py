@@ -76,7 +76,7 @@ def test_the_largest_slip_in_space_is_that_of_a_node():
 def test_every_result_has_a_record(result):
     record = result.record
     assert 0 < record.residual == result.residual < 1e-9 and record.solver and 0 < record.seconds < 600
-    assert all(isinstance(text, str) for text in record.left_out) and all(isinstance(attempt, fo.Attempt) for attempt in record.attempts)
+    assert all(isinstance(text, str) for text in record.left_out) and all(isinstance(attempt, fo.results.Attempt) for attempt in record.attempts)
     assert (len(record.attempts) > 0) is (result in (LIMIT, LOWER, SAFE, NEEDED, REGION, MOVED))
     assert pickle.loads(pickle.dumps(result)).record == record
 

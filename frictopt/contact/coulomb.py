@@ -57,7 +57,7 @@ class Verdict(Shown):
     Examples
     --------
     >>> import frictopt as fo
-    >>> verdict = fo.Verdict(equilibrium=1e-15, contact=0.0, bound=0.2, direction=0.0)
+    >>> verdict = fo.results.Verdict(equilibrium=1e-15, contact=0.0, bound=0.2, direction=0.0)
     >>> verdict.residual
     0.2
     """

@@ -1,6 +1,6 @@
 """Histories: what follows from many transients."""
 
-from . import starts
+from . import results, starts
 from .dissipation import dissipation_study
 from .dissipation_range import DissipationRange, dissipation_range
 from .excursion import LeastExcursion, least_excursion
@@ -19,5 +19,6 @@ __all__ = [
     "least_excursion",
     "limit_after_protocol",
     "read_store",
+    "results",
     "starts",
 ]

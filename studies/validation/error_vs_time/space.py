@@ -83,7 +83,7 @@ def spheres(parameters: Parameters) -> Question:
         cycle = fo.LoadCycle({"approach": 1 / _RADIUS}, [{"x": 1.0}, {"x": -1.0}])
         return fo.march(system, cycle, f, far, cycles=CYCLES, steps=2)
 
-    def error(path: fo.Trajectory) -> float:
+    def error(path: fo.results.Trajectory) -> float:
         corner = int(np.flatnonzero(path.time == 1)[0])
         ball = SphereContact(float(path.p[corner].sum()), _RADIUS, E, nu, f)
         return abs(last_work(path) / ball.dissipation(abs(float(path.q[corner, :, 0].sum()))) - 1)

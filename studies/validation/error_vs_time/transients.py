@@ -33,12 +33,12 @@ def cylinders(parameters: Parameters) -> Iterator[Question]:
     """The same two on a scene with a closed form, over its number of cells."""
     exact = CYLINDER.dissipation(SHEAR)
 
-    def followed(cells: int) -> fo.Trajectory:
-        path: fo.Trajectory = fo.march(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR, cycles=CYCLES)
+    def followed(cells: int) -> fo.results.Trajectory:
+        path: fo.results.Trajectory = fo.march(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR, cycles=CYCLES)
         return path
 
-    def proven(cells: int) -> fo.SteadyState:
-        steady: fo.SteadyState = fo.steady_state(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR)
+    def proven(cells: int) -> fo.results.SteadyState:
+        steady: fo.results.SteadyState = fo.steady_state(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR)
         return steady
 
     def methods(run: Any, work: Any) -> list[Method]:
@@ -115,10 +115,10 @@ def _lemke(parameters: Parameters, scene: Scene, factor: float, start: Array, cy
         yield Method(f"Lemke, {cycles} cycles", _STEPS, f"{steps}", run, error, rival="quantecon")
 
 
-def last_work(path: fo.Trajectory | fo.Trajectory) -> float:
+def last_work(path: fo.results.Trajectory | fo.results.Trajectory) -> float:
     """Work of friction in the last cycle of a transient."""
     return float(path.cycle_work[-1].sum())
 
 
-def _energy_error(path: fo.Trajectory) -> float:
+def _energy_error(path: fo.results.Trajectory) -> float:
     return float(np.abs(path.energy_error).max()) / last_work(path)

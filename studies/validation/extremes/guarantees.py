@@ -26,7 +26,7 @@ def guarantee_probes(sizes: Sizes) -> Iterator[Probe]:
         yield from part(sizes)
 
 
-def _answer(limit: fo.GuaranteedLimit) -> Answer:
+def _answer(limit: fo.results.GuaranteedLimit) -> Answer:
     solvers = {attempt.solver for attempt in limit.record.attempts}
     return Answer(limit.load_factor, limit.residual, limit.record.solver, max(len(solvers) - 1, 0))
 

@@ -36,7 +36,7 @@ def _rounded(punch: fo.ContactSystem, size: float, force: float = 1.0, length: f
 
 
 def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float) -> Probe:
-    found: list[fo.SeparatedLimit] = []
+    found: list[fo.results.SeparatedLimit] = []
     return Probe(extreme, value, _QUESTION, partial(_ask, system, friction, found), partial(_plain, system, friction, found), _LP)
 
 

@@ -89,9 +89,9 @@ class Scene:
         return self.case.system, self.case.cycle, self.case.friction
 
     @cached_property
-    def limit(self) -> fo.ShakedownLimit:
+    def limit(self) -> fo.results.ShakedownLimit:
         """The limit that frictopt finds."""
-        found: fo.ShakedownLimit = fo.shakedown_limit(*self.args)
+        found: fo.results.ShakedownLimit = fo.shakedown_limit(*self.args)
         return found
 
     @cached_property
@@ -101,26 +101,26 @@ class Scene:
         return self.case.share * (limit if np.isfinite(limit) and limit > 1e-6 else 1.0)
 
     @property
-    def steady(self) -> fo.SteadyState:
+    def steady(self) -> fo.results.SteadyState:
         """The steady state, with everything left out that can be."""
         if isinstance(self._steady, fo.FrictoptError):
             raise self._steady
         return self._steady
 
     @cached_property
-    def _steady(self) -> fo.SteadyState | fo.FrictoptError:
+    def _steady(self) -> fo.results.SteadyState | fo.FrictoptError:
         """The same, or why there is none: a refusal may take long, and all questions meet it."""
         try:
-            found: fo.SteadyState = fo.steady_state(*self.args, self.load_factor, initial_slip=self.case.start, most_cycles=_MOST)
+            found: fo.results.SteadyState = fo.steady_state(*self.args, self.load_factor, initial_slip=self.case.start, most_cycles=_MOST)
             return found
         except fo.FrictoptError as error:
             return error
 
     @cached_property
-    def marched(self) -> fo.Trajectory:
+    def marched(self) -> fo.results.Trajectory:
         """The path, for some cycles more than the steady state took."""
         cycles = min(self.steady.cycles + (10 if self.steady.extrapolated else 2), _MOST_MARCHED)
-        found: fo.Trajectory = fo.march(*self.args, self.load_factor, initial_slip=self.case.start, cycles=cycles)
+        found: fo.results.Trajectory = fo.march(*self.args, self.load_factor, initial_slip=self.case.start, cycles=cycles)
         return found
 
     @cached_property

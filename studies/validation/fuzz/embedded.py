@@ -42,10 +42,10 @@ class Embedded:
         self.solid, self.along = embedded(self.case.system, self.rng)
 
     @cached_property
-    def limit(self) -> fo.ShakedownLimit:
+    def limit(self) -> fo.results.ShakedownLimit:
         """The limit of the plane contact."""
         try:
-            limit: fo.ShakedownLimit = fo.shakedown_limit(self.case.system, self.case.cycle, self.case.friction)
+            limit: fo.results.ShakedownLimit = fo.shakedown_limit(self.case.system, self.case.cycle, self.case.friction)
         except fo.FrictoptError as error:
             raise NotAsked from error
         return limit

@@ -46,7 +46,7 @@ def guaranteed(known: Known) -> tuple[float, bool]:
     return limit.residual, True
 
 
-def _against_sequences(known: Known, limit: fo.GuaranteedLimit) -> None:
+def _against_sequences(known: Known, limit: fo.results.GuaranteedLimit) -> None:
     """For few nodes: no periodic sequence of increments with all nodes closed dissipates below the limit, and one does at it."""
     system, cycle, friction = known.args
     if limit.node is None or limit.load_factor == 0 or limit.least > 0 or system.nodes > _FEW or len(cycle.corners) > _FEW:
@@ -90,7 +90,7 @@ def followed(known: Known) -> tuple[float, bool]:
     return limit.residual, check.undecided < len(check.runs)
 
 
-def _above(known: Known, limit: fo.GuaranteedLimit) -> float:
+def _above(known: Known, limit: fo.results.GuaranteedLimit) -> float:
     """How far above the limit, as its multiple, slip is to be seen: 1.02, or more where that changes the forces of the node too little to tell."""
     if limit.node is None or limit.load_factor == 0:
         return _ABOVE
@@ -112,7 +112,7 @@ def _lifts_off(known: Known, load_factor: float, start: Any) -> bool:
     return bool(path.gap[path.time > 3 * len(cycle.corners)].max() > 1e-9 * known.length)
 
 
-def _persists_next_to(known: Known, limit: fo.GuaranteedLimit, load_factors: Sequence[float]) -> bool:
+def _persists_next_to(known: Known, limit: fo.results.GuaranteedLimit, load_factors: Sequence[float]) -> bool:
     """Whether slip is seen to go on next to one of these load factors, from a slip that holds the node on both its bounds there.
 
     The witness itself need not do: of a limit of 0 its node carries nothing, so that no load is small; and loads that press the contact may make it

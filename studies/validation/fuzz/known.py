@@ -31,21 +31,21 @@ class Known:
         self.limit = oracles.largest_load_factor(case.system, case.cycle, case.friction)
 
     @cached_property
-    def answered_limit(self) -> fo.ShakedownLimit:
+    def answered_limit(self) -> fo.results.ShakedownLimit:
         """The limit that frictopt finds."""
-        found: fo.ShakedownLimit = fo.shakedown_limit(*self.args)
+        found: fo.results.ShakedownLimit = fo.shakedown_limit(*self.args)
         return found
 
     @cached_property
-    def answered_guarantee(self) -> fo.GuaranteedLimit:
+    def answered_guarantee(self) -> fo.results.GuaranteedLimit:
         """The guaranteed limit that frictopt finds."""
-        found: fo.GuaranteedLimit = fo.guaranteed_limit(*self.args)
+        found: fo.results.GuaranteedLimit = fo.guaranteed_limit(*self.args)
         return found
 
     @cached_property
-    def answered_safe_slip(self) -> fo.SafeSlip:
+    def answered_safe_slip(self) -> fo.results.SafeSlip:
         """The safe slip that frictopt finds at the load factor of the case."""
-        found: fo.SafeSlip = fo.safe_slip(*self.args, self.load_factor)
+        found: fo.results.SafeSlip = fo.safe_slip(*self.args, self.load_factor)
         return found
 
     @property
@@ -71,14 +71,14 @@ def same(name: str, found: float, expected: float, relative: float = 1e-6, absol
 
 
 def transformed(
-    known: Known, name: str, ask: Callable[..., fo.ShakedownLimit | fo.GuaranteedLimit], value: Callable[[Any], float], answered: Any
+    known: Known, name: str, ask: Callable[..., fo.results.ShakedownLimit | fo.results.GuaranteedLimit], value: Callable[[Any], float], answered: Any
 ) -> tuple[float, bool]:
     """The same limit in other units, mirrored, renumbered, with other corners' order, after residual slip, and with nothing left out."""
     system, cycle, friction = known.args
     n, rng = system.nodes, np.random.default_rng(known.case.seed)
     order = rng.permutation(n)
     slip = rng.normal(size=n) * known.length
-    forms: tuple[Callable[[], fo.ShakedownLimit | fo.GuaranteedLimit], ...] = (
+    forms: tuple[Callable[[], fo.results.ShakedownLimit | fo.results.GuaranteedLimit], ...] = (
         lambda: ask(_rebuilt(system, np.arange(n), factor=10.0 ** rng.uniform(-12, 12)), cycle, friction),
         lambda: ask(_rebuilt(system, np.arange(n)[::-1], sense=-1.0), cycle, friction[::-1]),
         lambda: ask(_rebuilt(system, order), cycle, friction[order]),

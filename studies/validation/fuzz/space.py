@@ -47,9 +47,9 @@ class _Subject:
         self.share = float(rng.uniform(0.2, 1.8))
 
     @cached_property
-    def limit(self) -> fo.ShakedownLimit:
+    def limit(self) -> fo.results.ShakedownLimit:
         """The limit that frictopt finds."""
-        found: fo.ShakedownLimit = fo.shakedown_limit(self.system, self.cycle, self.friction)
+        found: fo.results.ShakedownLimit = fo.shakedown_limit(self.system, self.cycle, self.friction)
         return found
 
     @property

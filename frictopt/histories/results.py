@@ -1,0 +1,31 @@
+"""What questions answer: the classes of all results, for `isinstance` and for type hints."""
+
+from ..contact import Attempt, Onset, OnsetEvent, OrderPreserving, SolveRecord, Verdict
+from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
+from ..transients import SteadyState, Trajectory
+from .dissipation_range import DissipationRange
+from .excursion import LeastExcursion
+from .guarantee import GuaranteeCheck
+from .protocols import LimitAfterProtocol
+
+__all__ = [
+    "Attempt",
+    "DissipationRange",
+    "GuaranteeCheck",
+    "GuaranteedLimit",
+    "LeastExcursion",
+    "LeastSlip",
+    "LimitAfterProtocol",
+    "Onset",
+    "OnsetEvent",
+    "OrderPreserving",
+    "RequiredFriction",
+    "SafeRegion",
+    "SafeSlip",
+    "SeparatedLimit",
+    "ShakedownLimit",
+    "SolveRecord",
+    "SteadyState",
+    "Trajectory",
+    "Verdict",
+]
