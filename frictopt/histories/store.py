@@ -183,13 +183,13 @@ def _checked_path(path: str | os.PathLike[str], make: bool) -> Path:
     """The absolute path of a store or of a file to be made; any other file is refused before sqlite opens it, because sqlite could change it."""
     try:
         place = Path(path).expanduser().absolute()
-        head = None
-        if place.is_file():
+        exists, head = place.exists(), None  # asked once: another study may make the file now
+        if exists and place.is_file():
             with place.open("rb") as file:
                 head = file.read(72)
     except (OSError, TypeError, RuntimeError) as error:  # RuntimeError: unknown home folder
         raise StoreError(f"store: {path!r} is not a store ({error}); give the name of a store, or for a study of a file that can be made") from error
-    new = head is None and make and not place.exists()
+    new = make and not exists
     if not (new or head == b"" or (head and head.startswith(_MAGIC) and head[68:] == _APPLICATION)):  # empty: its writer was killed at once
         raise StoreError(f"store: {path!r} is no store and has not been changed; give another name")
     return place
