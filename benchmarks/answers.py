@@ -84,7 +84,7 @@ def questions_of(kind: str, seed: int) -> Iterator[Question]:
     if kind == "plane":
         yield f"{kind} guaranteed", lambda: [fo.guaranteed_limit(system, cycle, f).load_factor]
         if seed % 2 == 0:
-            yield f"{kind} required friction", lambda: [fo.required_friction(system, cycle, 0.5 * load).friction]
+            yield f"{kind} required friction", lambda: [fo.required_friction(system, cycle, 0.5 * load).required]
         if seed % 4 == 0:
             yield f"{kind} range", lambda: range_of(fo.dissipation_range(system, cycle, f, 0.9 * load))
 

@@ -130,7 +130,7 @@ def report(parameters: Parameters) -> pd.DataFrame:
                 "corners": len(cycle.corners),
                 "friction": joint.friction,
                 "shakedown": limit.load_factor,
-                "required_friction": required.friction,
+                "required_friction": required.required,
                 "outcome": steady.outcome.name,
                 "dissipation": steady.dissipation,
                 "slipping": int(steady.slipping.sum()),

@@ -36,15 +36,15 @@ def test_a_required_friction_shows_the_reactions_on_its_bounds_and_circles_the_m
     ax = required.plot()
     q, p = at_corners(contact, cycle, factor, required.slip)
     assert np.allclose(required.reactions, (q, p), rtol=1e-12)
-    assert required.system is contact and required.load_factor == factor and 0 < required.friction < F
+    assert required.system is contact and required.load_factor == factor and 0 < required.required < F
     for corner, (shear, pressure) in enumerate(zip(q, p, strict=True)):
         x, ratio = joined(ax, f"corner {corner}", parts(contact))
         pressed = pressure > 1e-8 * np.abs(p).max()
-        assert np.array_equal(x, contact.x) and np.allclose(ratio[pressed], (shear / (required.friction * pressure))[pressed], rtol=1e-9)
+        assert np.array_equal(x, contact.x) and np.allclose(ratio[pressed], (shear / (required.required * pressure))[pressed], rtol=1e-9)
     drawn, motion = circles(ax), required.mechanism
     expected = sorted(zip(motion["x"], -motion["direction"], 400 * motion["share"], strict=True))
     assert np.allclose(sorted(map(tuple, drawn.round(6))), expected, atol=1e-3) and np.isclose(drawn[:, 2].sum(), 400)
-    assert ax.get_title() == rf"$\lambda = {factor:.4g}$: required friction $f$ = {required.friction:.5g}"
+    assert ax.get_title() == rf"$\lambda = {factor:.4g}$: required friction $f$ = {required.required:.5g}"
     assert ax.get_ylabel() == "$q / (f p)$" and ax.get_xlabel().endswith("$x$ (length)")
 
 
@@ -60,7 +60,7 @@ def test_where_no_friction_is_needed_or_none_is_enough_the_picture_says_why(cont
     required = fo.required_friction(contact, fo.LoadCycle(MEAN, [{"cyclic": 1.0}]), factor)
     ax = required.plot()
     assert not ax.get_lines() and " ".join(ax.texts[0].get_text().split()) == required.reason and ax.get_title().endswith(title)
-    assert np.isnan(required.reactions).all() == np.isinf(required.friction) and np.shape(required.reactions) == (2, 1, 1)
+    assert np.isnan(required.reactions).all() == np.isinf(required.required) and np.shape(required.reactions) == (2, 1, 1)
 
 
 def sides(ax):

@@ -8,6 +8,7 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.limits.pressing import best_pressed
+from studies.validation.fuzz.embedded import embedded
 from systems import CYCLE, random_system, system
 
 
@@ -37,9 +38,9 @@ def test_required_friction_by_brute_force(seed, nodes, factor, coupling):
     required = fo.required_friction(contact, CYCLE, factor)
     expected = brute_force(contact, CYCLE, factor)
     if expected < 500:
-        assert required.friction == pytest.approx(expected, rel=1e-5, abs=1e-6)
-    elif np.isfinite(required.friction):  # more friction than the brute force tries
-        assert required.friction > 500
+        assert required.required == pytest.approx(expected, rel=1e-5, abs=1e-6)
+    elif np.isfinite(required.required):  # more friction than the brute force tries
+        assert required.required > 500
     assert required.residual <= 1e-9
 
 
@@ -50,10 +51,10 @@ def test_required_friction_within_a_slip_bound_by_brute_force(seed, nodes, facto
     required = fo.required_friction(contact, CYCLE, factor, slip_bound=most)
     expected = brute_force(contact, CYCLE, factor, most)
     if expected < 500:
-        assert required.friction == pytest.approx(expected, rel=1e-5, abs=1e-6)
+        assert required.required == pytest.approx(expected, rel=1e-5, abs=1e-6)
         assert required.largest_slip <= most * (1 + 1e-9)
-    elif np.isfinite(required.friction):
-        assert required.friction > 500
+    elif np.isfinite(required.required):
+        assert required.required > 500
 
 
 @settings(max_examples=20, deadline=None)
@@ -90,7 +91,7 @@ def straddles(contact, cycle, load_factor, required):
 
     Where the mean load alone has no safe slip, the safe load factors may begin above the one in question.
     """
-    frictions = [required.friction * (1 + step) for step in (-2e-5, 2e-6)]
+    frictions = [required.required * (1 + step) for step in (-2e-5, 2e-6)]
     less, more = (fo.shakedown_limit(contact, cycle, friction).load_factor for friction in frictions)
     too_little = not less >= load_factor or not fo.safe_slip(contact, cycle, frictions[0], 0.0).exists
     return too_little and more >= load_factor
@@ -116,9 +117,9 @@ def test_required_friction_by_the_limits_of_graded_contacts(which, corners, load
     unit = 0.01 if mean == "fit" else 1.0
     cycle = fo.LoadCycle({mean: 1.0}, [{load: unit * amplitude for load, amplitude in zip(loads, corner, strict=True)} for corner in corners])
     required = fo.required_friction(contact, cycle, load_factor)
-    if required.friction == 0:
+    if required.required == 0:
         assert fo.shakedown_limit(contact, cycle, 1e-3).load_factor >= load_factor * (1 - 1e-9)
-    elif np.isinf(required.friction):
+    elif np.isinf(required.required):
         assert not fo.shakedown_limit(contact, cycle, 10.0).load_factor >= load_factor
     else:
         assert straddles(contact, cycle, load_factor, required)
@@ -129,12 +130,12 @@ def test_faces_that_lock_themselves_need_slips_without_bound():
     contact, cot = fo.scenes.Dovetail(angle=50, elements=4, growth=2.0).condense(), 1 / np.tan(np.radians(50))
     cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
     free = fo.required_friction(contact, cycle, 1.5)
-    assert free.friction == pytest.approx(cot, rel=1e-5) and free.largest_slip > 1e6
+    assert free.required == pytest.approx(cot, rel=1e-5) and free.largest_slip > 1e6
     held = [fo.required_friction(contact, cycle, 1.5, slip_bound=most) for most in (1e2, 1e3, 1e4)]
     assert [required.largest_slip for required in held] == pytest.approx([1e2, 1e3, 1e4])
-    assert held[0].friction > held[1].friction > held[2].friction > free.friction and "within the slip bound" in held[0].reason
+    assert held[0].required > held[1].required > held[2].required > free.required and "within the slip bound" in held[0].reason
     for required, most in zip(held, (1e2, 1e3, 1e4), strict=True):
-        less, more = (fo.shakedown_limit(contact, cycle, f, slip_bound=most).load_factor for f in (required.too_little, required.friction))
+        less, more = (fo.shakedown_limit(contact, cycle, f, slip_bound=most).load_factor for f in (required.bound, required.required))
         assert less < 1.5 < more < 1.5001
     assert "within the slip bound" in fo.required_friction(contact, cycle, 1.5, slip_bound=1.0).reason
     with pytest.raises(fo.SolverError, match=r"no slip is safe with 0\.838.*one of up to .* is with 0\.839.*give a smaller slip_bound"):
@@ -146,9 +147,9 @@ def test_it_is_proven_from_both_sides(punch, paper_cycle):
     required = fo.required_friction(contact, paper_cycle, 1.5)
     (q0, p0), (q1, p1) = paper_cycle.mean_reaction(contact), paper_cycle.corner_reactions(contact)
     q, p = q0 + 1.5 * q1 + contact.A @ required.slip, p0 + 1.5 * p1 + contact.B @ required.slip
-    assert (np.abs(q) <= required.friction * p + 1e-12 * p.mean()).all()
-    less, table = required.too_little, required.mechanism
-    assert (1 - 1e-5) * required.friction < less < required.friction
+    assert (np.abs(q) <= required.required * p + 1e-12 * p.mean()).all()
+    less, table = required.bound, required.mechanism
+    assert (1 - 1e-5) * required.required < less < required.required
     node, corner, sense, share = (table[name].to_numpy() for name in ("node", "corner", "direction", "share"))
     net, total = np.zeros((2, contact.nodes))
     np.add.at(net, node, sense * share)
@@ -156,13 +157,13 @@ def test_it_is_proven_from_both_sides(punch, paper_cycle):
     assert np.abs(contact.A @ net + less * contact.B.T @ total).max() < 1e-9 * np.abs(contact.A).max()
     work = sense * (q0 + 1.5 * q1[corner])[np.arange(len(node)), node] + less * (p0 + 1.5 * p1[corner])[np.arange(len(node)), node]
     assert share @ work < 0
-    assert fo.shakedown_limit(contact, paper_cycle, required.friction).load_factor == pytest.approx(1.5, rel=1e-5)
+    assert fo.shakedown_limit(contact, paper_cycle, required.required).load_factor == pytest.approx(1.5, rel=1e-5)
 
 
 def test_where_no_friction_is_needed():
     still = system(np.eye(2), np.zeros((2, 2)), 0.3, 1.0, 0.0, 0.1)
     required = fo.required_friction(still, CYCLE, 1.0)
-    assert required.friction == 0.0 and np.isnan(required.too_little) and required.mechanism.empty
+    assert required.required == 0.0 and np.isnan(required.bound) and required.mechanism.empty
     assert np.allclose(required.slip, -0.3) and "none is needed" in required.reason
 
 
@@ -171,12 +172,12 @@ def test_where_no_friction_is_enough():
     B = np.array([[0.5, -0.5], [-0.5, 0.5]])
     pulled = system(np.eye(2), B, 0.0, (1.0, 1.0), 0.2, (0.0, 3.0))
     required = fo.required_friction(pulled, CYCLE, 1.0)
-    assert required.friction == np.inf and np.isnan(required.slip).all()
+    assert required.required == np.inf and np.isnan(required.slip).all()
     assert "no friction is enough" in required.reason and "x = 0, 1" in required.reason
     table = required.mechanism
     assert set(table["direction"]) == {0} and table["share"].to_numpy() == pytest.approx([0.5, 0.5])
     assert dict(zip(table["node"], table["corner"], strict=True))[1] == 0
-    assert np.isfinite(fo.required_friction(pulled, CYCLE, 0.6).friction)
+    assert np.isfinite(fo.required_friction(pulled, CYCLE, 0.6).required)
 
 
 def test_friction_next_to_none_is_no_answer():
@@ -196,8 +197,8 @@ def test_too_little_friction_is_proven_where_a_node_has_a_small_part_of_the_marg
     light = 1e-6
     contact = system(np.eye(2), np.zeros((2, 2)), 0.0, (1.0, light), (0.1, 0.5 * light), 0.0)
     required = fo.required_friction(contact, CYCLE, 1.0)
-    assert required.friction == pytest.approx(0.5, rel=1e-5) and required.friction * (1 - 1e-5) < required.too_little < required.friction
-    assert not fo.safe_slip(contact, CYCLE, required.too_little, 1.0).exists and set(required.mechanism["node"]) == {1}
+    assert required.required == pytest.approx(0.5, rel=1e-5) and required.required * (1 - 1e-5) < required.bound < required.required
+    assert not fo.safe_slip(contact, CYCLE, required.bound, 1.0).exists and set(required.mechanism["node"]) == {1}
 
 
 def test_where_the_mean_load_pulls_more_load_needs_less_friction():
@@ -205,7 +206,43 @@ def test_where_the_mean_load_pulls_more_load_needs_less_friction():
     node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     cycle = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.6}, {"N": 1.0, "Q": -0.6}])
     required = [fo.required_friction(node, cycle, load_factor) for load_factor in (0.5, 2.0, 5.0)]
-    assert [each.friction for each in required] == pytest.approx([np.inf, 1.2, 0.75], rel=1e-6)
+    assert [each.required for each in required] == pytest.approx([np.inf, 1.2, 0.75], rel=1e-6)
     for each in required[1:]:
-        least = fo.shakedown_limit(node, cycle, each.friction).least
-        assert least == pytest.approx(each.load_factor, rel=1e-4) and fo.shakedown_limit(node, cycle, each.too_little).least > each.load_factor
+        least = fo.shakedown_limit(node, cycle, each.required).least
+        assert least == pytest.approx(each.load_factor, rel=1e-4) and fo.shakedown_limit(node, cycle, each.bound).least > each.load_factor
+
+
+def test_a_node_in_space_needs_the_radius_of_the_smallest_circle_around_its_shears():
+    """Three shears of size 1, 120 degrees apart, and a mean shear that slip takes away; pressed by 2: f = 1 / 2, at half the load a quarter."""
+    node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 2], "X": [1, 0, 0], "Y": [0, 1, 0]})
+    angles = 2 * np.pi * np.arange(3) / 3
+    cycle = fo.LoadCycle({"P": 1.0, "X": 0.7}, [{"X": float(np.cos(a)), "Y": float(np.sin(a))} for a in angles])
+    for load_factor, expected in ((1.0, 0.5), (0.5, 0.25)):
+        required = fo.required_friction(node, cycle, load_factor)
+        assert required.required == pytest.approx(expected, rel=1e-5) and required.bound < required.required
+        q, p = required.reactions
+        assert (np.hypot(q[..., 0], q[..., 1]) <= required.required * p * (1 + 1e-9)).all()
+    assert required.slip.shape == (1, 2) and {"slip1", "slip2"} <= set(required.to_frame()) & set(required.mechanism)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_plane_contact_in_space_needs_the_friction_that_it_needs_in_the_plane(seed):
+    rng = np.random.default_rng(seed)
+    flat = random_system(rng, 3, coupling=0.5)
+    space, _ = embedded(flat, rng)
+    expected = fo.required_friction(flat, CYCLE, 0.4).required
+    assert fo.required_friction(space, CYCLE, 0.4).required == pytest.approx(expected, rel=2e-5)
+
+
+def test_friction_in_space_that_is_never_enough_is_no_answer():
+    pulled = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "N": [0, 0, -1]})
+    with pytest.raises(fo.SolverError, match="none up to 10000 is enough"):
+        fo.required_friction(pulled, fo.LoadCycle({"P": 1.0}, [{"N": 1.0}, {"N": -1.0}]), 2.0)
+
+
+def test_a_sweep_over_friction_in_space_is_the_limit_of_each():
+    node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]})
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}, {"Y": 1.0}])  # the smallest circle around the shears has the radius 1
+    table = fo.ShakedownModel(node, cycle).sweep([0.2, 0.5])
+    assert table["load_factor"].to_numpy() == pytest.approx([0.2, 0.5]) and table["friction_rate"].to_numpy() == pytest.approx([1.0, 1.0])
+    assert np.abs(table["slip1"]).to_numpy() == pytest.approx([1.0, 1.0])

@@ -43,7 +43,7 @@ MOVED = fo.increments.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.re
         ),
         (LOWER, [f"load_factor={LOWER.load_factor:.6g}", "proven=False", "node=0", f"largest_slip={np.abs(LOWER.slip).max():.6g}", "residual="]),
         (SAFE, ["exists=True", f"largest_slip={np.abs(SAFE.slip).max():.6g}", f"margin={SAFE.margin:.6g}", "residual="]),
-        (NEEDED, [f"friction={NEEDED.friction:.6g}", f"largest_slip={np.abs(NEEDED.slip).max():.6g}", "residual=", "reason=no residual slip"]),
+        (NEEDED, [f"required={NEEDED.required:.6g}", f"largest_slip={np.abs(NEEDED.slip).max():.6g}", "residual=", "reason=no residual slip"]),
         (REGION, ["loads=('cyclic', 'other')", f"sides={len(REGION.sides)}", "reason="]),
         (SLIP, ["load_factor=1", f"bound={SLIP.bound:.6g}", "residual="]),
         (SPAN, [f"least={SPAN.least:.6g}", f"most={SPAN.most:.6g}", "residual=", "proven=False"]),

@@ -9,6 +9,7 @@ import pandas as pd
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
+from ..contact.show import places
 from ..contact.tolerances import SHARE
 from .loads import Loads
 
@@ -75,14 +76,13 @@ class Mechanism:
         slip1 and slip2, a unit vector, zero for an opening), share of all.
         """
         names = np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact)
-        places = {"x": system.x} if system.tangents == 1 else dict(zip("xyz", system.points.T, strict=True))
         whole, parts = float(self.size.sum() + self.opening.sum()) or 1.0, []
         for size, slips in ((self.size, self.slips), (self.opening, np.zeros_like(self.slips))):
             corner, node = np.nonzero(size > SHARE * whole)
             columns: dict[str, Any] = {
                 "node": node,
                 "contact": names[node],
-                **{axis: place[node] for axis, place in places.items()},
+                **{axis: place[node] for axis, place in places(system).items()},
                 "corner": corner,
             }
             along = slips[corner, node]

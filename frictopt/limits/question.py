@@ -11,7 +11,7 @@ from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
 from ..contact.checks import Array, check_shear, flag
 from ..contact.coulomb import lengths
 from ..contact.record import Attempt, SolveRecord, WithSlip
-from ..contact.show import Plotted
+from ..contact.show import Plotted, components, places
 from ..contact.symmetry import Part, halve, whole
 from ..contact.tolerances import BARE, CONDENSATION, RESIDUAL
 from ..errors import ModelError
@@ -175,8 +175,4 @@ class Answered(WithSlip, Plotted):
 
     def _places(self) -> dict[str, Any]:
         """Columns of a table with one row for each node: node, its place, and its slip."""
-        system = self.system
-        if system.tangents == 1:
-            return {"node": range(system.nodes), "x": system.x, "slip": self.slip}
-        places = dict(zip("xyz", system.points.T, strict=True))
-        return {"node": range(system.nodes), **places, "slip1": self.slip[:, 0], "slip2": self.slip[:, 1]}
+        return {"node": range(self.system.nodes), **places(self.system), **components("slip", self.slip)}

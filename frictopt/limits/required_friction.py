@@ -12,9 +12,10 @@ from scipy.optimize import brentq
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.record import SolveRecord, WithSlip
-from ..contact.show import Plotted, frame
+from ..contact.show import Plotted, components, frame, places
 from ..contact.tolerances import PROVEN_FRICTION, WIDEST_PROOF
 from ..errors import SolverError
+from .loads import cycle_loads
 from .mechanism import Mechanism
 from .pressing import Pressing, best_pressed
 from .safe_slip import SafeSlipModel
@@ -32,15 +33,15 @@ class RequiredFriction(WithSlip, Plotted):
 
     Attributes
     ----------
-    friction
+    required
         Coefficient of friction with which `slip` is safe; 0 if none is needed, inf if none is enough.
-    too_little
-        Coefficient of friction with which no slip is safe, less than 1e-5 below `friction`, relatively; nan where none is needed.
+    bound
+        Coefficient of friction with which no slip is safe, less than 1e-5 below `required`, relatively; nan where none is needed.
     slip
-        (N,) a residual slip that is safe with `friction`, length; NaN where none is enough. `largest_slip` is its size: compare it with what assembly
-        can leave, and bound it by `slip_bound`.
+        (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN where none is enough. `largest_slip` is its size: compare it with
+        what assembly can leave, and bound it by `slip_bound` in the plane.
     mechanism
-        Why `too_little` is not enough (Farkas's lemma), or why no friction is: motions for which the loads do more work than friction can take up,
+        Why `bound` is not enough (Farkas's lemma), or why no friction is: motions for which the loads do more work than friction can take up,
         while no residual slip resists them. Columns node, x, corner, direction (+1 slips along +x, -1 against it, 0 opens), share; largest first.
     reason
         Why it is so, in words.
@@ -57,8 +58,8 @@ class RequiredFriction(WithSlip, Plotted):
     [1, -1]
     """
 
-    friction: float
-    too_little: float
+    required: float
+    bound: float
     slip: Array = field(repr=False)
     mechanism: pd.DataFrame = field(repr=False)
     reason: str
@@ -69,16 +70,17 @@ class RequiredFriction(WithSlip, Plotted):
 
     @property
     def reactions(self) -> tuple[Array, Array]:
-        """(K, N) reactions `q, p` at the corners under the slip, force per depth; NaN where no friction is enough."""
-        (q0, p0), (q1, p1) = self.cycle.mean_reaction(self.system), self.cycle.corner_reactions(self.system)
-        return q0 + self.load_factor * q1 + self.system.A @ self.slip, p0 + self.load_factor * p1 + self.system.B @ self.slip
+        """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip, force; NaN where no friction is enough."""
+        loads, v = cycle_loads(self.system, self.cycle), self.slip.T.ravel()
+        q, p = loads.q0 + self.load_factor * loads.q1, loads.p0 + self.load_factor * loads.p1
+        return q + (self.system.A @ v).reshape(self.slip.T.shape).T, p + self.system.B @ v
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, x and the slip that is safe with the required friction."""
-        return frame({"node": range(len(self.slip)), "x": self.system.x, "slip": self.slip})
+        """One row for each node: node, its place and the slip that is safe with the required friction."""
+        return frame({"node": range(len(self.slip)), **places(self.system), **components("slip", self.slip)})
 
     def _answer(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in ("friction", "too_little", "largest_slip", "residual", "reason")}
+        return {name: getattr(self, name) for name in ("required", "bound", "largest_slip", "residual", "reason")}
 
 
 def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: float, *, slip_bound: Any = None) -> RequiredFriction:
@@ -113,24 +115,26 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     >>> cycle = fo.LoadCycle({"P": 2.0}, [{"Q": -1.0}, {"Q": 3.0}])  # a slip of 1 leaves a shear of 2 at both corners
     >>> required = fo.required_friction(node, cycle, 1.0)
-    >>> round(required.friction, 5), required.too_little < required.friction
+    >>> round(required.required, 5), required.bound < required.required
     (1.0, True)
     """
     started, load_factor = perf_counter(), finite_number("load_factor", load_factor, least=0.0)
     asked, most = _Asked(SafeSlipModel(system, cycle, slip_bound=slip_bound), load_factor, started), 1.0
     within = "" if slip_bound is None else " within the slip bound"
     if asked.proven(0.0, True):
-        slip, none = asked.safe(0.0), np.zeros((1, system.nodes))
+        slip = asked.safe(0.0)
         why = f"none is needed: a residual slip{within} takes all shear off every node at every corner"
-        motionless, record = Mechanism(none, none, none[0]).table(system), asked.record((slip,), slip.residual)
+        still = Mechanism(np.zeros((1, *system.slip_shape)), np.zeros((1, system.nodes)), np.zeros(system.nodes))
+        motionless, record = still.table(system), asked.record((slip,), slip.residual)
         return RequiredFriction(0.0, np.nan, slip.slip, motionless, why, system, cycle, load_factor, record)
     if not asked.proven(most, True):
-        best = best_pressed(system, cycle, load_factor, slip_bounds(slip_bound, system.nodes))
-        if (pressed := best.claim).impossible:
+        best = best_pressed(system, cycle, load_factor, slip_bounds(slip_bound, system.nodes)) if system.tangents == 1 else None
+        pressed = None if best is None else best.claim
+        if best is not None and pressed is not None and pressed.impossible:
             mechanism = pressed.motion.table(system)
             nodes = sorted(set(mechanism["node"]))
-            places = ", ".join(f"{x:.4g}" for x in system.x[nodes][:4]) + ", ..." * (len(nodes) > 4)
-            why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes (x = {places}) at some corner; press them"
+            where = ", ".join(f"{x:.4g}" for x in system.x[nodes][:4]) + ", ..." * (len(nodes) > 4)
+            why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes (x = {where}) at some corner; press them"
             unsafe = frozen(np.full(system.nodes, np.nan))
             record = SolveRecord(best.solver, best.attempts, pressed.residual, (), perf_counter() - started)
             return RequiredFriction(np.inf, np.inf, unsafe, mechanism, why, system, cycle, load_factor, record)
@@ -152,8 +156,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
             )
     enough, too_little = asked.safe(root * (1 + step)), asked.safe(root * (1 - step))
     return RequiredFriction(
-        friction=root * (1 + step),
-        too_little=root * (1 - step),
+        required=root * (1 + step),
+        bound=root * (1 - step),
         slip=enough.slip,
         mechanism=too_little.certificate,
         reason=f"no residual slip{within} is safe with less: see the mechanism",
@@ -164,16 +168,18 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     )
 
 
-def _enough(asked: "_Asked", pressed: Pressing) -> float:
+def _enough(asked: "_Asked", pressed: Pressing | None) -> float:
     """A coefficient of friction above 1 that is proven to be enough."""
-    most = 1.0
+    most, start = 1.0, 0.0 if pressed is None else 1.01 * pressed.friction
     while not asked.proven(most, True):
         if most >= _MOST_FRICTION:
-            raise SolverError(
-                f"required friction: none up to {most:g} is enough, although no node need open: the best residual slip leaves a pressure of "
-                f"{pressed.least:.1e} force scales at its least pressed node; press such nodes, or leave them out"
+            least = (
+                ""
+                if pressed is None
+                else (f", although no node need open: the best residual slip leaves a pressure of {pressed.least:.1e} force scales at one node")
             )
-        most = min(4 * most, max(2 * most, 1.01 * pressed.friction), _MOST_FRICTION)
+            raise SolverError(f"required friction: none up to {most:g} is enough{least}; press nodes of little pressure, or leave them out")
+        most = min(4 * most, max(2 * most, start), _MOST_FRICTION)
     return most
 
 

@@ -146,8 +146,8 @@ class ShakedownModel(Extendable):
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
 
-        Columns: friction (mean over the nodes), load_factor, least, bound, residual, friction_rate, node and direction of the largest share
-        of the mechanism (-1 and 0 without one), solver.
+        Columns: friction (mean over the nodes), load_factor, least, bound, residual, friction_rate, node and direction (slip1 and slip2 in space)
+        of the largest share of the mechanism (-1 and 0 without one), solver.
 
         Raises
         ------
@@ -280,6 +280,8 @@ def by_one_node(task: SpaceQuestion, solver: str | None) -> ShakedownLimit | Non
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
     first = limit.mechanism.iloc[0] if len(limit.mechanism) else None
+    names = ("direction",) if limit.system.tangents == 1 else ("slip1", "slip2")
+    along = {name: 0 if first is None else first[name] for name in names}
     return {
         "friction": float(np.mean(friction)),
         "load_factor": limit.load_factor,
@@ -288,6 +290,6 @@ def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
         "residual": limit.residual,
         "friction_rate": float(limit.friction_rate.sum()),
         "node": -1 if first is None else int(first["node"]),
-        "direction": 0 if first is None else int(first["direction"]),
+        **along,
         "solver": limit.record.solver,
     }

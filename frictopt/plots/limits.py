@@ -5,10 +5,11 @@ from matplotlib.axes import Axes
 
 from ..contact import Onset
 from ..contact.checks import Array
+from ..contact.coulomb import lengths
 from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks
 from .picture import picture
-from .spatial import FACE, first_slips, safe_slip_face, shakedown_face
+from .spatial import FACE, first_slips, limiting_face, safe_slip_face
 from .style import ALONG, BLACK, GREY, AxesArray, equals, legend, new_axes, no_lines
 
 __all__: list[str] = []
@@ -54,17 +55,21 @@ def _shakedown_limit(limit: ShakedownLimit, ax: Axes | None = None) -> Axes:
     axes.set_title(equals(name, limit.load_factor))
     if not np.isfinite(limit.load_factor):
         return no_lines(axes, limit.reason)
-    return shakedown_face(axes, limit) if in_space else _limiting(axes, limit, limit.friction)
+    return limiting_face(axes, limit, limit.traction_ratios[0]) if in_space else _limiting(axes, limit, limit.friction)
 
 
 @picture.register
 def _required_friction(required: RequiredFriction, ax: Axes | None = None) -> Axes:
     """Shear over the required friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism."""
-    (axes,) = new_axes(ax)
-    axes.set_title(equals(rf"$\lambda = {required.load_factor:.4g}$: required friction $f$", required.friction))
-    if not 0 < required.friction < np.inf:
+    in_space = required.system.tangents == 2
+    (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
+    axes.set_title(equals(rf"$\lambda = {required.load_factor:.4g}$: required friction $f$", required.required))
+    if not 0 < required.required < np.inf:
         return no_lines(axes, required.reason)
-    return _limiting(axes, required, np.full(required.system.nodes, required.friction))
+    if not in_space:
+        return _limiting(axes, required, np.full(required.system.nodes, required.required))
+    q, p = required.reactions
+    return limiting_face(axes, required, lengths(q, p)[0] / (required.required * np.maximum(p[0], np.finfo(float).tiny)))
 
 
 @picture.register

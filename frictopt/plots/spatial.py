@@ -9,11 +9,11 @@ from ..contact import ContactSystem, Onset
 from ..contact.checks import Array
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..limits import SafeSlip, ShakedownLimit
+from ..limits import RequiredFriction, SafeSlip, ShakedownLimit
 from ..transients import SteadyState
 from .style import BLACK, GREY, SERIES, AxesArray, new_axes
 
-__all__ = ["FACE", "first_slips", "safe_slip_face", "shakedown_face", "steady_map"]
+__all__ = ["FACE", "first_slips", "limiting_face", "safe_slip_face", "steady_map"]
 
 FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 _FACE = 25_000  # area that the points of a face share, points^2
@@ -24,9 +24,9 @@ _ENDS = np.array([-1.0, 1.0])
 _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of nodes at one place, over the size of the contact
 
 
-def shakedown_face(axes: Axes, limit: ShakedownLimit) -> Axes:
+def limiting_face(axes: Axes, limit: ShakedownLimit | RequiredFriction, ratio: Array) -> Axes:
     """Shear over friction bound at the first corner under the safe slip, the slip as arrows; the nodes of the mechanism are circled."""
-    places, size = _map(axes, limit.system, limit.traction_ratios[0], "$|q| / (f p)$ at the first corner", 1.0)
+    places, size = _map(axes, limit.system, ratio, "$|q| / (f p)$ at the first corner", 1.0)
     _arrows(axes, places, limit.slip, "residual slip")
     _circles(axes, places[np.unique(limit.mechanism["node"])], size, "limiting node")
     return _finished(axes)
