@@ -3,6 +3,7 @@
 import inspect
 import re
 import runpy
+from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
 
@@ -93,6 +94,9 @@ def test_every_public_name_is_on_exactly_one_page_of_the_reference():
     assert sorted(names) == sorted(set(fo.__all__) - set(modules))
     for stem, module in modules.items():
         assert sorted(listed(DOCS / "api" / f"{stem}.md")) == sorted(module.__all__)
+    for page in pages:
+        for module in re.findall(r"currentmodule:: (\S+)", text(page)):
+            assert set(listed(page)) <= set(dir(import_module(module)))  # as the site imports it
 
 
 def test_docstrings_cite_the_equations_of_the_theory_page_by_their_numbers():
