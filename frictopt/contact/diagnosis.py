@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .checks import Array
-from .coulomb import friction_coefficients
+from .coulomb import friction_coefficients, lengths
 from .cycle import LoadCycle, checked_cycle
 from .system import ContactSystem, checked_system
 from .tolerances import CONDENSATION
@@ -47,8 +47,8 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Array
     slides = _slides(system, f, glued_q, glued_p) if system.tangents == 1 else ""
     if (p < -floor).any():
         return "; ".join(text for text in (_opens(system, p, floor), slides) if text)
-    texts = [text for text in (_without_pressure(system, p, floor), slides, _frictionless(system, f, _sizes(q), floor)) if text]
-    return "; ".join(texts) if texts else _beyond_bounds(system, f, _sizes(q), p, floor)
+    texts = [text for text in (_without_pressure(system, p, floor), slides, _frictionless(system, f, lengths(q, p), floor)) if text]
+    return "; ".join(texts) if texts else _beyond_bounds(system, f, lengths(q, p), p, floor)
 
 
 def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: float) -> str:
@@ -119,8 +119,7 @@ def open_nodes(system: ContactSystem, p: Array) -> np.ndarray | None:
 
 
 def _within(f: Array, q: Array, p: Array, rounding: float) -> bool:
-    shear = np.abs(q) if q.ndim == p.ndim else np.linalg.norm(q, axis=-1)
-    return bool((shear <= f * p + rounding).all() and (p >= -rounding).all())
+    return bool((lengths(q, p) <= f * p + rounding).all() and (p >= -rounding).all())
 
 
 def _pulls(p: Array) -> str:
@@ -158,11 +157,6 @@ def _slides(system: ContactSystem, f: Array, q: Array, p: Array) -> str:
     if max(float(np.abs(part).max()) for part in sums) > CONDENSATION * system.nodes * stiff or shear <= most * (1 + CONDENSATION):
         return ""
     return f"the body slides as a whole: the mean load has the shear force {shear:.3g}, above f P = {most:.3g}; hold it, or press it"
-
-
-def _sizes(q: Array) -> Array:
-    """(N,) sizes of shear forces (N,) or (N, 2)."""
-    return np.asarray(np.linalg.norm(q.reshape(len(q), -1), axis=1))
 
 
 def _frictionless(system: ContactSystem, f: Array, shear: Array, floor: float) -> str:

@@ -17,8 +17,6 @@ RESIDUAL = 1e-9
 
 SIMULTANEOUS = RESIDUAL  # events this close, relative, count as simultaneous: their times are answers
 
-UNIT_LENGTH = 10 * CONDENSATION  # a given normal is of length 1 to this much: it has ten digits or more
-
 # --- fem ---
 
 FREE_MOTION = CONDENSATION  # a rigid motion is free if its forces, over the stiffness of the nodes it moves, are smaller: rounding of the stiffness
@@ -86,17 +84,12 @@ ONE_LIMIT = 1e3 * RESIDUAL  # relative distance of limit and bound up to which t
 
 # --- increments ---
 
-STUCK = ROUNDING  # violation of the law, in force scales, with which a trial state stands
-WRONG = ROUNDING / 10  # dimensionless violation that changes no status: less than that of a state that stands
-CONVERGED = 10 * ROUNDING  # change of the frozen bound, in mean normal forces, that counts as none
-SWEEP = 1e3 * RESIDUAL  # violation with which a sweep may end: it only guides the next sweep and the exact state
 AT_BOUND = RESIDUAL  # distance from a bound, in force scales, up to which a node is on it: the state has this error
 LITTLE = (
     100 * RESIDUAL
 )  # a node's pressure below this share of the mean one is too little to judge its slip by: its bounds have the error of an answer
 NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
 NOT_CONVEX = ROUNDING  # negative eigenvalues up to this share of the largest entry are rounding
-SINGULAR = CONDENSATION  # singular values up to this share of the largest one count as zero
 
 # --- load histories, required friction, safe regions, fretting ---
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from ..contact.checks import Array
 from ..contact.stiffness import slip_modes
-from ..contact.tolerances import NO_PRESSURE
 from .loads import Loads
 
 __all__ = ["ScaledCones", "scaled_cones"]
@@ -101,10 +100,7 @@ def scaled_cones(
     `scales` are its force, the unit of its load factors and its mean friction bound; `stiffness` (3N,) is each direction's own, > 0.
     """
     force, load_unit, mean_bound = scales
-    sizes = np.linalg.norm(loads.q1, axis=-1)
-    pressure = np.abs(loads.p0)
-    others = np.maximum(np.linalg.norm(loads.q0, axis=-1), np.maximum(sizes, np.abs(loads.p1)).max(axis=0))
-    unit = np.where(pressure > NO_PRESSURE * force, pressure, np.maximum(others, NO_PRESSURE * force))
+    unit = loads.units(force)
     slips, values, held = slip_modes(A, B, *np.split(stiffness, [len(A)]))
     slip = (slips[:, held] / values[held]) @ slips[:, held].T * np.tile(unit, 2)
     G = B @ slip / unit[:, None]

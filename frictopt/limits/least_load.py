@@ -37,7 +37,7 @@ def with_least_load(answer: Answer[LimitClaim], program: Program, solver: str | 
     if claim.kind is LimitKind.NO_SAFE_SLIP or claim.objective is not None:
         return answer
     slips = ([claim.slip] if claim.kind is LimitKind.FINITE else []) + ([] if own else [np.zeros_like(claim.slip)])
-    if any(_excess_under_mean(program, slip) <= RESIDUAL for slip in slips) or program.narrows:
+    if program.narrows or any(_excess_under_mean(program, slip) <= RESIDUAL for slip in slips):
         return replace(answer, claim=replace(claim, least=0.0))
     with _kept(program.problem):
         downward = program.downward

@@ -10,8 +10,9 @@ from ..contact.coulomb import lengths
 from ..contact.cycle import checked_cycle
 from ..contact.symmetry import Part
 from ..contact.system import checked_system
+from ..contact.tolerances import NO_PRESSURE
 
-__all__ = ["Loads", "cycle_loads", "load_factor_unit"]
+__all__ = ["Loads", "change", "cycle_loads", "load_factor_unit"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,23 @@ class Loads:
         """Mean normal force of the mean load (or a force of the same size where there is none)."""
         sizes = lengths(self.q0, self.p0), lengths(self.q1, self.p1), np.abs(self.p1)
         return float(np.abs(self.p0).mean() or max(size.mean() for size in sizes) or 1.0)
+
+    def units(self, force: float) -> Array:
+        """(N,) force unit of each node under loads of the size of `force`: its pressure under the mean load, or what else acts on it."""
+        pressure, others = np.abs(self.p0), np.maximum(lengths(self.q1, self.p1), np.abs(self.p1)).max(axis=0)
+        others = np.maximum(lengths(self.q0, self.p0), others)
+        return np.where(pressure > NO_PRESSURE * force, pressure, np.maximum(others, NO_PRESSURE * force))
+
+    def under_slip(self, system: ContactSystem, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """Reactions `q, p` of the closed contact at the corners, with K in front, under a residual slip."""
+        q, p = change(system, slip)
+        return self.q0 + q + load_factor * self.q1, self.p0 + p + load_factor * self.p1
+
+
+def change(system: ContactSystem, slip: Array) -> tuple[Array, Array]:
+    """Reactions `A v, B v` that a residual slip, (N,) or (N, 2), adds to those of the closed contact."""
+    v = slip.T.ravel()
+    return (system.A @ v).reshape(slip.T.shape).T, system.B @ v
 
 
 def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:

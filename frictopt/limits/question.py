@@ -1,6 +1,6 @@
 """A limit problem as posed: system, load cycle and friction, checked, and the part of the contact that is solved for."""
 
-from dataclasses import astuple, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
 from time import perf_counter
 from typing import Any
@@ -15,7 +15,7 @@ from ..contact.show import Plotted, components, places
 from ..contact.symmetry import Part, halve, whole
 from ..contact.tolerances import BARE, CONDENSATION, RESIDUAL
 from ..errors import ModelError
-from .loads import Loads, load_factor_unit
+from .loads import Loads, change, load_factor_unit
 
 __all__ = ["Answered", "LimitQuestion"]
 
@@ -72,20 +72,13 @@ class LimitQuestion:
                 "which is lost in their rounding; give less, or check the units of the load cases"
             )
 
-    def same_input(self, other: "LimitQuestion") -> bool:
-        """Whether another question has the same numbers."""
-        mine, others = ((task.system.A, task.system.B, task.system.C, task.system.gap, task.friction, *astuple(task.loads)) for task in (self, other))
-        return all(np.array_equal(one, another) for one, another in zip(mine, others, strict=True))
-
     def change(self, slip: Array) -> tuple[Array, Array]:
         """Reactions `A v, B v` that a residual slip adds to those of the closed contact."""
-        v = slip.T.ravel()
-        return (self.system.A @ v).reshape(slip.T.shape).T, self.system.B @ v
+        return change(self.system, slip)
 
     def reactions(self, load_factor: float, slip: Array, loads: Loads | None = None) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) and (K, N) reactions `q, p` of the closed contact at the corners, under a residual slip."""
-        loads, (q, p) = loads or self.loads, self.change(slip)
-        return loads.q0 + q + load_factor * loads.q1, loads.p0 + p + load_factor * loads.p1
+        return (loads or self.loads).under_slip(self.system, load_factor, slip)
 
     def traction_ratios(self, q: Array, p: Array) -> Array:
         """(K, N) ratios `|q| / (f p)` of reactions; NaN where the pressure or the friction vanishes."""

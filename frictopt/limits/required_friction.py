@@ -71,9 +71,7 @@ class RequiredFriction(WithSlip, Plotted):
     @property
     def reactions(self) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip, force; NaN where no friction is enough."""
-        loads, v = cycle_loads(self.system, self.cycle), self.slip.T.ravel()
-        q, p = loads.q0 + self.load_factor * loads.q1, loads.p0 + self.load_factor * loads.p1
-        return q + (self.system.A @ v).reshape(self.slip.T.shape).T, p + self.system.B @ v
+        return cycle_loads(self.system, self.cycle).under_slip(self.system, self.load_factor, self.slip)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place and the slip that is safe with the required friction."""

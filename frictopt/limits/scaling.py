@@ -10,7 +10,6 @@ from ..contact import ContactSystem
 from ..contact.checks import Array, frozen
 from ..contact.stiffness import slip_modes
 from ..contact.symmetry import Part
-from ..contact.tolerances import NO_PRESSURE
 from .loads import Loads
 
 __all__ = ["ScaledContact", "rigid_slides", "scaled_contact"]
@@ -37,8 +36,6 @@ class ScaledContact:
         (N, k) slips that need no force, length; k is 0 where there are none.
     loaded
         (m,) node that each traction acts on.
-    force
-        Force scale of the loads, force per depth.
     """
 
     part: Part
@@ -48,14 +45,11 @@ class ScaledContact:
     slip: Array
     rigid: Array
     loaded: np.ndarray[Any, np.dtype[np.intp]]
-    force: float
 
 
 def scaled_contact(part: Part, loads: Loads, force: float) -> ScaledContact:
     """Choose unknowns and units for (a part of) a contact under its loads, of the size of `force`."""
-    system = part.system
-    pressure, others = np.abs(loads.p0), np.abs([loads.q0, *loads.q1, *loads.p1]).max(axis=0)
-    unit = np.where(pressure > NO_PRESSURE * force, pressure, np.maximum(others, NO_PRESSURE * force))
+    system, unit = part.system, loads.units(force)
     rigid, compliance = rigid_slides(system)
     loaded, basis = _balanced(rigid)
     slip = compliance @ (unit[:, None] * basis)
@@ -67,7 +61,6 @@ def scaled_contact(part: Part, loads: Loads, force: float) -> ScaledContact:
         slip=frozen(slip),
         rigid=frozen(rigid * (force / (node_stiffness(system) @ rigid**2))),
         loaded=loaded,
-        force=force,
     )
 
 
