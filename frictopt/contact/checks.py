@@ -113,7 +113,7 @@ def listed(name: str, values: object) -> list[Any]:
     return list(values)
 
 
-def listed_parts(argument: str, parts: object, *kinds: type) -> tuple[Any, ...]:
+def listed_parts(argument: str, parts: object, *kinds: type[T]) -> tuple[T, ...]:
     """Check that `parts` is a sequence of parts of some kinds, and return it as a tuple."""
     if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kinds) for part in parts):
         raise ModelError(f"{argument}: {shown(parts)}; give a list of {' or '.join(kind.__name__ for kind in kinds)}")

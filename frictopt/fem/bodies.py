@@ -1,11 +1,12 @@
 """The parts of a contact model: bodies and supports."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from skfem import Mesh
 
 from ..contact.checks import Array, check_text, choice, finite_numbers, shown
 from ..errors import ModelError
@@ -49,7 +50,7 @@ class Body:
     6
     """
 
-    mesh: Any
+    mesh: Mesh
     material: Material = Material()
     element: ElementName = "linear"
 
@@ -114,19 +115,19 @@ class Support:
         object.__setattr__(self, "where", checked_place(self.where))
 
 
-def checked_place(where: Any) -> Place:
+def checked_place(where: object) -> Place:
     """Check the name of a boundary or the coordinates of a point."""
     return where if isinstance(where, str) else checked_point("where", where, "the name of a boundary or one point (x, y), in space (x, y, z)")
 
 
-def checked_point(name: str, point: Any, words: str, sizes: tuple[int, ...] = (2, 3)) -> tuple[float, ...]:
+def checked_point(name: str, point: object, words: str, sizes: tuple[int, ...] = (2, 3)) -> tuple[float, ...]:
     """Check a row of two or three coordinates, which error messages describe in words."""
     if not isinstance(point, tuple | list) or len(point) not in sizes:
         raise ModelError(f"{name}: {shown(point)}; give {words}")
     return tuple(finite_numbers(name, point))
 
 
-def check_kind(mesh: Any) -> None:
+def check_kind(mesh: Mesh) -> None:
     """Check that a mesh has linear elements of a kind that bodies may have.
 
     Raises
@@ -140,7 +141,7 @@ def check_kind(mesh: Any) -> None:
         raise ModelError(f"mesh: a {type(mesh).__name__}; give a MeshTri, MeshQuad, MeshTet or MeshHex{remedy}")
 
 
-def _check_elements(mesh: Any) -> None:
+def _check_elements(mesh: Mesh) -> None:
     """Check that all elements are convex and have a size, that they hang together by their facets, and that every node belongs to one."""
     if not np.isfinite(mesh.p).all():
         raise ModelError(f"mesh: node {int(np.argwhere(~np.isfinite(mesh.p))[0][1])} has coordinates that are not finite")
@@ -159,7 +160,7 @@ def _check_elements(mesh: Any) -> None:
         raise ModelError(f"mesh: {loose} nodes belong to no element; remove them")
 
 
-def _sizes(mesh: Any) -> Array:
+def _sizes(mesh: Mesh) -> Array:
     """(corners, elements) signed area or volume of the elements as it is at each of their corners."""
     corners, element = mesh.elem.refdom.p, ELEMENTS[type(mesh)]()
     slopes = np.array([np.broadcast_to(element.lbasis(corners, i)[1], corners.shape) for i in range(len(mesh.t))])

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
@@ -33,17 +34,17 @@ __all__ = ["condense", "condensed", "eliminated"]
 
 def condense(
     K: Any,
-    loads: Mapping[str, Any],
-    pairs: Any,
-    normals: Any,
-    unknowns: Any,
-    points: Any,
+    loads: Mapping[str, ArrayLike],
+    pairs: ArrayLike,
+    normals: ArrayLike,
+    unknowns: ArrayLike,
+    points: ArrayLike,
     *,
-    held: Any = (),
-    projection: Any = None,
-    gap: Any = None,
-    interference: Mapping[str, Any] | None = None,
-    contact: Any = None,
+    held: ArrayLike = (),
+    projection: object = None,
+    gap: ArrayLike | None = None,
+    interference: Mapping[str, ArrayLike] | None = None,
+    contact: ArrayLike | None = None,
     width: Any = None,
     E_star: float | None = None,
 ) -> ContactSystem:

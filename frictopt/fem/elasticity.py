@@ -16,6 +16,7 @@ from skfem import (
     ElementTetP1,
     ElementTriP0,
     ElementTriP1,
+    Mesh,
     MeshHex1,
     MeshQuad1,
     MeshTet1,
@@ -84,7 +85,7 @@ class Material:
         return self.E / (1 - self.nu**2)
 
 
-def element_means(basis: Any, values: Array) -> Array:
+def element_means(basis: Basis, values: Array) -> Array:
     """Values at the integration points of a basis, each replaced by the mean of its element."""
     return np.broadcast_to(((values * basis.dx).sum(axis=1) / basis.dx.sum(axis=1))[:, None], values.shape)
 
@@ -94,7 +95,7 @@ def circumference(x: Array, kinematics: Kinematics) -> Array:
     return 2 * np.pi * x if kinematics == "axisymmetric" else np.ones_like(x)
 
 
-def body_stiffness(mesh: Any, material: Material, element: ElementName = "linear", kinematics: Kinematics = "plane_strain") -> csr_matrix:
+def body_stiffness(mesh: Mesh, material: Material, element: ElementName = "linear", kinematics: Kinematics = "plane_strain") -> csr_matrix:
     """Stiffness matrix of one body, in the plane per unit depth; unknowns are all x displacements by node, then all y, then all z ones.
 
     An axisymmetric body has the radius x and the axis x = 0; its stiffness is that of the whole circumference. The radial displacement u makes the

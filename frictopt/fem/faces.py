@@ -1,9 +1,9 @@
 """Faces of meshed bodies: the boundary of a contact as one chain of nodes, in order."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from skfem import Mesh
 
 from ..contact.checks import Array, place
 from ..errors import ModelError
@@ -84,7 +84,7 @@ def face(body: Body, boundary: str, argument: str) -> Face:
     return Face(nodes, mesh.p[:, nodes].T, closed)
 
 
-def lines_along(mesh: Any, facets: Integers, argument: str) -> list[tuple[Integers, bool]]:
+def lines_along(mesh: Mesh, facets: Integers, argument: str) -> list[tuple[Integers, bool]]:
     """Nodes of facets of a plane outline, line by line, the body on the right of the way, and whether the line is closed: it begins leftmost then.
 
     Raises

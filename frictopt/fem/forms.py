@@ -5,7 +5,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from skfem import Basis, ElementLineP1, ElementQuad1, ElementTriP1, LinearForm
+from skfem import Basis, ElementLineP1, ElementQuad1, ElementTriP1, LinearForm, Mesh
 from skfem.quadrature import get_quadrature
 
 from ..contact.checks import Array, finite_number, place, real_array, shown
@@ -22,13 +22,13 @@ _FACETS = {2: ElementLineP1, 3: ElementTriP1, 4: ElementQuad1}  # by the number 
 _ORDER = 5  # of the integration over facets
 
 
-def checked_amount(name: str, value: Any) -> Amount:
+def checked_amount(name: str, value: object) -> Amount:
     """Check that `value` is one finite number or a function."""
     if not callable(value):
         return finite_number(name, value)
     if isinstance(value, type):
         raise ModelError(f"{name}: {shown(value)}; give a number or a function of x and y, and z in space")
-    return value  # type: ignore[no-any-return]
+    return value
 
 
 def checked_amounts(load: Any, meaning: str) -> None:
@@ -64,7 +64,7 @@ def values_at(name: str, amount: Amount, points: Array) -> Array:
     return np.broadcast_to(values, shape)
 
 
-def boundary_forces(mesh: Any, facets: Integers, traction: Callable[[Array, Array], ArrayLike], kinematics: Kinematics) -> Array:
+def boundary_forces(mesh: Mesh, facets: Integers, traction: Callable[[Array, Array], ArrayLike], kinematics: Kinematics) -> Array:
     """(components, nodes) integrals over facets of the outline, times the function of each node, of a traction: of points and outward normals.
 
     The integration is on the facets themselves: scikit-fem would invert the map of very thin elements, in vain.
@@ -88,7 +88,7 @@ def boundary_forces(mesh: Any, facets: Integers, traction: Callable[[Array, Arra
     return np.array([np.bincount(nodes.ravel(), part.ravel(), minlength=mesh.p.shape[1]) for part in np.einsum("cmq,kq->ckm", amounts, shapes)])
 
 
-def volume_forces(mesh: Any, force: Callable[[Array], Array], kinematics: Kinematics) -> Array:
+def volume_forces(mesh: Mesh, force: Callable[[Array], Array], kinematics: Kinematics) -> Array:
     """(d, nodes) nodal forces of a force per volume, a function of points (d, ...)."""
     basis = Basis(mesh, ELEMENTS[type(mesh)]())
     points = np.asarray(basis.global_coordinates())
@@ -96,7 +96,7 @@ def volume_forces(mesh: Any, force: Callable[[Array], Array], kinematics: Kinema
     return np.array([form.assemble(basis, amount=part) for part in force(points) * circumference(points[0], kinematics)])
 
 
-def gradient_forces(basis: Any, stress: Array, kinematics: Kinematics) -> Array:
+def gradient_forces(basis: Basis, stress: Array, kinematics: Kinematics) -> Array:
     """(d, nodes) nodal forces that a tension of the same size in all directions, given at the integration points, exerts on the nodes."""
     x = np.asarray(basis.global_coordinates())[0]
     amount = stress * circumference(x, kinematics)

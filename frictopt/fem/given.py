@@ -1,9 +1,9 @@
 """Checks of what the user of another code gives to a condensation: matrices, numbering, pairs."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, diags, identity, issparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 
-def checked_stiffness(K: Any) -> csr_matrix:
+def checked_stiffness(K: object) -> csr_matrix:
     """A square, finite, symmetric matrix."""
     if not issparse(K):
         K = finite_array("K", K, (None, None))
@@ -48,7 +48,7 @@ def checked_stiffness(K: Any) -> csr_matrix:
     return matrix
 
 
-def checked_rows(unknowns: Any, held: Any, shape: tuple[int, ...], size: int) -> Integers:
+def checked_rows(unknowns: ArrayLike, held: ArrayLike, shape: tuple[int, ...], size: int) -> Integers:
     """Rows of K, of the shape of the points, -1 for those that are held too, -2 for those that follow others."""
     rows = whole_array("unknowns", unknowns, shape, least=-2, most=size - 1)
     fixed = whole_array("held", np.zeros(0) if len(listed("held", held)) == 0 else held, (None,), least=0, most=size - 1)
@@ -63,7 +63,7 @@ def checked_rows(unknowns: Any, held: Any, shape: tuple[int, ...], size: int) ->
     return np.where(np.isin(rows, fixed), -1, rows)
 
 
-def checked_pairs(pairs: Any, projection: Any, rows: Integers, points: Array) -> tuple[Integers, csr_matrix]:
+def checked_pairs(pairs: ArrayLike, projection: object, rows: Integers, points: Array) -> tuple[Integers, csr_matrix]:
     """Nodes of body 1, and the matrix of the places on body 2 that they are glued to; `rows` as `checked_rows` gives them."""
     size, most = len(points), len(points) - 1
     if projection is None:
@@ -126,7 +126,7 @@ def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, poi
             )
 
 
-def _checked_projection(projection: Any, shape: tuple[int, int]) -> csr_matrix:
+def _checked_projection(projection: object, shape: tuple[int, int]) -> csr_matrix:
     """A projection whose rows add up to 1."""
     P = csr_matrix(projection if issparse(projection) else finite_array("projection", projection, (None, None)))
     if P.shape != shape or P.dtype.kind not in "fiu":
@@ -141,7 +141,7 @@ def _checked_projection(projection: Any, shape: tuple[int, int]) -> csr_matrix:
     return P
 
 
-def checked_normals(normals: Any, shape: tuple[int, ...]) -> Array:
+def checked_normals(normals: ArrayLike, shape: tuple[int, ...]) -> Array:
     """A direction for each pair, from one for each or one for all; not zero."""
     directions = finite_array("normals", normals)
     if directions.shape not in (shape[1:], shape):
@@ -149,7 +149,7 @@ def checked_normals(normals: Any, shape: tuple[int, ...]) -> Array:
     return frozen(np.broadcast_to(directions, shape))
 
 
-def checked_gap(gap: Any, points: Array, opening: Array, normals: Array, near: float) -> Array:
+def checked_gap(gap: ArrayLike | None, points: Array, opening: Array, normals: Array, near: float) -> Array:
     """(N,) initial gap, as given or from the openings (N, d) of the pairs at some points; nodes that are `near` coincide."""
     if gap is not None and not isinstance(gap, str):
         return finite_array("gap", gap, (len(points),))
@@ -170,7 +170,7 @@ def checked_gap(gap: Any, points: Array, opening: Array, normals: Array, near: f
     return np.asarray(np.maximum(distance, 0.0))
 
 
-def checked_forces(loads: Any, size: int) -> dict[str, Array]:
+def checked_forces(loads: object, size: int) -> dict[str, Array]:
     """Nodal forces of each load case, on all rows of K."""
     if not isinstance(loads, Mapping):
         raise ModelError(f"loads: a {type(loads).__name__}; give a mapping, load case name -> nodal forces")

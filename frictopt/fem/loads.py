@@ -206,11 +206,11 @@ class Expansion:
         basis = Basis(body.mesh, ELEMENTS[type(body.mesh)]())
         return gradient_forces(basis, self._tension(body, kinematics, basis), kinematics)
 
-    def _strain(self, basis: Any) -> Array:
+    def _strain(self, basis: Basis) -> Array:
         """The expansion at the integration points of a basis."""
         return values_at("strain", self.strain, np.asarray(basis.global_coordinates()))
 
-    def _tension(self, body: Body, kinematics: Kinematics, basis: Any) -> Array:
+    def _tension(self, body: Body, kinematics: Kinematics, basis: Basis) -> Array:
         """The tension in the plane that the expansion takes off the stress of the strains, at the integration points of a basis.
 
         Where the first Lame constant resists the mean dilatation of an element, it is the mean expansion that takes off its part.

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, listed_parts, shown
@@ -160,7 +160,7 @@ class ContactModel(Shown, Plotted):
             E_star=E_star.pop() if len(E_star) == 1 else None,
         )
 
-    def recover(self, loads: Mapping[str, float], slip: Any, gap: Any = None) -> BodyFields:
+    def recover(self, loads: Mapping[str, float], slip: ArrayLike, gap: ArrayLike | None = None) -> BodyFields:
         """Displacements and stresses in the bodies at a state of the contact: one solve with a factorisation that is kept from the first time on.
 
         Parameters
@@ -225,7 +225,7 @@ class ContactModel(Shown, Plotted):
                     found.append((case, part.body, nodes, part._forces(body, self._parts.kinematics)[:, nodes]))
         return tuple(found)
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         counts = np.bincount(self._parts.contact, minlength=len(self.contacts)).tolist()
         bodies = {}
         for name, body in self.bodies.items():

@@ -1,8 +1,9 @@
 """Elimination order by nested dissection on node coordinates, for the sparse factorisation of a condensation."""
 
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from ..contact.checks import Array
@@ -12,8 +13,8 @@ __all__ = ["nested_dissection"]
 _LEAF = 24  # parts of at most this many nodes are not cut further
 _NEAR, _FAR, _SEPARATOR = 0, 1, 2  # elimination order within a part
 
-Integers: TypeAlias = np.ndarray[Any, np.dtype[np.intp]]
-Flags: TypeAlias = np.ndarray[Any, np.dtype[np.bool_]]
+Integers: TypeAlias = NDArray[np.intp]
+Flags: TypeAlias = NDArray[np.bool_]
 
 
 def nested_dissection(graph: csr_matrix, points: Array) -> Integers:

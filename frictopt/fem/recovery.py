@@ -66,7 +66,7 @@ class BodyFields(Shown, Plotted):
     _frames: Array
     _sides: tuple[csr_matrix, csr_matrix]
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {"bodies": list(self.displacement), "nodes": len(self.p)}
 
     def at_contact(self, side: int) -> tuple[Array, Array]:

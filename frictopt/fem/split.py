@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
+from skfem import Mesh
 
 from ..contact.checks import check_text, shown
 from ..errors import ModelError
@@ -14,7 +14,7 @@ from .elasticity import ElementName, Material
 __all__ = ["split_bodies"]
 
 
-def split_bodies(mesh: Any, materials: Mapping[str, Material], *, element: ElementName = "linear") -> dict[str, Body]:
+def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: ElementName = "linear") -> dict[str, Body]:
     """Split a mesh with a named subdomain for each body into bodies with nodes of their own.
 
     Each body keeps the named boundaries of the mesh that it has facets on. The facets that it shares with another body become one more boundary, of

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
+from skfem import Mesh
 
 from ..contact.checks import Array, place
 from ..contact.tolerances import SAME_POINT
@@ -49,7 +50,7 @@ def check_touching(bodies: Mapping[str, Any], joined: Mapping[tuple[str, str], l
         )
 
 
-def _free_facets(mesh: Any, joined: Integers, low: Array, high: Array) -> Array:
+def _free_facets(mesh: Mesh, joined: Integers, low: Array, high: Array) -> Array:
     """(facets, corners, d) corners of the facets of the outline that reach into a box and are not joined, in the order around the body."""
     outline = mesh.boundary_facets()
     nodes = mesh.facets[:, outline]

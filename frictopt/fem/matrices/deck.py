@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...contact.checks import Array, frozen, shown
 from ...contact.show import Shown
@@ -66,7 +66,7 @@ class Deck(Shown):
     thicknesses: tuple[float, ...]
     constraints: Constraints
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {"nodes": len(self.numbers), "sets": sorted(self.sets), "elements": sorted({kind for kind, _, _ in self.elements})}
 
     def nodes(self, name: str) -> Integers:
@@ -256,7 +256,7 @@ def _rows(row: Mapping[int, int], numbers: list[int], what: str) -> Integers:
         raise ModelError(f"deck: {what} names node {error}, which is not defined; repair the deck") from error
 
 
-def _frozen(values: Any) -> Integers:
+def _frozen(values: ArrayLike) -> Integers:
     array = np.array(values, dtype=np.intp)
     array.flags.writeable = False
     return array

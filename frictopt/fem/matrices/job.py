@@ -3,11 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
+from skfem import Mesh
 
 from ...contact.checks import Array, finite_array, finite_number, frozen, real_array, shown
 from ...contact.show import Shown
@@ -69,7 +70,7 @@ class MatrixJob(Shown):
         object.__setattr__(self, "K", csr_matrix((K + K.T) / 2))
         object.__setattr__(self, "labels", labels)
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {"unknowns": len(self.labels), "directions": self._directions, "sets": sorted(self.deck.sets) if self.deck else None}
 
     @property
@@ -109,11 +110,11 @@ class MatrixJob(Shown):
         return unknowns
 
     @cached_property
-    def mesh(self) -> Any:
+    def mesh(self) -> Mesh:
         """scikit-fem mesh of the deck, its nodes in the order of `points`; see `Deck.shaped` for the errors."""
         return mesh_of(self._known, self._directions)
 
-    def nodes(self, where: Any) -> Integers:
+    def nodes(self, where: str | ArrayLike) -> Integers:
         """Nodes as rows of `points`, each once.
 
         Parameters
@@ -133,7 +134,7 @@ class MatrixJob(Shown):
             raise ModelError(f"nodes: {shown(where)}; give the name of a node set or different rows of `points`")
         return raw.astype(np.intp)
 
-    def pairs(self, first: Any, second: Any) -> Integers:
+    def pairs(self, first: str | ArrayLike, second: str | ArrayLike) -> Integers:
         """(N, 2) pairs of nodes on two faces, each node with the nearest one; in a plane job in the order of the face, body 1 on the left.
 
         Parameters
@@ -167,7 +168,7 @@ class MatrixJob(Shown):
             raise ModelError(f"nodes: node {number} lies on no facet of the outline between these nodes; give the nodes of a face")
         return order
 
-    def normals(self, face: Any) -> Array:
+    def normals(self, face: str | ArrayLike) -> Array:
         """(N, d) unit normals that point out of the body at nodes on a face, the mean over the facets weighted by their size.
 
         Parameters
@@ -188,7 +189,7 @@ class MatrixJob(Shown):
             raise ModelError(f"nodes: node {number} lies on no facet of the outline between these nodes; give all nodes of a face")
         return frozen(sums / length[:, None])
 
-    def force(self, where: Any, *, traction: Any = None, pressure: Any = None, total: Any = None, nodal: Any = None) -> Array:
+    def force(self, where: str | ArrayLike, *, traction: object = None, pressure: object = None, total: object = None, nodal: object = None) -> Array:
         """(n,) nodal forces of one load, said in one of four ways. What acts on displacements that follow others goes to these.
 
         A force on a held displacement goes to the ground, as it does in the code.
@@ -256,7 +257,7 @@ class MatrixJob(Shown):
         return columns[:, :-1], columns[:, -1:]
 
 
-def _checked_labels(values: Any) -> Integers:
+def _checked_labels(values: ArrayLike) -> Integers:
     """Check that labels are distinct pairs of a node's number and a direction 1, 2 or 3, and return them read-only."""
     labels = finite_array("labels", values, (None, 2))
     if not len(labels):

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
+from skfem import Mesh
 
 from ...contact.checks import Array, shown
 from ...contact.tolerances import SAME_POINT
@@ -20,7 +21,7 @@ _PLANE, _SOLID = ("triangle", "quad"), ("tetra", "hexahedron")
 _SMALL = ("vertex", "line", "line3")  # cells that only carry names
 
 
-def read_mesh(path: str | Path) -> Any:
+def read_mesh(path: str | Path) -> Mesh:
     """Read a mesh with its named boundaries and subdomains: `.msh` of gmsh, `.inp` of CalculiX or Abaqus, or what else meshio reads.
 
     In a deck, a node set names the facets of the outline between its nodes, in the plane a set of lines (T3D2, as gmsh writes curves) the facets that
@@ -73,7 +74,7 @@ def read_mesh(path: str | Path) -> Any:
     return mesh.remove_unused_nodes()
 
 
-def mesh_of(deck: Deck, directions: int) -> Any:
+def mesh_of(deck: Deck, directions: int) -> Mesh:
     """scikit-fem mesh of a deck, its nodes in the order of the deck.
 
     Raises
@@ -96,7 +97,7 @@ def file_path(argument: str, path: str | Path) -> Path:
     return Path(path)
 
 
-def _named(mesh: Any, deck: Deck) -> Any:
+def _named(mesh: Mesh, deck: Deck) -> Mesh:
     """The mesh with the sets of its deck as boundaries and subdomains."""
     facets = mesh.boundary_facets()
     boundaries: dict[str, Integers] = {name: facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)] for name, nodes in deck.sets.items()}
@@ -134,7 +135,7 @@ def _groups(found: Any) -> dict[str, list[Integers]]:
     return {name: [np.flatnonzero((own == group) & (cells.dim == dim)) for cells, own in blocks] for name, (group, dim) in found.field_data.items()}
 
 
-def _of_scikit_fem(mesh: Any, shape: str) -> Any:
+def _of_scikit_fem(mesh: Any, shape: str) -> Mesh:
     """The mesh of scikit-fem, from one of meshio."""
     from skfem.io.meshio import from_meshio  # here, for it imports meshio
 
