@@ -20,12 +20,12 @@ _WITNESS = "limit_checks guaranteed guaranteed_zero"
 _DOOR = "condense condense_matrices contact_model punch"
 FAULTS = (
     # contact
-    Fault("contact/coulomb.py", "the initial gap does not count", "_stiffened(system, v, w - system.gap)", "_stiffened(system, v, w)",
+    Fault("contact/coulomb.py", "the initial gap does not count", "(v, w - system.gap), (q, p)", "(v, w), (q, p)",
           "referee spatial_system"),
-    Fault("contact/coulomb.py", "the referee takes friction the wrong way", "q + (f * p)[..., None] * sense",
-          "q - (f * p)[..., None] * sense", "referee"),
-    Fault("contact/coulomb.py", "backward shear beyond the bound is lawful", "return np.linalg.norm(q, axis=-1) - f * p",
-          "return q.sum(axis=-1) - f * p", "referee"),
+    Fault("contact/coulomb.py", "the referee takes friction the wrong way", "q + bound[:, None] * sense",
+          "q - bound[:, None] * sense", "referee"),
+    Fault("contact/coulomb.py", "backward shear beyond the bound is lawful", "np.linalg.norm(q, axis=1) - bound",
+          "q.sum(axis=1) - bound", "referee"),
     Fault("contact/onset.py", "a relieved node at its bound", "np.where(slack < -floor, 0.0, np.where(rate < 0,",
           "np.where(slack < floor, 0.0, np.where(rate < 0,", "onset"),
     Fault("contact/checks.py", "True is a whole number", "or isinstance(value, bool | np.timedelta64)", "or isinstance(value, np.timedelta64)",

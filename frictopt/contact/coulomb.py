@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import ModelError
 from .checks import Array, finite_array, finite_number, real_array
-from .parts import joined, parted
+from .parts import joined
 from .show import Shown
 from .system import ContactSystem, checked_system
 
@@ -133,42 +133,45 @@ def referee(
         raise ModelError(f"bonded: a {type(bonded).__name__}; give the pair (q^w, p^w)")
     along = {"bonded q": bonded[0], "v": v, "q": q, "previous_slip": v if previous_slip is None else previous_slip}
     across = {"bonded p": bonded[1], "w": w, "p": p}
-    qw, v, q, v_before = (_states(name, value, system.slip_shape) for name, value in along.items())
+    qw, v, q, before = (_states(name, value, system.slip_shape) for name, value in along.items())
     pw, w, p = (_states(name, value, (system.nodes,)) for name, value in across.items())
-    counts = {len(part) for parts, axes in (((qw, v, q, v_before), len(system.slip_shape)), ((pw, w, p), 1)) for part in parts if part.ndim > axes}
+    counts = sorted({len(part) for part in (qw, v, q, before, pw, w, p)} - {1})
     if len(counts) > 1:
-        raise ModelError(f"states: arrays of {sorted(counts)} states; give all for the same number of states, or one for all")
+        raise ModelError(f"states: arrays of {counts} states; give all for the same number of states, or one for all")
     if force_scale is not None:
         force = finite_number("force_scale", force_scale, above=0.0)
     else:
         force = float(np.abs(pw).mean()) or float(max(np.abs(qw).max(), np.abs(q).max())) or 1.0
-    with np.errstate(invalid="ignore", over="ignore"):  # values that are not finite give an infinite residual
-        length = force / system.stiffness_scale
-        slid, opened = parted(_stiffened(system, v, w - system.gap), system.tangents + 1)
-        bound, direction = off_law(system, f, q / force, p / force, v / length, v_before / length)
-        return Verdict(
-            equilibrium=max(_worst(np.abs(q - qw - slid) / force), _worst(np.abs(p - pw - opened) / force)),
-            contact=max(_worst(-p / force), _worst(-w / length), _worst(np.minimum(p / force, w / length))),
-            bound=_worst(bound),
-            direction=_worst(direction),
-        )
+    size = (*counts, 1)[:1]
+    loads, u, r, u_before = (
+        joined(np.broadcast_to(shear, size + shear.shape[1:]), np.broadcast_to(normal, size + normal.shape[1:]))
+        for shear, normal in ((qw, pw), (v, w - system.gap), (q, p), (before, w))
+    )
+    return Verdict(*off_law(system, f, loads, u, r, force, u_before).tolist())
 
 
-def off_law(system: ContactSystem, f: Array, q: Array, p: Array, v: Array, v_before: Array) -> tuple[Array, Array]:
-    """Dimensionless excess over the friction bound, and friction that does not oppose the slip since the previous state.
+def off_law(system: ContactSystem, f: Array, bonded: Array, u: Array, r: Array, force: float, before: Array | None = None) -> Array:
+    """(4,) largest violations of the law, those of a `Verdict`, by states `u = [v, w - g0]`, (..., M), their loads and reactions; NaN if not finite.
 
-    The latter is the smaller of that slip and the distance of q from the point of the bound that opposes it. In space a small slip that is the
-    difference of two large ones has a direction that rounding turns: the distance by which it does is no violation.
+    `before` are the states before, None: the slips have not changed. A slip that does not oppose friction counts by the smaller of itself and the
+    distance of q from the point of the bound that opposes it. In space a small slip that is the difference of two large ones has a direction that
+    rounding turns: the distance by which it does is no violation.
     """
-    v, v_before, q = (part.reshape(*part.shape[: part.ndim - len(system.slip_shape)], system.nodes, system.tangents) for part in (v, v_before, q))
-    moved = v - v_before
-    slid = np.linalg.norm(moved, axis=-1)
-    sense = moved / np.where(slid > 0, slid, 1.0)[..., None]
-    off = np.linalg.norm(q + (f * p)[..., None] * sense, axis=-1)
-    if system.tangents > 1:
-        rounding = 4 * np.finfo(float).eps * np.maximum(np.linalg.norm(v, axis=-1), np.linalg.norm(v_before, axis=-1))
-        off = np.maximum(off - np.abs(f * p) * rounding / np.where(slid > 0, slid, 1.0), 0.0)
-    return np.linalg.norm(q, axis=-1) - f * p, np.minimum(slid, off)
+    with np.errstate(invalid="ignore", over="ignore"):
+        length, shape = force / system.stiffness_scale, (-1, system.tangents + 1, system.nodes)
+        unbalanced = np.abs(r - bonded - u @ system.S) / force
+        u, r, before = (part.reshape(shape) for part in (u / length, r / force, (u if before is None else before) / length))
+        q, p, w, v, v_before = r[:, :-1], r[:, -1], u[:, -1] + system.gap / length, u[:, :-1], before[:, :-1]
+        moved, bound = v - v_before, f * p
+        slid = np.linalg.norm(moved, axis=1)
+        sense = moved / np.where(slid > 0, slid, 1.0)[:, None]
+        off = np.linalg.norm(q + bound[:, None] * sense, axis=1)
+        if system.tangents > 1:
+            rounding = 4 * np.finfo(float).eps * np.maximum(np.linalg.norm(v, axis=1), np.linalg.norm(v_before, axis=1))
+            off = np.maximum(off - np.abs(bound) * rounding / np.where(slid > 0, slid, 1.0), 0.0)
+        contact = np.maximum(np.maximum(-p, -w), np.minimum(p, w))
+        lines = unbalanced, contact, np.linalg.norm(q, axis=1) - bound, np.minimum(slid, off)
+        return np.array([np.max(line, initial=0.0) for line in lines])
 
 
 def lengths(q: Array, p: Array) -> Array:
@@ -176,18 +179,8 @@ def lengths(q: Array, p: Array) -> Array:
     return np.abs(q) if q.ndim == p.ndim else np.asarray(np.linalg.norm(q, axis=-1))
 
 
-def _stiffened(system: ContactSystem, v: Array, opening: Array) -> Array:
-    """Reactions to slips and openings, each for one state or several, in the order of S."""
-    shape = np.broadcast_shapes(v.shape[: v.ndim - len(system.slip_shape)], opening.shape[:-1])
-    return joined(np.broadcast_to(v, (*shape, *system.slip_shape)), np.broadcast_to(opening, (*shape, system.nodes))) @ system.S
-
-
 def _states(name: str, value: object, shape: tuple[int, ...]) -> Array:
     array = real_array(name, value)
     if array.ndim not in (len(shape), len(shape) + 1) or array.shape[-len(shape) :] != shape or not array.size:
         raise ModelError(f"{name}: shape {array.shape}; give {shape} or (states, {str(shape)[1:]}")
-    return array
-
-
-def _worst(violations: Array) -> float:
-    return float(np.max(violations, initial=0.0)) if not np.isnan(violations).any() else float("nan")
+    return array.reshape(-1, *shape)

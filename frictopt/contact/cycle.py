@@ -14,7 +14,7 @@ from .system import ContactSystem, checked_system
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["LoadCycle", "checked_cycle"]
+__all__ = ["LoadCycle", "checked_cycle", "reactions"]
 
 _SHOWN = 4  # corners in the text of a load cycle: those of two independent loads
 
@@ -141,14 +141,25 @@ class LoadCycle:
 
     def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean."""
-        count = len(self.corners)
-        q, p = np.zeros((count, *checked_system(system).slip_shape)), np.zeros((count, system.nodes))
-        for case in dict.fromkeys(case for corner in self.corners for case in corner):
-            amplitudes = np.array([corner.get(case, 0.0) for corner in self.corners])
-            unit_q, unit_p = system.reaction({case: 1.0})
-            q += np.multiply.outer(amplitudes, unit_q)
-            p += np.multiply.outer(amplitudes, unit_p)
-        return q, p
+        return reactions(system, self.corners)
+
+
+def reactions(system: ContactSystem, loads: Sequence[Mapping[str, float]]) -> tuple[Array, Array]:
+    """(K, N) bonded reactions of K sums of load cases, (K, N, 2) and (K, N) in space.
+
+    Raises
+    ------
+    ModelError
+        Not a contact system, or a load case that it does not have.
+    """
+    q, p = np.zeros((len(loads), *checked_system(system).slip_shape)), np.zeros((len(loads), system.nodes))
+    for case in dict.fromkeys(case for load in loads for case in load):
+        if case not in system.bonded:
+            system.reaction({case: 1.0})  # says so
+        amplitudes = np.array([load.get(case, 0.0) for load in loads])
+        q += np.multiply.outer(amplitudes, system.bonded[case][0])
+        p += np.multiply.outer(amplitudes, system.bonded[case][1])
+    return q, p
 
 
 def checked_cycle(cycle: object) -> LoadCycle:

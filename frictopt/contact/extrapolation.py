@@ -1,4 +1,4 @@
-"""The fixed point of an affine map from its iterates, and states that span all later ones."""
+"""The limit of an affine map from its iterates, and states that span all later ones."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -8,32 +8,27 @@ import numpy as np
 from .checks import Array
 from .tolerances import AFFINE_FIT, PERIODIC, ROUNDING
 
-__all__ = ["SLOW", "distance_left", "drift_text", "fixed_point", "slower_modes"]
+__all__ = ["SLOW", "distance_left", "drift_text", "limit_of"]
 
 SLOW = 1e-3
 """A drift that changes by a smaller share of itself from cycle to cycle needs more than ten thousand cycles to die out."""
 
 
-def fixed_point(iterates: Array) -> Array:
-    """Fixed point of an affine map from some of its iterates (rows), by reduced-rank extrapolation."""
-    steps = np.diff(iterates, axis=0)
-    scale = np.linalg.norm(steps, axis=1, keepdims=True)
-    differences = np.diff(steps, axis=0)
-    weights = np.linalg.lstsq(differences.T, -steps[0], rcond=ROUNDING)[0] if scale.min() > 0 else np.zeros(len(differences))
-    fixed: Array = iterates[0] + weights @ steps[:-1]
-    return fixed
+def limit_of(iterates: Array) -> tuple[Array, list[tuple[Array, Array]]] | None:
+    """The limit of an affine map from some of its iterates (rows), and states around it, before and after a cycle, of which all later ones are means.
 
-
-def slower_modes(distances: Array) -> list[tuple[Array, Array]] | None:
-    """States around a fixed point, before and after a cycle, whose weighted means are all later states; from the distances to it (rows).
-
-    The k-th later distance is `sum of rate_i^k mode_i` with 1 > rate_1 > ... > rate_m >= 0. It is `rate_m^k` times the last distance, plus
-    `rate_i^k - rate_(i + 1)^k` times the sum of the first i modes, for all i < m. The states are these sums, each times a number c_i. The later
-    states are then weighted means of them, of the last state and of the fixed point, if the sum of `(rate_i^k - rate_(i + 1)^k) / c_i` is at most
-    `1 - rate_m^k` for all k. This always holds with c_i = 1; smaller c_i are used where they suffice.
+    The limit is that of reduced-rank extrapolation. The k-th later distance from it is `sum of rate_i^k mode_i` with
+    1 > rate_1 > ... > rate_m >= 0. It is `rate_m^k` times the last distance, plus `rate_i^k - rate_(i + 1)^k` times the sum of the first i modes, for
+    all i < m. The states are these sums, each times a number c_i. The later states are then weighted means of them, of the last state and of the
+    limit, if the sum of `(rate_i^k - rate_(i + 1)^k) / c_i` is at most `1 - rate_m^k` for all k. This always holds with c_i = 1; smaller c_i are used
+    where they suffice.
 
     Returns None if no single linear map fits all distances, or if they do not decay monotonically: a rate is complex, negative or not below 1.
     """
+    steps = np.diff(iterates, axis=0)
+    moves = np.linalg.norm(steps, axis=1).min() > 0
+    limit = iterates[0] + (np.linalg.lstsq(np.diff(steps, axis=0).T, -steps[0], rcond=ROUNDING)[0] @ steps[:-1] if moves else 0.0)
+    distances = iterates - limit
     left, sizes, right = np.linalg.svd(distances[:-1].T, full_matrices=False)
     kept = sizes > PERIODIC
     basis = left[:, kept]
@@ -53,7 +48,7 @@ def slower_modes(distances: Array) -> list[tuple[Array, Array]] | None:
     shares = (-np.diff(powers, axis=1) / (1 - powers[:, -1:])).max(axis=0) * (len(rates) - 1)
     shares = shares if shares.max(initial=0.0) < 1 else np.ones_like(shares)
     before, after = (shares * np.cumsum(part, axis=1)[:, :-1] for part in (modes, modes * rates))
-    return list(zip(before.T, after.T, strict=True))
+    return limit, list(zip(before.T, after.T, strict=True))
 
 
 def distance_left(changes: Sequence[float], rounding: float) -> float:

@@ -2,7 +2,8 @@
 
 import sys
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from contextlib import suppress
 from functools import wraps
 from inspect import signature
 from typing import Any, TypeVar
@@ -24,21 +25,18 @@ def warns_of_odd_values(question: F) -> F:
 
     @wraps(question)
     def asked(*args: object, **kwargs: object) -> object:
-        if not sys._getframe(1).f_globals.get("__name__", "").startswith(_OURS):
-            _warn(dict(zip(names, args, strict=False)) | kwargs)
+        if sys._getframe(1).f_globals.get("__name__", "").startswith(_OURS):
+            return question(*args, **kwargs)
+        given = dict(zip(names, args, strict=False)) | kwargs
+        with suppress(ModelError):  # what is no number is for the question to refuse
+            friction = float(real_array("friction", given.get("friction", 0.0)).max(initial=0.0))
+            load_factor = finite_number("load_factor", given.get("load_factor", 1.0))
+            if friction > _ROUGH:
+                text = f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent"
+                warnings.warn(text, ModelWarning, stacklevel=2)
+            if load_factor == 0:
+                text = "load_factor: 0; the corners of the cycle carry no load then, only the mean load acts"
+                warnings.warn(text, ModelWarning, stacklevel=2)
         return question(*args, **kwargs)
 
     return asked  # type: ignore[return-value]
-
-
-def _warn(given: Mapping[str, object]) -> None:
-    """Warn of values that a user who asks a question may not have meant: what is no number is for the question to refuse."""
-    try:
-        friction = float(real_array("friction", given.get("friction", 0.0)).max(initial=0.0))
-        load_factor = finite_number("load_factor", given.get("load_factor", 1.0))
-    except ModelError:
-        return
-    if friction > _ROUGH:
-        warnings.warn(f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent", ModelWarning, stacklevel=3)
-    if load_factor == 0:
-        warnings.warn("load_factor: 0; the corners of the cycle carry no load then, only the mean load acts", ModelWarning, stacklevel=3)

@@ -15,7 +15,9 @@ class Portable:
     """
 
     def __post_init__(self) -> None:
-        _seal([value for value in vars(self).values() if isinstance(value, np.ndarray)])
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
 
     def __getstate__(self) -> dict[str, object]:
         names = [one.name for one in fields(self)]  # type: ignore[arg-type]

@@ -10,7 +10,7 @@ import numpy as np
 from ...contact import ContactState
 from ...contact.answers import Outcome
 from ...contact.checks import frozen
-from ...contact.extrapolation import SLOW, distance_left, drift_text, fixed_point, slower_modes
+from ...contact.extrapolation import SLOW, distance_left, drift_text, limit_of
 from ...contact.record import SolveRecord
 from ...contact.tolerances import PERIODIC, REPEATED, RESIDUAL
 from ...errors import NoContinuation, SolverError
@@ -177,20 +177,20 @@ class Run(Judge):
         """The steady state extrapolated from the last cycles with the same events, or None if it is not proven to be their limit.
 
         The proof has two parts. First, a cycle from the limit comes back to it. Second, the map of one cycle is affine for all later states: they
-        are weighted means of the limit, the last state and a few states between (`slower_modes`), and a cycle from each of these ends where the
+        are weighted means of the limit, the last state and a few states between (`limit_of`), and a cycle from each of these ends where the
         affine map says.
         """
-        last, unit, proof, modes = self.last[-1], np.resize(self.scales.length, self.latest.after.shape), None, None
+        last, unit, proof, found = self.last[-1], np.resize(self.scales.length, self.latest.after.shape), None, None
         for count in range(same, _LEAST - 1, -2):  # the first of these cycles may have another map: the same events in another order
             cycles = self.last[-count:]
             states = np.array([cycles[0].before, *(cycle.after for cycle in cycles)])
-            limit = fixed_point(states)
-            modes = slower_modes((states - limit) / unit)
-            proof = None if modes is None else self.path.restarted_at(limit)
+            found = limit_of(states / unit)
+            proof = None if found is None else self.path.restarted_at(unit * found[0])
             if proof is not None:
                 break
-        if proof is None or modes is None:
+        if proof is None or found is None:
             return None
+        limit, modes = unit * found[0], found[1]
         shares = [(last.before - limit, last.after - limit), *((unit * before, unit * after) for before, after in modes)]
         tried = [(size * before, size * after) for before, after in shares for size in (1.0, _NEAR)][1:]  # the first one is the last cycle itself
         try:

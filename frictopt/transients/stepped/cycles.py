@@ -9,7 +9,7 @@ import numpy as np
 
 from ...contact.answers import Outcome
 from ...contact.checks import Array
-from ...contact.extrapolation import SLOW, distance_left, drift_text, fixed_point, slower_modes
+from ...contact.extrapolation import SLOW, distance_left, drift_text, limit_of
 from ...contact.tolerances import NO_SLIP, PERIODIC, REPEATED, RESIDUAL, ROUNDING
 from ...errors import NoContinuation, SolverError
 from .path import Point, SteppedPath
@@ -150,7 +150,7 @@ class Run:
         """Go on from the limit of the last returns, if it is shown to be theirs; else the transient is where it was.
 
         Three things show it. A linear map fits the last returns, and its rates lie between 0 and 1. Cycles from the limit come back to it. And cycles
-        from the last state, and from a few states whose weighted means are all later ones (`slower_modes`), end where the linear map says, from afar
+        from the last state, and from a few states whose weighted means are all later ones (`limit_of`), end where the linear map says, from afar
         and near the limit.
         """
         kept, unit = self.path.state, self.path.length
@@ -159,10 +159,10 @@ class Run:
         same = next((k for k, sign in enumerate(signs) if sign != signs[0]), len(signs))
         for count in range(min(same, _WINDOW), _LEAST - 1, -2):
             slips = np.array([slip.ravel() for slip in self._returns(period, count)])
-            limit = fixed_point(slips)
-            modes = slower_modes((slips - limit) / unit)
-            if modes is None:
+            found = limit_of(slips / unit)
+            if found is None:
                 continue
+            limit, modes = unit * found[0], found[1]
             tried = [(0 * limit, 0 * limit), (_NEAR * (slips[-2] - limit), _NEAR * (slips[-1] - limit))]
             tried += [(size * unit * before, size * unit * after) for before, after in modes for size in (1.0, _NEAR)]
             shown = all(
