@@ -90,13 +90,24 @@ def test_the_referee_takes_many_states_at_once():
     assert fo.referee(NODE, bonded, 0.5, **many, previous_slip=[[0.0, 0.0]]).bound == pytest.approx(0.1)
 
 
-def test_a_small_slip_between_large_ones_is_not_blamed_for_rounding():
-    before, step = 1e3 + np.pi / 10, 1e-9
-    load = NODE.reaction({"P": 1.0})
-    v = np.array([[before + step * 0.6, before + step * 0.8]])
+@pytest.mark.parametrize(("place", "step", "across", "allowed"), [(1e3, 1e-9, 0.0, 1e-12), (1.0, 1e-8, 2e-15, 3e-15), (0.0, 1e-5, 1e-12, 1.1e-12)])
+def test_a_small_slip_is_not_blamed_for_rounding_across_it(place, step, across, allowed):
+    before = place * (1 + np.pi / 10)
+    v = before + np.array([[0.6 * step - 0.8 * across, 0.8 * step + 0.6 * across]])
     q = np.array([[-0.3, -0.4]])
-    verdict = fo.referee(NODE, (q - v, load[1]), 0.5, v=v, w=[0.0], q=q, p=[1.0], previous_slip=[[before, before]], force_scale=1.0)
-    assert verdict.direction == 0.0 and verdict.bound < 1e-15
+    verdict = fo.referee(NODE, (q - v, [1.0]), 0.5, v=v, w=[0.0], q=q, p=[1.0], previous_slip=[[before, before]], force_scale=1.0)
+    assert verdict.direction < allowed and verdict.bound < 1e-15
+
+
+@pytest.mark.parametrize("step", [1e-8, 1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("angle", [1e-3, 1.0, 2.0, 3.1])
+def test_slip_in_a_wrong_direction_counts_by_what_mends_it(step, angle):
+    """The state is mended by no slip, by turning q, or by turning the slip; the last two cost the same angle."""
+    slip = step * np.array([np.cos(angle), np.sin(angle)])
+    q = np.array([[-0.5, 0.0]])
+    verdict = fo.referee(NODE, (q - slip, [1.0]), 0.5, v=[slip], w=[0.0], q=q, p=[1.0], previous_slip=[[0.0, 0.0]], force_scale=1.0)
+    turned, across = 2 * 0.5 * np.sin(angle / 2), step * np.sin(min(angle, np.pi / 2))
+    assert verdict.direction == pytest.approx(min(step, turned, across), rel=1e-6)
 
 
 def test_onset_is_where_the_circle_is_reached():

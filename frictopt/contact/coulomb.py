@@ -51,8 +51,8 @@ class Verdict(Shown):
     bound
         `|q| - f p`, in units of the mean normal force.
     direction
-        Friction that does not oppose the slip since the previous state: the smaller of that slip and the distance of q from the bound that
-        opposes it.
+        Friction that does not oppose the slip since the previous state: the least change of that slip, of q, or of both that makes q lie on the
+        bound and oppose it.
 
     Examples
     --------
@@ -153,24 +153,22 @@ def referee(
 def off_law(system: ContactSystem, f: Array, bonded: Array, u: Array, r: Array, force: float, before: Array | None = None) -> Array:
     """(4,) largest violations of the law, those of a `Verdict`, by states `u = [v, w - g0]`, (..., M), their loads and reactions; NaN if not finite.
 
-    `before` are the states before, None: the slips have not changed. A slip that does not oppose friction counts by the smaller of itself and the
-    distance of q from the point of the bound that opposes it. In space a small slip that is the difference of two large ones has a direction that
-    rounding turns: the distance by which it does is no violation.
+    `before` are the states before, None: the slips have not changed. Friction that does not oppose the slip counts by the smallest of three changes:
+    no slip, q on the bound that opposes the slip, or the slip without its part across q, and q on the bound. Of a small slip in space the third one
+    counts: rounding that is nothing to the slip turns it, and with it the second one, by far.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         length, shape = force / system.stiffness_scale, (-1, system.tangents + 1, system.nodes)
         unbalanced = np.abs(r - bonded - u @ system.S) / force
-        u, r, before = (part.reshape(shape) for part in (u / length, r / force, (u if before is None else before) / length))
-        q, p, w, v, v_before = r[:, :-1], r[:, -1], u[:, -1] + system.gap / length, u[:, :-1], before[:, :-1]
-        moved, bound = v - v_before, f * p
-        slid = np.linalg.norm(moved, axis=1)
-        sense = moved / np.where(slid > 0, slid, 1.0)[:, None]
-        off = np.linalg.norm(q + bound[:, None] * sense, axis=1)
-        if system.tangents > 1:
-            rounding = 4 * np.finfo(float).eps * np.maximum(np.linalg.norm(v, axis=1), np.linalg.norm(v_before, axis=1))
-            off = np.maximum(off - np.abs(bound) * rounding / np.where(slid > 0, slid, 1.0), 0.0)
-        contact = np.maximum(np.maximum(-p, -w), np.minimum(p, w))
-        lines = unbalanced, contact, np.linalg.norm(q, axis=1) - bound, np.minimum(slid, off)
+        moved = (np.zeros_like(u) if before is None else (u - before) / length).reshape(shape)[:, :-1]
+        u, r = (u / length).reshape(shape), (r / force).reshape(shape)
+        q, p, w = r[:, :-1], r[:, -1], u[:, -1] + system.gap / length
+        slid, size, bound = np.linalg.norm(moved, axis=1), np.linalg.norm(q, axis=1), f * p
+        sense, pull = (part / np.where(by > 0, by, 1.0)[:, None] for part, by in ((moved, slid), (q, size)))
+        turned = np.linalg.norm(q + bound[:, None] * sense, axis=1)
+        across = np.linalg.norm(moved - np.minimum((moved * pull).sum(axis=1), 0.0)[:, None] * pull, axis=1)
+        contact, over = np.maximum(np.maximum(-p, -w), np.minimum(p, w)), size - bound
+        lines = unbalanced, contact, over, np.minimum(np.minimum(slid, turned), np.maximum(across, np.abs(over)))
         return np.array([np.max(line, initial=0.0) for line in lines])
 
 
