@@ -1,3 +1,7 @@
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 import pytest
 import scipy.linalg  # noqa: F401  brings a BLAS of its own, to be limited too
@@ -29,6 +33,25 @@ def punch():
         return made[key]
 
     return condensed
+
+
+@pytest.fixture(scope="session")
+def rounded(punch):
+    """A punch with rounded edges, which the mean load leaves open."""
+    contact = punch(24, grading=3)
+    return contact.with_gap(20 * np.maximum(np.abs(contact.x) - 0.6, 0.0) ** 2)
+
+
+@pytest.fixture(scope="session")
+def flat():
+    """The plane job of CalculiX in the folder of data."""
+    return fo.read_calculix(Path(__file__).parent / "data" / "flat")
+
+
+@pytest.fixture
+def no_figures_stay_open():
+    yield
+    plt.close("all")
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,16 @@
 import numpy as np
 
 import frictopt as fo
+from frictopt.transients.exact import ExactPath
+
+
+def followed(*asked, cycles=0, **options):
+    """A path that has followed some cycles after the mean load."""
+    path = ExactPath(*asked, **options)
+    path.start()
+    for _ in range(cycles):
+        path.run_cycle()
+    return path
 
 
 def states(path):

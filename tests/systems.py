@@ -10,6 +10,9 @@ CYCLE = fo.LoadCycle(mean={"mean": 1.0}, corners=[{"cyclic": -1.0}, {"cyclic": 1
 # Two coupled pairs for `system`: with f = 0.6 and 0.4 their guaranteed limits are well below their shakedown limits.
 FIRST_PAIR = (np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1))
 SECOND_PAIR = (np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1))
+# One coupled node, and three without coupling.
+ONE_NODE = (2.0, 0.5, 0.1, 1.0, 1.0, 0.2)
+THREE = ([[2, -1, 0], [-1, 2, -1], [0, -1, 2]], np.zeros((3, 3)), (0.05, 0, -0.1), (1, 0.8, 1.2), (0.5, 0.3, -0.2), (0.1, -0.2, 0.9))
 
 
 def system(A, B, q0, p0, q1, p1, C=None, gap=None):
@@ -56,19 +59,46 @@ def mirrored(rng, nodes, gap=False, coupling=1.0):
     return fo.ContactSystem.from_blocks(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], x, bonded, opening)
 
 
-def linprog_limit(contact, cycle, friction, most=None):
-    """lambda_2 from all K corners and raw slips of at most `most`, by scipy: (status, value); status 0 optimal, 2 infeasible, 3 unbounded."""
-    n = contact.nodes
-    f = np.broadcast_to(friction, n)
-    q0, p0 = cycle.mean_reaction(contact)
-    rows, right = [], []
-    for q1, p1 in zip(*cycle.corner_reactions(contact), strict=True):
-        rows += [
-            np.column_stack([-contact.A - f[:, None] * contact.B, -q1 - f * p1]),
-            np.column_stack([contact.A - f[:, None] * contact.B, q1 - f * p1]),
-        ]
-        right += [q0 + f * p0, f * p0 - q0]
+def stress_of(contact, table, friction):
+    """(N,) shear forces that the slips of a mechanism leave, zero if they do no work on any residual slip."""
+    net, total = np.zeros((2, contact.nodes))
+    np.add.at(net, table.node, table.direction * table.share)
+    np.add.at(total, table.node, table.share)
+    return contact.A @ net + contact.B.T @ (friction * total)
+
+
+def corner_rows(contact, cycle, friction):
+    """(2, K, N, N + 1) rows and (2, K, N) right sides of `rows @ (v, lam) <= right`: neither forward nor backward slip at any corner."""
+    f, ways = np.broadcast_to(friction, contact.nodes), (-1.0, 1.0)
+    (q0, p0), corners = cycle.mean_reaction(contact), list(zip(*cycle.corner_reactions(contact), strict=True))
+    rows = [[np.column_stack([way * contact.A - f[:, None] * contact.B, way * q - f * p]) for q, p in corners] for way in ways]
+    return np.array(rows), np.array([[f * p0 - way * q0] * len(corners) for way in ways])
+
+
+def linprog_limit(contact, cycle, friction, most=None, upper=(), equal=(), least=False):
+    """Largest (or least) load factor from all K corners and raw slips of at most `most`, by scipy: (status, value).
+
+    Status 0 is optimal, 2 infeasible (value nan), 3 unbounded (inf). More rows `(a, b, right)` mean `a @ v + b lam <= right`, or `==`.
+    """
+    n, p0 = contact.nodes, cycle.mean_reaction(contact)[1]
+    rows, right = corner_rows(contact, cycle, friction)
+    closed = [np.column_stack([-contact.B, -p]) for p in cycle.corner_reactions(contact)[1]]
+    rows = np.vstack([rows.reshape(-1, n + 1), *closed, *(np.append(a, b) for a, b, _ in upper)])
+    right = np.concatenate([right.ravel(), np.tile(p0, len(closed)), [c for *_, c in upper]])
+    also = {"A_eq": [np.append(a, b) for a, b, _ in equal], "b_eq": [c for *_, c in equal]} if equal else {}
     slips = [(None, None)] * n if most is None else [(-m, m) for m in np.broadcast_to(most, n)]
     tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    answer = linprog(np.r_[np.zeros(n), -1.0], np.vstack(rows), np.concatenate(right), bounds=[*slips, (0, None)], options=tight)
-    return answer.status, (answer.x[-1] if answer.status == 0 else np.nan)
+    answer = linprog(np.append(np.zeros(n), 1.0 if least else -1.0), rows, right, **also, bounds=[*slips, (0, None)], options=tight)
+    return answer.status, {0: answer.fun if least or answer.fun is None else -answer.fun, 3: np.inf}.get(answer.status, np.nan)
+
+
+def on_both_bounds(contact, cycle, friction, **options):
+    """(N, 2) least and largest load factor at which a safe slip holds a node on both its bounds, by scipy; nan where none does."""
+    rows, right = corner_rows(contact, cycle, friction)
+    found = np.full((contact.nodes, 2), np.nan)
+    for node in range(contact.nodes):
+        rules = list(enumerate(rows[:, :, node, -1].argmax(axis=1)))
+        if rules[0][1] != rules[1][1]:
+            equal = [(rows[way, k, node, :-1], rows[way, k, node, -1], right[way, k, node]) for way, k in rules]
+            found[node] = [linprog_limit(contact, cycle, friction, equal=equal, least=least, **options)[1] for least in (True, False)]
+    return found

@@ -11,11 +11,6 @@ import frictopt as fo
 DATA = Path(__file__).parent / "data"
 
 
-@pytest.fixture(scope="module")
-def flat():
-    return fo.read_calculix(DATA / "flat")
-
-
 def largest(matrix):
     return np.abs(matrix).max()
 

@@ -145,26 +145,6 @@ def test_the_ring_is_closed():
     assert np.allclose(rolled, system.A, atol=1e-3 * np.abs(system.A).max())
 
 
-def test_a_stack_of_blocks_has_the_contacts_of_each_pair():
-    """Three bodies, two contacts, uniform pressure and shear through both."""
-    two = blocks()
-    top = MeshQuad(two["punch"].mesh.p + [[0.0], [1.0]], two["punch"].mesh.t).with_boundaries(two["punch"].mesh.boundaries)
-    loads = uniform_loads()
-    loads["p"][0] = fo.Traction("cap", "top", y=-1.0)
-    loads["tau"][0] = fo.Traction("cap", "top", x=1.0)
-    loads["tau"] += [fo.Traction("cap", side, y=sign) for side, sign in (("right", 1.0), ("left", -1.0))]
-    system = fo.ContactModel(
-        bodies={**two, "cap": fo.Body(top)},
-        contacts=[fo.Contact("punch", "block"), fo.Contact("cap", "punch", "contact", "top", name="upper")],
-        supports=hung(),
-        loads=loads,
-    ).condense()
-    weights = np.tile([0.25, 0.55, 0.75, 0.45], 2)
-    assert np.allclose(system.bonded["p"][1], weights, rtol=1e-12) and np.allclose(np.abs(system.bonded["tau"][0]), weights, rtol=1e-12)
-    assert (np.linalg.eigvalsh(system.S) < 1e-12 * np.linalg.norm(system.S)).sum() == 6  # two free bodies
-    assert system.contact.tolist() == ["contact"] * 4 + ["upper"] * 4 and "contacts=['contact', 'upper']" in repr(system)
-
-
 def test_interference_is_a_negative_gap():
     """Its bonded reactions are (B^T d, C d), and they add to the tractions of the same load case."""
     plain = wedge().condense()

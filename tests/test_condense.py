@@ -110,14 +110,6 @@ def test_triangles_have_a_uniform_dilatation_already():
     assert np.allclose(mean, full, rtol=0, atol=1e-12 * np.abs(full).max())
 
 
-def test_a_uniform_traction_is_shared_by_length():
-    mesh = MeshQuad.init_tensor([0.0, 0.1, 0.4, 1.0], [0.0, 2.0]).with_boundaries({"top": lambda x: x[1] == 2.0})
-    force = fo.Traction("block", "top", y=1.0)._forces(fo.Body(mesh), "plane_strain")
-    top = mesh.p[1] == 2.0
-    order = np.argsort(mesh.p[0, top])
-    assert np.allclose(force[1, top][order], [0.05, 0.2, 0.45, 0.3]) and not force[1, ~top].any() and not force[0].any()
-
-
 @pytest.mark.parametrize(
     ("E", "nu", "message"), [(0.0, 0.3, "E: 0.0"), (-1.0, 0.3, "E: -1"), (1.0, 0.5, "nu: 0.5"), (1.0, -1.0, "nu: -1"), (np.nan, 0.3, "E: nan")]
 )

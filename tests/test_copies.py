@@ -1,6 +1,7 @@
 """Results are pickled, copied and deep-copied: nothing but the solved program is lost, no array can be written, and the copy can be drawn."""
 
 import copy
+import io
 import pickle
 from dataclasses import fields
 
@@ -80,7 +81,7 @@ def arrays(thing, name):
 @pytest.mark.parametrize("way", WAYS)
 def test_a_copy_says_the_same_stays_read_only_and_can_be_drawn(way, result):
     again = WAYS[way](result)
-    assert type(again) is type(result) and repr(again) == repr(result)
+    assert type(again) is type(result) and repr(again) == repr(result) and type(result).__dataclass_params__.frozen
     assert getattr(again, "problem", None) is None
     mine, others = dict(arrays(result, "")), dict(arrays(again, ""))
     assert list(mine) == list(others)
@@ -89,6 +90,8 @@ def test_a_copy_says_the_same_stays_read_only_and_can_be_drawn(way, result):
         assert not values.flags.writeable and not others[name].flags.writeable, name
     if hasattr(result, "to_frame"):
         assert again.to_frame().equals(result.to_frame())
+    if hasattr(result, "explain"):
+        again.explain(io.StringIO())
     if hasattr(result, "plot"):
         again.plot()
         plt.close("all")
@@ -109,3 +112,5 @@ def test_the_loads_of_a_copy_stay_read_only():
         assert again == LIFTS
         with pytest.raises(TypeError, match="does not support item assignment"):
             again.mean["P"] = 2.0
+        with pytest.raises(TypeError, match="does not support item assignment"):
+            again.corners[0]["N"] = 2.0

@@ -90,7 +90,7 @@ def test_shims_side_by_side_against_multipliers(kind, up):
         return first[body] + bases[body].nodal_dofs[:, np.linalg.norm(bases[body].mesh.p - np.array(point)[:, None], axis=0).argmin()]
 
     deep = 1 if d == 2 else 4
-    G, frames = np.zeros((d * system.nodes, len(K))), directions(system)
+    G, frames = np.zeros((d * system.nodes, len(K))), system.frames
     runs = np.repeat(np.arange(5), deep * np.array([3, 3, 3, 3, up - 1]))
     for i, (point, (one, two, _, _)) in enumerate(zip(system.points, [JOINTS[run] for run in runs], strict=True)):
         own = {tuple(point): 1.0} if runs[i] < 4 else widths(model.bodies["left"], point, 0.75 / up)
@@ -109,12 +109,6 @@ def test_shims_side_by_side_against_multipliers(kind, up):
     q, p = shims(kind, up=up, W=[force]).condense().reaction({"W": 1.0})
     assert np.linalg.matrix_rank(G) == len(G) and np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
     assert np.allclose(np.r_[q.ravel(order="F"), p], R[:, 0], rtol=0, atol=1e-9 * np.abs(R).max())
-
-
-def directions(system):
-    if hasattr(system, "frames"):
-        return system.frames
-    return np.stack([np.column_stack([system.normals[:, 1], -system.normals[:, 0]]), system.normals], axis=1)
 
 
 def widths(body, point, h):
@@ -165,7 +159,7 @@ def test_a_corner_is_in_both_contacts_of_bodies_that_do_not_meet_otherwise():
     K = block_diag(
         [linear_elasticity(*body.material.lame).assemble(Basis(body.mesh, ElementVector(ElementQuad1()))) for body in model.bodies.values()]
     )
-    K, G, frames = K.toarray(), np.zeros((12, 54)), directions(system)
+    K, G, frames = K.toarray(), np.zeros((12, 54)), system.frames
     dofs = [18 * i + Basis(body.mesh, ElementVector(ElementQuad1())).nodal_dofs for i, body in enumerate(model.bodies.values())]
     where = [{tuple(point): k for k, point in enumerate(body.mesh.p.T)} for body in model.bodies.values()]
     for i, point in enumerate(system.points):
@@ -204,7 +198,7 @@ def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
         for offset, basis, sign in ((0, bases[0], 1.0), (18, bases[1], -1.0)):
             dofs = offset + basis.nodal_dofs[:, np.linalg.norm(basis.mesh.p - point[:, None], axis=0).argmin()]
             for r in range(2):
-                G[3 * r + i, dofs] += sign * directions(system)[i, r]
+                G[3 * r + i, dofs] += sign * system.frames[i, r]
     held = np.r_[bases[0].nodal_dofs[0, upper.p[0] == 0], 18 + bases[1].nodal_dofs[:, lower.p[1] == -1].ravel()]
     S, _ = by_multipliers(K, np.zeros((36, 1)), G, held)
     assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())

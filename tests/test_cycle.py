@@ -14,15 +14,9 @@ from systems import linprog_limit, random_system
     ("mean", "corners", "message"),
     [
         ({"P": 1.0}, [], "corners: empty"),
-        ({"P": 1.0}, {"sigma": 1.0}, "corners: a dict; give a list"),
-        ({"P": 1.0}, "sigma", "corners: a str"),
         ({"P": 1.0}, [1.0], r"corners\[0\]: a float"),
         ({"P": np.nan}, [{"sigma": 1.0}], r"mean\['P'\]: nan; it must be finite"),
         ({"P": 1.0}, [{"sigma": 1.0}, {"sigma": np.inf}], r"corners\[1\]\['sigma'\]: inf"),
-        ({"P": 1j}, [{"sigma": 1.0}], r"mean\['P'\]: 1j"),
-        ({"P": "1"}, [{"sigma": 1.0}], r"mean\['P'\]: '1'"),
-        ({"P": [1.0, 2.0]}, [{"sigma": 1.0}], "is not one real number"),
-        (1.0, [{"sigma": 1.0}], "mean: a float"),
         ({1: 1.0}, [{"sigma": 1.0}], "load case name 1"),
     ],
 )
@@ -45,14 +39,6 @@ def test_reactions_of_a_cycle():
     assert np.array_equal(cycle.mean_reaction(system)[1], 2 * system.bonded["mean"][1])
     assert np.allclose(q1[1], -system.bonded["a"][0] + 0.5 * system.bonded["b"][0])
     assert not q1[2].any() and not p1[2].any() and p1.shape == (3, 3)
-
-
-def test_cycles_cannot_be_changed():
-    cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": 1.0}])
-    with pytest.raises(TypeError):
-        cycle.corners[0]["sigma"] = 2.0
-    with pytest.raises(AttributeError):
-        cycle.mean = {}
 
 
 def random_history(rng, points):
@@ -97,15 +83,11 @@ def test_no_answer_changes_by_the_points_left_out():
 @pytest.mark.parametrize(
     ("history", "options", "message"),
     [
-        ({"a": [1.0]}, {}, "history: a dict; give a pandas DataFrame"),
         (pd.DataFrame({"time": [0.0, 1.0]}), {}, "2 rows, 0 load cases"),
         (pd.DataFrame({"a": []}), {}, "0 rows, 1 load cases"),
         (pd.DataFrame({"a": [1.0, np.nan]}), {}, r"history\['a'\]: value nan at index 1"),
-        (pd.DataFrame({"a": ["1", "2"]}), {}, r"history\['a'\]: .*not numeric"),
         (pd.DataFrame({"a": [1.0, 2.0], "time": [1.0, 0.0]}), {}, r"history\['time'\]: the time decreases"),
         (pd.DataFrame({"a": [1.0, 2.0], "time": [1.0, np.nan]}), {}, r"history\['time'\]: the time decreases or is missing"),
-        (pd.DataFrame({"a": [1.0, 2.0]}), {"time": "t"}, "time: 't'; give the name of a column"),
-        (pd.DataFrame({"a": [1.0, 2.0]}), {"mean": 1.0}, "mean: a float"),
         (pd.DataFrame([[1.0, 2.0]], columns=["a", "a"]), {}, "the column 'a' stands twice"),
         (pd.DataFrame([[1.0]]), {}, "history: load case name 0"),
     ],
@@ -146,11 +128,8 @@ def test_a_slip_that_is_safe_at_the_vertices_is_safe_in_the_whole_domain(seed):
         ((), "loads: none"),
         (({},), "loads: none"),
         (({"a": (1.0, 0.0)},), r"loads\[0\]\['a'\] most: 0.0; it must be finite and at least 1"),
-        (({"a": 1.0},), r"loads\[0\]\['a'\]: 1.0; give a list"),
         (({"a": (0.0, 1.0, 2.0)},), r"loads\[0\]\['a'\]: .*give the pair"),
-        (("a",), r"loads\[0\]: 'a'; give its range, \{'a': \(least, most\)\}"),
         (([],), r"loads\[0\]: no corners"),
-        (([{"a": np.nan}],), r"loads\[0\]\[0\]\['a'\]: nan"),
         (({"a": (0.0, 1.0)}, [{"a": 1.0}]), "load case 'a' is in two of them"),
         (({f"a{k}": (0.0, 1.0) for k in range(20)},), "1.05e[+]06 vertices"),
     ],

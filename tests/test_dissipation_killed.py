@@ -66,7 +66,7 @@ def test_kills_lose_no_finished_run(begin, tmp_path, undisturbed):
     assert len(fo.read_store(tmp_path / "store")) == len(undisturbed)
 
 
-@pytest.mark.parametrize(("pool", "runs"), [((), 0), ((), 100), (("executor",), 100)])
+@pytest.mark.parametrize(("pool", "runs"), [((), 100), (("executor",), 100)])
 def test_ctrl_c_ends_with_a_usable_table(begin, tmp_path, undisturbed, pool, runs):
     driver = begin(*pool)
     kept = [driver.stdout.readline() for _ in range(1 + runs)]

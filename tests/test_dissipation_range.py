@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.transients.exact import ExactPath
+from paths import followed
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
@@ -88,25 +88,14 @@ def test_one_node_and_sliders_have_one_dissipation():
 
 
 @pytest.mark.parametrize(
-    ("cycle", "friction", "ratio"), [(LOADS, 0.5, 0.9), (LOADS, 0.7, 1.2), (SHEAR, 0.3, 1.2), (ROUND, 0.5, 0.9), (PULLED, 0.5, 0.95)]
+    ("cycle", "friction", "ratio"),
+    [(LOADS, 0.5, 0.9), (LOADS, 0.7, 1.2), (SHEAR, 0.3, 1.2), (SHEAR, 0.2, 0.9), (ROUND, 0.5, 0.9), (PULLED, 0.5, 0.95), (PULLED, 0.4, 1.2)],
 )
 def test_no_sampled_start_lies_outside(cycle, friction, ratio):
     contact = SCENES[16]
     load_factor, span = found(contact, cycle, friction, ratio)
     out, followed = outside(contact, cycle, friction, load_factor, span, slips(np.random.default_rng(0), contact, 100, 1.0))
     assert followed > 90 and not len(out)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("cycle", "friction", "ratio"),
-    [(LOADS, 0.3, 1.05), (LOADS, 0.7, 0.9), (SHEAR, 0.2, 0.9), (PULLED, 0.4, 1.2)],
-)
-def test_at_most_one_of_a_thousand_sampled_starts_lies_outside(cycle, friction, ratio):
-    contact = SCENES[16]
-    load_factor, span = found(contact, cycle, friction, ratio)
-    out, followed = outside(contact, cycle, friction, load_factor, span, slips(np.random.default_rng(1), contact, 1500, 1.0))
-    assert followed > 900 and 1000 * len(out) <= followed
 
 
 def test_no_sampled_start_of_small_contacts_lies_outside():
@@ -130,10 +119,7 @@ def test_the_least_orbit_slips_as_little_as_is_proven():
     limit = fo.shakedown_limit(contact, LOADS, 0.7)
     for ratio in (1.05, 1.2, 1.5):
         load_factor, span = found(contact, LOADS, 0.7, ratio)
-        path = ExactPath(contact, LOADS, 0.7, load_factor, span.least_start)
-        path.start()
-        for _ in range(30):
-            path.run_cycle()
+        path = followed(contact, LOADS, 0.7, load_factor, span.least_start, cycles=30)
         corners = []
         for corner in path.corners:
             path.follow_to(corner, "")

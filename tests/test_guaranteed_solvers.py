@@ -1,8 +1,6 @@
 """The guaranteed limit and its solvers: whose answer counts, what is believed, and what a result carries."""
 
-import copy
 import io
-import pickle
 
 import numpy as np
 import pytest
@@ -10,7 +8,6 @@ import pytest
 import frictopt as fo
 from frictopt.solve import LP_SOLVERS
 from frictopt.solve import solvers as policy
-from systems import CYCLE, FIRST_PAIR, system
 
 
 @pytest.mark.parametrize("solver", LP_SOLVERS)
@@ -41,13 +38,6 @@ def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_
     monkeypatch.setattr(policy, "_run", denies)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
-
-
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
-def test_results_can_be_copied_and_sent(copied):
-    limit = copied(fo.guaranteed_limit(system(*FIRST_PAIR), CYCLE, 0.6))
-    assert limit.problem is None and limit.kind is fo.LimitKind.FINITE
-    limit.explain(io.StringIO())
 
 
 def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):

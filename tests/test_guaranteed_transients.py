@@ -124,7 +124,6 @@ def test_vertices_are_safe_and_as_far_out_as_can_be():
 @pytest.mark.parametrize(
     ("cycle", "options", "message"),
     [
-        (CYCLE, {"starts": -1}, "starts: -1"),
         (CYCLE, {"above": 1.0}, "above: 1.0"),
         (fo.LoadCycle({}, CYCLE.corners), {}, "guaranteed limit 0 between the least safe load factor 0 and lambda_2 = 0"),
         (fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), {}, "guaranteed limit inf"),

@@ -70,7 +70,7 @@ def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, sim
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("elements", "friction"), [(16, 1.0), (124, 0.7), (124, 0.75)])
+@pytest.mark.parametrize(("elements", "friction"), [(16, 1.0), (124, 0.75)])
 def test_the_corner_of_the_punch_is_a_witness_at_every_load(punch, paper_cycle, elements, friction):
     """The slips in which its corner node can rest shrink as the load grows, and it slips with work that goes with the square of the load."""
     contact = punch(elements)

@@ -200,14 +200,6 @@ def test_complementarity_agrees_where_it_is_convex():
         assert distance(admissible_states(contact, 0.0, slip, load), smooth.solve()) < 1e-9
 
 
-def test_complementarity_input_is_checked():
-    contact = random_system(np.random.default_rng(0), 2)
-    with pytest.raises(fo.ModelError, match="slip: shape"):
-        complementarity_problem(contact, 0.5, [0.0], ([0.0, 0.0], [1.0, 1.0]))
-    with pytest.raises(fo.ModelError, match="not negative"):
-        complementarity_problem(contact, -0.5, [0.0, 0.0], ([0.0, 0.0], [1.0, 1.0]))
-
-
 def explained(thing):
     text = io.StringIO()
     thing.explain(text)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.histories.guarantee import _from_its_middle
@@ -15,7 +14,7 @@ from frictopt.limits.limit_claim import certified
 from frictopt.limits.loads import cycle_loads
 from frictopt.limits.mechanism import Mechanism
 from frictopt.limits.plane import PlaneQuestion, defect
-from systems import CYCLE, random_system
+from systems import CYCLE, linprog_limit, on_both_bounds, random_system
 
 Z = [0.0, 0.0]
 PRESSING = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
@@ -32,18 +31,8 @@ PULL = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.1}, {"N": 1.0, "Q": -0.1}])
 
 
 def oracle(contact, cycle, friction, most=None, upper=()):
-    """The least and the largest load factor of all rows of all corners over raw slips, by scipy; rows `(a, b, right)`: `a @ v + b lam <= right`."""
-    n, f = contact.nodes, np.broadcast_to(friction, contact.nodes)
-    (q0, p0), (q1, p1) = cycle.mean_reaction(contact), cycle.corner_reactions(contact)
-    rows, right = [np.append(a, b)[None] for a, b, _ in upper], [[c] for *_, c in upper]
-    for q, p in zip(q1, p1, strict=True):
-        shear, lift = np.column_stack([contact.A, q]), np.column_stack([contact.B, p])
-        rows += [-shear - f[:, None] * lift, shear - f[:, None] * lift, -lift]
-        right += [q0 + f * p0, f * p0 - q0, p0]
-    bounds = [(None, None) if most is None else (-most, most)] * n + [(0.0, None)]
-    tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    found = [linprog(s * np.eye(n + 1)[-1], np.vstack(rows), np.concatenate(right), bounds=bounds, options=tight) for s in (1, -1)]
-    return tuple(a.x[-1] if a.status == 0 else {2: np.nan, 3: np.inf}[a.status] for a in found)
+    """The least and the largest load factor of all rows of all corners over raw slips."""
+    return tuple(linprog_limit(contact, cycle, friction, most, upper, least=least)[1] for least in (True, False))
 
 
 def pressing_cycle(rng, nodes, corners=3):
@@ -194,21 +183,8 @@ def test_shakedown_of_an_uncoupled_contact_is_a_theorem_within_the_interval(cont
 
 
 def least_on_both_bounds(contact, cycle, f, least):
-    """scipy's least load factor at which a safe slip holds a node on both its bounds, of the nodes that can be so above `least`."""
-    n, (q0, p0), (q1, p1) = contact.nodes, cycle.mean_reaction(contact), cycle.corner_reactions(contact)
-    found = np.inf
-    for node in range(n):
-        rises, falls = -(q1 + f * p1)[:, node], (q1 - f * p1)[:, node]
-        if rises.argmax() == falls.argmax():
-            continue
-        i = np.eye(n)[node]
-        forward = (-(i @ contact.A) - f * (i @ contact.B), rises.max(), (q0 + f * p0)[node])  # -(q + f p) <= 0 holds as an equation
-        backward = (i @ contact.A - f * (i @ contact.B), falls.max(), (f * p0 - q0)[node])
-        rows = [(-a, -b, -c) for a, b, c in (forward, backward)]
-        low, high = oracle(contact, cycle, f, upper=rows)
-        if high > least * (1 + 1e-6) + 1e-6:
-            found = min(found, low)
-    return found
+    """The least load factor at which a safe slip holds a node on both its bounds, of the nodes that can be so above `least`."""
+    return min((low for low, high in on_both_bounds(contact, cycle, f) if high > least * (1 + 1e-6) + 1e-6), default=np.inf)
 
 
 @settings(max_examples=25, deadline=None)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.transients.exact import ExactPath
+from paths import followed
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 NODE = {"A": 2.0, "B": 0.5, "q0": 0.1, "p0": 1.0, "q1": 1.0, "p1": 0.2}
@@ -13,10 +13,7 @@ LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 
 def corners(contact, cycle, friction, load_factor, start, cycles):
     """(K, N) slips and gaps at the corners of the last of some cycles."""
-    path = ExactPath(contact, cycle, friction, load_factor, start)
-    path.start()
-    for _ in range(cycles - 1):
-        path.run_cycle()
+    path = followed(contact, cycle, friction, load_factor, start, cycles=cycles - 1)
     states = []
     for number, corner in enumerate(path.corners):
         path.follow_to(corner, f"to corner {number}")
@@ -37,17 +34,16 @@ def test_one_node_slips_as_much_as_the_closed_form_says():
         assert least.of([[forward], [backward]]) == pytest.approx(least.bound, rel=1e-9)
 
 
-def check_random_contacts(seeds, starts):
-    """The least excess over the bound, and how many cycles were closed or not."""
+def test_no_cycle_slips_less():
     excess, opened = [], 0
-    for seed in seeds:
+    for seed in range(12):
         rng = np.random.default_rng(seed)
         contact = random_system(rng, 3, loads=("mean", "one", "other"))
         cycle = fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"other": 1.0, "one": 0.2}, {"one": -0.7, "other": -0.6}][: 2 + seed % 2])
         limit = fo.shakedown_limit(contact, cycle, 0.4)
         if not 0 < limit.load_factor < np.inf:
             continue
-        for ratio in np.r_[1.0001, rng.uniform(1.01, 5.0, starts)]:
+        for ratio in np.r_[1.0001, rng.uniform(1.01, 5.0, 4)]:
             least = limit.least_slip(ratio * limit.load_factor)
             try:
                 slip, gap = corners(contact, cycle, 0.4, least.load_factor, rng.normal(size=3), 4)
@@ -56,20 +52,7 @@ def check_random_contacts(seeds, starts):
             opened += bool((gap > 0).any())
             assert least.residual <= 1e-9
             excess.append(least.of(slip, gap) - least.bound)
-    return np.array(excess), opened
-
-
-def test_no_cycle_slips_less():
-    excess, opened = check_random_contacts(range(12), 4)
-    assert len(excess) > 40 and opened > 2
-    assert excess.min() >= -1e-9
-
-
-@pytest.mark.slow
-def test_no_steady_cycle_slips_less_of_a_thousand():
-    excess, opened = check_random_contacts(range(100, 200), 14)
-    assert len(excess) > 1000 and opened > 50
-    assert excess.min() >= -1e-9
+    assert len(excess) > 40 and opened > 2 and min(excess) >= -1e-9
 
 
 def test_it_is_sharp_on_the_punch_and_names_its_edges():

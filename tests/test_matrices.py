@@ -17,11 +17,6 @@ DATA = Path(__file__).parent / "data"
 
 
 @pytest.fixture(scope="module")
-def flat():
-    return fo.read_calculix(DATA / "flat")
-
-
-@pytest.fixture(scope="module")
 def cube(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cube")
     with tarfile.open(DATA / "cube.tar.xz") as archive:

@@ -11,21 +11,12 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.solve import solvers as policy
-from systems import CYCLE, mirrored, random_system
+from systems import CYCLE, linprog_limit, mirrored, on_both_bounds, random_system
 from test_slip_bound import freed
 
 
 def oracle(contact, f, upper=(), equal=(), cycle=CYCLE):
-    """scipy's status and largest load factor over (v, lam), of all corners, with rows `(a, b, right)`: `a @ v + b lam <= right`, or `==`."""
-    (q0, p0), (q1, p1) = cycle.mean_reaction(contact), cycle.corner_reactions(contact)
-    rows = [np.column_stack([s * contact.A - f * contact.B, s * a - f * b]) for s in (1, -1) for a, b in zip(q1, p1, strict=True)]
-    right = [f * p0 - s * q0 for s in (1, -1) for _ in q1]
-    rows += [np.append(a, b)[None] for a, b, _ in upper]
-    right += [[c] for *_, c in upper]
-    also = {"A_eq": np.array([np.append(a, b) for a, b, _ in equal]), "b_eq": [c for *_, c in equal]} if equal else {}
-    n = contact.nodes
-    answer = linprog(-np.eye(n + 1)[-1], np.vstack(rows), np.concatenate(right), **also, bounds=[(None, None)] * n + [(0, None)])
-    return answer.status, -answer.fun if answer.status == 0 else None
+    return linprog_limit(contact, cycle, f, upper=upper, equal=equal)
 
 
 def agrees(limit, status, value):
@@ -189,24 +180,6 @@ def test_a_contact_that_its_load_presses_has_no_limit_under_constraints_that_lea
     assert model.solve(0.5, [model.load_factor <= 7.0]).load_factor == pytest.approx(7.0, rel=1e-9)
 
 
-def least_on_both_bounds(contact, f, upper):
-    """scipy's least load factor at which a safe slip holds a node on both bounds, rows as in `oracle`; inf where none does."""
-    (q0, p0), (q1, p1) = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact)
-    n, found = contact.nodes, np.inf
-    rows = np.array([np.column_stack([s * contact.A - f * contact.B, s * a - f * b]) for s in (1, -1) for a, b in zip(q1, p1, strict=True)])
-    right = np.array([f * p0 - s * q0 for s in (1, -1) for _ in q1])
-    bounds = [(None, None)] * n + [(0, None)]
-    for node in range(n):
-        rules = [2 * side + int(np.argmax(rows[2 * side : 2 * side + 2, node, n])) for side in (0, 1)]
-        if rules[0] == rules[1] - 2:  # one corner rules both
-            continue
-        own = [np.append(a, b) for a, b, _ in upper]
-        less, most = np.vstack([*rows, *own]), np.concatenate([*right, [c for *_, c in upper]])
-        answer = linprog(np.eye(n + 1)[n], less, most, rows[rules, node], right[rules, node], bounds=bounds)
-        found = min(found, answer.fun) if answer.status == 0 else found
-    return found
-
-
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(2, 4), f=st.floats(0.1, 1.0), size=st.sampled_from([-0.05, 0.02, 0.2, 2.0]))
 def test_the_guaranteed_limit_under_constraints_is_the_least_over_the_slips_that_obey_them(seed, nodes, f, size):
@@ -216,7 +189,7 @@ def test_the_guaranteed_limit_under_constraints_is_the_least_over_the_slips_that
     upper = [(row, 0.0, size) for row in np.eye(nodes)]
     agrees(limit.shakedown, *oracle(contact, f, upper))
     if limit.kind is fo.LimitKind.FINITE:
-        expected = min(least_on_both_bounds(contact, f, upper), limit.shakedown.load_factor)
+        expected = np.nanmin([*on_both_bounds(contact, CYCLE, f, upper=upper)[:, 0], limit.shakedown.load_factor])
         assert limit.load_factor == pytest.approx(expected, rel=1e-7, abs=1e-8) and limit.constraints == ("constraints[0]",)
         assert limit.slip.max() <= size + 1e-9 and limit.residual <= 1e-9
         assert model.slip.value == pytest.approx(limit.slip, abs=1e-9) and model.load_factor.value == pytest.approx(limit.load_factor, abs=1e-9)

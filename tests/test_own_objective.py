@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import frictopt as fo
-from systems import CYCLE, random_system
+from systems import CYCLE, corner_rows, random_system
 from test_own_constraints import TWO
 from test_slip_bound import freed
 
@@ -19,13 +19,11 @@ def test_an_objective_against_all_signs_of_the_slip(seed, f, cost, free):
     """Largest `2 load_factor - cost * sum abs(v)`: the best over the signs of v, in each of which it is linear."""
     contact = random_system(np.random.default_rng(seed), 3)
     contact = freed(contact) if free else contact
-    (q0, p0), (q1, p1) = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact)
-    rows = np.vstack([np.column_stack([s * contact.A - f * contact.B, s * a - f * b]) for s in (1, -1) for a, b in zip(q1, p1, strict=True)])
-    right = np.concatenate([f * p0 - s * q0 for s in (1, -1) for _ in q1])
+    rows, right = corner_rows(contact, CYCLE, f)
     best = -np.inf
     for signs in np.array(np.meshgrid(*[[-1, 1]] * 3)).reshape(3, -1).T:
         bounds = [(0, None) if sign > 0 else (None, 0) for sign in signs] + [(0, None)]
-        answer = linprog(np.append(cost * signs, -2.0), rows, right, bounds=bounds)
+        answer = linprog(np.append(cost * signs, -2.0), rows.reshape(-1, 4), right.ravel(), bounds=bounds)
         best = max(best, -answer.fun) if answer.status == 0 else best
     model = fo.ShakedownModel(contact, CYCLE)
     limit = model.solve(f, objective=2 * model.load_factor - cost * cp.norm1(model.slip))

@@ -10,6 +10,7 @@ from frictopt import Outcome
 from frictopt.transients.exact import ExactPath
 from frictopt.transients.exact.cycles import Cycle, Run
 from frictopt.transients.exact.scales import Scales
+from paths import followed
 
 
 class Mapped(Run):
@@ -225,10 +226,7 @@ def test_slow_transients_end_where_many_cycles_go(punch, paper_cycle, elements, 
     start = 3.0 * modes @ np.random.default_rng(seed).standard_normal(6)
     factor = ratio * fo.shakedown_limit(contact, paper_cycle, friction).load_factor
     steady = fo.steady_state(contact, paper_cycle, friction, factor, initial_slip=start)
-    path = ExactPath(contact, paper_cycle, friction, factor, start)
-    path.start()
-    for _ in range(150):
-        path.run_cycle()
+    path = followed(contact, paper_cycle, friction, factor, start, cycles=150)
     path.state.work[:] = 0.0
     path.run_cycle()
     scale = path.force**2 / contact.stiffness_scale

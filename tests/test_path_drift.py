@@ -8,7 +8,7 @@ from skfem import MeshQuad
 
 import frictopt as fo
 from frictopt.transients.exact.cycles import Run
-from frictopt.transients.exact.path import ExactPath
+from paths import followed
 
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
 FRICTION, LOAD_FACTOR = 0.5, 1.0
@@ -32,8 +32,7 @@ def rolling():
 
 def drifts(contact, cycles):
     """Slip and gap after each cycle, and the slip scale."""
-    path = ExactPath(contact, CYCLE, FRICTION, LOAD_FACTOR)
-    path.start()
+    path = followed(contact, CYCLE, FRICTION, LOAD_FACTOR)
     states = []
     for _ in range(cycles):
         path.run_cycle()

@@ -8,8 +8,7 @@ from scipy.linalg import block_diag
 
 import frictopt as fo
 from frictopt import Outcome, steady_state
-from frictopt.transients.exact import ExactPath
-from paths import judged, states
+from paths import followed, judged, states
 from systems import CYCLE, random_system, system
 
 
@@ -24,10 +23,7 @@ def test_steady_states_are_where_a_hundred_cycles_go(seed, nodes, corners, size)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.integers(-2, 3, size=(corners, 2)) / 2])
     start = rng.normal(size=nodes)
     steady = steady_state(contact, cycle, friction, size, initial_slip=start)
-    path = ExactPath(contact, cycle, friction, size, start)
-    path.start()
-    for _ in range(100):
-        path.run_cycle()
+    path = followed(contact, cycle, friction, size, start, cycles=100)
     path.state.work[:] = 0.0
     path.run_cycle()
     scale = path.force**2 / contact.stiffness_scale * max(1.0, size) ** 2
@@ -39,9 +35,7 @@ def test_steady_states_are_where_a_hundred_cycles_go(seed, nodes, corners, size)
 def test_a_node_without_friction_lifts_off():
     contact = system(1.0, 0.0, 0.0, 1.0, 0.0, 2.0, C=1.0)
     for friction in (0.0, 1e-15, 1e-12):
-        path = ExactPath(contact, CYCLE, friction, 1.0, keep=True)
-        path.start()
-        path.run_cycle()
+        path = followed(contact, CYCLE, friction, 1.0, keep=True, cycles=1)
         time, u, _, status, _ = states(path)
         assert judged(path) < 1e-12 and 2 in status
         assert u[np.flatnonzero(time == 1.0)[0], 1] == pytest.approx(1.0)

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.transients.exact import ExactPath
 from frictopt.transients.exact import kernel as act
 from frictopt.transients.exact.rate import RateProblem, _lemke, find_rates, rate_problem
+from paths import followed
 from systems import random_system
 
 
@@ -60,19 +60,6 @@ def test_rates_obey_the_equation_of_each_status(seed, nodes):
     slips = np.abs(status) == 1
     assert np.allclose((q + status * f * p)[slips], 0.0, atol=1e-10)
     assert np.allclose(np.r_[q, p][np.r_[status == 2, status == 2]], 0.0, atol=1e-10)
-
-
-def test_a_pivot_is_the_ratio_of_determinants():
-    rng = np.random.default_rng(3)
-    S = np.ascontiguousarray(random_system(rng, 4).S)
-    f = np.full(4, 0.5)
-    active = act.new_active_set(4)
-    act.activate(S, f, active, 0, 1)
-    act.activate(S, f, active, 2, -1)
-    before = np.linalg.det(stiffness_of(S, active))
-    share = act.pivot_share(S, f, active, 3, 1)
-    assert act.activate(S, f, active, 3, 1) == pytest.approx(share, rel=1e-12)
-    assert share * S[3, 3] == pytest.approx(np.linalg.det(stiffness_of(S, active)) / before, rel=1e-10)
 
 
 def test_rigid_sliding_cannot_be_activated():
@@ -151,6 +138,5 @@ def test_events_without_proof_are_counted(punch, paper_cycle):
     far = 30.0 * np.random.default_rng(1).standard_normal(contact.nodes)
     M = contact.A + 0.5 * np.sign(far)[:, None] * contact.B
     assert np.linalg.eigvalsh(M + M.T)[0] < 0
-    path = ExactPath(contact, paper_cycle, 0.5, 0.9 * limit, far)
-    path.start()
+    path = followed(contact, paper_cycle, 0.5, 0.9 * limit, far)
     assert path.state.trace[2] > 0

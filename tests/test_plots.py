@@ -8,7 +8,6 @@ from functools import cache
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pandas as pd
 import pytest
 from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex
@@ -16,6 +15,8 @@ from matplotlib.text import Text
 
 import frictopt as fo
 from systems import CYCLE, FIRST_PAIR, random_system, system
+
+pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
 
 F = 0.6
 PAIR = system(*FIRST_PAIR)
@@ -34,12 +35,6 @@ SCENES = {
     "press fit": fo.scenes.PressFit(elements=4, growth=2.0),
     "rounded": fo.scenes.RoundedPunch(punch=fo.scenes.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0)),
 }
-
-
-@pytest.fixture(autouse=True)
-def no_figures_stay_open():
-    yield
-    plt.close("all")
 
 
 def labelled(ax):
@@ -259,12 +254,6 @@ def test_a_study_without_a_limit_has_the_load_factor_below_and_failed_runs_are_c
     ax = fo.plot_study(table)
     assert ax.get_xlabel() == r"load factor $\lambda$" and ax.get_title() == "1 of 9 runs failed"
     assert sum(len(line.get_xdata()) for line in labelled(ax).values()) == 8
-
-
-@pytest.mark.parametrize("table", [None, pd.DataFrame({"load_factor": [1.0]}), [1.0]], ids=["None", "other columns", "list"])
-def test_what_is_no_study_is_refused(table):
-    with pytest.raises(fo.ModelError, match="table: give the DataFrame of dissipation_study"):
-        fo.plot_study(table)
 
 
 @pytest.mark.parametrize("name", SCENES)

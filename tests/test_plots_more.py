@@ -1,6 +1,5 @@
 """Pictures of limits with separation, of ranges of dissipation and of least slips: what they show is what the result says."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.collections import PathCollection
@@ -9,15 +8,11 @@ import frictopt as fo
 from systems import CYCLE, system
 from test_plots import JOINT, PAIR, F, joined, parts
 
+pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
+
 PUNCH = fo.scenes.PunchOnHalfPlane(elements=4).condense()
 ROUNDED = PUNCH.with_gap(2.0 * PUNCH.x**4)
 PULL = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
-
-
-@pytest.fixture(autouse=True)
-def no_figures_stay_open():
-    yield
-    plt.close("all")
 
 
 def marks(ax, label):

@@ -3,7 +3,6 @@
 import itertools
 from dataclasses import replace
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.patches import Polygon
@@ -12,14 +11,10 @@ import frictopt as fo
 from systems import CYCLE, linprog_limit, system
 from test_plots import FIVE, FOUR_CORNERS, JOINT, PAIR, F, circles, joined, labelled, parts
 
+pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
+
 FEW = {"two contacts": (JOINT, FOUR_CORNERS), "pair": (PAIR, CYCLE)}
 MEAN = {"mean": 1.0}
-
-
-@pytest.fixture(autouse=True)
-def no_figures_stay_open():
-    yield
-    plt.close("all")
 
 
 def at_corners(contact, cycle, factor, slip):

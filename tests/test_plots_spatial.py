@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.quiver import Quiver
@@ -10,6 +9,8 @@ from matplotlib.quiver import Quiver
 import frictopt as fo
 from frictopt.contact.parts import joined
 from spatial import cycle, random_contact, single
+
+pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
 
 F = 0.6
 TURN = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]])  # two tangents and the normal
@@ -20,12 +21,6 @@ LINE = fo.ContactSystem(FLAT.S, FLAT.points * [1, 0, 0], FLAT.bonded)
 UNCOUPLED = random_contact(np.random.default_rng(4), 6, coupling=0.0)  # one node alone limits it
 CASES = {"turned": (TURNED, TURN), "line": (LINE, np.eye(3)), "uncoupled": (UNCOUPLED, np.eye(3))}
 ALL = pytest.mark.parametrize(("contact", "axes"), CASES.values(), ids=CASES)
-
-
-@pytest.fixture(autouse=True)
-def no_figures_stay_open():
-    yield
-    plt.close("all")
 
 
 def marks(ax):

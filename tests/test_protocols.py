@@ -138,10 +138,6 @@ def test_every_second_sampled_slip_is_smooth():
 
 def test_bad_questions_are_refused():
     contact = system(*FIRST_PAIR)
-    with pytest.raises(fo.ModelError, match="start"):
-        fo.limit_after_protocol(contact, CYCLE, 0.6, start="best")
-    with pytest.raises(fo.ModelError, match="protocol"):
-        fo.limit_after_protocol(contact, CYCLE, 0.6, protocol=[{"mean": 0.5}])
     with pytest.raises(fo.ModelError, match="no load changes"):
         fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"mean": 0.0})
     with pytest.raises(fo.ModelError, match="unknown"):

@@ -12,20 +12,14 @@ from frictopt.reference import bonded_corner
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"elements": 0}, "elements: 0; it must be a whole number of at least 2"),
         ({"elements": 17}, "elements: 17; give an even number"),
-        ({"half_width": 0.0}, "half_width: 0.0"),
         ({"block_half_width": 1.0}, "block_half_width: 1; the block must be wider"),
-        ({"block_depth": np.inf}, "block_depth: inf"),
         ({"grading": 0.5}, "grading: 0.5"),
-        ({"grading": "cosine"}, "grading: 'cosine'"),
         ({"growth": 1.0}, "growth: 1.0"),
         ({"elements": 10**13}, "elements: 10000000000000"),
         ({"half_width": 1e-300}, "punch_height: 2 beside half_width = 1e-300"),
         ({"half_width": 1e-4, "growth": 1.001}, "124, 0.0001, 20.0, 1.001 make a mesh of"),
         ({"grading": 9e14, "elements": 10_000}, "grading: 900000000000000.0"),
-        ({"punch_material": 1.0}, "punch_material: 1.0; give a Material"),
-        ({"element": "Q2"}, "element: 'Q2'; give 'linear' or 'mean_dilatation'"),
     ],
 )
 def test_bad_scenes_are_refused(fields, message):
@@ -59,10 +53,6 @@ def test_contact_nodes(elements, grading):
     if grading == "sine":
         assert np.allclose(x, 3.0 * np.sin(np.pi / 2 * np.linspace(-1, 1, elements + 1)), atol=1e-14)
     assert scene.corner_size == sizes[-1]
-
-
-def test_corner_sizes_of_the_sine_meshes():
-    assert [round(fo.scenes.PunchOnHalfPlane(elements=n, grading="sine").corner_size, 4) for n in (16, 32, 64)] == [0.0192, 0.0048, 0.0012]
 
 
 def test_reactions_balance_the_loads_and_a_free_punch_has_three_free_motions(punch):
@@ -122,12 +112,3 @@ def test_accuracy_that_is_lost_is_said():
 def test_sizes_need_not_add_up_in_floating_point():
     model = fo.scenes.PunchOnHalfPlane(elements=4, half_width=0.2, punch_height=0.4, block_half_width=0.9, block_depth=0.9).model()
     assert model.bodies["block"].mesh.p[0].max() == 0.9 and len(model.bodies["block"].mesh.boundaries["left"]) > 0
-
-
-@pytest.mark.parametrize("support", ["rollers", "clamped"])
-def test_a_stiff_block_and_supports_change_the_answer_little_far_away(support):
-    """Doubling the distance of the supports moves the pressures by the square of size over distance."""
-    near = fo.scenes.PunchOnHalfPlane(elements=16, grading="sine", growth=1.3, support=support).condense()
-    far = fo.scenes.PunchOnHalfPlane(elements=16, grading="sine", growth=1.3, support=support, block_half_width=24.0, block_depth=24.0).condense()
-    change = np.abs(near.bonded["P"][1] - far.bonded["P"][1]).max() / near.bonded["P"][1].mean()
-    assert 0 < change < 0.02

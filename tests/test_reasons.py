@@ -2,19 +2,12 @@
 
 import io
 
-import numpy as np
 import pytest
 
 import frictopt as fo
 
 OPEN = "8 of 25 nodes (x = -1 .. -0.8491, 0.8491 .. 1) are open under the mean load alone if nothing slips"
 CALLS = {"shakedown": fo.shakedown_limit, "guaranteed": fo.guaranteed_limit, "safe": lambda *asked: fo.safe_slip(*asked, 0.5)}
-
-
-@pytest.fixture(scope="module")
-def rounded(punch):
-    contact = punch(24, grading=3)
-    return contact.with_gap(20 * np.maximum(np.abs(contact.x) - 0.6, 0.0) ** 2)
 
 
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)

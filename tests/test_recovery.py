@@ -149,8 +149,6 @@ def test_fields_as_a_vector_and_as_a_file(tmp_path):
     ("call", "message"),
     [
         (lambda model, fields: model.recover({"none": 1.0}, np.zeros(9)), "load case 'none': unknown"),
-        (lambda model, fields: model.recover({}, np.zeros(8)), r"slip: shape \(8,\)"),
-        (lambda model, fields: model.recover({}, np.zeros(9), np.full(9, np.nan)), "gap: .*nan"),
         (lambda model, fields: fields.at_contact(3), "side: 3"),
         (lambda model, fields: fields.vector("none"), "body: 'none' is unknown"),
         (lambda model, fields: fields.save("nowhere/x.vtu", "punch"), "cannot be written"),

@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-import frictopt as fo
 from frictopt.errors import ModelError
-from frictopt.reference import LineContact, half_plane_contact, half_plane_influence, uncoupled_limit
+from frictopt.reference import LineContact, half_plane_contact, half_plane_influence
 
 CONTACT = LineContact(P=1.3, R=2.0, E_star=2.6 * 4 / np.pi, f=0.3)  # half-width 1
 HALF_LENGTH = 1.25
 MESHES = (40, 80, 160, 320)
-SHARES = (0.4375, 0.75, 0.9375)  # of gross sliding: the stick half-width is 3/4, 1/2, 1/4 of the contact's
 
 
 def orders(errors):
@@ -41,28 +39,6 @@ def pressed(nodes):
             return x, h, G, p
         closed = touching
     raise AssertionError("the contact did not settle")
-
-
-def sheared(G, bound, before, Q):
-    """Forces q and slip dv after the shear force has gone to Q: least `(q - before) G (q - before) / 2` with `|q| <= bound` and sum Q."""
-    cells = np.flatnonzero(bound > 0)
-    inner, limit, old = G[np.ix_(cells, cells)], bound[cells], before[cells]
-    side = np.zeros(len(cells))
-    for _ in range(100):
-        free = side == 0
-        q = side * limit
-        border = np.ones((free.sum(), 1))
-        bordered = np.block([[inner[np.ix_(free, free)], border], [border.T, np.zeros((1, 1))]])
-        solution = np.linalg.solve(bordered, np.r_[inner[free] @ old - inner[np.ix_(free, ~free)] @ q[~free], Q - q.sum()])
-        q[free] = solution[:-1]
-        slip = np.where(free, 0.0, inner @ (q - old) + solution[-1])
-        new = np.where(free, np.where(np.abs(q) > limit, np.sign(q), 0), np.where(side * slip > 0, 0, side))  # friction opposes slip
-        if (new == side).all():
-            full_q, full_slip = np.zeros_like(bound), np.zeros_like(bound)
-            full_q[cells], full_slip[cells] = q, slip
-            return full_q, full_slip
-        side = new
-    raise AssertionError("the stick region did not settle")
 
 
 def test_influence_is_the_mean_of_the_logarithm_over_both_cells():
@@ -135,81 +111,6 @@ def test_hertz_pressure_and_width():
         errors.append(np.abs(p / h - CONTACT.pressure(x)).sum() * h / CONTACT.P)
     assert orders(np.array(errors)) == pytest.approx(1.5, abs=0.1)
     assert errors[-1] < 2e-4
-
-
-@pytest.mark.parametrize("half_width", [0.63, 0.777, 1.1])
-def test_hertz_width_to_a_cell_where_no_cell_ends(half_width):
-    other = LineContact(P=half_width**2 * CONTACT.P, R=CONTACT.R, E_star=CONTACT.E_star, f=0.3)
-    assert other.half_width == pytest.approx(half_width, rel=1e-12)
-    system = fo.ContactSystem.from_blocks(**half_plane_contact(160, HALF_LENGTH, CONTACT.E_star, R=CONTACT.R))
-    closed = np.ones(160, dtype=bool)
-    for _ in range(50):  # in stiffness form: the gap opens where the forces of the closed contact would pull
-        w = np.zeros(160)
-        _, p = system.closed_reaction({"P": other.P})
-        w[~closed] = np.linalg.solve(system.C[np.ix_(~closed, ~closed)], -p[~closed])
-        closed, before = np.where(closed, p + system.C @ w > 0, w < 0), closed
-        if (closed == before).all():
-            break
-    assert abs(closed.sum() / 160 * HALF_LENGTH - half_width) < 2 * HALF_LENGTH / 160
-
-
-@pytest.mark.parametrize("share", SHARES)
-def test_cattaneo_mindlin_by_increments(share):
-    Q0 = share * CONTACT.f * CONTACT.P
-    works, shears, slips, falling = [], [], [], []
-    for nodes in MESHES:
-        x, h, G, p = pressed(nodes)
-        bound = CONTACT.f * p
-        q, dv = sheared(G, bound, np.zeros(nodes), Q0)
-        stuck = np.abs(q) < bound * (1 - 1e-9)
-        assert stuck.sum() * h / 2 == pytest.approx(CONTACT.stick_half_width(Q0), abs=h / 4)
-        shears.append(np.abs(q / h - CONTACT.shear(x, Q0)).sum() * h / Q0)
-        slips.append(np.abs(dv - CONTACT.slip(x, Q0))[p > 0].max())
-        middle, first = sheared(G, bound, q, 0.2 * Q0)  # half-way down: the rest of the path gives the same end
-        falling.append(np.abs(middle / h - CONTACT.shear_in_cycle(x, Q0, 0.2 * Q0, rising=False)).sum() * h / Q0)
-        down, second = sheared(G, bound, middle, -Q0)
-        assert down == pytest.approx(-q, abs=1e-12)
-        up, third = sheared(G, bound, down, Q0)
-        assert up == pytest.approx(q, abs=1e-12)
-        works.append((bound * (np.abs(first) + np.abs(second) + np.abs(third))).sum() / CONTACT.dissipation(Q0) - 1)
-    assert orders(np.array(works)) == pytest.approx(2, abs=0.1) and abs(works[-1]) < 5e-4
-    assert orders(np.array(shears)) == pytest.approx(1.5, abs=0.1) and shears[-1] < 1e-3
-    assert orders(np.array(slips)) == pytest.approx(1.5, abs=0.15) and slips[-1] < 2e-4 * CONTACT.half_width
-    assert falling[-1] < 2e-3 and falling[-1] < falling[0] / 10  # its stick region ends inside a cell, so its rate is no clean one
-
-
-def test_referee_accepts_the_sheared_cylinder_as_a_state_of_the_contact_system():
-    nodes, Q0 = 80, 0.6 * CONTACT.f * CONTACT.P
-    x, _, G, p = pressed(nodes)
-    q, dv = sheared(G, CONTACT.f * p, np.zeros(nodes), Q0)
-    system = fo.ContactSystem.from_blocks(**half_plane_contact(nodes, HALF_LENGTH, CONTACT.E_star, R=CONTACT.R))
-    assert system.x == pytest.approx(x, abs=1e-12)
-
-    def moved(forces, rest):
-        """Displacement `G r + c` with c such that it starts from `rest` in the middle."""
-        displacement = G @ forces
-        return displacement - displacement[nodes // 2] + rest
-
-    w = moved(p, 0.0) + system.gap - system.gap[nodes // 2]
-    w[p > 0] = 0.0
-    v = moved(q, 0.0)
-    bonded = system.reaction({"P": CONTACT.P, "Q": Q0})
-    assert dv[p > 0] == pytest.approx(v[p > 0], abs=1e-12)
-    # An open node moves along without friction: only nodes in contact have a slip history.
-    before = np.where(p > 0, 0.0, v)
-    assert fo.referee(system, bonded, CONTACT.f, v=v, w=w, q=q, p=p, previous_slip=before).residual < 1e-10
-    assert fo.referee(system, bonded, CONTACT.f, v=-v, w=w, q=q, p=p, previous_slip=-before).residual > 1e-3
-    assert fo.referee(system, bonded, CONTACT.f / 2, v=v, w=w, q=q, p=p, previous_slip=before).bound > 1e-3
-
-
-def test_no_shear_is_safe_in_the_limit_of_small_cells():
-    limits = []
-    for nodes in MESHES:
-        _, _, G, p = pressed(nodes)
-        cells = np.flatnonzero(p)
-        share = np.linalg.inv(G[np.ix_(cells, cells)]).sum(axis=1)
-        limits.append(uncoupled_limit(0, p[cells], share / share.sum(), 0, CONTACT.f) / (CONTACT.f * CONTACT.P))
-    assert orders(np.array(limits)) == pytest.approx(1, abs=0.05)
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.transients.exact import ExactPath, return_map
+from frictopt.transients.exact import return_map
 from frictopt.transients.steady import settled
+from paths import followed
 from systems import CYCLE, random_system, system
 
 STEP = 1e-8
@@ -13,9 +14,7 @@ STEP = 1e-8
 
 def at_last_corner(contact, cycle, friction, load_factor, start):
     """A path that has followed one cycle from a slip."""
-    path = ExactPath(contact, cycle, friction, load_factor, start)
-    path.start()
-    path.run_cycle()
+    path = followed(contact, cycle, friction, load_factor, start, cycles=1)
     return path
 
 

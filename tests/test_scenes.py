@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import frictopt as fo
 
@@ -146,40 +144,6 @@ SMALL = {
     ),
     "pin": fo.scenes.PinInPlate(elements=16, growth=2.0),
 }
-
-
-def turned(model, angle):
-    """The same model, turned about the origin; its supports hold both directions, or need not bear any load."""
-    c, s = np.cos(angle), np.sin(angle)
-    R = np.array([[c, -s], [s, c]])
-
-    def moved(load):
-        if isinstance(load, fo.Interference):
-            return load
-        x, y = R @ [load.x, load.y]
-        return replace(load, x=float(x), y=float(y))
-
-    bodies = {name: replace(body, mesh=replace(body.mesh, doflocs=R @ body.mesh.p)) for name, body in model.bodies.items()}
-    supports = [support if isinstance(support.where, str) else replace(support, where=tuple(R @ support.where)) for support in model.supports]
-    return replace(model, bodies=bodies, supports=supports, loads={name: [moved(load) for load in loads] for name, loads in model.loads.items()})
-
-
-@pytest.mark.parametrize("name", ["punch", "dovetail", "pin"])
-@settings(max_examples=4, deadline=None)
-@given(angle=st.floats(-np.pi, np.pi))
-def test_a_turned_scene_has_the_same_answers(name, angle):
-    model = SMALL[name].model()
-    here, there = model.condense(), turned(model, angle).condense()
-    shift = np.argmin(np.abs(there.points - here.points[0] @ [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]).sum(axis=1))
-    order = (np.arange(here.nodes) + shift) % here.nodes  # a closed contact may begin elsewhere
-    both = np.r_[order, here.nodes + order]
-    assert np.abs(there.S[np.ix_(both, both)] - here.S).max() < 1e-10 * np.abs(here.S).max()
-    for case, (q, p) in here.bonded.items():
-        size = max(np.abs(q).max(), np.abs(p).max())
-        assert np.abs(there.bonded[case][0][order] - q).max() < 1e-10 * size and np.abs(there.bonded[case][1][order] - p).max() < 1e-10 * size
-    cycle, f = cycle_of(name, here)
-    for limit in (fo.shakedown_limit, fo.guaranteed_limit):
-        assert limit(there, cycle, f).load_factor == pytest.approx(limit(here, cycle, f).load_factor, rel=1e-9)
 
 
 def cycle_of(name, system):

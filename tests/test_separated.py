@@ -100,9 +100,10 @@ def test_small_contacts_against_every_pattern_of_open_nodes(seed, cycle, most_no
         assert "at any load factor" in limit.reason and tried[0][0] == pytest.approx(most, rel=1e-6)
 
 
-def check_random(seed, nodes, starts):
+@pytest.mark.parametrize("seed", range(1000, 1010))
+def test_random_contacts_rest_at_the_limit_and_above_a_proven_one_nothing_does(seed):
     rng = np.random.default_rng(seed)
-    contact, friction = pulled_system(rng, int(rng.integers(*nodes))), float(rng.uniform(0.1, 1.0))
+    contact, friction = pulled_system(rng, int(rng.integers(2, 4))), float(rng.uniform(0.1, 1.0))
     limit, closed = fo.separated_limit(contact, CYCLE, friction), fo.shakedown_limit(contact, CYCLE, friction)
     assert (limit.residual <= 1e-9 and limit.bound >= limit.load_factor) or np.isnan(limit.bound)
     if limit.state is None or np.isinf(limit.load_factor):
@@ -110,18 +111,7 @@ def check_random(seed, nodes, starts):
     assert not limit.load_factor < closed.load_factor
     assert rests(contact, CYCLE, friction, limit.load_factor, initial_state=limit.state)
     for factor in (1 + 2e-6, 1.001, 1.05, 1.5) if limit.proven else ():
-        assert not resting_starts(contact, CYCLE, friction, factor * limit.load_factor, limit.slip, starts // 4, rng), (seed, factor)
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_random_contacts_rest_at_the_limit_and_above_a_proven_one_nothing_does(seed):
-    check_random(1000 + seed, (2, 4), 40)
-
-
-@pytest.mark.slow
-def test_random_contacts_and_many_starts_above_their_limits():
-    for seed in range(16):
-        check_random(seed, (2, 7), 200)
+        assert not resting_starts(contact, CYCLE, friction, factor * limit.load_factor, limit.slip, 10, rng), factor
 
 
 def test_what_is_said_of_it(paper_cycle):

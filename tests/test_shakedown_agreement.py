@@ -3,28 +3,18 @@ import io
 import cvxpy as cp
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.limits.safe_set import SafeProblem
 from frictopt.solve import LP_SOLVERS
 from frictopt.solve import solvers as policy
-from systems import CYCLE, linprog_limit, random_system
+from systems import CYCLE, linprog_limit, random_system, stress_of
 
 
-def changed(contact, S=1.0, mean=1.0, cyclic=1.0, shift=None):
-    shift = np.zeros(contact.nodes) if shift is None else shift
-    (q0, p0), (q1, p1) = contact.bonded["mean"], contact.bonded["cyclic"]
-    loads = {"mean": (mean * (q0 + contact.A @ shift), mean * (p0 + contact.B @ shift)), "cyclic": (cyclic * q1, cyclic * p1)}
-    return fo.ContactSystem.from_blocks(S * contact.A, S * contact.B, S * contact.C, contact.x, loads)
-
-
-@pytest.mark.parametrize("elements", [16, 40, 124, pytest.param(256, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("elements", [16, 40, 124])
 def test_all_solvers_and_models_agree(punch, paper_cycle, elements):
     contact = punch(elements, 20.0)
-    ways = [{}, {"solver": "CLARABEL"}, {"simplify": False}]
-    ways += [{"solver": "CLARABEL", "simplify": False}] * (elements < 200)
+    ways = [{}, {"solver": "CLARABEL"}, {"simplify": False}, {"solver": "CLARABEL", "simplify": False}]
     models = [fo.ShakedownModel(contact, paper_cycle, **way) for way in ways]
     for friction in (0.05, 0.3, 0.7, 3.0):
         limits = [model.solve(friction) for model in models]
@@ -72,41 +62,6 @@ def test_units_do_not_matter(punch, paper_cycle, elements):
     for scale in (1e-6, 1e6):
         assert limit(length=scale) == pytest.approx(base, rel=1e-7)
     assert limit(1e15, 1e-12, 1e-6) == pytest.approx(base, rel=1e-7)
-
-
-@settings(max_examples=15, deadline=None)
-@given(seed=st.integers(0, 10**6), nodes=st.integers(2, 6), f=st.floats(0.05, 0.8), c=st.sampled_from([1e-8, 0.3, 1e5]))
-def test_invariances(seed, nodes, f, c):
-    rng = np.random.default_rng(seed)
-    contact = random_system(rng, nodes)
-    base = fo.shakedown_limit(contact, CYCLE, f)
-    if not base.load_factor > 1e-3:
-        return
-
-    def limit(system, cycle=CYCLE):
-        return fo.shakedown_limit(system, cycle, f)
-
-    stiff = limit(changed(contact, S=c))
-    assert stiff.load_factor == pytest.approx(base.load_factor, rel=1e-8)
-    assert limit(changed(contact, mean=c)).load_factor == pytest.approx(c * base.load_factor, rel=1e-8)
-    assert limit(changed(contact, cyclic=c)).load_factor == pytest.approx(base.load_factor / c, rel=1e-8)
-    assert limit(contact, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])).load_factor == pytest.approx(base.load_factor, rel=1e-8)
-    assert limit(changed(contact, shift=rng.normal(size=nodes))).load_factor == pytest.approx(base.load_factor, rel=1e-8)
-    new = rng.permutation(nodes)
-    square = np.ix_(new, new)
-    loads = {name: (q[new], p[new]) for name, (q, p) in contact.bonded.items()}
-    renumbered = fo.ContactSystem.from_blocks(contact.A[square], contact.B[square], contact.C[square], contact.x, loads)
-    assert limit(renumbered).load_factor == pytest.approx(base.load_factor, rel=1e-8)
-    image = fo.ContactSystem.from_blocks(contact.A, -contact.B, contact.C, contact.x, {name: (-q, p) for name, (q, p) in contact.bonded.items()})
-    assert limit(image).load_factor == pytest.approx(base.load_factor, rel=1e-8)
-
-
-@settings(max_examples=20, deadline=None)
-@given(seed=st.integers(0, 10**6), f=st.floats(0.05, 0.5), more=st.floats(0.0, 0.3))
-def test_the_limit_does_not_fall_with_friction(seed, f, more):
-    contact = random_system(np.random.default_rng(seed), 4)
-    low, high = (fo.shakedown_limit(contact, CYCLE, friction).load_factor for friction in (f, f + more))
-    assert np.isnan(low) or high >= low * (1 - 1e-9)
 
 
 def test_mirror_symmetry_is_used_only_where_scene_loads_and_friction_have_it(punch, paper_cycle):
@@ -180,10 +135,7 @@ def test_the_mechanism_is_a_proof(punch, paper_cycle):
     assert list(table.columns) == ["node", "x", "corner", "direction", "share"]
     assert table.share.sum() == pytest.approx(1.0, abs=1e-6) and (np.diff(table.share) <= 0).all()
     assert np.array_equal(table.x, contact.x[table.node])
-    net, total = np.zeros(17), np.zeros(17)
-    np.add.at(net, table.node, table.direction * table.share)
-    np.add.at(total, table.node, table.share)
-    assert np.abs(contact.A @ net + 0.7 * contact.B.T @ total).max() < 1e-8 * np.abs(contact.A).max()
+    assert np.abs(stress_of(contact, table, 0.7)).max() < 1e-8 * np.abs(contact.A).max()
     (q0, p0), (q1, p1) = contact.bonded["P"], contact.bonded["sigma"]
     sign = np.array([-1.0, 1.0])[table.corner]
     resistance = (table.share * (table.direction * q0[table.node] + 0.7 * p0[table.node])).sum()
@@ -264,20 +216,3 @@ def test_a_sweep_is_one_compiled_problem(punch, paper_cycle):
     assert table.load_factor[1] == table.load_factor[2] == fo.shakedown_limit(punch(16), paper_cycle, 0.7).load_factor
     assert model.solve(0.3).problem is model.solve(0.5).problem
     assert list(table.columns) == ["friction", "load_factor", "least", "bound", "residual", "friction_rate", "node", "direction", "solver"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"friction": -0.1}, "friction: -0.1"),
-        ({"friction": np.nan}, "friction: value nan"),
-        ({"friction": [0.1, 0.2]}, r"friction: shape \(2,\)"),
-        ({"solver": "ECOS"}, "solver: 'ECOS'; give one of"),
-        ({"system": np.eye(2)}, "system: a ndarray; give a ContactSystem"),
-        ({"cycle": {"P": 1.0}}, "cycle: a dict; give a LoadCycle"),
-        ({"cycle": fo.LoadCycle({"P": 1.0}, [{"tau": 1.0}])}, "load case 'tau': unknown"),
-    ],
-)
-def test_bad_input_is_refused(punch, paper_cycle, arguments, message):
-    with pytest.raises(fo.ModelError, match=message):
-        fo.shakedown_limit(**{"system": punch(16), "cycle": paper_cycle, "friction": 0.7, **arguments})

@@ -11,42 +11,25 @@ import frictopt as fo
 from spatial import random_contact, single, strip
 
 
-def random_increment(rng, most_friction=1.0, coupling=0.5):
+def random_increment(rng, most_friction=1.0):
     nodes = int(rng.integers(1, 13))
-    contact = random_contact(rng, nodes, coupling)
+    contact = random_contact(rng, nodes, 0.5)
     if rng.uniform() < 0.5:
         contact = contact.with_gap(0.3 * rng.uniform(size=nodes) * (rng.uniform(size=nodes) < 0.4))
     load = contact.reaction({"mean": 1.0, "a": rng.normal(), "b": rng.normal()})
     return contact, rng.uniform(0.05, most_friction, size=nodes), 0.3 * rng.normal(size=(nodes, 2)), load
 
 
-def judged(seed, count, most_friction, coupling=0.5):
-    """Status counts of many random increments; each is an answer that passes the referee or an error of ours."""
-    rng, counts, refused = np.random.default_rng(seed), np.zeros(3, dtype=int), 0
-    for _ in range(count):
-        contact, f, slip, load = random_increment(rng, most_friction, coupling)
-        try:
-            found = fo.increments.NewtonIncrement(contact, f).solve(slip, load)
-        except fo.SolverError:
-            refused += 1
-            continue
+def test_random_increments_pass_the_referee():
+    rng, counts = np.random.default_rng(1), np.zeros(3, dtype=int)
+    for _ in range(150):
+        contact, f, slip, load = random_increment(rng)
+        found = fo.increments.NewtonIncrement(contact, f).solve(slip, load)
         state = {"v": found.slip, "w": found.gap, "q": found.q, "p": found.p}
         assert fo.referee(contact, load, f, **state, previous_slip=slip).residual <= 1e-9
         assert np.array_equal(found.slip[found.status == 0], slip[found.status == 0])
         counts += np.bincount(found.status, minlength=3)
-    return counts, refused
-
-
-def test_random_increments_pass_the_referee():
-    counts, refused = judged(1, 150, 1.0)
-    assert refused == 0 and counts.min() > 30  # sticking, slipping and open nodes all occur
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("most_friction", "coupling"), [(0.5, 0.5), (1.0, 1.0), (2.0, 1.0)])
-def test_many_random_increments_pass_the_referee(most_friction, coupling):
-    counts, refused = judged(2, 500, most_friction, coupling)
-    assert refused <= 1 and counts.min() > 25
+    assert counts.min() > 30  # sticking, slipping and open nodes all occur
 
 
 def test_the_cone_programs_give_the_same_states():
@@ -137,10 +120,3 @@ def test_nodes_of_very_unlike_stiffness_have_their_state():
         force, excess = np.abs(load[1]).mean(), np.linalg.norm(found.q, axis=1) - f * found.p
         assert max(excess.max(), -found.p.min(), (found.p * (found.gap > 0)).max()) <= 1e-8 * force
         assert np.array_equal(found.slip[excess < -1e-6 * force], slip[excess < -1e-6 * force])
-
-
-@pytest.mark.parametrize(("name", "change"), [("slip", {"slip": [0.0]}), ("bonded", {"bonded": 1.0}), ("bonded p", {"bonded": ([[0, 0]], [np.nan])})])
-def test_what_does_not_fit_is_refused_by_name(name, change):
-    good = {"slip": [[0.0, 0.0]], "bonded": ([[0.0, 0.0]], [1.0])}
-    with pytest.raises(fo.ModelError, match=name):
-        fo.increments.NewtonIncrement(single(), 0.5).solve(**(good | change))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import minimize, minimize_scalar
+from scipy.optimize import minimize
 
 import frictopt as fo
 from frictopt.reference import smallest_circle, smallest_circle_limit
@@ -45,27 +45,6 @@ def test_the_smallest_circle_is_the_one_that_a_minimiser_finds(seed, count):
     assert radius <= found.fun * (1 + 1e-12) and found.fun == pytest.approx(radius, rel=1e-3)
 
 
-def test_one_coupled_node_is_at_its_limit_when_no_slip_holds_all_corners():
-    rng = np.random.default_rng(5)
-    node = random_contact(rng, 1)
-    f = 0.6
-    limit = fo.shakedown_limit(node, cycle(), f)
-    q0, p0 = cycle().mean_reaction(node)
-    q1, p1 = cycle().corner_reactions(node)
-
-    def reserve(lam):  # the best reserve over slips: it is concave, so one direction after the other finds it
-        def worst(v):
-            q, p = q0 + lam * q1[:, 0] + node.A @ v, p0 + lam * p1[:, 0] + node.B @ v
-            return (np.linalg.norm(q, axis=-1) - f * p).max()
-
-        def best(first):
-            return minimize_scalar(lambda second: worst([first, second]), bounds=(-20, 20), options={"xatol": 1e-11}).fun
-
-        return -minimize_scalar(best, bounds=(-20, 20), options={"xatol": 1e-11}).fun
-
-    assert reserve(limit.load_factor * (1 - 1e-5)) > 0 > reserve(limit.load_factor * (1 + 1e-5))
-
-
 @pytest.mark.parametrize("f", [0.2, 0.6, 1.2])
 def test_a_strip_in_plane_strain_is_the_plane_contact_of_the_same_mesh(f):
     flat, solid = strip(0.7)
@@ -76,25 +55,6 @@ def test_a_strip_in_plane_strain_is_the_plane_contact_of_the_same_mesh(f):
     assert fo.safe_slip(solid, loads, f, at).margin == pytest.approx(fo.safe_slip(flat, loads, f, at).margin, rel=1e-8, abs=1e-9)
     first, plane = fo.onset(solid, loads, f), fo.onset(flat, loads, f)
     assert [event.load_factor for event in first.slips] == pytest.approx([event.load_factor for event in plane.slips], rel=1e-9)
-
-
-def turned(system, angle):
-    """The same contact with its tangents turned about the normals."""
-    n = system.nodes
-    c, s = np.cos(angle), np.sin(angle)
-    T = np.kron(np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), np.eye(n))
-    return fo.ContactSystem(T @ system.S @ T.T, system.points, {name: T @ r for name, r in vectors(system).items()})
-
-
-@settings(deadline=None, max_examples=25)
-@given(st.integers(0, 10**6), st.floats(0.1, 6.0))
-def test_turned_tangents_change_nothing(seed, angle):
-    contact = random_contact(np.random.default_rng(seed), 4)
-    one, other = fo.shakedown_limit(contact, cycle(), 0.5), fo.shakedown_limit(turned(contact, angle), cycle(), 0.5)
-    if np.isfinite(one.load_factor):
-        assert other.load_factor == pytest.approx(one.load_factor, rel=1e-9)
-    else:
-        assert other.kind is one.kind
 
 
 @pytest.mark.parametrize("unit", [1e-12, 1.0, 1e12])
@@ -197,22 +157,6 @@ def test_a_corner_at_which_nodes_carry_nothing_is_answered_at_the_tip_of_the_con
     assert tips >= 3
 
 
-@pytest.mark.slow
-def test_random_contacts_have_a_certified_limit():
-    rng = np.random.default_rng(20)
-    kinds = []
-    for _ in range(60):
-        nodes = int(rng.integers(1, 41))
-        contact = random_contact(rng, nodes, coupling=rng.uniform(0.0, 1.0), stiffness=10.0 ** rng.uniform(-12, 12))
-        f = rng.uniform(0.1, 2.0, nodes) if rng.uniform() < 0.5 else float(rng.uniform(0.1, 2.0))
-        limit = fo.shakedown_limit(contact, cycle(int(rng.integers(1, 4))), f)
-        assert limit.residual <= 1e-9
-        kinds.append(limit.kind.name)
-        if limit.kind.name == "FINITE" and limit.load_factor > 0:
-            assert fo.safe_slip(contact, limit._task.cycle, f, 0.99 * limit.load_factor).exists
-    assert kinds.count("FINITE") > 30
-
-
 def unlike(seed):
     """A random contact whose limit hangs on small multipliers, weakly coupled or of nodes with stiffnesses over eight decades, and its load cycle."""
     rng = np.random.default_rng(seed)
@@ -276,13 +220,13 @@ def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ratio", [1e-4, 1e4])
-def test_four_hundred_nodes_have_a_certified_limit_at_the_ends_of_the_range(ratio):
+@pytest.mark.parametrize(
+    ("ratio", "corners", "f"), [(1e-4, [{"sigma": 1.0}, {"sigma": -1.0}], 2.0), (1e4, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}], 0.1)]
+)
+def test_four_hundred_nodes_have_a_certified_limit_at_the_ends_of_the_range(ratio, corners, f):
     system = fo.scenes.SquarePunch(elements=19, punch_material=fo.Material(ratio)).condense()
-    turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
-    for loads, f in ((fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), 2.0), (turning, 0.1)):
-        limit = fo.shakedown_limit(system, loads, f)
-        assert system.nodes == 400 and abs(limit.bound / limit.load_factor - 1) <= 1e-8
+    limit = fo.shakedown_limit(system, fo.LoadCycle({"P": 1.0}, corners), f)
+    assert system.nodes == 400 and abs(limit.bound / limit.load_factor - 1) <= 1e-8
 
 
 def test_a_corner_a_little_outside_of_the_others_counts():

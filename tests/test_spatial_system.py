@@ -13,26 +13,6 @@ from spatial import cycle, random_contact, single
 NODE = single()
 
 
-@pytest.mark.parametrize(
-    ("argument", "change"),
-    [
-        ("S", {"S": np.eye(4)}),
-        ("S: not symmetric", {"S": np.array([[1.0, 0.5, 0], [0, 1, 0], [0, 0, 1]])}),
-        ("negative eigenvalue", {"S": -np.eye(3)}),
-        ("points: shape", {"points": [[0.0]]}),
-        ("points: no nodes", {"points": np.zeros((0, 3))}),
-        ("bonded", {"bonded": {}}),
-        ("bonded", {"bonded": {"P": [1.0, 2.0]}}),
-        ("bonded: load case name", {"bonded": {"": [0.0, 0.0, 1.0]}}),
-        ("gap", {"gap": [-1.0]}),
-        ("frames", {"frames": np.ones((1, 3, 3))}),
-    ],
-)
-def test_what_is_no_contact_is_refused_by_name(argument, change):
-    with pytest.raises(fo.ModelError, match=argument):
-        fo.ContactSystem(**({"S": np.eye(3), "points": [[0, 0, 0]], "bonded": {"P": [0, 0, 1]}} | change))
-
-
 def test_a_file_gives_back_what_was_saved(tmp_path):
     rng = np.random.default_rng(0)
     system = random_contact(rng, 4).with_gap(rng.uniform(size=4))

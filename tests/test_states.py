@@ -10,12 +10,6 @@ THREE = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 0.3}, {"cyclic
 
 
 @pytest.fixture(scope="module")
-def rounded(punch):
-    contact = punch(24, grading=3)
-    return contact.with_gap(20 * np.maximum(np.abs(contact.x) - 0.6, 0.0) ** 2)
-
-
-@pytest.fixture(scope="module")
 def whole(rounded, paper_cycle):
     """A transient of three cycles, with nodes that are open always and nodes that slip."""
     path = fo.march(rounded, paper_cycle, 0.6, 1.5, cycles=3)

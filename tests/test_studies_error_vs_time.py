@@ -109,44 +109,6 @@ def test_rivals_solve_the_same_problem_to_their_own_tolerance(table):
         assert part.loc[part["rival"].eq("highspy") | part["knob"].isin(["ordering", "none"]), "error"].lt(1e-9).all()
 
 
-def test_errors_fall_with_the_knob(table):
-    for method in ("frictopt, qp", "Lemke, 2 cycles"):
-        for _, part in table[table["method"] == method].groupby("scene"):
-            assert part["setting"].tolist() == ["5", "20"]
-            assert 1.5 < np.log(part["error"].iloc[0] / part["error"].iloc[1]) / np.log(4) < 3, "second order, events fall anywhere"
-    for _, part in table[table["scene"] == "cylinder on a half-plane"].groupby("computation"):
-        assert np.log2(part["error"].iloc[0] / part["error"].iloc[1]) == pytest.approx(2, abs=0.1), "second order in the cell"
-    corner = rows(table, "condensation", quantity="corner exponent")
-    assert corner["error"].is_monotonic_decreasing and corner["error"].max() < 0.03
-    for _, part in table[table["method"] == "frictopt, so many cycles"].groupby("scene"):
-        assert part["error"].iloc[-1] < 1e-10 < 1e-4 < part["error"].iloc[0]
-
-
-def test_the_plane_in_space_has_the_answers_of_the_plane(table):
-    assert rows(table, "lambda_2, 3-D", rival="")["error"].max() < 1e-9
-    assert rows(table, "increment, 3-D")["error"].max() < 1e-12
-    for computation in ("transient, 3-D", "steady state, 3-D"):
-        part = rows(table, computation, knob="increments from corner to corner")
-        straight = part[part["scene"] != "square punch"]
-        for _, scene in straight.groupby("scene"):
-            coarse, fine = scene["error"]
-            assert 1.5 < np.log(coarse / fine) / np.log(4) < 3, "second order, as in the plane"
-        turning = part.loc[part["scene"] == "square punch", "error"]
-        assert turning.empty or turning.iloc[1] < 0.6 * turning.iloc[0]
-    coarse, fine = rows(table, "transient, 3-D", scene="sphere on a half-space")["error"]
-    assert fine < coarse < 0.1
-
-
-def test_limit_follows_the_law_of_the_corner(made):
-    law = made[2]
-    assert law["residual"].max() < 1e-9 and law["exponent"].isna().sum() == len(QUICK.law_frictions)
-    for friction, part in law.groupby("friction"):
-        assert part["expected"].iloc[0] == pytest.approx({0.3: 0.6379871879, 0.4: 0.5983}[friction] - 0.5444837368, abs=2e-4)
-        slope = np.polyfit(np.log(part["corner_size"]), np.log(part["load_factor"]), 1)[0]
-        assert slope == pytest.approx(part["exponent"].iloc[-1], rel=1e-9)
-        assert slope == pytest.approx(part["expected"].iloc[0], abs=0.015)
-
-
 def test_printed_tables_name_machine_rivals_and_who_is_ahead(made):
     table, calls, _, printed = made
     assert machine() in printed and all(name in printed for name in table.attrs["rivals"])

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
+from studies.__main__ import STUDIES
 from studies.tables import Table
 
 
@@ -120,6 +121,13 @@ def test_interrupted_write_leaves_the_old_table(counted, tmp_path, monkeypatch):
         table.make(Count(5), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["squares.parquet"]
     assert len(pd.read_parquet(table.path(tmp_path))) == 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["guaranteed", "increments", "joint", "left_out", "limits", "range", "separation", "spatial", "validity"])
+def test_every_row_of_a_study_was_checked(quick, name):
+    for table in quick(STUDIES[name].tables).values():
+        assert table["residual"].between(0, 1e-9).all()
 
 
 def test_columns_must_be_described(counted, tmp_path):

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_matrix
 
 import frictopt as fo
 from frictopt.contact.parts import joined, parted
@@ -13,9 +12,6 @@ from systems import random_system
 ONE = np.eye(2)
 GOOD = {"A": ONE, "B": 0 * ONE, "C": ONE, "x": [0.0, 1.0], "bonded": {"P": ([0.0, 0.0], [1.0, 1.0])}}
 BAD = {
-    "A: value nan at index (0, 0)": {"A": np.diag([np.nan, 1.0])},
-    "B: complex numbers": {"B": 1j * ONE},
-    "A: shape (2, 3), expected (2, 2)": {"A": np.ones((2, 3))},
     "A: not symmetric, A[0, 1] = 0.5": {"A": ONE + [[0, 0.5], [0, 0]]},
     "negative eigenvalue -1": {"A": -ONE},
     "S has the negative eigenvalue": {"B": 2 * ONE},
@@ -23,14 +19,11 @@ BAD = {
     "x: no nodes": {"x": []},
     "gap: -0.1 at node 1": {"gap": [0.0, -0.1]},
     "bonded: no load case": {"bonded": {}},
-    "bonded['P']: 3.0": {"bonded": {"P": 3.0}},
     "bonded['P'] p: shape (1,)": {"bonded": {"P": ([0.0, 0.0], [1.0])}},
-    "A: a sparse csr_matrix; give a dense array": {"A": csr_matrix(ONE)},
     "load case name 'a\\x00b'": {"bonded": {"a\0b": ([0.0, 0.0], [1.0, 1.0])}},
     "load case name 3": {"bonded": {3: ([0.0, 0.0], [1.0, 1.0])}},
     "contact: 1 names for 2 nodes": {"contact": ["one"]},
     "contact of node 1: 3; give a printable text": {"contact": ["one", 3]},
-    "contact: 'contact'; give a list": {"contact": "contact"},
     "width: -1 at node 1; give the length or area that the node collects, > 0": {"width": [1.0, -1.0]},
 }
 PLACED = {"points": [[0, 0], [0, 1]], "frames": [[[0, -1], [1, 0]], [[0.8, -0.6], [0.6, 0.8]]], "contact": ["left", "right"], "width": [1.0, 2.0]}
@@ -113,17 +106,8 @@ def test_reactions_are_linear_in_the_loads_and_unknown_cases_are_refused():
     (qa, pa), (qb, pb) = system.bonded["mean"], system.bonded["cyclic"]
     q, p = system.reaction({"mean": 2.0, "cyclic": -3.0})
     assert np.allclose(q, 2 * qa - 3 * qb) and np.allclose(p, 2 * pa - 3 * pb)
-    for loads in (None, {"mean": np.nan}, {"mean": 1j}, {"mean": 10**400}):
-        with pytest.raises(fo.ModelError, match="loads"):
-            system.reaction(loads)
     with pytest.raises(fo.ModelError, match=r"load case 'sigma': unknown; this system has \['cyclic', 'mean'\]"):
         system.reaction({"sigma": 1.0})
-
-
-@pytest.mark.parametrize("cases", [None, 3, [("P", (1, 2))], np.eye(2), {}])
-def test_load_cases_that_are_no_mapping_are_refused(cases):
-    with pytest.raises(fo.ModelError, match="cases"):
-        fo.ContactSystem.from_blocks(**GOOD).with_bonded(cases)
 
 
 def test_load_cases_are_added_and_replaced():
@@ -178,12 +162,5 @@ def test_an_interference_closes_as_a_negative_gap_would():
     d = np.array([0.0, 0.1, 0.2, 0.0])
     q, p = system.with_interference({"fit": d, "one": 0.5}).reaction({"mean": 1.0, "fit": 2.0})
     assert np.allclose(np.r_[q, p], np.r_[system.bonded["mean"]] + system.S @ np.r_[np.zeros(4), 2.0 * d])
-    for cases, message in (
-        (3, "cases: a int"),
-        ({"fit": -d}, "overlap -0.2 at node 2"),
-        ({"fit": [1.0]}, "shape"),
-        ({3: 1.0}, "load case name 3"),
-        ({"fit": np.nan}, "nan"),
-    ):
-        with pytest.raises(fo.ModelError, match=message):
-            system.with_interference(cases)
+    with pytest.raises(fo.ModelError, match=r"overlap -0\.2 at node 2"):
+        system.with_interference({"fit": -d})

@@ -46,12 +46,6 @@ def test_work_is_that_of_the_reactions_on_the_slips(punch, Q):
     assert steady.dissipation_per_node == pytest.approx(expected[-1], rel=1e-6, abs=1e-9 * steady.dissipation)
 
 
-def test_a_study_tabulates_the_same_work_for_mirror_images(punch):
-    contact, factors = punch(64), [0.69, 0.9]
-    seen, image = (fo.dissipation_study(contact, cycle_with_shear(Q), 0.5, factors) for Q in (0.1, -0.1))
-    assert image["dissipation"].to_numpy() == pytest.approx(seen["dissipation"].to_numpy(), rel=1e-6)
-
-
 @pytest.mark.parametrize("node", [0, 30, 59])
 def test_one_node_that_rubs_beside_others_that_came_to_rest(node):
     """60 nodes that do not feel each other, A = 1, f p = 1/2. q^w = 3/4 s at one of them: it slips by 1/2 each way, W = 1/2, wherever it is.

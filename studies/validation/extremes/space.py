@@ -24,7 +24,7 @@ _TURNING = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Q
 
 def space_probes(sizes: Sizes) -> Iterator[Probe]:
     """All questions."""
-    scene = fo.scenes.SquarePunch(elements=4, growth=2.0)
+    scene = fo.scenes.SquarePunch(elements=min(4, sizes.elements // 4), growth=2.0)
     for f in (0.01, 0.1, 0.5, 2.0, 10.0):
         yield from _limits("friction, 3-D", f"f = {f:g}", scene, f)
     for ratio in (1e-4, 1e-2, 1e2, 1e4):
