@@ -32,12 +32,12 @@ class SolverError(FrictoptError, RuntimeError):
 class NoContinuation(FrictoptError, RuntimeError):
     """The quasi-static path ends: at this load no rates obey the law, or more than one set of rates does; the message names load and nodes.
 
-    Or no steady state is found in as many cycles as were allowed. In three dimensions the error then says how far they came.
+    Or no steady state is found in as many cycles as were allowed. The error then says how far they came.
 
     Attributes
     ----------
     slip, gap
-        (N, 2) slip and (N,) gap after the last cycle, length; None where no cycles were counted.
+        Slip, (N,) in the plane and (N, 2) in space, and (N,) gap after the last cycle, length; None where no cycles were counted.
     work
         (cycles,) work of friction in each cycle of the transient, force times length; None there.
     """

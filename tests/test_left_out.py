@@ -5,7 +5,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact.symmetry import halve
-from frictopt.transients.exact.stops import turning_corners
+from frictopt.transients.exact.path import turning_corners
 from systems import mirrored, odd
 
 

@@ -1,5 +1,6 @@
 """When cycles prove a steady state: maps of one slip whose limit is known, in place of a contact; and energy."""
 
+from copy import copy
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,67 +8,56 @@ import pytest
 
 import frictopt as fo
 from frictopt import Outcome
+from frictopt.transients.cycle import Cycle
+from frictopt.transients.cycles import Run
 from frictopt.transients.exact import ExactPath
-from frictopt.transients.exact.cycles import Cycle, Run
-from frictopt.transients.exact.scales import Scales
+from frictopt.transients.scales import Scales
 from paths import followed
 
 
-class Mapped(Run):
-    """Cycles that map the slips x by a given function instead of following a contact; slips are in units of the slip scale."""
+class Mapped:
+    """A transient whose cycles map the slips x by a given function instead of following a contact; slips are in units of the slip scale.
 
-    def __init__(self, cycle_map, start, *, safe=lambda *x: False, signature=lambda *x: 0):
-        start = np.atleast_1d(np.array(start, dtype=float))
-        self.path = SimpleNamespace(
-            x=start,
-            nodes=len(start),
-            friction=np.ones(1),
-            force=1.0,
-            forces=np.ones(1),
-            state=SimpleNamespace(gap=np.zeros(0)),
-            restarted_at=self._restarted_at,
-        )
-        self.stops = self.turns = [0]
-        self.force = self.length = 1.0
-        self.scales = Scales(np.ones(1), np.ones(1), np.ones(1))
-        self.cycles, self.energy, self.tried, self.pause, self.last = 0, 0.0, 0, 0, []
-        self._map, self._inside, self._signature = cycle_map, safe, signature
+    Pressures are 1 and so is the friction: slips are safe where all shears `x + load` are at most 1.
+    """
 
-    def _restarted_at(self, u):
-        return SimpleNamespace(**{**vars(self.path), "x": np.array(u)})
+    steps, far_start, force, largest, length = 0, False, 1.0, 1.0, 1.0
 
-    def _follow(self, path):
-        before, corners = path.x, []
-        for _ in range(self.period):
-            path.x = np.atleast_1d(self._map(*path.x)).astype(float)
-            corners.append((path.x, np.tile(np.ones_like(path.x), 2)))
-        self.cycles += self.period
-        return Cycle(np.ones(1), self._signature(*before), corners, before, path.x, 0.0, np.ones(1))
+    def __init__(self, cycle_map, start, *, loads=(-2.0, 2.0), events=lambda *x: 0, gaps=False):
+        self.x = np.atleast_1d(np.array(start, dtype=float))
+        self.nodes = n = len(self.x) // 2 if gaps else len(self.x)
+        self.scales, self.unit, self.friction = Scales(*np.ones((3, n))), np.ones(2 * n), np.ones(n)
+        self.corners = [np.r_[np.full(n, load), np.ones(n)] for load in loads]
+        self.system = SimpleNamespace(gap=np.zeros(n), S=np.diag(np.r_[np.ones(n), np.zeros(n)]), tangents=1)
+        self._map, self._events = cycle_map, events
 
-    def _safe(self, u):
-        return self._inside(*u)
+    def at(self, place):
+        elsewhere = copy(self)
+        elsewhere.x = place[: len(self.x)]
+        return elsewhere
 
-    def _ratchets(self):
-        return False
+    def whole(self):
+        return np.resize(np.r_[self.x, np.zeros_like(self.x)], 2 * self.nodes)
 
-    def _at_rest(self, path, cycle, extrapolated):
-        return Outcome.SHAKEDOWN, cycle.after
+    def cycle_on(self, count):
+        before, events, n, ends = self.whole(), self._events(*self.x), self.nodes, []
+        for _ in range(count):
+            self.x = np.atleast_1d(self._map(*self.x)).astype(float)
+            ends.append(self.whole())
+        u, change = np.array(ends), float(np.abs(ends[-1] - before).max())
+        r = u @ self.system.S + np.r_[np.zeros(n), np.ones(n)]
+        return Cycle(before, ends[-1], change, np.ones(n), np.ones(n), [1.0] * count, events, 0 * r, u, r)
 
-    def _result(self, path, outcome, cycle, change, extrapolated, work_error=0.0):
-        return outcome, cycle.after
 
-    def found(self, cycles):
-        for _ in range(cycles):
-            self.cycle()
-            answer = self.steady()
-            if answer is not None:
-                return answer
-        return None
+def settled(path, cycles):
+    """Outcome, slips and run of the cycles of a map."""
+    run = Run(path, cycles)
+    found = run.settled()
+    return found.outcome, found.cycle.after[: len(path.x)], run
 
 
 def test_a_slow_affine_map_is_extrapolated():
-    run = Mapped(lambda x: 3.0 + 0.999 * (x - 3.0), 10.0)
-    outcome, limit = run.found(20)
+    outcome, limit, run = settled(Mapped(lambda x: 3.0 + 0.999 * (x - 3.0), 10.0), 20)
     assert outcome is Outcome.CYCLIC_SLIP and limit == pytest.approx(3.0, abs=1e-9) and run.cycles < 12
 
 
@@ -77,7 +67,7 @@ def test_the_limit_of_other_events_is_not_that_of_the_cycles():
     def bent(x):
         return 0.8 * x if x > 1 else 0.8 + 0.5 * (x - 1) if x > 0.1 else 3.5 * x
 
-    _, limit = Mapped(bent, 50.0).found(100)
+    _, limit, _ = settled(Mapped(bent, 50.0), 100)
     assert limit == pytest.approx(0.6, abs=1e-9)
 
 
@@ -90,8 +80,7 @@ def test_events_that_lie_ahead_of_the_last_cycles_are_seen():
     slow, fast, expected = 1.0, 8.0, 0.0
     for _ in range(400):
         slow, fast, expected = dragging(slow, fast, expected)
-    run = Mapped(dragging, [1.0, 8.0, 0.0])
-    _, limit = run.found(100)
+    _, limit, run = settled(Mapped(dragging, [1.0, 8.0, 0.0]), 100)
     assert expected > 0.1 and limit == pytest.approx([0.0, 0.0, expected], abs=1e-9) and run.cycles < 60
 
 
@@ -110,7 +99,7 @@ def test_states_that_turn_round_their_limit_may_meet_other_events():
 
     expected = limit_of(turning, (1.0, 0.0, 0.0))
     assert expected[2] > 0.1
-    _, limit = Mapped(turning, [1.0, 0.0, 0.0]).found(2000)
+    _, limit, _ = settled(Mapped(turning, [1.0, 0.0, 0.0]), 2000)
     assert limit == pytest.approx(expected, abs=1e-8)
 
 
@@ -122,7 +111,7 @@ def test_states_that_change_sides_may_meet_other_events():
 
     expected = limit_of(changing, (1.0, 1.0, 0.0))
     assert expected[2] > 0.01
-    _, limit = Mapped(changing, [1.0, 1.0, 0.0]).found(2000)
+    _, limit, _ = settled(Mapped(changing, [1.0, 1.0, 0.0]), 2000)
     assert limit == pytest.approx(expected, abs=1e-8)
 
 
@@ -132,13 +121,13 @@ def test_a_limit_that_does_not_come_back_is_none():
     def leading(x):
         return 0.8 * x if x > 1e-6 else 4e-9 + 0.796 * x
 
-    _, limit = Mapped(leading, 50.0).found(300)
+    _, limit, _ = settled(Mapped(leading, 50.0), 300)
     assert limit == pytest.approx(4e-9 / 0.204, abs=1e-9)
 
 
 @pytest.mark.parametrize("turned", [np.array([[0.0, -0.9], [0.9, 0.0]]), np.diag([-0.9, 0.5]), np.diag([0.9, 0.89])])
 def test_affine_maps_that_turn_or_have_rates_next_to_each_other(turned):
-    _, limit = Mapped(lambda *x: turned @ x + (1.0, 2.0), [30.0, 40.0]).found(300)
+    _, limit, _ = settled(Mapped(lambda *x: turned @ x + (1.0, 2.0), [30.0, 40.0]), 300)
     assert limit == pytest.approx(np.linalg.solve(np.eye(2) - turned, (1.0, 2.0)), abs=2e-9)
 
 
@@ -148,7 +137,7 @@ def test_a_safe_slip_beyond_the_one_where_cycles_come_to_rest_is_not_their_limit
     def resting(x):
         return 0.8 * x if x > 1 else 0.5 + 0.6 * (x - 0.5) if x > 0.5 else x
 
-    outcome, limit = Mapped(resting, 50.0, safe=lambda x: x <= 0.5 + 1e-10).found(200)
+    outcome, limit, _ = settled(Mapped(resting, 50.0, loads=(0.5, 0.0)), 200)
     assert outcome is Outcome.SHAKEDOWN and limit == pytest.approx(0.5, abs=1e-8)
 
 
@@ -156,14 +145,16 @@ def test_a_fixed_point_that_cycles_leave_is_not_their_limit():
     def leaving(x):
         return 1.2 * x if x < 1 else 1.2 + 0.5 * (x - 1)
 
-    _, limit = Mapped(leaving, 1e-3).found(100)
+    _, limit, _ = settled(Mapped(leaving, 1e-3), 100)
     assert limit == pytest.approx(1.4, abs=1e-9)
 
 
 def test_small_changes_that_hardly_shrink_are_no_end():
     """Changes of 1e-10 a cycle that shrink by 1e-5 of themselves sum up to 1e-5; here no two cycles have the same events."""
-    run = Mapped(lambda x: (1 - 1e-5) * x, 1e-5, signature=lambda x: hash(x))
-    assert run.found(50) is None and run._change(run.last[-1]) < 1.1e-10
+    run = Run(Mapped(lambda x: (1 - 1e-5) * x, 1e-5, events=lambda x: hash(x)), 50)
+    with pytest.raises(fo.NoContinuation, match="within most_cycles = 50"):
+        run.settled()
+    assert run.last[-1].change < 1.1e-10
 
 
 @pytest.mark.parametrize(
@@ -177,12 +168,11 @@ def test_small_changes_that_hardly_shrink_are_no_end():
     ],
 )
 def test_more_cycles_cannot_help_a_drift_only_if_it_is_the_same_after_all_of_them(slip, gap, events, for_two_cycles, for_all):
-    run = Mapped(lambda v, w: (slip(v), w + gap), [0.0, 0.0], signature=lambda v, w: events(v))
-    run._extrapolated = lambda same: None
-    run.path = SimpleNamespace(**{**vars(run.path), "nodes": 1, "bonded": np.zeros(2), "stress": np.zeros_like})
-    run.path.system, run.path.state.status = SimpleNamespace(S=np.zeros((2, 2))), np.zeros(1)
-    assert run.found(7) is None and run.drifts_on(run.cycles + 2) == for_two_cycles
-    assert run.drifts_on(2000) == for_all and not run.drifts_on(run.cycles)
+    path = Mapped(lambda v, w: (slip(v), w + gap), [0.0, 0.0], events=lambda v, w: events(v), gaps=True)
+    for most, on in ((9, for_two_cycles), (2000, for_all), (7, False)):
+        run = Run(path.at(np.zeros(2)), most)
+        run.last = [run.follow(run.path) for _ in range(7)]
+        assert bool(run.drifts_on()) == on
 
 
 def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch):

@@ -6,7 +6,8 @@ from scipy.linalg import block_diag
 
 import frictopt as fo
 from frictopt import Outcome
-from test_path_cycles import Mapped
+from frictopt.transients.judge import returns_after
+from test_path_cycles import Mapped, settled
 
 # Node 0 opens at corner 1 and drags node 1 along before: the further it has slid, the less it is dragged in the next cycle.
 TWICE = fo.ContactSystem.from_blocks(
@@ -55,35 +56,21 @@ def test_a_return_after_two_cycles_is_not_missed_at_the_last_moment(least):
         fo.steady_state(*ASKED, most_cycles=least)
 
 
-def doubled(run, cycles):
-    """The answer of a run that counts two cycles as one where they alternate."""
-    while run.cycles + run.period <= cycles:
-        run.cycle()
-        if (answer := run.steady()) is not None:
-            return answer
-        if run.alternates():
-            run.double()
-    return None
-
-
 def test_maps_that_come_back_after_two_cycles_slowly_are_extrapolated():
     """Two attracting points of the map applied twice, 2 and -1, approached by a factor of .98 in two cycles."""
 
     def swaps(x):
         return -1.0 - 0.7 * (x - 2.0) if x > 0.5 else 2.0 - 1.4 * (x + 1.0)
 
-    run = Mapped(swaps, 2.4)
-    outcome, limit = doubled(run, 200)
-    assert outcome is Outcome.CYCLIC_SLIP and run.period == 2 and run.cycles < 100
-    assert run._returns_after(run._follow(run._restarted_at(limit))) == 2
+    outcome, limit, run = settled(path := Mapped(swaps, 2.4), 200)
+    assert outcome is Outcome.CYCLIC_SLIP and run.period == 2 and run.cycles < 100 and returns_after(path, run.last[-1]) == 2
     assert min(abs(limit - 2.0), abs(limit + 1.0)) < 1e-8 and abs(swaps(swaps(float(limit[0]))) - limit) < 1e-9
 
 
 def test_a_map_that_turns_to_and_fro_around_its_fixed_point_has_period_one():
-    run = Mapped(lambda x: 3.0 - 0.99 * (x - 3.0), 10.0)
-    outcome, limit = doubled(run, 200)
+    outcome, limit, run = settled(path := Mapped(lambda x: 3.0 - 0.99 * (x - 3.0), 10.0), 200)
     assert outcome is Outcome.CYCLIC_SLIP and limit == pytest.approx(3.0, abs=1e-8) and run.cycles < 60
-    assert run.period == 2 and run._returns_after(run._follow(run._restarted_at(limit))) == 1
+    assert run.period == 2 and returns_after(path, run.last[-1]) == 1
 
 
 def punched(ratio):

@@ -97,7 +97,7 @@ def test_an_overload_is_one_cycle_at_another_load_factor_before_the_others(seed)
     contact = random_system(np.random.default_rng(seed), 3)
     start, factor = np.random.default_rng(seed).normal(size=3), 0.8 * limit_of(contact, 0.5)
     path = followed(contact, CYCLE, 0.5, 2.5 * factor, start, cycles=1)
-    corners = path.corners_at(factor)
+    corners = followed(contact, CYCLE, 0.5, factor).corners
     work = []
     for _ in range(60):
         before = path.state.work.sum()

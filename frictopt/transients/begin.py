@@ -1,19 +1,23 @@
 """A transient before its first cycle: its loads, and the state that it begins at."""
 
+from abc import ABC, abstractmethod
 from time import perf_counter
-from typing import Any
+from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from ..contact import ContactState, ContactSystem, LoadCycle, Verdict, friction_coefficients, referee
+from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, finite_array, finite_number
-from ..contact.cycle import checked_cycle
-from ..contact.parts import joined, parted
+from ..contact.coulomb import off_law
+from ..contact.cycle import checked_cycle, reactions
+from ..contact.parts import joined
 from ..contact.state import checked_state
 from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
+from .cycle import Cycle
+from .scales import scales
 
 __all__ = ["OPEN", "SLIP", "STICK", "Transient"]
 
@@ -23,10 +27,10 @@ STICK, SLIP, OPEN = 0, 1, 2
 _FAR = 1e18  # largest initial stress over the loads: with more, rounding hides the events (1e30 gave wrong results)
 _FAR_START = 1e3  # initial stress over the loads, above which an error names it as the cause of a large residual
 
-Start = tuple[Array, Array, np.ndarray[Any, np.dtype[np.bool_]]]
+Start = tuple[Array, Array, NDArray[np.bool_]]
 
 
-class Transient:
+class Transient(ABC):
     """One contact under one load cycle, from an initial slip or from an earlier state.
 
     It begins at an artificial load that carries the initial slip with q = 0 and, at every node, p equal to the mean of |p^w| under the mean load. It
@@ -50,6 +54,10 @@ class Transient:
     ----------
     mean, corners
         Bonded reactions (M,) of the mean load, and of each corner.
+    turns
+        Numbers of the corners that a cycle stops at.
+    legs, begun
+        The corners, and the loads before the first whole cycle, each with the words for the way to it.
     bonded
         (M,) those of the present load.
     visited
@@ -60,6 +68,12 @@ class Transient:
         Scale of the nodal forces: the mean of |p^w| under the mean load; and the largest nodal force of all loads.
     length
         Scale of slips: the largest force over the stiffness scale.
+    scales, unit
+        The same at each node; and the scales (m,) of what the map of a cycle acts on, see `Cycle`.
+    events, unproven
+        Number of changes of status, and of those whose rates are not proven to be the only ones.
+    steps
+        Number of increments from corner to corner; 0 for the exact path.
     started
         When it was made, for the record.
 
@@ -68,6 +82,9 @@ class Transient:
     ModelError
         Bad input.
     """
+
+    unit: Array
+    steps = 0
 
     def __init__(
         self,
@@ -82,33 +99,53 @@ class Transient:
         self.system, self.cycle = checked_system(system), checked_cycle(cycle)
         slip = np.zeros(system.slip_shape) if initial_slip is None else finite_array("initial_slip", initial_slip, system.slip_shape)
         self.load_factor = finite_number("load_factor", load_factor, least=0.0)
-        self.friction = np.array(friction_coefficients(friction, system.nodes))
-        self.mean, self._cyclic = joined(*system.reaction(cycle.mean)), joined(*cycle.corner_reactions(system))
-        self.corners = self.corners_at(self.load_factor)
-        largest = max(float(np.abs(corner).max()) for corner in self.corners)
-        self.force = float(np.abs(self.mean[-system.nodes :]).mean()) or largest or 1.0
+        self.nodes = n = system.nodes
+        self.friction = np.array(friction_coefficients(friction, n))
+        self.mean, *self._cyclic = joined(*reactions(system, [cycle.mean, *cycle.corners]))
+        self.corners, self.turns = [self.mean + self.load_factor * corner for corner in self._cyclic], list(range(len(self._cyclic)))
+        largest = float(np.abs(self.corners).max())
+        self.force = float(np.abs(self.mean[-n:]).mean()) or largest or 1.0
         self.largest = max(self.force, largest)
-        self.nodes, self.length = system.nodes, self.largest / system.stiffness_scale
-        self.visited = -1
+        self.length = self.largest / system.stiffness_scale
+        self.scales = scales(system.S, self.mean, np.array(self.corners), n)
+        self.visited, self.events, self.unproven = -1, 0, 0
+        self._start_name = "initial_slip" if initial_state is None else "initial_state"
         if initial_state is None:
-            self._start_name = "initial_slip"
-            self._start = self._from_slip(slip)
+            stress = system.S @ joined(slip, np.zeros(n))
+            self._start_stress = self.check_near("initial_slip", stress)
+            u, r = joined(slip, -system.gap), np.concatenate([np.zeros(len(stress) - n), np.full(n, self.force)])
+            self.bonded, self._start = r - system.S @ u, (u, r, np.zeros(n, dtype=bool))
         elif initial_slip is not None:
             raise ModelError("initial_slip, initial_state: both are given; a state has its own slip, give one of the two")
         else:
-            self._start_name = "initial_state"
             self._start = self._standing(checked_state("initial_state", initial_state, system, len(self.corners)))
+        self.legs = [(corner, f"the segment to corner {number}") for number, corner in enumerate(self.corners)]
+        begun = [(self.mean, "the segment from the initial slip to the mean load")]
+        self.begun = begun if self.visited < 0 else self.legs[self.visited :] if self.visited > 0 else []
 
-    def corners_at(self, load_factor: float) -> list[Array]:
-        """Bonded reactions (M,) at the corners of the cycle under a load factor."""
-        return [self.mean + load_factor * corner for corner in self._cyclic]
+    @abstractmethod
+    def follow_to(self, bonded: Array, where: str) -> object:
+        """Follow the transient in a straight line to other bonded reactions (M,); `where` begins the error that says it ends there."""
 
-    def legs(self, cycles: int) -> list[Array]:
-        """The loads (M,) that it visits from here to the end of so many whole cycles."""
-        begun = [self.mean] if self.visited < 0 else self.corners[self.visited :] if self.visited > 0 else []
-        return [*begun, *self.corners * cycles]
+    @abstractmethod
+    def cycle_on(self, count: int) -> Cycle:
+        """Follow so many load cycles."""
 
-    def check_near(self, name: str, stress: Any) -> float:
+    @abstractmethod
+    def at(self, place: Array) -> Self | None:
+        """A copy at the same load, elsewhere: (m,), in slip scales; None if no state stands there."""
+
+    def start(self, overload: float | None = None) -> None:
+        """Follow the transient to the mean load, or from an earlier state to the end of its cycle; then through a cycle at another load factor."""
+        for leg in self.begun:
+            self.follow_to(*leg)
+        if overload is not None:
+            corners = [self.mean + overload * corner for corner in self._cyclic]
+            self.check_near("overload", corners)
+            for number in self.turns:
+                self.follow_to(corners[number], f"the overload's segment to corner {number}")
+
+    def check_near(self, name: str, stress: ArrayLike) -> float:
         """Check that reactions (M,) are not so large that their rounding hides the loads; return their ratio to the loads.
 
         Raises
@@ -137,16 +174,8 @@ class Transient:
             return f"{name}: it stresses the contact {stress:.1e} times as much as the loads, so rounding hides them; give less"
         return "stiffnesses or loads differ too much in size"
 
-    def _from_slip(self, slip: Array) -> Start:
-        """`u = [v, w - g0]`, reactions and open nodes under the artificial load."""
-        n, S = self.nodes, self.system.S
-        self._start_stress = self.check_near("initial_slip", S @ joined(slip, np.zeros(n)))
-        u, r = joined(slip, -self.system.gap), np.concatenate([np.zeros(len(S) - n), np.full(n, self.force)])
-        self.bonded = r - S @ u
-        return u, r, np.zeros(n, dtype=bool)
-
     def _standing(self, begin: ContactState) -> Start:
-        """The same at an earlier state.
+        """`u = [v, w - g0]`, reactions and open nodes at an earlier state.
 
         Raises
         ------
@@ -162,17 +191,9 @@ class Transient:
         opened = begin.gap * system.stiffness_scale > r[-n:]  # of gap and pressure the smaller one is rounding
         r[np.tile(opened, len(r) // n)] = 0.0
         u[-n:][~opened] = -system.gap[~opened]
-        verdict = self.judged(u, r, self.bonded, max(self.largest, float(np.abs(self.bonded).max())))
-        if not verdict.residual <= RESIDUAL:
+        residual = float(off_law(system, self.friction, self.bonded, u, r, max(self.largest, float(np.abs(self.bonded).max()))).max())
+        if not residual <= RESIDUAL:
             raise ModelError(
-                f"initial_state: it violates the contact law by {verdict.residual:.1e} ({verdict}); give a state of this system under this friction, "
-                "or an initial_slip"
+                f"initial_state: it violates the contact law by {residual:.1e}; give a state of this system under this friction, or an initial_slip"
             )
         return u, r, opened
-
-    def judged(self, u: Array, r: Array, bonded: Array, force: float, previous: Array | None = None) -> Verdict:
-        """The referee's verdict on states `u = [v, w - g0]` and reactions, (..., M), under loads; the unit of force; and the slips before them."""
-        axes = self.system.tangents + 1
-        (v, w), (q, p) = parted(u, axes), parted(r, axes)
-        claim = {"v": v, "w": w + self.system.gap, "q": q, "p": p}
-        return referee(self.system, parted(bonded, axes), self.friction, **claim, previous_slip=previous, force_scale=force)

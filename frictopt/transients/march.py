@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from time import perf_counter
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,12 +16,10 @@ from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, NoContinuation, SolverError
 from .exact import ExactPath
-from .stepped.path import ENGINES, Point, SteppedPath, doubts, step_counts
+from .stepped.path import ENGINES, SteppedPath, doubts, step_counts
 from .trajectory import Trajectory
 
 __all__ = ["march", "way_to_follow"]
-
-_STEPS = 20  # increments from corner to corner, unless another number is given
 
 
 @warns_of_odd_values
@@ -91,22 +89,22 @@ def march(
     """
     whole_number("cycles", cycles, least=0)
     shown = flag("progress", progress)
-    way, number = way_to_follow(checked_system(system), engine, steps)
+    way, counts = way_to_follow(checked_system(system), engine, steps)
     start = system, cycle, friction, load_factor, initial_slip
     path: ExactPath | SteppedPath
     if way == "path":
         path, error = ExactPath(*start, initial_state=initial_state, keep=True), 0.0
         time, bonded, u, r, status, work = _exactly(path, cycles)
     else:
-        counts = step_counts(number)
         with bar_of(shown, "march", "cycle", total=len(counts) * cycles, delay=2) as bar:
-            fine, *coarse = [SteppedPath(*start, initial_state, way, count) for count in counts]
-            path, begun = fine, fine.visited
-            points = _followed(fine, cycles, bar.update)
-            error = max([_apart(points[::number], other, cycles, bar.update) for other in coarse], default=np.inf)
-        error = max(error, _missed(fine, points)) / fine.length
-        bonded, u, r, status, work = (np.array([getattr(point, name) for point in points]) for name in ("bonded", "u", "r", "status", "work"))
-        time, work = begun + np.arange(len(points)) / number, np.cumsum(work, axis=0)
+            path, *coarse = [SteppedPath(*start, initial_state, way, count) for count in counts]
+            begun = path.visited
+            bonded, u, r, status, work, _ = _followed(path, cycles, bar.update)
+            error = max([_apart(u[:: path.steps], other, cycles, bar.update) for other in coarse], default=np.inf)
+        *lost, bound = doubts(path.friction, u, r)
+        ways = [float((one / np.where(bound > 0, bound, np.inf)).sum(axis=0).max()) for one in lost]
+        error = max(error, float(np.sqrt(np.prod(ways)))) / path.length  # and the slip that may be missed within the increments
+        time, work = begun + np.arange(len(u)) / path.steps, np.cumsum(work, axis=0)
     (bonded_q, bonded_p), (slip, gap), (q, p) = (parted(values, system.tangents + 1) for values in (bonded, u, r))
     arrays = {"time": time, "bonded_q": bonded_q, "bonded_p": bonded_p, "slip": slip, "gap": gap + system.gap, "q": q, "p": p, "work": work}
     status.flags.writeable = False
@@ -128,8 +126,8 @@ def march(
     return trajectory
 
 
-def way_to_follow(system: ContactSystem, engine: Any, steps: Any) -> tuple[str, int]:
-    """The engine and the number of increments from corner to corner, 0 of the exact path.
+def way_to_follow(system: ContactSystem, engine: object, steps: int | None) -> tuple[str, list[int]]:
+    """The engine, and the numbers of increments from corner to corner, none of the exact path.
 
     Raises
     ------
@@ -138,20 +136,20 @@ def way_to_follow(system: ContactSystem, engine: Any, steps: Any) -> tuple[str, 
     """
     if engine is None:
         engine = "path" if system.tangents == 1 and steps is None else "newton"
-    choice("engine", engine, ("path", *ENGINES))
-    if engine in ("path", "milp") and system.tangents > 1:
+    way = str(choice("engine", engine, ("path", *ENGINES)))
+    if way in ("path", "milp") and system.tangents > 1:
         raise ModelError(
-            f"engine: {engine!r}; it needs a law of straight lines, and the friction circle is curved: choose 'newton' or 'qp', and see `step_error` "
+            f"engine: {way!r}; it needs a law of straight lines, and the friction circle is curved: choose 'newton' or 'qp', and see `step_error` "
             "for what the increments leave"
         )
-    if engine == "path" and steps is not None:
+    if way == "path" and steps is not None:
         raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose an engine of increments: {', '.join(ENGINES)}")
-    return engine, 0 if engine == "path" else whole_number("steps", _STEPS if steps is None else steps, least=1)
+    return way, [] if way == "path" else step_counts(steps)
 
 
 def _exactly(path: ExactPath, cycles: int) -> tuple[Array, ...]:
     """Times, loads, `u`, `r`, status and work at all events of the exact path."""
-    loads, first = np.array([path.bonded, *path.legs(cycles)]), path.visited
+    loads, first = np.array([path.bonded, *(load for load, _ in path.begun + path.legs * cycles)]), path.visited
     path.start()
     for _ in range(cycles):
         path.run_cycle()
@@ -160,27 +158,20 @@ def _exactly(path: ExactPath, cycles: int) -> tuple[Array, ...]:
     return time, np.array([np.interp(time, stations, values) for values in loads.T]).T, *states
 
 
-def _followed(path: SteppedPath, cycles: int, tell: Callable[[], Any]) -> list[Point]:
-    """All states of a transient in increments, the initial one first."""
+def _followed(path: SteppedPath, cycles: int, tell: Callable[[], object]) -> list[Array]:
+    """Loads, `u`, `r`, status, work and way of all states of a transient in increments, the initial one first."""
     points, corners = [path.state], len(path.corners)
-    for number, load in enumerate(path.legs(cycles)):
-        points += path.follow_to(load)
+    for number, leg in enumerate(path.begun + path.legs * cycles):
+        points += path.follow_to(*leg)
         if number % corners == 0:
             tell()
-    return points
+    return [np.array(values) for values in zip(*points, strict=True)]
 
 
-def _apart(ends: list[Point], coarse: SteppedPath, cycles: int, tell: Callable[[], Any]) -> float:
+def _apart(ends: Array, coarse: SteppedPath, cycles: int, tell: Callable[[], object]) -> float:
     """Largest distance of the slip at the mean load and the corners from that of fewer increments; inf where these have no answer."""
     try:
-        others = _followed(coarse, cycles, tell)[:: coarse.steps]
+        others = _followed(coarse, cycles, tell)[1][:: coarse.steps]
     except (NoContinuation, SolverError):
         return np.inf
-    return float(max(np.abs(coarse.slip(one) - coarse.slip(other)).max() for one, other in zip(ends, others, strict=True)))
-
-
-def _missed(path: SteppedPath, points: list[Point]) -> float:
-    """Slip that may be missed within the increments."""
-    *works, bound = doubts(path.friction, points)
-    ways = [float((work / np.where(bound > 0, bound, np.inf)).sum(axis=0).max()) for work in works]
-    return float(np.sqrt(np.prod(ways)))
+    return float(np.abs(ends - others)[:, : -coarse.nodes].max())

@@ -1,21 +1,28 @@
 """The steady state of a transient: whether it stops slipping, and if not, how much it dissipates per cycle."""
 
+from time import perf_counter
+
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
-from ..contact.checks import finite_number, flag, whole_number
+from ..contact.answers import Outcome
+from ..contact.checks import finite_number, flag, frozen, whole_number
+from ..contact.coulomb import off_law
 from ..contact.odd_values import warns_of_odd_values
+from ..contact.parts import parted
+from ..contact.progress import bar_of
+from ..contact.record import SolveRecord
 from ..contact.system import checked_system
-from ..errors import NoContinuation
-from .exact.cycles import Run
+from ..contact.tolerances import RESIDUAL, ROUNDING
+from ..errors import NoContinuation, SolverError
+from .cycles import Run, Settled
 from .exact.path import ExactPath
-from .exact.stops import turning_corners
-from .march import way_to_follow
+from .judge import returns_after
 from .outcome import SteadyState
-from .stepped.path import SteppedPath, step_counts
-from .stepped.steady import settled_in_increments
+from .stepped.path import SteppedPath, doubts, step_counts
 
-__all__ = ["settled", "steady_state"]
+__all__ = ["reported", "settled", "steady_state"]
 
 MOST_CYCLES = 2000
 """Number of cycles after which the search for a steady state gives up, unless another one is asked for."""
@@ -73,8 +80,8 @@ def steady_state(
     ModelError
         Bad input.
     NoContinuation
-        The path ends, a load is beyond friction, or no steady state, of period one or two, is proven within `most_cycles`. In increments its
-        attributes then say what is known.
+        The path ends, a load is beyond friction, or no steady state, of period one or two, is proven within `most_cycles`: its attributes then say
+        what is known.
     SolverError
         An increment has no valid answer, or the states violate the contact law or the balance of energy by more than the tolerance.
 
@@ -92,24 +99,34 @@ def steady_state(
     whole_number("most_cycles", most_cycles, least=1)
     shown = flag("progress", progress)
     extra = None if overload is None else finite_number("overload", overload, least=0.0)
-    start = system, cycle, friction, load_factor, initial_slip
-    engine, steps = way_to_follow(checked_system(system), None, steps)
-    if engine != "path":
-        return settled_in_increments([SteppedPath(*start, initial_state, engine, n) for n in step_counts(steps)], extra, most_cycles, shown)
-    path = ExactPath(*start, initial_state=initial_state)
-    path.start()
-    if extra is not None:
-        corners = path.corners_at(extra)
-        path.check_near("overload", corners)
-        for number in turning_corners(cycle):
-            path.follow_to(corners[number], f"the overload's segment to corner {number}")
-    return settled(path, most_cycles)[0]
+    asked = checked_system(system), cycle, friction, load_factor, initial_slip
+    if system.tangents == 1 and steps is None:
+        path = ExactPath(*asked, initial_state=initial_state)
+        path.start(extra)
+        run = Run(path, most_cycles)
+        return reported(run, run.settled(), 0.0)
+    with bar_of(shown, "steady state", "cycle", delay=2) as bar:
+        runs = [Run(SteppedPath(*asked, initial_state, "newton", count), most_cycles, bar.update) for count in step_counts(steps)]
+        runs[0].path.start(extra)
+        found, errors = runs[0].settled(), [np.inf] * (len(runs) == 1)
+        work = float(found.cycle.work.sum()) / runs[0].period
+        for run in runs[1:]:
+            try:
+                run.path.start(extra)
+                other = float(run.settled().cycle.work.sum()) / run.period
+                errors.append(abs(work - other) / (max(work, other) or 1.0))
+            except (NoContinuation, SolverError):
+                errors.append(np.inf)
+        cycles, begun = found.cycle, found.cycle.previous
+        if work > 0 and begun is not None:
+            u, r = np.concatenate([begun[:1], cycles.u]), np.concatenate([cycles.r[-1:], cycles.r])  # the reactions come back
+            lacking, change, _ = doubts(found.path.friction, u, r)
+            errors.append(float(np.sqrt(lacking.sum() * change.sum()) / cycles.work.sum()))
+        return reported(runs[0], found, max(errors))
 
 
 def settled(path: ExactPath, most_cycles: int = MOST_CYCLES) -> tuple[SteadyState, ExactPath]:
-    """The steady state that cycles lead to from where a path is, and a path on it, at the last corner.
-
-    Cycles stop at the corners at which the load turns.
+    """The steady state that cycles lead to from where an exact path is, and a path on it, at the last corner.
 
     Raises
     ------
@@ -118,14 +135,53 @@ def settled(path: ExactPath, most_cycles: int = MOST_CYCLES) -> tuple[SteadyStat
     SolverError
         The states violate the contact law or the balance of energy by more than the tolerance.
     """
-    run = Run(path, turning_corners(path.cycle))
-    while run.cycles + run.period <= most_cycles:
-        run.cycle()
-        found = run.steady()
-        if found is not None:
-            return found, run.settled
-        if run.alternates():
-            run.double()
-        elif run.drifts_on(most_cycles):
-            break
-    raise NoContinuation(f"steady state: {run.reason(most_cycles)}")
+    run = Run(path, most_cycles)
+    found = run.settled()
+    assert isinstance(found.path, ExactPath)
+    return reported(run, found, 0.0), found.path
+
+
+def reported(run: Run, found: Settled, step_error: float) -> SteadyState:
+    """The steady state in words and units of the caller, if its states obey the law and the balance of energy.
+
+    Raises
+    ------
+    SolverError
+        They do not.
+    """
+    path, cycle, n, slips = found.path, found.cycle, found.path.nodes, found.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETING)
+    axes, gap, work = path.system.tangents + 1, path.system.gap, cycle.work / run.period
+    errors = [off_law(path.system, path.friction, one.bonded, one.u, one.r, path.largest, one.previous).max() for one in found.judged]
+    residual = float(np.max([cycle.change, cycle.lost, run.lost, *errors]))
+    if not residual <= RESIDUAL:
+        raise SolverError(
+            f"steady state: its states violate the contact law or the balance of energy, or do not come back, by {residual:.1e} (tolerance "
+            f"{RESIDUAL:g}); {path.cause_of_rounding}"
+        )
+    far = float(np.abs(cycle.after).max())
+    (slip, opening), load, left_out = parted(cycle.u[-1], axes), parted(path.corners[-1], axes), len(path.corners) - len(path.turns)
+    sentence = f"corners: {left_out} of {len(path.corners)} are on the straight segment between others, and no stops"
+    return SteadyState(
+        outcome=found.outcome,
+        dissipation=float(work.sum()),
+        dissipation_per_node=frozen(work),
+        work_error=found.work_error,
+        step_error=step_error,
+        period=returns_after(path, cycle) if run.period == 2 and slips else 1,
+        system=path.system,
+        cycle=path.cycle,
+        friction=frozen(path.friction),
+        load_factor=path.load_factor,
+        slip=frozen(slip),
+        gap=frozen(opening + gap),
+        state=ContactState(slip, np.maximum(opening + gap, 0.0), *load),
+        open=np.asarray((cycle.u[:, -n:] + gap > 0).any(axis=0)),
+        slipping=slips & (path.friction > 0) & (cycle.slid > max(ROUNDING * max(1.0, far), cycle.change) * path.scales.length),
+        first_cycle=run.works[0],
+        cycles=run.cycles,
+        events=path.events,
+        extrapolated=run.extrapolated,
+        unproven=path.unproven,
+        steps=path.steps,
+        record=SolveRecord("NEWTON" if path.steps else "path", (), residual, (sentence,) * (left_out > 0), perf_counter() - path.started),
+    )

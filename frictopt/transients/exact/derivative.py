@@ -139,8 +139,8 @@ class _Follower:
     def map(self) -> ReturnMap:
         path, n = self.path, self.path.nodes
         before, start, work = path.state.u.copy(), path.state.r.copy(), path.state.work.sum()
-        for number, corner in enumerate(path.corners):
-            self._segment(corner, f"the segment to corner {number}")
+        for leg in path.legs:
+            self._segment(*leg)
         derivative = self.stretch.derivative()
         stretches, status, reactions = zip(*self.kept, strict=True) if self.kept else ((), np.zeros((0, n), np.int8), np.zeros((0, 2, 2 * n)))
         return ReturnMap(

@@ -5,11 +5,14 @@ from numpy.typing import ArrayLike
 
 from ...contact import ContactState, ContactSystem, LoadCycle
 from ...contact.checks import Array, flag
+from ...contact.coulomb import off_law
 from ...contact.diagnosis import mean_load_diagnosis, pressing
+from ...contact.history import turning_points
 from ...contact.system import checked_plane
 from ...contact.tolerances import NO_DRIVE, RESTART
 from ...errors import NoContinuation
 from ..begin import Transient
+from ..cycle import Cycle
 from .kernel import (
     DONE,
     FULL,
@@ -28,11 +31,16 @@ from .kernel import (
     set_statuses,
 )
 from .rate import find_rates, rate_problem
-from .scales import scales
 
-__all__ = ["ExactPath"]
+__all__ = ["ExactPath", "turning_corners"]
 
 _ROWS = 256  # events that the record holds before they are moved to the history
+
+
+def turning_corners(cycle: LoadCycle) -> list[int]:
+    """Numbers of the corners at which the load changes its direction, the first and the last one in any case, see `turning_points`."""
+    cases = sorted({case for corner in cycle.corners for case in corner})
+    return turning_points(np.array([[corner.get(case, 0.0) for case in cases] for corner in cycle.corners]))
 
 
 class ExactPath(Transient):
@@ -97,8 +105,8 @@ class ExactPath(Transient):
     ) -> None:
         super().__init__(checked_plane(system), cycle, friction, load_factor, initial_slip, initial_state)
         nodes = self.nodes
-        self._S = np.ascontiguousarray(system.S)
-        self.scales = scales(self._S, self.mean, self.corners)
+        self._S, self.unit = np.ascontiguousarray(system.S), np.tile(self.scales.length, 2)
+        self.turns = turning_corners(cycle)
         self._least_drive = NO_DRIVE * np.tile(self.scales.mean, 2)
         compiled()
         self.fallbacks = 0
@@ -117,38 +125,54 @@ class ExactPath(Transient):
         mean = f"{mean_load_diagnosis(self.system, self.cycle, self.friction)}; " if self.visited < 0 else ""
         return f"there {forces}; {mean}hold the body by supports, or load it less"
 
-    def start(self) -> None:
-        """Follow the path from the artificial load to the mean load; from an earlier state to the end of its cycle."""
-        if self.visited < 0:
-            self.follow_to(self.mean, "the segment from the initial slip to the mean load")
-        elif self.visited > 0:
-            self.run_cycle(self.visited)
+    def run_cycle(self) -> None:
+        """Follow the path once through all corners of the cycle."""
+        for leg in self.legs:
+            self.follow_to(*leg)
 
-    def run_cycle(self, first: int = 0) -> None:
-        """Follow the path once through all corners of the cycle, or through those from the `first` on."""
-        for number, corner in enumerate(self.corners[first:], first):
-            self.follow_to(corner, f"the segment to corner {number}")
+    def cycle_on(self, count: int) -> Cycle:
+        """Follow so many load cycles, from each corner at which the load turns to the next."""
+        state = self.state
+        state.work[:] = state.supplied[:] = state.slid[:] = 0.0  # else a small work is lost to rounding next to that of a far start
+        state.trace[1] = 0
+        before, stops = state.u.copy(), []
+        for number in self.turns * count:
+            self.follow_to(*self.legs[number])
+            stops.append((self.bonded, state.u.copy(), state.r.copy(), float(state.work.sum())))
+        (bonded, u, r), works = (np.array(values) for values in zip(*(stop[:3] for stop in stops), strict=True)), [stop[3] for stop in stops]
+        work, ends = state.work.copy(), (before / self.unit, u[-1] / self.unit)
+        stress = self._S @ ((before + u[-1]) / 2)
+        lost = abs(float(state.supplied[0] - work.sum() - stress @ (u[-1] - before)))
+        scale = max(self.largest * self.length, float(work.sum()), float(np.abs(stress) @ np.abs(before)), np.finfo(float).tiny)
+        return Cycle(
+            *ends,
+            change=float(np.abs(ends[1] - ends[0]).max()),
+            work=work,
+            slid=state.slid.copy(),
+            works=np.diff([0.0, *works[len(self.turns) - 1 :: len(self.turns)]]).tolist(),
+            events=int(state.trace[1]),
+            bonded=bonded,
+            u=u,
+            r=r,
+            lost=max(lost, -float(work.min())) / scale,
+        )
 
-    def stress(self, u: Array) -> Array:
-        """(2N,) reactions `S u` that slip and gap `u = [v, w - g0]` add to the bonded ones."""
-        return np.asarray(self._S @ u)
-
-    def restarted_at(self, u: Array) -> "ExactPath | None":
-        """A copy at the same load with another slip and gap, (2N,); None if that state violates the contact law."""
-        n, copy = self.nodes, object.__new__(ExactPath)
-        copy.__dict__.update(self.__dict__, history=[], _record=new_record(0, n))
-        r = self.bonded + self.stress(u)
+    def at(self, place: Array) -> "ExactPath | None":
+        """A copy at the same load with another slip and gap, (2N,), in slip scales; None if that state violates the contact law."""
+        n, copy, u = self.nodes, self.recorded(0), place * self.unit
         opened = self.state.status == OPEN
-        r[np.r_[opened, opened]] = 0.0
-        copy.state = type(self.state)(*(values.copy() for values in self.state))._replace(u=u.copy(), r=r)
-        copy.state.u[n:][~opened] = -self.state.gap[~opened]
-        copy._active = new_active_set(n)
-        return copy if self.judged(copy.state.u, r, self.bonded, self.force).residual <= RESTART else None
+        u[n:][~opened] = -self.state.gap[~opened]
+        bare = np.flatnonzero(np.r_[opened, opened])
+        u[bare] -= np.linalg.lstsq(self._S[np.ix_(bare, bare)], (self.bonded + self._S @ u)[bare])[0]  # rounding, of a far place many times
+        r = self.bonded + self._S @ u
+        r[bare] = 0.0
+        copy.state = copy.state._replace(u=u, r=r)
+        return copy if off_law(self.system, self.friction, self.bonded, u, r, self.force).max() <= RESTART else None
 
-    def recorded(self) -> "ExactPath":
-        """A copy at the same load and state that keeps the states at all events from here on."""
+    def recorded(self, rows: int = _ROWS) -> "ExactPath":
+        """A copy at the same load and state that keeps the states at all events from here on, so many at a time; 0: none."""
         n, copy = self.nodes, object.__new__(ExactPath)
-        copy.__dict__.update(self.__dict__, history=[], _record=new_record(_ROWS, n), _active=new_active_set(n))
+        copy.__dict__.update(self.__dict__, history=[], _record=new_record(rows, n), _active=new_active_set(n))
         copy.state = type(self.state)(*(values.copy() for values in self.state))
         return copy
 
@@ -174,12 +198,14 @@ class ExactPath(Transient):
                 self._move_record()
             elif code != DONE:
                 self._solve_rate_problem(load_rate, code == NOT_UNIQUE, time, where)
-        refresh(self._S, self.friction, bonded, self.state, self._active)
-        self._move_record()
+        state = self.state
+        refresh(self._S, self.friction, bonded, state, self._active)
+        if len(self._record.time):
+            self._move_record()
         self.bonded = bonded
         self.visited += 1
+        self.events, self.unproven = int(state.trace[0]), int(state.trace[2])
         if len(self._record.time):
-            state = self.state
             self.history.append((np.array([float(self.visited)]), *(values[None].copy() for values in (state.u, state.r, state.status, state.work))))
 
     def _move_record(self) -> None:

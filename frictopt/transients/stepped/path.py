@@ -1,24 +1,27 @@
 """A transient from increment to increment."""
 
-from collections.abc import Iterator, Sequence
+from copy import copy
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...contact import ContactState, ContactSystem, LoadCycle
 from ...contact.checks import Array, whole_number
 from ...contact.parts import joined, parted
-from ...contact.tolerances import ROUNDING
-from ...errors import ModelError
+from ...contact.tolerances import PERIODIC, ROUNDING
+from ...errors import ModelError, NoContinuation, SolverError
 from ..begin import OPEN, STICK, Transient
+from ..cycle import Cycle
 from .sliding import check_sliding
 
 __all__ = ["ENGINES", "Point", "SteppedPath", "doubts", "step_counts"]
 
 ENGINES = MappingProxyType({"newton": "NewtonIncrement", "qp": "FrozenBoundIncrement", "milp": "ExactIncrement"})
 """Ways to solve an increment, and the names of their classes."""
+
+_STEPS = 20  # increments from corner to corner, unless another number is given
 
 
 class Point(NamedTuple):
@@ -27,7 +30,7 @@ class Point(NamedTuple):
     bonded: Array
     u: Array
     r: Array
-    status: np.ndarray[Any, np.dtype[np.int8]]
+    status: NDArray[np.int8]
     work: Array
     way: Array
 
@@ -67,63 +70,87 @@ class SteppedPath(Transient):
         from .. import increments  # here, because the exact path does not need cvxpy
 
         self._increment, self.steps = getattr(increments, ENGINES[engine])(system, self.friction), steps
+        self.unit = np.tile(self.scales.length, system.tangents)
         check_sliding(system, self.friction, {"the mean load": self.mean} | {f"the load at corner {k}": r for k, r in enumerate(self.corners)})
         if not np.abs(self.mean[-self.nodes :]).max() > 0:
             raise ModelError("mean: the mean load has no normal reactions, and a transient starts from it; give `cycle.mean` a load that presses")
         u, r, opened = self._start
-        self.state = self._point(self.bonded, u, r, np.where(opened, OPEN, STICK))
-        self.events = 0
+        none = np.zeros(self.nodes)
+        self.state = Point(self.bonded, u, r, np.where(opened, OPEN, STICK).astype(np.int8), none, none)
 
-    def _point(self, bonded: Array, u: Array, r: Array, status: np.ndarray) -> Point:
-        return Point(bonded, u, r, status.astype(np.int8), np.zeros(self.nodes), np.zeros(self.nodes))
-
-    def slip(self, point: Point) -> Array:
-        """The slip of a state."""
-        return parted(point.u, self.system.tangents + 1)[0]
-
-    def follow_to(self, load: Array) -> Iterator[Point]:
+    def follow_to(self, bonded: Array, where: str) -> list[Point]:
         """The states on the straight way to other bonded reactions; the last one stays.
 
         Raises
         ------
-        SolverError
+        NoContinuation, SolverError
             An increment has no valid answer.
         """
-        start = self.state.bonded
+        start, n, points = self.state.bonded, self.nodes, []
         for step in range(1, self.steps + 1):
-            before, bonded = self.state, start + step / self.steps * (load - start) if step < self.steps else load
-            new = self._moved(bonded, self.slip(before))
-            moved = np.linalg.norm((new.u - before.u).reshape(-1, self.nodes)[:-1], axis=0) * (new.status != OPEN)
+            before, load = self.state, start + step / self.steps * (bonded - start) if step < self.steps else bonded
+            try:
+                new = self._increment.solve(parted(before.u, self.system.tangents + 1)[0], parted(load, self.system.tangents + 1))
+            except (NoContinuation, SolverError) as error:
+                raise type(error)(f"{where}, increment {step} of {self.steps}: {error}") from error
+            u, r = joined(new.slip, new.gap - self.system.gap), joined(new.q, new.p)
+            moved = np.linalg.norm((u - before.u).reshape(-1, n)[:-1], axis=0) * (new.status != OPEN)
+            bound = self.friction * (before.r + r)[-n:] / 2
             self.events += int((new.status != before.status).sum())
-            bound = self.friction * (before.r + new.r)[-self.nodes :] / 2
-            self.state = new._replace(work=bound * moved, way=np.where(bound > ROUNDING * self.largest, moved, 0.0))
-            yield self.state
+            self.state = Point(load, u, r, new.status, bound * moved, np.where(bound > ROUNDING * self.largest, moved, 0.0))
+            points.append(self.state)
+        self.bonded, self.visited, self.unproven = bonded, self.visited + 1, self.events  # nothing is proven of any event
+        return points
 
-    def moved_to(self, slip: Array) -> None:
-        """Put the contact at another slip, under the load at hand; where that is beyond the law, it slips at once."""
-        self.state = self._moved(self.state.bonded, slip)
+    def cycle_on(self, count: int) -> Cycle:
+        """Follow so many load cycles, from increment to increment."""
+        begin, points = self.state, list[Point]()
+        for leg in self.legs * count:
+            points += self.follow_to(*leg)
+        bonded, u, r, status, work, way = (np.array(values) for values in zip(*points, strict=True))
+        before, after = begin.u[: -self.nodes] / self.unit, u[-1, : -self.nodes] / self.unit
+        return Cycle(
+            before,
+            after,
+            change=float(np.abs(after - before).max()),
+            work=work.sum(axis=0),
+            slid=way.sum(axis=0),
+            works=work.reshape(count, -1).sum(axis=1).tolist(),
+            events=status.tobytes(),
+            bonded=bonded,
+            u=u,
+            r=r,
+            previous=np.concatenate([begin.u[None], u[:-1]]),
+        )
 
-    def _moved(self, bonded: Array, slip: Array) -> Point:
-        new = self._increment.solve(slip, parted(bonded, self.system.tangents + 1))
-        return self._point(bonded, joined(new.slip, new.gap - self.system.gap), joined(new.q, new.p), new.status)
+    def at(self, place: Array) -> Self | None:
+        """A copy at the same load with another slip, in slip scales; None if no state stands there."""
+        elsewhere, n = copy(self), self.nodes
+        elsewhere.state = self.state._replace(u=np.r_[place * self.unit, self.state.u[-n:]])
+        elsewhere.steps = 1
+        try:
+            (found,) = elsewhere.follow_to(self.bonded, "the load at hand")
+        except (NoContinuation, SolverError):
+            return None
+        elsewhere.steps = self.steps
+        return elsewhere if np.abs(found.u[:-n] / self.unit - place).max() <= PERIODIC else None
 
 
-def step_counts(steps: int) -> list[int]:
-    """The numbers of increments from corner to corner that tell the error of the first one: itself, a half and a quarter of it."""
-    whole_number("steps", steps, least=1)
-    return sorted({steps, max(1, steps // 2), max(1, steps // 4)}, reverse=True)
+def step_counts(steps: int | None) -> list[int]:
+    """The numbers of increments from corner to corner that tell the error of the first one: itself, 20 where none is asked, a half and a quarter."""
+    number = whole_number("steps", _STEPS if steps is None else steps, least=1)
+    return sorted({number, max(1, number // 2), max(1, number // 4)}, reverse=True)
 
 
-def doubts(friction: Array, points: Sequence[Point]) -> tuple[Array, Array, Array]:
-    """Two works (T - 1, N) that the ends of increments leave in doubt, and the mean friction bound, from T states.
+def doubts(friction: Array, u: Array, r: Array) -> tuple[Array, Array, Array]:
+    """Two works (T - 1, N) that the ends of increments leave in doubt, and the mean friction bound, from T states and their reactions, (T, M).
 
     The first one is what the loads lack for the work of friction: a node that sticks in a part of an increment, or slips to and fro, is below its
     bound there. The second one is the change of the bound along the way. Both are zero where a node slips all the time, or its bound stays: there
     the increment is exact. They see events that lie so close to a corner that no number of increments parts them.
     """
-    u, r = (np.array([getattr(point, name).reshape(-1, len(friction)) for point in points]) for name in ("u", "r"))
-    closed = np.array([point.status for point in points[1:]]) != OPEN
-    moved, q, bound = np.diff(u[:, :-1], axis=0), r[:, :-1], friction * r[:, -1]
-    way, mean = np.linalg.norm(moved, axis=1) * closed, (bound[1:] + bound[:-1]) / 2
-    lacking = mean * way + ((q[1:] + q[:-1]) / 2 * moved).sum(axis=1) * closed
+    u, r = (part.reshape(len(part), -1, len(friction)) for part in (u, r))
+    moved, q, bound = np.diff(u[:, :-1], axis=0) * (r[1:] != 0).any(axis=1)[:, None], r[:, :-1], friction * r[:, -1]  # an open node has no reactions
+    way, mean = np.linalg.norm(moved, axis=1), (bound[1:] + bound[:-1]) / 2
+    lacking = mean * way + ((q[1:] + q[:-1]) / 2 * moved).sum(axis=1)
     return np.maximum(lacking, 0.0), np.abs(np.diff(bound, axis=0)) * way, mean

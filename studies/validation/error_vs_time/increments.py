@@ -164,7 +164,7 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
 
 def _followed(path: ExactPath, before: Array) -> Array:
     """(2N,) slip and gap at the second corner, on the exact path from a state at the first."""
-    here = path.restarted_at(before)
+    here = path.at(before / path.unit)
     if here is None:
         raise ArithmeticError("the state at the first corner does not obey the contact law")
     here.follow_to(path.corners[1], "the segment to the second corner")

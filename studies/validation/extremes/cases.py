@@ -249,7 +249,7 @@ def _cycles(sizes: Sizes) -> Iterator[Probe]:
         for _ in range(sizes.cycles):
             path.state.work[:] = 0.0
             path.run_cycle()
-        drift = path.state.r - path.bonded - path.stress(path.state.u)
+        drift = path.state.r - path.bonded - path.system.S @ path.state.u
         return Answer(float(path.state.work.sum()), float(np.abs(drift).max() / path.force), "exact path", path.fallbacks)
 
     steady = partial(_steady, system, LOADS, 0.7, 1.4 * limit)

@@ -1,0 +1,239 @@
+"""The cycles of a transient, and what the last ones prove of its steady state: on the exact path and in increments."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+from ..contact.answers import Outcome
+from ..contact.extrapolation import SLOW, distance_left, drift_text, limit_of
+from ..contact.parts import parted
+from ..contact.tolerances import PERIODIC, REPEATED, RESIDUAL
+from ..errors import NoContinuation, SolverError
+from .begin import Transient
+from .cycle import Cycle
+from .judge import at_rest, slips, work_error
+
+__all__ = ["Run", "Settled"]
+
+_NEAR = 1e-3  # the affine map is also tested at this share of the distance from the extrapolated limit
+_AFFINE = 1e-3  # largest deviation from an affine map, over the change, that is accepted: a new event changes it by more
+_WINDOW = 12  # number of last cycles that an extrapolation uses
+_LEAST = 4  # cycles with the same events before the first extrapolation, and cycles in turn that show a return after two
+_MORE = 30  # cycles followed until the work repeats
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """A steady state: its outcome, the transient on it, its cycle, the relative error of its work, and the cycles by whose states it is judged."""
+
+    outcome: Outcome
+    path: Transient
+    cycle: Cycle
+    work_error: float
+    judged: tuple[Cycle, ...]
+
+
+@dataclass(eq=False)
+class Run:
+    """The cycles of one transient so far.
+
+    Attributes
+    ----------
+    path
+        The transient.
+    most
+        Number of cycles after which to give up.
+    tell
+        What to call after each return.
+    period
+        Load cycles in one return: 1, or 2 from where two of them come back and one does not.
+    cycles
+        Number of load cycles followed, including those of proofs.
+    works
+        Work of friction in each load cycle of the transient itself.
+    last
+        Its last returns. The first one starts at the mean load, not at the last corner, and is not among them.
+    lost
+        Largest error of the balance of energy in a return.
+    tried, pause
+        Extrapolations that failed since the events last changed, and returns until the next one.
+    slow
+        Sum of all later changes over the last one, where the transient went on from its limit.
+    extrapolated
+        Whether it did.
+    """
+
+    path: Transient
+    most: int
+    tell: Callable[[], object] = lambda: None
+    period: int = 1
+    cycles: int = 0
+    works: list[float] = field(default_factory=list)
+    last: list[Cycle] = field(default_factory=list)
+    lost: float = 0.0
+    tried: int = 0
+    pause: int = 0
+    slow: float = 1.0
+    extrapolated: bool = False
+
+    def settled(self) -> Settled:
+        """The steady state.
+
+        Raises
+        ------
+        NoContinuation
+            The transient ends, or no steady state is proven within the number of cycles; attributes say what is known by then.
+        """
+        ahead = ""
+        while self.cycles + self.period <= self.most:
+            first, latest = not self.works, self.follow(self.path)
+            self.works, self.lost = self.works + latest.works, max(self.lost, latest.lost)
+            self.last = [] if first else [*self.last[-_WINDOW:], latest]
+            found = self.shown(latest)
+            if found is None and self.last and self.goes_on_at_limit():
+                found = self.shown(self.last[-1])
+            if found is not None:
+                return found
+            if self.alternates():
+                self.period, self.last, self.tried, self.pause = 2, [], 0, 0
+            elif 0 < self.tried == self.pause and (ahead := self.drifts_on()):
+                break
+        raise self.given_up(latest, ahead)
+
+    def follow(self, path: Transient) -> Cycle:
+        """One return of a transient."""
+        cycle = path.cycle_on(self.period)
+        self.cycles += self.period
+        self.tell()
+        return cycle
+
+    def shown(self, cycle: Cycle) -> Settled | None:
+        """The steady state, if the last returns prove one."""
+        path, last = self.path, self.last
+        if (resting := at_rest(path, cycle)) is not None:
+            return Settled(Outcome.SHAKEDOWN, path, resting, 0.0, (cycle, resting))
+        if not last:
+            return None
+        if cycle.change <= PERIODIC:
+            slides = slips(path, cycle, last[-2] if len(last) > 1 else None)
+            far = max(1.0, float(np.abs(cycle.after).max())) if path.steps else 1.0  # increments have rounding of the size of their slips
+            left = 0.0 if self.extrapolated or not cycle.work.any() else distance_left([one.change for one in last[-3:]], REPEATED * far)
+            if left <= RESIDUAL and slides is False:
+                return Settled(Outcome.SHAKEDOWN, path, replace(cycle, work=0 * cycle.work), 0.0, (cycle,))
+            if left <= RESIDUAL and slides:
+                cycles = last[-2:]
+                while not (off := work_error(path, cycles, self.slow)) <= RESIDUAL and len(cycles) < _MORE:
+                    cycles.append(self.follow(path))  # a change that counts as none is a share of little slip
+                return Settled(Outcome.CYCLIC_SLIP, path, cycles[-1], off, tuple(cycles[-1:]))
+        drifts = self.ratchets()
+        return None if drifts is None else Settled(Outcome.RATCHETING, path, replace(cycle, change=0.0), drifts, (cycle,))
+
+    def ratchets(self) -> float | None:
+        """The relative change of the work, if the slip drifts by the same amount in every return, and the drift adds no stress and changes no gap."""
+        if len(self.last) < 3 or len({cycle.events for cycle in self.last[-3:]}) > 1:
+            return None
+        path, (before, last) = self.path, self.last[-2:]
+        n, rounding = path.nodes, np.finfo(float).eps * float(np.abs(last.after).max())
+        stress, opening = np.abs(last.r[-1] - before.r[-1]).reshape(-1, n), np.abs(last.u[-1] - before.u[-1])[-n:]
+        steady = np.abs((last.after - last.before) - (before.after - before.before)).max() <= PERIODIC * last.change
+        steady = steady and np.abs(last.work - before.work).max() <= PERIODIC * last.work.sum()
+        held = (stress > PERIODIC * path.scales.force).any() or (opening > PERIODIC * last.change * path.scales.length).any()
+        if not steady or held or last.change <= rounding / PERIODIC:
+            return None
+        return abs(float(last.work.sum() - before.work.sum())) / (float(last.work.sum()) or 1.0)
+
+    def alternates(self) -> bool:
+        """Whether each of the last returns nearly undoes the one before: two change slip and gap by less than half of what one does."""
+        pairs = list(pairwise(self.last[-_LEAST - 1 :]))
+        return (
+            self.period == 1
+            and len(pairs) == _LEAST
+            and all(later.change > max(PERIODIC, 2 * np.abs(later.after - earlier.before).max()) for earlier, later in pairs)
+        )
+
+    def goes_on_at_limit(self) -> bool:
+        """Go on from the limit of the last returns with the same events, if it is proven to be theirs.
+
+        The proof has two parts. First, a return from the limit comes back to it. Second, the map of one return is affine for all later states: they
+        are weighted means of the limit, the last state and a few states between (`limit_of`), and a return from each of these ends where the affine
+        map says.
+        """
+        last, path = self.last, self.path
+        same = next((k for k, other in enumerate(reversed(last)) if other.events != last[-1].events), len(last))
+        if same < _LEAST or self.pause:
+            self.tried, self.pause = (0, 0) if same < _LEAST else (self.tried, self.pause - 1)
+            return False
+        self.tried = self.pause = self.tried + 1
+        for count in range(same, _LEAST - 1, -2):  # the first of these may have another map: the same events in another order
+            found = limit_of(np.array([last[-count].before, *(cycle.after for cycle in last[-count:])]))
+            proof = None if found is None else path.at(found[0])
+            if found is not None and proof is not None:
+                break
+        else:
+            return False
+        limit, modes = found
+        shares = [(_NEAR * (last[-1].before - limit), _NEAR * (last[-1].after - limit))]
+        shares += [(size * before, size * after) for before, after in modes for size in (1.0, _NEAR)]
+        try:
+            proving = self.follow(proof)
+            if proving.change > PERIODIC:
+                return False
+            for before, after in shares:
+                probe = path.at(limit + before)
+                if probe is None:
+                    return False
+                off = np.abs(self.follow(probe).after - limit - after).max()
+                if off > PERIODIC + _AFFINE * np.abs(before - after).max():
+                    return False
+        except (NoContinuation, SolverError):
+            return False
+        self.slow = distance_left([cycle.change for cycle in last[-3:]], REPEATED) / last[-1].change
+        self.path, self.last, self.extrapolated, self.tried, self.pause = proof, [proving], True, 0, 0
+        return True
+
+    def drifts_on(self) -> str:
+        """In words, that more returns cannot help: one from where the drift leads in all cycles left has the same events and drift.
+
+        Empty where this is not so. Asked only when an extrapolation has failed on the exact path, and where neither the drift nor its change of the
+        gaps would die out in these cycles: a drift that changes no gap may yet be proven to be ratcheting.
+        """
+        (before, last), left, n = self.last[-2:], (self.most - self.cycles) // self.period, self.path.nodes
+        drift, bend = last.after - last.before, np.abs((last.after - last.before) - (before.after - before.before))
+        if self.path.steps or left <= 0 or last.change <= PERIODIC or bend.max() >= min(SLOW, 1 / left) * last.change:
+            return ""
+        if not (np.abs(drift) - left * bend)[n:].max() > PERIODIC * np.abs(drift).max():
+            return ""
+        far = self.path.at(last.after + left * drift)
+        try:
+            ahead = None if far is None else self.follow(far)
+        except NoContinuation:
+            return ""
+        if ahead is None or ahead.events != last.events or not 2 * np.abs(ahead.after - ahead.before - drift).max() < last.change:
+            return ""
+        return f"; a cycle from where the drift leads in {left} more cycles has the same events, changes gaps, and drifts by {ahead.change:.1e}"
+
+    def given_up(self, latest: Cycle, ahead: str) -> NoContinuation:
+        """The error that says why no steady state is proven, what to change, and what is known after the latest return."""
+        path, change, decay = self.path, latest.change, np.inf
+        if len(self.last) > 1 and self.last[-2].events == latest.events and change > 0:
+            before = self.last[-2]
+            decay = float(np.abs((latest.after - latest.before) - (before.after - before.before)).max()) / change
+        span = "a cycle" if self.period == 1 else "in two cycles"
+        text = f"none proven within most_cycles = {self.most} cycles (the slip changes by {change:.1e} slip scales {span})"
+        if path.far_start:
+            text = f"{text}; {path.cause_of_rounding}"
+        elif change > PERIODIC and self.tried and decay < SLOW:
+            text = f"none proven within {self.cycles} of most_cycles = {self.most} cycles; {drift_text(change, decay)}{ahead}"
+        elif change > PERIODIC:
+            text = f"{text}; allow more"
+        else:
+            text = (
+                f"{text}; its work of friction, {latest.work.sum():.1e} a cycle, is too little beside forces of {path.largest:.1e} to tell slip from "
+                "none: take a load factor further from the limit, or loads that are closer together"
+            )
+        error = NoContinuation(f"steady state: {text}")
+        error.slip, gap = parted(latest.u[-1], path.system.tangents + 1)
+        error.gap, error.work = gap + path.system.gap, np.array(self.works)
+        return error
