@@ -46,6 +46,8 @@ Array: TypeAlias = NDArray[np.float64]
 Names: TypeAlias = NDArray[np.str_]
 T = TypeVar("T")
 
+_UNFIT = np.ma.MaskedArray | bytearray | memoryview  # what numpy would silently convert to numbers
+
 
 def frozen(values: object) -> Array:
     """Return a read-only float64 copy."""
@@ -72,7 +74,7 @@ def real_array(name: str, values: object) -> Array:
     if hasattr(values, "toarray"):
         raise ModelError(f"{name}: a sparse {type(values).__name__}; give a dense array, `.toarray()`")
     try:
-        unfit = _unfit(values)
+        unfit = isinstance(values, _UNFIT) or (isinstance(values, list | tuple) and _unfit(values))
         raw = np.asarray(0.0 if unfit else values)
     except (TypeError, ValueError, RecursionError) as error:
         raise ModelError(f"{name}: {shown(values)} is no array, or has rows of different lengths; give a rectangular array") from error
@@ -238,10 +240,10 @@ def shown(value: object) -> str:
 
 
 def _unfit(values: object) -> bool:
-    """Whether lists hold, at any depth, a masked array or raw bytes, which numpy would silently convert to numbers."""
+    """Whether lists hold, at any depth, a masked array or raw bytes."""
     if isinstance(values, list | tuple):
         return any(map(_unfit, values))
-    return isinstance(values, np.ma.MaskedArray | bytearray | memoryview)
+    return isinstance(values, _UNFIT)
 
 
 def _text(shape: tuple[int | None, ...]) -> str:

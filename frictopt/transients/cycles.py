@@ -96,9 +96,11 @@ class Run:
                 found = self.shown(self.last[-1])
             if found is not None:
                 return found
-            if self.alternates():
+            pairs = list(pairwise(self.last[-_LEAST - 1 :]))
+            undone = [later.change > max(PERIODIC, 2 * np.abs(later.after - earlier.before).max()) for earlier, later in pairs]
+            if self.period == 1 and len(undone) == _LEAST and all(undone):  # two returns change less than half of what one does
                 self.period, self.last, self.tried, self.pause = 2, [], 0, 0
-            elif 0 < self.tried == self.pause and (ahead := self.drifts_on()):
+            elif 0 < self.tried == self.pause and not self.path.steps and (ahead := self.drifts_on()):
                 break
         raise self.given_up(latest, ahead)
 
@@ -143,15 +145,6 @@ class Run:
         if not steady or held or last.change <= rounding / PERIODIC:
             return None
         return abs(float(last.work.sum() - before.work.sum())) / (float(last.work.sum()) or 1.0)
-
-    def alternates(self) -> bool:
-        """Whether each of the last returns nearly undoes the one before: two change slip and gap by less than half of what one does."""
-        pairs = list(pairwise(self.last[-_LEAST - 1 :]))
-        return (
-            self.period == 1
-            and len(pairs) == _LEAST
-            and all(later.change > max(PERIODIC, 2 * np.abs(later.after - earlier.before).max()) for earlier, later in pairs)
-        )
 
     def goes_on_at_limit(self) -> bool:
         """Go on from the limit of the last returns with the same events, if it is proven to be theirs.
@@ -201,7 +194,7 @@ class Run:
         """
         (before, last), left, n = self.last[-2:], (self.most - self.cycles) // self.period, self.path.nodes
         drift, bend = last.after - last.before, np.abs((last.after - last.before) - (before.after - before.before))
-        if self.path.steps or left <= 0 or last.change <= PERIODIC or bend.max() >= min(SLOW, 1 / left) * last.change:
+        if left <= 0 or last.change <= PERIODIC or bend.max() >= min(SLOW, 1 / left) * last.change:
             return ""
         if not (np.abs(drift) - left * bend)[n:].max() > PERIODIC * np.abs(drift).max():
             return ""

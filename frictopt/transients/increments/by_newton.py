@@ -1,17 +1,15 @@
 """One friction increment by Newton's method: the quick way, in the plane and in space."""
 
-from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...contact import ContactSystem
 from ...contact.tolerances import RESIDUAL
 from ...errors import SolverError
 from .frozen_bound import FrozenBoundIncrement
 from .increment import FrictionIncrement, Increment, Posed
-from .newton import State, by_friction, newton
+from .newton import by_friction, newton
 
 __all__ = ["NewtonIncrement"]
 
@@ -47,25 +45,20 @@ class NewtonIncrement(FrictionIncrement):
     ([[-0.9, -1.2]], [[0.3, 0.4]])
     """
 
-    def __init__(self, system: ContactSystem, friction: ArrayLike) -> None:
-        super().__init__(system, friction)
-        own = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
-        tangent = np.tile(own[:-1].mean(axis=0), (len(own) - 1, 1))
-        self._by_direction = replace(self.law, own=np.vstack([tangent, own[-1]]))
-
-    def _states(self, posed: Posed) -> Iterator[State]:
-        """From no motion, by c of nodes and of directions; then from the states of less friction."""
-        laws, still = (self.law, self._by_direction), np.zeros_like(posed.trial)
-        yield from (newton(replace(law, own=scale * law.own), posed.trial, still) for law in laws for scale in _SCALES)
-        yield from (by_friction(law, posed.trial) for law in laws)
-
     def _solved(self, posed: Posed) -> Increment:
-        least = np.inf
-        for state in self._states(posed):
-            found = posed.result(state, "NEWTON")
-            if found.residual <= RESIDUAL:
+        """From no motion, by c of nodes and of directions; then from the states of less friction."""
+        found = posed.result(newton(self.law, posed.trial, np.zeros_like(posed.trial)), "NEWTON")
+        return found if found.record.residual <= RESIDUAL else self._otherwise(posed, found.record.residual)
+
+    def _otherwise(self, posed: Posed, least: float) -> Increment:
+        tangent = np.tile(self.own[:-1].mean(axis=0), (len(self.own) - 1, 1))
+        laws, still = (self.law, replace(self.law, own=np.vstack([tangent, self.own[-1]]))), np.zeros_like(posed.trial)
+        ways = [partial(newton, replace(law, own=scale * law.own), posed.trial, still) for law in laws for scale in _SCALES][1:]
+        for way in [*ways, *(partial(by_friction, law, posed.trial) for law in laws)]:
+            found = posed.result(way(), "NEWTON")
+            if found.record.residual <= RESIDUAL:
                 return found
-            least = min(least, found.residual)
+            least = min(least, found.record.residual)
         try:
             return FrozenBoundIncrement(self.system, self.friction)._solved(posed)
         except SolverError:

@@ -5,15 +5,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from time import perf_counter
-from typing import IO, Any, ClassVar
+from typing import IO, ClassVar
 
 import cvxpy as cp
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from ...contact import ContactSystem, friction_coefficients, referee
-from ...contact.checks import Array, finite_array, frozen
+from ...contact import ContactSystem, friction_coefficients
+from ...contact.checks import Array, finite_array
+from ...contact.coulomb import off_law
 from ...contact.parts import joined, parted
 from ...contact.record import Attempt, Recorded, SolveRecord
 from ...contact.show import components, frame
@@ -74,7 +75,7 @@ class Increment(Recorded):
     gap: Array
     q: Array
     p: Array
-    status: np.ndarray[Any, np.dtype[np.int8]]
+    status: NDArray[np.int8]
     steps: int
     record: SolveRecord
     problem: cp.Problem | None = field(repr=False)
@@ -86,7 +87,7 @@ class Increment(Recorded):
         columns = {**components("slip", self.slip), "gap": self.gap, **components("q", self.q), "p": self.p, "status": self.status}
         return frame({"node": range(len(self.gap)), **columns})
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         counts = {name: int((np.abs(self.status) == value).sum()) for name, value in (("slipping", 1), ("open", OPEN))}
         return {"nodes": len(self.gap), **counts, "residual": self.residual, "solver": self.record.solver}
 
@@ -106,7 +107,7 @@ class Posed:
         Arrays that are not finite, not real or do not fit.
     """
 
-    def __init__(self, owner: "FrictionIncrement", slip: ArrayLike, bonded: Any) -> None:
+    def __init__(self, owner: "FrictionIncrement", slip: ArrayLike, bonded: Sequence[ArrayLike]) -> None:
         system, self._started = owner.system, perf_counter()
         shapes = system.slip_shape, (system.nodes,)
         try:
@@ -123,16 +124,15 @@ class Posed:
 
     def result(self, state: State, solver: str, attempts: tuple[Attempt, ...] = (), problem: cp.Problem | None = None, steps: int = 0) -> Increment:
         """The state in the caller's units, with what the referee says of it; `steps` are those of the state, unless given."""
-        owner, axes = self.owner, self.owner.system.tangents + 1
-        (dv, w), (q, p) = parted(state.u, axes), parted(self.force * state.r, axes)
-        slip, gap, residual = np.where(dv != 0, self.slip + self.length * dv, self.slip), self.length * np.maximum(w, 0.0), np.inf
-        if np.isfinite(state.u).all() and np.isfinite(state.r).all():
-            claim = {"v": slip, "w": gap, "q": q, "p": p, "previous_slip": self.slip}
-            residual = referee(owner.system, self.bonded, owner.friction, **claim, force_scale=self.force).residual
-        state.status.flags.writeable = False
+        owner, system = self.owner, self.owner.system
+        (dv, w), (q, p) = parted(state.u, system.tangents + 1), parted(self.force * state.r, system.tangents + 1)
+        slip, gap = np.where(dv != 0, self.slip + self.length * dv, self.slip), self.length * np.maximum(w, 0.0)
+        u, before = joined(slip, gap - system.gap), joined(self.slip, gap)
+        errors = off_law(system, owner.friction, joined(*self.bonded), u, self.force * state.r, self.force, before)
+        residual = float(np.nan_to_num(errors, nan=np.inf, posinf=np.inf).max())
         units = dict.fromkeys(("slip_increment", "gap", "forward_slip", "backward_slip"), self.length)
         record = SolveRecord(solver, attempts, residual, (), perf_counter() - self._started)
-        return Increment(frozen(slip), frozen(gap), frozen(q), frozen(p), state.status, steps or state.steps, record, problem, owner._title, units)
+        return Increment(slip, gap, q, p, state.status, steps or state.steps, record, problem, owner._title, units)
 
 
 class FrictionIncrement(ABC):
@@ -150,8 +150,9 @@ class FrictionIncrement(ABC):
 
     def __init__(self, system: ContactSystem, friction: ArrayLike) -> None:
         self.system, self.friction = checked_system(system), friction_coefficients(friction, system.nodes)
-        own = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
-        self.law = Law(frozen(system.S / system.stiffness_scale), self.friction, np.tile(own.max(axis=0), (len(own), 1)))
+        self.own = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
+        """(t + 1, N) dimensionless stiffness of each direction of each node."""
+        self.law = Law(system.S / system.stiffness_scale, self.friction, np.tile(self.own.max(axis=0), (len(self.own), 1)))
         """The dimensionless law, with one c and d for all directions of a node."""
 
     @cached_property

@@ -9,9 +9,10 @@ direction of `q - d dv`. Newton's method takes the piece at hand. A node has one
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
@@ -51,7 +52,7 @@ class State:
 
     u: Array
     r: Array
-    status: np.ndarray[Any, np.dtype[np.int8]]
+    status: NDArray[np.int8]
     steps: int
     error: float
 
@@ -74,83 +75,92 @@ def by_friction(law: Law, trial: Array) -> State:
 
 
 def newton(law: Law, trial: Array, u: Array, most: int = _STEPS) -> State:
-    """The state that so many steps of Newton's method reach from motions u at most; whether it obeys the law is for the referee to say."""
-    best, steps = _Piece(law, trial, u), 0
+    """The state that so many steps of Newton's method reach from motions u at most; whether it obeys the law is for the referee to say.
+
+    What its piece of the law lets vanish is zero in it, and slipping nodes are on their bound. In the plane slip against +x has the status -1.
+    """
+    best, steps = _piece(law, trial, u), 0
     while steps < most and best.error > NEWTON:
         steps += 1
-        direction, share, found = best.step(), 1.0, best
+        direction, share, found = _step(law, best), 1.0, best
         for _ in range(_HALVINGS):
-            found = _Piece(law, trial, best.u + share * direction)
+            found = _piece(law, trial, best.u + share * direction)
             if found.merit < best.merit:
                 break
             share /= 2
         if found.merit >= best.merit and best.error <= STALLED:
             break
         best = found
-    return best.state(steps)
+    still = np.concatenate([np.tile(best.status == STICK, len(best.unit)), best.status != OPEN])
+    u = np.where(still, 0.0, best.u)
+    sense = -np.sign(best.unit[0]).astype(np.int8) if len(best.unit) == 1 else 1
+    r = (best.r + law.S @ (u - best.u)).reshape(law.own.shape)
+    r[:, best.status == OPEN] = 0.0
+    r[:-1] = np.where(best.status == SLIP, law.friction * r[-1] * best.unit, r[:-1])
+    return State(u, r.ravel(), np.where(best.status == SLIP, sense, best.status).astype(np.int8), steps, best.error)
 
 
-def _least_motion(matrix: Array, right: Array) -> Array:
-    """Solution of linear equations; where they leave motions free, which nothing holds, the one without them."""
+class _Piece(NamedTuple):
+    """The smooth piece of the law at motions u, and its errors there; slips and shear forces are (t, N) here.
+
+    `unit` is the direction of `q - d dv` at each node, `shrink` the friction bound over its size.
+    """
+
+    u: Array
+    r: Array
+    status: NDArray[np.int8]
+    unit: Array
+    shrink: Array
+    error_q: Array
+    error_p: Array
+    merit: float
+    error: float
+
+
+def _piece(law: Law, trial: Array, u: Array) -> _Piece:
+    (d, c), r = law.own[-2:], trial + law.S @ u
+    (dv, w), (q, p) = ((values.reshape(law.own.shape)[:-1], values.reshape(law.own.shape)[-1]) for values in (u, r))
+    pressed = p - c * w
+    radius = law.friction * np.maximum(pressed, 0.0)
+    pull = q - d * dv
+    size = np.sqrt((pull**2).sum(axis=0))
+    status = np.where(pressed <= 0, OPEN, np.where(size > radius, SLIP, STICK)).astype(np.int8)
+    whole = np.where(size > 0, size, 1.0)
+    unit = pull / whole
+    project = np.where(status == SLIP, radius * unit, pull)
+    project[:, status == OPEN] = 0.0
+    error_q, error_p = q - project, p - np.maximum(pressed, 0.0)
+    merit, error = float((error_q**2).sum() + (error_p**2).sum()), float(max(np.abs(error_q).max(), np.abs(error_p).max()))
+    return _Piece(u, r, status, unit, radius / whole, error_q, error_p, merit, error)
+
+
+def _step(law: Law, piece: _Piece) -> Array:
+    """Newton's step on a piece: sticking and closed motions vanish, the others solve their equations; what nothing holds does not move."""
+    t, n = piece.unit.shape
+    slip, opened = np.flatnonzero(piece.status == SLIP), np.flatnonzero(piece.status == OPEN)
+    axes, s = range(t), len(slip)
+    free = np.concatenate([*(k * n + slip for k in axes), *(k * n + opened for k in range(t + 1))])
+    step = -piece.u.copy()
+    step[free] = 0.0
+    if not len(free):
+        return step
+    (d, c), f, unit, shrink = law.own[-2:, slip], law.friction[slip], piece.unit[:, slip], piece.shrink[slip]
+    # tangential rows: (1 - shrink P) S_q + shrink d P - n f (S_p - c e_w), with P = 1 - n n' across the direction n
+    across = np.eye(t)[:, :, None] - unit[:, None] * unit[None]
+    share = np.eye(t)[:, :, None] - shrink * across
+    rows, normal, own = law.S[free], law.S[t * n + slip], np.arange(s)
+    sheared = rows[: t * s].reshape(t, s, rows.shape[1]).copy()
+    for a in axes:
+        rows[a * s : (a + 1) * s] = (share[a][:, :, None] * sheared).sum(axis=0) - (f * unit[a])[:, None] * normal
+        for b in axes:
+            rows[a * s + own, b * n + slip] += d * shrink * across[a, b]
+        rows[a * s + own, t * n + slip] += f * unit[a] * c
+    errors = np.concatenate([piece.error_q[:, slip].ravel(), piece.error_q[:, opened].ravel(), piece.error_p[opened]])
+    root = np.sqrt(law.own.ravel()[free])
+    matrix, right = rows[:, free] / np.outer(root, root), (-errors - rows @ step) / root
     factors, pivots, singular = dgetrf(matrix)
     if not singular and dgecon(factors, np.abs(matrix).sum(axis=0).max())[0] > ROUNDING:
-        return np.asarray(dgetrs(factors, pivots, right)[0])
-    return np.asarray(lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0])
-
-
-class _Piece:
-    """The smooth piece of the law at motions u, and its error there; slips and shear forces are (t, N) here."""
-
-    def __init__(self, law: Law, trial: Array, u: Array) -> None:
-        self.law, self.u, (d, c) = law, u, law.own[-2:]
-        self.r = trial + law.S @ u
-        (dv, w), (q, p) = ((values.reshape(law.own.shape)[:-1], values.reshape(law.own.shape)[-1]) for values in (u, self.r))
-        pressed = p - c * w
-        radius = law.friction * np.maximum(pressed, 0.0)
-        pull = q - d * dv
-        size = np.sqrt((pull**2).sum(axis=0))
-        self.status = np.where(pressed <= 0, OPEN, np.where(size > radius, SLIP, STICK)).astype(np.int8)
-        whole = np.where(size > 0, size, 1.0)
-        self.unit, self._shrink = pull / whole, radius / whole
-        project = np.where(self.status == SLIP, radius * self.unit, pull)
-        project[:, self.status == OPEN] = 0.0
-        self._error_q, self._error_p = q - project, p - np.maximum(pressed, 0.0)
-        self.merit = float((self._error_q**2).sum() + (self._error_p**2).sum())
-        self.error = float(max(np.abs(self._error_q).max(), np.abs(self._error_p).max()))
-
-    def step(self) -> Array:
-        """Newton's step on this piece: sticking and closed motions vanish, the others solve their equations."""
-        law, (t, n) = self.law, self.unit.shape
-        slip, opened = np.flatnonzero(self.status == SLIP), np.flatnonzero(self.status == OPEN)
-        axes, s = range(t), len(slip)
-        free = np.concatenate([*(k * n + slip for k in axes), *(k * n + opened for k in range(t + 1))])
-        step = -self.u.copy()
-        step[free] = 0.0
-        if not len(free):
-            return step
-        (d, c), f, unit, shrink = law.own[-2:, slip], law.friction[slip], self.unit[:, slip], self._shrink[slip]
-        # tangential rows: (1 - shrink P) S_q + shrink d P - n f (S_p - c e_w), with P = 1 - n n' across the direction n
-        across = np.eye(t)[:, :, None] - unit[:, None] * unit[None]
-        share = np.eye(t)[:, :, None] - shrink * across
-        rows, normal, own = law.S[free], law.S[t * n + slip], np.arange(s)
-        sheared = rows[: t * s].reshape(t, s, rows.shape[1]).copy()
-        for a in axes:
-            rows[a * s : (a + 1) * s] = (share[a][:, :, None] * sheared).sum(axis=0) - (f * unit[a])[:, None] * normal
-            for b in axes:
-                rows[a * s + own, b * n + slip] += d * shrink * across[a, b]
-            rows[a * s + own, t * n + slip] += f * unit[a] * c
-        errors = np.concatenate([self._error_q[:, slip].ravel(), self._error_q[:, opened].ravel(), self._error_p[opened]])
-        root = np.sqrt(law.own.ravel()[free])
-        step[free] = _least_motion(rows[:, free] / np.outer(root, root), (-errors - rows @ step) / root) / root
-        return step
-
-    def state(self, steps: int) -> State:
-        """The state with what the piece lets vanish at zero and slipping nodes on their bound; in the plane, slip against +x has the status -1."""
-        still = np.concatenate([np.tile(self.status == STICK, len(self.unit)), self.status != OPEN])
-        u = np.where(still, 0.0, self.u)
-        sense = -np.sign(self.unit[0]).astype(np.int8) if len(self.unit) == 1 else 1
-        status = np.where(self.status == SLIP, sense, self.status).astype(np.int8)
-        r = (self.r + self.law.S @ (u - self.u)).reshape(self.law.own.shape)
-        r[:, self.status == OPEN] = 0.0
-        r[:-1] = np.where(self.status == SLIP, self.law.friction * r[-1] * self.unit, r[:-1])
-        return State(u, r.ravel(), status, steps, self.error)
+        step[free] = np.asarray(dgetrs(factors, pivots, right)[0]) / root
+    else:
+        step[free] = np.asarray(lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0]) / root
+    return step

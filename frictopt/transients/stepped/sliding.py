@@ -19,7 +19,8 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
 
     A motion phi = (v, w) that strains nothing, S phi = 0, has the work `phi . r = phi . r^w` with the reactions of every state. Where `w >= f |v|`
     at all nodes, contact forces have no negative work in it (`p >= 0`, `|q| <= f p`). So a load with `phi . r^w < 0` has no state: this proves gross
-    sliding, turning over or lift-off, whatever the slip and the history. The search is a linear program with a polygon around each friction circle.
+    sliding, turning over or lift-off, whatever the slip and the history. Two motions are tried: a slide of body 1 as a whole against the shear of
+    the load, and that of a linear program with a polygon around each friction circle.
 
     Parameters
     ----------
@@ -44,33 +45,20 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
     rough = friction > 0
     needed = np.einsum("da,ank,n->ndk", edges, v[:, rough], friction[rough]) - w[rough][:, None]
     rows = np.concatenate([needed.reshape(-1, V.shape[1]), -w])
+    frames, normal = system.frames, system.frames[:, -1].mean(axis=0)
     for name, load in loads.items():
-        if force := float(np.abs(load).max()):
-            for found in (_slide(system, friction, load), linprog(V.T @ load / force, rows, np.zeros(len(rows)), bounds=(-1, 1)).x):
-                phi = np.zeros(len(load)) if found is None else V @ found
-                if _proves(phi, friction, load):
-                    raise NoContinuation(_sentence(system, name, load, phi))
-
-
-def _slide(system: ContactSystem, friction: Array, load: Array) -> Array | None:
-    """The slide of a body 1 as a whole against the shear of a load, rising by the largest friction: its part in each rigid motion, if it is one."""
-    frames = system.frames
-    normal = frames[:, -1].mean(axis=0)
-    pull = np.einsum("an,nak->k", load.reshape(-1, system.nodes), frames)
-    pull = pull - (pull @ normal) * normal / max(normal @ normal, RESIDUAL)
-    size = float(np.linalg.norm(pull))
-    if not size > 0:
-        return None
-    phi = (frames @ (friction.max() * normal - pull / size)).T.ravel()
-    parts = np.asarray(system.rigid_motions.T @ phi)
-    return parts if np.abs(system.rigid_motions @ parts - phi).max() <= RESIDUAL * np.abs(phi).max() else None
-
-
-def _proves(phi: Array, friction: Array, load: Array) -> bool:
-    """Whether a rigid motion has negative work with the load, and none with contact forces, beyond rounding."""
-    *slid, lifted = phi.reshape(-1, len(friction))
-    reserve = float((lifted - friction * np.linalg.norm(slid, axis=0)).min())
-    return bool(phi @ load < -COUNTS * np.abs(phi) @ np.abs(load) and reserve >= -RESIDUAL * np.abs(phi).max())
+        force = float(np.abs(load).max()) or 1.0
+        pull = np.einsum("an,nak->k", load.reshape(-1, system.nodes), frames)
+        pull = pull - (pull @ normal) * normal / max(normal @ normal, RESIDUAL)
+        slide = (frames @ (friction.max() * normal - pull / (np.linalg.norm(pull) or 1.0))).T.ravel()  # as a whole, rising by the largest friction
+        parts = V.T @ slide
+        rigid = np.abs(V @ parts - slide).max() <= RESIDUAL * np.abs(slide).max()
+        for found in (parts * rigid, linprog(V.T @ load / force, rows, np.zeros(len(rows)), bounds=(-1, 1)).x):
+            phi = np.zeros(len(load)) if found is None else V @ found
+            *slid, lifted = phi.reshape(-1, system.nodes)
+            reserve = float((lifted - friction * np.linalg.norm(slid, axis=0)).min())
+            if phi @ load < -COUNTS * np.abs(phi) @ np.abs(load) and reserve >= -RESIDUAL * np.abs(phi).max():
+                raise NoContinuation(_sentence(system, name, load, phi))
 
 
 def _sentence(system: ContactSystem, name: str, load: Array, phi: Array) -> str:
