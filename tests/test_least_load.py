@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 import frictopt as fo
 from frictopt.histories.guarantee import _from_its_middle
 from frictopt.limits.limit_claim import certified
-from frictopt.limits.loads import cycle_loads
 from frictopt.limits.mechanism import Mechanism
-from frictopt.limits.plane import PlaneQuestion, defect
+from frictopt.limits.question import pose
+from frictopt.limits.scaling import scaled_contact
 from systems import CYCLE, linprog_limit, on_both_bounds, random_system
 
 Z = [0.0, 0.0]
@@ -152,15 +152,13 @@ def test_the_problem_of_the_limit_keeps_its_values(own):
 
 def test_a_least_load_factor_that_is_not_the_least_is_not_accepted():
     """Judged from both sides: more than the least is not proven by the mechanism, less has no safe slip."""
-    task = PlaneQuestion(TWO, PRESSING, cycle_loads(TWO, PRESSING), 0.5, False)
+    task = pose(TWO, PRESSING, 0.5)
     motion = Mechanism(np.array([[-1.0, 0.0], [1.0, 0.0]]), np.zeros((2, 2)), task.friction)
 
-    def off(motion, slip):
-        return defect(task, task.scaled(), motion, slip)
-
+    scaled = scaled_contact(task)
     for load_factor, right in ((1.25, True), (1.25 * (1 + 1e-8), False), (1.25 * (1 - 1e-8), False), (1.5, False)):
-        assert (certified(task, load_factor, np.zeros(2), motion, off, least=True).residual <= 1e-9) == right
-    assert certified(task, 1.25, np.zeros(2), motion, off).residual == np.inf  # its drive is negative: no limit from above
+        assert (certified(task, scaled, load_factor, np.zeros(2), motion, least=True).residual <= 1e-9) == right
+    assert certified(task, scaled, 1.25, np.zeros(2), motion).residual == np.inf  # its drive is negative: no limit from above
 
 
 def test_it_costs_no_program_where_the_mean_load_is_safe():

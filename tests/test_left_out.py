@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.symmetry import halve
+from frictopt.limits.halves import half_of, on_whole
+from frictopt.limits.mechanism import Mechanism
+from frictopt.limits.question import pose
 from frictopt.transients.exact.path import turning_corners
 from systems import mirrored, odd
 
@@ -14,20 +16,22 @@ def test_the_half_has_the_stiffness_of_its_motions():
     rng = np.random.default_rng(0)
     for nodes in (2, 5, 6):
         contact = mirrored(rng, nodes, gap=True)
-        half = halve(contact, np.ones(nodes))
+        task = pose(contact, fo.LoadCycle({"mean": 1.0}, [{"mean": 0.1}]), 1.0)
+        half = half_of(task)
         kept = half.system.nodes
-        assert kept == (nodes + 1) // 2 and half.source.tolist() == [min(i, nodes - 1 - i) for i in range(nodes)]
+        assert kept == (nodes + 1) // 2 and half.whole is task
         w = rng.normal(size=nodes)
         v, w = odd(rng, nodes), w + w[::-1]
         own = np.r_[v[:kept], w[:kept]]
         if nodes % 2:
             own[-1] /= 2
-        assert half.odd(own[:kept]) == pytest.approx(v) and half.gaps(own[kept:]) == pytest.approx(w)
-        assert half.gaps(half.system.gap) == pytest.approx(contact.gap)
+        assert half.system.gap[: nodes // 2] == pytest.approx(contact.gap[: nodes // 2])
+        assert half.system.gap[nodes // 2 :] == pytest.approx(contact.gap[nodes // 2 : kept] / 2)
         assert own @ half.system.S @ own == pytest.approx(np.r_[v, w] @ contact.S @ np.r_[v, w] / 2)
         q, p = np.split(contact.S @ np.r_[v, w], 2)
-        assert half.system.S @ own == pytest.approx(np.r_[half.of(q), half.of(p)])
-        assert half.odd(half.of(q)) == pytest.approx(q) and half.even(half.of(p)) == pytest.approx(p)
+        assert half.system.S @ own == pytest.approx(np.r_[q[:kept], p[:kept]])
+        still = Mechanism(np.zeros((1, kept)), np.zeros((1, kept)), half.friction)
+        assert on_whole(half, v[:kept], still)[1] == pytest.approx(v)
 
 
 def test_a_corner_on_the_straight_segment_is_no_stop(punch, paper_cycle):

@@ -1,11 +1,14 @@
 """Limits of mirror-symmetric contacts are solved by half of them, and the answer is that of the whole contact."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.symmetry import halve
-from systems import mirrored
+from frictopt.limits.halves import half_of, mirrored
+from frictopt.limits.question import pose
+from systems import mirrored as symmetric
 
 SYSTEMS = pytest.mark.parametrize("seed", range(12))
 
@@ -14,7 +17,7 @@ def scene(seed):
     """A random symmetric contact of 2 to 9 nodes, gaps in half of the cases, with its cycle, friction and slip bound."""
     rng = np.random.default_rng(seed)
     nodes = 2 + seed % 8
-    contact = mirrored(rng, nodes, gap=seed % 2 == 0, coupling=rng.uniform(0.2, 1.0))
+    contact = symmetric(rng, nodes, gap=seed % 2 == 0, coupling=rng.uniform(0.2, 1.0))
     corners = [{"one": rng.normal(), "other": rng.normal()} for _ in range(rng.integers(1, 4))]
     friction, most = rng.uniform(0.0, 0.8, nodes) * (rng.random(nodes) < 0.9), rng.uniform(0.1, 3.0, nodes)
     most = (most + most[::-1]) / 2 if seed % 3 else None
@@ -68,12 +71,13 @@ def test_a_middle_node_alone_limits_the_load():
 
 
 def test_what_is_not_symmetric_is_not_halved():
-    contact, even = mirrored(np.random.default_rng(7), 5), np.full(5, 0.4)
+    contact, even, cycle = symmetric(np.random.default_rng(7), 5), np.full(5, 0.4), fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"other": 1.0}])
+    uneven, tilt, task = even + 1e-12 * np.arange(5), 1 + 1e-11 * np.arange(5), pose(contact, cycle, even, most=even)
+    assert mirrored(task) and half_of(replace(task, simplify=False)).whole is None
     q, p = contact.reaction({"mean": 1.0})
-    uneven, tilt = even + 1e-12 * np.arange(5), 1 + 1e-11 * np.arange(5)
-    assert halve(contact, even, [(q, p)], even) is not None
-    for friction, load, most in ((uneven, (q, p), None), (even, (q, p * tilt), None), (even, (q + 1e-11, p), None), (even, (q, p), uneven)):
-        assert halve(contact, friction, [load], most) is None
+    for change in ({"friction": uneven}, {"most": uneven}, {"loads": replace(task.loads, p0=p * tilt)}, {"loads": replace(task.loads, q0=q + 1e-11)}):
+        assert not mirrored(replace(task, **change))
     A = contact.A + 1e-12 * np.diag([1.0, 0, 0, 0, 0]) * np.abs(contact.A).max()
-    assert halve(fo.ContactSystem.from_blocks(A, contact.B, contact.C, contact.x, contact.bonded), even) is None
-    assert halve(fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0])}), even[:1]) is None
+    assert not mirrored(replace(task, system=fo.ContactSystem.from_blocks(A, contact.B, contact.C, contact.x, contact.bonded)))
+    one = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0])})
+    assert not mirrored(pose(one, fo.LoadCycle({"P": 1.0}, [{"P": 0.1}]), 0.4))

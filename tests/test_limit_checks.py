@@ -10,10 +10,10 @@ import pytest
 import frictopt as fo
 from frictopt.limits import kinds
 from frictopt.limits.limit_claim import certified, no_limit
-from frictopt.limits.loads import cycle_loads
 from frictopt.limits.mechanism import Mechanism
-from frictopt.limits.plane import PlaneQuestion, defect
-from frictopt.limits.pose import pose
+from frictopt.limits.question import pose
+from frictopt.limits.ruling_corners import ruling_loads
+from frictopt.limits.scaling import scaled_contact
 from frictopt.limits.screening import load_factor_bounds
 from frictopt.solve import solvers as policy
 from frictopt.solve.bounds import Bounds, BoundStatus, bounds
@@ -44,7 +44,7 @@ def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
     contact = system(*FIRST_PAIR)
     right = fo.guaranteed_limit(contact, CYCLE, 0.6)
     inside = fo.safe_slip(contact, CYCLE, 0.6, right.load_factor).slip
-    scaled = PlaneQuestion(contact, CYCLE, cycle_loads(contact, CYCLE), 0.6, False).scaled()
+    scaled = scaled_contact(pose(contact, CYCLE, 0.6))
     traction = np.linalg.lstsq(scaled.slip, inside)[0]
     assert np.abs(scaled.slip @ traction - inside).max() < 1e-12
 
@@ -136,8 +136,10 @@ def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
     nodes = int(rng.integers(2, 5))
     contact, cycle = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=1.0), random_cycle(rng, 2)
     friction = np.full(nodes, rng.uniform(0.3, 3))
-    task = PlaneQuestion(contact, cycle, cycle_loads(contact, cycle), friction, False)
-    bounds, least = load_factor_bounds(task.scaled(), task.rows(task.scaled())), least_by_node(contact, cycle, friction)
+    task = pose(contact, cycle, friction)
+    scaled = scaled_contact(task)
+    rows = ruling_loads(scaled.unit, task.loads, task.friction, task.load_unit, task.mean_bound)
+    bounds, least = load_factor_bounds(scaled, rows), least_by_node(contact, cycle, friction)
     assert (bounds <= least * (1 + 1e-8) + 1e-12).all() and (bounds == 0).any()
 
 
@@ -150,11 +152,11 @@ def test_a_mechanism_that_stresses_the_contact_does_not_prove_a_small_limit_by_a
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.shakedown_limit(contact, cycle, friction).load_factor == pytest.approx(1.0, rel=1e-9)
 
-    task = PlaneQuestion(contact, cycle, cycle_loads(contact, cycle), friction, False)
+    task = pose(contact, cycle, friction)
     slip = np.array([share * shear / (friction * wedge), 0.0])
     load_factor = (friction + (friction * wedge - 1) * slip[0]) / shear  # the largest one that this slip carries
     to_and_fro = Mechanism(np.array([[-1.0, 0.0], [1.0, 0.0]]), np.zeros((2, 2)), task.friction)
-    claim = certified(task, load_factor, slip, to_and_fro, lambda motion, slip: defect(task, task.scaled(), motion, slip))
+    claim = certified(task, scaled_contact(task), load_factor, slip, to_and_fro)
     assert task.violation(load_factor, slip) <= 1e-9 and load_factor == pytest.approx(share, rel=1e-3)
     assert claim.residual > 0.1
 
@@ -239,7 +241,7 @@ def test_that_there_is_no_optimum_is_for_all_solvers_to_say(monkeypatch, one):
         said = iter(statuses)
         monkeypatch.setattr(policy, "_run", lambda *_, said=said: (next(said), "said"))
         with pytest.raises(fo.SolverError) as end:
-            policy.solve(SimpleNamespace(problem=None), lambda: pytest.fail("nothing to judge"))
+            policy.solve(SimpleNamespace(problem=cp.Problem(cp.Minimize(0))), lambda: pytest.fail("nothing to judge"))
         assert type(end.value) is error
 
 
@@ -272,5 +274,5 @@ def test_the_stress_of_a_mechanism_in_space_counts_beside_its_distance_and_not_a
     slips = limit._motion.slips.copy()
     slips[corner] *= 1.1
     off, stress = 0.02 / 2.1, 1.5 * 0.1 / 2.1  # 0.2 times the slip left, and (1 + f) p times it, of a drive of 2.1 slips
-    claim = certified(task, limit.load_factor, limit.slip, replace(limit._motion, slips=slips), task.defect)
+    claim = certified(task, scaled_contact(task), limit.load_factor, limit.slip, replace(limit._motion, slips=slips))
     assert limit.load_factor == pytest.approx(0.5) and claim.residual == pytest.approx((off + stress) / 0.5)

@@ -230,10 +230,11 @@ def test_a_plane_contact_in_space_needs_the_friction_that_it_needs_in_the_plane(
     assert fo.required_friction(space, CYCLE, 0.4).required == pytest.approx(expected, rel=2e-5)
 
 
-def test_friction_in_space_that_is_never_enough_is_no_answer():
+def test_no_friction_is_enough_in_space_for_a_node_that_the_load_opens():
     pulled = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "N": [0, 0, -1]})
-    with pytest.raises(fo.SolverError, match="none up to 10000 is enough"):
-        fo.required_friction(pulled, fo.LoadCycle({"P": 1.0}, [{"N": 1.0}, {"N": -1.0}]), 2.0)
+    answer = fo.required_friction(pulled, fo.LoadCycle({"P": 1.0}, [{"N": 1.0}, {"N": -1.0}]), 2.0)
+    assert answer.required == np.inf and "open one of 1 nodes (at (0, 0, 0))" in answer.reason
+    assert answer.mechanism[["node", "corner", "slip1", "slip2"]].to_numpy().tolist() == [[0, 0, 0, 0]]
 
 
 def test_a_sweep_over_friction_in_space_is_the_limit_of_each():

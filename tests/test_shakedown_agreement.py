@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits.safe_set import SafeProblem
+from frictopt.limits.program import SafeProgram
 from frictopt.solve import LP_SOLVERS
 from frictopt.solve import solvers as policy
 from systems import CYCLE, linprog_limit, random_system, stress_of
@@ -174,7 +174,7 @@ def test_a_wrong_answer_is_not_believed(punch, paper_cycle, monkeypatch):
         return outcome
 
     monkeypatch.setattr(policy, "_run", slightly_wrong)
-    monkeypatch.setattr(SafeProblem, "refine", lambda model: None)
+    monkeypatch.setattr(SafeProgram, "refine", lambda model: None)
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
     assert limit.record.solver == "CLARABEL" and limit.record.attempts[0].residual > 1e-8
 

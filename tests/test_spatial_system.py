@@ -121,10 +121,8 @@ PRESSED = fo.LoadCycle({"P": 1.0}, [{"X": 0.1}])
         (lambda: fo.guaranteed_limit(NODE, PRESSED, 0.5), "system: a contact in space"),
         (lambda: fo.safe_vertices(NODE, PRESSED, 0.5, 1.0, [[1.0, 0.0]]), "system: a contact in space"),
         (lambda: fo.march(NODE, cycle(), 0.5, 1.0, engine="path"), "engine: 'path'.*the friction circle is curved"),
-        (lambda: fo.shakedown_limit(NODE, PRESSED, 0.5, slip_bound=1.0), "slip_bound: .* plane"),
         (lambda: fo.steady_state(NODE, cycle(), 0.5, 1.0, steps=0), "steps: 0"),
         (lambda: fo.march(NODE, cycle(), 0.5, 1.0, engine="milp"), "engine: 'milp'.*the friction circle is curved"),
-        (lambda: fo.ShakedownModel(NODE, PRESSED).slip, "system: a contact in space"),
         (lambda: fo.march(NODE, fo.LoadCycle({"X": 0.1}, [{"Y": 1.0}]), 0.5, 1.0), "mean: the mean load has no normal reactions"),
     ],
 )

@@ -5,7 +5,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact.parts import joined, parted
-from frictopt.limits.pose import pose
+from frictopt.limits.question import pose
 from spatial import cycle, random_contact, vectors
 
 

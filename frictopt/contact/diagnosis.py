@@ -73,7 +73,7 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
     return ", ".join(texts)
 
 
-def growth_diagnosis(friction: Array, corners: tuple[Array, Array], slipped: tuple[Array, Array], rounding: float, remedy: str) -> str:
+def growth_diagnosis(friction: Array, corners: tuple[Array, Array], slipped: tuple[Array, Array], rounding: float) -> str:
     """Describe why the load may grow without end, from the residual slip that then grows with it.
 
     Parameters
@@ -86,8 +86,6 @@ def growth_diagnosis(friction: Array, corners: tuple[Array, Array], slipped: tup
         Those of the slip that is safe under them, (N,) or (N, 2), and (N,).
     rounding
         Force that counts as none.
-    remedy
-        What limits such a slip, as the end of a sentence.
     """
     if not any(part.any() for part in corners):
         return "the corners carry no load"
@@ -95,7 +93,7 @@ def growth_diagnosis(friction: Array, corners: tuple[Array, Array], slipped: tup
         return "at no node does the cyclic shear exceed f p, so the residual slip stays bounded"
     text = "a slip that grows with the load keeps every node within its friction bound"
     locks = f" and wedges the contact tighter (self-locking with f = {float(friction.max()):g})" if _within(friction, *slipped, rounding) else ""
-    return f"{text}{locks}; assembly may not leave one so large{remedy}"
+    return f"{text}{locks}; assembly may not leave one so large: slip_bound limits it"
 
 
 def open_nodes(system: ContactSystem, p: Array) -> np.ndarray | None:

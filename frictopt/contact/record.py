@@ -92,6 +92,6 @@ class WithSlip(Recorded):
     def largest_slip(self) -> float:
         """Largest size of the slip at a node, length; NaN without a slip. Other slips may be safe too.
 
-        Compare it with what assembly can leave. A slip far larger than that is of no use: bound it by `slip_bound` (plane contacts).
+        Compare it with what assembly can leave. A slip far larger than that is of no use: bound it by `slip_bound`.
         """
         return float(np.linalg.norm(self.slip.reshape(len(self.slip), -1), axis=1).max())

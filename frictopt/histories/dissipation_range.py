@@ -14,9 +14,7 @@ from ..contact.system import checked_plane
 from ..contact.tolerances import LEVEL
 from ..errors import NoContinuation, SolverError
 from ..limits import shakedown_limit
-from ..limits.loads import cycle_loads
-from ..limits.plane import PlaneQuestion
-from ..limits.slip_bound import slip_bounds
+from ..limits.question import pose, slip_bounds
 from ..transients import SteadyState
 from .range_search import Orbit, Search
 from .range_starts import RangeStarts
@@ -146,7 +144,7 @@ def dissipation_range(
     """
     most = slip_bounds(slip_bound, checked_plane(system).nodes)
     f = np.array(friction_coefficients(friction, system.nodes))
-    task = PlaneQuestion(system, cycle, cycle_loads(system, cycle), f, True, most)
+    task = pose(system, cycle, f, most=most)
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     try:
         limit = shakedown_limit(system, cycle, task.friction, slip_bound=most)

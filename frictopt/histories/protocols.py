@@ -16,8 +16,7 @@ from ..contact.show import Plotted, Shown
 from ..contact.system import checked_plane
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import shakedown_limit
-from ..limits.loads import cycle_loads
-from ..limits.plane import PlaneQuestion
+from ..limits.question import pose
 from ..transients.exact import ExactPath
 from ..transients.steady import settled
 from .load_steps import LoadStep, assemble
@@ -57,7 +56,7 @@ class TransientsAfter:
         self.count, self.residual = 0, 0.0
 
     def _extreme(self) -> Iterator[Array]:
-        task = PlaneQuestion(self.system, self.cycle, cycle_loads(self.system, self.cycle), self.friction, True)
+        task = pose(self.system, self.cycle, self.friction)
         starts = RangeStarts(task, 0.0, None)
         yield from {**starts.simple(), **starts.under_mean_load}.values()
 

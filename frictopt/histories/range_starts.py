@@ -11,7 +11,8 @@ from ..contact.tolerances import PARALLEL
 from ..errors import SolverError
 from ..limits import ShakedownLimit, guaranteed_limit
 from ..limits.admissible import AdmissibleSlips
-from ..limits.plane import PlaneQuestion
+from ..limits.halves import mirrored
+from ..limits.question import LimitQuestion
 
 __all__ = ["RangeStarts"]
 
@@ -29,7 +30,7 @@ class RangeStarts:
         Its shakedown limit; None if no solver proves one.
     """
 
-    def __init__(self, task: PlaneQuestion, load_factor: float, limit: ShakedownLimit | None) -> None:
+    def __init__(self, task: LimitQuestion, load_factor: float, limit: ShakedownLimit | None) -> None:
         self._task, self._load_factor, self._limit = task, load_factor, limit
         self._slips = AdmissibleSlips(task)
 
@@ -91,5 +92,5 @@ class RangeStarts:
             if units and not any(np.abs(units[0] - other).max() <= PARALLEL for other in changes.values()):
                 changes |= {f"along the load after corner {k}": units[0], f"against the load after corner {k}": units[1]}
         x = system.x - system.x.mean()
-        ends = {"left end unloaded": -system.B[0]} | ({} if self._task.part.nodes < system.nodes else {"right end unloaded": -system.B[-1]})
+        ends = {"left end unloaded": -system.B[0]} | ({} if mirrored(self._task) else {"right end unloaded": -system.B[-1]})
         return changes | {"stretched": x, "squeezed": -x} | ends

@@ -16,13 +16,14 @@ import numpy as np
 from ..contact.checks import Array
 from ..solve.solvers import NoOptimum, solve
 from .loads import Loads
-from .plane import PlaneQuestion
-from .safe_set import SafeProblem, SafeSymbols
+from .program import SafeProgram
+from .question import LimitQuestion
+from .safe_set import Intervals
 
 __all__ = ["AdmissibleSlips", "admissible_problem"]
 
 
-def admissible_problem(v: SafeSymbols) -> SafeProblem:
+def admissible_problem(v: Intervals) -> cp.Problem:
     """The slip admissible under one load that goes furthest in a direction, in dimensionless tractions."""
     along = cp.Parameter(v.traction.size, name="direction") @ v.traction
     rows = {"no_forward_slip": v.q + v.fp >= 0, "no_backward_slip": v.fp - v.q >= 0, "no_opening": v.p >= 0}
@@ -38,14 +39,9 @@ class AdmissibleSlips:
         The contact, its load cycle, friction and slip bound.
     """
 
-    def __init__(self, task: PlaneQuestion) -> None:
-        self._task = replace(task, simplify=False)
-        self._model = admissible_problem(self._task.symbols())
-
-    @property
-    def problem(self) -> cp.Problem:
-        """The cvxpy problem, with the values of the last load and direction."""
-        return self._model.problem
+    def __init__(self, task: LimitQuestion) -> None:
+        self._task, self._v = task, Intervals(task)
+        self.problem = admissible_problem(self._v)
 
     def furthest(self, q: Array, p: Array, directions: Mapping[str, Array]) -> dict[str, Array]:
         """For each direction, (N,), the slip (N,) that is admissible under the closed reactions q, p (N,) and goes furthest in it, length.
@@ -58,13 +54,13 @@ class AdmissibleSlips:
             No solver gave an answer that passes the checks.
         """
         none = np.zeros((1, len(q)))
-        loads = Loads(q, p, none, none)
-        self._task.with_data(self._model, loads)
+        task = replace(self._task, loads=Loads(q, p, none, none))
+        self._v.ask(task)
         found = {}
         for name, direction in directions.items():
-            along = direction @ self._model.scaled.slip
-            self._model.problem.param_dict["direction"].value = along / (np.abs(along).max(initial=0.0) or 1.0)
-            vertex = _Vertex(self._model, self._task, loads)
+            along = direction @ self._v.scaled.slip
+            self.problem.param_dict["direction"].value = along / (np.abs(along).max(initial=0.0) or 1.0)
+            vertex = _Vertex(task, self._v, self.problem)
             try:
                 found[name] = solve(vertex, vertex.claim).claim.slip
             except NoOptimum:
@@ -78,24 +74,12 @@ class _Claim:
     residual: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Vertex:
+class _Vertex(SafeProgram):
     """The problem with its load and direction set."""
-
-    model: SafeProblem
-    task: PlaneQuestion
-    loads: Loads
-
-    @property
-    def problem(self) -> cp.Problem:
-        return self.model.problem
-
-    def refine(self) -> None:
-        self.model.refine()
 
     def claim(self) -> _Claim:
         """The slip that stands in the problem, and by how much it is not admissible or the furthest."""
-        slip = self.task.within_bound(self.model.slip)
-        q, p = self.loads.q0 + self.task.system.A @ slip, self.loads.p0 + self.task.system.B @ slip
+        slip = self.slip
+        q, p = self.task.reactions(0.0, slip)
         excess = float((np.abs(q) - self.task.friction * p).max()) / self.task.force
         return _Claim(slip, max(excess, self.task.beyond(slip)))

@@ -17,8 +17,8 @@ from enum import Enum
 import cvxpy as cp
 import numpy as np
 
+from .program import SafeProgram
 from .ruling_corners import RulingLoads
-from .safe_set import SafeProblem
 
 __all__ = ["Aim", "both_bounds_problem", "set_node"]
 
@@ -31,10 +31,10 @@ class Aim(Enum):
     HIGHEST = "largest load factor, up to a given one"
 
 
-def both_bounds_problem(safe: SafeProblem, aim: Aim) -> SafeProblem:
+def both_bounds_problem(safe: SafeProgram, aim: Aim) -> SafeProgram:
     """The problem of one node at a time over the safe slips of a `shakedown_problem`; `set_node` sets its parameters."""
     excess = cp.Variable(name="excess") if aim is Aim.EXCESS else 0.0
-    lam, traction = (safe.problem.var_dict[name] for name in ("load_factor", "traction"))
+    lam, traction = safe.v.load_factor, safe.v.traction
     node_rows = cp.Parameter((2, traction.size), name="node_rows")  # (f B + A) and (f B - A) of the node
     node_mean, node_cyclic = cp.Parameter(2, name="node_mean"), cp.Parameter(2, name="node_cyclic")
     rows: dict[str, cp.Constraint] = {"on_both_bounds": node_rows @ traction + node_mean <= node_cyclic * lam + excess}
@@ -47,11 +47,10 @@ def both_bounds_problem(safe: SafeProblem, aim: Aim) -> SafeProblem:
     return replace(safe, problem=cp.Problem(goal, constraints))
 
 
-def set_node(model: SafeProblem, rows: RulingLoads, node: int) -> None:
-    """Set friction and loads by `rows`, and the node whose rows become equations."""
-    model.set(rows)
-    values, scaled = model.problem.param_dict, model.scaled
-    lift, shear = rows.friction[node] * scaled.normal[node], scaled.shear[node]
+def set_node(program: SafeProgram, rows: RulingLoads, node: int) -> None:
+    """Set the node whose rows become equations."""
+    values, scaled = program.problem.param_dict, program.v.scaled
+    lift, shear = rows.friction[node] * scaled.normal[node], scaled.shear[[node]].toarray()[0]
     values["node_rows"].value = np.vstack([lift + shear, lift - shear])
     values["node_mean"].value = np.array([rows.fp_mean[node] + rows.q_mean[node], rows.fp_mean[node] - rows.q_mean[node]])
     values["node_cyclic"].value = np.array([rows.forward[node], rows.backward[node]])

@@ -10,12 +10,12 @@ from ..contact.checks import Array, frozen
 from ..contact.record import Attempt
 from ..contact.tolerances import COINCIDE, FLOOR, RESIDUAL, TIE, ZERO_LOAD_FACTOR
 from ..solve.explain import Units
-from ..solve.polish import Program
 from ..solve.solvers import solve
+from ..solve.standard_form import StandardForm
 from .both_bounds import Aim, both_bounds_problem, set_node
-from .plane import PlaneQuestion
+from .program import SafeProgram
+from .question import LimitQuestion
 from .ruling_corners import RulingLoads
-from .safe_set import SafeProblem
 
 __all__ = ["BothBoundsSearch", "NodeClaim", "two_corners"]
 
@@ -58,7 +58,7 @@ class NodeClaim:
 
 
 class BothBoundsSearch:
-    """The problems of all nodes, compiled once for any friction.
+    """The problems of all nodes over the safe slips of a program with its parameters set, compiled once for any friction.
 
     Parameters
     ----------
@@ -68,9 +68,9 @@ class BothBoundsSearch:
 
     def __init__(self, solver: str | None) -> None:
         self._solver = solver
-        self._compiled: dict[Aim, tuple[SafeProblem, SafeProblem]] = {}
+        self._compiled: dict[Aim, tuple[cp.Problem, SafeProgram]] = {}
 
-    def solve(self, task: PlaneQuestion, safe: SafeProblem, rows: RulingLoads, node: int, least: float, *, expect_solution: bool) -> NodeClaim:
+    def solve(self, safe: SafeProgram, rows: RulingLoads, node: int, least: float, *, expect_solution: bool) -> NodeClaim:
         """The claim of one node that passes its checks, of a contact whose least safe load factor is `least`.
 
         Whether the node is `expect_solution` to be on both bounds anywhere decides only which of the problems comes first.
@@ -80,84 +80,83 @@ class BothBoundsSearch:
         SolverError
             No solver gave an answer that passes.
         """
-        denied = None if expect_solution else self._proof_of_absence(task, safe, rows, node)
+        denied = None if expect_solution else self._proof_of_absence(safe, rows, node)
         if denied is not None:
             return denied
-        model = self._model(task, safe, rows, node, Aim.LEAST)
+        program = self._program(safe, rows, node, Aim.LEAST)
 
         def never() -> NodeClaim | None:
-            return self._proof_of_absence(task, safe, rows, node)
+            return self._proof_of_absence(safe, rows, node)
 
-        found = self._solved(lambda: self._claimed(task, model, rows, node), model, never)
-        found = replace(
-            found,
-            problem=model.problem,
-            values=safe.values(),
-            units={"load_factor": rows.load_unit, "traction": safe.scaled.unit[safe.scaled.loaded]},
-        )
-        alone = found.load_factor <= least + (COINCIDE * rows.load_unit if least > 0 else 0.0)
-        return self._beyond_least(task, safe, rows, found, least) if alone else found
+        found = self._solved(lambda: _claimed(program, node), program, never)
+        values = {variable: variable.value for variable in safe.problem.variables()}
+        found = replace(found, problem=program.problem, values=values, units=program.units)
+        alone = found.load_factor <= least + (COINCIDE * safe.task.load_unit if least > 0 else 0.0)
+        return self._beyond_least(safe, rows, found, least) if alone else found
 
-    def values_of(self, task: PlaneQuestion, safe: SafeProblem, rows: RulingLoads, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
+    def values_of(self, safe: SafeProgram, rows: RulingLoads, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
         """What stands in the variables for a claim, with the parameters of its program set."""
-        self._model(task, safe, rows, claim.node, Aim.LEAST)
+        self._program(safe, rows, claim.node, Aim.LEAST)
         return claim.values
 
-    def _beyond_least(self, task: PlaneQuestion, safe: SafeProblem, rows: RulingLoads, found: NodeClaim, least: float) -> NodeClaim:
+    def _beyond_least(self, safe: SafeProgram, rows: RulingLoads, found: NodeClaim, least: float) -> NodeClaim:
         """The claim of a limit at the least safe load factor, if the node can be on both bounds above it too; otherwise it is nowhere else.
 
         The load factors at which it can are an interval, for the problem is convex.
         """
-        model = self._model(task, safe, rows, found.node, Aim.HIGHEST)
-        model.problem.param_dict["most_load_factor"].value = 1.0 + least / rows.load_unit
-        highest = self._solved(lambda: self._claimed(task, model, rows, found.node), model)
+        program, unit = self._program(safe, rows, found.node, Aim.HIGHEST), safe.task.load_unit
+        program.problem.param_dict["most_load_factor"].value = 1.0 + least / unit
+        highest = self._solved(lambda: _claimed(program, found.node), program)
         attempts = (*found.attempts, *highest.attempts)
-        if highest.load_factor > max(least, found.load_factor) + COINCIDE * rows.load_unit:
+        if highest.load_factor > max(least, found.load_factor) + COINCIDE * unit:
             return replace(
                 found, attempts=attempts, residual=max(found.residual, highest.residual), above=(highest.load_factor, frozen(highest.slip))
             )
         nothing = np.full_like(found.slip, np.nan)
         return replace(found, load_factor=np.inf, slip=nothing, attempts=attempts, residual=highest.residual, coincide=True)
 
-    def _solved(self, claimed: Callable[[], NodeClaim], model: SafeProblem, never: Callable[[], NodeClaim | None] | None = None) -> NodeClaim:
-        answer = solve(model, claimed, self._solver, no_optimum=never)
+    def _solved(self, claimed: Callable[[], NodeClaim], program: SafeProgram, never: Callable[[], NodeClaim | None] | None = None) -> NodeClaim:
+        answer = solve(program, claimed, self._solver, no_optimum=never)
         return replace(answer.claim, solver=answer.solver, attempts=answer.attempts)
 
-    def _model(self, task: PlaneQuestion, safe: SafeProblem, rows: RulingLoads, node: int, aim: Aim) -> SafeProblem:
-        if aim not in self._compiled or self._compiled[aim][0] is not safe:
-            self._compiled[aim] = safe, both_bounds_problem(safe, aim)
-        set_node(self._compiled[aim][1], rows, node)
-        return self._compiled[aim][1]
+    def _program(self, safe: SafeProgram, rows: RulingLoads, node: int, aim: Aim) -> SafeProgram:
+        if aim not in self._compiled or self._compiled[aim][0] is not safe.problem:
+            self._compiled[aim] = safe.problem, both_bounds_problem(safe, aim)
+        program = replace(self._compiled[aim][1], task=safe.task)
+        set_node(program, rows, node)
+        return program
 
-    def _claimed(self, task: PlaneQuestion, model: SafeProblem, rows: RulingLoads, node: int) -> NodeClaim:
-        corners, factor, slip = _pair(task, node), float(model.value("load_factor")), task.within_bound(model.slip)
-        load_factor = (factor if factor > ZERO_LOAD_FACTOR else 0.0) * rows.load_unit
-        q, p = task.reactions(load_factor, slip)
-        (forward, backward), f = corners, task.friction[node]
-        off = max(abs(q[forward, node] + f * p[forward, node]), abs(q[backward, node] - f * p[backward, node])) / task.force
-        value, bound = Program(model.problem).bounds
-        gap = abs(value - bound) / max(abs(value), FLOOR)
-        residual = max(task.violation(load_factor, slip), off, gap, model.violation())
-        return NodeClaim(node, corners, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)))
-
-    def _proof_of_absence(self, task: PlaneQuestion, safe: SafeProblem, rows: RulingLoads, node: int) -> NodeClaim | None:
+    def _proof_of_absence(self, safe: SafeProgram, rows: RulingLoads, node: int) -> NodeClaim | None:
         """Proof that no safe slip at any load factor holds the node on both bounds; None where there is none."""
-        model = self._model(task, safe, rows, node, Aim.EXCESS)
+        program = self._program(safe, rows, node, Aim.EXCESS)
 
         def least_excess() -> tuple[float, float]:
-            value, bound = Program(model.problem).bounds
+            value, bound = StandardForm(program.problem).bounds
             return -value, -bound
 
         def claimed() -> NodeClaim:
             value, bound = least_excess()
-            slip = np.full(task.system.nodes, np.nan)
-            return NodeClaim(node, _pair(task, node), np.inf, slip, 0.0 if bound > RESIDUAL else abs(value - bound))
+            slip = np.full(safe.task.system.nodes, np.nan)
+            return NodeClaim(node, _pair(safe.task, node), np.inf, slip, 0.0 if bound > RESIDUAL else abs(value - bound))
 
-        claim = self._solved(claimed, model)
+        claim = self._solved(claimed, program)
         return claim if least_excess()[1] > RESIDUAL else None
 
 
-def two_corners(task: PlaneQuestion) -> np.ndarray:
+def _claimed(program: SafeProgram, node: int) -> NodeClaim:
+    """The claim that stands in a program, with the larger of the violations by its slip and the distance of what the multipliers prove."""
+    task, corners, factor, slip = program.task, _pair(program.task, node), float(program.v.load_factor.value), program.slip
+    load_factor = (factor if factor > ZERO_LOAD_FACTOR else 0.0) * task.load_unit
+    q, p = task.reactions(load_factor, slip)
+    (forward, backward), f = corners, task.friction[node]
+    off = max(abs(q[forward, node] + f * p[forward, node]), abs(q[backward, node] - f * p[backward, node])) / task.force
+    value, bound = StandardForm(program.problem).bounds
+    gap = abs(value - bound) / max(abs(value), FLOOR)
+    residual = max(task.violation(load_factor, slip), off, gap, program.violation)
+    return NodeClaim(node, corners, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)))
+
+
+def two_corners(task: LimitQuestion) -> np.ndarray:
     """(N,) whether a node that is on both its bounds under a safe slip slips to and fro: forward at one corner, backward at another.
 
     Where one corner rules both bounds, the node only lifts off there; without friction it dissipates nothing.
@@ -166,7 +165,7 @@ def two_corners(task: PlaneQuestion) -> np.ndarray:
     return np.asarray((forward & ~backward).any(axis=0) & (backward & ~forward).any(axis=0) & (task.friction > 0))
 
 
-def _rulers(task: PlaneQuestion) -> tuple[np.ndarray, np.ndarray]:
+def _rulers(task: LimitQuestion) -> tuple[np.ndarray, np.ndarray]:
     """(K, N) whether a corner rules the forward and the backward bound of a node, ties included."""
     f, q1, p1 = task.friction, task.loads.q1, task.loads.p1
     floor = TIE * (np.abs(q1) + f * np.abs(p1)).max(axis=0)
@@ -174,7 +173,7 @@ def _rulers(task: PlaneQuestion) -> tuple[np.ndarray, np.ndarray]:
     return forward >= forward.max(axis=0) - floor, backward >= backward.max(axis=0) - floor
 
 
-def _pair(task: PlaneQuestion, node: int) -> tuple[int, int]:
+def _pair(task: LimitQuestion, node: int) -> tuple[int, int]:
     """The corners of the forward and the backward bound of a node."""
     forward, backward = (rules[:, node] for rules in _rulers(task))
     return int(np.argmax(forward & ~backward)), int(np.argmax(backward & ~forward))

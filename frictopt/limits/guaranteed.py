@@ -1,34 +1,35 @@
 """The guaranteed limit lambda_1: the load factor below which the contact stops slipping from every start."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import cvxpy as cp
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
-from ..contact.checks import Array, flag, frozen, listed
+from ..contact.checks import Array, frozen, listed
 from ..contact.odd_values import warns_of_odd_values
 from ..contact.system import checked_plane
 from ..errors import SolverError
-from ..solve.solvers import solver_order
 from .both_bounds_search import BothBoundsSearch, NodeClaim, two_corners
 from .closed_form import is_uncoupled
 from .guaranteed_result import COINCIDE, IMAGE, LEFT_OUT, NEVER, NOT_NEEDED, ONE_CORNER, SOLVED, GuaranteedLimit, left_out, reason
-from .loads import cycle_loads
-from .own_constraints import Expressions, Extendable
-from .plane import PlaneQuestion
+from .halves import mirrored
+from .own_constraints import SafeModel
+from .question import LimitQuestion
+from .ruling_corners import ruling_loads
+from .safe_set import SafeSet
 from .screening import load_factor_bounds
-from .shakedown import ShakedownModel
+from .shakedown import ShakedownModel, shakedown_problem
 from .shakedown_result import ShakedownLimit
-from .slip_bound import slip_bounds
 
 __all__ = ["GuaranteedLimit", "GuaranteedModel", "guaranteed_limit"]
 
 
-class GuaranteedModel(Extendable):
+class GuaranteedModel(SafeModel):
     """The guaranteed limit of one system under one load cycle, compiled once and solved for any friction.
 
     Not for use by several threads at once: give each its own. Theory, eq. (10).
@@ -68,16 +69,21 @@ class GuaranteedModel(Extendable):
     0.525
     """
 
-    def __init__(self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None) -> None:
-        self._shakedown = ShakedownModel(checked_plane(system), cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
-        self._most, self._simplify = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify)
-        solver_order(solver)
+    def __init__(
+        self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
+    ) -> None:
+        super().__init__(checked_plane(system), cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         self._search = BothBoundsSearch(solver)
 
-    @property
-    def _expressions(self) -> Expressions:
-        return self._shakedown._expressions
+    @cached_property
+    def _v(self) -> SafeSet:
+        return self._shakedown._v
+
+    @cached_property
+    def load_factor(self) -> cp.Expression:
+        """The load factor, an affine cvxpy expression for constraints of your own."""
+        return self._shakedown.load_factor
 
     def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own.
@@ -98,25 +104,25 @@ class GuaranteedModel(Extendable):
             No solver gave an answer that passes the checks.
         """
         own = listed("constraints", constraints)
-        posed = PlaneQuestion(self._system, self._cycle, self._loads, friction, self._simplify and not own, self._most)
+        task = self._posed(friction, simplify=False)
         shakedown = self._shakedown.solve(friction, own)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
-        task = replace(posed, simplify=False)  # a witness is not odd: mirror symmetry only saves nodes
         n, least_found = task.system.nodes, shakedown.load_factor
         both = two_corners(task)
         least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, ONE_CORNER).astype(object)
         if np.isnan(least_found) or is_uncoupled(task.system, task.friction):
             least[both], how[both] = least_found, NOT_NEEDED
             return self._result(task, shakedown, None, least, how, ())
-        extended = self._expressions.extended(own, None, task.rows(self._expressions.scaled), task.opening) if own else None
-        safe = extended.model if extended else self._shakedown.compiled(task)
-        rows = task.with_data(safe).rows
-        values: Mapping[cp.Variable, Array] = safe.values()
-        source = posed.part.source  # the least load factor of a node is that of its mirror image
+        extended = self._shakedown._own(shakedown_problem, task, own) if own else None
+        safe = extended or self._shakedown.program(task)
+        rows = ruling_loads(safe.v.scaled.unit, task.loads, task.friction, task.load_unit, task.mean_bound)
+        values: Mapping[cp.Variable, Array] = {variable: variable.value for variable in safe.problem.variables()}
+        halves = self._simplify and not own and mirrored(task)  # a witness is not odd, but the least load factor of a node is that of its image
+        source = np.minimum(np.arange(n), np.arange(n)[::-1]) if halves else np.arange(n)
         images = both & (source != np.arange(n))
         how[images] = IMAGE
-        bounds = load_factor_bounds(safe.scaled, rows) if self._simplify else np.zeros(n)
+        bounds = load_factor_bounds(safe.v.scaled, rows) if self._simplify else np.zeros(n)
         best: NodeClaim | None = None
         claims: list[NodeClaim] = []
         pressure = task.loads.p0 + task.system.B @ np.nan_to_num(shakedown.slip)  # where it is little, both bounds are near: an order to ask in
@@ -125,13 +131,13 @@ class GuaranteedModel(Extendable):
                 least[node] = bounds[node]
                 continue
             expect_solution = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
-            claim = self._search.solve(task, safe, rows, node, shakedown.least, expect_solution=expect_solution)
+            claim = self._search.solve(safe, rows, node, shakedown.least, expect_solution=expect_solution)
             claims.append(claim)
             least[node], how[node] = claim.load_factor, COINCIDE if claim.coincide else SOLVED if np.isfinite(claim.load_factor) else NEVER
             if claim.load_factor < least_found:
                 best, least_found = claim, claim.load_factor
         if best is not None:
-            values = self._search.values_of(task, safe, rows, best)
+            values = self._search.values_of(safe, rows, best)
         for variable, value in values.items():  # the last program solved need not be that of the answer
             variable.save_value(value)
         if extended:
@@ -139,7 +145,7 @@ class GuaranteedModel(Extendable):
         return self._result(task, shakedown, best, np.where(images, least[source], least), how, tuple(claims))
 
     def _result(
-        self, task: PlaneQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
+        self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
     ) -> GuaranteedLimit:
         uncoupled, coincide = is_uncoupled(task.system, task.friction), int((how == COINCIDE).sum())
         return GuaranteedLimit(

@@ -8,42 +8,39 @@ from ..contact.answers import LimitKind
 from ..contact.coulomb import lengths
 from ..contact.diagnosis import growth_diagnosis, mean_load_diagnosis
 from ..contact.tolerances import GROWN, RESIDUAL
-from .loads import Loads
-from .plane import PlaneQuestion
+from .loads import Loads, change
 from .question import LimitQuestion
-from .safe_slip import MarginState, solve_margin
-from .space import SpaceQuestion
+from .safe_slip import MarginClaim, solve_margin
 
 __all__ = ["classify", "growth", "reason"]
 
 
-def classify(task: PlaneQuestion | SpaceQuestion, solver: str | None) -> tuple[LimitKind, MarginState] | None:
+def classify(task: LimitQuestion, solver: str | None) -> tuple[LimitKind, MarginClaim] | None:
     """Decide why there is no finite limit, by the margin of two problems that always have an optimum; None if neither reason can be proven."""
     loads = task.loads
-    existence = solve_margin(task, loads, None, solver)[0].claim
+    existence = solve_margin(task, None, solver)[0].claim
     if existence.margin < -RESIDUAL:
         return LimitKind.NO_SAFE_SLIP, existence
     alone = Loads(np.zeros_like(loads.q0), np.zeros_like(loads.p0), loads.q1, loads.p1)
-    growing = task if task.most is None else replace(task, most=np.zeros_like(task.most))  # a bounded slip cannot grow with the load
-    cyclic = solve_margin(growing, alone, task.load_unit, solver)[0].claim
+    still = None if task.most is None else np.zeros_like(task.most)  # a bounded slip cannot grow with the load
+    cyclic = solve_margin(replace(task, loads=alone, most=still), task.load_unit, solver)[0].claim
     return (LimitKind.UNBOUNDED, cyclic) if cyclic.margin >= -RESIDUAL and _carried(task, cyclic) else None
 
 
-def _carried(task: LimitQuestion, cyclic: MarginState) -> bool:
+def _carried(task: LimitQuestion, cyclic: MarginClaim) -> bool:
     """Whether the slip that grows with the load keeps each node within its bound, up to a share of what acts on this node itself."""
     f, v, shape = task.friction, np.abs(cyclic.slip.T.ravel()), cyclic.slip.T.shape
     q1, p1 = cyclic.load_factor * task.loads.q1, cyclic.load_factor * task.loads.p1
     sheared, pressed = (np.abs(task.system.A) @ v).reshape(shape).T, np.abs(task.system.B) @ v
     own = np.maximum(lengths(q1, p1), f * np.abs(p1)).max(axis=0) + lengths(sheared, pressed) + f * pressed
-    q, p = (cyclic_part + part for cyclic_part, part in zip((q1, p1), task.change(cyclic.slip), strict=True))
+    q, p = (cyclic_part + part for cyclic_part, part in zip((q1, p1), change(task.system, cyclic.slip), strict=True))
     return bool((np.maximum(lengths(q, p) - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
 
 
-def growth(task: LimitQuestion, proof: MarginState) -> str:
+def growth(task: LimitQuestion, proof: MarginClaim) -> str:
     """Why the limit is infinite, in words, from the slip that grows with the load."""
-    slipped, rounding = task.change(proof.slip / proof.load_factor), GROWN * task.mean_bound / proof.load_factor
-    remedy = ": slip_bound limits it" if task.system.tangents == 1 else ""
-    return growth_diagnosis(task.friction, (task.loads.q1, task.loads.p1), slipped, rounding, remedy)
+    slipped, rounding = change(task.system, proof.slip / proof.load_factor), GROWN * task.mean_bound / proof.load_factor
+    return growth_diagnosis(task.friction, (task.loads.q1, task.loads.p1), slipped, rounding)
 
 
 def reason(task: LimitQuestion, kind: LimitKind, ends: tuple[float, float], growth: str, constraints: tuple[str, ...]) -> str:

@@ -20,13 +20,14 @@ from ..contact.checks import Array
 from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
 from ..solve.solvers import Answer, solve
-from .limit_claim import LimitClaim, Program, judged, judged_by_rows
-from .pose import kind_of
+from .limit_claim import LimitClaim, judged, judged_by_rows
+from .program import SafeProgram
+from .question import LimitQuestion
 
 __all__ = ["with_least_load"]
 
 
-def with_least_load(answer: Answer[LimitClaim], program: Program, solver: str | None) -> Answer[LimitClaim]:
+def with_least_load(answer: Answer[LimitClaim], program: SafeProgram, solver: str | None) -> Answer[LimitClaim]:
     """The answer of a program of the limit, with the least safe load factor: by one more program only if nothing at hand shows that it is 0.
 
     It is 0 if the slip of the limit, or no slip, is safe under the mean load; and if the cyclic load only narrows what is safe, as where the corners
@@ -37,31 +38,31 @@ def with_least_load(answer: Answer[LimitClaim], program: Program, solver: str | 
     if claim.kind is LimitKind.NO_SAFE_SLIP or claim.objective is not None:
         return answer
     slips = ([claim.slip] if claim.kind is LimitKind.FINITE else []) + ([] if own else [np.zeros_like(claim.slip)])
-    if program.narrows or any(_excess_under_mean(program, slip) <= RESIDUAL for slip in slips):
+    if (program.v.narrows and not own) or any(_excess_under_mean(claim.task, program, slip) <= RESIDUAL for slip in slips):
         return replace(answer, claim=replace(claim, least=0.0))
     with _kept(program.problem):
         downward = program.downward
         try:
-            lower = solve(downward, lambda: _claimed(claim, downward), solver, kind=kind_of(program.task.system))
+            lower = solve(downward, lambda: _claimed(claim, downward), solver)
         except SolverError:  # rounding hides whether some slip is safe under the mean load: the limit stands, the least load factor is not known
             return replace(answer, claim=replace(claim, least=np.nan))
     claim = replace(claim, least=lower.claim.load_factor, residual=max(claim.residual, lower.claim.residual))
     return replace(answer, claim=claim, attempts=(*answer.attempts, *lower.attempts))
 
 
-def _claimed(claim: LimitClaim, program: Program) -> LimitClaim:
+def _claimed(claim: LimitClaim, program: SafeProgram) -> LimitClaim:
     """The least load factor that stands in the program, judged by the referee and by its mechanism; 0 if its slip is safe under the mean load."""
-    if (excess := _excess_under_mean(program, program.slip)) <= RESIDUAL:
+    if (excess := _excess_under_mean(program.task, program, program.slip)) <= RESIDUAL:
         return replace(claim, load_factor=0.0, residual=excess)
-    return judged_by_rows(program, claim.constraints) if claim.constraints else judged(program, least=True)
+    return judged_by_rows(program) if claim.constraints else judged(program, least=True)
 
 
-def _excess_under_mean(program: Program, slip: Array) -> float:
+def _excess_under_mean(task: LimitQuestion, program: SafeProgram, slip: Array) -> float:
     """By how much a slip is not safe under the mean load alone, or violates the user's own rows there, if they are: then it stands in them."""
-    load_factor: cp.Variable = program.problem.var_dict["load_factor"]
+    load_factor = program.v.load_factor
     value = load_factor.value
     load_factor.save_value(np.zeros(()))
-    excess = max(program.task.violation(0.0, slip), program.violation)
+    excess = max(task.violation(0.0, slip), program.violation)
     load_factor.save_value(value)
     return float(np.nan_to_num(excess, nan=np.inf))
 

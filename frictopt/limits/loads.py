@@ -8,11 +8,10 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..contact.cycle import checked_cycle
-from ..contact.symmetry import Part
 from ..contact.system import checked_system
 from ..contact.tolerances import NO_PRESSURE
 
-__all__ = ["Loads", "change", "cycle_loads", "load_factor_unit"]
+__all__ = ["Loads", "change", "cycle_loads"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,10 +28,6 @@ class Loads:
         """Number of corners, K."""
         return len(self.q1)
 
-    def of(self, part: Part) -> "Loads":
-        """The reactions of the nodes of a part of the contact."""
-        return Loads(part.of(self.q0), part.of(self.p0), part.of(self.q1), part.of(self.p1))
-
     @property
     def force(self) -> float:
         """Mean normal force of the mean load (or a force of the same size where there is none)."""
@@ -44,6 +39,13 @@ class Loads:
         pressure, others = np.abs(self.p0), np.maximum(lengths(self.q1, self.p1), np.abs(self.p1)).max(axis=0)
         others = np.maximum(lengths(self.q0, self.p0), others)
         return np.where(pressure > NO_PRESSURE * force, pressure, np.maximum(others, NO_PRESSURE * force))
+
+    def load_factor_unit(self, friction: Array, force: float) -> float:
+        """Load factor at which the cyclic reactions reach the size of the mean friction bound (of the force scale where there is none)."""
+        demand = float(lengths(self.q1, self.p1).mean() + (friction * np.abs(self.p1)).mean())
+        demand += float(np.abs(self.p1[:, friction == 0]).sum()) / len(friction)
+        bound = float((friction * np.abs(self.p0)).mean()) or force
+        return bound / demand if demand > 0 else 1.0
 
     def under_slip(self, system: ContactSystem, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Reactions `q, p` of the closed contact at the corners, with K in front, under a residual slip."""
@@ -68,11 +70,3 @@ def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
     checked_system(system)
     checked_cycle(cycle)
     return Loads(*cycle.mean_reaction(system), *cycle.corner_reactions(system))
-
-
-def load_factor_unit(loads: Loads, friction: Array, force: float) -> float:
-    """Load factor at which the cyclic reactions reach the size of the mean friction bound (of the force scale where there is none)."""
-    demand = float(lengths(loads.q1, loads.p1).mean() + (friction * np.abs(loads.p1)).mean())
-    demand += float(np.abs(loads.p1[:, friction == 0]).sum()) / len(friction)
-    bound = float((friction * np.abs(loads.p0)).mean()) or force
-    return bound / demand if demand > 0 else 1.0

@@ -1,25 +1,28 @@
-"""Constraints and objectives of the user's own in the linear programs over safe slips: expressions, rows, and what the multipliers prove."""
+"""Constraints and objectives of the user's own in the programs over safe slips: expressions, rows, and what the multipliers prove."""
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import cvxpy as cp
 import numpy as np
 from cvxpy.reductions.dcp2cone.dcp2cone import Dcp2Cone
+from numpy.typing import ArrayLike
 
-from ..contact.checks import Array, shown
+from ..contact import ContactSystem, LoadCycle
+from ..contact.checks import Array, flag, shown
 from ..contact.record import Attempt
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..solve.polish import Program, polish, standard_form
-from ..solve.solvers import solve
-from .loads import Loads
-from .ruling_corners import RulingLoads
-from .safe_set import SafeProblem
+from ..solve.solvers import solve, solver_order
+from ..solve.standard_form import StandardForm, compiled, polish
+from .loads import cycle_loads
+from .program import SafeProgram, kind_of, safe_set
+from .question import LimitQuestion, pose, slip_bounds
+from .safe_set import SafeSet
 
-__all__ = ["Contradiction", "Expressions", "Extendable", "Extended", "contradiction", "is_unbounded"]
+__all__ = ["Contradiction", "OwnProgram", "SafeModel", "contradiction", "is_unbounded"]
 
 _EQUATIONS, _AT_MOST, _AT_LEAST = (
     (cp.constraints.Equality, cp.constraints.Zero),
@@ -28,56 +31,20 @@ _EQUATIONS, _AT_MOST, _AT_LEAST = (
 )
 
 
-class Extendable(ABC):
-    """Base of models that take constraints of the user's own: what they decide on, in the user's units."""
-
-    @property
-    @abstractmethod
-    def _expressions(self) -> "Expressions": ...
-
-    @property
-    def load_factor(self) -> cp.Expression:
-        """The load factor, an affine cvxpy expression for constraints of your own."""
-        return self._expressions.load_factor
-
-    @property
-    def slip(self) -> cp.Expression:
-        """(N,) residual slip, length, an affine cvxpy expression for constraints of your own."""
-        return self._expressions.slip
-
-    @property
-    def q(self) -> cp.Expression:
-        """(K, N) shear forces at the corners of the cycle, force per depth, an affine cvxpy expression for constraints of your own."""
-        return self._expressions.q
-
-    @property
-    def p(self) -> cp.Expression:
-        """(K, N) normal forces at the corners of the cycle, compression positive, an affine cvxpy expression for constraints of your own."""
-        return self._expressions.p
-
-
 @dataclass(frozen=True, eq=False)
-class Extended:
+class OwnProgram(SafeProgram):
     """A program over safe slips with constraints, and maybe an objective, of the user's own.
 
     Attributes
     ----------
-    model
-        The program; its rows `own` are those of the user.
     objective_unit
         Unit of its objective where that is the user's own, else None.
     variables
         The user's variables, and what they are in the well-scaled program.
     """
 
-    model: SafeProblem
-    objective_unit: float | None
-    variables: list[tuple[cp.Variable, cp.Expression]]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the constraints, each once."""
-        return tuple(dict.fromkeys(row.label for row in self.model.own))
+    objective_unit: float | None = None
+    variables: Sequence[tuple[cp.Variable, cp.Expression]] = ()
 
     def save(self) -> None:
         """Put the values of a solution into the variables of the user."""
@@ -85,109 +52,127 @@ class Extended:
             variable.save_value(np.asarray(scaled.value))
 
 
-class Expressions:
-    """What a program over safe slips decides on, as affine cvxpy expressions in the user's units.
+class SafeModel:
+    """Base of models that take constraints of the user's own: what they decide on, in the user's units."""
 
-    Parameters
-    ----------
-    safe
-        The program of the whole contact, with the rows `no_opening`.
-    loads
-        Reactions of the load cycle.
-    load_factor
-        The load factor, with one parameter.
+    def __init__(
+        self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
+    ) -> None:
+        self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
+        self._most, self._simplify, self._solver = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify), solver
+        solver_order(solver, kind_of(system))
+        self._last: tuple[list[object], OwnProgram | None] = [], None
 
-    Attributes
-    ----------
-    scaled
-        Unknowns and units of the whole contact.
-    load_factor, slip, q, p
-        Scalar, (N,) length, and (K, N) reactions of the closed contact at the corners, force per depth.
-    """
+    def _posed(self, friction: ArrayLike, simplify: bool = True) -> LimitQuestion:
+        return pose(self._system, self._cycle, friction, simplify=self._simplify and simplify, most=self._most, loads=self._loads)
 
-    def __init__(self, safe: SafeProblem, loads: Loads, load_factor: cp.Expression) -> None:
-        scaled, v = safe.scaled, safe.symbols
-        self._safe, self._last = safe, (list[Any](), Extended(safe, None, []))
-        self.scaled = scaled
-        self.load_factor: cp.Expression = load_factor
-        self.slip: cp.Expression = scaled.slip @ v.traction + (0.0 if v.slide is None else scaled.rigid @ v.slide)
-        changes = cp.multiply(scaled.unit, scaled.shear @ v.traction), cp.multiply(scaled.unit, scaled.normal @ v.traction)
-        self.q, self.p = (
-            np.ones((loads.corners, 1)) @ cp.reshape(mean + change, (1, len(mean)), order="C") + cp.Constant(cyclic) * self.load_factor
-            for mean, cyclic, change in zip((loads.q0, loads.p0), (loads.q1, loads.p1), changes, strict=True)
-        )
+    @cached_property
+    def _v(self) -> SafeSet:
+        return safe_set(self._posed(1.0))
 
-    def unknown(self, name: str) -> cp.Variable:
-        """An unknown of the program by its name."""
-        return self._safe.problem.var_dict[name]
+    @cached_property
+    def load_factor(self) -> cp.Expression:
+        """The load factor, an affine cvxpy expression for constraints of your own."""
+        return cp.Parameter(nonneg=True, name="load_unit") * self._v.load_factor
 
-    def extended(self, constraints: list[Any], objective: Any, rows: RulingLoads, opening: bool, load_factor: float | None = None) -> Extended:
-        """The program with constraints and an objective to be largest (None for its own), compiled once for the same ones, and its parameters set.
+    @cached_property
+    def slip(self) -> cp.Expression:
+        """(N,) or (N, 2) residual slip, length, an affine cvxpy expression for constraints of your own."""
+        return cp.reshape(self._v.slip, self._system.slip_shape, order="F")
 
-        Without the rows `no_opening` where friction implies them.
+    @cached_property
+    def q(self) -> cp.Expression:
+        """(K, N) or (K, N, 2) shear forces at the corners of the cycle, force, an affine cvxpy expression for constraints of your own."""
+        unit, shape = np.tile(self._v.scaled.unit, self._system.tangents), self._system.slip_shape
+        return self._at_corners(self._loads.q0, self._loads.q1, cp.reshape(cp.multiply(unit, self._v.shear), (1, *shape), order="F"))
+
+    @cached_property
+    def p(self) -> cp.Expression:
+        """(K, N) normal forces at the corners of the cycle, compression positive, force, an affine cvxpy expression for constraints of your own."""
+        change = cp.multiply(self._v.scaled.unit, self._v.scaled.normal @ self._v.traction)
+        return self._at_corners(self._loads.p0, self._loads.p1, cp.reshape(change, (1, change.size), order="F"))
+
+    def _at_corners(self, mean: Array, cyclic: Array, change: cp.Expression) -> cp.Expression:
+        return cp.Constant(np.broadcast_to(mean, cyclic.shape)) + change + self.load_factor * cp.Constant(cyclic)
+
+    def _own(
+        self,
+        listing: Callable[[SafeSet], cp.Problem],
+        task: LimitQuestion,
+        constraints: list[Any],
+        objective: Any = None,
+        load_factor: float | None = None,
+    ) -> OwnProgram:
+        """The program with constraints and an objective to be largest (None for its own); in the plane compiled once for the same ones.
 
         Raises
         ------
         ModelError
-            What is no cvxpy constraint or expression, not convex, not linear, or on unknowns of another model.
+            What is no cvxpy constraint or expression, not convex, no linear or cone program, or on unknowns of another model.
         """
         (parameter,) = self.load_factor.parameters()
-        parameter.value = rows.load_unit if load_factor is None else load_factor
-        asked = [*constraints, objective, opening]
-        if [*map(id, self._last[0])] != [*map(id, asked)]:
-            self._last = asked, self._compiled(constraints, objective, opening)
-        self._last[1].model.set(rows, load_factor)
-        return self._last[1]
+        parameter.value = task.load_unit if load_factor is None else load_factor
+        self._v.ask(task, load_factor)
+        asked = [*constraints, objective, task.opening, *([] if task.system.tangents == 1 else [task])]
+        last, program = self._last
+        if program is None or [*map(id, last)] != [*map(id, asked)]:
+            program = _compiled(task, self._v, listing(self._v), constraints, objective)
+            self._last = asked, program
+        return OwnProgram(task, self._v, program.problem, program.own, program.objective_unit, program.variables)
 
-    def _compiled(self, constraints: list[Any], objective: Any, opening: bool) -> Extended:
-        problem, goal = self._safe.problem, cp.Variable(name="objective")
-        kept = [row for row in problem.constraints if opening or row.label != "no_opening"]
-        known = {variable.id for part in (problem.variables(), self.slip.variables()) for variable in part}
-        named = {f"constraints[{index}]": constraint for index, constraint in enumerate(constraints)}
-        if objective is not None:
-            if not isinstance(objective, cp.Expression) or objective.size != 1:
-                raise ModelError(f"objective: {shown(objective)}; give a scalar cvxpy expression on slip, load_factor, q and p of the model")
-            named["objective"] = goal <= cp.reshape(objective, (), order="C")
-        rows, variables = own_rows(named, known)
-        if objective is None:
-            return Extended(replace(self._safe, problem=cp.Problem(problem.objective, [*kept, *rows]), own=tuple(rows)), None, variables)
-        scaled = next(scaled for variable, scaled in variables if variable is goal)
-        (inner,) = scaled.variables()
-        program = cp.Problem(cp.Maximize(inner), [*kept, *rows])
-        inner.save_value(np.ones(()))
-        return Extended(replace(self._safe, problem=program, own=tuple(rows)), float(scaled.value), variables)
+
+def _compiled(task: LimitQuestion, v: SafeSet, problem: cp.Problem, constraints: list[Any], objective: Any) -> OwnProgram:
+    goal = cp.Variable(name="objective")
+    known = {variable.id for part in (problem.variables(), v.slip.variables(), [v.load_factor]) for variable in part}
+    named = {f"constraints[{index}]": constraint for index, constraint in enumerate(constraints)}
+    if objective is not None:
+        if not isinstance(objective, cp.Expression) or objective.size != 1:
+            raise ModelError(f"objective: {shown(objective)}; give a scalar cvxpy expression on slip, load_factor, q and p of the model")
+        named["objective"] = goal <= cp.reshape(objective, (), order="C")
+    rows, variables = own_rows(named, known)
+    if objective is None:
+        return OwnProgram(task, v, cp.Problem(problem.objective, [*problem.constraints, *rows]), tuple(rows), None, variables)
+    scaled = next(scaled for variable, scaled in variables if variable is goal)
+    (inner,) = scaled.variables()
+    program = cp.Problem(cp.Maximize(inner), [*problem.constraints, *rows])
+    inner.save_value(np.ones(()))
+    return OwnProgram(task, v, program, tuple(rows), float(scaled.value), variables)
 
 
 def own_rows(constraints: Mapping[str, Any], known: set[int]) -> tuple[list[cp.Constraint], list[tuple[cp.Variable, cp.Expression]]]:
-    """Well-scaled inequalities that say what named linear constraints say (an equation is two), and their variables besides the known ones.
+    """Well-scaled rows and cones that say what named constraints say (an equation is two rows), and their variables besides the known ones.
 
-    Constraints of abs, max, norm1 and the like bring variables of their own.
+    Constraints of abs, max, norms and the like bring variables of their own.
 
     Raises
     ------
     ModelError
-        Not a cvxpy constraint, not convex, not linear, or on unknowns of another model.
+        Not a cvxpy constraint, not convex, no linear or second-order cone program, or on unknowns of another model.
     """
     rows: list[cp.Constraint] = []
     for name, constraint in constraints.items():
         _check(name, constraint, known)
-        linear, _ = Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [constraint]))
-        for part in linear.constraints:
-            if not isinstance(part, (*_EQUATIONS, _AT_MOST, _AT_LEAST)):
+        conic, _ = Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [constraint]))
+        for part in conic.constraints:
+            if not isinstance(part, (*_EQUATIONS, _AT_MOST, _AT_LEAST, cp.SOC)):
                 raise ModelError(
-                    f"{name}: it needs a {type(part).__name__} cone; the program is linear, so that its multipliers prove the answer: "
-                    "give linear constraints, or such of abs, max, min, norm1 and norm_inf"
+                    f"{name}: it needs a {type(part).__name__} cone; the multipliers of linear rows and second-order cones prove the answer: "
+                    "give linear constraints, or such of abs, max, min and norms"
                 )
+            if isinstance(part, cp.SOC):
+                rows.append(part.set_label(constraint.label or name))
+                continue
             signs = (1, -1) if isinstance(part, _EQUATIONS) else (-1,) if isinstance(part, _AT_LEAST) else (1,)
             rows += [(sign * part.expr <= 0).set_label(constraint.label or name) for sign in signs]
     return _scaled(rows, known)
 
 
 def _scaled(rows: list[cp.Constraint], known: set[int]) -> tuple[list[cp.Constraint], list[tuple[cp.Variable, cp.Expression]]]:
-    """The rows divided by their size, which spreads from the unknowns of the model to the other variables."""
-    data = cp.Problem(cp.Minimize(0), rows).get_problem_data("CLARABEL")[0]
-    size, constant, columns = abs(data["A"].toarray()), np.abs(data["b"]), data["param_prob"].var_id_to_col
-    others = [variable for variable in cp.Problem(cp.Minimize(0), rows).variables() if variable.id not in known]
+    """The rows and cones divided by their size, which spreads from the unknowns of the model to the other variables."""
+    problem = cp.Problem(cp.Minimize(0), rows)
+    form, columns = StandardForm(problem), compiled(problem)["param_prob"].var_id_to_col
+    size, constant = abs(form.matrix.toarray()), np.abs(form.right)
+    others = [variable for variable in problem.variables() if variable.id not in known]
     at = {variable.id: slice(columns[variable.id], columns[variable.id] + variable.size) for variable in others}
     unit = np.ones(size.shape[1])
     for place in at.values():
@@ -201,11 +186,19 @@ def _scaled(rows: list[cp.Constraint], known: set[int]) -> tuple[list[cp.Constra
     sizes = np.where(sizes > 0, sizes, np.where(constant > 0, constant, 1.0))
     own = {v.id: cp.multiply(unit[at[v.id]].reshape(v.shape, order="F"), cp.Variable(v.shape, name=v.name())) for v in others}
     swap = {id(variable): own[variable.id] for variable in others}
-    parts = np.split(sizes, np.cumsum([row.size for row in rows])[:-1])
-    scaled = [
-        (row.expr.tree_copy(swap) / part.reshape(row.shape, order="F") <= 0).set_label(row.label) for row, part in zip(rows, parts, strict=True)
-    ]
+    parts = np.split(sizes, np.cumsum([row.size for row in form.rows])[:-1])
+    scaled = [_over(row, part, swap).set_label(row.label) for row, part in zip(form.rows, parts, strict=True)]
     return scaled, [(variable, own[variable.id]) for variable in others]
+
+
+def _over(row: cp.Constraint, sizes: Array, swap: Mapping[int, cp.Expression]) -> cp.Constraint:
+    """A row over its size, a cone over its largest one, with other variables."""
+    if not isinstance(row, cp.SOC):
+        return row.expr.tree_copy(swap) / sizes.reshape(row.shape, order="F") <= 0
+    bound, vectors = (part.tree_copy(swap) for part in row.args)
+    largest = sizes.reshape(row.num_cones(), -1).max(axis=1)
+    across = largest if vectors.ndim == 1 else largest[:, None] if row.axis == 1 else largest[None, :]
+    return cp.SOC(bound / largest.reshape(bound.shape), vectors / (across if vectors.ndim > 1 else largest[0]), axis=row.axis)
 
 
 def _check(name: str, constraint: Any, known: set[int]) -> None:
@@ -229,7 +222,7 @@ def _check(name: str, constraint: Any, known: set[int]) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Contradiction:
-    """The least excess by which the rows of a linear program cannot hold.
+    """The least excess by which the rows and cones of a program cannot hold.
 
     Attributes
     ----------
@@ -248,6 +241,31 @@ class Contradiction:
     attempts: tuple[Attempt, ...] = ()
 
 
+def contradiction(problem: cp.Problem, solver: str | None) -> Contradiction:
+    """The least `e >= 0` by which all slacks but those of equations must be raised to be in their cones.
+
+    Raises
+    ------
+    SolverError
+        No solver gave an answer that passes the checks.
+    """
+    form = StandardForm(problem)
+    return _least_excess(form, form.right, None, solver)
+
+
+def is_unbounded(problem: cp.Problem, solver: str | None) -> Contradiction | None:
+    """Proof that a program that has a solution has no largest one, for its objective can grow while no slack falls; None if it cannot.
+
+    Raises
+    ------
+    SolverError
+        No solver gave an answer that passes the checks.
+    """
+    form = StandardForm(problem)
+    growing = _least_excess(form, np.zeros(len(form.right)), form.objective, solver)
+    return None if max(growing.bound, growing.value) > RESIDUAL else growing
+
+
 @dataclass(frozen=True, eq=False)
 class _Relaxed:
     problem: cp.Problem
@@ -257,38 +275,20 @@ class _Relaxed:
         polish(self.problem)
 
     def claim(self) -> Contradiction:
-        program = Program(self.problem)
-        value, bound = (-side for side in program.bounds)
-        ruling = frozenset(label for label, y in zip(self.labels, program.y[: len(self.labels)], strict=True) if y > RESIDUAL)
+        form = StandardForm(self.problem)
+        value, bound = (-side for side in form.bounds)
+        ruling = frozenset(label for label, y in zip(self.labels, form.y, strict=True) if y > RESIDUAL)
         return Contradiction(value, bound, ruling, 0.0 if bound > RESIDUAL else abs(value - bound))
 
 
-def contradiction(problem: cp.Problem, solver: str | None) -> Contradiction:
-    """The least `e >= 0` with `matrix @ z + e >= right`, of a linear program in its standard form.
-
-    Raises
-    ------
-    SolverError
-        No solver gave an answer that passes the checks.
-    """
-    matrix, right, _ = standard_form(problem)
-    return _least_excess(matrix, right, [row.label for row in problem.constraints for _ in range(row.size)], solver)
-
-
-def is_unbounded(problem: cp.Problem, solver: str | None) -> Contradiction | None:
-    """Proof that a linear program that has a solution has no largest one, for its objective can grow while no row falls; None if it cannot.
-
-    Raises
-    ------
-    SolverError
-        No solver gave an answer that passes the checks.
-    """
-    matrix, right, objective = standard_form(problem)
-    growing = _least_excess(np.vstack([matrix, objective]), np.append(np.zeros(len(right)), 1.0), [], solver)
-    return None if max(growing.bound, growing.value) > RESIDUAL else growing
-
-
-def _least_excess(matrix: Array, right: Array, labels: list[str], solver: str | None) -> Contradiction:
-    z, excess = cp.Variable(matrix.shape[1], name="z"), cp.Variable(name="excess")
-    model = _Relaxed(cp.Problem(cp.Minimize(excess), [matrix @ z + excess >= right, excess >= 0]), labels)
+def _least_excess(form: StandardForm, right: Array, objective: Array | None, solver: str | None) -> Contradiction:
+    """The least excess of slacks `right - matrix @ z`, and of `objective @ z >= 1` where there is an objective."""
+    z, excess = cp.Variable(form.matrix.shape[1], name="z"), cp.Variable(name="excess")
+    s, names = right - form.matrix @ z, np.array([row.label for row in form.rows for _ in range(row.size)])
+    rows, extra = [excess >= 0], [] if objective is None else [objective @ z + excess >= 1]
+    rows += [s[: form.zero] == 0] if form.zero else []
+    rows += [s[form.linear] + excess >= 0] if len(form.linear) else []
+    rows += [cp.SOC(s[cone[:, 0]] + excess, cp.reshape(s[cone[:, 1:].ravel()], cone[:, 1:].shape, order="C"), axis=1) for cone in form.cones]
+    labels = [*names[: form.zero], "", *names[form.linear], *([""] * len(extra)), *(names[i] for cone in form.cones for i in cone.ravel())]
+    model = _Relaxed(cp.Problem(cp.Minimize(excess), [*rows, *extra]), labels)
     return solve(model, model.claim, solver).claim

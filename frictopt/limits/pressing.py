@@ -5,26 +5,28 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
+from ..contact.coulomb import lengths
 from ..contact.tolerances import NO_LEAST_PRESSURE, RESIDUAL
 from ..solve.solvers import Answer, solve
-from .loads import cycle_loads
-from .plane import PlaneProgram, PlaneQuestion
-from .safe_set import SafeProblem, SafeSymbols
+from .mechanism import Mechanism
+from .program import SafeProgram, safe_set
+from .question import pose
+from .safe_set import SafeSet
 
 __all__ = ["Pressing", "best_pressed", "pressing_problem"]
 
 
-def pressing_problem(v: SafeSymbols) -> SafeProblem:
-    """Residual slip v under which the least normal reaction, over all nodes and corners k, is largest.
+def pressing_problem(v: SafeSet, p: cp.Expression, share: Array) -> cp.Problem:
+    """Residual slip v under which the least normal reaction p, over all nodes and the corners that rule them, is largest.
 
-    In full, with `force` the mean normal force of the mean load, and the corner that rules each node standing for all of them::
+    In full, with `force` the mean normal force of the mean load, its `share` in the unit of each node::
 
         max least   s.t.   p_k >= least force,   least <= 1   where   p_k = p0 + lam p1_k + B v
 
-    The bound is `abs(v) <= slip_bound`.
+    The bound is `|v| <= slip_bound`.
     """
-    least, share = cp.Variable(name="least"), cp.Parameter(v.p.size, nonneg=True, name="share")
-    return v.problem(cp.Maximize(least), {"no_opening": v.p >= v.opening + cp.multiply(share, least), "cap": least <= 1})
+    least = cp.Variable(name="least")
+    return v.problem(cp.Maximize(least), {"pressed": p >= cp.multiply(share, least), "cap": least <= 1})
 
 
 class Pressing:
@@ -42,16 +44,19 @@ class Pressing:
         The larger of the distance of `least` from the bound that `motion` proves, and the excess of its slip over the slip bound.
     """
 
-    def __init__(self, program: PlaneProgram, load_factor: float) -> None:
+    def __init__(self, program: SafeProgram, load_factor: float) -> None:
         task, slip = program.task, program.slip
         q, p = task.reactions(load_factor, slip)
         self.least = float(min(p.min() / task.force, 1.0))
-        self.friction = float((np.abs(q) / p).max()) if self.least > NO_LEAST_PRESSURE else np.inf
-        motion, cap = program.motion, program.cap("cap")
+        self.friction = float((lengths(q, p) / p).max()) if self.least > NO_LEAST_PRESSURE else np.inf
+        cap, rule = program.cap("cap"), (-task.loads.p1).argmax(axis=0)
+        opening = np.zeros(task.loads.p1.shape)
+        opening[rule, np.arange(len(rule))] = np.maximum(program.rows["pressed"].dual_value, 0.0) / program.v.scaled.unit
+        motion = Mechanism(np.zeros(task.loads.q1.shape), opening, task.friction, program.v.held(program.rows))
         opened = float(motion.opening.sum()) * task.force
         self.motion = motion.scaled((1 - cap) / opened if opened > 0 and cap < 1 else 0.0)
         resistance, drive = self.motion.work(task.loads, task.most)
-        defect = program.defect(self.motion, slip)
+        defect = program.v.scaled.defect(task, self.motion, slip)
         gap = abs(cap + resistance - load_factor * drive - self.least) + defect  # a defect that closes the gap counts for slips like this one alone
         proves = opened > 0 or cap >= 1 - RESIDUAL  # multipliers that do not add up to one bound nothing
         self.residual = float(np.nan_to_num(max(gap, task.beyond(slip)), nan=np.inf)) if proves else np.inf
@@ -70,7 +75,8 @@ def best_pressed(system: ContactSystem, cycle: LoadCycle, load_factor: float, mo
     SolverError
         No solver gave an answer that passes the checks.
     """
-    task = PlaneQuestion(system, cycle, cycle_loads(system, cycle), np.zeros(system.nodes), True, most)
-    program = task.posed(pressing_problem, load_factor=load_factor)
-    program.problem.param_dict["share"].value = task.force / program.model.scaled.unit
+    task = pose(system, cycle, 0.0, most=most)
+    v = safe_set(task)
+    unit, cyclic = v.scaled.unit, load_factor * task.loads.p1.min(axis=0)  # of the corner that rules
+    program = SafeProgram(task, v, pressing_problem(v, (task.loads.p0 + cyclic) / unit + v.scaled.normal @ v.traction, task.force / unit))
     return solve(program, lambda: Pressing(program, load_factor))

@@ -1,23 +1,22 @@
-"""A limit problem as posed: system, load cycle and friction, checked, and the part of the contact that is solved for."""
+"""A limit problem as posed: system, load cycle and friction, checked, with the units in which it is solved."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from time import perf_counter
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
-from ..contact.checks import Array, check_shear, flag
+from ..contact.checks import Array, check_shear, finite_array, flag, real_array
 from ..contact.coulomb import lengths
 from ..contact.record import Attempt, SolveRecord, WithSlip
 from ..contact.show import Plotted, components, places
-from ..contact.symmetry import Part, halve, whole
 from ..contact.tolerances import BARE, CONDENSATION, RESIDUAL
 from ..errors import ModelError
-from .loads import Loads, change, load_factor_unit
+from .loads import Loads, cycle_loads
 
-__all__ = ["Answered", "LimitQuestion"]
+__all__ = ["Answered", "LimitQuestion", "pose", "slip_bounds"]
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
@@ -25,9 +24,9 @@ _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundr
 
 @dataclass(frozen=True, eq=False)
 class LimitQuestion:
-    """One friction coefficient on one system and load cycle.
+    """One friction coefficient on one system and load cycle, see `pose`.
 
-    Parameters
+    Attributes
     ----------
     system, cycle, loads
         The contact, its load cycle and the cycle's reactions.
@@ -37,13 +36,15 @@ class LimitQuestion:
         Whether to leave out what cannot change the answer: half of a mirror-symmetric contact, corners that others stand for.
     most
         (N,) largest size of the slip; None for no bound.
+    force, load_unit, mean_bound
+        Mean normal force of the mean load, see `Loads`; unit of load factors, see `Loads.load_factor_unit`; mean friction bound under the mean load,
+        the unit of margins (the mean normal force where there is no friction).
+    opening
+        Whether there is so little friction somewhere that keeping nodes closed needs rows of its own.
     started
         When it was posed, for the record.
-
-    Attributes
-    ----------
-    part
-        The part of the contact that is solved for. What is claimed of the whole contact is judged on the whole contact.
+    whole
+        Of a question on the half of a mirror-symmetric contact: that on the whole one, see `half_of`.
     """
 
     system: ContactSystem
@@ -51,17 +52,13 @@ class LimitQuestion:
     loads: Loads
     friction: Array
     simplify: bool
-    most: Array | None = None
+    most: Array | None
+    force: float
+    load_unit: float
+    mean_bound: float
+    opening: bool
     started: float = field(default_factory=perf_counter)
-    part: Part = field(init=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "simplify", flag("simplify", self.simplify))
-        object.__setattr__(self, "friction", friction_coefficients(self.friction, self.system.nodes))
-        reactions = (self.loads.q0, self.loads.p0), (self.loads.q1, self.loads.p1)
-        half = halve(self.system, self.friction, reactions, self.most) if self.simplify and self.system.tangents == 1 else None
-        object.__setattr__(self, "part", half or whole(self.system))
-        check_shear(self.loads.q0, self.force)
+    whole: "LimitQuestion | None" = None
 
     def check_load_factor(self, load_factor: float) -> None:
         """Check that the mean load is not lost in the rounding of the cyclic loads."""
@@ -71,10 +68,6 @@ class LimitQuestion:
                 f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean normal force {self.force:.3g} of the mean load, "
                 "which is lost in their rounding; give less, or check the units of the load cases"
             )
-
-    def change(self, slip: Array) -> tuple[Array, Array]:
-        """Reactions `A v, B v` that a residual slip adds to those of the closed contact."""
-        return change(self.system, slip)
 
     def reactions(self, load_factor: float, slip: Array, loads: Loads | None = None) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) and (K, N) reactions `q, p` of the closed contact at the corners, under a residual slip."""
@@ -90,10 +83,8 @@ class LimitQuestion:
         """The slip, cut to its bound where it exceeds it by no more than the tolerance of solvers."""
         if self.most is None or self.beyond(slip) > RESIDUAL:
             return slip
-        if slip.ndim == 1:
-            return np.clip(slip, -self.most, self.most)
         size = lengths(slip, self.most)
-        return np.asarray((slip.T * (np.minimum(size, self.most) / np.where(size > 0, size, 1.0))).T)
+        return np.where(size > self.most, slip.T / np.where(size > 0, size, 1.0) * self.most, slip.T).T
 
     def beyond(self, slip: Array) -> float:
         """By how much the slip exceeds its bound, over the largest slip or bound; at most 0 if it does not."""
@@ -111,30 +102,47 @@ class LimitQuestion:
         verdict = referee(self.system, bonded, self.friction, v=slip, w=closed, q=q, p=p, force_scale=self.force)
         return max(verdict.residual, self.beyond(slip))
 
-    @property
-    def opening(self) -> bool:
-        """Whether there is so little friction somewhere that keeping nodes closed needs rows of its own."""
-        return bool(self.friction.min() < _LITTLE_FRICTION)
-
-    @cached_property
-    def force(self) -> float:
-        """Mean normal force of the mean load, see `Loads`."""
-        return self.loads.force
-
-    @cached_property
-    def load_unit(self) -> float:
-        """Unit of load factors, see `load_factor_unit`."""
-        return load_factor_unit(self.loads, self.friction, self.force)
-
-    @property
-    def mean_bound(self) -> float:
-        """Mean friction bound `f p` under the mean load: the unit of margins (the mean normal force where there is no friction)."""
-        bound = float((self.friction * self.loads.p0).mean())
-        return bound if bound > CONDENSATION * float((self.friction * np.abs(self.loads.p0)).mean()) else self.force  # a shear alone leaves rounding
-
     def record(self, solver: str, attempts: tuple[Attempt, ...], residual: float, left_out: tuple[str, ...]) -> SolveRecord:
         """How the question was answered, now."""
         return SolveRecord(solver, attempts, residual, left_out, perf_counter() - self.started)
+
+
+def pose(
+    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simplify: bool = True, most: Array | None = None, loads: Loads | None = None
+) -> LimitQuestion:
+    """Check a limit problem and pose it; `loads` are the reactions of the cycle where they are known, `most` those of `slip_bounds`.
+
+    Raises
+    ------
+    ModelError
+        Wrong types, load cases that the system does not have, bad friction, a mean load whose shear hides its pressure.
+    """
+    simplify, loads = flag("simplify", simplify), loads or cycle_loads(system, cycle)
+    f, force = friction_coefficients(friction, system.nodes), loads.force
+    check_shear(loads.q0, force)
+    bound = float((f * loads.p0).mean())
+    mean_bound = bound if bound > CONDENSATION * float((f * np.abs(loads.p0)).mean()) else force  # a shear alone leaves rounding
+    opening = bool(f.min() < _LITTLE_FRICTION)
+    return LimitQuestion(system, cycle, loads, f, simplify, most, force, loads.load_factor_unit(f, force), mean_bound, opening)
+
+
+def slip_bounds(slip_bound: Any, nodes: int) -> Array | None:
+    """Check a slip bound, one or one per node, and return it as (N,); None for no bound.
+
+    Raises
+    ------
+    ModelError
+        Not real finite numbers, negative, or of a length other than 1 and N.
+    """
+    if slip_bound is None:
+        return None
+    shape = real_array("slip_bound", slip_bound).shape
+    if shape not in ((), (nodes,)):
+        raise ModelError(f"slip_bound: shape {shape}; give one length or one for each of the {nodes} nodes")
+    most = finite_array("slip_bound", slip_bound, shape)
+    if most.min() < 0:
+        raise ModelError(f"slip_bound: {most.min():g}; it bounds the size of the slip, give a length >= 0, or None for no bound")
+    return np.broadcast_to(most, (nodes,))
 
 
 class Answered(WithSlip, Plotted):

@@ -10,7 +10,7 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_number, frozen
+from ..contact.checks import Array, finite_number, frozen, place
 from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, components, frame, places
 from ..contact.tolerances import PROVEN_FRICTION, WIDEST_PROOF
@@ -18,9 +18,9 @@ from ..errors import SolverError
 from .loads import cycle_loads
 from .mechanism import Mechanism
 from .pressing import Pressing, best_pressed
+from .question import slip_bounds
 from .safe_slip import SafeSlipModel
 from .safe_slip_result import SafeSlip
-from .slip_bound import slip_bounds
 
 __all__ = ["RequiredFriction", "required_friction"]
 
@@ -39,7 +39,7 @@ class RequiredFriction(WithSlip, Plotted):
         Coefficient of friction with which no slip is safe, less than 1e-5 below `required`, relatively; nan where none is needed.
     slip
         (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN where none is enough. `largest_slip` is its size: compare it with
-        what assembly can leave, and bound it by `slip_bound` in the plane.
+        what assembly can leave, and bound it by `slip_bound`.
     mechanism
         Why `bound` is not enough (Farkas's lemma), or why no friction is: motions for which the loads do more work than friction can take up,
         while no residual slip resists them. Columns node, x, corner, direction (+1 slips along +x, -1 against it, 0 opens), share; largest first.
@@ -126,14 +126,15 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         motionless, record = still.table(system), asked.record((slip,), slip.residual)
         return RequiredFriction(0.0, np.nan, slip.slip, motionless, why, system, cycle, load_factor, record)
     if not asked.proven(most, True):
-        best = best_pressed(system, cycle, load_factor, slip_bounds(slip_bound, system.nodes)) if system.tangents == 1 else None
-        pressed = None if best is None else best.claim
-        if best is not None and pressed is not None and pressed.impossible:
+        best = best_pressed(system, cycle, load_factor, slip_bounds(slip_bound, system.nodes))
+        pressed = best.claim
+        if pressed.impossible:
             mechanism = pressed.motion.table(system)
             nodes = sorted(set(mechanism["node"]))
-            where = ", ".join(f"{x:.4g}" for x in system.x[nodes][:4]) + ", ..." * (len(nodes) > 4)
-            why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes (x = {where}) at some corner; press them"
-            unsafe = frozen(np.full(system.nodes, np.nan))
+            named = [f"{x:.4g}" for x in system.x[nodes]] if system.tangents == 1 else [place(point) for point in system.points[nodes]]
+            where = f"{'x =' if system.tangents == 1 else 'at'} {', '.join(named[:4])}{', ...' * (len(nodes) > 4)}"
+            why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes ({where}) at some corner; press them"
+            unsafe = frozen(np.full(system.slip_shape, np.nan))
             record = SolveRecord(best.solver, best.attempts, pressed.residual, (), perf_counter() - started)
             return RequiredFriction(np.inf, np.inf, unsafe, mechanism, why, system, cycle, load_factor, record)
         most = _enough(asked, pressed)
@@ -166,17 +167,15 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     )
 
 
-def _enough(asked: "_Asked", pressed: Pressing | None) -> float:
+def _enough(asked: "_Asked", pressed: Pressing) -> float:
     """A coefficient of friction above 1 that is proven to be enough."""
-    most, start = 1.0, 0.0 if pressed is None else 1.01 * pressed.friction
+    most, start = 1.0, 1.01 * pressed.friction
     while not asked.proven(most, True):
         if most >= _MOST_FRICTION:
-            least = (
-                ""
-                if pressed is None
-                else (f", although no node need open: the best residual slip leaves a pressure of {pressed.least:.1e} force scales at one node")
+            raise SolverError(
+                f"required friction: none up to {most:g} is enough, although no node need open: the best residual slip leaves a pressure of "
+                f"{pressed.least:.1e} force scales at one node; press nodes of little pressure, or leave them out"
             )
-            raise SolverError(f"required friction: none up to {most:g} is enough{least}; press nodes of little pressure, or leave them out")
         most = min(4 * most, max(2 * most, start), _MOST_FRICTION)
     return most
 

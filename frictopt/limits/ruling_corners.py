@@ -7,7 +7,6 @@ import numpy as np
 
 from ..contact.checks import Array
 from .loads import Loads
-from .scaling import ScaledContact
 
 __all__ = ["RulingLoads", "ruling_loads"]
 
@@ -18,7 +17,7 @@ Integers = np.ndarray[Any, np.dtype[np.intp]]
 class RulingLoads:
     """Right-hand sides of `q + g >= load_factor * forward`, `g - q >= load_factor * backward` and `p >= load_factor * opening`.
 
-    All in units of the `ScaledContact`, one row of each kind for each node. `g = f p` is the friction bound, `forward = -(q1 + f p1)`,
+    All in the units of the nodes, see `ScaledContact`, one row of each kind for each node. `g = f p` is the friction bound, `forward = -(q1 + f p1)`,
     `backward = q1 - f p1`, `opening = -p1`. For a load factor >= 0 the corners of one node and one kind of row differ only in the coefficient of
     the load factor, so the largest one rules and the others are implied. The rows of opening follow from the other two where there is friction.
 
@@ -46,9 +45,8 @@ class RulingLoads:
     clearance: Array
 
 
-def ruling_loads(scaled: ScaledContact, loads: Loads, friction: Array, load_unit: float, mean_bound: float) -> RulingLoads:
-    """Rows of the nodes, one for each node and sense: those of the ruling corner."""
-    unit = scaled.unit
+def ruling_loads(unit: Array, loads: Loads, friction: Array, load_unit: float, mean_bound: float) -> RulingLoads:
+    """Rows of the nodes, one for each node and sense: those of the ruling corner; `unit` is the force unit of each."""
     forward, backward, opening = -(loads.q1 + friction * loads.p1), loads.q1 - friction * loads.p1, -loads.p1
     return RulingLoads(
         friction=friction,

@@ -15,7 +15,7 @@ from ..contact.show import Plotted, frame
 from ..contact.system import checked_plane
 from ..contact.tolerances import ONE_SIDE, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
-from .loads import cycle_loads, load_factor_unit
+from .loads import cycle_loads
 from .mechanism import Mechanism
 from .shakedown import shakedown_limit
 from .shakedown_result import ShakedownLimit
@@ -212,7 +212,7 @@ class _Search:
         self._limits.append(limit)
         reach, bound = limit.load_factor if np.isfinite(limit.load_factor) else 0.0, limit.bound
         loads = cycle_loads(self._system, cycle)
-        if reach <= ZERO_LOAD_FACTOR * load_factor_unit(loads, self._friction, loads.force):
+        if reach <= ZERO_LOAD_FACTOR * loads.load_factor_unit(self._friction, loads.force):
             reach = bound = 0.0
         motion = self._ruled(limit._motion)
         drives = [motion.work(unit)[1] for unit in self._unit_loads]

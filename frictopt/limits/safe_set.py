@@ -1,144 +1,192 @@
-"""What the linear programs over safe residual slips are made of: unknowns, expressions, parameters, and the values of a solution.
+"""What the programs over safe residual slips are made of: unknowns, the rows that keep a contact stuck, and what their multipliers mean.
 
-A residual slip v is safe at a load factor when it keeps every node closed and stuck at every corner of the load cycle. Unknowns and parameters are
-dimensionless, see `ScaledContact` and `RulingLoads`; friction and loads are parameters, the matrices are not, so one compiled problem serves any
-friction and load.
+A residual slip v is safe at a load factor when it keeps every node closed and stuck at every corner of the load cycle. Unknowns are dimensionless
+tractions, see `ScaledContact`. In the plane one corner rules each end of a node's friction interval, see `Intervals`; in space each corner has a
+circle of its own at each node, see `Circles`. The rest is the same for both.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeAlias
 
 import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array
-from ..solve.polish import polish
-from .ruling_corners import RulingLoads
-from .scaling import ScaledContact
-from .slip_bound import SlipBound
+from .mechanism import Mechanism
+from .question import LimitQuestion
+from .ruling_corners import RulingLoads, ruling_loads
+from .scaling import scaled_contact
 
-__all__ = ["SafeProblem", "SafeSymbols"]
+__all__ = ["Intervals", "Rows", "SafeSet"]
+
+Rows: TypeAlias = Mapping[str, cp.Constraint]
 
 
-class SafeSymbols:
-    """Unknowns of a residual slip v in the plane, what stands in the rows of its programs, and the rows of the corners that rule.
+class SafeSet(ABC):
+    """Unknowns of a residual slip v, and the rows by which it is safe.
+
+    Parameters
+    ----------
+    task
+        The contact, its loads and its slip bound `|v| <= most`; friction is set by `ask`.
+
+    Attributes
+    ----------
+    scaled
+        Unknowns and units.
+    traction, slide
+        The unknowns: nodal tractions, and rigid slides, which no row feels but those that bound the slip.
+    load_factor, margin
+        Unknowns of the programs that have them.
+    """
+
+    def __init__(self, task: LimitQuestion) -> None:
+        self.scaled, self._most = scaled_contact(task), task.most
+        rigid = self.scaled.rigid.shape[1]
+        self.traction, self.slide = cp.Variable(len(self.scaled.loaded), name="traction"), cp.Variable(rigid, name="slide") if rigid else None
+        self.load_factor, self.margin = cp.Variable(name="load_factor"), cp.Variable(name="margin")
+
+    @abstractmethod
+    def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None) -> Rows:
+        """Rows by which every node is closed and stuck at every corner, with a margin in mean friction bounds (None: no margin).
+
+        A load factor of None is the given one.
+        """
+
+    @abstractmethod
+    def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
+        """Set friction, loads, and the load factor where it is given."""
+
+    @abstractmethod
+    def motion(self, rows: Rows) -> tuple[Mechanism, Array]:
+        """The mechanism that the multipliers of the rows stand for, and the (N,) sums of those of each node, in units of 1 over force."""
+
+    @property
+    @abstractmethod
+    def narrows(self) -> bool:
+        """Whether the cyclic load only narrows the rows, so that what is safe at any load factor is so at 0."""
+
+    @property
+    @abstractmethod
+    def left_out(self) -> tuple[str, ...]:
+        """What has no rows, in words."""
+
+    def problem(self, goal: cp.Maximize | cp.Minimize, rows: Rows) -> cp.Problem:
+        """The rows by their names, and those of the slip bound."""
+        return cp.Problem(goal, [row.set_label(name) for name, row in {**rows, **self._bounded()}.items()])
+
+    @property
+    def slip(self) -> cp.Expression:
+        """(t N,) slip by component, length, an affine cvxpy expression."""
+        slip = self.scaled.slip @ self.traction
+        return slip if self.slide is None else slip + self.scaled.rigid @ self.slide
+
+    @property
+    def shear(self) -> cp.Expression:
+        """(t N,) what the slip adds to the shear forces, by component, in the units of the nodes, an affine cvxpy expression."""
+        return self.scaled.shear @ self.traction
+
+    @cached_property
+    def _reach(self) -> Array:
+        """(N,) slip that unit unknowns make at most, by which the rows of the slip bound are divided, length."""
+        norms = np.linalg.norm(np.hstack([self.scaled.slip, self.scaled.rigid]), axis=1)
+        return np.asarray(norms.reshape(-1, len(self.scaled.unit)).max(axis=0))
+
+    def _bounded(self) -> Rows:
+        """Rows of the slip bound, in units of `_reach`."""
+        if self._most is None:
+            return {}
+        nodes, most = len(self._reach), self._most / self._reach
+        slip = cp.multiply(1 / np.resize(self._reach, self.slip.size), self.slip)
+        if slip.size == nodes:
+            return {"forward_slip_bound": slip <= most, "backward_slip_bound": slip >= -most}
+        slip, free, fixed = cp.reshape(slip, (nodes, 2), order="F"), np.flatnonzero(most > 0), np.flatnonzero(most == 0)
+        rows: dict[str, cp.Constraint] = {"slip_bound": cp.SOC(cp.Constant(most[free]), slip[free], axis=1)} if len(free) else {}
+        return rows | {"no_slip": slip[fixed] == 0} if len(fixed) else rows
+
+    def held(self, rows: Rows) -> Array | None:
+        """(N,) or (N, 2) forces by which the slip bound holds the nodes, along the tangents: multipliers of its rows."""
+        if self._most is None:
+            return None
+        if "forward_slip_bound" in rows:
+            forward, backward = (np.maximum(rows[f"{way}_slip_bound"].dual_value, 0.0) for way in ("forward", "backward"))
+            return np.asarray((forward - backward) / self._reach)
+        held = np.zeros((len(self._most), 2))
+        if "slip_bound" in rows:
+            held[self._most > 0] = -rows["slip_bound"].dual_value[1]
+        if "no_slip" in rows:
+            held[self._most == 0] = rows["no_slip"].dual_value
+        return held / self._reach[:, None]
+
+
+class Intervals(SafeSet):
+    """The safe slips of a contact in the plane, by the rows of the corners that rule; friction and loads are parameters, the matrices are not.
 
     The corners of one row differ only in the coefficient of `lam >= 0`, so the largest one rules and stands for all of them::
 
         forward = max_k -(q1_k + f p1_k),   backward = max_k (q1_k - f p1_k),   opening = max_k -p1_k
 
-    `p >= 0` follows from the other two where there is friction; for little or none, `opening` keeps its rows. The bound is `abs(v) <= slip_bound`.
-
-    Parameters
-    ----------
-    contact, rows_of_opening, bound
-        The contact, whether the rows of opening are needed, and a bound on the slip.
+    `p >= 0` follows from the other two where there is friction; for little or none, `no_opening` keeps its rows.
 
     Attributes
     ----------
-    traction, slide
-        The unknowns: nodal tractions, and rigid slides, which no row feels but those that bound the slip.
     q, p, fp
-        (n,) shear force q0 + A v, normal force p0 + B v and friction bound f (p0 + B v) of the nodes under the mean load.
+        (N,) shear force q0 + A v, normal force p0 + B v and friction bound f (p0 + B v) of the nodes under the mean load, cvxpy expressions.
     forward, backward, opening
-        (n,) cyclic load at the corners that rule the rows, see `RulingLoads`.
+        (N,) cyclic load at the corners that rule the rows, see `RulingLoads`.
+    rows
+        What the parameters are set to.
     """
 
-    def __init__(self, contact: ScaledContact, rows_of_opening: bool, bound: SlipBound | None) -> None:
-        n, m = contact.shear.shape
-        self._contact, self._opens, self._bound = contact, rows_of_opening, bound
-        self.traction, self.slide = cp.Variable(m, name="traction"), cp.Variable(contact.rigid.shape[1], name="slide") if contact.rigid.size else None
-        q0, p0, fp0 = (cp.Parameter(n, name=name) for name in ("q_mean", "p_mean", "fp_mean"))
-        friction = cp.Parameter(n, nonneg=True, name="friction")
-        self.q, self.p = q0 + contact.shear @ self.traction, p0 + contact.normal @ self.traction
-        self.fp = fp0 + cp.multiply(friction, contact.normal @ self.traction)
-        self.forward, self.backward, self.opening = (cp.Parameter(n, name=name) for name in ("forward", "backward", "opening"))
+    rows: RulingLoads
 
-    def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None) -> dict[str, cp.Constraint]:
-        """Rows by which every node is closed and stuck at every corner, with a margin in mean friction bounds; None: no margin.
+    def __init__(self, task: LimitQuestion) -> None:
+        super().__init__(task)
+        n, pressed = task.system.nodes, self.scaled.normal @ self.traction
+        self._set = {name: cp.Parameter(n, name=name) for name in ("q_mean", "p_mean", "fp_mean", "forward", "backward", "opening")}
+        self._set |= {name: cp.Parameter(n, name=name, nonneg=True) for name in ("friction", "clearance")}
+        self.q, self.p = self._set["q_mean"] + self.shear, self._set["p_mean"] + pressed
+        self.fp = self._set["fp_mean"] + cp.multiply(self._set["friction"], pressed)
+        self.forward, self.backward, self.opening = (self._set[name] for name in ("forward", "backward", "opening"))
 
-        A load factor of None is a given one: it then stands in the parameters.
-        """
-        lam, reserve = 1.0 if load_factor is None else load_factor, 0.0
-        if margin is not None:
-            reserve = cp.multiply(cp.Parameter(self.q.size, nonneg=True, name="clearance"), margin)
-        return {
+    def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None) -> Rows:
+        """See `SafeSet.stuck`. A given load factor stands in the parameters."""
+        lam, reserve = 1.0 if load_factor is None else load_factor, 0.0 if margin is None else cp.multiply(self._set["clearance"], margin)
+        rows = {
             "no_forward_slip": self.q + self.fp >= self.forward * lam + reserve,
             "no_backward_slip": self.fp - self.q >= self.backward * lam + reserve,
-            "no_opening": self.p >= self.opening * lam + reserve,
         }
+        return rows | {"no_opening": self.p >= self.opening * lam + reserve} if self._task.opening else rows
 
-    def problem(self, goal: cp.Minimize | cp.Maximize, rows: Mapping[str, cp.Constraint]) -> "SafeProblem":
-        """The rows by their names and those of a slip bound; without the rows `no_opening` where friction implies them."""
-        kept = [row.set_label(name) for name, row in rows.items() if self._opens or name != "no_opening"]
-        kept += [] if self._bound is None else self._bound.rows(self.traction, self.slide)
-        return SafeProblem(cp.Problem(goal, kept), self._contact, self._bound, self)
+    def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
+        """See `SafeSet.ask`."""
+        self._task, self.rows = task, ruling_loads(self.scaled.unit, task.loads, task.friction, task.load_unit, task.mean_bound)
+        factor = 1.0 if load_factor is None else load_factor / task.load_unit
+        for name, parameter in self._set.items():
+            parameter.value = getattr(self.rows, name) * (factor if name in ("forward", "backward", "opening") else 1.0)
 
-
-@dataclass(frozen=True, eq=False)
-class SafeProblem:
-    """A cvxpy problem over safe slips together with the data of its rows, one of each kind for each node of its part of the contact.
-
-    `set`, `refine` and solving change the values that stand in the cvxpy problem. `own` are the rows of the user's own among its constraints.
-    """
-
-    problem: cp.Problem
-    scaled: ScaledContact
-    bound: SlipBound | None
-    symbols: SafeSymbols
-    own: tuple[cp.Constraint, ...] = ()
-
-    def set(self, rows: RulingLoads, load_factor: float | None = None) -> None:
-        """Set the parameters of the rows in place; a load factor moves the cyclic part to the side of the data (margin problem)."""
-        factor = 1.0 if load_factor is None else load_factor / rows.load_unit
-        for name, parameter in self.problem.param_dict.items():
-            if name in ("forward", "backward", "opening"):
-                parameter.value = factor * getattr(rows, name)
-            elif hasattr(rows, name):
-                parameter.value = getattr(rows, name)
-
-    @cached_property
-    def downward(self) -> "SafeProblem":
-        """The program of the least load factor under the same rows."""
-        return replace(self, problem=cp.Problem(cp.Minimize(self.problem.var_dict["load_factor"]), self.problem.constraints))
-
-    def violation(self) -> float:
-        """Largest violation of the user's own rows."""
-        return max((float(np.max(row.violation())) for row in self.own), default=0.0)
-
-    def values(self) -> dict[cp.Variable, Array]:
-        """What stands in the variables."""
-        return {variable: variable.value for variable in self.problem.variables()}
-
-    def value(self, name: str) -> np.ndarray:
-        """Value of a named variable."""
-        return np.asarray(self.problem.var_dict[name].value)
+    def motion(self, rows: Rows) -> tuple[Mechanism, Array]:
+        """See `SafeSet.motion`. A node that slips to and fro at one corner opens by friction times that."""
+        corners, nodes = len(self._task.loads.q1), np.arange(len(self.scaled.unit))
+        motions = np.zeros((3, corners, len(nodes)))
+        for motion, name, corner in zip(motions, ("no_forward_slip", "no_backward_slip", "no_opening"), self.rows.corners, strict=True):
+            if name in rows:
+                motion[corner, nodes] = np.maximum(rows[name].dual_value, 0.0) / self.scaled.unit
+        forward, backward, opening = motions
+        opening = opening + self._task.friction * 2 * np.minimum(forward, backward)
+        return Mechanism(forward - backward, opening, self._task.friction, self.held(rows)), motions.sum(axis=(0, 1))
 
     @property
-    def slip(self) -> Array:
-        """(N,) slip of the whole contact in the solution, its rigid slide included, length."""
-        slip = self.scaled.slip @ self.value("traction")
-        return self.scaled.part.odd(slip + self.scaled.rigid @ self.value("slide") if "slide" in self.problem.var_dict else slip)
-
-    def dual(self, label: str) -> np.ndarray:
-        """Multipliers of a named constraint, >= 0; zeros if the problem does not have it."""
-        for constraint in self.problem.constraints:
-            if constraint.label == label:
-                return np.asarray(np.maximum(constraint.dual_value, 0.0))
-        return np.zeros(len(self.scaled.unit))
+    def narrows(self) -> bool:
+        """See `SafeSet.narrows`."""
+        least = min(self.rows.forward.min(), self.rows.backward.min(), self.rows.opening.min() if self._task.opening else 0.0)
+        return bool(least >= 0)
 
     @property
-    def duals(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Multipliers of the rows against forward slip, backward slip and opening."""
-        return self.dual("no_forward_slip"), self.dual("no_backward_slip"), self.dual("no_opening")
-
-    @property
-    def hold(self) -> Array:
-        """(n,) forces by which the slip bound holds the nodes of the part, along +x positive: multipliers of its rows."""
-        force = self.dual("forward_slip_bound") - self.dual("backward_slip_bound")
-        return np.asarray(force if self.bound is None else force / self.bound.norm)
-
-    def refine(self) -> None:
-        """Move the solution that stands in the problem onto its vertex, see `polish`."""
-        polish(self.problem)
+    def left_out(self) -> tuple[str, ...]:
+        """See `SafeSet.left_out`."""
+        corners = len(self._task.loads.q1)
+        idle = corners - len(np.union1d(*self.rows.corners[:2]))
+        return (f"corners: {idle} of {corners} rule no node",) if idle else ()

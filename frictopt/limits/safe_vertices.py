@@ -1,6 +1,7 @@
 """Extreme residual slips among the safe ones."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import cvxpy as cp
@@ -9,10 +10,10 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, frozen
 from ..contact.odd_values import warns_of_odd_values
+from ..contact.system import checked_plane
 from ..solve.solvers import NoOptimum, solve
-from .loads import cycle_loads
-from .plane import PlaneQuestion
-from .scaling import ScaledContact
+from .program import SafeProgram, safe_set
+from .question import pose
 from .shakedown import shakedown_problem
 
 __all__ = ["safe_vertices"]
@@ -61,19 +62,18 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     (2, 2)
     """
     factor = finite_number("load_factor", load_factor, least=0.0)
-    task = PlaneQuestion(system, cycle, cycle_loads(system, cycle), friction, False)
-    safe = task.posed(shakedown_problem).model
-    scaled = safe.scaled
-    directions = finite_array("directions", directions, (None, system.nodes))[:, scaled.loaded]
-    direction, traction = cp.Parameter(scaled.shear.shape[1], name="direction"), safe.problem.var_dict["traction"]
-    at = safe.problem.var_dict["load_factor"] == factor / task.load_unit
-    problem = cp.Problem(cp.Maximize(direction @ traction), [*safe.problem.constraints, at])
+    task = pose(checked_plane(system), cycle, friction, simplify=False)
+    v = safe_set(task)
+    v.ask(task)
+    directions = finite_array("directions", directions, (None, system.nodes))[:, v.scaled.loaded]
+    direction = cp.Parameter(v.traction.size, name="direction")
+    at = v.load_factor == factor / task.load_unit
+    vertex = _Vertex(task, v, cp.Problem(cp.Maximize(direction @ v.traction), [*shakedown_problem(v).constraints, at]))
     found = []
     for along in directions:
         direction.value = along / (np.abs(along).max(initial=0.0) or 1.0)
-        model = _Vertex(problem, scaled, task, factor)
         try:
-            found.append(solve(model, model.claim).claim.slip)
+            found.append(solve(vertex, partial(vertex.claim, factor)).claim.slip)
         except NoOptimum:
             continue
     return frozen(np.array(found).reshape(-1, system.nodes))
@@ -85,19 +85,12 @@ class _Claim:
     residual: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Vertex:
+class _Vertex(SafeProgram):
     """The problem with its direction set."""
-
-    problem: cp.Problem
-    scaled: ScaledContact
-    task: PlaneQuestion
-    load_factor: float
 
     def refine(self) -> None:
         """Nothing: any safe slip will do, a vertex or not."""
 
-    def claim(self) -> _Claim:
+    def claim(self, load_factor: float) -> _Claim:
         """The slip that stands in the problem, and by how much it is not safe."""
-        slip = self.scaled.slip @ self.problem.var_dict["traction"].value
-        return _Claim(slip, self.task.violation(self.load_factor, slip))
+        return _Claim(self.slip, self.task.violation(load_factor, self.slip))

@@ -1,16 +1,17 @@
-"""The contact and its loads in the unknowns and units in which its linear programs are well scaled."""
+"""The contact and its loads in the unknowns and units in which its programs are well scaled."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.linalg import qr
+from scipy.sparse import csr_array
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, frozen
 from ..contact.stiffness import slip_modes
-from ..contact.symmetry import Part
-from .loads import Loads
+from .mechanism import Mechanism
+from .question import LimitQuestion
 
 __all__ = ["ScaledContact", "rigid_slides", "scaled_contact"]
 
@@ -20,72 +21,90 @@ class ScaledContact:
     """Response of a contact to residual slip, dimensionless, with nodal tractions instead of slips as unknowns.
 
     Slips of a graded mesh span decades and A may be singular (a punch that only its loads hold), so the m unknowns are dimensionless
-    tractions t: `v = slip t`, `A v = unit * (shear t)`, `B v = unit * (normal t)`.
+    tractions t: `v = slip t`, `A v = unit * (shear t)`, `B v = unit * (normal t)`, ordered by component. They are nodal forces over the unit of the
+    node, or over the pressure that they make where that is larger.
 
     Attributes
     ----------
-    part
-        The part of the contact that is meant, N nodes.
     unit
-        (N,) force unit of each node, force per depth.
+        (N,) force unit of each node.
     shear, normal
-        (N, m) dimensionless.
+        (t N, m), sparse, and (N, m), dimensionless, at most 1.
     slip
-        (N, m) slip for unit tractions, length.
+        (t N, m) slip for unit tractions, length.
     rigid
-        (N, k) slips that need no force, length; k is 0 where there are none.
-    loaded
-        (m,) node that each traction acts on.
+        (t N, k) slips that need no force, length; k is 0 where there are none.
+    loaded, size
+        (m,) row of `shear` that each traction acts on alone, and its entry there.
     """
 
-    part: Part
     unit: Array
-    shear: Array
+    shear: csr_array
     normal: Array
     slip: Array
     rigid: Array
     loaded: np.ndarray[Any, np.dtype[np.intp]]
+    size: Array
+
+    @property
+    def traction_unit(self) -> Array:
+        """(m,) force of each unit traction."""
+        return np.asarray(self.unit[self.loaded % len(self.unit)] * self.size)
+
+    def defect(self, task: LimitQuestion, motion: Mechanism, slip: Array) -> float:
+        """By how much the work bound of a mechanism may be off because its stress is not exactly zero.
+
+        Counted for all slips whose tractions are, node by node, at most those of `slip`, or at most `1 + f` times the node's own pressure where
+        that is more; and under a slip bound, for all rigid slides within it.
+        """
+        system, tangents = task.system, task.system.tangents
+        shear_unit = np.tile(self.unit, tangents)
+        held = np.zeros(len(shear_unit)) if motion.hold is None else motion.hold.T.ravel()
+        work = (shear_unit * motion.slips.sum(axis=0).T.ravel()) @ self.shear + (self.unit * motion.lift.sum(axis=0)) @ self.normal - held @ self.slip
+        carried = np.abs(system.A[self.loaded] @ slip.T.ravel()) / shear_unit[self.loaded]
+        off = float(np.abs(work) @ (np.maximum(carried, 1.0 + np.tile(task.friction, tangents)[self.loaded]) / self.size))
+        if task.most is not None and self.rigid.shape[1]:
+            off += float(np.abs(held @ self.rigid) @ (np.abs(np.linalg.pinv(self.rigid)) @ np.tile(task.most, tangents)))
+        return off
 
 
-def scaled_contact(part: Part, loads: Loads, force: float) -> ScaledContact:
-    """Choose unknowns and units for (a part of) a contact under its loads, of the size of `force`."""
-    system, unit = part.system, loads.units(force)
+def scaled_contact(task: LimitQuestion) -> ScaledContact:
+    """Choose unknowns and units for a contact under its loads."""
+    system, unit, stiffness = task.system, task.loads.units(task.force), task.system.own_stiffness[: -task.system.nodes]
     rigid, compliance = rigid_slides(system)
-    loaded, basis = _balanced(rigid)
-    slip = compliance @ (unit[:, None] * basis)
+    each = np.tile(unit, system.tangents)[:, None]
+    loaded, basis = _balanced(each * rigid)
+    forces = each * basis
+    slip = compliance @ forces
+    slip = slip + compliance @ (forces - system.A @ slip)  # without most of its rounding
+    normal = system.B @ slip / unit[:, None]
+    size = 1 / np.maximum(np.abs(normal).max(axis=0), 1.0)
     return ScaledContact(
-        part=part,
         unit=frozen(unit),
-        shear=frozen(system.A @ slip / unit[:, None]),
-        normal=frozen(system.B @ slip / unit[:, None]),
-        slip=frozen(slip),
-        rigid=frozen(rigid * (force / (node_stiffness(system) @ rigid**2))),
+        shear=csr_array(basis * size),
+        normal=frozen(normal * size),
+        slip=frozen(slip * size),
+        rigid=frozen(rigid * (task.force / (stiffness @ rigid**2))),
         loaded=loaded,
+        size=frozen(size),
     )
 
 
 def rigid_slides(system: ContactSystem) -> tuple[Array, Array]:
-    """Orthonormal slips that A does not resist, (N, k), and the compliance (N, N) of forces that do no work on them, to slips free of them.
+    """Orthonormal slips that A does not resist, (t N, k), and the compliance (t N, t N) of forces that do no work on them, to slips free of them.
 
     Each node counts in units of its own stiffness, see `slip_modes`.
     """
-    stiffness = node_stiffness(system)
-    slips, values, held = slip_modes(system.A, system.B, stiffness, stiffness)
+    slips, values, held = slip_modes(system.A, system.B, *np.split(system.own_stiffness, [-system.nodes]))
     rigid, resisted = np.linalg.qr(slips[:, ~held])[0], slips[:, held]
     resisted = resisted - rigid @ (rigid.T @ resisted)
     return rigid, (resisted / values[held]) @ resisted.T
 
 
-def node_stiffness(system: ContactSystem) -> Array:
-    """(N,) size of each node's own stiffness, > 0."""
-    stiffness = np.maximum(np.diag(system.A), np.diag(system.C))
-    return np.asarray(np.where(stiffness > 0, stiffness, system.stiffness_scale))
-
-
 def _balanced(rigid: Array) -> tuple[np.ndarray[Any, np.dtype[np.intp]], Array]:
-    """Basis of the nodal forces that do no work on the rigid slips (columns), and the nodes that its columns load.
+    """Basis of the nodal tractions that do no work on rigid slips (columns; each times its unit), and the rows that its columns load.
 
-    Unit forces at the loaded nodes are balanced by forces at as many other nodes as there are rigid slips.
+    Unit tractions at the loaded rows are balanced by forces at as many other rows as there are rigid slips.
     """
     count, k = rigid.shape
     if not k:

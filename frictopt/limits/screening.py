@@ -60,10 +60,10 @@ def load_factor_bounds(scaled: ScaledContact, rows: RulingLoads) -> Array:
 
 def _response(scaled: ScaledContact, rows: RulingLoads) -> tuple[Array, Array | None]:
     """Matrix from a to the d that balances it, with no net slip of nodes that carry no traction, and the rigid slip (n,) that may be added to d."""
-    n, m = scaled.shear.shape
+    (n, m), rows_of_shear = scaled.shear.shape, scaled.shear.toarray()
     others = np.setdiff1d(np.arange(n), scaled.loaded)
-    right = np.hstack([scaled.normal.T * rows.friction, scaled.shear[others].T])
-    solved = -np.linalg.solve(scaled.shear[scaled.loaded].T, right)
+    right = np.hstack([scaled.normal.T * rows.friction, rows_of_shear[others].T])
+    solved = -np.linalg.solve(rows_of_shear[scaled.loaded].T, right)
     follow = np.zeros((n, n))
     follow[scaled.loaded] = solved[:, :n]
     if n - m != 1:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import Any
 
 import cvxpy as cp
@@ -12,41 +11,41 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
-from ..contact.checks import Array, flag, listed
+from ..contact.checks import listed
 from ..contact.odd_values import warns_of_odd_values
 from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
-from ..solve.solvers import Answer, solve, solver_order
+from ..solve.solvers import Answer, solve
+from .circles import helpless
 from .closed_form import uncoupled_ends
+from .halves import half_of
 from .least_load import with_least_load
-from .limit_claim import LimitClaim, Program, certified, judged, judged_extended, no_limit, no_limit_under
-from .loads import cycle_loads
-from .mechanism import Mechanism
-from .own_constraints import Expressions, Extendable
-from .plane import PlaneQuestion, defect
-from .pose import bounded, kind_of, plane, pose
-from .safe_set import SafeProblem
+from .limit_claim import LimitClaim, certified, judged, judged_by_rows, no_limit, no_limit_under
+from .own_constraints import OwnProgram, SafeModel
+from .program import SafeProgram, safe_set
+from .question import LimitQuestion
+from .safe_set import SafeSet
 from .safe_slip import solve_margin
+from .scaling import scaled_contact
 from .shakedown_result import ShakedownLimit, limit_result
-from .space import SpaceQuestion
 
 __all__ = ["ShakedownModel", "shakedown_limit", "shakedown_problem"]
 
 
-def shakedown_problem(v: Any) -> Any:
+def shakedown_problem(v: SafeSet) -> cp.Problem:
     """Largest load factor lam at which some residual slip v keeps every node closed and stuck at every corner k of the load cycle.
 
     In full::
 
         max lam   s.t.   |q_k| <= f p_k,  p_k >= 0   where   q_k = q0 + lam q1_k + A v,   p_k = p0 + lam p1_k + B v
 
-    The rows of `v.stuck` are intervals in the plane, of the corners that rule them (`SafeSymbols`), and circles in space (`Circles`).
+    The rows of `v.stuck` are intervals in the plane, of the corners that rule them (`Intervals`), and circles in space (`Circles`).
     """
-    lam = cp.Variable(name="load_factor")
+    lam = v.load_factor
     return v.problem(cp.Maximize(lam), {**v.stuck(lam), "load_factor_not_negative": lam >= 0})
 
 
-class ShakedownModel(Extendable):
+class ShakedownModel(SafeModel):
     """The shakedown limit of one system under one load cycle for any friction; in the plane its program is compiled once.
 
     Not for use by several threads at once: give each its own. Theory, eq. (7).
@@ -56,7 +55,7 @@ class ShakedownModel(Extendable):
     system, cycle
         The contact and its load cycle.
     slip_bound
-        Largest slip `abs(v)` that assembly can leave in the plane, one or one per node, length; None for no bound. A slide of the whole body counts:
+        Largest slip `|v|` that assembly can leave, one or one per node, length; None for no bound. A slide of the whole body counts:
         where nothing resists one, the program chooses it.
     simplify
         Leave out what cannot change the answer: the linear program of an uncoupled plane contact, half of a mirror-symmetric one, in space corners
@@ -93,10 +92,8 @@ class ShakedownModel(Extendable):
     def __init__(
         self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
     ) -> None:
-        self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
-        self._most, self._simplify, self._solver = bounded(slip_bound, system), flag("simplify", simplify), solver
-        self._closed_form = simplify and len(solver_order(solver, kind_of(system))) > 1
-        self._compiled: dict[tuple[int, bool], SafeProblem] = {}  # by what friction can change: the part of the contact, and the rows of opening
+        super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        self._compiled: dict[tuple[int, bool], tuple[SafeSet, cp.Problem]] = {}  # by what friction can change: half or whole, the rows of opening
 
     def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own, or the slip that your objective chooses.
@@ -106,17 +103,17 @@ class ShakedownModel(Extendable):
         friction
             Coefficient of friction, one or one per node.
         constraints
-            cvxpy constraints (plane contacts) on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They
-            are linear, or of abs, max, norm1 and the like: the program stays linear, and its multipliers prove the limit. `bound` and `residual`
-            cover them. The whole contact is solved then, and the program is compiled once for the same constraints.
+            cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or
+            of abs, max, norms and the like: the multipliers of rows and second-order cones prove the limit. `bound` and `residual` cover them. The
+            whole contact is solved then, and in the plane the program is compiled once for the same constraints.
         objective
             What shall be largest over the safe slips, instead of the load factor: a concave cvxpy expression on the same, also linear or of abs, max,
-            norm1 and the like, such as `model.load_factor - 0.1 * cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
+            norms and the like, such as `model.load_factor - 0.1 * cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
 
         Raises
         ------
         ModelError
-            Bad friction; constraints that are not convex, not linear, or on another model; an objective that is not so, or has no largest value.
+            Bad friction; constraints that are not convex, need other cones, or are on another model; an objective that is not so, or has no largest value.
         SolverError
             No solver gave an answer that passes the checks.
 
@@ -134,14 +131,11 @@ class ShakedownModel(Extendable):
         -0.3
         """
         own = listed("constraints", constraints)
+        task = self._posed(friction)
         if own or objective is not None:
-            question = plane(pose(self._system, self._cycle, friction, False, self._most, self._loads))
-            return self._extended_program(question, own, objective)
-        task = pose(self._system, self._cycle, friction, self._simplify, self._most, self._loads)
-        if isinstance(task, SpaceQuestion):
-            return by_one_node(task, self._solver) or self._solved(task.posed(shakedown_problem))
-        closed = _closed_form(task) if self._closed_form else None
-        return self._solved(task.with_data(self.compiled(task))) if closed is None else closed
+            return self._under(self._own(shakedown_problem, task, own, objective))
+        known = _closed_form(task) if self._simplify and self._solver is None else None
+        return known or by_one_node(task, self._solver) or self._solved(self.program(half_of(task)))
 
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
@@ -159,39 +153,37 @@ class ShakedownModel(Extendable):
         own = listed("constraints", constraints)
         return pd.DataFrame([_row(friction, self.solve(friction, own)) for friction in listed("frictions", frictions)])
 
-    def compiled(self, task: PlaneQuestion) -> SafeProblem:
-        """The program over safe slips of a plane contact, compiled once for all frictions."""
-        kind = task.part.nodes, task.opening
-        if kind not in self._compiled:
-            self._compiled[kind] = shakedown_problem(task.symbols())
-        return self._compiled[kind]
+    def program(self, task: LimitQuestion) -> SafeProgram:
+        """The program over safe slips; that of a plane contact is compiled once for all frictions."""
+        kind = task.system.nodes, task.opening
+        v, problem = self._compiled.get(kind, (None, None))
+        v = v or safe_set(task)
+        v.ask(task)
+        if problem is None:
+            problem = shakedown_problem(v)
+        if task.system.tangents == 1:
+            self._compiled[kind] = v, problem
+        return SafeProgram(task, v, problem)
 
-    def _solved(self, program: Program) -> ShakedownLimit:
-        kind = kind_of(self._system)
-        answer = solve(program, lambda: judged(program), self._solver, kind=kind, no_optimum=lambda: no_limit(program.task, self._solver))
+    def _solved(self, program: SafeProgram) -> ShakedownLimit:
+        task = program.task.whole or program.task
+        answer = solve(program, lambda: judged(program), self._solver, no_optimum=lambda: no_limit(task, self._solver))
         answer = with_least_load(answer, program, self._solver)
         if answer.claim.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
-            program.problem.var_dict["load_factor"].save_value(np.array(answer.claim.load_factor / program.task.load_unit))
+            program.v.load_factor.save_value(np.array(answer.claim.load_factor / task.load_unit))
         return limit_result(answer, program.left_out, program.problem, program.units)
 
-    @cached_property
-    def _expressions(self) -> Expressions:
-        task = PlaneQuestion(self._system, self._cycle, self._loads, np.zeros(self._system.nodes), False, self._most)
-        safe = shakedown_problem(task.symbols())
-        return Expressions(safe, self._loads, cp.Parameter(nonneg=True, name="load_unit") * safe.problem.var_dict["load_factor"])
-
-    def _extended_program(self, task: PlaneQuestion, constraints: list[Any], objective: Any) -> ShakedownLimit:
-        extended = self._expressions.extended(constraints, objective, task.rows(self._expressions.scaled), task.opening)
-        program = task.with_data(extended.model)
+    def _under(self, program: OwnProgram) -> ShakedownLimit:
+        task, unit = program.task, program.objective_unit
 
         def no_limit_here() -> LimitClaim | None:
             claim = no_limit(task, self._solver)
-            return claim if claim is not None and claim.kind is LimitKind.NO_SAFE_SLIP else no_limit_under(extended, task, self._solver)
+            return claim if claim is not None and claim.kind is LimitKind.NO_SAFE_SLIP else no_limit_under(program, self._solver)
 
-        answer = solve(program, lambda: judged_extended(program, extended), self._solver, no_optimum=no_limit_here)
+        answer = solve(program, lambda: judged_by_rows(program, unit), self._solver, no_optimum=no_limit_here)
         answer = with_least_load(answer, program, self._solver)
-        extended.save()
-        return limit_result(answer, program.left_out, program.problem, {**program.units, "objective": extended.objective_unit or 1.0})
+        program.save()
+        return limit_result(answer, program.left_out, program.problem, {**program.units, "objective": unit or 1.0})
 
 
 @warns_of_odd_values
@@ -240,19 +232,15 @@ def shakedown_limit(
     return ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)
 
 
-def _closed_form(task: PlaneQuestion) -> ShakedownLimit | None:
-    """The limit of an uncoupled contact; None where it has no closed form that passes the checks."""
-    ends = uncoupled_ends(task.system, task.loads, task.friction)
+def _closed_form(task: LimitQuestion) -> ShakedownLimit | None:
+    """The limit of an uncoupled plane contact; None where it has no closed form that passes the checks."""
+    ends = uncoupled_ends(task.system, task.loads, task.friction) if task.system.tangents == 1 else None
     if ends is None:
         return None
-    scaled, (lower, upper) = task.scaled(), ends
-
-    def off(motion: Mechanism, slip: Array) -> float:
-        return defect(task, scaled, motion, slip)
-
-    claim = certified(task, upper.load_factor, upper.slip, upper.motion, off)
+    scaled, (lower, upper) = scaled_contact(task), ends
+    claim = certified(task, scaled, upper.load_factor, upper.slip, upper.motion)
     if lower.load_factor > 0:
-        least = certified(task, lower.load_factor, lower.slip, lower.motion, off, least=True)
+        least = certified(task, scaled, lower.load_factor, lower.slip, lower.motion, least=True)
         claim = replace(claim, residual=max(claim.residual, least.residual))
     if max(claim.residual, task.violation(lower.load_factor, lower.slip)) > RESIDUAL:
         return None
@@ -260,22 +248,23 @@ def _closed_form(task: PlaneQuestion) -> ShakedownLimit | None:
     return limit_result(Answer(replace(claim, least=lower.load_factor), "closed form", ()), left_out, None, {})
 
 
-def by_one_node(task: SpaceQuestion, solver: str | None) -> ShakedownLimit | None:
-    """The limit 0 of a contact with a node that no load factor above 0 leaves at rest, or the proof that nothing is safe at 0 either; else None."""
-    if task.stop is None:
+def by_one_node(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
+    """The limit 0 of a contact in space with a node that no load factor above 0 leaves at rest, or the proof that nothing is safe at 0; else None."""
+    found = helpless(task) if task.system.tangents > 1 else None
+    if found is None:
         return None
-    motion, why = task.stop
-    answer, _ = solve_margin(task, task.loads, 0.0, solver)
+    motion, why = found
+    answer, program = solve_margin(task, 0.0, solver)
     state = answer.claim
     if state.exists:
-        claim = certified(task, 0.0, state.slip, motion, task.defect)
+        claim = certified(task, program.v.scaled, 0.0, state.slip, motion)
         claim = replace(claim, least=0.0, why=f"no residual slip is safe at any load factor above 0: {why}")
     else:
         unsafe = np.full(task.system.slip_shape, np.nan)
         claim = LimitClaim(task, LimitKind.NO_SAFE_SLIP, np.nan, unsafe, state.motion, np.nan, state.residual)
     if not claim.residual <= RESIDUAL:
         raise SolverError(f"shakedown limit: the slip that is safe under the mean load violates the contact law by {claim.residual:.1e}")
-    return limit_result(Answer(claim, answer.solver, answer.attempts), task.left_out, None, {})
+    return limit_result(Answer(claim, answer.solver, answer.attempts), program.left_out, None, {})
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:

@@ -120,7 +120,6 @@ def solve(
     judged: Callable[[], C],
     solver: str | None = None,
     *,
-    kind: Kind = Kind.LP,
     tolerance: float = RESIDUAL,
     no_optimum: Callable[[], C | None] | None = None,
 ) -> Answer[C]:
@@ -134,8 +133,6 @@ def solve(
         Turns what now stands in the problem's variables into a claim with its residual, recomputed independently of the solver.
     solver
         Use this one alone.
-    kind
-        What the problem is, which says whom to ask.
     tolerance
         Largest residual of a claim that passes.
     no_optimum
@@ -156,7 +153,7 @@ def solve(
         No solver gave an answer that passes.
     """
     attempts: list[Attempt] = []
-    agreed = True
+    agreed, kind = True, _kind(model.problem)
     for name in solver_order(solver, kind):
         status, text = _run(model.problem, name)
         if status is not Status.OPTIMAL:
@@ -197,6 +194,11 @@ def solver_order(solver: str | None, kind: Kind = Kind.LP) -> Sequence[str]:
     if not isinstance(solver, str) or solver not in solvers:
         raise ModelError(f"solver: {shown(solver)}; give one of {solvers}, or None to try them in this order")
     return (solver,)
+
+
+def _kind(problem: cp.Problem) -> Kind:
+    """What a problem is, which says whom to ask."""
+    return Kind.MILP if problem.is_mixed_integer() else Kind.LP if problem.is_lp() else Kind.SOCP
 
 
 def _run(problem: cp.Problem, name: str) -> tuple[Status, str]:

@@ -26,7 +26,7 @@ from ...contact.system import checked_plane
 from ...contact.tolerances import NOT_CONVEX
 from ...errors import NoContinuation, SolverError
 from ...solve.explain import explain
-from ...solve.solvers import Kind, NoOptimum, solve
+from ...solve.solvers import NoOptimum, solve
 from .by_newton import NewtonIncrement
 from .exact import PosedProgram
 from .increment import Increment, Posed
@@ -123,7 +123,6 @@ class ComplementarityProblem:
             answer = solve(
                 program,
                 lambda: program.claim(np.r_[values["forward_slip"].value - values["backward_slip"].value, values["gap"].value]),
-                kind=Kind.SOCP,
             )
         except NoOptimum as error:
             raise NoContinuation(f"complementarity program: no state obeys the law under this load ({error})") from error

@@ -16,7 +16,7 @@ from ...contact.checks import Array, finite_number
 from ...contact.system import checked_plane
 from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation, SolverError
-from ...solve.solvers import Kind, NoOptimum, solve
+from ...solve.solvers import NoOptimum, solve
 from ..begin import OPEN
 from .increment import CORRECTIONS, FrictionIncrement, Increment, Posed
 from .newton import Law, State, newton
@@ -134,7 +134,7 @@ class ExactIncrement(FrictionIncrement):
         values["expected_status"].value = np.array([guess.status == status for status in _BOOLEANS.values()], dtype=np.float64)
         within = f"slip increments and gaps up to {largest * posed.length:.3g} and pressures up to {largest * posed.force:.3g}"
         try:
-            answer = solve(program, lambda: program.claim(self._motions()), kind=Kind.MILP)
+            answer = solve(program, lambda: program.claim(self._motions()))
         except NoOptimum as error:
             if known:  # it disproves what the solvers say
                 raise SolverError(

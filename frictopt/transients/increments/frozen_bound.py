@@ -18,7 +18,7 @@ from ...contact.checks import Array
 from ...contact.record import Attempt
 from ...contact.tolerances import RESIDUAL, SETTLED_BOUND, SWEEP_OF_CONES
 from ...errors import SolverError
-from ...solve.solvers import Kind, NoOptimum, solve
+from ...solve.solvers import NoOptimum, solve
 from .increment import CORRECTIONS, FrictionIncrement, Increment, Posed
 from .newton import Law, newton
 
@@ -105,7 +105,7 @@ class FrozenBoundIncrement(FrictionIncrement):
         for sweep in range(1, _SWEEPS + 1):
             values["trial_reaction"].value, values["friction_bound"].value = posed.trial, bound
             try:
-                answer = solve(_Model(self.problem), partial(self._swept, posed.trial, bound), kind=Kind.SOCP, tolerance=SWEEP_OF_CONES)
+                answer = solve(_Model(self.problem), partial(self._swept, posed.trial, bound), tolerance=SWEEP_OF_CONES)
             except NoOptimum as error:
                 raise SolverError(
                     f"friction increment: no state of rest with the friction bound frozen at {bound.sum():.3g} times the mean normal force in sum "

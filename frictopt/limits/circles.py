@@ -1,0 +1,154 @@
+"""The safe slips of a contact in space: friction bounds are circles, and corners that lie within the hull of the others need none."""
+
+import cvxpy as cp
+import numpy as np
+from scipy.optimize import linprog
+
+from ..contact import LoadCycle
+from ..contact.checks import Array
+from ..contact.tolerances import INSIDE, NO_COUPLING, ROUNDING
+from .mechanism import Mechanism
+from .question import LimitQuestion
+from .safe_set import Rows, SafeSet
+
+__all__ = ["Circles", "helpless"]
+
+
+class Circles(SafeSet):
+    """The safe slips of a contact in space, by a circle for each node and each corner that is not within the hull of the others.
+
+    `p_k >= 0` follows where there is friction; for little or none it is a row of its own. Where the bound `f p_k` vanishes whatever the slip, the
+    circle is the point `q_k = 0`, the same for all corners: with shears that differ between them there is no limit above 0, see `helpless`. A margin
+    opens every circle. Friction and loads are constants of the rows.
+    """
+
+    def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
+        """See `SafeSet.ask`."""
+        self._task, self._given = task, load_factor
+        self._kept = _outer_corners(task.cycle) if task.simplify else list(range(len(task.loads.q1)))
+
+    def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None) -> Rows:
+        """See `SafeSet.stuck`."""
+        task, c, loads = self._task, self.scaled, self._task.loads
+        nodes, unit, at = task.system.nodes, c.unit, c.unit[:, None]
+        lam = self._given if load_factor is None else task.load_unit * load_factor
+        reserve = 0.0 if margin is None else task.mean_bound / unit * margin
+        pressure = cp.Variable(nodes, name="pressure_change")  # one dense block of rows serves all corners
+        shear = cp.reshape(c.shear @ self.traction, (nodes, 2), order="F")
+        rows: dict[str, cp.Constraint] = {"pressures_of_slip": c.normal @ self.traction == pressure}
+        points = np.zeros(loads.p1.shape, dtype=bool) if margin is not None else bare(task)
+        for k in self._kept:
+            q, p = loads.q0 / at + lam * (loads.q1[k] / at) + shear, loads.p0 / unit + lam * (loads.p1[k] / unit) + pressure
+            circles, first = np.flatnonzero(~points[k]), np.flatnonzero(_first(points, self._kept)[k])
+            bound = cp.multiply(task.friction, p) - reserve
+            rows |= {f"friction_circle_{k}": cp.SOC(bound[circles], q[circles], axis=1)} if len(circles) else {}
+            rows |= {f"no_shear_{k}": q[first] == 0} if len(first) else {}
+            rows |= {f"no_opening_{k}": p >= reserve} if task.opening else {}
+        self._circles = ~points
+        return rows
+
+    def motion(self, rows: Rows) -> tuple[Mechanism, Array]:
+        """See `SafeSet.motion`.
+
+        Where the force multiplier of a circle exceeds its slip (a node that carries nothing), friction times the excess opens the node.
+        """
+        task, unit = self._task, self.scaled.unit
+        slips, force, opening = np.zeros(task.loads.q1.shape), np.zeros(task.loads.p1.shape), np.zeros(task.loads.p1.shape)
+        first = _first(~self._circles, self._kept)
+        for k in self._kept:
+            if f"friction_circle_{k}" in rows:
+                force[k, self._circles[k]], slips[k, self._circles[k]] = rows[f"friction_circle_{k}"].dual_value
+            if f"no_shear_{k}" in rows:
+                slips[k, first[k]] = -rows[f"no_shear_{k}"].dual_value
+            if f"no_opening_{k}" in rows:
+                opening[k] = np.maximum(rows[f"no_opening_{k}"].dual_value, 0.0)
+        size = np.linalg.norm(slips, axis=-1)
+        weight = (np.maximum(force, size) + opening).sum(axis=0) / unit
+        opening = (opening + task.friction * np.maximum(force - size, 0.0)) / unit
+        return Mechanism(slips / unit[:, None], opening, task.friction, self.held(rows)), weight
+
+    @property
+    def narrows(self) -> bool:
+        """Whether the corners have the mean load in their hull."""
+        points = _amplitudes(self._task.cycle)
+        return _inside(np.zeros(points.shape[1]), points)
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """See `SafeSet.left_out`."""
+        corners = len(self._task.loads.q1)
+        idle = corners - len(self._kept)
+        return (f"corners: {idle} of {corners} are within the hull of the others",) if idle else ()
+
+
+def bare(task: LimitQuestion) -> np.ndarray:
+    """(K, N) where the friction bound of a node vanishes at a corner, whatever the slip and the load factor."""
+    p1 = np.abs(task.loads.p1)
+    return np.asarray((task.friction == 0) | (_unpressed(task) & (p1 <= ROUNDING * p1.max(initial=0.0))))
+
+
+def helpless(task: LimitQuestion) -> tuple[Mechanism, str] | None:
+    """A motion that no slip helps against at any load factor above 0, and why; None where nothing is so plain.
+
+    A node without a bound slips to and fro between two corners whose shears differ; one that nothing presses is lifted by a corner that pulls.
+    """
+    q1, p1, nodes, points = task.loads.q1, task.loads.p1, np.arange(task.system.nodes), bare(task)
+    first = points.argmax(axis=0)
+    apart = np.linalg.norm(q1 - q1[first, nodes], axis=-1) * points
+    pull = np.maximum(-p1, 0.0) * _unpressed(task)
+    moved = np.maximum(apart, pull)
+    corner, node = np.unravel_index(int(moved.argmax()), moved.shape)
+    if not moved[corner, node] > ROUNDING * max(float(np.abs(q1).max()), float(np.abs(p1).max())):
+        return None
+    slips, opening = np.zeros(q1.shape), np.zeros(p1.shape)
+    if pull[corner, node] > apart[corner, node]:
+        opening[corner, node] = 1.0
+        return Mechanism(slips, opening, task.friction), f"node {node} carries no pressure under the mean load, and the cyclic load lifts it"
+    slips[first[node], node] = q1[corner, node] - q1[first[node], node]
+    slips[corner, node] = -slips[first[node], node]
+    lack = "friction" if task.friction[node] == 0 else "pressure"
+    return Mechanism(slips, opening, task.friction), f"node {node} has no {lack}, and the cyclic load shears it"
+
+
+def _unpressed(task: LimitQuestion) -> np.ndarray:
+    """(N,) whether neither the mean load nor any slip makes a pressure at the node."""
+    tangent, normal = np.split(np.sqrt(task.system.own_stiffness), [-task.system.nodes])
+    alone = (np.abs(task.system.B) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
+    return np.asarray(alone & (np.abs(task.loads.p0) <= ROUNDING * task.force))
+
+
+def _first(points: np.ndarray, kept: list[int]) -> np.ndarray:
+    """(K, N) the first kept corner at which the circle of a node is a point: it keeps the shear at zero for all."""
+    rows = np.zeros_like(points)
+    rows[kept] = points[kept] & (np.cumsum(points[kept], axis=0) == 1)
+    return rows
+
+
+def _outer_corners(cycle: LoadCycle) -> list[int]:
+    """Corners that are not in the hull of the others."""
+    points = _amplitudes(cycle)
+    kept = list(range(len(points)))
+    for corner in range(len(points)):
+        others = [k for k in kept if k != corner]
+        if others and _inside(points[corner], points[others]):
+            kept = others
+    return kept
+
+
+def _amplitudes(cycle: LoadCycle) -> Array:
+    """(K, cases) amplitudes of the load cases at the corners, each over its largest one."""
+    cases = sorted({case for corner in cycle.corners for case in corner})
+    points = np.array([[corner.get(case, 0.0) for case in cases] for corner in cycle.corners]).reshape(len(cycle.corners), len(cases))
+    largest = np.abs(points).max(axis=0, initial=0.0)
+    return points / np.where(largest > 0, largest, 1.0)
+
+
+def _inside(point: Array, others: Array) -> bool:
+    """Whether a point is a mean of others, which is checked on the weights that a linear program finds."""
+    if np.abs(others.mean(axis=0) - point).max(initial=0.0) <= INSIDE:  # the plain mean, as of corners to and fro
+        return True
+    found = linprog(np.zeros(len(others)), A_eq=np.vstack([others.T, np.ones(len(others))]), b_eq=np.r_[point, 1.0])
+    if found.status != 0:
+        return False
+    weights = np.maximum(found.x, 0.0)
+    return bool(np.abs(weights @ others / weights.sum() - point).max(initial=0.0) <= INSIDE)

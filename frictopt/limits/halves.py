@@ -1,0 +1,72 @@
+"""Mirror symmetry about the middle of a plane contact: the question of its half, and what the answer means for the whole.
+
+Where contact, friction, loads and slip bound are mirror-symmetric, the mean of a safe slip and its mirror image is safe too. So a symmetric one is
+looked for: v and q are odd, p is even, and the left half of the nodes with the middle one is a contact of its own. The middle node cannot slip. In
+the half its gap counts half, so that the energy of the half is half of that of the whole.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..contact import ContactSystem
+from ..contact.checks import Array
+from ..contact.tolerances import ASYMMETRY, ASYMMETRY_OF_LOADS
+from .loads import Loads
+from .mechanism import Mechanism
+from .question import LimitQuestion
+
+__all__ = ["half_of", "mirrored", "on_whole"]
+
+
+def mirrored(task: LimitQuestion) -> bool:
+    """Whether the contact is in the plane, mirror-symmetric with its friction, its loads and its slip bound, and has more than one node."""
+    system, loads = task.system, task.loads
+    if system.tangents > 1 or system.nodes == 1:
+        return False
+    A, B, C, f = system.A, system.B, system.C, task.friction
+    own = np.sqrt(np.maximum(np.diag(A), np.diag(C)).clip(0.0))
+    stiffness = np.outer(own, own)  # a soft node beside stiff ones has its own rounding
+    pairs = [(A, np.flip(A), stiffness), (B, -np.flip(B), stiffness), (C, np.flip(C), stiffness)]
+    pairs += [(part, part[::-1], part.max()) for part in (f, system.gap, f if task.most is None else task.most)]
+    if not all((np.abs(one - other) <= ASYMMETRY * scale).all() for one, other, scale in pairs):
+        return False
+    for q, p in ((loads.q0, loads.p0), (loads.q1, loads.p1)):
+        scale = ASYMMETRY_OF_LOADS * max(np.abs(q).max(), np.abs(p).max())
+        if not max(np.abs(q + q[..., ::-1]).max(), np.abs(p - p[..., ::-1]).max()) <= scale:
+            return False
+    return True
+
+
+def half_of(task: LimitQuestion) -> LimitQuestion:
+    """The question of the half in the units of the whole, where there is one and the question may be simplified; else the question as it is."""
+    if not (task.simplify and mirrored(task)):
+        return task
+    whole, n = task.system, task.system.nodes
+    kept, middle = (n + 1) // 2, slice(n // 2, (n + 1) // 2)  # the middle is empty where the number of nodes is even
+    A, B, C = (M[:kept, :kept] + sign * M[:kept, ::-1][:, :kept] for M, sign in ((whole.A, -1), (whole.B, -1), (whole.C, 1)))
+    A[middle], A[:, middle] = 0.0, 0.0  # nothing couples its slip to the others, and nothing drives it
+    A[middle, middle] = whole.stiffness_scale
+    gap = np.where(np.arange(kept) < n // 2, whole.gap[:kept], whole.gap[:kept] / 2)
+    bonded = {name: (q[:kept], p[:kept]) for name, (q, p) in whole.bonded.items()}
+    system = ContactSystem.from_blocks(A, B, C, whole.x[:kept], bonded, gap)
+    loads = Loads(*(part[..., :kept] for part in (task.loads.q0, task.loads.p0, task.loads.q1, task.loads.p1)))
+    most = None if task.most is None else task.most[:kept]
+    return replace(task, system=system, loads=loads, friction=task.friction[:kept], most=most, whole=task)
+
+
+def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[LimitQuestion, Array, Mechanism]:
+    """The question of the whole contact with slip and mechanism of its half expanded to it; those of a whole contact as they are.
+
+    The two nodes of a pair share the motion. An image slips backward where its source slips forward, and the middle node to and fro: it opens.
+    """
+    if task.whole is None:
+        return task, slip, motion
+    n = task.whole.system.nodes
+    source = np.minimum(np.arange(n), np.arange(n)[::-1])
+    sign = np.sign(np.arange(n)[::-1] - np.arange(n)).astype(np.float64)
+    share = np.where(sign == 0, 1.0, 0.5)
+    opening = np.where(sign == 0, motion.lift[:, source], motion.opening[:, source])
+    hold = None if motion.hold is None else share * sign * motion.hold[source]
+    expanded = Mechanism(share * sign * motion.slips[:, source], share * opening, task.whole.friction, hold)
+    return task.whole, sign * slip[source], expanded

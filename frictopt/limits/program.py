@@ -1,0 +1,128 @@
+"""A program over safe slips, with the question that it answers and what a solution of it means."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import cvxpy as cp
+import numpy as np
+
+from ..contact import ContactSystem
+from ..contact.checks import Array
+from ..contact.onset import reach
+from ..contact.tolerances import CARRIED
+from ..solve.explain import Units
+from ..solve.solvers import Kind
+from ..solve.standard_form import polish
+from .circles import Circles
+from .mechanism import Mechanism
+from .question import LimitQuestion
+from .safe_set import Intervals, Rows, SafeSet
+
+__all__ = ["SafeProgram", "kind_of", "posed", "safe_set"]
+
+HALF = "mirror symmetry: v is odd, {} of {} nodes are in the program"
+
+
+@dataclass(frozen=True, eq=False)
+class SafeProgram:
+    """A cvxpy problem over safe slips; `refine` and solving change the values that stand in it. `own` are the rows of the user's own in it."""
+
+    task: LimitQuestion
+    v: SafeSet
+    problem: cp.Problem
+    own: tuple[cp.Constraint, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the user's own rows, each once."""
+        return tuple(dict.fromkeys(row.label for row in self.own))
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What it leaves out, in words."""
+        half = () if self.task.whole is None else (HALF.format(self.task.system.nodes, self.task.whole.system.nodes),)
+        return (*half, *self.v.left_out)
+
+    @cached_property
+    def rows(self) -> Rows:
+        """Its rows by their names."""
+        return {row.label: row for row in self.problem.constraints}
+
+    @property
+    def units(self) -> Units:
+        """Units of its unknowns."""
+        return {"load_factor": self.task.load_unit, "margin": self.task.mean_bound, "traction": self.v.scaled.traction_unit}
+
+    def refine(self) -> None:
+        """Move the solution that stands in the problem onto its active rows and cones."""
+        polish(self.problem)
+
+    def cap(self, name: str) -> float:
+        """Multiplier of a named scalar row."""
+        return max(float(self.rows[name].dual_value), 0.0)
+
+    @property
+    def slip(self) -> Array:
+        """(N,) or (N, 2) slip of the solution, within its bound."""
+        slip = self.v.scaled.slip @ self.v.traction.value
+        if self.v.slide is not None and self.v.slide.value is not None:
+            slip = slip + self.v.scaled.rigid @ self.v.slide.value
+        slip = slip.reshape(self.task.system.slip_shape, order="F")
+        if self.task.most is not None:
+            slip[self.task.most == 0] = 0.0
+        return self.task.within_bound(slip)
+
+    @property
+    def load_factor(self) -> float:
+        """The load factor of the solution, >= 0; in space moved to what its slip carries."""
+        value = float(self.v.load_factor.value) * self.task.load_unit
+        sense = 1 if isinstance(self.problem.objective, cp.Maximize) else -1
+        return max(0.0, carried(self.task, self.slip, value, sense) if self.task.system.tangents > 1 else value)  # in this order -0 becomes 0
+
+    @property
+    def motion(self) -> tuple[Mechanism, float]:
+        """The mechanism of its multipliers, and the sum of these, each times the mean friction bound."""
+        motion, weight = self.v.motion(self.rows)
+        return motion, float(weight.sum()) * self.task.mean_bound
+
+    @property
+    def violation(self) -> float:
+        """Largest violation of the user's own rows."""
+        return max((float(np.max(row.violation())) for row in self.own), default=0.0)
+
+    @property
+    def downward(self) -> "SafeProgram":
+        """The program of the least load factor under the same rows."""
+        return replace(self, problem=cp.Problem(cp.Minimize(self.v.load_factor), self.problem.constraints))
+
+
+def kind_of(system: ContactSystem) -> Kind:
+    """What the programs over its safe slips are."""
+    return Kind.LP if system.tangents == 1 else Kind.SOCP
+
+
+def safe_set(task: LimitQuestion) -> SafeSet:
+    """Unknowns and rows of the safe slips of a contact in the plane or in space; friction is set by `SafeSet.ask`."""
+    return (Intervals if task.system.tangents == 1 else Circles)(task)
+
+
+def posed(task: LimitQuestion, listing: Callable[[SafeSet], cp.Problem], load_factor: float | None = None) -> SafeProgram:
+    """A program over safe slips; `load_factor` is the given one where it is no unknown."""
+    v = safe_set(task)
+    v.ask(task, load_factor)
+    return SafeProgram(task, v, listing(v))
+
+
+def carried(task: LimitQuestion, slip: Array, load_factor: float, sense: int) -> float:
+    """The load factor, lowered (or raised: sense -1) in closed form to where the slip keeps every node within its circle at every corner.
+
+    Circles count from rounding on: where a node carries nothing, what it can carry is lost in it.
+    """
+    (q, p), f, q1, p1 = task.reactions(load_factor, slip), task.friction, sense * task.loads.q1, sense * task.loads.p1
+    beyond = np.linalg.norm(q, axis=-1) - f * p > CARRIED * task.force
+    pulls = task.opening & (p < -CARRIED * task.force) & (p1 < 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        back = np.where(beyond, reach(q, f * p, q1, f * p1), 0.0)
+        shut = np.where(pulls, p / -p1, 0.0)
+    return load_factor + sense * float(min(np.where(np.isfinite(back), back, 0.0).min(), shut.min(), 0.0))

@@ -1,0 +1,238 @@
+"""A linear or cone program as arrays: what its multipliers prove, and its exact solution on the rows and cones that a solver has found active."""
+
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+from scipy.linalg import lstsq, null_space
+from scipy.sparse import csr_array
+
+from ..contact.checks import Array
+from ..contact.tolerances import NOT_UNIQUE, POLISHED, ROUNDING, STALLED
+
+__all__ = ["StandardForm", "compiled", "polish"]
+
+_STEPS = 8  # of Newton's method at most; mostly three do
+_GAPS = 4  # between ratios of multiplier to slack that are tried
+_REVISIONS = 4  # of the active rows and cones from one such gap
+_LEAST_RATIO = 1e-12  # ratios below it, and above its inverse, are alike
+
+Integers = np.ndarray[Any, np.dtype[np.intp]]
+
+
+class StandardForm:
+    """A program as cvxpy compiled it: `max objective @ z` over the z whose slacks `s = right - matrix @ z` are in cones.
+
+    The first slacks are zero, the next ones are >= 0, and the rest are in cones `|s[1:]| <= s[0]`.
+
+    Attributes
+    ----------
+    matrix, right, objective
+        Its data.
+    zero, linear, cones
+        How many slacks are zero; the indices of those that are >= 0; and of those of the cones, (n, d) for each dimension d.
+    z, y
+        The variables and multipliers that stand in a solved problem: `objective = matrix.T @ y`, y free, >= 0 and in cones like s.
+    """
+
+    def __init__(self, problem: cp.Problem) -> None:
+        data = compiled(problem)
+        self.matrix, self.right, self.objective = csr_array(data["A"]), data["b"], -data["c"]
+        columns, dims = data["param_prob"].var_id_to_col, data["dims"]
+        self._variables = sorted((variable for variable in problem.variables() if variable.size), key=lambda variable: int(columns[variable.id]))
+        kinds = ((cp.constraints.Equality, cp.constraints.Zero), (cp.constraints.Inequality, cp.constraints.NonNeg, cp.constraints.NonPos), cp.SOC)
+        self.rows = [row for kind in kinds for row in problem.constraints if isinstance(row, kind)]
+        self.zero, self.linear = int(dims.zero), np.arange(dims.zero, dims.zero + dims.nonneg)
+        sizes = np.array(dims.soc, dtype=int)
+        starts = dims.zero + dims.nonneg + np.cumsum(sizes) - sizes
+        self.cones: list[Integers] = [starts[sizes == size][:, None] + np.arange(size) for size in np.unique(sizes)]
+        if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
+            self.z: Array = np.concatenate([np.ravel(variable.value, order="F") for variable in self._variables])
+            self.y: Array = np.concatenate([_multipliers(row) for row in self.rows])
+
+    def slack(self, z: Array) -> Array:
+        """Slacks of all rows."""
+        return np.asarray(self.right - self.matrix @ z)
+
+    def admissible(self, y: Array) -> Array:
+        """The multipliers nearby that are in their cones."""
+        y = y.copy()
+        y[self.linear] = np.maximum(y[self.linear], 0.0)
+        for cone in self.cones:
+            y[cone[y[cone[:, 0]] < 0]] = 0.0
+            y[cone[:, 0]] = np.maximum(y[cone[:, 0]], np.linalg.norm(y[cone[:, 1:]], axis=1))
+        return y
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The objective of z, and what the multipliers alone prove of the largest objective (of all z of the size of this one, or 1)."""
+        y = self.admissible(self.y)
+        defect = np.abs(self.matrix.T @ y - self.objective) @ np.maximum(np.abs(self.z), 1.0)
+        return float(self.objective @ self.z), float(self.right @ y + defect)
+
+    def off(self, z: Array, y: Array) -> float:
+        """Largest violation of the optimality conditions: slacks, balance of the multipliers, and their work on the slacks."""
+        if not (np.isfinite(z).all() and np.isfinite(y).all()):
+            return np.inf
+        s = self.slack(z)
+        outside = [np.abs(s[: self.zero]).max(initial=0.0), -s[self.linear].min(initial=0.0)]
+        outside += [(np.linalg.norm(s[cone[:, 1:]], axis=1) - s[cone[:, 0]]).max(initial=0.0) for cone in self.cones]
+        return float(max(*outside, np.abs(self.matrix.T @ y - self.objective).max(), abs(y @ s)))
+
+    def save(self, z: Array, y: Array) -> None:
+        """Put variables and multipliers into the problem."""
+        for variable, part in zip(self._variables, _split(z, [v.size for v in self._variables]), strict=True):
+            variable.save_value(part.reshape(variable.shape, order="F"))
+        for row, part in zip(self.rows, _split(y, [row.size for row in self.rows]), strict=True):
+            row.save_dual_value(part if isinstance(row, cp.SOC) else part.reshape(row.shape, order="F"))
+
+
+def polish(problem: cp.Problem) -> None:
+    """Move the solution that stands in a problem onto its active rows and cones, by Newton's method on their equations.
+
+    Which are active is read from the ratios of multiplier to slack, which solvers leave large for active rows and cones and small for the others.
+    Where the widest gap between the ratios does not part them rightly, the next ones are tried; rows and cones that the solution contradicts change
+    sides. The answer is the point that breaks the conditions of the whole program least; whether it is good enough is for a residual to say.
+    """
+    form = StandardForm(problem)
+    free = null_space(form.matrix[: form.zero].toarray(), rcond=NOT_UNIQUE) if form.zero else None
+    best = form.z, form.admissible(form.y)
+    least = form.off(*best)
+    with np.errstate(all="ignore"):  # a step of a wrong guess may go anywhere, and what it is off tells
+        for z, y in _tried(form, free):
+            y = form.admissible(y)
+            if (off := form.off(z, y)) < least:
+                best, least = (z, y), off
+            if least <= ROUNDING:
+                break
+    form.save(*best)
+
+
+def _tried(form: StandardForm, free: Array | None) -> Iterator[tuple[Array, Array]]:
+    """Points that the active rows and cones of different guesses make."""
+    for share in _shares(form):
+        (z, y), before = (form.z, form.y), None
+        for _ in range(_REVISIONS):
+            active = _Active(form, free, z, y, share)
+            if before is not None and active.same_as(before):
+                break
+            z, y = active.solved(z, y)
+            yield z, y
+            before = active
+
+
+def _shares(form: StandardForm) -> list[float]:
+    """Ratios of multiplier to slack in the middle of the widest gaps between those of all rows and cones, the widest gap first."""
+    s = form.slack(form.z)
+    slack, multiplier = [s[form.linear]], [form.y[form.linear]]
+    for cone in form.cones:
+        for room, by in _sides(s[cone], form.y[cone]):
+            slack.append(room)
+            multiplier.append(by)
+    room, by = np.concatenate(slack), np.concatenate(multiplier)
+    ratios = np.where(room > 0, by / np.where(room > 0, room, 1.0), np.inf)
+    powers = np.sort(np.log10(np.clip(ratios, _LEAST_RATIO, 1 / _LEAST_RATIO)))
+    return [float(10 ** powers[[k, k + 1]].mean()) for k in np.argsort(-np.diff(powers), kind="stable")[:_GAPS]]
+
+
+def _sides(s: Array, y: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Slacks and multipliers of cones, (n, d), on their boundary and at their apex."""
+    radius, slid = np.linalg.norm(s[:, 1:], axis=1), np.linalg.norm(y[:, 1:], axis=1)
+    return (s[:, 0] - radius, y[:, 0] + np.copysign(slid, y[:, 0])), (s[:, 0] + radius, y[:, 0] - slid)
+
+
+class _Active:
+    """The rows and cones that are active at a point: slacks that vanish, and cones whose slack is on the boundary."""
+
+    def __init__(self, form: StandardForm, free: Array | None, z: Array, y: Array, share: float) -> None:
+        self._form, self._free, s = form, free, form.slack(z)
+        shut, self._on = [form.linear[y[form.linear] > share * s[form.linear]]], list[Integers]()
+        for cone in form.cones:
+            (slack, slid), (tip, excess) = _sides(s[cone], y[cone])
+            apex = excess > share * tip
+            shut.append(cone[apex].ravel())
+            self._on.append(cone[(slid > share * slack) & ~apex & s[cone[:, 1:]].any(axis=1)])
+        self._shut = np.concatenate(shut)
+
+    def same_as(self, other: "_Active") -> bool:
+        """Whether the same rows and cones are active."""
+        return all(np.array_equal(*pair) for pair in zip([self._shut, *self._on], [other._shut, *other._on], strict=True))
+
+    def _equations(self, z: Array, m: Array) -> tuple[Array, Array, Array]:
+        """Values of the active rows and cones, their gradients, and the Hessian of their sum weighted by the multipliers m, negative."""
+        form, s = self._form, self._form.slack(z)
+        values, gradients = [s[self._shut]], [-form.matrix[self._shut].toarray()]
+        hessian, at = np.zeros((len(z), len(z))), len(self._shut)
+        for cone in self._on:
+            radius = np.linalg.norm(s[cone[:, 1:]], axis=1)
+            radius = np.where(radius > 0, radius, 1.0)
+            unit = s[cone[:, 1:]] / radius[:, None]
+            sides = -form.matrix[cone[:, 1:].ravel()].toarray().reshape(*unit.shape, len(z))
+            along = np.einsum("ri,riz->rz", unit, sides)
+            values.append(s[cone[:, 0]] - radius)
+            gradients.append(-form.matrix[cone[:, 0]].toarray() - along)
+            weight = np.sqrt(np.maximum(m[at : at + len(cone)], 0.0) / radius)
+            across = ((sides - unit[:, :, None] * along[:, None]) * weight[:, None, None]).reshape(-1, len(z))
+            hessian, at = hessian + across.T @ across, at + len(cone)
+        return np.concatenate(values), np.vstack(gradients), hessian
+
+    def solved(self, z: Array, y: Array) -> tuple[Array, Array]:
+        """Variables and multipliers that solve the equations of what is active, by Newton's method from a point."""
+        form, free = self._form, self._free
+        fixed = form.matrix[: form.zero].toarray()
+        z = z + lstsq(fixed, form.right[: form.zero] - fixed @ z)[0] if form.zero else z
+        m = np.concatenate([y[self._shut], *(y[cone[:, 0]] for cone in self._on)])
+        best, least = (z, m), np.inf
+        goal = form.objective if free is None else free.T @ form.objective
+        for _ in range(_STEPS):
+            values, gradients, hessian = self._equations(z, m)
+            if free is not None:
+                gradients, hessian = gradients @ free, free.T @ hessian @ free
+            error = max(float(np.abs(goal + gradients.T @ m).max()), float(np.abs(values).max(initial=0.0)))
+            if error < least:
+                best, least = (z, m), error
+            elif least <= STALLED or not np.isfinite(error):
+                break
+            if error <= POLISHED:
+                break
+            matrix = np.block([[-hessian, gradients.T], [gradients, np.zeros((len(m), len(m)))]])
+            step = lstsq(matrix, -np.r_[goal, values], cond=NOT_UNIQUE, lapack_driver="gelsy", check_finite=False)[0]
+            z, m = z + (step[: len(goal)] if free is None else free @ step[: len(goal)]), step[len(goal) :]
+        return best[0], self._multipliers(*best)
+
+    def _multipliers(self, z: Array, m: Array) -> Array:
+        """Multipliers of all rows from those of the active ones; those of the equations fit best."""
+        form, s, y, at = self._form, self._form.slack(z), np.zeros(len(self._form.right)), len(self._shut)
+        y[self._shut] = m[:at]
+        for cone in self._on:
+            size = m[at : at + len(cone)]
+            y[cone[:, 0]] = size
+            y[cone[:, 1:]] = -size[:, None] * s[cone[:, 1:]] / np.linalg.norm(s[cone[:, 1:]], axis=1)[:, None]
+            at += len(cone)
+        if form.zero:
+            y[: form.zero] = lstsq(form.matrix[: form.zero].toarray().T, form.objective - form.matrix.T @ y)[0]
+        return y
+
+
+def compiled(problem: cp.Problem) -> dict[str, Any]:
+    """What cvxpy makes of a problem for the solver that solved it last, or for any."""
+    stats = problem.solver_stats
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the way that cvxpy takes with expressions of three dimensions
+        data: dict[str, Any] = problem.get_problem_data("CLARABEL" if stats is None else stats.solver_name, enforce_dpp=True)[0]
+    return data
+
+
+def _multipliers(row: cp.Constraint) -> Array:
+    """Multipliers of a constraint in the order of its rows."""
+    if not isinstance(row, cp.SOC):
+        return np.ravel(row.dual_value, order="F")
+    bound, vectors = row.dual_value
+    vectors = np.asarray(vectors).reshape(-1, np.size(bound), order="F").T if row.axis == 0 else vectors
+    return np.column_stack([np.atleast_1d(bound), vectors]).ravel()
+
+
+def _split(values: Array, sizes: list[int]) -> list[Array]:
+    return np.split(values, np.cumsum(sizes)[:-1])

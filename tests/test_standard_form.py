@@ -1,0 +1,66 @@
+"""Programs as arrays: what multipliers prove by weak duality, and the exact solution next to a rough one."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictopt.solve.standard_form import StandardForm, polish
+
+
+def random_program(rng, equations):
+    """A bounded program over six unknowns with rows, cones of two sizes and maybe equations, and a point inside of it."""
+    z, inside = cp.Variable(6), 0.1 * rng.normal(size=6)
+    G, h = rng.normal(size=(8, 6)), rng.uniform(0.5, 1.0, 8)
+    flat, wide = rng.normal(size=(4, 6)), rng.normal(size=(2, 4, 6))
+    rows = [G @ (z - inside) <= h, cp.SOC(cp.Constant(np.array([1.0, 0.7])), cp.vstack([wide[0][:2] @ z, wide[1][:2] @ z]), axis=1)]
+    rows += [cp.SOC(1.5 + flat[0] @ z * 0.1, flat[1:] @ z), cp.norm(z, 1) <= 5]
+    rows += [rng.normal(size=(2, 6)) @ (z - inside) == 0] if equations else []
+    return z, cp.Problem(cp.Maximize(rng.normal(size=6) @ z), rows)
+
+
+def conic(problem):
+    """The same with every constraint a row or a cone."""
+    z = problem.variables()[0]
+    size = cp.Variable(6)
+    kept = [row for row in problem.constraints if not (isinstance(row, cp.constraints.Inequality) and row.size == 1)]
+    return cp.Problem(problem.objective, [*kept, z <= size, -z <= size, cp.sum(size) <= 5])
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), equations=st.booleans(), by=st.floats(0.0, 1.0))
+def test_no_multipliers_prove_less_than_the_optimum(seed, equations, by):
+    rng = np.random.default_rng(seed)
+    _, problem = random_program(rng, equations)
+    problem = conic(problem)
+    best = problem.solve(solver="CLARABEL")
+    form = StandardForm(problem)
+    assert form.bounds == pytest.approx((best, best), abs=1e-5)
+    form.y = form.y + by * rng.normal(size=len(form.y))
+    form.z = np.maximum(np.abs(form.z), 5.0)  # no unknown of a solution is larger
+    assert form.bounds[1] >= best - 1e-7
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), equations=st.booleans())
+def test_a_rough_solution_becomes_the_exact_one(seed, equations):
+    """An interior point method that stops early, against the same one at its best."""
+    _, problem = random_program(np.random.default_rng(seed), equations)
+    problem = conic(problem)
+    best = problem.solve(solver="CLARABEL", tol_gap_abs=1e-10, tol_gap_rel=1e-10, tol_feas=1e-10)
+    problem.solve(solver="CLARABEL", tol_gap_abs=1e-4, tol_gap_rel=1e-4, tol_feas=1e-4)
+    rough = StandardForm(problem)
+    polish(problem)
+    form = StandardForm(problem)
+    assert form.off(form.z, form.y) <= max(1e-11, 1e-6 * rough.off(rough.z, rough.y))
+    assert form.bounds == pytest.approx((best, best), abs=1e-8)
+
+
+def test_a_solution_at_the_tip_of_a_cone():
+    z = cp.Variable(3)
+    problem = cp.Problem(cp.Maximize(-z[0] + 0.3 * z[1]), [cp.SOC(z[0], z[1:]), z[2] <= 1])
+    problem.solve(solver="CLARABEL")
+    z.save_value(z.value + 1e-5)
+    polish(problem)
+    assert z.value == pytest.approx(np.zeros(3), abs=1e-12)
