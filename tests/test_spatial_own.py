@@ -114,7 +114,7 @@ def test_constraints_that_nothing_obeys_are_named_and_an_objective_without_end_i
     limit = model.solve(0.4, [small, large])
     assert limit.kind.name == "NO_SAFE_SLIP" and "obeys service load:" in limit.reason
     safe = fo.SafeSlipModel(contact, cycle())
-    with pytest.raises(fo.ModelError, match="obeys this at load factor 0.1"):
+    with pytest.raises(fo.ModelError, match=r"obeys this at load factor 0\.1"):
         safe.solve(0.4, 0.1, [safe.slip >= 1, cp.norm(safe.slip[0]) <= 1])
     free = fo.ContactSystem(np.zeros((3, 3)), [[0, 0, 0]], {"P": [0, 0, 1.0], "X": [1, 0, 0]})
     endless = fo.ShakedownModel(free, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]))

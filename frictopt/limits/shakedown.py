@@ -113,7 +113,8 @@ class ShakedownModel(SafeModel):
         Raises
         ------
         ModelError
-            Bad friction; constraints that are not convex, need other cones, or are on another model; an objective that is not so, or has no largest value.
+            Bad friction; constraints that are not convex, need other cones, or are on another model; such an objective, or one without a largest
+            value.
         SolverError
             No solver gave an answer that passes the checks.
 
