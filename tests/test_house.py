@@ -34,7 +34,7 @@ ALLOWED = {  # libraries beyond the standard one, by layer
     "solve": {"numpy", "scipy", "cvxpy", "pandas"},
     "limits": {"numpy", "scipy", "cvxpy", "pandas"},
     "transients": {"numpy", "scipy", "cvxpy", "pandas", "numba", "lazy_loader"},
-    "histories": {"numpy", "pandas", "threadpoolctl"},
+    "histories": {"numpy", "scipy", "pandas", "threadpoolctl"},
     "plots": {"numpy", "pandas", "skfem", "matplotlib", "mpl_toolkits"},  # the last one comes with matplotlib
 }
 FILES = sorted(PACKAGE.rglob("*.py"))

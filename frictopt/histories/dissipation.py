@@ -5,7 +5,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack, closing
 from itertools import product
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,7 +17,7 @@ from ..contact.progress import bar_of
 from ..contact.system import checked_system
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import ShakedownLimit, shakedown_limit
-from .run import Case, Run, execute
+from .run import Case, Row, Run, execute
 from .starts import Start, checked_starts
 from .store import TYPES, Store
 
@@ -106,7 +105,7 @@ def dissipation_study(
     if executor is not None and not hasattr(executor, "submit"):
         raise ModelError(f"executor: a {type(executor).__name__}; give an executor of concurrent.futures, or of dask by client.get_executor()")
     flag("progress", progress)
-    rows: dict[str, dict[str, Any]] = {}
+    rows: dict[str, Row] = {}
     with ExitStack() as stack:
         kept = None if store is None else stack.enter_context(closing(Store(store)))
         case = Case(system, cycle, f, _limit(system, cycle, f))
@@ -134,7 +133,7 @@ def dissipation_study(
             raise
 
 
-def _table(case: Case, runs: Sequence[Run], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
+def _table(case: Case, runs: Sequence[Run], rows: Mapping[str, Row]) -> pd.DataFrame:
     """The runs that have a row, in their order."""
     limit, modulus = np.nan if case.limit is None else case.limit.load_factor, case.system.E_star
     force = abs(float(case.cycle.mean_reaction(case.system)[1].sum()))
@@ -158,7 +157,7 @@ def _limit(system: ContactSystem, cycle: LoadCycle, friction: Array) -> Shakedow
     return limit
 
 
-def _checked_factors(load_factors: Any) -> list[float]:
+def _checked_factors(load_factors: Iterable[float]) -> list[float]:
     factors = finite_numbers("load_factors", load_factors, least=0.0)
     if not factors:
         raise ModelError("load_factors: empty; give at least one")

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
@@ -71,10 +71,10 @@ class DissipationRange(Shown, Plotted):
     transients: int
     levels: tuple[float, ...]
     residual: float
-    problem: Any = field(repr=False)
+    problem: object = field(repr=False)
     _orbits: tuple[Orbit, ...] = field(repr=False)
 
-    def to_frame(self) -> Any:
+    def to_frame(self) -> pd.DataFrame:
         """One row for each start that the search began with, and for each end of a search.
 
         Columns: start, its name; dissipation, work of friction per steady cycle, NaN where the transient has no result; outcome; open, the number of
@@ -91,7 +91,7 @@ class DissipationRange(Shown, Plotted):
             }
         )
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {name: getattr(self, name) for name in ("least", "most", "transients", "residual")} | {"proven": False}
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -87,7 +86,7 @@ class GuaranteeCheck(Shown, Plotted):
         """(M, N) starts that keep slipping below the limit, length."""
         return frozen(self.starts[self._persisting(below=True)])
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         said = {name: getattr(self, name) for name in ("dies_out", "persists", "undecided", "residual")}
         return {"load_factor": self.limit.load_factor, "runs": len(self.runs), **said}
 
@@ -151,7 +150,7 @@ def _starts(
     return begins
 
 
-def _run(cycle: LoadCycle, limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array) -> dict[str, Any]:
+def _run(cycle: LoadCycle, limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array) -> dict[str, str | float]:
     outcome, dissipation, cycles, residual = NO_OUTCOME, np.nan, 0, np.nan
     try:
         steady = steady_state(limit.system, _from_its_middle(cycle, load_factor), limit.friction, 1.0, initial_slip=slip)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -165,7 +164,7 @@ class LimitAfterProtocol(Shown, Plotted):
         """The load factors tried, see `tried`."""
         return self.tried.copy()
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {name: getattr(self, name) for name in ("load_factor", "ratio", "upper", "monotonic", "transients", "residual")}
 
 

@@ -11,8 +11,8 @@ from ..contact.tolerances import LEVEL, WORK_GAIN
 from ..errors import NoContinuation, SolverError
 from ..transients import SteadyState
 from ..transients.exact import ExactPath, return_map
-from ..transients.exact.ascent import Ascent
 from ..transients.steady import settled
+from .ascent import Ascent
 
 __all__ = ["Orbit", "Search"]
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -35,7 +34,7 @@ class RangeStarts:
         self._slips = AdmissibleSlips(task)
 
     @property
-    def problem(self) -> Any:
+    def problem(self) -> object:
         """The linear program of the last admissible slip."""
         return self._slips.problem
 

@@ -9,6 +9,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from threadpoolctl import ThreadpoolController
 
 from ..contact import ContactSystem, LoadCycle
@@ -65,7 +66,7 @@ class Run:
         return cls(hashlib.sha256(case + content).hexdigest()[:40], start, load_factor)
 
 
-def _digest(*values: Any) -> bytes:
+def _digest(*values: ArrayLike | None) -> bytes:
     parts = (b"-" if value is None else np.ascontiguousarray(value, dtype=np.float64).tobytes() for value in values)
     return hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).digest()
 
@@ -117,10 +118,8 @@ def _row(case: Case, run: Run) -> Row:
     try:
         given = slip_below(case.limit, start, case.system, case.cycle, case.friction, run.load_factor)
         slip = slip if given is None else given
-        begin: dict[str, Any] = {"initial_slip": slip} if start.state is None else {"initial_state": start.state}
-        if case.system.tangents == 2:
-            begin["progress"] = False  # the study has a bar
-        steady = steady_state(case.system, case.cycle, case.friction, run.load_factor, **begin, overload=start.overload)
+        asked, begin = (case.system, case.cycle, case.friction, run.load_factor), slip if start.state is None else None
+        steady = steady_state(*asked, initial_slip=begin, initial_state=start.state, overload=start.overload, progress=False)  # the study has a bar
     except FrictoptError as error:
         return _failed(run, f"{type(error).__name__}: {error}", time.perf_counter() - began) | {"amplitude": root_mean_square(slip)}
     work = steady.dissipation_per_node

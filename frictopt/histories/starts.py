@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -203,7 +202,7 @@ def given_slips(slips: ArrayLike, *, family: str = "given") -> list[Start]:
     ]
 
 
-def checked_starts(starts: Any, slip_shape: tuple[int, ...]) -> list[Start]:
+def checked_starts(starts: Sequence[Start] | ArrayLike | None, slip_shape: tuple[int, ...]) -> list[Start]:
     """Check starts for a contact: a list of `Start`, an array of slips, (S, *slip_shape), or None.
 
     Raises

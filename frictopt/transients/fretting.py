@@ -1,6 +1,6 @@
 """What frets where: the steady cycle of a contact, node by node, in the words of fretting fatigue."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,8 +24,10 @@ def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, st
     width, names, unit = (system.width, ("tau", "pressure"), "") if system.width is not None else (np.ones(system.nodes), ("q", "p"), "_force")
     closed = states.gap <= 0
     slip = _range(np.where(closed, np.moveaxis(_axes(states.slip), -1, 0), np.nan))
-    columns: dict[str, Any] = {"node": np.arange(system.nodes)} | ({} if system.contact is None else {"contact": system.contact}) | places(system)
-    columns["slip_range"] = slip
+    columns: dict[str, ArrayLike] = {"node": np.arange(system.nodes)}
+    if system.contact is not None:
+        columns["contact"] = system.contact
+    columns |= {**places(system), "slip_range": slip}
     for name, values in zip(names, (states.q, states.p), strict=True):
         part = np.moveaxis(_axes(values), -1, 0) / width
         columns[f"{name}_amplitude"] = _range(part) / 2

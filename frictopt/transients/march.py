@@ -97,7 +97,8 @@ def march(
         time, bonded, u, r, status, work = _exactly(path, cycles)
     else:
         with bar_of(shown, "march", "cycle", total=len(counts) * cycles, delay=2) as bar:
-            path, *coarse = [SteppedPath(*start, initial_state, way, count) for count in counts]
+            path = SteppedPath(*start, initial_state, way, counts[0])
+            coarse = [SteppedPath(*start, initial_state, "newton", count) for count in counts[1:]]  # the quickest way
             begun = path.visited
             bonded, u, r, status, work, _ = _followed(path, cycles, bar.update)
             error = max([_apart(u[:: path.steps], other, cycles, bar.update) for other in coarse], default=np.inf)

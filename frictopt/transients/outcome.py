@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.answers import Outcome
@@ -108,8 +108,8 @@ class SteadyState(Recorded, Plotted):
     slip: Array
     gap: Array
     state: ContactState
-    open: np.ndarray[Any, np.dtype[np.bool_]]
-    slipping: np.ndarray[Any, np.dtype[np.bool_]]
+    open: NDArray[np.bool_]
+    slipping: NDArray[np.bool_]
     first_cycle: float
     cycles: int
     events: int
@@ -135,7 +135,7 @@ class SteadyState(Recorded, Plotted):
             "another with another outcome"
         )
 
-    def to_frame(self) -> Any:
+    def to_frame(self) -> "pd.DataFrame":
         """The DataFrame of the nodes: columns node, x, slip, open, dissipation (work of friction per cycle); in space x, y, z, slip1, slip2."""
         columns = {"node": range(len(self.gap)), **places(self.system), **components("slip", self.slip), "open": self.open}
         return frame({**columns, "dissipation": self.dissipation_per_node})
@@ -157,8 +157,8 @@ class SteadyState(Recorded, Plotted):
         >>> float(states.slip[:, 0].min()), float(states.slip[:, 0].max()), states.work[-1].round(6).tolist()
         (-0.5, 0.5, [1.0, 0.0, 0.0, 0.0])
         """
-        options: dict[str, Any] = {"engine": self.engine, "steps": self.steps or None, "progress": False}
-        path = march(self.system, self.cycle, self.friction, self.load_factor, initial_state=self.state, cycles=self.period, **options)
+        asked = self.system, self.cycle, self.friction, self.load_factor
+        path = march(*asked, initial_state=self.state, cycles=self.period, steps=self.steps or None, progress=False)
         drift = 0.0 if self.outcome is Outcome.RATCHETING else max(np.ptp(values[[0, -1]], axis=0).max() for values in (path.slip, path.gap))
         size = max(float(np.abs(path.slip).max()), float(path.gap.max())) or 1.0
         force = float(np.abs(path.p).max()) or 1.0
@@ -224,6 +224,6 @@ class SteadyState(Recorded, Plotted):
         """
         return fretting_table(self.states(), self.dissipation_per_node, stress, strain)
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         last = "uniqueness" if self.engine == "path" else "step_error"
         return {name: getattr(self, name) for name in ("outcome", "dissipation", "cycles", "residual", last)}

@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..contact import ContactState, ContactSystem, Verdict, referee
 from ..contact.checks import Array, frozen, whole_number
@@ -14,6 +15,9 @@ from ..contact.record import SolveRecord
 from ..contact.show import Plotted, Shown, components, frame, places
 from ..contact.tolerances import SIMULTANEOUS
 from ..errors import ModelError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["Trajectory"]
 
@@ -75,7 +79,7 @@ class Trajectory(Shown, Plotted):
     gap: Array
     q: Array
     p: Array
-    status: np.ndarray[Any, np.dtype[np.int8]]
+    status: NDArray[np.int8]
     work: Array
     engine: str
     step_error: float
@@ -163,7 +167,7 @@ class Trajectory(Shown, Plotted):
         corner = int(self.time[row] + SIMULTANEOUS) % self.corners
         return ContactState(self.slip[row], np.maximum(self.gap[row], 0.0), self.bonded_q[row], self.bonded_p[row], corner)
 
-    def to_frame(self) -> Any:
+    def to_frame(self) -> "pd.DataFrame":
         """The DataFrame of all states and nodes: columns state, time, node, x, slip, gap, q, p, status, work; in space y, z, slip1 .."""
         states, nodes = self.gap.shape
         state, node = np.repeat(np.arange(states), nodes), np.tile(np.arange(nodes), states)
@@ -172,7 +176,7 @@ class Trajectory(Shown, Plotted):
             columns |= components(name, getattr(self, name).reshape(states * nodes, *self.system.slip_shape[1:] if name in ("slip", "q") else ()))
         return frame(columns)
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         cycles = max(0, int(self.time[-1])) // self.corners
         size = {"states": len(self.time), "nodes": self.system.nodes, "cycles": cycles}
         error = {} if self.engine == "path" else {"step_error": self.step_error}

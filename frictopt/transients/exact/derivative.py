@@ -11,9 +11,9 @@ The work of friction of a cycle is that of the loads less the elastic energy gai
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...contact.checks import Array, frozen
 from ...contact.tolerances import INSTANT
@@ -65,9 +65,9 @@ class ReturnMap:
     work: float
     derivative: Array
     work_gradient: Array
-    locked: np.ndarray[Any, np.dtype[np.bool_]]
+    locked: NDArray[np.bool_]
     smooth: bool
-    status: np.ndarray[Any, np.dtype[np.int8]]
+    status: NDArray[np.int8]
     r: Array
     _stretches: "tuple[_Stretch, ...]"
 

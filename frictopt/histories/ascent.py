@@ -8,10 +8,9 @@ stays periodic. The answer is only proposed; the transient from it decides.
 import numpy as np
 from scipy.optimize import linprog
 
-from ...contact.checks import Array
-from ...contact.tolerances import STAYING
-from .derivative import ReturnMap
-from .path import ExactPath
+from ..contact.checks import Array
+from ..contact.tolerances import STAYING
+from ..transients.exact import ExactPath, ReturnMap
 
 __all__ = ["Ascent"]
 
