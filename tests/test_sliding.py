@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-import frictopt.transients.stepped.path as transient
+import frictopt.transients.stepped as transient
 from frictopt.contact.parts import joined
 from frictopt.fem.frames import frames_of
-from frictopt.transients.stepped.sliding import check_sliding
+from frictopt.transients.sliding import check_sliding
 
 SCENE = fo.scenes.SquarePunch(elements=2, growth=3.0)
 

@@ -16,7 +16,7 @@ from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, NoContinuation, SolverError
 from .exact import ExactPath
-from .stepped.path import ENGINES, SteppedPath, doubts, step_counts
+from .stepped import ENGINES, SteppedPath, doubts, step_counts
 from .trajectory import Trajectory
 
 __all__ = ["march", "way_to_follow"]

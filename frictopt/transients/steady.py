@@ -20,7 +20,7 @@ from .cycles import Run, Settled
 from .exact.path import ExactPath
 from .judge import returns_after
 from .outcome import SteadyState
-from .stepped.path import SteppedPath, doubts, step_counts
+from .stepped import SteppedPath, doubts, step_counts
 
 __all__ = ["reported", "settled", "steady_state"]
 

@@ -3,7 +3,6 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from time import perf_counter
 from typing import IO, ClassVar
 
@@ -23,7 +22,7 @@ from ...contact.tolerances import NO_FORCE
 from ...errors import ModelError, SolverError
 from ...solve.explain import explain
 from ..begin import OPEN
-from .free_motion import free_motions, moves_away
+from ..sliding import check_sliding
 from .newton import Law, State
 
 __all__ = ["CORRECTIONS", "FrictionIncrement", "Increment", "Posed"]
@@ -155,11 +154,6 @@ class FrictionIncrement(ABC):
         self.law = Law(system.S / system.stiffness_scale, self.friction, np.tile(self.own.max(axis=0), (len(self.own), 1)))
         """The dimensionless law, with one c and d for all directions of a node."""
 
-    @cached_property
-    def free(self) -> Array:
-        """(M, k) orthonormal motions of the nodes that S does not resist."""
-        return free_motions(self.law.S, self.law.own.ravel())
-
     def solve(self, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> Increment:
         """A state to which a slip can move under a load.
 
@@ -175,15 +169,16 @@ class FrictionIncrement(ABC):
         ModelError
             Arrays that do not fit.
         NoContinuation
-            No state is found, and the loads push a motion that only friction resists; or there is none (ExactIncrement).
+            The load is beyond friction, or no state obeys the law (ExactIncrement).
         SolverError
             No answer that passes the referee.
         """
         posed = Posed(self, slip, bonded)
         try:
             return self._solved(posed)
-        except SolverError as error:
-            raise moves_away(self.system, self.friction, self.free, posed.reactions, posed.force) or error from None
+        except SolverError:
+            check_sliding(self.system, self.friction, {"friction increment: the load": joined(*posed.bonded)})
+            raise
 
     @property
     def problem(self) -> cp.Problem | None:

@@ -3,10 +3,10 @@
 import numpy as np
 from scipy.optimize import linprog
 
-from ...contact.checks import Array
-from ...contact.system import ContactSystem
-from ...contact.tolerances import COUNTS, RESIDUAL
-from ...errors import NoContinuation
+from ..contact.checks import Array
+from ..contact.system import ContactSystem
+from ..contact.tolerances import COUNTS, RESIDUAL
+from ..errors import NoContinuation
 
 __all__ = ["check_sliding"]
 

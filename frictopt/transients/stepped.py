@@ -7,13 +7,13 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...contact import ContactState, ContactSystem, LoadCycle
-from ...contact.checks import Array, whole_number
-from ...contact.parts import joined, parted
-from ...contact.tolerances import PERIODIC, ROUNDING
-from ...errors import ModelError, NoContinuation, SolverError
-from ..begin import OPEN, STICK, Transient
-from ..cycle import Cycle
+from ..contact import ContactState, ContactSystem, LoadCycle
+from ..contact.checks import Array, whole_number
+from ..contact.parts import joined, parted
+from ..contact.tolerances import PERIODIC, ROUNDING
+from ..errors import ModelError, NoContinuation, SolverError
+from .begin import OPEN, STICK, Transient
+from .cycle import Cycle
 from .sliding import check_sliding
 
 __all__ = ["ENGINES", "Point", "SteppedPath", "doubts", "step_counts"]
@@ -67,7 +67,7 @@ class SteppedPath(Transient):
         steps: int,
     ) -> None:
         super().__init__(system, cycle, friction, load_factor, initial_slip, initial_state)
-        from .. import increments  # here, because the exact path does not need cvxpy
+        from . import increments  # here, because the exact path does not need cvxpy
 
         self._increment, self.steps = getattr(increments, ENGINES[engine])(system, self.friction), steps
         self.unit = np.tile(self.scales.length, system.tangents)
