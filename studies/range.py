@@ -1,10 +1,8 @@
 """The range of steady dissipation found without sampling, the slip that no start avoids, and the load that assembly and overloads leave.
 
 Run with `python -m studies range [--quick]`. The scene is the paper's; loads are amplitudes of the bulk stress over the mean pressure,
-sigma / (P / 2a). The sampled starts are those of the study "dissipation", the attack has starts of its own on a coarse mesh.
+sigma / (P / 2a). The sampled starts are those of the study "dissipation".
 """
-
-# One file because its four tables share contacts, limits and parameters.
 
 import time
 from collections.abc import Iterator
@@ -21,11 +19,10 @@ from . import dissipation
 from .paper import LOADS, slip_unit, work_unit
 from .tables import Study, Table
 
-__all__ = ["ATTACK", "FOUND", "FULL", "PROTOCOLS", "QUICK", "SLIP", "STUDY", "Parameters", "against_sample"]
+__all__ = ["FOUND", "FULL", "PROTOCOLS", "QUICK", "SLIP", "STUDY", "Parameters", "against_sample"]
 
 _INSIDE = 1e-6  # excess over the range, relative, that counts as rounding
 _SETTLED = 12  # cycles from a steady state's slip, after which the corners of its orbit are read
-SHEAR = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": -1.0}, {"Q": 1.0}])
 
 
 @dataclass(frozen=True)
@@ -36,12 +33,6 @@ class Parameters:
     protocol_elements: int = 124
     protocol_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
     protocol_scan: int = 25
-    attack_elements: int = 16
-    attack_frictions: tuple[float, ...] = (0.3, 0.5, 0.7)
-    attack_ratios: tuple[float, ...] = (0.6, 0.9, 1.05, 1.5)  # load factors over lambda_2
-    shear_frictions: tuple[float, ...] = (0.2, 0.3, 0.6)  # the same under cyclic shear of the punch
-    shear_ratios: tuple[float, ...] = (0.9, 1.2)
-    starts: int = 1500  # of each case of the attack
 
 
 FULL = Parameters()
@@ -50,10 +41,6 @@ QUICK = Parameters(
     protocol_elements=16,
     protocol_frictions=(0.3, 0.7),
     protocol_scan=10,
-    attack_frictions=(0.5,),
-    attack_ratios=(0.9, 1.2),
-    shear_frictions=(0.3,),
-    starts=60,
 )
 
 
@@ -173,69 +160,6 @@ def _protocols(limit: fo.results.ShakedownLimit) -> Iterator[tuple[str, dict[str
     yield "safe", {"start": limit.slip}
 
 
-def attack_of(parameters: Parameters) -> pd.DataFrame:
-    """One row for each load cycle, friction and load."""
-    system, rows = fo.scenes.PunchOnHalfPlane(elements=parameters.attack_elements).condense(), []
-    cases = [("sigma", LOADS, f, ratio) for f in parameters.attack_frictions for ratio in parameters.attack_ratios]
-    cases += [("Q", SHEAR, f, ratio) for f in parameters.shear_frictions for ratio in parameters.shear_ratios]
-    for number, (name, cycle, friction, ratio) in enumerate(cases):
-        load_factor = ratio * fo.shakedown_limit(system, cycle, friction).load_factor
-        span = fo.dissipation_range(system, cycle, friction, load_factor)
-        works, opened = _sampled(system, cycle, friction, load_factor, parameters.starts, np.random.default_rng(number))
-        unit = work_unit(system)
-        rows.append(
-            {
-                "cyclic": name,
-                "friction": friction,
-                "load_ratio": ratio,
-                "least": span.least / unit,
-                "most": span.most / unit,
-                "sampled_least": works.min() / unit,
-                "sampled_most": works.max() / unit,
-                "runs": len(works),
-                "outside": int(_outside(works, span.least, span.most).sum()),
-                "opened": opened,
-                "transients": span.transients,
-                "residual": span.residual,
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-def _sampled(
-    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, load_factor: float, count: int, rng: np.random.Generator
-) -> tuple[np.ndarray, int]:
-    """Steady dissipations of random starts, and how many of them have open nodes."""
-    works, opened = [], 0
-    for start in _starts(system, cycle, friction, load_factor, count, rng):
-        try:
-            state = fo.steady_state(system, cycle, friction, load_factor, initial_slip=start)
-        except (fo.NoContinuation, fo.SolverError):
-            continue
-        works.append(state.dissipation)
-        opened += bool(state.open.any())
-    return np.array(works), opened
-
-
-def _starts(
-    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, load_factor: float, count: int, rng: np.random.Generator
-) -> list[np.ndarray]:
-    """A third each: random slips, vertices of the safe slips (of the mean load, and of a tenth to all of the load) and beyond, and mixtures."""
-    slips = []
-    for number in range(count // 3):
-        slip = rng.normal(size=system.nodes) if number % 2 else np.cumsum(rng.normal(size=system.nodes))
-        slips.append(slip_unit(system) * 10 ** rng.uniform(-2, 1) * (slip - slip.mean()) / np.abs(slip).max())
-    each = max(count // 18, 1)
-    for share in (0.0, 0.0, 0.1, 0.5, 0.9, 1.0):
-        for vertex in fo.safe_vertices(system, cycle, friction, share * load_factor, rng.normal(size=(each, system.nodes))):
-            slips.append(vertex * (1.0 if rng.random() < 0.5 else rng.uniform(0.3, 3.0)))
-    while len(slips) < count:
-        one, other = rng.integers(len(slips), size=2)
-        share = rng.random()
-        slips.append(share * slips[one] + (1 - share) * slips[other])
-    return slips
-
-
 def _outside(works: Any, least: Any, most: Any) -> Any:
     return (works > most * (1 + _INSIDE)) | (works < least * (1 - _INSIDE))
 
@@ -246,12 +170,6 @@ _LOAD = {
     "load_factor": "amplitude of sigma / (P / 2a)",
 }
 _SPAN = {"least": "least W E* / P^2 per steady cycle found", "most": "largest W E* / P^2 per steady cycle found"}
-_SAMPLE = {
-    "sampled_least": "least of the sampled runs",
-    "sampled_most": "largest of the sampled runs",
-    "runs": "number of sampled runs",
-    "outside": "how many of them lie outside of the range found",
-}
 _RESIDUAL = {"residual": "worst residual"}
 _FOUND = (
     _LOAD
@@ -285,15 +203,6 @@ _PROTOCOLS = {
     "transients": "transients followed",
     **_RESIDUAL,
 }
-_ATTACK = {
-    "cyclic": "cyclic load: 'sigma', bulk stress, or 'Q', shear of the punch",
-    **{name: _LOAD[name] for name in ("friction", "load_ratio")},
-    **_SPAN,
-    **_SAMPLE,
-    "opened": "sampled runs with open nodes",
-    "transients": "transients followed for the range",
-    **_RESIDUAL,
-}
 
 
 def _table(name: str, about: str, columns: dict[str, str], compute: Any) -> Table[Parameters]:
@@ -303,26 +212,20 @@ def _table(name: str, about: str, columns: dict[str, str], compute: Any) -> Tabl
 FOUND = _table("range_found", "the range found at one load", _FOUND, found_of)
 SLIP = _table("range_slip", "the least slip that is proven at one load, and that found", _SLIP, slip_of)
 PROTOCOLS = _table("range_protocols", "the load up to which the contact comes to rest after one protocol", _PROTOCOLS, protocols_of)
-ATTACK = _table("range_attack", "random starts against the range found on a coarse mesh", _ATTACK, attack_of)
 
 
 def _summary(tables: Any) -> str:
-    lines = [
-        f"{name}: {table['outside'].sum()} of {table['runs'].sum()} sampled runs outside of the range found"
-        for name, table in (
-            (FOUND.name, against_sample(tables[FOUND.name], tables[dissipation.RUNS.name])),
-            (ATTACK.name, tables[ATTACK.name]),
-        )
-    ]
+    sample = against_sample(tables[FOUND.name], tables[dissipation.RUNS.name])
     limits = tables[PROTOCOLS.name].pivot(index="friction", columns="protocol", values="ratio")
-    return "\n".join([*lines, limits.to_string(float_format="{:.4f}".format)])
+    found = f"{sample['outside'].sum()} of {sample['runs'].sum()} sampled runs outside of the range found"
+    return "\n".join([found, limits.to_string(float_format="{:.4f}".format)])
 
 
 STUDY = Study(
     "studies.range",
     __doc__,
     "coarse meshes and few starts, in seconds",
-    (FOUND, SLIP, PROTOCOLS, ATTACK),
+    (FOUND, SLIP, PROTOCOLS),
     summary=_summary,
     needs=(dissipation.RUNS,),
 )

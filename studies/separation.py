@@ -49,15 +49,15 @@ class Parameters:
 FULL = Parameters()
 QUICK = Parameters(
     cells=(20, 40, 80),
-    elements=(16, 24),
+    elements=(24, 32),
     roundings=(20.0, 100.0),
     frictions=(0.4, 0.6),
-    friction_elements=16,
-    flat_elements=12,
+    friction_elements=24,
+    flat_elements=20,
     flat_frictions=(1.5, 2.0),
-    pin_elements=16,
+    pin_elements=24,
     pin_frictions=(0.3, 0.5),
-    closed_scan=40,
+    closed_scan=20,
 )
 
 
