@@ -1,3 +1,4 @@
+import os
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -6,6 +7,7 @@ import pandas as pd
 import pytest
 import scipy.linalg  # noqa: F401  brings a BLAS of its own, to be limited too
 from hypothesis import settings
+from locket import lock_file
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
@@ -56,8 +58,11 @@ def no_figures_stay_open():
 
 @pytest.fixture(scope="session")
 def quick_data(tmp_path_factory):
-    """Folder with the tables of studies at quick size, as far as tests have asked for them."""
-    return tmp_path_factory.mktemp("quick")
+    """Folder with the tables of studies at quick size, as far as tests have asked for them; one for all processes of a run."""
+    folder = tmp_path_factory.getbasetemp()
+    folder = (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "quick"
+    folder.mkdir(exist_ok=True)
+    return folder
 
 
 @pytest.fixture(scope="session")
@@ -66,7 +71,8 @@ def quick(quick_data):
 
     def read(tables):
         for table in tables:
-            table.load(table.quick, quick_data)
+            with lock_file(str(quick_data / f"{table.name}.lock")):  # another process may be computing it
+                table.load(table.quick, quick_data)
         return {table.name: pd.read_parquet(table.path(quick_data)) for table in tables}
 
     return read

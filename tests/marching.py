@@ -10,7 +10,6 @@ class Cycle(NamedTuple):
     """The last cycle of a march, one entry for each start."""
 
     slip: np.ndarray  # (starts, N), at its end
-    travel: np.ndarray  # sum of |dv|
     work: np.ndarray  # of friction, with the mean of the pressures at the two ends of each increment
     least_pressure: np.ndarray
 
@@ -52,15 +51,14 @@ def last_cycle(system, load_factor, starts, increments=6, cycles=80):
     v = increment(A, B, f, q0 - load_factor * q1, p0 - load_factor * p1, np.array(starts, dtype=float), ways)
     for _ in range(cycles):
         pressure = p0 - load_factor * p1 + v @ B.T
-        travel, work, least = np.zeros(len(v)), np.zeros(len(v)), pressure.min(axis=1)
+        work, least = np.zeros(len(v)), pressure.min(axis=1)
         for s in np.r_[half[1:], half[-2::-1]]:
             new = increment(A, B, f, q0 + s * load_factor * q1, p0 + s * load_factor * p1, v, ways)
             before, pressure = pressure, p0 + s * load_factor * p1 + new @ B.T
-            travel += np.abs(new - v).sum(axis=1)
             work += (f * (before + pressure) / 2 * np.abs(new - v)).sum(axis=1)
             least = np.minimum(least, pressure.min(axis=1))
             v = new
-    return Cycle(v, travel, work, least)
+    return Cycle(v, work, least)
 
 
 class State(NamedTuple):
@@ -93,12 +91,7 @@ def admissible(A, B, C, f, q, p, v):
         u = np.linalg.solve(rows, right)
         forces = bonded + S @ u
         new, w, qs, ps = u[:nodes], u[nodes:], forces[:nodes], forces[nodes:]
-        legal = {
-            None: w > 0,
-            0: np.abs(qs) <= f * ps,
-            1: (new > v) & (ps >= 0),
-            -1: (new < v) & (ps >= 0),
-        }
+        legal = {None: w > 0, 0: np.abs(qs) <= f * ps, 1: (new > v) & (ps >= 0), -1: (new < v) & (ps >= 0)}
         if all(legal[sense][i] for i, sense in enumerate(status)):
             found.append(State(status, new, w, qs, ps))
     return found

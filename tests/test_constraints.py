@@ -154,8 +154,7 @@ def test_trusses_and_springs_have_no_faces(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("load", "said"),
-    [({}, "force: no load; give one of"), ({"traction": [0.0, 1.0], "total": [0.0, 1.0]}, "force: traction and total; give one of")],
+    ("load", "said"), [({}, "force: no load; give one of"), ({"traction": [0.0, 1.0], "total": [0.0, 1.0]}, "force: traction and total; give one of")]
 )
 def test_a_force_is_said_in_one_way(tmp_path, load, said):
     with pytest.raises(fo.ModelError, match=said):

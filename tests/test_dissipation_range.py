@@ -13,12 +13,7 @@ PULLED = fo.LoadCycle({"P": 1.0, "Q": 0.2}, [{"sigma": -1.0}, {"sigma": 1.0}])
 ROUND = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"Q": 0.1}, {"sigma": -1.0}, {"Q": -0.1}])
 SCENES = {elements: fo.scenes.PunchOnHalfPlane(elements=elements).condense() for elements in (16, 124)}
 # W E* / P^2 on the default scene, see the study "range": friction, load over lambda_2, least and largest found
-TABLE = [
-    (0.3, 1.05, 2.066e-6, 2.01e-5),
-    (0.5, 0.5, 0.0, 1.01e-5),
-    (0.7, 0.9, 0.0, 1.50e-3),
-    (0.7, 1.5, 0.06655, 0.07764),
-]
+TABLE = [(0.3, 1.05, 2.066e-6, 2.01e-5), (0.5, 0.5, 0.0, 1.01e-5), (0.7, 0.9, 0.0, 1.50e-3), (0.7, 1.5, 0.06655, 0.07764)]
 
 
 def found(contact, cycle, friction, ratio, **options):

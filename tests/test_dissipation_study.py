@@ -65,13 +65,6 @@ def test_rows_are_the_steady_states_of_each_load_factor_and_start(contact, facto
     assert (table.residual <= 1e-9).all() and (table.error == "").all()
 
 
-def test_below_the_limit_the_safe_slip_stays_safe_and_above_it_every_start_dissipates(table):
-    below = table[(table.load_ratio < 1) & (table.start == "safe x 1")]
-    assert len(below) == 2 and (below.outcome == "SHAKEDOWN").all() and (below.first_cycle == 0).all()
-    above = table[table.load_ratio > 1]
-    assert (above.outcome == "CYCLIC_SLIP").all() and (above.dissipation > 0).all()
-
-
 def test_an_overload_is_a_load_factor(contact, factors, table):
     row = table[(table.family == "overload")].iloc[2]
     steady = fo.steady_state(contact, CYCLE, 0.4, factors[2], overload=2.0)

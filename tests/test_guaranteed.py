@@ -1,7 +1,5 @@
 """The guaranteed limit and its witness, against closed forms, against linear programs over raw slips, and under changes of the scene."""
 
-import io
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -147,41 +145,6 @@ def test_a_slip_bound_that_is_not_symmetric_leaves_no_mirror_images(punch, paper
     one, other = (fo.guaranteed_limit(punch(16), paper_cycle, 0.5, slip_bound=bound) for bound in (most, most[::-1]))
     assert one.load_factor == pytest.approx(other.load_factor, rel=1e-8) and (one.node, other.node) == (16, 0)
     assert one.to_frame().load_factor[0] > 1.05 * one.load_factor > 1.05 * free.load_factor
-
-
-def test_limitsthat_do_not_exist_are_answers():
-    coupled = random_system(np.random.default_rng(0), 2)
-    pressing = fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}])
-    never = fo.guaranteed_limit(coupled, pressing, 3.0)
-    assert (
-        never.load_factor == np.inf
-        and never.node is None
-        and np.isnan(never.slip).all()
-        and not never.proven
-        and never.kind is fo.LimitKind.UNBOUNDED
-    )
-    pulled = system(np.eye(2), np.full((2, 2), 0.1), 0.0, -1.0, 1.0, 0.0)
-    none = fo.guaranteed_limit(pulled, CYCLE, 0.2)
-    assert np.isnan(none.load_factor) and none.proven and none.residual < 1e-9 and none.kind is fo.LimitKind.NO_SAFE_SLIP
-    for limit in (never, none):
-        limit.explain(io.StringIO())
-        assert len(limit.to_frame()) == 2
-
-
-def test_a_slip_that_unloads_the_other_node_leaves_no_guarantee():
-    """Case 3 of the meeting lines with a limit of 0: the apex of node 0 is a corner of the safe slips from the outset."""
-    for seed in range(200):
-        contact = random_system(np.random.default_rng(seed), 2, coupling=1.0)
-        loads = *contact.bonded["mean"], *contact.bonded["cyclic"]
-        try:
-            expected = two_node_limits(contact.A, contact.B, *loads, 0.9)
-        except fo.ModelError:
-            continue
-        if expected.lambda_1 == 0 < expected.lambda_2:
-            limit = fo.guaranteed_limit(contact, CYCLE, 0.9)
-            assert limit.load_factor == pytest.approx(0.0, abs=1e-12) and limit.load_factor >= 0 and limit.node is not None and not limit.proven
-            return
-    pytest.fail("no such system among the seeds")
 
 
 def test_uncoupled_contacts_need_no_program_and_are_proven():

@@ -27,10 +27,10 @@ def cases(seed, count, most_friction, rigid=None, loads=1):
 
 
 def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction():
-    """Validation by enumeration on 360 increments: coupled, with gaps, separation and closing."""
+    """Validation by enumeration on 240 increments: coupled, with gaps, separation and closing."""
     opened = slipped = failed = 0
     engines = {}
-    for contact, friction, slip, load in cases(0, 90, 0.6, loads=4):
+    for contact, friction, slip, load in cases(0, 60, 0.6, loads=4):
         states = admissible_states(contact, friction, slip, load)
         assert len(states) == 1
         if id(contact) not in engines:
@@ -49,7 +49,7 @@ def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction()
         else:
             assert distance(states, by_sweeps) < 1e-9 and by_sweeps.residual < 1e-9
             assert (by_sweeps.status == found.status).all()
-    assert opened > 50 and slipped > 100
+    assert opened > 30 and slipped > 60
     assert failed <= 3
 
 

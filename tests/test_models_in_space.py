@@ -200,15 +200,6 @@ def test_a_curved_and_closed_contact_has_the_answers_of_the_plane():
         assert np.allclose(both @ (shear * turn).sum(axis=1), THICK * q, rtol=0, atol=5e-4 * np.abs(p).max())
 
 
-def test_one_mesh_in_space_is_split_into_bodies():
-    x = np.array([0.0, 0.4, 1.0])
-    mesh = MeshHex.init_tensor(x, x, np.r_[-1.0, x]).with_boundaries({"top": lambda x: x[2] == 1, "bottom": lambda x: x[2] == -1})
-    bodies = fo.split_bodies(mesh.with_subdomains({"a": lambda x: x[2] > 0, "b": lambda x: x[2] < 0}), {"a": fo.Material(), "b": fo.Material(2.0)})
-    load = {"P": [fo.Pressure("a", "top")]}
-    system = fo.ContactModel(bodies, [fo.Support("b", "bottom")], load, [fo.Contact("a", "b", "b", "a")]).condense()
-    assert system.nodes == 9 and system.bonded["P"][1].sum() == pytest.approx(1.0) and set(system.contact) == {"b"}
-
-
 @pytest.mark.parametrize("kind", [MeshHex, MeshTet])
 def test_fields_as_a_vector_and_as_a_file(tmp_path, kind):
     model = bars(kind, {"pull": [fo.Traction("outer", "end", x=2.0, y=0.3)]})
@@ -252,18 +243,3 @@ def test_linear_displacements_have_the_strain_and_stress_of_their_gradient(kind)
     for field, tensor in zip(found, (strain, stress), strict=True):
         rows = [tensor[0, 0], tensor[1, 1], tensor[0, 1], tensor[2, 2], *([tensor[0, 2], tensor[1, 2]] if d == 3 else [])]
         assert np.allclose(field, np.array(rows)[:, None], atol=1e-12)
-
-
-def test_names_and_areas_of_given_matrices_are_kept():
-    system = fo.condense(
-        np.kron(np.eye(2), np.eye(3)),
-        {"P": np.tile([0.0, 0.0, -1.0], 2)},
-        [[0, 2], [1, 3]],
-        [0.0, 0.0, 1.0],
-        [[0, 1, 2], [3, 4, 5], [-1] * 3, [-1] * 3],
-        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]] * 2,
-        contact=["left", "right"],
-        width=[1.0, 2.0],
-        E_star=3.0,
-    )
-    assert system.contact.tolist() == ["left", "right"] and system.width.tolist() == [1.0, 2.0] and system.E_star == 3.0

@@ -162,10 +162,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "assembled_slip": (fo.starts.assembled_slip, ASKED),
     "least_excursion": (fo.least_excursion, {**ASKED, "load_factor": 0.5, "excursion": {"mean": -0.5}, "samples": 1, "scan": 2, "tolerance": 0.2}),
     "dissipation_range": (fo.dissipation_range, {**ASKED, "load_factor": 0.5}),
-    "dissipation_study": (
-        fo.dissipation_study,
-        {**ASKED, "load_factors": [0.5], "starts": [SLIP], "progress": False},
-    ),
+    "dissipation_study": (fo.dissipation_study, {**ASKED, "load_factors": [0.5], "starts": [SLIP], "progress": False}),
     "guaranteed_limit": (fo.guaranteed_limit, ASKED),
     "march": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1}),
     "march qp": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1, "engine": "qp", "steps": 2}),

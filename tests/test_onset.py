@@ -16,12 +16,7 @@ def pulled(sigma):
 
 @pytest.mark.parametrize(
     ("data", "friction", "expected"),
-    [
-        (ONE_NODE, 0.4, 0.326086956522),
-        (FIRST_PAIR, 0.6, 0.576923076923),
-        (SECOND_PAIR, 0.4, 0.909090909091),
-        (THREE, 0.4, 0.760869565217),
-    ],
+    [(ONE_NODE, 0.4, 0.326086956522), (FIRST_PAIR, 0.6, 0.576923076923), (SECOND_PAIR, 0.4, 0.909090909091), (THREE, 0.4, 0.760869565217)],
 )
 def test_onset_over_a_cycle_of_both_senses(data, friction, expected):
     contact = system(*data)

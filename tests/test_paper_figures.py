@@ -33,29 +33,30 @@ def data(quick, quick_data):
 
 
 @pytest.fixture(scope="module")
-def drawn(data, tmp_path_factory):
-    """Folder with the files of all figures."""
-    folder = tmp_path_factory.mktemp("figures")
-    assert main(options(data, folder)) == 0
-    return folder
-
-
-@pytest.fixture(scope="module")
-def figures(data):
-    """The drawn figures, name -> figure."""
+def figures(data, tmp_path_factory):
+    """The drawn and saved figures, name -> figure."""
     with style.styled():
         drawn = {}
         for name, script in FIGURES.items():
             drawn[name] = script.draw({key: table.stored(table.quick, data) for key, table in script.TABLES.items()})
+            style.save(drawn[name], name, tmp_path_factory.getbasetemp() / "figures")
             drawn[name].draw_without_rendering()
         return drawn
+
+
+@pytest.fixture
+def drawn(figures, tmp_path_factory):
+    """Folder with the files of all figures."""
+    return tmp_path_factory.getbasetemp() / "figures"
 
 
 def options(data, output):
     return ["--quick", "--data", str(data), "--output", str(output)]
 
 
-def test_all_figures_are_drawn_by_default(drawn):
+def test_all_figures_are_drawn_by_default(data, drawn, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("paper_figures.__main__.make", lambda name, **_options: [name])
+    assert main(options(data, tmp_path)) == 0 and capsys.readouterr().out.split() == NAMES == list(FIGURES)
     assert sorted(path.name for path in drawn.iterdir()) == sorted(f"{name}.{kind}" for name in NAMES for kind in ("pdf", "png"))
 
 
@@ -79,9 +80,9 @@ def test_same_data_gives_the_same_bytes(data, drawn, tmp_path):
 
 
 def test_second_call_does_not_compute_again(data, tmp_path):
-    before = {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()}
+    before = {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.glob("*.parquet")}
     assert main(["traction_ratio", "hysteresis", *options(data, tmp_path)]) == 0
-    assert {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in data.iterdir()} == before
+    assert {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in before} == before
 
 
 def test_studies_side_by_side_make_the_same_tables_and_leave_measured_times_alone(tmp_path):

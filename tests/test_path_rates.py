@@ -109,8 +109,7 @@ def test_wedging():
 
 
 @pytest.mark.parametrize(
-    ("load_rate", "status"),
-    [((0.0, 1.0), 0), ((0.0, -1.0), 2), ((1.0, 1.0), -1), ((-1.0, 1.0), 1), ((0.3, 1.0), 0), ((5.0, -0.1), 2)],
+    ("load_rate", "status"), [((0.0, 1.0), 0), ((0.0, -1.0), 2), ((1.0, 1.0), -1), ((-1.0, 1.0), 1), ((0.3, 1.0), 0), ((5.0, -0.1), 2)]
 )
 def test_a_node_without_pressure_and_gap(load_rate, status):
     found = one_node(q=0.0, p=0.0, B=0.0, friction=0.5, load_rate=load_rate).found

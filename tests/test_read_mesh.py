@@ -1,5 +1,6 @@
 """Mesh files: what they name is kept, and what would be read wrongly is refused."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -176,56 +177,8 @@ def test_curves_within_the_mesh_keep_their_names_in_each_version(tmp_path, versi
         mesh = meshio.Mesh(POINTS, cells, cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags}, field_data=groups)
         mesh.write(tmp_path / "a.msh", file_format="gmsh22", binary=False)
     else:
-        (tmp_path / "a.msh").write_text(MSH_4)
+        shutil.copy(DATA / "curves.msh", tmp_path / "a.msh")
     mesh = fo.read_mesh(tmp_path / "a.msh")
     middles = {name: mesh.p[:, mesh.facets[:, facets]].mean(axis=1).T.tolist() for name, facets in mesh.boundaries.items()}
     assert middles == {"bottom": [[0.5, 0]], "between": [[1, 0.5]]}
     assert {name: elements.tolist() for name, elements in mesh.subdomains.items()} == {"first": [0], "second": [1]}
-
-
-MSH_4 = """\
-$MeshFormat
-4.1 0 8
-$EndMeshFormat
-$PhysicalNames
-4
-1 1 "bottom"
-1 2 "between"
-2 1 "first"
-2 2 "second"
-$EndPhysicalNames
-$Entities
-0 2 2 0
-1 0 0 0 1 0 0 1 1 0
-2 1 0 0 1 1 0 1 2 0
-1 0 0 0 1 1 0 1 1 0
-2 1 0 0 2 1 0 1 2 0
-$EndEntities
-$Nodes
-1 6 1 6
-2 1 0 6
-1
-2
-3
-4
-5
-6
-0 0 0
-1 0 0
-2 0 0
-2 1 0
-1 1 0
-0 1 0
-$EndNodes
-$Elements
-4 4 1 4
-1 1 1 1
-1 1 2
-1 2 1 1
-2 2 5
-2 1 3 1
-3 1 2 5 6
-2 2 3 1
-4 2 3 4 5
-$EndElements
-"""

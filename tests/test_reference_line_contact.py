@@ -1,4 +1,4 @@
-"""The closed forms of Hertz, Cattaneo and Mindlin against their own integrals; `test_reference_half_plane` has them against a discrete contact."""
+"""The closed forms of Hertz, Cattaneo and Mindlin against their own integrals; `test_path_line_contact` has them against a discrete contact."""
 
 from itertools import pairwise
 

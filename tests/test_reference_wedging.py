@@ -69,11 +69,7 @@ def test_below_critical_friction_one_state_of_each_increment_is_admissible_and_t
 
 
 @pytest.mark.parametrize(
-    ("call", "complaint"),
-    [
-        (lambda: critical_friction(0, 1), "A: 0"),
-        (lambda: tilted_bar(1, 60), "angle: 60; give an angle in radian below pi"),
-    ],
+    ("call", "complaint"), [(lambda: critical_friction(0, 1), "A: 0"), (lambda: tilted_bar(1, 60), "angle: 60; give an angle in radian below pi")]
 )
 def test_wedging_refuses(call, complaint):
     with pytest.raises(ModelError, match=complaint):

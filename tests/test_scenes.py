@@ -191,13 +191,11 @@ ENGINES = [("path", {}), ("qp", {"steps": 8}), ("milp", {"steps": 8})]
         (fo.scenes.Dovetail, {"angle": 5.0}, "angle: 5"),
         (fo.scenes.Dovetail, {"elements": 5}, "even number"),
         (fo.scenes.Dovetail, {"edge_length": 0.6}, "edge_length: 0.6"),
-        (fo.scenes.Dovetail, {"edge_radius": -1.0}, "edge_radius: -1"),
         (fo.scenes.Dovetail, {"disc_half_width": 1.5}, "the slot takes"),
         (fo.scenes.Dovetail, {"growth": 1.0001}, "nodes"),
         (fo.scenes.PinInPlate, {"elements": 20}, "multiple of 8"),
         (fo.scenes.PinInPlate, {"plate_half_width": 1.4}, "plate_half_width: 1.4"),
         (fo.scenes.PinInPlate, {"growth": 1.00001, "elements": 8000}, "nodes"),
-        (fo.scenes.RoundedPunch, {"radius": 0.0}, "radius: 0"),
         (fo.scenes.RoundedPunch, {"flat_half_width": 1.0}, "flat_half_width: 1"),
     ],
 )

@@ -17,10 +17,7 @@ LOADS = [
     {"P": [0, 0, 0, 0, 0.82, 0.49], "X": [1.26, -0.27, -0.85, 0.09, 0.91, 0.64], "Y": [2.01, 0.82, 0.05, -0.62, 0.55, 0.9]},
     {"P": [0, 0, 0, 0, 0.85, 1.82], "X": [-0.77, -0.14, 0.57, -0.44, -0.37, 0.09]},
 ]
-TURNS = [
-    [{"X": 1.0}, {"X": 0.31, "Y": 0.95}, {"X": -0.81, "Y": 0.59}, {"X": -0.81, "Y": -0.59}, {"X": 0.31, "Y": -0.95}],
-    [{"X": 1.0}, {"X": -1.0}],
-]
+TURNS = [[{"X": 1.0}, {"X": 0.31, "Y": 0.95}, {"X": -0.81, "Y": 0.59}, {"X": -0.81, "Y": -0.59}, {"X": 0.31, "Y": -0.95}], [{"X": 1.0}, {"X": -1.0}]]
 ENDS = [(0.8, 0.95, None, fo.Outcome.RATCHETING), (0.3, 0.995, [[-0.2, -0.82], [-0.72, -0.24]], fo.Outcome.CYCLIC_SLIP)]
 
 
@@ -85,7 +82,7 @@ def test_a_far_safe_slip_is_not_the_end_of_cycles_that_go_elsewhere(which):
         assert steady.slip == pytest.approx(path.slip[-1], abs=1e-7)
 
 
-@pytest.mark.parametrize("seed", [7, 9, 11, 23, 51, 53])
+@pytest.mark.parametrize("seed", [7, 9, 23, 53])
 def test_the_steady_state_of_random_unguided_contacts_is_that_of_plain_following(seed):
     contact, loads, friction, start = unguided(np.random.default_rng(seed), 2 + seed % 2, 2 + seed // 2 % 2)
     at = (0.95, 0.99)[seed // 4 % 2] * fo.shakedown_limit(contact, loads, friction).load_factor

@@ -65,36 +65,6 @@ def test_bonded_reactions_balance_the_loads(system):
     assert np.abs(system.S @ np.kron(np.eye(3), np.ones((n, 1)))).max() < 1e-12 * np.abs(system.S).max()  # a free punch
 
 
-@pytest.mark.parametrize("kind", [MeshHex, MeshTet])
-def test_a_uniform_pressure_passes_through(kind):
-    x = np.array([0.0, 0.3, 1.0])
-    upper, lower = MeshHex.init_tensor(x, x, [0.0, 0.6, 1.0]), MeshHex.init_tensor(x, x, [-1.0, -0.3, 0.0])
-    meshes = [mesh if kind is MeshHex else mesh.to_meshtet() for mesh in (upper, lower)]
-    named = [
-        mesh.with_boundaries({"contact": lambda x: x[2] == 0, "far": lambda x: abs(x[2]) == 1, "x0": lambda x: x[0] == 0, "y0": lambda x: x[1] == 0})
-        for mesh in meshes
-    ]
-    supports = [fo.Support("block", "far", "z"), fo.Support("block", "x0", "x"), fo.Support("block", "y0", "y")]
-    bodies = {"punch": fo.Body(named[0]), "block": fo.Body(named[1])}
-    system = fo.ContactModel(bodies, supports, {"P": [fo.Traction("punch", "far", z=-1.0)]}).condense()
-    q, p = system.reaction({"P": 1.0})
-    assert np.abs(q).max() < 1e-12 and p == pytest.approx(system.width, abs=1e-12) and system.width.sum() == pytest.approx(1.0)
-
-
-def test_body_forces_and_points_that_hold():
-    x = [0.0, 1.0]
-    upper = MeshHex.init_tensor(x, x, [0.0, 1.0]).with_boundaries({"contact": lambda x: x[2] == 0})
-    lower = MeshHex.init_tensor(x, x, [-1.0, 0.0]).with_boundaries({"contact": lambda x: x[2] == 0})
-    corners = [
-        fo.Support("block", (0.0, 0.0, -1.0), "xyz"),
-        fo.Support("block", (1.0, 0.0, -1.0), "yz"),
-        fo.Support("block", (0.0, 1.0, -1.0), "z"),
-    ]
-    bodies = {"punch": fo.Body(upper), "block": fo.Body(lower, element="mean_dilatation")}
-    system = fo.ContactModel(bodies, corners, {"weight": [fo.BodyForce("punch", z=-3.0)]}).condense()
-    assert system.reaction({"weight": 1.0})[1].sum() == pytest.approx(3.0)
-
-
 def test_the_cube_of_another_code_has_its_known_limit(tmp_path):
     with tarfile.open(Path(__file__).parent / "data" / "cube.tar.xz") as archive:
         archive.extractall(tmp_path, filter="data")

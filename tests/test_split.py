@@ -7,12 +7,7 @@ from skfem import MeshQuad, MeshTri, MeshTri2
 import frictopt as fo
 from meshes import blocks, hung, uniform_loads
 
-NAMED = {
-    "top": lambda x: x[1] == 1.0,
-    "bottom": lambda x: x[1] == -1.0,
-    "left": lambda x: x[0] == -1.0,
-    "right": lambda x: x[0] == 1.0,
-}
+NAMED = {"top": lambda x: x[1] == 1.0, "bottom": lambda x: x[1] == -1.0, "left": lambda x: x[0] == -1.0, "right": lambda x: x[0] == 1.0}
 UPPER, LOWER = (lambda x: x[1] > 0), (lambda x: x[1] < 0)
 ONE = fo.Material()
 

@@ -124,16 +124,7 @@ def test_a_sound_archive_of_changed_content_is_refused(tmp_path, change):
     refused(saved(tmp_path / "a.npz", **change))
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"S": None},
-        {"digest": None},
-        {"other": np.eye(2)},
-        {"E_star": np.array("x")},
-        {"cases": np.array(1.0)},
-    ],
-)
+@pytest.mark.parametrize("change", [{"S": None}, {"digest": None}, {"other": np.eye(2)}, {"E_star": np.array("x")}, {"cases": np.array(1.0)}])
 def test_archives_that_are_no_contact_system_are_refused(tmp_path, change):
     refused(saved(tmp_path / "a.npz", **change))
 

@@ -119,11 +119,7 @@ def test_a_forgotten_face_in_space(kind):
         }
     )
     block = kind.init_tensor(x, y, np.array([-1.0, 0.0])).with_boundaries({"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] == -1})
-    rest = (
-        {"pad": fo.Body(pad), "block": fo.Body(block)},
-        [fo.Support("block", "bottom")],
-        {"P": [fo.Traction("pad", "top", z=-1.0)]},
-    )
+    rest = ({"pad": fo.Body(pad), "block": fo.Body(block)}, [fo.Support("block", "bottom")], {"P": [fo.Traction("pad", "top", z=-1.0)]})
     assert fo.ContactModel(*rest).condense().nodes == 10
     for boundary, x in (("left", "[23]"), ("right", "[01]")):
         with pytest.raises(fo.ModelError, match=rf"'pad' and 'block' touch around \({x}\.\d+, 0\.\d+, 0\)"):
