@@ -64,6 +64,7 @@ QUICK = Parameters(
     reference_steps=32,
     sizes=(2, 4),
     proof_elements=4,
+    proof_frictions=(0.3, 2.0),
 )
 
 
