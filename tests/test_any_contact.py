@@ -137,14 +137,6 @@ def test_a_loose_pin_has_the_same_gap_all_round(start, exchanged):
     assert np.hypot(q, p).max() < 3 * np.hypot(q, p).mean()
 
 
-def test_the_ring_is_closed():
-    """Turning the mesh by one element only renumbers the nodes; the first and the last are neighbours like any other two."""
-    system = fitted(24, 24).condense()
-    assert np.allclose(system.width, 2 * np.sin(np.pi / 24)) and system.nodes == 24
-    rolled = np.roll(system.A, (1, 1), axis=(0, 1))
-    assert np.allclose(rolled, system.A, atol=1e-3 * np.abs(system.A).max())
-
-
 def test_interference_is_a_negative_gap():
     """Its bonded reactions are (B^T d, C d), and they add to the tractions of the same load case."""
     plain = wedge().condense()

@@ -85,13 +85,6 @@ def test_a_slip_on_both_bounds_goes_on_next_to_its_load_even_where_the_limit_is_
     assert fo.steady_state(*args, 0.11, initial_slip=slip).outcome is fo.Outcome.CYCLIC_SLIP
 
 
-def test_the_same_seed_makes_the_same_case():
-    for seed in range(20):
-        one, other = random_case(seed), random_case(seed)
-        assert np.array_equal(one.system.S, other.system.S) and np.array_equal(one.friction, other.friction) and one.share == other.share
-        assert all(np.array_equal(one.system.bonded[name], other.system.bonded[name]) for name in one.system.bonded)
-
-
 def test_the_cases_are_of_all_kinds():
     cases = [random_case(seed) for seed in range(400)]
     kinds = {

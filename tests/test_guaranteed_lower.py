@@ -105,13 +105,6 @@ def test_where_no_bound_can_be_derived_the_answer_says_so(punch, paper_cycle):
     assert lower_bound(random_system(np.random.default_rng(0), 2, coupling=1.0), CYCLE, 20.0, 1.0, witnessed=False).load_factor == 0
 
 
-def test_a_bound_found_in_too_little_time_is_one():
-    contact = random_system(np.random.default_rng(5), 5)
-    limit = fo.guaranteed_limit(contact, CYCLE, 0.4)
-    bound = below(contact, CYCLE, 0.4, limit, time_limit=1e-3)
-    assert 0 <= bound.load_factor < limit.load_factor and "user_limit" in bound.status
-
-
 def test_a_program_without_solution_is_no_proof_where_there_is_a_sequence(monkeypatch):
     contact = system(*FIRST_PAIR)
     honest = study.periodic_bounds

@@ -70,8 +70,3 @@ def test_where_a_load_turns(amplitudes, stops):
     two = fo.LoadCycle({}, [{"a": 0.3 * a, "b": -0.7 * a} for a in amplitudes])
     for cycle in (one, two):
         assert turning_corners(cycle) == stops
-
-
-def test_a_bend_is_not_straight():
-    bent = fo.LoadCycle({}, [{"a": np.cos(t), "b": np.sin(t)} for t in np.linspace(0, 2 * np.pi, 1000)])
-    assert turning_corners(bent) == list(range(1000))

@@ -83,10 +83,6 @@ def test_a_contact_that_locks_itself_says_so():
     assert bounded.load_factor == pytest.approx(0.5 * (1 + 2.5 * 0.4) - 0.4) and bounded.largest_slip == pytest.approx(0.4)
 
 
-def test_kinds_are_sentences_with_a_remedy():
-    assert all(": " in kind.value for kind in LimitKind)
-
-
 def test_the_reason_of_a_witness_names_node_and_corners():
     contact = random_system(np.random.default_rng(3), 3)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.4)

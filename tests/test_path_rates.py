@@ -62,16 +62,6 @@ def test_rates_obey_the_equation_of_each_status(seed, nodes):
     assert np.allclose(np.r_[q, p][np.r_[status == 2, status == 2]], 0.0, atol=1e-10)
 
 
-def test_rigid_sliding_cannot_be_activated():
-    S = np.zeros((4, 4))
-    S[:2, :2] = [[1.0, -1.0], [-1.0, 1.0]]
-    S[2:, 2:] = np.eye(2)
-    active = act.new_active_set(2)
-    assert act.activate(S, np.full(2, 0.3), active, 0, 1) > 0
-    assert act.activate(S, np.full(2, 0.3), active, 1, 1) == 0.0
-    assert active.size[0] == 1
-
-
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 7), skew=st.floats(0.0, 3.0))
 def test_complementary_pivoting_against_all_bases(seed, n, skew):
@@ -114,12 +104,6 @@ def test_wedging():
 def test_a_node_without_pressure_and_gap(load_rate, status):
     found = one_node(q=0.0, p=0.0, B=0.0, friction=0.5, load_rate=load_rate).found
     assert [int(s[0]) for s, _ in found] == [status]
-
-
-def test_an_open_node_stays_free():
-    found = one_node(q=0.0, p=0.0, w=0.3, friction=0.5, load_rate=(0.4, -0.2), status=2).found
-    (status, rates) = found[0]
-    assert status[0] == 2 and np.allclose(rates, -np.linalg.solve([[1.0, 0.5], [0.5, 1.0]], [0.4, -0.2]))
 
 
 @pytest.mark.parametrize("pairs", [2, 9, 25])

@@ -44,12 +44,6 @@ def test_the_flanks_hold_the_pull():
     assert np.allclose(system.width[right].sum(), 1.0) and np.allclose(system.width[~right].sum(), 1.0)
 
 
-def test_a_dovetail_is_its_own_mirror_image():
-    system = fo.scenes.Dovetail(elements=6, growth=1.8, angle=40).condense()
-    assert np.allclose(system.points[::-1], system.points * [-1, 1]) and np.allclose(system.normals[::-1], system.normals * [-1, 1])
-    assert np.allclose(system.A[::-1, ::-1], system.A, atol=1e-12) and np.allclose(system.B[::-1, ::-1], -system.B, atol=1e-12)
-
-
 def test_rounded_ends_open_like_a_parabola():
     scene = fo.scenes.Dovetail(elements=10, growth=1.8, grading=1.0, edge_radius=5.0, edge_length=0.25)
     system = scene.condense()

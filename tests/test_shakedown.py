@@ -208,24 +208,8 @@ def test_neither_stiffness_nor_size_of_the_scene_matters(paper_cycle):
         assert limit_of(scaled_scene(size=size), 0.7, paper_cycle) == pytest.approx(base, rel=1e-7)
 
 
-def test_poissons_ratio_matters_only_through_the_mesh(paper_cycle):
-    """Stresses of similar bodies under tractions do not depend on nu (Michell 1899), so what remains is discretisation error.
-
-    It vanishes away from the corner; at the corner elements, which rule the limit, it stays at a few percent on any mesh, the singularity having
-    no length of its own.
-    """
-    middle = []
-    for elements in (16, 32, 64):
-        soft, stiff = (scaled_scene(elements, nu=nu) for nu in (0.1, 0.3))
-        for friction in (0.3, 0.5, 0.7):
-            assert 0.01 < limit_of(soft, friction, paper_cycle) / limit_of(stiff, friction, paper_cycle) - 1 < 0.04
-        pressures = [system.bonded["P"][1][elements // 2] for system in (soft, stiff)]
-        middle.append(abs(pressures[0] / pressures[1] - 1))
-    assert middle[2] < middle[1] / 1.5 < middle[0] / 1.5**2
-
-
 def test_averaged_dilatation_takes_most_of_poissons_ratio_out(paper_cycle):
-    """Of what the similar bodies of the test above should not show at all: linear elements lose over 60 % of the limit on the way to nu = 0.5."""
+    """Stresses of similar bodies under tractions do not depend on nu (Michell 1899), but linear elements lose over 60 % of the limit up to 0.5."""
     for friction in (0.3, 0.7):
         changes = {}
         for element in ("linear", "mean_dilatation"):

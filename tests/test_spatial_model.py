@@ -52,11 +52,6 @@ def test_the_whole_scene_may_be_turned(system):
         assert in_space[1] == pytest.approx(in_space[0] @ R.T, abs=1e-9 * np.abs(in_space[0]).max())
 
 
-def test_loads_that_turn_by_a_quarter_with_the_square_change_nothing(system):
-    onward = fo.LoadCycle({"P": 1.0}, [{"Qx": -corner["Qy"], "Qy": corner["Qx"]} for corner in ROUND.corners])
-    assert fo.shakedown_limit(system, onward, 0.5).load_factor == pytest.approx(fo.shakedown_limit(system, ROUND, 0.5).load_factor, rel=1e-9)
-
-
 def test_bonded_reactions_balance_the_loads(system):
     n = system.nodes
     for name, whole in {"P": (0, 0, 4.0), "Qx": (-4.0, 0, 0), "Qy": (0, -4.0, 0)}.items():

@@ -1,7 +1,5 @@
 """Contacts in three dimensions: what they accept, their files, the referee, the onset, and the questions that they refuse."""
 
-import pickle
-
 import numpy as np
 import pytest
 
@@ -11,16 +9,6 @@ from frictopt.contact.parts import joined
 from spatial import cycle, random_contact, single
 
 NODE = single()
-
-
-def test_a_file_gives_back_what_was_saved(tmp_path):
-    rng = np.random.default_rng(0)
-    system = random_contact(rng, 4).with_gap(rng.uniform(size=4))
-    system.save(tmp_path / "one.npz")
-    for again in (fo.ContactSystem.load(tmp_path / "one.npz"), pickle.loads(pickle.dumps(system))):
-        for name in ("S", "points", "gap", "frames"):
-            assert np.array_equal(getattr(again, name), getattr(system, name))
-        assert all(np.array_equal(joined(*again.bonded[name]), joined(*system.bonded[name])) for name in system.bonded)
 
 
 def test_a_file_tells_the_plane_from_space(tmp_path):
