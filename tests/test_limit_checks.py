@@ -12,7 +12,6 @@ from frictopt.limits import kinds
 from frictopt.limits.limit_claim import certified, no_limit
 from frictopt.limits.mechanism import Mechanism
 from frictopt.limits.question import pose
-from frictopt.limits.ruling_corners import ruling_loads
 from frictopt.limits.scaling import scaled_contact
 from frictopt.limits.screening import load_factor_bounds
 from frictopt.solve import solvers as policy
@@ -137,9 +136,7 @@ def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
     contact, cycle = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=1.0), random_cycle(rng, 2)
     friction = np.full(nodes, rng.uniform(0.3, 3))
     task = pose(contact, cycle, friction)
-    scaled = scaled_contact(task)
-    rows = ruling_loads(scaled.unit, task.loads, task.friction, task.load_unit, task.mean_bound)
-    bounds, least = load_factor_bounds(scaled, rows), least_by_node(contact, cycle, friction)
+    bounds, least = load_factor_bounds(scaled_contact(task), task), least_by_node(contact, cycle, friction)
     assert (bounds <= least * (1 + 1e-8) + 1e-12).all() and (bounds == 0).any()
 
 

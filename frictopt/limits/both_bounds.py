@@ -18,7 +18,6 @@ import cvxpy as cp
 import numpy as np
 
 from .program import SafeProgram
-from .ruling_corners import RulingLoads
 
 __all__ = ["Aim", "both_bounds_problem", "set_node"]
 
@@ -47,10 +46,11 @@ def both_bounds_problem(safe: SafeProgram, aim: Aim) -> SafeProgram:
     return replace(safe, problem=cp.Problem(goal, constraints))
 
 
-def set_node(program: SafeProgram, rows: RulingLoads, node: int) -> None:
+def set_node(program: SafeProgram, node: int) -> None:
     """Set the node whose rows become equations."""
     values, scaled = program.problem.param_dict, program.v.scaled
-    lift, shear = rows.friction[node] * scaled.normal[node], scaled.shear[[node]].toarray()[0]
+    friction, q, fp, forward, backward = (values[name].value[node] for name in ("friction", "q_mean", "fp_mean", "forward", "backward"))
+    lift, shear = friction * scaled.normal[node], scaled.shear[[node]].toarray()[0]
     values["node_rows"].value = np.vstack([lift + shear, lift - shear])
-    values["node_mean"].value = np.array([rows.fp_mean[node] + rows.q_mean[node], rows.fp_mean[node] - rows.q_mean[node]])
-    values["node_cyclic"].value = np.array([rows.forward[node], rows.backward[node]])
+    values["node_mean"].value = np.array([fp + q, fp - q])
+    values["node_cyclic"].value = np.array([forward, backward])

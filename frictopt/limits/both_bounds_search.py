@@ -15,7 +15,6 @@ from ..solve.standard_form import StandardForm
 from .both_bounds import Aim, both_bounds_problem, set_node
 from .program import SafeProgram
 from .question import LimitQuestion
-from .ruling_corners import RulingLoads
 
 __all__ = ["BothBoundsSearch", "NodeClaim", "two_corners"]
 
@@ -70,7 +69,7 @@ class BothBoundsSearch:
         self._solver = solver
         self._compiled: dict[Aim, tuple[cp.Problem, SafeProgram]] = {}
 
-    def solve(self, safe: SafeProgram, rows: RulingLoads, node: int, least: float, *, expect_solution: bool) -> NodeClaim:
+    def solve(self, safe: SafeProgram, node: int, least: float, *, expect_solution: bool) -> NodeClaim:
         """The claim of one node that passes its checks, of a contact whose least safe load factor is `least`.
 
         Whether the node is `expect_solution` to be on both bounds anywhere decides only which of the problems comes first.
@@ -80,31 +79,31 @@ class BothBoundsSearch:
         SolverError
             No solver gave an answer that passes.
         """
-        denied = None if expect_solution else self._proof_of_absence(safe, rows, node)
+        denied = None if expect_solution else self._proof_of_absence(safe, node)
         if denied is not None:
             return denied
-        program = self._program(safe, rows, node, Aim.LEAST)
+        program = self._program(safe, node, Aim.LEAST)
 
         def never() -> NodeClaim | None:
-            return self._proof_of_absence(safe, rows, node)
+            return self._proof_of_absence(safe, node)
 
         found = self._solved(lambda: _claimed(program, node), program, never)
         values = {variable: variable.value for variable in safe.problem.variables()}
         found = replace(found, problem=program.problem, values=values, units=program.units)
         alone = found.load_factor <= least + (COINCIDE * safe.task.load_unit if least > 0 else 0.0)
-        return self._beyond_least(safe, rows, found, least) if alone else found
+        return self._beyond_least(safe, found, least) if alone else found
 
-    def values_of(self, safe: SafeProgram, rows: RulingLoads, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
+    def values_of(self, safe: SafeProgram, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
         """What stands in the variables for a claim, with the parameters of its program set."""
-        self._program(safe, rows, claim.node, Aim.LEAST)
+        self._program(safe, claim.node, Aim.LEAST)
         return claim.values
 
-    def _beyond_least(self, safe: SafeProgram, rows: RulingLoads, found: NodeClaim, least: float) -> NodeClaim:
+    def _beyond_least(self, safe: SafeProgram, found: NodeClaim, least: float) -> NodeClaim:
         """The claim of a limit at the least safe load factor, if the node can be on both bounds above it too; otherwise it is nowhere else.
 
         The load factors at which it can are an interval, for the problem is convex.
         """
-        program, unit = self._program(safe, rows, found.node, Aim.HIGHEST), safe.task.load_unit
+        program, unit = self._program(safe, found.node, Aim.HIGHEST), safe.task.load_unit
         program.problem.param_dict["most_load_factor"].value = 1.0 + least / unit
         highest = self._solved(lambda: _claimed(program, found.node), program)
         attempts = (*found.attempts, *highest.attempts)
@@ -119,16 +118,16 @@ class BothBoundsSearch:
         answer = solve(program, claimed, self._solver, no_optimum=never)
         return replace(answer.claim, solver=answer.solver, attempts=answer.attempts)
 
-    def _program(self, safe: SafeProgram, rows: RulingLoads, node: int, aim: Aim) -> SafeProgram:
+    def _program(self, safe: SafeProgram, node: int, aim: Aim) -> SafeProgram:
         if aim not in self._compiled or self._compiled[aim][0] is not safe.problem:
             self._compiled[aim] = safe.problem, both_bounds_problem(safe, aim)
         program = replace(self._compiled[aim][1], task=safe.task)
-        set_node(program, rows, node)
+        set_node(program, node)
         return program
 
-    def _proof_of_absence(self, safe: SafeProgram, rows: RulingLoads, node: int) -> NodeClaim | None:
+    def _proof_of_absence(self, safe: SafeProgram, node: int) -> NodeClaim | None:
         """Proof that no safe slip at any load factor holds the node on both bounds; None where there is none."""
-        program = self._program(safe, rows, node, Aim.EXCESS)
+        program = self._program(safe, node, Aim.EXCESS)
 
         def least_excess() -> tuple[float, float]:
             value, bound = StandardForm(program.problem).bounds

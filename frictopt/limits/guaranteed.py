@@ -20,7 +20,6 @@ from .guaranteed_result import COINCIDE, IMAGE, LEFT_OUT, NEVER, NOT_NEEDED, ONE
 from .halves import mirrored
 from .own_constraints import SafeModel
 from .question import LimitQuestion
-from .ruling_corners import ruling_loads
 from .safe_set import SafeSet
 from .screening import load_factor_bounds
 from .shakedown import ShakedownModel, shakedown_problem
@@ -116,13 +115,12 @@ class GuaranteedModel(SafeModel):
             return self._result(task, shakedown, None, least, how, ())
         extended = self._shakedown._own(shakedown_problem, task, own) if own else None
         safe = extended or self._shakedown.program(task)
-        rows = ruling_loads(safe.v.scaled.unit, task.loads, task.friction, task.load_unit, task.mean_bound)
         values: Mapping[cp.Variable, Array] = {variable: variable.value for variable in safe.problem.variables()}
         halves = self._simplify and not own and mirrored(task)  # a witness is not odd, but the least load factor of a node is that of its image
         source = np.minimum(np.arange(n), np.arange(n)[::-1]) if halves else np.arange(n)
         images = both & (source != np.arange(n))
         how[images] = IMAGE
-        bounds = load_factor_bounds(safe.v.scaled, rows) if self._simplify else np.zeros(n)
+        bounds = load_factor_bounds(safe.v.scaled, task) if self._simplify else np.zeros(n)
         best: NodeClaim | None = None
         claims: list[NodeClaim] = []
         pressure = task.loads.p0 + task.system.B @ np.nan_to_num(shakedown.slip)  # where it is little, both bounds are near: an order to ask in
@@ -131,13 +129,13 @@ class GuaranteedModel(SafeModel):
                 least[node] = bounds[node]
                 continue
             expect_solution = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
-            claim = self._search.solve(safe, rows, node, shakedown.least, expect_solution=expect_solution)
+            claim = self._search.solve(safe, node, shakedown.least, expect_solution=expect_solution)
             claims.append(claim)
             least[node], how[node] = claim.load_factor, COINCIDE if claim.coincide else SOLVED if np.isfinite(claim.load_factor) else NEVER
             if claim.load_factor < least_found:
                 best, least_found = claim, claim.load_factor
         if best is not None:
-            values = self._search.values_of(safe, rows, best)
+            values = self._search.values_of(safe, best)
         for variable, value in values.items():  # the last program solved need not be that of the answer
             variable.save_value(value)
         if extended:

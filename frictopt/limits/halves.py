@@ -58,7 +58,8 @@ def half_of(task: LimitQuestion) -> LimitQuestion:
 def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[LimitQuestion, Array, Mechanism]:
     """The question of the whole contact with slip and mechanism of its half expanded to it; those of a whole contact as they are.
 
-    The two nodes of a pair share the motion. An image slips backward where its source slips forward, and the middle node to and fro: it opens.
+    The two nodes of a pair share the motion. An image slips backward where its source slips forward. The middle node slips as far to and fro, which
+    is an opening.
     """
     if task.whole is None:
         return task, slip, motion
@@ -66,7 +67,6 @@ def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[Limit
     source = np.minimum(np.arange(n), np.arange(n)[::-1])
     sign = np.sign(np.arange(n)[::-1] - np.arange(n)).astype(np.float64)
     share = np.where(sign == 0, 1.0, 0.5)
-    opening = np.where(sign == 0, motion.lift[:, source], motion.opening[:, source])
     hold = None if motion.hold is None else share * sign * motion.hold[source]
-    expanded = Mechanism(share * sign * motion.slips[:, source], share * opening, task.whole.friction, hold)
+    expanded = Mechanism(share * sign * motion.slips[:, source], share * motion.opening[:, source], task.whole.friction, hold)
     return task.whole, sign * slip[source], expanded

@@ -16,7 +16,7 @@ import numpy as np
 from ..contact.checks import Array
 from .mechanism import Mechanism
 from .question import LimitQuestion
-from .ruling_corners import RulingLoads, ruling_loads
+from .ruling_corners import ruling_loads
 from .scaling import scaled_contact
 
 __all__ = ["Intervals", "Rows", "SafeSet"]
@@ -135,12 +135,8 @@ class Intervals(SafeSet):
     q, p, fp
         (N,) shear force q0 + A v, normal force p0 + B v and friction bound f (p0 + B v) of the nodes under the mean load, cvxpy expressions.
     forward, backward, opening
-        (N,) cyclic load at the corners that rule the rows, see `RulingLoads`.
-    rows
-        What the parameters are set to.
+        (N,) cyclic load at the corners that rule the rows, see `ruling_loads`.
     """
-
-    rows: RulingLoads
 
     def __init__(self, task: LimitQuestion) -> None:
         super().__init__(task)
@@ -162,16 +158,16 @@ class Intervals(SafeSet):
 
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """See `SafeSet.ask`."""
-        self._task, self.rows = task, ruling_loads(self.scaled.unit, task.loads, task.friction, task.load_unit, task.mean_bound)
+        self._task, (values, self._corners) = task, ruling_loads(self.scaled.unit, task)
         factor = 1.0 if load_factor is None else load_factor / task.load_unit
         for name, parameter in self._set.items():
-            parameter.value = getattr(self.rows, name) * (factor if name in ("forward", "backward", "opening") else 1.0)
+            parameter.value = values[name] * (factor if name in ("forward", "backward", "opening") else 1.0)
 
     def motion(self, rows: Rows) -> tuple[Mechanism, Array]:
         """See `SafeSet.motion`. A node that slips to and fro at one corner opens by friction times that."""
         corners, nodes = len(self._task.loads.q1), np.arange(len(self.scaled.unit))
         motions = np.zeros((3, corners, len(nodes)))
-        for motion, name, corner in zip(motions, ("no_forward_slip", "no_backward_slip", "no_opening"), self.rows.corners, strict=True):
+        for motion, name, corner in zip(motions, ("no_forward_slip", "no_backward_slip", "no_opening"), self._corners, strict=True):
             if name in rows:
                 motion[corner, nodes] = np.maximum(rows[name].dual_value, 0.0) / self.scaled.unit
         forward, backward, opening = motions
@@ -181,12 +177,11 @@ class Intervals(SafeSet):
     @property
     def narrows(self) -> bool:
         """See `SafeSet.narrows`."""
-        least = min(self.rows.forward.min(), self.rows.backward.min(), self.rows.opening.min() if self._task.opening else 0.0)
-        return bool(least >= 0)
+        return all((self._set[name].value >= 0).all() for name in ("forward", "backward", *(["opening"] if self._task.opening else [])))
 
     @property
     def left_out(self) -> tuple[str, ...]:
         """See `SafeSet.left_out`."""
         corners = len(self._task.loads.q1)
-        idle = corners - len(np.union1d(*self.rows.corners[:2]))
+        idle = corners - len(np.union1d(*self._corners[:2]))
         return (f"corners: {idle} of {corners} rule no node",) if idle else ()

@@ -14,7 +14,8 @@ import numpy as np
 
 from ..contact.checks import Array
 from ..contact.tolerances import SCREENING, SETTLED, SPARE
-from .ruling_corners import RulingLoads
+from .question import LimitQuestion
+from .ruling_corners import ruling_loads
 from .scaling import ScaledContact
 
 __all__ = ["load_factor_bounds"]
@@ -23,20 +24,20 @@ _MOST = 300  # iterations
 _LARGE = 1e6  # a mechanism of this size is on its way to infinity
 
 
-def load_factor_bounds(scaled: ScaledContact, rows: RulingLoads) -> Array:
+def load_factor_bounds(scaled: ScaledContact, task: LimitQuestion) -> Array:
     """(n,) lower bounds of the load factor at which each node can sit on both its bounds; 0 where nothing is known, inf where it never can.
 
     Parameters
     ----------
     scaled
         Unknowns and units of the whole contact.
-    rows
-        One row for each node, of its ruling corners.
+    task
+        The question.
     """
-    n = len(rows.friction)
-    follow, rigid = _response(scaled, rows)
+    n, (rows, _) = len(task.friction), ruling_loads(scaled.unit, task)
+    follow, rigid = _response(scaled, task.friction)
     total = -np.eye(n)  # columns: the mechanisms, each in units of the force of its nodes; rows: a
-    unit, hold = scaled.unit[:, None], np.maximum(rows.fp_mean, 0.0)
+    unit, hold = scaled.unit[:, None], np.maximum(rows["fp_mean"], 0.0)
     for _ in range(_MOST):
         net = np.abs(_net(follow, rigid, hold, total))
         size = unit * np.abs(total / unit).max(axis=0)
@@ -49,20 +50,20 @@ def load_factor_bounds(scaled: ScaledContact, rows: RulingLoads) -> Array:
             break
         total = np.where(done | lost, total, following)
     net = _net(follow, rigid, hold, total)
-    held = total * rows.fp_mean[:, None], net * rows.q_mean[:, None]
-    driven = total * (rows.forward + rows.backward)[:, None] / 2, net * (rows.forward - rows.backward)[:, None] / 2
+    held = total * rows["fp_mean"][:, None], net * rows["q_mean"][:, None]
+    driven = total * (rows["forward"] + rows["backward"])[:, None] / 2, net * (rows["forward"] - rows["backward"])[:, None] / 2
     resistance, drive = (sum(part.sum(axis=0) for part in parts) for parts in (held, driven))
     terms = sum(np.abs(part).sum(axis=0) for part in held)
     with np.errstate(divide="ignore", invalid="ignore"):
-        bound = np.where(drive < 0, resistance / drive, np.inf) * (1 - SCREENING) * rows.load_unit
+        bound = np.where(drive < 0, resistance / drive, np.inf) * (1 - SCREENING) * task.load_unit
     return np.asarray(np.where(done & (resistance < -SCREENING * terms), bound, 0.0))
 
 
-def _response(scaled: ScaledContact, rows: RulingLoads) -> tuple[Array, Array | None]:
+def _response(scaled: ScaledContact, friction: Array) -> tuple[Array, Array | None]:
     """Matrix from a to the d that balances it, with no net slip of nodes that carry no traction, and the rigid slip (n,) that may be added to d."""
     (n, m), rows_of_shear = scaled.shear.shape, scaled.shear.toarray()
     others = np.setdiff1d(np.arange(n), scaled.loaded)
-    right = np.hstack([scaled.normal.T * rows.friction, rows_of_shear[others].T])
+    right = np.hstack([scaled.normal.T * friction, rows_of_shear[others].T])
     solved = -np.linalg.solve(rows_of_shear[scaled.loaded].T, right)
     follow = np.zeros((n, n))
     follow[scaled.loaded] = solved[:, :n]
