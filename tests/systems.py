@@ -88,7 +88,10 @@ def linprog_limit(contact, cycle, friction, most=None, upper=(), equal=(), least
     also = {"A_eq": [np.append(a, b) for a, b, _ in equal], "b_eq": [c for *_, c in equal]} if equal else {}
     slips = [(None, None)] * n if most is None else [(-m, m) for m in np.broadcast_to(most, n)]
     tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    answer = linprog(np.append(np.zeros(n), 1.0 if least else -1.0), rows, right, **also, bounds=[*slips, (0, None)], options=tight)
+    goal = np.append(np.zeros(n), 1.0 if least else -1.0)
+    answer = linprog(goal, rows, right, **also, bounds=[*slips, (0, None)], options=tight)
+    if answer.status == 4:  # more than HiGHS can do with so many rows of nearly the same direction
+        answer = linprog(goal, rows, right, **also, bounds=[*slips, (0, None)])
     return answer.status, {0: answer.fun if least or answer.fun is None else -answer.fun, 3: np.inf}.get(answer.status, np.nan)
 
 
