@@ -228,8 +228,6 @@ FAULTS = (
     Fault("contact/onset.py", "the other root in space", "(root - b) / a", "(root + b) / a", "spatial_system spatial_limits"),
     Fault("contact/system.py", "the initial gap presses", "q - shut, p - pressed", "q - shut, p + pressed",
           "spatial_system spatial_embedded spatial_increments"),
-    Fault("transients/stepped.py", "way without a bound counts", "np.where(bound > ROUNDING * self.largest, moved, 0.0)", "moved",
-          "spatial_cycles"),
     Fault("transients/stepped.py", "work by the pressure after", "(before.r + r)[-n:] / 2", "r[-n:]",
           "spatial_cycles"),
     Fault("transients/stepped.py", "an open node works", "[:-1], axis=0) * (new.status != OPEN)", "[:-1], axis=0)", "spatial_cycles"),

@@ -117,4 +117,3 @@ CARRIED = ROUNDING / 10  # excess over a circle, in mean normal forces, up to wh
 BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
 SWEEP_OF_CONES = 1e5 * RESIDUAL  # violation with which a cone program of a sweep may end: it only guides the next one
 SETTLED_BOUND = 1e4 * RESIDUAL  # change of the frozen bound from which on Newton's method makes the state exact
-NO_SLIP = RESIDUAL  # way slid in a cycle, in slip scales of the mean pressure, that counts as none: a steady state has this error

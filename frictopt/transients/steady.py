@@ -47,10 +47,10 @@ def steady_state(
     The load cycle maps the slip at its beginning to the slip at its end. As long as the events stay the same, this map is affine, and its fixed point
     is extrapolated from the last cycles (reduced-rank extrapolation, Sidi 2017). The order of events within a segment does not count, because slip
     zones at two edges grow side by side. The fixed point is accepted only if a cycle from it comes back to it, and if cycles from states between it
-    and the last state show that the map is affine for all states to come. The state may come back after two cycles (`period`), or its slip may drift
-    by the same amount in each return. In increments the transient goes on from the fixed point, and what is reported is what the cycles after it do.
+    and the last state show that the map is affine for all states to come. The transient then goes on from it, and what is reported is what the cycles
+    from there do. The state may come back after two cycles (`period`), or its slip may drift by the same amount in each return.
 
-    In the plane, shakedown needs a slip that is safe at every corner. If nodes lift off or have no friction, a periodic state without work of
+    Shakedown needs a slip that is safe at every corner. If nodes lift off or have no friction, a periodic state without work of
     friction also counts (at each node at most the work of a slip of 1e-9 slip scales under its own largest pressure). Theory, eq. (14).
 
     Parameters

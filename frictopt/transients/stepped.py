@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, whole_number
 from ..contact.parts import joined, parted
-from ..contact.tolerances import PERIODIC, ROUNDING
+from ..contact.tolerances import PERIODIC
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN, STICK, Transient
 from .cycle import Cycle
@@ -25,7 +25,7 @@ _STEPS = 20  # increments from corner to corner, unless another number is given
 
 
 class Point(NamedTuple):
-    """One state: load, `u = [v, w - g0]`, reactions (M,); status; and since the state before the work of friction and the way slid against it."""
+    """One state: load, `u = [v, w - g0]`, reactions (M,); status; and since the state before the work of friction and the way slid while closed."""
 
     bonded: Array
     u: Array
@@ -97,7 +97,7 @@ class SteppedPath(Transient):
             moved = np.linalg.norm((u - before.u).reshape(-1, n)[:-1], axis=0) * (new.status != OPEN)
             bound = self.friction * (before.r + r)[-n:] / 2
             self.events += int((new.status != before.status).sum())
-            self.state = Point(load, u, r, new.status, bound * moved, np.where(bound > ROUNDING * self.largest, moved, 0.0))
+            self.state = Point(load, u, r, new.status, bound * moved, moved)
             points.append(self.state)
         self.bonded, self.visited, self.unproven = bonded, self.visited + 1, self.events  # nothing is proven of any event
         return points
