@@ -125,6 +125,16 @@ def test_a_limit_that_does_not_come_back_is_none():
     assert limit == pytest.approx(4e-9 / 0.204, abs=1e-9)
 
 
+def test_a_transient_does_not_jump_to_a_limit_that_does_not_come_back():
+    """At the limit 0 of the outer map itself everything slides away to -3; on the way to it cycles end at 1e-7."""
+
+    def leading(x):
+        return 0.8 * x if x > 1e-6 else 1e-7 + 0.5 * (x - 1e-7) if x > 1e-11 else -3.0
+
+    _, limit, _ = settled(Mapped(leading, 50.0), 300)
+    assert limit == pytest.approx(1e-7, abs=1e-9)
+
+
 @pytest.mark.parametrize("turned", [np.array([[0.0, -0.9], [0.9, 0.0]]), np.diag([-0.9, 0.5]), np.diag([0.9, 0.89])])
 def test_affine_maps_that_turn_or_have_rates_next_to_each_other(turned):
     _, limit, _ = settled(Mapped(lambda *x: turned @ x + (1.0, 2.0), [30.0, 40.0]), 300)
