@@ -96,6 +96,22 @@ def test_a_plane_contact_in_space_has_the_answers_of_the_plane(seed):
     assert margins[0] == pytest.approx(margins[1], abs=1e-7)
 
 
+def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_is_safe():
+    loads = {"P": [0, 0, 0, 0, 1, 1], "X": [1, 0.4, 0, 0, 0, 0], "Y": [0, 0, 1, 0.3, 0, 0]}
+    pair = fo.ContactSystem(np.eye(6), [[0, 0, 0], [1, 0, 0]], loads)
+    model = fo.ShakedownModel(pair, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]))
+    small = cp.norm(model.slip, 2, axis=1) <= 0.1
+    with pytest.raises(fo.ModelError, match="constraints: node 1 has no friction"):
+        model.solve([0.5, 0.0], [small])
+    assert model.solve([0.5, 0.0]).load_factor == 0.0
+    limit = model.solve([0.5, 0.3], [small])
+    assert limit.kind.name == "FINITE" and np.linalg.norm(limit.slip, axis=1).max() <= 0.1 + 1e-9
+    limit.explain(printed := io.StringIO())
+    assert "1 of 2 rows bind" in printed.getvalue()
+    with pytest.raises(fo.ModelError, match="PSD cone"):
+        model.solve([0.5, 0.3], [cp.norm(model.slip, 2) <= 0.1])
+
+
 def test_a_bound_is_a_circle_whatever_the_directions_of_the_tangents():
     """One node, unit stiffness, sheared to one side by 2 q: it needs a slip of q to be centred, and carries f p + most without more."""
     turned = np.deg2rad(31.0)

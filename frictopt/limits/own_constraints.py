@@ -157,7 +157,7 @@ def own_rows(constraints: Mapping[str, Any], known: set[int]) -> tuple[list[cp.C
             if not isinstance(part, (*_EQUATIONS, _AT_MOST, _AT_LEAST, cp.SOC)):
                 raise ModelError(
                     f"{name}: it needs a {type(part).__name__} cone; the multipliers of linear rows and second-order cones prove the answer: "
-                    "give linear constraints, or such of abs, max, min and norms"
+                    "give linear constraints, or such of abs, max, min and norms of vectors, in space for each node: cp.norm(model.slip, 2, axis=1)"
                 )
             if isinstance(part, cp.SOC):
                 rows.append(part.set_label(constraint.label or name))

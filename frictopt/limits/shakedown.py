@@ -14,7 +14,8 @@ from ..contact.answers import LimitKind
 from ..contact.checks import listed
 from ..contact.odd_values import warns_of_odd_values
 from ..contact.tolerances import RESIDUAL
-from ..errors import SolverError
+from ..errors import ModelError, SolverError
+from ..solve.explain import Units
 from ..solve.solvers import Answer, solve
 from .circles import helpless
 from .closed_form import uncoupled_ends
@@ -134,6 +135,8 @@ class ShakedownModel(SafeModel):
         own = listed("constraints", constraints)
         task = self._posed(friction)
         if own or objective is not None:
+            if task.system.tangents > 1 and (found := helpless(task)):
+                raise ModelError(f"constraints: {found[1]}: nothing is safe at any load factor above 0, whatever they ask; leave them out")
             return self._under(self._own(shakedown_problem, task, own, objective))
         known = _closed_form(task) if self._simplify and self._solver is None else None
         return known or by_one_node(task, self._solver) or self._solved(self.program(half_of(task)))
@@ -169,10 +172,7 @@ class ShakedownModel(SafeModel):
     def _solved(self, program: SafeProgram) -> ShakedownLimit:
         task = program.task.whole or program.task
         answer = solve(program, lambda: judged(program), self._solver, no_optimum=lambda: no_limit(task, self._solver))
-        answer = with_least_load(answer, program, self._solver)
-        if answer.claim.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
-            program.v.load_factor.save_value(np.array(answer.claim.load_factor / task.load_unit))
-        return limit_result(answer, program.left_out, program.problem, program.units)
+        return self._result(program, answer, {})
 
     def _under(self, program: OwnProgram) -> ShakedownLimit:
         task, unit = program.task, program.objective_unit
@@ -182,9 +182,14 @@ class ShakedownModel(SafeModel):
             return claim if claim is not None and claim.kind is LimitKind.NO_SAFE_SLIP else no_limit_under(program, self._solver)
 
         answer = solve(program, lambda: judged_by_rows(program, unit), self._solver, no_optimum=no_limit_here)
-        answer = with_least_load(answer, program, self._solver)
         program.save()
-        return limit_result(answer, program.left_out, program.problem, {**program.units, "objective": unit or 1.0})
+        return self._result(program, answer, {"objective": unit or 1.0})
+
+    def _result(self, program: SafeProgram, answer: Answer[LimitClaim], units: Units) -> ShakedownLimit:
+        answer = with_least_load(answer, program, self._solver)
+        if answer.claim.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
+            program.v.load_factor.save_value(np.array(answer.claim.load_factor / program.task.load_unit))
+        return limit_result(answer, program.left_out, program.problem, {**program.units, **units})
 
 
 @warns_of_odd_values
