@@ -60,6 +60,15 @@ class ContactSystem(Shown):
         Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It only serves as a unit of dimensionless results.
         None: not known.
 
+    Attributes
+    ----------
+    nodes, tangents
+        Number of node pairs, N; of tangents of a pair, t: 1 in the plane and 2 in space.
+    slip_shape
+        Shape of a slip of all nodes: (N,) in the plane, (N, 2) in space.
+    stiffness_scale
+        Mean of the diagonal of S (1 if S is zero): the scale that turns mean forces into the scale of slips.
+
     Raises
     ------
     ModelError
@@ -88,6 +97,10 @@ class ContactSystem(Shown):
     contact: Names | None = None
     width: Array | None = None
     E_star: float | None = None
+    nodes: int = field(init=False)
+    tangents: int = field(init=False)
+    slip_shape: tuple[int, ...] = field(init=False)
+    stiffness_scale: float = field(init=False)
 
     def __post_init__(self) -> None:
         points = finite_array("points", self.points, (None, None))
@@ -111,6 +124,10 @@ class ContactSystem(Shown):
             "contact": None if self.contact is None else checked_contact("contact", self.contact, n),
             "width": None if self.width is None else checked_width(self.width, n),
             "E_star": None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
+            "nodes": n,
+            "tangents": axes - 1,
+            "slip_shape": (n,) if axes == 2 else (n, 2),
+            "stiffness_scale": float(np.trace(S) / len(S)) or 1.0,
         }.items():
             object.__setattr__(self, name, value)
         if axes == 2:
@@ -181,21 +198,6 @@ class ContactSystem(Shown):
         return frame(columns if self.width is None else {**columns, "width": self.width})
 
     @property
-    def nodes(self) -> int:
-        """Number of node pairs, N."""
-        return len(self.points)
-
-    @property
-    def tangents(self) -> int:
-        """Number of tangents of a pair, t: 1 in the plane, 2 in space."""
-        return int(self.points.shape[1]) - 1
-
-    @property
-    def slip_shape(self) -> tuple[int, ...]:
-        """Shape of a slip of all nodes: (N,) in the plane, (N, 2) in space."""
-        return (self.nodes,) if self.tangents == 1 else (self.nodes, 2)
-
-    @property
     def x(self) -> Array:
         """(N,) coordinates along the interface in the plane, rising, length.
 
@@ -229,11 +231,6 @@ class ContactSystem(Shown):
     def C(self) -> Array:
         """(N, N) block of S: normal forces by gaps."""
         return self.S[-self.nodes :, -self.nodes :]
-
-    @property
-    def stiffness_scale(self) -> float:
-        """Mean of the diagonal of S (1 if S is zero): the scale that turns mean forces into the scale of slips."""
-        return float(np.trace(self.S) / len(self.S)) or 1.0
 
     @property
     def own_stiffness(self) -> Array:
