@@ -114,3 +114,16 @@ def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagon
         at, slip = limit.witness_above_least(1.0)
         outcomes = [follow(contact, cycle, f, share * at / 2, (slip + limit.slip) / 2).outcome for share in (0.9, 1.1)]
         assert fo.Outcome.CYCLIC_SLIP in outcomes
+
+
+@pytest.mark.parametrize("coupling", [1e-5, 1e-6])
+def test_a_limit_that_is_tiny_beside_the_loads_is_not_taken_for_the_coincidence_at_zero(coupling):
+    """Nothing presses node 1 but slip, by a weak coupling: it slips for ever at any load factor from a slip that holds it on both bounds."""
+    bonded = {"P": ([0.0, 0.0], [1.0, 0.0]), "Q": ([0.0, 1.0], [0.0, 0.0])}
+    pair = fo.ContactSystem.from_blocks([[1.0, 0.3], [0.3, 1.0]], [[0.0, 0.0], [coupling, coupling]], np.eye(2), [0.0, 1.0], bonded)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    limit = fo.guaranteed_limit(pair, cycle, 0.5)
+    assert limit.load_factor == 0.0 and limit.shakedown.load_factor > 0.1 * coupling
+    at = 0.6 * limit.shakedown.load_factor
+    first = at / 1.2 / (0.5 * coupling * 0.7)  # leaves node 1 no shear under the mean load, and is on both bounds at a sixth less load
+    assert fo.steady_state(pair, cycle, 0.5, at, initial_slip=[first, -0.3 * first]).outcome is fo.Outcome.CYCLIC_SLIP

@@ -69,8 +69,8 @@ class BothBoundsSearch:
         self._solver = solver
         self._compiled: dict[Aim, tuple[cp.Problem, SafeProgram]] = {}
 
-    def solve(self, safe: SafeProgram, node: int, least: float, *, expect_solution: bool) -> NodeClaim:
-        """The claim of one node that passes its checks, of a contact whose least safe load factor is `least`.
+    def solve(self, safe: SafeProgram, node: int, ends: tuple[float, float], *, expect_solution: bool) -> NodeClaim:
+        """The claim of one node that passes its checks, of a contact that is safe between two load factors.
 
         Whether the node is `expect_solution` to be on both bounds anywhere decides only which of the problems comes first.
 
@@ -90,24 +90,24 @@ class BothBoundsSearch:
         found = self._solved(lambda: _claimed(program, node), program, never)
         values = {variable: variable.value for variable in safe.problem.variables()}
         found = replace(found, problem=program.problem, values=values, units=program.units)
-        alone = found.load_factor <= least + (COINCIDE * safe.task.load_unit if least > 0 else 0.0)
-        return self._beyond_least(safe, found, least) if alone else found
+        least, (beyond, _) = ends[0], _next_to(safe.task, ends)
+        return self._beyond_least(safe, found, ends) if found.load_factor <= (beyond if least > 0 else 0.0) else found
 
     def values_of(self, safe: SafeProgram, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
         """What stands in the variables for a claim, with the parameters of its program set."""
         self._program(safe, claim.node, Aim.LEAST)
         return claim.values
 
-    def _beyond_least(self, safe: SafeProgram, found: NodeClaim, least: float) -> NodeClaim:
+    def _beyond_least(self, safe: SafeProgram, found: NodeClaim, ends: tuple[float, float]) -> NodeClaim:
         """The claim of a limit at the least safe load factor, if the node can be on both bounds above it too; otherwise it is nowhere else.
 
         The load factors at which it can are an interval, for the problem is convex.
         """
-        program, unit = self._program(safe, found.node, Aim.HIGHEST), safe.task.load_unit
-        program.problem.param_dict["most_load_factor"].value = 1.0 + least / unit
+        program, (beyond, step) = self._program(safe, found.node, Aim.HIGHEST), _next_to(safe.task, ends)
+        program.problem.param_dict["most_load_factor"].value = 1.0 + ends[0] / safe.task.load_unit
         highest = self._solved(lambda: _claimed(program, found.node), program)
         attempts = (*found.attempts, *highest.attempts)
-        if highest.load_factor > max(least, found.load_factor) + COINCIDE * unit:
+        if highest.load_factor > max(beyond, found.load_factor + step):
             return replace(
                 found, attempts=attempts, residual=max(found.residual, highest.residual), above=(highest.load_factor, frozen(highest.slip))
             )
@@ -140,6 +140,12 @@ class BothBoundsSearch:
 
         claim = self._solved(claimed, program)
         return claim if least_excess()[1] > RESIDUAL else None
+
+
+def _next_to(task: LimitQuestion, ends: tuple[float, float]) -> tuple[float, float]:
+    """A load factor that cannot be told from the least safe one, and its distance from it, small beside the interval of safe ones."""
+    step = COINCIDE * min(task.load_unit, ends[1] - ends[0])
+    return ends[0] + step, step
 
 
 def _claimed(program: SafeProgram, node: int) -> NodeClaim:

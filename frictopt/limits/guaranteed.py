@@ -129,7 +129,7 @@ class GuaranteedModel(SafeModel):
                 least[node] = bounds[node]
                 continue
             expect_solution = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
-            claim = self._search.solve(safe, node, shakedown.least, expect_solution=expect_solution)
+            claim = self._search.solve(safe, node, (shakedown.least, shakedown.load_factor), expect_solution=expect_solution)
             claims.append(claim)
             least[node], how[node] = claim.load_factor, COINCIDE if claim.coincide else SOLVED if np.isfinite(claim.load_factor) else NEVER
             if claim.load_factor < least_found:
