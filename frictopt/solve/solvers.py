@@ -37,7 +37,7 @@ _CLARABEL = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max
 _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
     {
         "HIGHS": {"highs_options": {"solver": "simplex", "simplex_strategy": 4, "presolve": "off", **_HIGHS}},
-        "HIGHS_IPM": {"highs_options": {"solver": "ipm", **_HIGHS}},
+        "HIGHS_IPM": {"highs_options": {"solver": "ipm", "ipm_iteration_limit": 200, **_HIGHS}},  # else it may go on for minutes
         "CLARABEL": _CLARABEL,
         "CLARABEL_DIRECT": {**_CLARABEL, "equilibrate_enable": False},
         "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
