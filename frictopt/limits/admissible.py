@@ -8,7 +8,7 @@ A slide of the whole body, where nothing resists one, has no part in it; a bound
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import cvxpy as cp
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from ..contact.checks import Array
 from ..solve.solvers import NoOptimum, solve
 from .loads import Loads
-from .program import SafeProgram
+from .program import SafeProgram, SlipClaim
 from .question import LimitQuestion
 from .safe_set import Intervals
 
@@ -68,18 +68,12 @@ class AdmissibleSlips:
         return found
 
 
-@dataclass(frozen=True, eq=False)
-class _Claim:
-    slip: Array
-    residual: float
-
-
 class _Vertex(SafeProgram):
     """The problem with its load and direction set."""
 
-    def claim(self) -> _Claim:
+    def claim(self) -> SlipClaim:
         """The slip that stands in the problem, and by how much it is not admissible or the furthest."""
         slip = self.slip
         q, p = self.task.reactions(0.0, slip)
         excess = float((np.abs(q) - self.task.friction * p).max()) / self.task.force
-        return _Claim(slip, max(excess, self.task.beyond(slip)))
+        return SlipClaim(slip, max(excess, self.task.beyond(slip)))

@@ -37,9 +37,10 @@ class Circles(SafeSet):
         shear = cp.reshape(c.shear @ self.traction, (nodes, 2), order="F")
         rows: dict[str, cp.Constraint] = {"pressures_of_slip": c.normal @ self.traction == pressure}
         points = np.zeros(loads.p1.shape, dtype=bool) if margin is not None else bare(task)
+        keeping = _first(points, self._kept)
         for k in self._kept:
             q, p = loads.q0 / at + lam * (loads.q1[k] / at) + shear, loads.p0 / unit + lam * (loads.p1[k] / unit) + pressure
-            circles, first = np.flatnonzero(~points[k]), np.flatnonzero(_first(points, self._kept)[k])
+            circles, first = np.flatnonzero(~points[k]), np.flatnonzero(keeping[k])
             bound = cp.multiply(task.friction, p) - reserve
             rows |= {f"friction_circle_{k}": cp.SOC(bound[circles], q[circles], axis=1)} if len(circles) else {}
             rows |= {f"no_shear_{k}": q[first] == 0} if len(first) else {}

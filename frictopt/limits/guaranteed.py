@@ -17,7 +17,7 @@ from ..errors import SolverError
 from .both_bounds_search import BothBoundsSearch, NodeClaim, two_corners
 from .closed_form import is_uncoupled
 from .guaranteed_result import COINCIDE, IMAGE, LEFT_OUT, NEVER, NOT_NEEDED, ONE_CORNER, SOLVED, GuaranteedLimit, left_out, reason
-from .halves import mirrored
+from .halves import mirrored, sources
 from .own_constraints import SafeModel
 from .question import LimitQuestion
 from .safe_set import SafeSet
@@ -117,7 +117,7 @@ class GuaranteedModel(SafeModel):
         safe = extended or self._shakedown.program(task)
         values: Mapping[cp.Variable, Array] = {variable: variable.value for variable in safe.problem.variables()}
         halves = self._simplify and not own and mirrored(task)  # a witness is not odd, but the least load factor of a node is that of its image
-        source = np.minimum(np.arange(n), np.arange(n)[::-1]) if halves else np.arange(n)
+        source = sources(n) if halves else np.arange(n)
         images = both & (source != np.arange(n))
         how[images] = IMAGE
         bounds = load_factor_bounds(safe.v.scaled, task) if self._simplify else np.zeros(n)

@@ -8,6 +8,7 @@ the half its gap counts half, so that the energy of the half is half of that of 
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
@@ -16,7 +17,7 @@ from .loads import Loads
 from .mechanism import Mechanism
 from .question import LimitQuestion
 
-__all__ = ["half_of", "mirrored", "on_whole"]
+__all__ = ["half_of", "mirrored", "on_whole", "sources"]
 
 
 def mirrored(task: LimitQuestion) -> bool:
@@ -38,21 +39,33 @@ def mirrored(task: LimitQuestion) -> bool:
     return True
 
 
-def half_of(task: LimitQuestion) -> LimitQuestion:
-    """The question of the half in the units of the whole, where there is one and the question may be simplified; else the question as it is."""
+def half_of(task: LimitQuestion, known: ContactSystem | None = None) -> LimitQuestion:
+    """The question of the half in the units of the whole, where there is one and the question may be simplified; else the question as it is.
+
+    `known` is the half of the contact where another question was asked of it before.
+    """
     if not (task.simplify and mirrored(task)):
         return task
-    whole, n = task.system, task.system.nodes
+    system = known or _half(task.system)
+    loads = Loads(*(part[..., : system.nodes] for part in (task.loads.q0, task.loads.p0, task.loads.q1, task.loads.p1)))
+    most = None if task.most is None else task.most[: system.nodes]
+    return replace(task, system=system, loads=loads, friction=task.friction[: system.nodes], most=most, whole=task)
+
+
+def _half(whole: ContactSystem) -> ContactSystem:
+    n = whole.nodes
     kept, middle = (n + 1) // 2, slice(n // 2, (n + 1) // 2)  # the middle is empty where the number of nodes is even
     A, B, C = (M[:kept, :kept] + sign * M[:kept, ::-1][:, :kept] for M, sign in ((whole.A, -1), (whole.B, -1), (whole.C, 1)))
     A[middle], A[:, middle] = 0.0, 0.0  # nothing couples its slip to the others, and nothing drives it
     A[middle, middle] = whole.stiffness_scale
     gap = np.where(np.arange(kept) < n // 2, whole.gap[:kept], whole.gap[:kept] / 2)
     bonded = {name: (q[:kept], p[:kept]) for name, (q, p) in whole.bonded.items()}
-    system = ContactSystem.from_blocks(A, B, C, whole.x[:kept], bonded, gap)
-    loads = Loads(*(part[..., :kept] for part in (task.loads.q0, task.loads.p0, task.loads.q1, task.loads.p1)))
-    most = None if task.most is None else task.most[:kept]
-    return replace(task, system=system, loads=loads, friction=task.friction[:kept], most=most, whole=task)
+    return ContactSystem.from_blocks(A, B, C, whole.x[:kept], bonded, gap)
+
+
+def sources(nodes: int) -> NDArray[np.intp]:
+    """(N,) the node of the left half that each node is, or is the image of."""
+    return np.minimum(np.arange(nodes), np.arange(nodes)[::-1])
 
 
 def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[LimitQuestion, Array, Mechanism]:
@@ -64,7 +77,7 @@ def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[Limit
     if task.whole is None:
         return task, slip, motion
     n = task.whole.system.nodes
-    source = np.minimum(np.arange(n), np.arange(n)[::-1])
+    source = sources(n)
     sign = np.sign(np.arange(n)[::-1] - np.arange(n)).astype(np.float64)
     share = np.where(sign == 0, 1.0, 0.5)
     hold = None if motion.hold is None else share * sign * motion.hold[source]

@@ -61,14 +61,18 @@ class SafeModel:
         self._system, self._cycle, self._loads = system, cycle, cycle_loads(system, cycle)
         self._most, self._simplify, self._solver = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify), solver
         solver_order(solver, kind_of(system))
+        self._sets: dict[int, SafeSet] = {}  # by the number of nodes: of the whole contact, and of its half
         self._last: tuple[list[object], OwnProgram | None] = [], None
 
     def _posed(self, friction: ArrayLike, simplify: bool = True) -> LimitQuestion:
         return pose(self._system, self._cycle, friction, simplify=self._simplify and simplify, most=self._most, loads=self._loads)
 
+    def _set(self, task: LimitQuestion) -> SafeSet:
+        return self._sets.get(task.system.nodes) or self._sets.setdefault(task.system.nodes, safe_set(task))
+
     @cached_property
     def _v(self) -> SafeSet:
-        return safe_set(self._posed(1.0))
+        return self._set(self._posed(1.0))
 
     @cached_property
     def load_factor(self) -> cp.Expression:

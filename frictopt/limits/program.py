@@ -19,9 +19,7 @@ from .mechanism import Mechanism
 from .question import LimitQuestion
 from .safe_set import Intervals, Rows, SafeSet
 
-__all__ = ["SafeProgram", "kind_of", "posed", "safe_set"]
-
-HALF = "mirror symmetry: v is odd, {} of {} nodes are in the program"
+__all__ = ["SafeProgram", "SlipClaim", "kind_of", "posed", "safe_set"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +39,9 @@ class SafeProgram:
     @property
     def left_out(self) -> tuple[str, ...]:
         """What it leaves out, in words."""
-        half = () if self.task.whole is None else (HALF.format(self.task.system.nodes, self.task.whole.system.nodes),)
-        return (*half, *self.v.left_out)
+        task = self.task
+        half = f"mirror symmetry: v is odd, {task.system.nodes} of {task.whole.system.nodes} nodes are in the program" if task.whole else None
+        return self.v.left_out if half is None else (half, *self.v.left_out)
 
     @cached_property
     def rows(self) -> Rows:
@@ -95,6 +94,14 @@ class SafeProgram:
     def downward(self) -> "SafeProgram":
         """The program of the least load factor under the same rows."""
         return replace(self, problem=cp.Problem(cp.Minimize(self.v.load_factor), self.problem.constraints))
+
+
+@dataclass(frozen=True, eq=False)
+class SlipClaim:
+    """A slip that stands in a program, and by how much it is not what was asked for."""
+
+    slip: Array
+    residual: float
 
 
 def kind_of(system: ContactSystem) -> Kind:

@@ -69,9 +69,9 @@ class LimitQuestion:
                 "which is lost in their rounding; give less, or check the units of the load cases"
             )
 
-    def reactions(self, load_factor: float, slip: Array, loads: Loads | None = None) -> tuple[Array, Array]:
+    def reactions(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) and (K, N) reactions `q, p` of the closed contact at the corners, under a residual slip."""
-        return (loads or self.loads).under_slip(self.system, load_factor, slip)
+        return self.loads.under_slip(self.system, load_factor, slip)
 
     def traction_ratios(self, q: Array, p: Array) -> Array:
         """(K, N) ratios `|q| / (f p)` of reactions; NaN where the pressure or the friction vanishes."""

@@ -177,7 +177,6 @@ def safe_slip(
 class MarginClaim:
     """Largest margin of a safe slip of the whole contact, with the mechanism of its multipliers, and what is known against it."""
 
-    task: LimitQuestion
     load_factor: float
     margin: float
     slip: Array
@@ -212,7 +211,7 @@ def _judged(program: SafeProgram, load_factor: float | None) -> MarginClaim:
     reserve = float(min((task.friction * p - lengths(q, p)).min(), p.min() if task.opening else np.inf)) / task.mean_bound
     pull = float(-p.min() / task.force) if margin >= 0 else 0.0
     residual = float(np.nan_to_num(max(gap, margin - reserve, pull, task.beyond(slip), program.violation), nan=np.inf))
-    return MarginClaim(task, at, margin, slip, motion, bound, residual)
+    return MarginClaim(at, margin, slip, motion, bound, residual)
 
 
 def solve_margin(

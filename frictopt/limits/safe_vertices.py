@@ -1,6 +1,5 @@
 """Extreme residual slips among the safe ones."""
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -12,7 +11,7 @@ from ..contact.checks import Array, finite_array, finite_number, frozen
 from ..contact.odd_values import warns_of_odd_values
 from ..contact.system import checked_plane
 from ..solve.solvers import NoOptimum, solve
-from .program import SafeProgram, safe_set
+from .program import SafeProgram, SlipClaim, safe_set
 from .question import pose
 from .shakedown import shakedown_problem
 
@@ -79,18 +78,12 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     return frozen(np.array(found).reshape(-1, system.nodes))
 
 
-@dataclass(frozen=True, eq=False)
-class _Claim:
-    slip: Array
-    residual: float
-
-
 class _Vertex(SafeProgram):
     """The problem with its direction set."""
 
     def refine(self) -> None:
         """Nothing: any safe slip will do, a vertex or not."""
 
-    def claim(self, load_factor: float) -> _Claim:
+    def claim(self, load_factor: float) -> SlipClaim:
         """The slip that stands in the problem, and by how much it is not safe."""
-        return _Claim(self.slip, self.task.violation(load_factor, self.slip))
+        return SlipClaim(self.slip, self.task.violation(load_factor, self.slip))

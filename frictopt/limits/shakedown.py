@@ -23,7 +23,7 @@ from .halves import half_of
 from .least_load import with_least_load
 from .limit_claim import LimitClaim, certified, judged, judged_by_rows, no_limit, no_limit_under
 from .own_constraints import OwnProgram, SafeModel
-from .program import SafeProgram, safe_set
+from .program import SafeProgram
 from .question import LimitQuestion
 from .safe_set import SafeSet
 from .safe_slip import solve_margin
@@ -94,7 +94,8 @@ class ShakedownModel(SafeModel):
         self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        self._compiled: dict[tuple[int, bool], tuple[SafeSet, cp.Problem]] = {}  # by what friction can change: half or whole, the rows of opening
+        self._compiled: dict[tuple[int, bool], cp.Problem] = {}  # by what friction can change: half or whole, the rows of opening
+        self._half: ContactSystem | None = None
 
     def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own, or the slip that your objective chooses.
@@ -139,7 +140,12 @@ class ShakedownModel(SafeModel):
                 raise ModelError(f"constraints: {found[1]}: nothing is safe at any load factor above 0, whatever they ask; leave them out")
             return self._under(self._own(shakedown_problem, task, own, objective))
         known = _closed_form(task) if self._simplify and self._solver is None else None
-        return known or by_one_node(task, self._solver) or self._solved(self.program(half_of(task)))
+        return known or by_one_node(task, self._solver) or self._solved(self.program(self._smaller(task)))
+
+    def _smaller(self, task: LimitQuestion) -> LimitQuestion:
+        half = half_of(task, self._half)
+        self._half = self._half if half is task else half.system
+        return half
 
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
@@ -159,15 +165,11 @@ class ShakedownModel(SafeModel):
 
     def program(self, task: LimitQuestion) -> SafeProgram:
         """The program over safe slips; that of a plane contact is compiled once for all frictions."""
-        kind = task.system.nodes, task.opening
-        v, problem = self._compiled.get(kind, (None, None))
-        v = v or safe_set(task)
+        v, kind = self._set(task), (task.system.nodes, task.opening)
         v.ask(task)
-        if problem is None:
-            problem = shakedown_problem(v)
-        if task.system.tangents == 1:
-            self._compiled[kind] = v, problem
-        return SafeProgram(task, v, problem)
+        if kind not in self._compiled or task.system.tangents > 1:
+            self._compiled[kind] = shakedown_problem(v)
+        return SafeProgram(task, v, self._compiled[kind])
 
     def _solved(self, program: SafeProgram) -> ShakedownLimit:
         task = program.task.whole or program.task
