@@ -97,6 +97,10 @@ FAULTS = (
     Fault("fem/matrices/job.py", "a total force is a traction", "(1.0 if total is None else share.sum())", "1.0", "matrices calculix"),
     Fault("fem/matrices/constraints.py", "weights of an equation pull the other way", "-weight / first", "weight / first", "constraints"),
     Fault("fem/matrices/abaqus.py", "columns are rows", "symmetric(\"stiffness\", row, column", "symmetric(\"stiffness\", row, row", "abaqus"),
+    Fault("fem/rigid.py", "generalised coordinates stand still in rigid motions", "u[generalised] = _followed(K, generalised, u)", "pass",
+          "condense_matrices"),
+    Fault("fem/matrices/matching.py", "a facet of one body suffices for a face",
+          "here[here] = [tuple(sorted(facet)) in known for facet in image[nodes[:, here]].T.tolist()]", "pass", "matching"),
     # solve
     Fault("solve/standard_form.py", "rows that do not bind become equations", "form.linear[y[form.linear] > share",
           "form.linear[y[form.linear] < share",

@@ -160,6 +160,74 @@ def test_names_widths_and_the_modulus_are_kept():
     assert fo.condense(**matched(), contact=["one", "two", "three", "four"]).width is None
 
 
+def with_generalised(rng, whole):
+    """The same two blocks, each with coordinates of its own, joined to it and to each other at random: eliminating them gives the given K back."""
+    n, upper = whole["K"].shape[0], np.unique(whole["unknowns"][whole["points"][:, 1] > 0])
+    lower = np.unique(whole["unknowns"][whole["points"][:, 1] < 0])
+    B, G = np.zeros((n, 6)), np.zeros((6, 6))
+    for rows, own in ((upper, slice(0, 2)), (lower, slice(2, 5))):
+        part = rng.normal(size=(len(rows), len(range(6)[own])))
+        B[rows, own], G[own, own] = part, part.T @ part
+    G[4, :4] = G[:4, 4] = 0.0
+    B[:, 4] = 0.0  # joined to others of its kind alone
+    G[4, 3] = G[3, 4] = 0.1
+    G[4, 4], G[5, 5] = 1.0, 0.0  # the last one has no stiffness
+    active = slice(0, 5)
+    inverse = np.linalg.inv(G[active, active])
+    K = np.block([[whole["K"].toarray() + B[:, active] @ inverse @ B[:, active].T, B], [B.T, G]])
+    loads = {}
+    for name, force in whole["loads"].items():
+        own = rng.normal(size=5)
+        loads[name] = np.r_[force + B[:, active] @ inverse @ own, own, 0.0]
+    return {**whole, "K": csr_matrix(K), "loads": loads, "generalised": n + np.arange(6)}
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_generalised_coordinates_are_eliminated(held):
+    """A body that floats still does: its coordinates follow rigid motions."""
+    rng = np.random.default_rng(5)
+    whole = problem(rng, cells=(3, 3), held=held)
+    whole["pairs"] = np.column_stack([whole.pop("one"), whole.pop("two")])
+    one, other = fo.condense(**whole), fo.condense(**with_generalised(rng, whole))
+    assert one.rigid_motions.shape == other.rigid_motions.shape == (8, 0 if held else 3)
+    assert np.allclose(one.S, other.S, rtol=0, atol=1e-11 * np.abs(one.S).max())
+    for name in "ab":
+        assert np.allclose(one.bonded[name], other.bonded[name], rtol=0, atol=1e-10)
+
+
+def test_rotations_of_a_cantilever_are_eliminated():
+    """Two beam elements; the tip rests on the ground, which feels 3 E I / l^3 across and E A / l along, and half of a moment over the length."""
+    EI, EA, half = 2.0, 5.0, 1.5
+    bend = (
+        EI / half**3 * np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]]) * np.outer([1, half, 1, half], [1, half, 1, half])
+    )
+    K = np.zeros((9, 9))  # u, w and the rotation of each node
+    for first in (0, 3):
+        rows = first + np.array([1, 2, 4, 5])
+        K[np.ix_(rows, rows)] += bend
+        K[np.ix_([first, first + 3], [first, first + 3])] += EA / half * np.array([[1, -1], [-1, 1]])
+    beam = {"pairs": [[2, 3]], "normals": [0, 1], "points": [[0, 0], [1.5, 0], [3, 0], [3, 0]], "unknowns": [[0, 1], [3, 4], [6, 7], [-1, -1]]}
+    system = fo.condense(K, {"M": np.eye(9)[8]}, **beam, held=[0, 1, 2], generalised=[5, 8])
+    assert np.allclose(system.S, np.diag([EA / 3, 3 * EI / 27])) and np.allclose(np.r_[system.bonded["M"]], [0, -1.5 / 3])
+    with pytest.raises(fo.ModelError, match=r"supports: the body at .* can still turn"):
+        fo.condense(K, {"M": np.eye(9)[8]}, **beam, held=[0], generalised=[2, 5, 8])
+    with pytest.raises(fo.ModelError, match=r"generalised: row 9 of K has 0 on the diagonal, as the multiplier"):
+        multiplier = np.block([[K, np.eye(9)[:, 2:3]], [np.eye(9)[2:3], np.zeros((1, 1))]])
+        fo.condense(multiplier, {"M": np.eye(10)[8]}, **beam, held=[0, 1], generalised=[2, 5, 8, 9])
+    with pytest.raises(fo.ModelError, match=r"generalised: the stiffness of these 4 rows is singular"):
+        loose = np.block([[K, np.zeros((9, 2))], [np.zeros((2, 9)), np.array([[1.0, -1.0], [-1.0, 1.0]])]])
+        fo.condense(loose, {"M": np.eye(11)[8]}, **beam, held=[0, 1, 2], generalised=[5, 8, 9, 10])
+
+
+def test_modes_of_a_reduced_body_change_nothing():
+    """Craig and Bampton with fixed interfaces: the modes are joined to nothing."""
+    whole = matched()
+    K = block_diag([whole["K"], np.diag([3.0, 7.0])]).tocsr()
+    loads = {name: np.r_[force, 1.0, 2.0] for name, force in whole["loads"].items()}
+    one, other = fo.condense(**whole), fo.condense(**{**whole, "K": K, "loads": loads}, generalised=[48, 49])
+    assert np.allclose(one.S, other.S, atol=1e-13) and np.allclose(one.bonded["a"], other.bonded["a"], atol=1e-13)
+
+
 GOOD = matched()
 PAIRS, ROWS, POINTS, K = (GOOD[name] for name in ("pairs", "unknowns", "points", "K"))
 SKEW = K.copy().tolil()
@@ -176,7 +244,9 @@ BAD = {
     "K: not symmetric, K[0, 1] =": {"K": SKEW},
     "K: entries: value nan": {"K": K * np.nan},
     "give each row to one node": {"unknowns": TWICE},
-    "is no node's; give it to a node, or name it in held": {"unknowns": LONE},
+    "is no node's; give it to a node, name it in held": {"unknowns": LONE},
+    "generalised: row 3 of K is a node's, held, or given twice": {"generalised": [3]},
+    "generalised: 48 at index 0; give integers from 0 to 47": {"generalised": [48]},
     "at index (0, 0); give integers from -2 to 47": {"unknowns": ROWS + 0.5},
     "unknowns: shape (4, 2), expected (24, 2)": {"unknowns": ROWS[:4]},
     "held: 10000 at index 0": {"held": [10000]},

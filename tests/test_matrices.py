@@ -232,7 +232,7 @@ def test_what_the_deck_lacks_is_named(squares, flat):
         job.force([0, 5], pressure=1.0)
     with pytest.raises(fo.ModelError, match="node 60 lies on no facet"):
         job.normals([0, 1, 5])
-    with pytest.raises(fo.ModelError, match="read without one"):
+    with pytest.raises(fo.ModelError, match="this job has none"):
         fo.MatrixJob(job.K, job.labels).points  # noqa: B018
     with pytest.raises(fo.ModelError, match=r"node 3 .*is not in it"):
         fo.MatrixJob(flat.K, flat.labels, job.deck).unknowns  # noqa: B018

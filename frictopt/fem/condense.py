@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, diags, hstack, identity
 from scipy.sparse.csgraph import connected_components
 
 from ..contact import ContactSystem
@@ -25,7 +25,7 @@ from .given import (
     same_point,
 )
 from .interface import Interface, openings
-from .ordering import Integers, nested_dissection
+from .ordering import NO_ROWS, Integers, nested_dissection
 from .rigid import balanced, check_supports, free_motions, node_graph
 from .schur import Elimination
 
@@ -41,6 +41,7 @@ def condense(
     points: ArrayLike,
     *,
     held: ArrayLike = (),
+    generalised: ArrayLike = (),
     projection: object = None,
     gap: ArrayLike | None = None,
     interference: Mapping[str, ArrayLike] | None = None,
@@ -73,6 +74,9 @@ def condense(
         (nodes, d) coordinates, length; d = 2 in the plane, 3 in space.
     held
         Rows of K whose displacements are zero.
+    generalised
+        Rows of K that are no displacement of a node: rotations, and modal and other generalised coordinates of a reduced model. They are free, and
+        eliminated with the nodes; their loads count.
     projection
         (N, nodes) sparse matrix P for nodes that do not match: the node of body 1 in row i is glued to the place `sum_j P_ij u_j` of body 2. The rows
         add up to 1.
@@ -97,9 +101,10 @@ def condense(
     Raises
     ------
     ModelError
-        K not symmetric, rows of K that no node has, nodes that K does not have, pairs of the plane out of order, normals that flip or point out of
-        body 1, pairs that do not coincide or whose relative motion follows from other pairs or supports, nodes of two bodies that lie on each other
-        next to the contact in no pair, negative gaps, bodies that neither supports nor contacts hold, a matrix that cannot be eliminated accurately.
+        K not symmetric, rows of K that are in none of `unknowns`, `held` and `generalised` or are multipliers of constraints, nodes that K does not
+        have, pairs of the plane out of order, normals that flip or point out of body 1, pairs that do not coincide or whose relative motion follows
+        from other pairs or supports, nodes of two bodies that lie on each other next to the contact in no pair, negative gaps, bodies that neither
+        supports nor contacts hold, a matrix that cannot be eliminated accurately.
 
     Examples
     --------
@@ -128,7 +133,7 @@ def condense(
     d = where.shape[1]
     if d not in (2, 3):
         raise ModelError(f"points: shape {where.shape}; give (nodes, 2) in the plane or (nodes, 3) in space")
-    rows = checked_rows(unknowns, held, where.shape, K.shape[0])
+    rows, others = checked_rows(unknowns, held, generalised, where.shape, K)
     nodes, P = checked_pairs(pairs, projection, rows, where)
     n, x = len(nodes), where[nodes]
     names = checked_contact("contact", ["contact"] * n if contact is None else contact, n).tolist()
@@ -139,9 +144,9 @@ def condense(
     if d == 2:
         check_course(x, frames, names)
         width = half_widths(x, names) if width is None else width
-    interface, graph = Interface(nodes, openings(nodes, P), frames, held_nodes(rows)), node_graph(K, rows)
+    interface, graph = Interface(nodes, openings(nodes, P), frames, held_nodes(rows)), node_graph(K, rows, others)
     check_forgotten(graph, interface, rows, where)
-    S, bonded = condensed(K, F, overlaps, interface, rows, where, names, graph)
+    S, bonded = condensed(K, F, overlaps, interface, rows, where, names, graph, others)
     return ContactSystem(S, x, bonded, gap=apart, frames=frames, contact=np.array(names), width=width, E_star=E_star)
 
 
@@ -154,6 +159,7 @@ def condensed(
     points: Array,
     names: Sequence[str],
     graph: csr_matrix,
+    generalised: Integers = NO_ROWS,
 ) -> tuple[Array, dict[str, Array]]:
     """Stiffness S (k, k) of the relative motions, direction by direction, and the reactions (k,) of each load case that hold them at zero.
 
@@ -171,6 +177,8 @@ def condensed(
         Name of the contact of each pair.
     graph
         Pattern of the nodes that K joins.
+    generalised
+        Rows of K that are no displacement of a node.
 
     Raises
     ------
@@ -178,11 +186,11 @@ def condensed(
         Normals that do not point into body 1, rigid motions that nothing prevents, a stiffness that cannot be eliminated, or not accurately enough.
     """
     check_sides(graph, interface, points, names)
-    check_supports(K, unknowns, points, graph, interface)
+    check_supports(K, unknowns, points, graph, interface, generalised)
     F = np.reshape([*loads.values()], (-1, K.shape[0])).T
-    T, elimination = eliminated(K, interface, unknowns, points, graph)
+    T, elimination = eliminated(K, interface, unknowns, points, graph, generalised)
     _, body = connected_components(graph, directed=False)
-    motions = free_motions(K, unknowns, points, body)
+    motions = free_motions(K, unknowns, points, body, generalised)
     S, R = balanced(elimination.S, elimination.reactions(T.T @ F), K, F, interface, unknowns, motions)
     if motions.shape[1] < len(S) and elimination.rounding > EQUILIBRIUM:
         raise ModelError(
@@ -195,12 +203,21 @@ def condensed(
     return S, bonded
 
 
-def eliminated(K: csr_matrix, interface: Interface, unknowns: Integers, points: Array, graph: csr_matrix) -> tuple[csr_matrix, Elimination]:
+def eliminated(
+    K: csr_matrix, interface: Interface, unknowns: Integers, points: Array, graph: csr_matrix, generalised: Integers = NO_ROWS
+) -> tuple[csr_matrix, Elimination]:
     """The matrix T of `u = T y`, y in the order of elimination with the relative motions last, and the factorisation; arguments as in `condensed`."""
     T = interface.motion(unknowns, K.shape[0])
     columns = interface.eliminated(unknowns)
     present = np.flatnonzero((columns >= 0).any(axis=1))
     along = present[nested_dissection(interface.glued_graph(graph)[present][:, present], points[present].T)]
     order = columns[along].ravel()
-    T = T[:, np.r_[order[order >= 0], np.arange(T.shape[1] - interface.kept, T.shape[1])]]
+    order, kept = order[order >= 0], np.arange(T.shape[1] - interface.kept, T.shape[1])
+    if len(generalised):  # each of them after the last displacement that it is joined to, which costs the factors least
+        joined = csr_matrix((K[generalised] @ T)[:, order])
+        last = (joined.astype(bool) @ diags(np.arange(1.0, len(order) + 1))).max(axis=1).toarray().ravel()
+        T = csr_matrix(hstack([T, identity(K.shape[0], format="csr")[:, generalised]]))
+        turn = np.argsort(np.r_[np.arange(len(order)), np.where(last > 0, last - 1, len(order))], kind="stable")
+        order = np.r_[order, kept[-1] + 1 + np.arange(len(generalised))][turn]
+    T = T[:, np.r_[order, kept]]
     return T, Elimination(csr_matrix(T.T @ K @ T), interface.kept)

@@ -48,19 +48,39 @@ def checked_stiffness(K: object) -> csr_matrix:
     return matrix
 
 
-def checked_rows(unknowns: ArrayLike, held: ArrayLike, shape: tuple[int, ...], size: int) -> Integers:
-    """Rows of K, of the shape of the points, -1 for those that are held too, -2 for those that follow others."""
-    rows = whole_array("unknowns", unknowns, shape, least=-2, most=size - 1)
-    fixed = whole_array("held", np.zeros(0) if len(listed("held", held)) == 0 else held, (None,), least=0, most=size - 1)
-    times = np.bincount(rows[rows >= 0], minlength=size)
+def checked_rows(unknowns: ArrayLike, held: ArrayLike, generalised: ArrayLike, shape: tuple[int, ...], K: csr_matrix) -> tuple[Integers, Integers]:
+    """Rows of K, of the shape of the points, -1 for those that are held too, -2 for those that follow others; and generalised ones with stiffness."""
+    most = K.shape[0] - 1
+    rows = whole_array("unknowns", unknowns, shape, least=-2, most=most)
+    fixed, others = (
+        whole_array(name, np.zeros(0) if len(listed(name, given)) == 0 else given, (None,), least=0, most=most)
+        for name, given in (("held", held), ("generalised", generalised))
+    )
+    times = np.bincount(rows[rows >= 0], minlength=most + 1)
     if times.max() > 1:
         row = int(times.argmax())
         raise ModelError(f"unknowns: row {row} of K is that of nodes {np.argwhere(rows == row)[:2, 0].tolist()}; give each row to one node")
-    times[fixed] = 1
+    if np.isin(others, np.r_[rows.ravel(), fixed]).any() or len(np.unique(others)) != len(others):
+        row = int(others[np.argmax(np.isin(others, np.r_[rows.ravel(), fixed]))])
+        raise ModelError(
+            f"generalised: row {row} of K is a node's, held, or given twice; give rows of K that are no displacement of a node, each once"
+        )
+    times[np.r_[fixed, others]] = 1
     if times.min() < 1:
         row = int(times.argmin())
-        raise ModelError(f"unknowns: row {row} of K is no node's; give it to a node, or name it in held if its displacement is zero")
-    return np.where(np.isin(rows, fixed), -1, rows)
+        raise ModelError(
+            f"unknowns: row {row} of K is no node's; give it to a node, name it in held if its displacement is zero, or in generalised if it is free "
+            "and no displacement of a node"
+        )
+    others = others[np.diff(K.indptr)[others] > 0]
+    own = K.diagonal()[others]
+    if (own <= 0).any():
+        row = int(others[own.argmin()])
+        raise ModelError(
+            f"generalised: row {row} of K has {own.min():g} on the diagonal, as the multiplier of a constraint has; let the code eliminate "
+            "constraints, and write the stiffness alone"
+        )
+    return np.where(np.isin(rows, fixed), -1, rows), others
 
 
 def checked_pairs(pairs: ArrayLike, projection: object, rows: Integers, points: Array) -> tuple[Integers, csr_matrix]:

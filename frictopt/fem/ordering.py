@@ -8,13 +8,15 @@ from scipy.sparse import csr_matrix
 
 from ..contact.checks import Array
 
-__all__ = ["nested_dissection"]
+__all__ = ["NO_ROWS", "nested_dissection"]
 
 _LEAF = 24  # parts of at most this many nodes are not cut further
 _NEAR, _FAR, _SEPARATOR = 0, 1, 2  # elimination order within a part
 
 Integers: TypeAlias = NDArray[np.intp]
 Flags: TypeAlias = NDArray[np.bool_]
+
+NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
 
 
 def nested_dissection(graph: csr_matrix, points: Array) -> Integers:

@@ -1,29 +1,39 @@
 """Rigid motions that nothing prevents: how they are found in a stiffness matrix, and what they say of a condensation."""
 
 import numpy as np
-from scipy.sparse import csr_matrix, hstack
+from scipy.sparse import csc_matrix, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
 
 from ..contact.checks import Array, place
 from ..contact.tolerances import EQUILIBRIUM, FREE_MOTION, SAME_POINT
 from ..errors import ModelError
 from .interface import Interface
-from .ordering import Integers
+from .ordering import NO_ROWS, Integers
 
 __all__ = ["balanced", "check_supports", "free_motions", "node_graph"]
 
 
-def node_graph(K: csr_matrix, unknowns: Integers) -> csr_matrix:
-    """(nodes, nodes) pattern of the nodes that the stiffness joins."""
+def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
+    """(nodes, nodes) pattern of the nodes that the stiffness joins; generalised coordinates join one of their nodes to each other one."""
     node = np.full(K.shape[0], -1)
     listed = unknowns >= 0
     node[unknowns[listed]] = np.broadcast_to(np.arange(len(unknowns))[:, None], unknowns.shape)[listed]
     row, column = node[np.repeat(np.arange(K.shape[0]), np.diff(K.indptr))], node[K.indices]
     free = (row >= 0) & (column >= 0)
-    return csr_matrix((np.ones(np.count_nonzero(free)), (row[free], column[free])), shape=(len(unknowns),) * 2)
+    row, column = row[free], column[free]
+    if len(generalised):
+        G = K[generalised]
+        count, group = connected_components(G[:, generalised], directed=False)
+        of, ends = np.repeat(group, np.diff(G.indptr)), node[G.indices]
+        of, ends = of[ends >= 0], ends[ends >= 0]
+        first = np.full(count, -1)
+        first[of] = ends
+        row, column = np.r_[row, first[of], ends], np.r_[column, ends, first[of]]
+    return csr_matrix((np.ones(len(row)), (row, column)), shape=(len(unknowns),) * 2)
 
 
-def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integers) -> csr_matrix:
+def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
     """(size, k) rigid motions, of one body each, that need no force; orthonormal.
 
     Parameters
@@ -34,11 +44,15 @@ def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integer
         (nodes, d) rows of the stiffness, -1 where held, -2 where they follow others, and coordinates.
     body
         (nodes,) number of the body that each node belongs to.
+    generalised
+        Rows of K that are no displacement of a node: they follow without force.
     """
     rigid = _rigid_motions(points, body)
     listed = unknowns >= 0
     u = np.zeros((K.shape[0], rigid.shape[2]))
     u[unknowns[listed]] = rigid[listed]
+    if len(generalised):
+        u[generalised] = _followed(K, generalised, u)
     own_stiffness = np.abs(K.diagonal())
     resistance = rigid * (unknowns > -2)[..., None]  # over the stiffness of each displacement by itself; that of a held one is the displacement
     resistance[listed] = (K @ u / np.where(own_stiffness > 0, own_stiffness, 1.0)[:, None])[unknowns[listed]]
@@ -56,10 +70,25 @@ def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integer
         motions = (shapes @ (turned[:, real] @ free))[listed[own].ravel()]
         where = (np.repeat(unknowns[own][listed[own]], motions.shape[1]), np.tile(np.arange(motions.shape[1]), len(motions)))
         found.append(csr_matrix((motions.ravel(), where), shape=(K.shape[0], motions.shape[1])))
-    return csr_matrix(hstack(found))
+    motions = csr_matrix(hstack(found))
+    if not len(generalised):
+        return motions
+    return csr_matrix(motions + identity(K.shape[0], format="csr")[:, generalised] @ _followed(K, generalised, motions.toarray()))
 
 
-def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_matrix, interface: Interface) -> None:
+def _followed(K: csr_matrix, generalised: Integers, u: Array) -> Array:
+    """(m, k) generalised coordinates that need no force under displacements u (size, k)."""
+    G = K[generalised]
+    try:
+        return np.asarray(-splu(csc_matrix(G[:, generalised])).solve(G @ u))
+    except RuntimeError as error:
+        raise ModelError(
+            f"generalised: the stiffness of these {len(generalised)} rows is singular while all nodes are still ({error}); hold what moves freely, "
+            "or leave it out"
+        ) from error
+
+
+def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_matrix, interface: Interface, generalised: Integers) -> None:
     """Check that no rigid motion is left to bodies that are glued together.
 
     Raises
@@ -70,7 +99,7 @@ def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_
     links = interface.opening.tocoo()
     ties = csr_matrix((np.ones(len(links.row)), (interface.nodes[links.row], links.col)), shape=graph.shape)
     _, assembly = connected_components(graph + ties, directed=False)
-    left = free_motions(K, unknowns, points, assembly)
+    left = free_motions(K, unknowns, points, assembly, generalised)
     if left.shape[1]:
         node = int(np.flatnonzero((unknowns == left.tocoo().row[0]).any(axis=1))[0])
         group = assembly == assembly[node]

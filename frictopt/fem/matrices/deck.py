@@ -9,14 +9,14 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...contact.checks import Array, frozen, shown
+from ...contact.checks import Array, finite_array, frozen, shown
 from ...contact.show import Shown
 from ...errors import ModelError
 from ..ordering import Integers
 from .blocks import Block, blocks, fields, number, parameters
 from .constraints import CONSTRAINING, Constraints, constraints_of
 
-__all__ = ["Deck", "read_deck"]
+__all__ = ["Deck", "deck_of_points", "read_deck"]
 
 _SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron"} | {
     f"{kind}{n}": shape for kind in ("CPE", "CPS", "CAX") for n, shape in ((3, "triangle"), (4, "quad"))
@@ -125,6 +125,28 @@ class Deck(Shown):
             )
         numbers, nodes = zip(*((numbers, nodes) for _, numbers, nodes in solids), strict=True)
         return shapes[0], np.concatenate(numbers), np.concatenate(nodes)
+
+
+def deck_of_points(points: Mapping[int, ArrayLike]) -> Deck:
+    """A deck of nothing but nodes, from number -> coordinates (2,) or (3,).
+
+    Raises
+    ------
+    ModelError
+        None, numbers that are not positive integers, coordinates of another shape or not finite.
+    """
+    if not points:
+        raise ModelError("deck: no nodes; give number of a node -> its coordinates")
+    where = np.zeros((len(points), 3))
+    for i, (number_, point) in enumerate(points.items()):
+        if not isinstance(number_, int | np.integer) or number_ < 1:
+            raise ModelError(f"deck: node {shown(number_)}; give positive integers as numbers of nodes")
+        place = finite_array(f"deck: node {number_}", point, (None,))
+        if len(place) not in (2, 3):
+            raise ModelError(f"deck: node {number_} has {len(place)} coordinates; give two or three")
+        where[i, : len(place)] = place
+    nothing = Constraints(np.zeros(where.shape, dtype=bool), (), (), ())
+    return Deck(_frozen(list(points)), frozen(where), MappingProxyType({}), (), MappingProxyType({}), (), nothing)
 
 
 def _check_directions(path: Path, keyword: str, options: Mapping[str, str], lines: Sequence[str]) -> None:

@@ -1,12 +1,13 @@
 """A stiffness matrix that another code wrote, with the deck that says where its nodes are."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
@@ -17,7 +18,10 @@ from ..faces import lines_along
 from ..forms import boundary_forces
 from ..given import checked_stiffness
 from ..ordering import Integers
-from .deck import Deck
+from ..rigid import node_graph
+from .deck import Deck, deck_of_points
+from .labels import checked_labels, displaced, rows_of_nodes
+from .matching import matching_faces
 from .meshes import mesh_of
 
 __all__ = ["MatrixJob"]
@@ -34,14 +38,15 @@ class MatrixJob(Shown):
     K
         (n, n) stiffness, symmetric and sparse; displacements that the job holds, or that follow others, are not in it.
     labels
-        (n, 2) number of the node, and direction 1, 2 or 3, of each unknown.
+        (n, 2) number of the node, and direction, of each unknown: 1, 2 and 3 are its displacements. Any other one, or a number that is not positive,
+        is that of a generalised coordinate.
     deck
-        Nodes, sets, elements and constraints; None if there is no deck.
+        Nodes, sets, elements and constraints, as a reader finds them; or number of a node -> its coordinates; None: not known.
 
     Raises
     ------
     ModelError
-        K that is not symmetric or not of the size of the labels, labels that are given twice, directions other than 1, 2 and 3.
+        K that is not symmetric or not of the size of the labels, labels that are given twice or are none of displacements.
 
     Examples
     --------
@@ -54,16 +59,25 @@ class MatrixJob(Shown):
     (26, 2)
     >>> round(float(job.force("N_TOP", pressure=1.0).sum()), 9)  # on a face 10 wide
     -10.0
+
+    A matrix of your own, of two nodes and a rotation:
+
+    >>> import numpy as np
+    >>> own = fo.MatrixJob(np.eye(5), [[7, 1], [7, 2], [7, 6], [9, 1], [9, 2]], {7: (0.0, 0.0), 9: (1.0, 0.0)})
+    >>> own.unknowns.tolist(), own.generalised.tolist()
+    ([[0, 1], [3, 4]], [2])
     """
 
     K: csr_matrix
     labels: Integers
-    deck: Deck | None = None
+    deck: Deck | Mapping[int, Sequence[float]] | None = None
 
     def __post_init__(self) -> None:
-        labels = _checked_labels(self.labels)
+        labels = checked_labels(self.labels)
+        if isinstance(self.deck, Mapping):
+            object.__setattr__(self, "deck", deck_of_points(self.deck))
         if self.deck is not None and not isinstance(self.deck, Deck):
-            raise ModelError(f"deck: {shown(self.deck)}; give the deck of another job, or None")
+            raise ModelError(f"deck: {shown(self.deck)}; give the deck of another job, a mapping number of a node -> its coordinates, or None")
         K = checked_stiffness(self.K)
         if K.shape[0] != len(labels):
             raise ModelError(f"K: {shown(self.K)}; give a real sparse matrix of the size of the labels, {len(labels)}")
@@ -71,16 +85,18 @@ class MatrixJob(Shown):
         object.__setattr__(self, "labels", labels)
 
     def _answer(self) -> Mapping[str, object]:
-        return {"unknowns": len(self.labels), "directions": self._directions, "sets": sorted(self.deck.sets) if self.deck else None}
+        others = {"generalised": len(self.generalised)} if len(self.generalised) else {}
+        sets = sorted(self._known.sets) if self.deck else None
+        return {"unknowns": len(self.labels), "directions": self._directions, **others, "sets": sets}
 
     @property
     def _directions(self) -> int:
-        return max(2, int(self.labels[:, 1].max()))
+        return max(2, int(self.labels[displaced(self.labels), 1].max()))
 
     @property
     def _known(self) -> Deck:
-        if self.deck is None:
-            raise ModelError("deck: this job was read without one; read it with deck='NAME.inp' to use its nodes and sets")
+        if not isinstance(self.deck, Deck):
+            raise ModelError("deck: this job has none; read it with deck='NAME.inp' to use its nodes and sets")
         return self.deck
 
     @cached_property
@@ -92,22 +108,49 @@ class MatrixJob(Shown):
     def unknowns(self) -> Integers:
         """(nodes, d) row of K of each node's displacements, -1 where `*BOUNDARY` holds them, -2 where K has none else: they follow others.
 
+        Where the job has no deck that tells held displacements (-1), those that K lacks are -2 too: such a node carries no contact until you say -1.
+
         Raises
         ------
         ModelError
             The matrix has labels of nodes that are not in the deck.
         """
-        numbers = self._known.numbers
-        order = np.argsort(numbers)
-        place = np.minimum(np.searchsorted(numbers, self.labels[:, 0], sorter=order), len(numbers) - 1)
-        row = order[place]
-        if not np.array_equal(numbers[row], self.labels[:, 0]):
-            lost = int(self.labels[np.argmax(numbers[row] != self.labels[:, 0]), 0])
-            raise ModelError(f"deck: node {lost} of the matrix is not in it; give the deck of the same job")
-        unknowns = np.where(self._known.constraints.held[:, : self._directions], -1, -2)
-        unknowns[row, self.labels[:, 1] - 1] = np.arange(len(self.labels))
-        unknowns.flags.writeable = False
-        return unknowns
+        return rows_of_nodes(self.labels, self._known, self._directions)
+
+    @property
+    def generalised(self) -> Integers:
+        """(m,) rows of K that are no displacement of a node, which `condense` eliminates: rotations, modal unknowns, scalar points."""
+        return np.flatnonzero(~displaced(self.labels))
+
+    @cached_property
+    def bodies(self) -> Integers:
+        """(nodes,) number of the body that each node belongs to: what K joins is one body. -1 for nodes without a row in K."""
+        _, body = connected_components(node_graph(self.K, self.unknowns, self.generalised), directed=False)
+        present = (self.unknowns >= 0).any(axis=1)
+        bodies = np.full(len(body), -1)
+        bodies[present] = np.unique(body[present], return_inverse=True)[1]
+        bodies.flags.writeable = False
+        return bodies
+
+    def matching_faces(self) -> list[Integers]:
+        """Pairs (N, 2) of each connected face at which two bodies lie on each other, node by node: proposals for `pairs` of `condense`.
+
+        The body of the lower number is body 1. In the plane the pairs are in the order of the face, body 1 on the left. Bodies that only touch at a
+        point or an edge have no face there. Without elements (those of a reduced model are gone) the nodes alone tell, in space.
+
+        Raises
+        ------
+        ModelError
+            A node that lies on several of one other body; in the plane a deck without elements, see `mesh`.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> job = fo.read_calculix("tests/data/flat")
+        >>> [face.shape for face in job.matching_faces()], [int((job.bodies == i).sum()) for i in (0, 1)]
+        ([(26, 2)], [275, 207])
+        """
+        return matching_faces(self.points, self.bodies, self.mesh if self._known.elements or self._directions == 2 else None)
 
     @cached_property
     def mesh(self) -> Mesh:
@@ -255,22 +298,3 @@ class MatrixJob(Shown):
         parts = boundary_forces(self.mesh, facets, lambda _, normals: np.concatenate([normals, np.ones((1, *normals.shape[1:]))]), "space")
         columns = np.pad(parts.T, ((0, len(self.points) - parts.shape[1]), (0, 0)))  # without the last nodes if no element has them
         return columns[:, :-1], columns[:, -1:]
-
-
-def _checked_labels(values: ArrayLike) -> Integers:
-    """Check that labels are distinct pairs of a node's number and a direction 1, 2 or 3, and return them read-only."""
-    labels = finite_array("labels", values, (None, 2))
-    if not len(labels):
-        raise ModelError("labels: none; give the node and the direction of each row")
-    bad = (labels != np.floor(labels)).any(axis=1) | (labels[:, 0] < 1) | (labels[:, 1] < 1) | (labels[:, 1] > 3)
-    if bad.any():
-        node, direction = labels[bad.argmax()]
-        raise ModelError(
-            f"labels: node {node:g}, direction {direction:g}; only displacements 1, 2 and 3 of nodes are supported: "
-            "leave out shells, beams, other fields and internal nodes"
-        )
-    if len(np.unique(labels, axis=0)) != len(labels):
-        raise ModelError(f"labels: {len(labels) - len(np.unique(labels, axis=0))} labels are given twice; let the code write the matrix again")
-    checked = labels.astype(np.intp)
-    checked.flags.writeable = False
-    return checked
