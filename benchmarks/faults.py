@@ -68,6 +68,8 @@ FAULTS = (
     Fault("fem/recovery.py", "stress along the contact by the normal", "self._frames[:, :-1]", "self._frames[:, 1:]", "recovery models_in_space"),
     Fault("fem/recovery.py", "free expansion shortens", "stress[1, 1]) + free", "stress[1, 1]) - free", "loads"),
     Fault("fem/recovery.py", "moved supports load nothing", "(force - self._K @ lift)", "force", "recovery loads"),
+    Fault("fem/bolts.py", "loads do not move the faces of a bolt", "csr_matrix(c @ flexible @ c.T)", "0.0 * csr_matrix(c @ flexible @ c.T)", "bolts"),
+    Fault("fem/bolts.py", "faces of a bolt do not follow", "follows[far] = rows[cut.near]", "follows[far] = far", "bolts"),
     Fault("fem/mortar.py", "dual functions of a cylinder on a cone", "(first + 2 * last) * scale", "(first + last) * scale", "contact_model loads"),
     Fault("fem/mortar.py", "the last node of an edge gives its share to the first", "(chain[a + 1], psi_last)", "(chain[a], psi_last)",
           "contact_model"),

@@ -1,6 +1,7 @@
 """Finite-element models of a contact, condensed to its interface."""
 
 from .bodies import Body, Support
+from .bolts import BoltPreload
 from .condense import condense
 from .contacts import Contact, Interference
 from .elasticity import Material
@@ -14,6 +15,7 @@ __all__ = [
     "Body",
     "BodyFields",
     "BodyForce",
+    "BoltPreload",
     "Centrifugal",
     "Contact",
     "ContactModel",

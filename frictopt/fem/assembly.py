@@ -1,6 +1,6 @@
 """The bodies of a model in one numbering: stiffness, loads, supports and pairs of nodes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TypeAlias
 
@@ -11,6 +11,7 @@ from ..contact.checks import Array, place, shown
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from .bodies import Body, Support
+from .bolts import BoltPreload, Cut, cut_bodies, released
 from .contacts import Contact, Interference, Joint, joined
 from .corners import shares
 from .elasticity import Kinematics, body_stiffness
@@ -20,12 +21,13 @@ from .given import held_nodes, same_point
 from .interface import Interface, openings
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
 from .ordering import Integers
+from .rigid import assemblies, node_graph
 from .touching import check_touching
 
 __all__ = ["LOADS", "Assembly", "Load"]
 
-LOADS = (Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference)
-Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference
+LOADS = (Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference, BoltPreload)
+Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload
 
 
 class Assembly:
@@ -38,6 +40,8 @@ class Assembly:
 
     Attributes
     ----------
+    bodies, cuts
+        Name -> body, cut where bolts are tightened, and the cuts.
     points, rows, free_rows
         (nodes, d) coordinates and unknowns of all nodes, and unknowns with -1 where they are held.
     first_node
@@ -51,9 +55,17 @@ class Assembly:
         places of body 2, that they lie at.
     """
 
-    def __init__(self, bodies: Mapping[str, Body], supports: Sequence[Support], contacts: Sequence[Contact], kinematics: Kinematics) -> None:
-        self.bodies, self.kinematics = bodies, kinematics
-        meshes = [body.mesh for body in bodies.values()]
+    def __init__(
+        self,
+        bodies: Mapping[str, Body],
+        supports: Sequence[Support],
+        contacts: Sequence[Contact],
+        sections: Iterable[tuple[str, str]],
+        kinematics: Kinematics,
+    ) -> None:
+        self.bodies, cuts = cut_bodies(bodies, sections, kinematics)
+        self.kinematics = kinematics
+        meshes = [body.mesh for body in self.bodies.values()]
         first = np.cumsum([0, *(mesh.p.shape[1] for mesh in meshes)]).tolist()
         self.first_node = dict(zip(bodies, first, strict=False))
         self.points = np.concatenate([mesh.p.T for mesh in meshes])
@@ -68,12 +80,23 @@ class Assembly:
             for axis in self.axes("supports", support.body, support.directions):
                 self.free_rows[nodes, axis] = -1
         self._pair(contacts, joints)
+        self._open(cuts)
+
+    @cached_property
+    def whole(self) -> csr_matrix:
+        """Stiffness of the separate bodies, cuts open."""
+        parts = [body_stiffness(body.mesh, body.material, body.element, self.kinematics) for body in self.bodies.values()]
+        return csr_matrix(block_diag(parts, format="csr"))
+
+    @cached_property
+    def release(self) -> tuple[csr_matrix, csr_matrix]:
+        """Matrices R and D of `u = R y + D F`, the displacements under loads F on the bodies, see `released`."""
+        return released(self.whole, self.rows, self.cuts)
 
     @cached_property
     def stiffness(self) -> csr_matrix:
-        """Stiffness of the separate bodies."""
-        parts = [body_stiffness(body.mesh, body.material, body.element, self.kinematics) for body in self.bodies.values()]
-        return csr_matrix(block_diag(parts, format="csr"))
+        """Stiffness of the separate bodies, the faces of each cut tied across its axis."""
+        return csr_matrix(self.release[0].T @ self.whole @ self.release[0]) if self.cuts else self.whole
 
     def body(self, argument: str, name: str) -> Body:
         """The body of that name."""
@@ -140,6 +163,32 @@ class Assembly:
         self.interface = Interface(ones[kept], opening, frames_of(normals[kept]), held_nodes(self.free_rows))
         self.sides = identity(len(self.points), format="csr")[ones[kept]], projection[kept]
         self.contact, self.gap, self.width = number[kept], np.asarray(means @ gap), np.asarray((means > 0) @ widths)
+
+    def _open(self, cuts: Sequence[Cut]) -> None:
+        """Let the far faces of cuts follow the near ones."""
+        self.cuts, taken = [], self.interface.opening.indices
+        for cut in cuts:
+            near, far = (self.first_node[cut.body] + face for face in (cut.near, cut.far))
+            held = self.free_rows[near][:, np.abs(cut.axis) > SAME_POINT].min() < 0
+            if held or np.isin(taken, [near, far]).any():
+                raise ModelError(
+                    f"bolt {cut.body!r}: its section at {place(self.points[near].mean(axis=0))} has nodes in a contact, in another section, or held "
+                    "along the axis; put it where the shank is free"
+                )
+            self.free_rows[far], taken = -2, np.r_[taken, near, far]
+            self.cuts.append(Cut(cut.body, near, far, cut.axis))
+
+    def check_ends(self) -> None:
+        """Check that contacts join what lies on either side of a cut, or that supports hold both along its axis."""
+        part = assemblies(node_graph(self.whole, self.rows), self.interface) if self.cuts else np.zeros(0)
+        for cut in self.cuts:
+            ends = {int(part[cut.near[0]]), int(part[cut.far[0]])}
+            for end in ends if len(ends) == 2 else ():
+                if not np.any(self.free_rows[part == end][:, np.abs(cut.axis) > SAME_POINT] == -1):
+                    raise ModelError(
+                        f"bolt {cut.body!r}: nothing holds what is around {place(self.points[part == end].mean(axis=0))} against the force along the "
+                        "axis; add the Contact of the head or the nut there, or a Support"
+                    )
 
     def case(self, argument: str, parts: Sequence[Load]) -> tuple[Array, Array, Array]:
         """Nodal forces (size,), displacements of moved supports, and of what is glued to them, with all else at rest (size,), and overlaps (N,)."""

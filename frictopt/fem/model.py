@@ -17,6 +17,7 @@ from ..contact.tolerances import COUNTS
 from ..errors import ModelError, ModelWarning
 from .assembly import LOADS, Assembly, Load
 from .bodies import Body, Support
+from .bolts import BoltPreload
 from .condense import condensed
 from .contacts import Contact
 from .elasticity import KINEMATICS, Kinematics
@@ -43,7 +44,7 @@ class ContactModel(Shown, Plotted):
     supports
         Supports. With the contacts glued, they must prevent all rigid motions; a body that other bodies hold may be free.
     loads
-        Load case name -> its loads: Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference.
+        Load case name -> its loads: Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference, BoltPreload.
     contacts
         The contacts, each of another name. None given: two bodies, the first of them body 1, meet along the boundary "contact" of both. A corner node
         belongs to as many contacts as faces end there. Where its motion in the last of them follows from the others, the next node stands for both.
@@ -139,11 +140,12 @@ class ContactModel(Shown, Plotted):
             Rigid motions that nothing prevents, supports on both nodes of a pair, a stiffness that cannot be factorised, or not accurately enough
             (extreme materials, sizes or elements).
         """
-        parts, (K, interface) = self._parts, (self._parts.stiffness, self._parts.interface)
+        parts, (K, interface), (R, _) = self._parts, (self._parts.stiffness, self._parts.interface), self._parts.release
         names, points = [parts.names[number] for number in parts.contact], parts.points[interface.nodes]
         if self.kinematics != "space":
             check_course(points, interface.frames, names)
-        F = {name: force - K @ moved if moved.any() else force for name, (force, moved, _) in self._cases.items()}
+        parts.check_ends()
+        F = {name: R.T @ force - K @ moved if moved.any() else R.T @ force for name, (force, moved, _) in self._cases.items()}
         overlaps = {name: overlap for name, (_, _, overlap) in self._cases.items() if overlap.any()}
         S, bonded = condensed(K, F, overlaps, interface, parts.free_rows, parts.points, names, node_graph(K, parts.free_rows))
         materials = {name: body.material for name, body in self.bodies.items()}
@@ -202,16 +204,19 @@ class ContactModel(Shown, Plotted):
             for total, part in zip((force, lift, overlap), self._cases[name], strict=True):
                 total += amplitude * part
         expansions = [(amplitude, part) for name, amplitude in amplitudes.items() for part in self.loads[name] if isinstance(part, Expansion)]
-        u, r = self._recovery.displacements(force, lift, joined(v, w - parts.gap + overlap))
+        R, D = parts.release
+        u, r = self._recovery.displacements(R.T @ force, lift, joined(v, w - parts.gap + overlap))
         if gap is not None:
             _warn_of_open_nodes(w, r, float(np.abs(u).max()))
-        moved = {name: u[parts.rows[first : first + self.bodies[name].mesh.p.shape[1]]].T for name, first in parts.first_node.items()}
-        return body_fields(self.bodies, self.kinematics or "plane_strain", moved, expansions, parted(r, d), parts.interface.frames, parts.sides)
+        u = R @ u + D @ force
+        moved = {name: u[parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]].T for name, first in parts.first_node.items()}
+        return body_fields(parts.bodies, self.kinematics or "plane_strain", moved, expansions, parted(r, d), parts.interface.frames, parts.sides)
 
     @property
     def held_nodes(self) -> tuple[Integers, ...]:
         """Numbers of the nodes that each support holds, in the mesh of its body."""
-        return tuple(self._parts.nodes("supports", support) - self._parts.first_node[support.body] for support in self.supports)
+        found = [(support.body, self._parts.nodes("supports", support) - self._parts.first_node[support.body]) for support in self.supports]
+        return tuple(nodes[nodes < self.bodies[name].mesh.p.shape[1]] for name, nodes in found)  # those of far faces of cuts follow
 
     @property
     def surface_loads(self) -> tuple[tuple[str, str, Integers, Array], ...]:
@@ -236,7 +241,8 @@ class ContactModel(Shown, Plotted):
 
     @cached_property
     def _parts(self) -> Assembly:
-        return Assembly(self.bodies, self.supports, self.contacts, self.kinematics or "plane_strain")
+        sections = dict.fromkeys((part.body, part.section) for parts in self.loads.values() for part in parts if isinstance(part, BoltPreload))
+        return Assembly(self.bodies, self.supports, self.contacts, sections, self.kinematics or "plane_strain")
 
     @cached_property
     def _cases(self) -> dict[str, tuple[Array, Array, Array]]:

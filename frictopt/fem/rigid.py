@@ -11,7 +11,7 @@ from ..errors import ModelError
 from .interface import Interface
 from .ordering import NO_ROWS, Integers
 
-__all__ = ["balanced", "check_supports", "free_motions", "node_graph"]
+__all__ = ["assemblies", "balanced", "check_supports", "free_motions", "node_graph"]
 
 
 def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
@@ -88,6 +88,13 @@ def _followed(K: csr_matrix, generalised: Integers, u: Array) -> Array:
         ) from error
 
 
+def assemblies(graph: csr_matrix, interface: Interface) -> Integers:
+    """(nodes,) number of the bodies that contacts glue together, to which each node belongs."""
+    links = interface.opening.tocoo()
+    ties = csr_matrix((np.ones(len(links.row)), (interface.nodes[links.row], links.col)), shape=graph.shape)
+    return np.asarray(connected_components(graph + ties, directed=False)[1])
+
+
 def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_matrix, interface: Interface, generalised: Integers) -> None:
     """Check that no rigid motion is left to bodies that are glued together.
 
@@ -96,9 +103,7 @@ def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_
     ModelError
         One is left.
     """
-    links = interface.opening.tocoo()
-    ties = csr_matrix((np.ones(len(links.row)), (interface.nodes[links.row], links.col)), shape=graph.shape)
-    _, assembly = connected_components(graph + ties, directed=False)
+    assembly = assemblies(graph, interface)
     left = free_motions(K, unknowns, points, assembly, generalised)
     if left.shape[1]:
         node = int(np.flatnonzero((unknowns == left.tocoo().row[0]).any(axis=1))[0])

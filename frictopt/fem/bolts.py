@@ -1,0 +1,154 @@
+"""Bolts that are tightened: a cut through a shank, whose faces a given force pulls together."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix, hstack
+from scipy.sparse.csgraph import connected_components
+from skfem import Mesh
+
+from ..contact.checks import Array, check_text, finite_number
+from ..errors import ModelError
+from .bodies import Body
+from .elasticity import Kinematics
+from .forms import boundary_forces
+from .ordering import Integers
+
+__all__ = ["BoltPreload", "Cut", "cut_bodies", "released"]
+
+_FLAT = 1e-3  # share of its extent by which a section may be out of its plane: decks have few digits
+
+
+@dataclass(frozen=True)
+class BoltPreload:
+    """The force that a bolt is tightened with: the tension in a plane section of its shank.
+
+    The model cuts the body there, by nodes of their own on both faces, and equal and opposite tractions pull the faces together. Along the axis, the
+    normal of the section, all nodes of one face move by the same distance relative to the other face, and this distance is free; across the axis
+    they do not move relative to each other. So the tension is this force, times the amplitude of its load case, under every load: other loads bend
+    and shear the bolt, but do not stretch it. This is the pretension section of other codes before its length is locked; a pull along a locked bolt
+    would go through the bolt in part, and take less off the contact.
+
+    Parameters
+    ----------
+    body
+        Name of the body in its model.
+    section
+        Name of a boundary of its mesh: facets inside the body, in one plane across the shank, that cut the body in two. In gmsh it is a physical
+        surface between two volumes of the same physical group. A contact or a support holds what lies on either side along the axis.
+    force
+        Tension, force; per depth in the plane, of the whole circumference if axisymmetric; half of it where symmetry halves the bolt.
+
+    Raises
+    ------
+    ModelError
+        A body or a section that is no text, a force that is not a finite number. In a model: facets on the outline or out of one plane, a section
+        that does not cut the body in two, or has nodes in another section, in a contact, or held along the axis; an end that nothing holds.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.BoltPreload("bolt", "section", 20e3)
+    BoltPreload(body='bolt', section='section', force=20000.0)
+    """
+
+    body: str
+    section: str
+    force: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_text("body", self.body, "the name of a body of the model")
+        check_text("section", self.section, "the name of a boundary of the mesh")
+        object.__setattr__(self, "force", finite_number("force", self.force))
+
+    def _forces(self, body: Body, kinematics: Kinematics) -> Array:
+        """Nodal forces of a uniform tension on both faces of a body that is cut."""
+        facets = body.boundary(self.section, "section")
+        both = boundary_forces(body.mesh, facets, lambda points, _: np.ones((1, *points.shape[1:])), kinematics).sum()
+        return boundary_forces(body.mesh, facets, lambda _, normals: 2 * self.force / both * normals, kinematics)
+
+
+@dataclass(frozen=True, eq=False)
+class Cut:
+    """The body that is cut, the (n,) nodes on either face, and the axis (d,) of the bolt, which points from the near face into the far part."""
+
+    body: str
+    near: Integers
+    far: Integers
+    axis: Array
+
+
+def cut_bodies(bodies: Mapping[str, Body], sections: Iterable[tuple[str, str]], kinematics: Kinematics) -> tuple[dict[str, Body], list[Cut]]:
+    """The bodies with their sections, (body, section), cut, the nodes of the far faces last, and the cuts.
+
+    Raises
+    ------
+    ModelError
+        A section that is unknown or does not cut its body in two along one plane, or that meets another one.
+    """
+    found, cuts = dict(bodies), []
+    for name, section in sections:
+        if name not in found:
+            raise ModelError(f"bolt: body {name!r} is unknown; this model has {sorted(found)}")
+        mesh, start = found[name].mesh, f"bolt {name!r}: section {section!r}"
+        if section not in (mesh.boundaries or {}):
+            raise ModelError(f"{start} is unknown; this mesh names {sorted(mesh.boundaries or {})}")
+        near, far, axis, mesh = _cut(mesh, section, start)
+        if kinematics == "axisymmetric" and abs(axis[0]) > _FLAT:
+            raise ModelError(f"{start} is not normal to the axis x = 0; cut an axisymmetric bolt at one y")
+        found[name] = copy(found[name])  # one body still, though its parts share no facets
+        object.__setattr__(found[name], "mesh", mesh)
+        cuts.append(Cut(name, near, far, axis))
+    return found, cuts
+
+
+def _cut(mesh: Mesh, section: str, start: str) -> tuple[Integers, Integers, Array, Mesh]:
+    """Nodes of the near and the far face of a section, its axis, and the mesh cut there: both faces are the boundary of that name."""
+    facets, n = np.unique(mesh.boundaries[section]), mesh.p.shape[1]
+    if not len(facets) or np.any(mesh.f2t[1, facets] < 0):
+        raise ModelError(f"{start} has no facets, or facets on the outline of the body; name the facets of a plane through its inside")
+    near = np.unique(mesh.facets[:, facets])
+    arms = mesh.p[:, near] - mesh.p[:, near].mean(axis=1, keepdims=True)
+    axis = np.linalg.svd(arms, full_matrices=False)[0][:, -1]
+    axis = axis * np.sign(axis[np.abs(axis).argmax()])
+    if np.abs(axis @ arms).max() > _FLAT * np.ptp(arms, axis=1).max():
+        raise ModelError(f"{start} is not flat, it leaves its plane by {np.abs(axis @ arms).max():g}; name facets in one plane through the shank")
+    links = mesh.f2t[:, np.setdiff1d(np.flatnonzero(mesh.f2t[1] >= 0), facets)]
+    _, part = connected_components(coo_matrix((np.ones(links.shape[1]), links), shape=(mesh.t.shape[1],) * 2), directed=False)
+    sides = mesh.f2t[:, facets]
+    heights = axis @ mesh.p[:, mesh.t].mean(axis=1)
+    behind, ahead = np.take_along_axis(sides, np.argsort(heights[sides], axis=0), axis=0)
+    ahead, behind = np.unique(part[ahead]), np.unique(part[behind])
+    if len(ahead) != 1 or len(behind) != 1 or ahead == behind:
+        raise ModelError(f"{start} does not cut the body in two; name all facets of one plane through the shank, from side to side")
+    beyond, copies = part == ahead, np.arange(n)
+    copies[near] = n + np.arange(len(near))
+    whole = replace(mesh, doflocs=np.hstack([mesh.p, mesh.p[:, near]]), t=np.where(beyond, copies[mesh.t], mesh.t), sort_t=False, _boundaries=None)
+    faces = {name: np.unique(whole.t2f[np.isin(mesh.t2f, named)]) for name, named in mesh.boundaries.items()}
+    return near, copies[near], axis, whole.with_boundaries(faces)
+
+
+def released(K: csr_matrix, rows: Integers, cuts: Sequence[Cut]) -> tuple[csr_matrix, csr_matrix]:
+    """Matrices R and D (size, size) of `u = R y + D F`, the displacements under loads F when cuts are free along their axes and tied across them.
+
+    With the matrix C that lets far faces follow near ones, and the motions c of far faces against the axes, by the amounts x, `u = C y + c x`. No
+    force but that of F acts along x: `c^T (K u - F) = 0`. So y has the stiffness `R^T K R`, none at the far faces, and the loads `R^T F`.
+
+    Parameters
+    ----------
+    K, rows
+        Stiffness of the bodies that are cut, and its rows of all nodes (nodes, d).
+    cuts
+        The cuts, by numbers of these nodes.
+    """
+    size, moves = K.shape[0], [csr_matrix((K.shape[0], 0))]
+    follows = np.arange(size)
+    for cut in cuts:
+        far = rows[cut.far]
+        follows[far] = rows[cut.near]
+        moves.append(csr_matrix((np.tile(-cut.axis, len(far)), (far.ravel(), np.zeros(far.size, int))), shape=(size, 1)))
+    C, c = csr_matrix((np.ones(size), (np.arange(size), follows)), shape=K.shape), csr_matrix(hstack(moves))
+    flexible = csr_matrix(np.linalg.inv((c.T @ K @ c).toarray()))
+    return csr_matrix(C - c @ (flexible @ (c.T @ K @ C))), csr_matrix(c @ flexible @ c.T)

@@ -1,0 +1,211 @@
+"""Bolts that are tightened, against bars, springs and ties by multipliers."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag
+from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
+
+import frictopt as fo
+from frictopt.fem.elasticity import body_stiffness
+
+CORK = fo.Material(E=3.0, nu=0.0)
+HEIGHTS = np.array([0.0, 0.7, 1.5, 3.0])
+
+
+def bar(kind=MeshQuad, low=0, high=None, half=1.0, kinematics=None):
+    """A bar from y (in space z) = 0 to 3 with the section 1.5, or the part of it between two of its heights."""
+    x = np.array([0.5, 0.7, 1.0]) * half if kinematics == "axisymmetric" else np.array([-1.0, 0.1, 1.0]) * half
+    mesh = kind.init_tensor(*[x] * (kind().dim() - 1), HEIGHTS[low:high])
+    mesh = mesh.with_boundaries(
+        {"contact": lambda x: x[-1] == 0, "foot": lambda x: x[-1] == 0, "top": lambda x: x[-1] == 3, "side": lambda x: x[0] == 1}
+    )
+    return mesh.with_boundaries({"section": lambda x: x[-1] == 1.5}, boundaries_only=False)
+
+
+def stands(kind=MeshQuad, loads=None, material=CORK, kinematics=None, supports=None):
+    """A bar that hangs between a base and a fixed top."""
+    bolt, up = bar(kind, kinematics=kinematics), "xyz"[kind().dim() - 1]
+    levels = [np.unique(x) for x in bolt.p[:-1]]
+    base = kind.init_tensor(*levels, [-1.0, -0.3, 0.0]).with_boundaries({"contact": lambda x: x[-1] == 0, "bottom": lambda x: x[-1] == -1})
+    return fo.ContactModel(
+        bodies={"base": fo.Body(base, material), "bolt": fo.Body(bolt, material)},
+        supports=supports or [fo.Support("base", "bottom"), fo.Support("bolt", "top")],
+        loads=loads or {"F": [fo.BoltPreload("bolt", "section", 10.0)], "down": [fo.BodyForce("base", **{up: -0.5})]},
+        contacts=[fo.Contact("bolt", "base")],
+        kinematics=kinematics,
+    )
+
+
+def glued(model, **loads):
+    system = model.condense()
+    return model.recover(loads, np.zeros(system.normals.shape[:1] + (2,) * (system.normals.shape[1] == 3)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "kinematics", "area"),
+    [(MeshQuad, None, 2), (MeshTri, "plane_stress", 2), (MeshQuad, "axisymmetric", 0.75 * np.pi), (MeshHex, None, 4), (MeshTet, None, 4)],
+)
+def test_the_stress_of_a_bar_is_the_force_over_its_area_whatever_pulls_elsewhere(kind, kinematics, area):
+    """Bars of length 1.5 on either side of the section, the lower one on a base of length 1."""
+    model = stands(kind, kinematics=kinematics)
+    fields, down = (glued(model, F=2.0, down=load) for load in (0.0, 3.0))
+    axial = 1 if kind().dim() == 2 else 3
+    for body in ("base", "bolt"):
+        expected = np.zeros_like(fields.stress[body])
+        expected[axial] = 20.0 / area
+        assert np.allclose(fields.stress[body], expected, atol=1e-12)
+    u, mesh = fields.displacement["bolt"][-1], fields.bodies["bolt"].mesh
+    faces = [u[nodes] for nodes in (mesh.p[-1] == 1.5).nonzero()[0].reshape(2, -1)]
+    strain = 20.0 / area / CORK.E
+    assert np.allclose(faces[0], 2.5 * strain) and np.allclose(faces[1], -1.5 * strain)  # the far face comes last
+    assert fields.p.sum() == pytest.approx(-20.0) and down.p.sum() == pytest.approx(-20.0) and np.allclose(fields.q, 0.0, atol=1e-12)
+    assert model.bodies["bolt"].mesh.p.shape[1] < mesh.p.shape[1] and len(model.held_nodes[1]) == np.sum(model.bodies["bolt"].mesh.p[-1] == 3)
+
+
+def test_a_bolt_and_its_plates_are_two_springs():
+    """Shank, two plates, and a head and a nut that are all but rigid; a pull on head and nut relieves the plates alone."""
+    soft, rigid = fo.Material(E=2.0, nu=0.0), fo.Material(E=2e6, nu=0.0)
+
+    def block(x, y, **faces):
+        return MeshQuad.init_tensor(np.array(x), np.array(y)).with_boundaries(
+            {"low": lambda p: p[1] == y[0], "high": lambda p: p[1] == y[-1], **faces}
+        )
+
+    shank = block([-0.5, 0.0, 0.5], [0.0, 1.0, 2.0, 4.0]).with_boundaries({"section": lambda p: p[1] == 1.0}, boundaries_only=False)
+    across = [-3.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 3.0]
+    parts = {"left": (-3, -1), "mid": (-0.5, 0.5), "right": (1, 3)}
+    under = {name: (lambda p, a=a, b=b: (p[1] == 4.0) & (p[0] > a) & (p[0] < b)) for name, (a, b) in parts.items()}
+    over = {name: (lambda p, a=a, b=b: (p[1] == 0.0) & (p[0] > a) & (p[0] < b)) for name, (a, b) in parts.items()}
+    bodies = {
+        "mid": fo.Body(shank, CORK),
+        "left": fo.Body(block([-3.0, -2.0, -1.0], [0.0, 4.0]), soft),
+        "right": fo.Body(block([1.0, 2.0, 3.0], [0.0, 4.0]), soft),
+        "head": fo.Body(block(across, [4.0, 5.0, 6.0], **under), rigid),
+        "nut": fo.Body(block(across, [-2.0, -1.0, 0.0], **over), rigid),
+    }
+    model = fo.ContactModel(
+        bodies,
+        supports=[fo.Support("nut", "low")],
+        loads={"F": [fo.BoltPreload("mid", "section", 7.0)], "pull": [fo.Traction("head", "high", y=1.0 / 6.0)]},
+        contacts=[fo.Contact(name, end, face, name, name=f"{name} {end}") for name in parts for end, face in (("head", "high"), ("nut", "low"))],
+    )
+    system, fields = model.condense(), glued(model, F=1.0, pull=2.0)
+    u = [fields.displacement["mid"][1, fields.bodies["mid"].mesh.p[1] == 1.0][k * 3 : k * 3 + 3] for k in (0, 1)]
+    bolt, plates = 3.0 * 1.0 / 4.0, 2.0 * 4.0 / 4.0  # E A / L
+    assert np.allclose(u[0] - u[1], 7.0 / bolt + (7.0 - 2.0) / plates, rtol=1e-5)
+    carried = {name: fields.p[system.contact == f"{name} head"].sum() for name in parts}
+    assert carried["mid"] == pytest.approx(-7.0, rel=1e-5) and carried["left"] + carried["right"] == pytest.approx(7.0 - 2.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("kind", [MeshTri, MeshHex])
+def test_the_faces_move_as_multipliers_tie_them(kind):
+    """Both halves of the bolt as bodies of their own, and every tie as a row of a saddle-point system."""
+    material, d, up = fo.Material(E=2.0, nu=0.3), kind().dim(), "xyz"[kind().dim() - 1]
+
+    def loads(body):
+        parts = [
+            fo.Expansion(body, lambda *x: 0.1 * x[0] + x[-1]),
+            fo.BodyForce(body, x=0.3, **{up: 0.2}),
+            fo.Traction(body, "side", x=lambda *x: x[-1]),
+        ]
+        return [*parts, fo.Centrifugal(body, 0.1)]
+
+    model = stands(kind, {"F": [fo.BoltPreload("bolt", "section", 4.0), *loads("bolt")]}, material)
+    fields = glued(model, F=1.0)
+    lower, upper = bar(kind, 0, 3), bar(kind, 2, None)
+    meshes = [model.bodies["base"].mesh, lower, upper]
+    K = block_diag(*(body_stiffness(mesh, material, kinematics="space" if d == 3 else "plane_strain").toarray() for mesh in meshes))
+    F = [np.zeros(meshes[0].p.size)]
+    F += [sum(load._forces(fo.Body(mesh, material), "plane_strain") for load in loads("bolt")).ravel() for mesh in meshes[1:]]
+    starts = np.cumsum([0, *(mesh.p.size for mesh in meshes)])
+    K, F = np.pad(K, (0, 1)), np.r_[np.concatenate(F), 4.0]  # the last unknown is how far the faces come together
+    rows = []
+
+    def tie(one, two, height, closing):
+        for i in np.flatnonzero(meshes[one].p[-1] == height):
+            j = np.flatnonzero((meshes[two].p == meshes[one].p[:, [i]]).all(axis=0))[0]
+            for axis in range(d):
+                rows.append(np.zeros(len(K)))
+                for part, node, sign in ((one, i, 1.0), (two, j, -1.0)):
+                    rows[-1][starts[part] + axis * meshes[part].p.shape[1] + node] = sign
+                rows[-1][-1] = -closing * (axis == d - 1)
+
+    tie(1, 0, 0.0, 0.0)
+    tie(1, 2, 1.5, 1.0)
+    for part, height in ((0, -1.0), (2, 3.0)):
+        for i in np.flatnonzero(meshes[part].p[-1] == height):
+            rows += [np.eye(len(K))[starts[part] + axis * meshes[part].p.shape[1] + i] for axis in range(d)]
+    C = np.array(rows)
+    u = np.linalg.solve(np.block([[K, C.T], [C, np.zeros((len(C), len(C)))]]), np.r_[F, np.zeros(len(C))])
+    ours, mesh = fields.displacement["bolt"], fields.bodies["bolt"].mesh
+    for part, place in ((1, lower.p), (2, upper.p)):
+        expected = u[starts[part] : starts[part + 1]].reshape(d, -1)
+        for i, point in enumerate(place.T):
+            same = np.flatnonzero((mesh.p == point[:, None]).all(axis=0))
+            assert np.allclose(ours[:, same[0 if part == 1 else -1]], expected[:, i], atol=1e-10)
+
+
+def test_two_legs_of_one_bolt_have_a_section_each():
+    """A portal on two rigid feet: each leg carries its own force, and both cuts lie in one body."""
+    legs = MeshQuad.init_tensor(np.linspace(0.0, 3.0, 4), np.linspace(0.0, 3.0, 4))
+    legs = legs.remove_elements(np.flatnonzero((abs(legs.p[0, legs.t].mean(axis=0) - 1.5) < 1) & (legs.p[1, legs.t].mean(axis=0) < 2)))
+    legs = legs.with_boundaries({"contact": lambda x: x[1] == 0, "top": lambda x: x[1] == 3})
+    legs = legs.with_boundaries(
+        {name: (lambda x, s=s: (x[1] == 1) & (s * (x[0] - 1.5) > 0)) for name, s in (("a", -1), ("b", 1))}, boundaries_only=False
+    )
+    foot = MeshQuad.init_tensor(np.linspace(0.0, 3.0, 4), [-1.0, 0.0])
+    foot = foot.with_boundaries({"contact": lambda x: (x[1] == 0) & (abs(x[0] - 1.5) > 1), "bottom": lambda x: x[1] == -1})
+    contacts = [fo.Contact("bolt", "foot", side, side) for side in ("left", "right")]
+    sides = {"left": lambda x: (x[1] == 0) & (x[0] < 1), "right": lambda x: (x[1] == 0) & (x[0] > 2)}
+    bodies = {"bolt": fo.Body(legs.with_boundaries(sides), CORK), "foot": fo.Body(foot.with_boundaries(sides), CORK)}
+    loads = {name: [fo.BoltPreload("bolt", name)] for name in "ab"}
+    model = fo.ContactModel(bodies, [fo.Support("foot", "bottom"), fo.Support("bolt", "top")], loads, contacts)
+    system = model.condense()
+    for name, here in (("a", "left"), ("b", "right")):
+        p = {side: system.bonded[name][1][system.contact == side].sum() for side in ("left", "right")}
+        assert p[here] == pytest.approx(-1.0) and p["left"] + p["right"] == pytest.approx(-1.0)
+
+
+def named(**places):
+    return bar().with_boundaries({name: lambda x, place=place: place(*x) for name, place in places.items()}, boundaries_only=False)
+
+
+def asked(mesh=None, section="section", body="bolt", supports=None, contacts=None, kinematics=None, **more):
+    model = stands(kinematics=kinematics)
+    bodies = model.bodies if mesh is None else {**model.bodies, "bolt": fo.Body(mesh, CORK)}
+    loads = {"F": [fo.BoltPreload(body, name) for name in (section, *more.get("also", ()))]}
+    return fo.ContactModel(bodies, supports or model.supports, loads, contacts or model.contacts, kinematics).condense()
+
+
+BAD = {
+    "bolt: body 'nut' is unknown; this model has ['base', 'bolt']": {"body": "nut"},
+    "bolt 'bolt': section 'cut' is unknown; this mesh names ['contact', 'foot', 'section', 'side', 'top']": {"section": "cut"},
+    "section 'top' has no facets, or facets on the outline": {"section": "top"},
+    "section 'bent' is not flat": {"mesh": named(bent=lambda x, y: ((y == 1.5) & (x < 0.1)) | ((x == 0.1) & (y > 1.5))), "section": "bent"},
+    "section 'half' does not cut the body in two": {"mesh": named(half=lambda x, y: (y == 1.5) & (x < 0.1)), "section": "half"},
+    "section 'again' has no facets, or facets on the outline": {"mesh": named(again=lambda x, y: y == 1.5), "also": ["again"]},
+    "'bolt': its section at (0.0333333, 1.5) has nodes in a contact, in another section, or held": {
+        "supports": [fo.Support("base", "bottom"), fo.Support("bolt", "side")]
+    },
+    "nothing holds what is around (0.0333333, 2.25) against the force along the axis": {"supports": [fo.Support("base", "bottom")]},
+    "nothing holds what is around (0.0333333, 0.15) against the force": {"supports": [fo.Support("base", "bottom", "x"), fo.Support("bolt", "top")]},
+    "section 'upright' is not normal to the axis": {
+        "mesh": bar(kinematics="axisymmetric").with_boundaries({"upright": lambda x: x[0] == 0.7}, boundaries_only=False),
+        "section": "upright",
+        "kinematics": "axisymmetric",
+    },
+}
+
+
+@pytest.mark.parametrize("message", BAD)
+def test_sections_that_are_none_are_refused(message):
+    with pytest.raises(fo.ModelError, match=re.escape(message)):
+        asked(**BAD[message])
+
+
+@pytest.mark.parametrize(("arguments", "message"), [((1, "a"), "body: 1"), (("a", None), "section: None"), (("a", "b", np.nan), "force: nan")])
+def test_arguments_of_a_bolt(arguments, message):
+    with pytest.raises(fo.ModelError, match=message):
+        fo.BoltPreload(*arguments)
