@@ -71,6 +71,12 @@ def test_the_limit_of_other_events_is_not_that_of_the_cycles():
     assert limit == pytest.approx(0.6, abs=1e-9)
 
 
+def test_events_next_to_the_limit_of_the_cycles_are_seen():
+    """The cycles lead to 0, where they would stay; but less than a millionth before, other states come back too."""
+    _, limit, _ = settled(Mapped(lambda x: 0.25 * x if x > 1.6e-6 else min(x, 4e-7), 50.0), 100)
+    assert limit == pytest.approx(4e-7, rel=1e-3)
+
+
 def test_events_that_lie_ahead_of_the_last_cycles_are_seen():
     """Two slips decay, one slowly, one fast; once the slow one is more than three times the fast one, a third node is dragged along and stays."""
 

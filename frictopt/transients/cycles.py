@@ -17,7 +17,7 @@ from .judge import at_rest, slips, work_error
 
 __all__ = ["Run", "Settled"]
 
-_NEAR = 1e-3  # the affine map is also tested at this share of the distance from the extrapolated limit
+_NEAR = 100 * PERIODIC  # the affine map is also tested where it moves by so little: other events may begin that near to the extrapolated limit
 _AFFINE = 1e-3  # largest deviation from an affine map, over the change, that is accepted: a new event changes it by more
 _WINDOW = 12  # number of last cycles that an extrapolation uses
 _LEAST = 4  # cycles with the same events before the first extrapolation, and cycles in turn that show a return after two
@@ -167,8 +167,9 @@ class Run:
         else:
             return False
         limit, modes = found
-        shares = [(_NEAR * (last[-1].before - limit), _NEAR * (last[-1].after - limit))]
-        shares += [(size * before, size * after) for before, after in modes for size in (1.0, _NEAR)]
+        ways = [(last[-1].before - limit, last[-1].after - limit), *modes]
+        shares = [(share * before, share * after) for before, after in ways for share in (_NEAR / max(_NEAR, np.abs(before - after).max()),)]
+        shares += modes
         try:
             proving = self.follow(proof)
             if proving.change > PERIODIC:
