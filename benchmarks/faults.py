@@ -103,6 +103,7 @@ FAULTS = (
           "condense_matrices"),
     Fault("fem/matrices/matching.py", "a facet of one body suffices for a face",
           "here[here] = [tuple(sorted(facet)) in known for facet in image[nodes[:, here]].T.tolist()]", "pass", "matching"),
+    Fault("fem/matrices/substructure.py", "directions change one node late", 'side="right") - 1', 'side="left") - 1', "doors"),
     # solve
     Fault("solve/standard_form.py", "rows that do not bind become equations", "form.linear[y[form.linear] > share",
           "form.linear[y[form.linear] < share",

@@ -30,6 +30,7 @@ from .fem import (
     read_abaqus,
     read_calculix,
     read_mesh,
+    read_nastran,
     split_bodies,
 )
 from .histories import (
@@ -109,6 +110,7 @@ __all__ = [
     "read_abaqus",
     "read_calculix",
     "read_mesh",
+    "read_nastran",
     "read_store",
     "referee",
     "reference",

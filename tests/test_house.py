@@ -29,7 +29,7 @@ ALLOWED = {  # libraries beyond the standard one, by layer
     "errors": set(),
     "contact": {"numpy", "pandas", "tqdm"},  # pandas where a table is asked for, tqdm where a computation is long
     "reference": {"numpy"},
-    "fem": {"numpy", "scipy", "skfem", "meshio", "pandas"},  # the last two where a file is read
+    "fem": {"numpy", "scipy", "skfem", "meshio", "pandas", "pyyeti"},  # the last three where a file is read
     "scenes": {"numpy", "skfem"},
     "solve": {"numpy", "scipy", "cvxpy", "pandas"},
     "limits": {"numpy", "scipy", "cvxpy", "pandas"},

@@ -6,7 +6,7 @@ from .condense import condense
 from .contacts import Contact, Interference
 from .elasticity import Material
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
-from .matrices import MatrixJob, read_abaqus, read_calculix, read_mesh
+from .matrices import MatrixJob, read_abaqus, read_calculix, read_mesh, read_nastran
 from .model import ContactModel
 from .recovery import BodyFields
 from .split import split_bodies
@@ -31,5 +31,6 @@ __all__ = [
     "read_abaqus",
     "read_calculix",
     "read_mesh",
+    "read_nastran",
     "split_bodies",
 ]

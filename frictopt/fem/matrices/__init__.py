@@ -4,5 +4,6 @@ from .abaqus import read_abaqus
 from .calculix import read_calculix
 from .job import MatrixJob
 from .meshes import read_mesh
+from .nastran import read_nastran
 
-__all__ = ["MatrixJob", "read_abaqus", "read_calculix", "read_mesh"]
+__all__ = ["MatrixJob", "read_abaqus", "read_calculix", "read_mesh", "read_nastran"]

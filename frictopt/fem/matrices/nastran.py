@@ -1,0 +1,138 @@
+"""Matrices of Nastran: DMIG of a punch file, and OUTPUT4."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import csr_matrix
+
+from ...contact.checks import shown, whole_array
+from ...errors import ModelError
+from ..ordering import Integers
+from .deck import Deck, deck_of_points
+from .job import MatrixJob
+from .meshes import file_path
+
+__all__ = ["read_nastran"]
+
+_SOLIDS = {("CHEXA", 8): "C3D8", ("CTETRA", 4): "C3D4"}  # as Abaqus names them
+
+
+def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path | None = None, labels: ArrayLike | None = None) -> MatrixJob:
+    """Read a stiffness that Nastran writes, as DMIG cards of a punch file or as OUTPUT4 (`.op4`), text or binary.
+
+    `EXTSEOUT(DMIGPCH)` or `PARAM,EXTOUT,DMIGPCH` with an ASET of the displacements of the contact and of the loads writes KAAX as DMIG. DMIG names
+    the grid points of its rows, OUTPUT4 does not: give their labels, except for the stiffness of all grid points of the deck (KGG), which has six
+    rows for each of them in the order of their numbers. Rotations and scalar points are generalised coordinates. Displacements that the matrix lacks
+    are not known to be held, see `MatrixJob.unknowns`. The extra `nastran` of the installation brings pyyeti.
+
+    Parameters
+    ----------
+    path
+        Path of the file; one that ends in `.op4` is OUTPUT4.
+    name
+        Name of the matrix, such as "KAAX"; None: the file has one only.
+    deck
+        Path of the bulk data, for grid points (`GRID`, in the basic coordinates) and the faces of `CHEXA` and `CTETRA`.
+    labels
+        (n, 2) grid point and component 1 to 6 of each row (0 of a scalar point), of OUTPUT4.
+
+    Raises
+    ------
+    ModelError
+        A file that is missing or damaged, a name that the file does not have, OUTPUT4 without labels, grid points in coordinates of their own, a
+        matrix that is complex or not symmetric.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> job = fo.read_nastran("tests/data/joint.pch", deck="tests/data/joint.bdf")
+    >>> job
+    MatrixJob(unknowns=66, directions=3, sets=[])
+    >>> [face.shape for face in job.matching_faces()]
+    [(6, 2)]
+    """
+    bulk, op4 = _library()
+    file = file_path("path", path)
+    grids = None if deck is None else _deck(bulk, file_path("deck", deck))
+    if file.suffix.lower() != ".op4":
+        frame = _chosen(_asked(bulk.rddmig, file, "stiffness"), name, file)
+        if frame.columns.nlevels != 2:
+            raise ModelError(f"stiffness: {file.name} has a rectangular matrix {shown(name)}; give the name of a stiffness")
+        rows = frame.index.union(frame.columns)
+        whole = frame.reindex(index=rows, columns=rows, fill_value=0.0)
+        return MatrixJob(csr_matrix(whole.to_numpy()), np.array(rows.tolist()), grids)
+    K = csr_matrix(_chosen(_asked(op4.read, file, "stiffness"), name, file))
+    if labels is not None:
+        return MatrixJob(K, whole_array("labels", labels, (None, 2), least=0, most=10**8), grids)
+    numbers = np.sort(grids.numbers) if grids is not None else np.zeros(0, dtype=np.intp)
+    if K.shape[0] != 6 * len(numbers) or not len(numbers):
+        raise ModelError(
+            f"labels: none, and {file.name} has {K.shape[0]} rows, not six for each of the {len(numbers)} grid points of the deck; OUTPUT4 does "
+            "not say which grid points they belong to: give grid point and component of each row, or write DMIG"
+        )
+    every = np.column_stack([np.repeat(numbers, 6), np.tile(np.arange(1, 7), len(numbers))])
+    return MatrixJob(K, every, grids)
+
+
+def _deck(bulk: Any, file: Path) -> Deck:
+    """Grid points and solids of bulk data."""
+    grids = _asked(bulk.rdgrids, file, "deck")
+    if grids is None:
+        raise ModelError(f"deck {file.name}: no GRID; give the bulk data of the job")
+    turned = grids[(grids[:, 1] != 0) | (grids[:, 5] != 0)]
+    if len(turned):
+        raise ModelError(
+            f"deck {file.name}: grid point {turned[0, 0]:g} has coordinates or displacements in system {max(turned[0, 1], turned[0, 5]):g}; write "
+            "both, and the matrix, in the basic system"
+        )
+    deck = deck_of_points({int(row[0]): row[2:5] for row in grids})
+    row_of = {number: i for i, number in enumerate(deck.numbers.tolist())}
+    blocks: dict[str, list[tuple[int, list[int]]]] = {}
+    for card in ("CHEXA", "CPENTA", "CPYRAM", "CTETRA"):
+        for number, _, *corners in _asked(partial(bulk.rdcards, name=card, return_var="list", no_data_return=[]), file, "deck"):
+            nodes = [int(corner) for corner in corners if corner]
+            if lost := [node for node in nodes if node not in row_of]:
+                raise ModelError(f"deck {file.name}: {card} {number:g} names grid point {lost[0]}, which it does not have; give the whole bulk data")
+            blocks.setdefault(_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}"), []).append((int(number), [row_of[node] for node in nodes]))
+    elements = tuple((kind, _integers([n for n, _ in found]), _integers([nodes for _, nodes in found])) for kind, found in blocks.items())
+    return replace(deck, elements=elements)
+
+
+def _integers(values: object) -> Integers:
+    found = np.array(values, dtype=np.intp)
+    found.flags.writeable = False
+    return found
+
+
+def _chosen(found: Mapping[str, Any], name: str | None, file: Path) -> Any:
+    """The matrix of a name, or the only one."""
+    key = next(iter(found), "") if name is None else str(name).lower()
+    if key not in found or (name is None and len(found) > 1):
+        raise ModelError(f"name: {shown(name)}; {file.name} has the matrices {', '.join(sorted(found)).upper() or 'of no name'}: give one of these")
+    return found[key]
+
+
+def _asked(read: Callable[[str], Any], file: Path, what: str) -> Any:
+    """What the library reads."""
+    if not file.is_file():
+        raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
+    try:
+        return read(str(file))
+    except Exception as error:  # the library lets through whatever a damaged file makes
+        raise ModelError(
+            f"{what}: pyyeti cannot read {str(file)!r} ({str(error).strip() or type(error).__name__}); give the file as Nastran wrote it"
+        ) from error
+
+
+def _library() -> tuple[Any, Any]:
+    """Bulk data and OUTPUT4 of the library pyyeti, where it is installed."""
+    try:
+        from pyyeti.nastran import bulk, op4  # of the extra `nastran`
+    except ImportError as error:
+        raise ModelError("pyyeti: not installed; install frictopt with its extra `nastran`") from error
+    return bulk, op4

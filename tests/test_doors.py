@@ -1,0 +1,197 @@
+"""One joint through every door of matrices: files that CalculiX, pyNastran and pyyeti wrote, and files written here as Abaqus documents them."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from pyyeti.nastran import bulk, op4
+
+import frictopt as fo
+import joint
+from calculix import Block, lines, needs_ccx, node_set, run
+
+DATA = Path(__file__).parent / "data"
+K, LABELS = joint.stiffness()
+
+
+@pytest.fixture(scope="module")
+def limit():
+    """From the matrix that scikit-fem assembles."""
+    return joint.limit(fo.MatrixJob(K, LABELS, joint.POINTS))
+
+
+def agrees(job, limit):
+    """The job has the same matrix by its labels, and the same limit."""
+    row = {tuple(label): i for i, label in enumerate(job.labels.tolist())}
+    order = [row[tuple(label)] for label in LABELS.tolist()]
+    assert len(row) == len(LABELS) + len(job.generalised) and abs(job.K[order][:, order] - K).max() < 1e-9 * K.max()
+    assert joint.limit(job) == pytest.approx(limit, rel=1e-9)
+    (face,) = job.matching_faces()
+    assert sorted(job.deck.numbers[face].tolist()) == joint.PAIRS.tolist()
+
+
+@pytest.fixture
+def deck(tmp_path):
+    (tmp_path / "deck.inp").write_text(joint.DECK)
+    return tmp_path / "deck.inp"
+
+
+@needs_ccx
+def test_the_matrix_of_calculix(tmp_path, limit):
+    agrees(fo.read_calculix(run(tmp_path, joint.DECK)[0]), limit)
+
+
+@needs_ccx
+def test_the_substructure_of_calculix(tmp_path, deck, limit):
+    """All of the joint that is not held is retained. A block beside it is not, for CalculiX stops where it has nothing to eliminate."""
+    beside = Block(901, lines((9, 10, 2), (0, 1, 2), (0, 1, 2)), 1.0, 0.0, "BESIDE")
+    held = node_set("FOOT", beside.on(2, 0)) + "*BOUNDARY\nFOOT, 1, 3\n"
+    step = "*SUBSTRUCTURE GENERATE\n*RETAINED NODAL DOFS, SORTED=NO\nFREE, 1, 3\n*SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, FILE NAME=reduced\n"
+    run(tmp_path, joint.DECK + beside.deck() + held, step)
+    agrees(fo.read_abaqus(tmp_path / "reduced.mtx", deck=deck), limit)
+
+
+def test_the_assembled_matrix_of_abaqus(tmp_path, deck, limit):
+    rows = [f"{n},{k}, {m},{j}, {K[a, b]:.15e}" for a, (n, k) in enumerate(LABELS) for b, (m, j) in enumerate(LABELS[: a + 1]) if K[a, b]]
+    (tmp_path / "job_STIF1.mtx").write_text("** Assembled\n" + "\n".join(rows) + "\n")
+    agrees(fo.read_abaqus(tmp_path / "job_STIF1.mtx", deck=deck), limit)
+
+
+def element(K, nodes, directions, *, before="", unlike=()):
+    """A user element as Abaqus writes it: four entries a line, each row of the triangle beginning a new one.
+
+    Parameters
+    ----------
+    directions
+        Directions of each node; a line for the first one, and wherever they change.
+    """
+    lines = ["**", "** GENERATION OF SUBSTRUCTURE Z1", f"*USER ELEMENT, NODES= {len(nodes)}, LINEAR", "** ELEMENT NODES"]
+    lines += ["** " + ", ".join(map(str, nodes[i : i + 10])) + ("," if i + 10 < len(nodes) else "") for i in range(0, len(nodes), 10)]
+    for i, own in enumerate(directions):
+        if not i or own != directions[i - 1]:
+            lines.append(", ".join(map(str, own if not i else (i + 1, *own))))
+    lines += ["*MATRIX,TYPE=STIFFNESS"]
+    for i, row in enumerate(K):
+        lines += [", ".join(f"{value:.15e}" for value in row[j : min(j + 4, i + 1)]) + "," for j in range(0, i + 1, 4)]
+    return "\n".join([*lines, *unlike]) + "\n"
+
+
+def reduced():
+    """Rows of the joint with two modes of its upper body, joined to its first node, and a rotation of node 4 with no stiffness but its own."""
+    nodes = list(dict.fromkeys(LABELS[:, 0].tolist()))
+    whole = np.zeros((69, 69))
+    order = np.r_[0:12, 13:67]  # the rotation comes after node 4, the modes last
+    B = np.zeros((66, 2))
+    B[:3] = [[0.5, 0.0], [0.0, 2.0], [1.0, 1.0]]
+    whole[np.ix_(order, order)] = K + B @ B.T
+    whole[np.ix_(order, [67, 68])], whole[np.ix_([67, 68], order)] = B, B.T
+    whole[[12, 67, 68], [12, 67, 68]] = [3.0, 1.0, 1.0]
+    directions = [(1, 2, 3)] * 3 + [(1, 2, 3, 6)] + [(1, 2, 3)] * (len(nodes) - 4)
+    return whole, [*nodes, 9000], [*directions, (1001, 1002)]
+
+
+def test_a_substructure_of_abaqus_with_a_rotation_and_modes(tmp_path, deck, limit):
+    mass = ["*MATRIX,TYPE=MASS", "1.0,", "2.0, 3.0,"]
+    (tmp_path / "z1.mtx").write_text(element(*reduced(), unlike=mass))
+    job = fo.read_abaqus(tmp_path / "z1.mtx", deck=deck)
+    assert job.labels[job.generalised].tolist() == [[4, 6], [9000, 1001], [9000, 1002]] and set(job.bodies) == {-1, 0, 1}
+    assert joint.limit(job) == pytest.approx(limit, rel=1e-9)
+
+
+WHOLE = element(K, list(dict.fromkeys(LABELS[:, 0].tolist())), [(1, 2, 3)] * 22)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            "*MATRIX,TYPE=STIFFNESS",
+            "*MATRIX,TYPE=MASS",
+            r"bad\.mtx has 1 elements, 22 nodes and 0 numbers of a stiffness; write it with \*SUBSTRUCTURE",
+        ),
+        ("** ELEMENT NODES", "** NODES", "has 1 elements, 0 nodes"),
+        ("*USER ELEMENT", "*USER ELEMENT, NODES= 1, LINEAR\n*USER ELEMENT", "has 2 elements"),
+        ("1, 2, 3\n*MATRIX", "1, 2\n*MATRIX", r"has 2211 numbers, but its nodes have 44 directions, with a triangle of 990"),
+        ("1, 2, 3\n*MATRIX", "1, 2, 3\n40, 1\n*MATRIX", r"directions of bad\.mtx change at nodes \[40\] of 22"),
+        ("** 1, 2, 3,", "** 1, two, 3,", r"line 5 of bad\.mtx cannot be read .*'two'"),
+        ("4.000000000000000e+02,", "4.0x,", r"line 10 of bad\.mtx cannot be read .*'4\.0X'"),
+    ],
+)
+def test_damaged_substructures_are_refused(tmp_path, old, new, said):
+    assert old in WHOLE
+    (tmp_path / "bad.mtx").write_text(WHOLE.replace(old, new, 1))
+    with pytest.raises(fo.ModelError, match=said):
+        fo.read_abaqus(tmp_path / "bad.mtx")
+
+
+@pytest.mark.parametrize(("file", "labels"), [("joint.pch", None), ("joint.op4", LABELS)])
+def test_the_files_of_pynastran(file, labels, limit):
+    agrees(fo.read_nastran(DATA / file, deck=DATA / "joint.bdf", labels=labels), limit)
+
+
+def frame(K, labels):
+    index = pd.MultiIndex.from_arrays(np.transpose(labels), names=["id", "dof"])
+    return pd.DataFrame(K, index=index, columns=index)
+
+
+def test_the_files_of_pyyeti(tmp_path, limit):
+    """Text and binary; DMIG with a mass beside it and scalar points for modes; OUTPUT4 of all grid points."""
+    whole, nodes, directions = reduced()
+    labels = [(n, k) for n, own in zip(nodes, directions, strict=True) for k in own if n < 9000] + [(9001, 0), (9002, 0)]
+    bulk.wtdmig(str(tmp_path / "a.pch"), {"KAAX": frame(whole, labels), "MAAX": frame(np.eye(69), labels)})
+    job = fo.read_nastran(tmp_path / "a.pch", name="KAAX", deck=DATA / "joint.bdf")
+    assert len(job.generalised) == 3 and joint.limit(job) == pytest.approx(limit, rel=1e-9)
+    for binary in (True, False):
+        op4.write(str(tmp_path / "a.op4"), ["KAA"], [K], binary=binary)
+        agrees(fo.read_nastran(tmp_path / "a.op4", deck=DATA / "joint.bdf", labels=LABELS), limit)
+    place = {number: i for i, number in enumerate(sorted(joint.POINTS))}
+    every = np.zeros((6 * len(place), 6 * len(place)))
+    rows = [6 * place[n] + k - 1 for n, k in LABELS.tolist()]
+    every[np.ix_(rows, rows)] = K
+    op4.write(str(tmp_path / "kgg.op4"), ["KGG"], [every])
+    job = fo.read_nastran(tmp_path / "kgg.op4", deck=DATA / "joint.bdf")
+    held = job.unknowns[job.points[:, 2] == -1].ravel()
+    top = {name: np.zeros(len(every)) for name in "PQ"}
+    for n in joint.UPPER.on(2, 1):
+        top["P"][6 * place[n] + 2], top["Q"][6 * place[n]] = -1.0, 1.0
+    pairs = [[place[a], place[b]] for a, b in joint.PAIRS.tolist()]
+    system = fo.condense(job.K, top, pairs, [0, 0, 1], job.unknowns, job.points, held=held, generalised=job.generalised)
+    assert fo.shakedown_limit(system, joint.CYCLE, 0.5).load_factor == pytest.approx(limit, rel=1e-9)
+
+
+def test_other_files_of_nastran_are_refused(tmp_path):
+    bdf = DATA / "joint.bdf"
+    bulk.wtdmig(str(tmp_path / "two.pch"), {"KAAX": frame(K, LABELS), "MAAX": frame(K, LABELS), "PAX": frame(K, LABELS).iloc[:, :1]})
+    (tmp_path / "none.pch").write_text("$ nothing\n")
+    (tmp_path / "bad.pch").write_text((DATA / "joint.pch").read_text().replace("D+02", "x", 1))
+    (tmp_path / "bad.op4").write_text("hello")
+    (tmp_path / "turned.bdf").write_text(bdf.read_text().replace("GRID           2        ", "GRID           2       7", 1))
+    (tmp_path / "part.bdf").write_text(bdf.read_text().replace("GRID           2 ", "$", 1))
+    op4.write(str(tmp_path / "a.op4"), ["KAA"], [K])
+    op4.write(str(tmp_path / "skew.op4"), ["KAA"], [np.triu(K)])
+    bad = [
+        ("two.pch", {}, r"name: None; two\.pch has the matrices KAAX, MAAX, PAX: give one"),
+        ("two.pch", {"name": "KGG"}, "name: 'KGG'; two.pch has the matrices"),
+        ("none.pch", {}, "pyyeti cannot read .*none.pch"),
+        ("bad.pch", {}, "pyyeti cannot read .*bad.pch.*could not convert"),
+        ("bad.op4", {}, "pyyeti cannot read .*bad.op4"),
+        ("gone.pch", {}, r"stiffness: there is no file '.*gone\.pch'"),
+        ("a.op4", {}, r"labels: none, and a\.op4 has 66 rows, not six for each of the 0 grid points"),
+        ("a.op4", {"deck": bdf}, "not six for each of the 32 grid points"),
+        ("a.op4", {"labels": LABELS[:5]}, "of the size of the labels, 5"),
+        ("a.op4", {"deck": tmp_path / "a.op4"}, "pyyeti cannot read .*a.op4|no GRID"),
+        ("a.op4", {"deck": tmp_path / "two.pch"}, r"deck two\.pch: no GRID"),
+        ("a.op4", {"deck": tmp_path / "turned.bdf"}, r"deck turned\.bdf: grid point 2 has coordinates or displacements in system 7"),
+        ("a.op4", {"deck": tmp_path / "part.bdf"}, r"deck part\.bdf: CHEXA 1 names grid point 2"),
+        ("skew.op4", {"labels": LABELS}, "K: not symmetric"),
+    ]
+    for file, options, said in bad:
+        with pytest.raises(fo.ModelError, match=said):
+            fo.read_nastran(tmp_path / file, **options)
+
+
+def test_without_pyyeti_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pyyeti.nastran", None)
+    with pytest.raises(fo.ModelError, match="pyyeti: not installed; install frictopt with its extra `nastran`"):
+        fo.read_nastran(DATA / "joint.pch")
