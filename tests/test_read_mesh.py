@@ -92,8 +92,15 @@ def test_groups_of_gmsh_in_space(tmp_path, cells, faces, kind):
     blocks = [(cells, made.t[order].T), (faces, made.facets[:, low].T)]
     tags = {"gmsh:physical": [1 + upper, np.full(len(low), 3)], "gmsh:geometrical": [1 + upper, np.full(len(low), 1)]}
     groups = {"first": np.array([1, 3]), "second": np.array([2, 3]), "bottom": np.array([3, 2])}
-    meshio.Mesh(made.p.T, blocks, cell_data=tags, field_data=groups).write(tmp_path / "a.msh", file_format="gmsh22", binary=False)
+    whole = meshio.Mesh(made.p.T, blocks, cell_data=tags, field_data=groups)
+    whole.write(tmp_path / "a.msh", file_format="gmsh22", binary=False)
+    whole.write(tmp_path / "a.vtu")  # which has no names
+    numbered = fo.read_mesh(tmp_path / "a.vtu")
     mesh = fo.read_mesh(tmp_path / "a.msh")
+    assert {name: own.tolist() for name, own in numbered.boundaries.items()} == {"3": mesh.boundaries["bottom"].tolist()}
+    assert {name: own.tolist() for name, own in numbered.subdomains.items()} == {
+        k: mesh.subdomains[n].tolist() for k, n in (("1", "first"), ("2", "second"))
+    }
     assert type(mesh) is type(made) and mesh.p.shape == made.p.shape and list(mesh.boundaries) == ["bottom"]
     assert len(mesh.boundaries["bottom"]) == len(low) and not mesh.p[2, mesh.facets[:, mesh.boundaries["bottom"]]].any()
     bodies = fo.split_bodies(mesh, {"first": fo.Material(), "second": fo.Material()})
@@ -109,6 +116,89 @@ def test_a_deck_of_solids(tmp_path):
     mesh = fo.read_mesh(tmp_path / "a.inp")
     assert isinstance(mesh, MeshHex) and np.all(mesh.p[2, mesh.facets[:, mesh.boundaries["TOP"]]] == 1) and mesh.subdomains["A"].tolist() == [0]
     assert fo.BodyForce("a", x=2.0)._forces(fo.Body(mesh), "space").sum() == pytest.approx(2.0)
+
+
+def cubes(kind, formats, *, bodies=("upper", "lower"), faces=("top", "middle", "bottom"), groups=(), options=()):
+    """Two cubes that share their nodes, one above the other, meshed by gmsh."""
+    gmsh = pytest.importorskip("gmsh", exc_type=(ImportError, OSError))
+    gmsh.initialize(interruptible=False)
+    try:
+        for name, value in {"General.Terminal": 0, "Mesh.MeshSizeMax": 0.5, **dict(options)}.items():
+            gmsh.option.setNumber(name, value)
+        boxes = {name: gmsh.model.occ.addBox(0, 0, z, 1, 1, 1) for name, z in (("upper", 0), ("lower", -1))}
+        gmsh.model.occ.fragment([(3, boxes["upper"])], [(3, boxes["lower"])])
+        gmsh.model.occ.synchronize()
+        for name in bodies:
+            gmsh.model.addPhysicalGroup(3, [boxes[name]], name=name)
+        for name, z in (("top", 1), ("middle", 0), ("bottom", -1), ("nowhere", 5)):
+            found = gmsh.model.getEntitiesInBoundingBox(-0.1, -0.1, z - 0.1, 1.1, 1.1, z + 0.1, dim=2)
+            if name in (*faces, *groups):
+                gmsh.model.addPhysicalGroup(2, [tag for _, tag in found], name=name)
+        if kind is MeshHex:
+            gmsh.model.mesh.setTransfiniteAutomatic()
+        gmsh.model.mesh.generate(3)
+        for path in formats:
+            gmsh.write(str(path))
+    finally:
+        gmsh.finalize()
+
+
+@pytest.mark.parametrize("kind", [MeshTet, MeshHex])
+def test_cubes_of_gmsh_are_bodies_whatever_the_file(tmp_path, kind, caplog):
+    files = [tmp_path / name for name in ("a.msh", "a.inp", "sets.inp", "old.msh", "binary.msh")]
+    for file, options in zip(files, ({}, {}, {"Mesh.SaveGroupsOfNodes": 1}, {"Mesh.MshFileVersion": 2.2}, {"Mesh.Binary": 1}), strict=True):
+        cubes(kind, [file], options=options)
+    systems = []
+    for file in files:
+        mesh = fo.read_mesh(file)
+        assert type(mesh) is type(kind())
+        up = str.upper if file.suffix == ".inp" else str
+        levels = {up(name): z for name, z in (("top", 1.0), ("middle", 0.0), ("bottom", -1.0))}
+        for name, z in levels.items():
+            corners = mesh.p[:, mesh.facets[:, mesh.boundaries[name]]]
+            sides = [corners[:, i] - corners[:, 0] for i in (1, 2)]
+            area = np.linalg.norm(np.cross(*sides, axis=0), axis=0).sum() / (2 if kind is MeshTet else 1)
+            assert np.all(corners[2] == z) and area == pytest.approx(1.0)
+        bodies = fo.split_bodies(mesh, {up("upper"): fo.Material(), up("lower"): fo.Material()})
+        assert sorted(set(bodies[up("upper")].mesh.boundaries) & {*levels, up("lower")}) == sorted([up("top"), up("middle"), up("lower")])
+        model = fo.ContactModel(
+            bodies,
+            supports=[fo.Support(up("lower"), up("bottom"))],
+            loads={"P": [fo.Traction(up("upper"), up("top"), x=1.0, z=-2.0)]},
+            contacts=[fo.Contact(up("upper"), up("lower"), up("lower"), up("upper"))],
+        )
+        systems.append(model.condense())
+        assert np.allclose([*systems[-1].bonded["P"][0].sum(axis=0), systems[-1].bonded["P"][1].sum()], [-1.0, 0.0, 2.0], atol=1e-9)
+        assert np.allclose(systems[-1].S, systems[0].S, atol=1e-9) and not caplog.records
+
+
+LEFT_OUT = [
+    ({"bodies": ()}, "a.msh: z varies by 2, and there are no solids; .* put the volumes of the bodies into groups"),
+    ({"bodies": ("upper",)}, "a.msh: boundary 'bottom': [0-9]+ of its [0-9]+ faces belong to no element; put the body beside it into a group"),
+    ({"groups": ("nowhere",)}, "a.msh: boundary 'nowhere': it names no faces"),
+]
+
+
+@pytest.mark.parametrize(("made", "message"), LEFT_OUT)
+def test_what_gmsh_leaves_out_is_named(tmp_path, made, message):
+    cubes(MeshTet, [tmp_path / "a.msh"], **made)
+    with pytest.raises(fo.ModelError, match=message):
+        fo.read_mesh(tmp_path / "a.msh")
+
+
+def test_a_mesh_without_names_has_no_bodies(tmp_path):
+    cubes(MeshTet, [tmp_path / "a.msh"], bodies=(), faces=())
+    with pytest.raises(fo.ModelError, match=r"'upper' is unknown; this mesh names \[\]; name each body .* physical group of its volumes"):
+        fo.split_bodies(fo.read_mesh(tmp_path / "a.msh"), {"upper": fo.Material()})
+
+
+def test_bodies_that_share_nodes_are_told_to_split(tmp_path):
+    cubes(MeshTet, [tmp_path / "a.msh"])
+    both = fo.Body(fo.read_mesh(tmp_path / "a.msh"))
+    with pytest.raises(fo.ModelError, match=r"facets inside the body; .* if two bodies share the nodes there, let `split_bodies` give each its own"):
+        fo.ContactModel({"upper": both, "lower": both}, [], {"P": [fo.BodyForce("upper", z=-1)]}, [fo.Contact("upper", "lower", "middle", "middle")])
+    with pytest.raises(fo.ModelError, match=r"pair 1 is node 0 at \(0, 0\) twice, so both bodies share it"):
+        fo.condense(np.eye(4), {"P": [0, -1, 0, -1]}, [[1, 0], [0, 0]], [0, 1], [[0, 1], [2, 3]], [[0, 0], [1, 0]])
 
 
 @pytest.mark.parametrize("name", ["none.msh", "none.inp", "none.xyz"])

@@ -69,7 +69,10 @@ class Body:
             raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}{hint}")
         facets = np.unique(boundaries[name])
         if not len(facets) or np.any(self.mesh.f2t[1, facets] >= 0):
-            raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name facets of its outline")
+            raise ModelError(
+                f"{argument}: boundary {name!r} has no facets, or facets inside the body; name facets of its outline, and if two bodies share the "
+                "nodes there, let `split_bodies` give each its own"
+            )
         return facets
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:

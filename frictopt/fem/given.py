@@ -88,6 +88,12 @@ def checked_pairs(pairs: ArrayLike, projection: object, rows: Integers, points: 
     size, most = len(points), len(points) - 1
     if projection is None:
         nodes, other = whole_array("pairs", pairs, (None, 2), least=0, most=most).T
+        if len(shared := np.flatnonzero(nodes == other)):
+            i = int(shared[0])
+            raise ModelError(
+                f"pairs: pair {i} is node {nodes[i]} at {place(points[nodes[i]])} twice, so both bodies share it and nothing slips there; write the "
+                "stiffness of bodies with nodes of their own (`split_bodies` gives them to a mesh)"
+            )
         P = csr_matrix(identity(size, format="csr")[other])
     else:
         nodes = whole_array("pairs", pairs, (None,), least=0, most=most)

@@ -58,7 +58,8 @@ def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: Elem
     for number, name in enumerate(materials):
         check_text("materials: name", name, "the name of a subdomain")
         if name not in subdomains:
-            raise ModelError(f"materials: subdomain {name!r} is unknown; this mesh names {sorted(subdomains)}")
+            hint = "" if subdomains else "; name each body in the mesh (gmsh: a physical group of its volumes, in the plane of its surfaces)"
+            raise ModelError(f"materials: subdomain {name!r} is unknown; this mesh names {sorted(subdomains)}{hint}")
         elements = np.asarray(subdomains[name])
         if np.any(owner[elements] >= 0):
             raise ModelError(f"materials: subdomain {name!r} shares elements with {list(materials)[owner[elements].max()]!r}; give each to one body")

@@ -18,9 +18,8 @@ from .constraints import CONSTRAINING, Constraints, constraints_of
 
 __all__ = ["Deck", "deck_of_points", "read_deck"]
 
-_SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron"} | {
-    f"{kind}{n}": shape for kind in ("CPE", "CPS", "CAX") for n, shape in ((3, "triangle"), (4, "quad"))
-}
+_PLANES = ("CPE", "CPS", "CAX")  # beside solids they only name faces: gmsh writes named surfaces as CPS
+_SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron"} | {f"{kind}{n}": shape for kind in _PLANES for n, shape in ((3, "triangle"), (4, "quad"))}
 _LINES = ("T2D2", "T3D2")  # of two nodes: gmsh writes named curves so
 _FACELESS = (*_LINES, "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")  # they carry no traction
 _KNOWN = re.compile(r"(C3D|CPE|CPS|CAX|T2D|T3D)(\d+)")
@@ -100,21 +99,24 @@ class Deck(Shown):
         return self.thicknesses[0] if self.thicknesses else 1.0
 
     @property
-    def lines(self) -> tuple[Integers, Integers]:
-        """Numbers (m,) and nodes (m, 2) of the elements of two nodes."""
-        found = [(numbers, nodes) for kind, numbers, nodes in self.elements if kind in _LINES]
-        numbers, nodes = zip(*found, strict=True) if found else ([_frozen([])], [_frozen([]).reshape(0, 2)])
-        return np.concatenate(numbers), np.concatenate(nodes)
+    def faces(self) -> list[tuple[Integers, Integers]]:
+        """Numbers (m,) and nodes (m, k) of the elements that only name facets, block by block: in the plane lines, in space plane elements."""
+        kinds = _PLANES if self._in_space else _LINES
+        return [(numbers, nodes) for kind, numbers, nodes in self.elements if kind.startswith(kinds)]
+
+    @property
+    def _in_space(self) -> bool:
+        return any(kind.startswith("C3D") for kind, _, _ in self.elements)
 
     def shaped(self) -> tuple[str, Integers, Integers]:
-        """The shape that all elements with faces have (as meshio names it), their numbers (m,) and nodes (m, k).
+        """The shape that all elements with faces have (as meshio names it), their numbers (m,) and nodes (m, k); beside solids, planes only name.
 
         Raises
         ------
         ModelError
             No elements, elements of several shapes, or others than linear triangles, quadrilaterals, tetrahedra and hexahedra.
         """
-        solids = [block for block in self.elements if not block[0].startswith(_FACELESS)]
+        solids = [block for block in self.elements if not block[0].startswith((*_FACELESS, *_PLANES) if self._in_space else _FACELESS)]
         odd = sorted({kind for kind, _, _ in solids if _shape(kind) is None})
         shapes = sorted({str(_shape(kind)) for kind, _, _ in solids})
         if odd:

@@ -1,12 +1,12 @@
 """Meshes of files and decks, through meshio and scikit-fem."""
 
+from collections.abc import Mapping, Sequence
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix
 from skfem import Mesh
 
 from ...contact.checks import Array, shown
@@ -24,9 +24,10 @@ _SMALL = ("vertex", "line", "line3")  # cells that only carry names
 def read_mesh(path: str | Path) -> Mesh:
     """Read a mesh with its named boundaries and subdomains: `.msh` of gmsh, `.inp` of CalculiX or Abaqus, or what else meshio reads.
 
-    In a deck, a node set names the facets of the outline between its nodes, in the plane a set of lines (T3D2, as gmsh writes curves) the facets that
-    they are, and any other element set a subdomain; names are in capital letters. Nodes of no element are left out. The extra `mesh` of the
-    installation brings meshio.
+    In gmsh, physical volumes (in the plane surfaces) are subdomains and physical surfaces (curves) boundaries, called by number if without name. In
+    a deck, a node set names the facets of the outline between its nodes, a set of faces (CPS3, CPS4; in the plane of lines, T3D2; gmsh writes both)
+    the facets that they are, and any other element set a subdomain; names are in capital letters. Nodes of no element are left out. The extra
+    `mesh` of the installation brings meshio.
 
     Parameters
     ----------
@@ -41,8 +42,8 @@ def read_mesh(path: str | Path) -> Mesh:
     Raises
     ------
     ModelError
-        The file is missing or unreadable; elements of several shapes (they would be cut or dropped in silence), quadratic ones; nodes of a
-        plane mesh out of the plane z = 0.
+        The file is missing or unreadable; elements of several shapes (they would be cut or dropped in silence), quadratic ones; a boundary whose
+        faces belong to no element, or that has none; faces in space without solids.
 
     Examples
     --------
@@ -54,24 +55,38 @@ def read_mesh(path: str | Path) -> Mesh:
     file = file_path("path", path)
     if file.suffix.lower() == ".inp":
         deck = read_deck(file)
-        mesh = mesh_of(deck, 2 if deck.shaped()[0] in _PLANE else 3)
-        return _named(mesh, deck).remove_unused_nodes()
+        try:
+            mesh = mesh_of(deck, 2 if deck.shaped()[0] in _PLANE else 3)
+        except ModelError as error:
+            raise ModelError(f"mesh {file.name}: {error}") from error
+        return _named(mesh, deck, file.name).remove_unused_nodes()
     found = _read(file)
     kinds = {block.type for block in found.cells if len(block.data)} - set(_SMALL)
     solids = sorted(kinds - set(_PLANE) if kinds & set(_SOLID) else kinds)  # faces of solids only carry names
     if len(solids) != 1 or solids[0] not in _PLANE + _SOLID:
         problem = f"elements {', '.join(solids)}" if solids else "no elements"
         raise ModelError(f"mesh {file.name}: {problem}; give linear elements of one shape: triangles, quadrilaterals, tetrahedra or hexahedra")
-    own = {name: cells for name, cells in found.cell_sets.items() if not name.startswith("gmsh:")}  # of the user, not of gmsh itself
-    found.cell_sets = own or _groups(found)
+    groups, names, found.cell_sets = _groups(found), found.field_data, {}
     found.field_data = {}
     try:
         mesh = _of_scikit_fem(found, solids[0])
     except (ValueError, IndexError, KeyError, TypeError) as error:
         raise ModelError(f"mesh {file.name}: scikit-fem cannot use it ({error}); write it again, as .msh 4.1 for instance") from error
-    if mesh.dim() == 2:
+    d = mesh.dim()
+    if d == 2:
         _check_plane(found.points, file.name)
-    return mesh.remove_unused_nodes()
+    faces: dict[str, list[Integers]] = {name: [] for name, (_, dim) in names.items() if dim == d - 1}
+    bodies: dict[str, list[Integers]] = {}
+    for name, cells in groups.items():
+        first = 0
+        for block, own in zip(found.cells, cells, strict=False):
+            if block.dim == d - 1 and len(own):
+                faces.setdefault(name, []).append(block.data[own])
+            elif block.type == solids[0]:
+                bodies.setdefault(name, []).append(first + own)
+                first += len(block.data)
+    subdomains = {name: own for name, parts in bodies.items() if len(own := np.concatenate(parts))}
+    return mesh.with_boundaries(_faces(mesh, faces, file.name)).with_subdomains(subdomains).remove_unused_nodes()
 
 
 def mesh_of(deck: Deck, directions: int) -> Mesh:
@@ -97,27 +112,40 @@ def file_path(argument: str, path: str | Path) -> Path:
     return Path(path)
 
 
-def _named(mesh: Mesh, deck: Deck) -> Mesh:
+def _named(mesh: Mesh, deck: Deck, what: str) -> Mesh:
     """The mesh with the sets of its deck as boundaries and subdomains."""
-    facets = mesh.boundary_facets()
-    boundaries: dict[str, Integers] = {name: facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)] for name, nodes in deck.sets.items()}
-    numbers = deck.shaped()[1]
-    subdomains = {name: np.flatnonzero(np.isin(numbers, members)) for name, members in deck.element_sets.items()}
-    if mesh.dim() == 2:
-        lines, ends = deck.lines
-        facet = csr_matrix((np.arange(1, mesh.facets.shape[1] + 1), mesh.facets), shape=(len(deck.points),) * 2)  # by its nodes, the lower one first
-        for name, members in deck.element_sets.items():
-            low, high = np.sort(ends[np.isin(lines, members)]).T
-            if len(low):
-                boundaries[name] = np.setdiff1d(facet[low, high], [0]) - 1
-    return mesh.with_boundaries({name: found for name, found in boundaries.items() if len(found)}).with_subdomains(
-        {name: found for name, found in subdomains.items() if len(found)}
-    )
+    facets, (_, numbers, elements) = mesh.boundary_facets(), deck.shaped()
+    subdomains = {name: own for name, members in deck.element_sets.items() if len(own := np.flatnonzero(np.isin(numbers, members)))}
+    bodies = {
+        name for name, own in subdomains.items() if name in deck.sets and np.isin(elements[own], deck.sets[name]).all()
+    }  # sets of all their nodes
+    outlines = {name: facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)] for name, nodes in deck.sets.items() if name not in bodies}
+    faces = {name: [nodes[np.isin(own, members)] for own, nodes in deck.faces] for name, members in deck.element_sets.items()}
+    named = _faces(mesh, {name: own for name, own in faces.items() if sum(map(len, own))}, what)
+    return mesh.with_boundaries({name: own for name, own in outlines.items() if len(own)} | named).with_subdomains(subdomains)
+
+
+def _faces(mesh: Mesh, faces: Mapping[str, Sequence[Integers]], what: str) -> dict[str, Integers]:
+    """Facets of a mesh by their nodes, (m, k) in each of some blocks; each is a facet of an element."""
+    found, (k, count) = {}, mesh.facets.shape
+    for name, blocks in faces.items():
+        nodes = np.unique(
+            np.sort(np.concatenate([np.zeros((0, k), dtype=int), *(own[:, :k] for own in blocks if own.shape[1] >= k)]), axis=1), axis=0
+        )
+        _, number = np.unique(np.hstack([np.sort(mesh.facets, axis=0), nodes.T]), axis=1, return_inverse=True)
+        found[name] = np.flatnonzero(np.isin(number[:count], number[count:]))
+        if (lost := len(nodes) - len(found[name])) or not len(nodes):
+            problem = f"{lost} of its {len(nodes)} faces belong to no element" if lost else "it names no faces"
+            raise ModelError(f"mesh {what}: boundary {name!r}: {problem}; put the body beside it into a group too (gmsh saves only what is in one)")
+    return found
 
 
 def _check_plane(points: Array, what: str) -> None:
     if points.shape[1] == 3 and np.ptp(points[:, 2]) > SAME_POINT * np.ptp(points):
-        raise ModelError(f"mesh {what}: z varies by {np.ptp(points[:, 2]):g}; give a mesh in the plane z = 0")
+        raise ModelError(
+            f"mesh {what}: z varies by {np.ptp(points[:, 2]):g}, and there are no solids; give a mesh in the plane z = 0, or put the volumes of the "
+            "bodies into groups (gmsh: physical groups; it saves only what is in one)"
+        )
 
 
 def _read(file: Path) -> Any:
@@ -130,9 +158,15 @@ def _read(file: Path) -> Any:
 
 
 def _groups(found: Any) -> dict[str, list[Integers]]:
-    """Groups of `.msh` 2.2, which has them as numbers of cells, as the sets of cells that later versions have."""
-    blocks = list(zip(found.cells, found.cell_data.get("gmsh:physical", []), strict=False))  # nothing else has them
-    return {name: [np.flatnonzero((own == group) & (cells.dim == dim)) for cells, own in blocks] for name, (group, dim) in found.field_data.items()}
+    """Cells of each group in each block: sets of the author, and groups of gmsh, those without a name by their number."""
+    names = {(int(number), int(dim)): name for name, (number, dim) in found.field_data.items()}
+    tags = found.cell_data.get("gmsh:physical", [])  # nothing else has them
+    groups: dict[str, list[Integers]] = {}
+    for i, (cells, own) in enumerate(zip(found.cells, tags, strict=False)):
+        for number in np.unique(own[own > 0]).tolist():
+            group = groups.setdefault(names.get((number, cells.dim), str(number)), [np.zeros(0, dtype=np.intp) for _ in tags])
+            group[i] = np.flatnonzero(own == number)
+    return groups | {name: cells for name, cells in found.cell_sets.items() if not name.startswith("gmsh:")}  # not of gmsh itself
 
 
 def _of_scikit_fem(mesh: Any, shape: str) -> Mesh:
