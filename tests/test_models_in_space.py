@@ -163,10 +163,8 @@ def test_the_gap_of_a_curved_face_is_measured():
     system = curved().condense()
     assert np.allclose(system.gap, 0.02 * system.points[:, 0] ** 2, rtol=2e-3, atol=1e-12)
     assert not curved(0.0).condense().gap.any()
-    with pytest.raises(fo.ModelError, match=r"the faces do not touch, they are 0\.0\d+ apart|is \S+ aside of the normal"):
+    with pytest.raises(fo.ModelError, match=r"the faces do not touch, they are 0\.0\d+ apart"):
         fo.ContactModel(curved().bodies, curved().supports, curved().loads)
-    with pytest.raises(fo.ModelError, match="aside of the normal; in space the nodes of both"):
-        curved(0.3)
     with pytest.raises(fo.ModelError, match="the bodies overlap by"):
         curved(-0.02)
 

@@ -10,27 +10,30 @@ from scipy.sparse import csr_matrix, identity
 from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, check_text, finite_number, place, shown
-from ..contact.tolerances import SAME_POINT
+from ..contact.tolerances import COUNTS, SAME_POINT
 from ..errors import ModelError
 from .bodies import Body
+from .clipping import facet_overlaps
 from .elasticity import Kinematics, circumference
-from .faces import Face, face
+from .faces import Face, face, facets_around, normals_of, sag
 from .forms import boundary_forces, values_at
-from .mortar import foot_points, mortar_projection
+from .given import same_point
+from .mortar import Overlaps, edge_overlaps, foot_points, mortar_projection
 from .ordering import Integers
 
 __all__ = ["Contact", "Interference", "Joint", "joined"]
 
-_ASKEW = 0.1  # share of a measured gap in space by which a node may lie aside of the normal: curved faces turn it
+_FACED = 0.5  # least share of a facet of body 1 in space that faces body 2: the rims of round faces miss each other by their sag
 
 
 @dataclass(frozen=True)
 class Contact:
     """A contact: a face of body 1 that meets a face of body 2.
 
-    The faces may be straight or curved, of any direction, closed or not. In the plane each is one chain of edges, and the nodes need not match: the
-    face of body 1 lies within that of body 2; its nodes are those of the contact, and it should be the finer one. In space each node of body 1 lies
-    on a node of body 2, or opposite one, along the normal, where the bodies are apart.
+    The faces may be straight or curved, of any direction, closed or not, and their nodes need not match. The face of body 1 lies within that of
+    body 2; its nodes are those of the contact, and it should be the finer one. In the plane each is one chain of edges. In space the facets are
+    triangles or quadrilaterals; each of body 1 faces body 2 along its normal with half of its area or more: round rims may miss each other by their
+    sag.
 
     Parameters
     ----------
@@ -42,8 +45,8 @@ class Contact:
         Name of the contact; None: that of `boundary_1`.
     gap
         None: the faces touch. A function of the coordinates (arrays): the initial gap at the nodes of faces that touch in the mesh, such as that of
-        a rounded body. "measured": the distance of the meshes along the normal is the initial gap. On curved faces it has the error of the facets: in
-        the plane overlaps up to their sag count as touching, so mesh finely enough that the sag is small beside the gap.
+        a rounded body. "measured": the distance of the meshes along the normal is the initial gap. On curved faces it has the error of the facets:
+        overlaps up to their sag count as touching, so mesh finely enough that the sag is small beside the gap.
 
     Raises
     ------
@@ -130,53 +133,51 @@ class Joint:
 
 
 def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics) -> Joint:
-    """Join the nodes of two faces: pairs where they match, else, in the plane, by the dual mortar method.
+    """Join the nodes of two faces: pairs where they match, else by the dual mortar method.
 
     Raises
     ------
     ModelError
-        A face that is unknown or, in the plane, in pieces; faces that do not face each other, do not touch or overlap, a face of body 1 that is
-        longer than that of body 2, nodes in space that do not match, a gap that is negative.
+        A face that is unknown or, in the plane, in pieces; faces that do not face each other, do not touch or overlap, a face of body 1 that
+        reaches beyond that of body 2, a gap that is negative.
     """
-    first, second = (f"contact {contact.name!r}, body {name!r}" for name in (contact.body_1, contact.body_2))
-    facets = body_1.boundary(contact.boundary_1, first)
-    inward = boundary_forces(body_1.mesh, facets, lambda _, normals: -normals, "space").T
-    widths = boundary_forces(body_1.mesh, facets, lambda points, _: np.ones((1, *points.shape[1:])), kinematics)[0]
-    coarser, own = 1.0, identity(body_2.mesh.p.shape[1], format="csr")
-    if kinematics == "space":
-        nodes = body_1.boundary_nodes(contact.boundary_1, first)
-        others = body_2.boundary_nodes(contact.boundary_2, second)
-        allowed = np.full(len(nodes), SAME_POINT * np.ptp(body_1.mesh.p))
-        P = own[others[cKDTree(body_2.mesh.p[:, others].T).query(body_1.mesh.p[:, nodes].T)[1]]]
+    sides = (
+        (body_1, contact.boundary_1, f"contact {contact.name!r}, body {contact.body_1!r}"),
+        (body_2, contact.boundary_2, f"contact {contact.name!r}, body {contact.body_2!r}"),
+    )
+    facets, others = (body.boundary(name, argument) for body, name, argument in sides)
+    one, two, x, y = facets_around(body_1.mesh, facets), facets_around(body_2.mesh, others), body_1.mesh.p.T, body_2.mesh.p.T
+    lines = () if kinematics == "space" else tuple(face(*side) for side in sides)
+    nodes, near = lines[0].nodes if lines else np.unique(one), same_point(x)
+    inward = boundary_forces(body_1.mesh, facets, lambda _, normals: -normals, "space").T[nodes]
+    places = _matched(one, x, two, y, near)
+    if places is not None:
+        widths = boundary_forces(body_1.mesh, facets, lambda points, _: np.ones((1, *points.shape[1:])), kinematics)[0, nodes]
+        P, allowed, coarser = csr_matrix(identity(len(y), format="csr")[places[nodes]]), np.full(len(nodes), near), 1.0
     else:
-        one, two = face(body_1, contact.boundary_1, first), face(body_2, contact.boundary_2, second).reversed()
-        nodes, near = one.nodes, SAME_POINT * float(one.lengths.sum())
-        allowed = np.full(len(nodes), near)
-        where = _matched(one, two, near)
-        if where is not None:
-            P = own[two.nodes[where]]
+        if lines:
+            around, (facing, s) = circumference(lines[0].points[:, 0], kinematics), _facing(lines[0], lines[1].reversed(), near, contact)
+            overlaps = edge_overlaps(lines[0], lines[1].reversed().nodes[facing], s, around)
         else:
-            facing, s = _facing(one, two, near, contact)
-            P = mortar_projection(one, two.nodes[facing], s, body_2.mesh.p.shape[1], circumference(one.points[:, 0], kinematics), widths[nodes])
-            allowed = near + one.sag + two.sag.max()
-            coarser = float(one.lengths.mean() / np.hypot(*np.diff(two.points[facing], axis=0).T).mean())
-    points = body_1.mesh.p[:, nodes].T
-    gap = _initial_gap(contact, points, points - P @ body_2.mesh.p.T, inward[nodes], allowed)
-    return Joint(nodes, inward[nodes], widths[nodes], P, gap, coarser)
+            overlaps = facet_overlaps(one, x, two, y)
+            _check_faced(contact, overlaps, x[one], y[two])
+        P, widths = mortar_projection(overlaps, nodes, len(y))
+        allowed = near + sag(one, x)[nodes] + sag(two, y).max()
+        coarser = _edge(x[one]) / _edge(y[two[np.isin(two, P.indices).all(axis=1)]])
+    gap = _initial_gap(contact, x[nodes], x[nodes] - P @ y, inward, allowed)
+    return Joint(nodes, inward, widths, P, gap, coarser)
+
+
+def _edge(corners: Array) -> float:
+    """Mean length of the edges of facets."""
+    return float(np.linalg.norm(np.roll(corners, 1, axis=1) - corners, axis=2).mean())
 
 
 def _initial_gap(contact: Contact, points: Array, opening: Array, normals: Array, allowed: Array) -> Array:
     """(n,) initial gap at nodes of body 1 that are away from their places on body 2 by `opening` (n, d); `allowed` (n,) counts as nothing."""
     unit = normals / np.linalg.norm(normals, axis=1)[:, None]
     distance = np.sum(opening * unit, axis=1)
-    aside = np.linalg.norm(opening - distance[:, None] * unit, axis=1) if points.shape[1] == 3 else np.zeros(len(points))
     start, measured = f"contact {contact.name!r}, at", contact.gap == "measured"
-    if np.any(lost := aside > allowed + _ASKEW * measured * np.abs(distance)):
-        i = int((aside * lost).argmax())
-        raise ModelError(
-            f"{start} {place(points[i])}: the next node of body {contact.body_2!r} is {aside[i]:g} aside of the normal; in space the nodes of both "
-            "faces lie opposite each other: mesh the faces with the same nodes"
-        )
     if np.any(distance < -allowed):
         i = int(distance.argmin())
         raise ModelError(f"{start} {place(points[i])}: the bodies overlap by {-distance[i]:g}; move them apart, and give an Interference load")
@@ -197,13 +198,49 @@ def _initial_gap(contact: Contact, points: Array, opening: Array, normals: Array
     return gap
 
 
-def _matched(one: Face, two: Face, near: float) -> Integers | None:
-    """Place of each node of face 1 in face 2, if the nodes match one by one."""
-    distance, where = cKDTree(two.points).query(one.points)
-    ahead = np.diff(where[one.chain])
-    if two.closed:
-        ahead %= len(two.nodes)
-    return np.asarray(where) if distance.max() <= near and np.all(ahead == 1) else None
+def _matched(one: Integers, x: Array, two: Integers, y: Array, near: float) -> Integers | None:
+    """Node of body 2 that each node of body 1 lies on, if all facets of the first face are facets of the second."""
+    nodes, others = np.unique(one), np.unique(two)
+    distance, where = cKDTree(y[others]).query(x[nodes])
+    image = np.full(len(x), -1)
+    image[nodes] = others[where]
+    known = {tuple(facet): number for number, facet in enumerate(np.sort(two, axis=1).tolist())}
+    facing = [known.get(tuple(facet), -1) for facet in np.sort(image[one], axis=1).tolist()]
+    fits = distance.max() <= near and min(facing) >= 0 and np.all(np.sum(normals_of(x[one]) * normals_of(y[two[facing]]), axis=1) < 0)
+    return image if fits else None
+
+
+def _check_faced(contact: Contact, overlaps: Overlaps, one: Array, two: Array) -> None:
+    """Check that facets (m, corners, 3) of body 1 face those of body 2, once, and each with half of its area or more."""
+    normals, middles = normals_of(one), one.mean(axis=1)
+    areas = np.einsum("md,md->m", normals, np.cross(one, np.roll(one, -1, axis=1)).sum(axis=1)) / 2
+    share = np.bincount(overlaps.facet, overlaps.weights, minlength=len(one)) / areas
+    nearest = cKDTree(two.mean(axis=1)).query(middles)[1]
+    if not share.any() and np.all(np.sum(normals * normals_of(two)[nearest], axis=1) > 0):
+        raise _same_side(contact)
+    if share.min() < _FACED:
+        i = int(share.argmin())
+        raise _faces_nothing(contact, f"around {place(middles[i])}")
+    if share.max() > 1 + COUNTS:
+        i = int(share.argmax())
+        raise ModelError(
+            f"contact {contact.name!r}: the face of body {contact.body_1!r} around {place(middles[i])} faces body {contact.body_2!r} more than once, "
+            "one place behind the other; name only the part that touches, or mesh its curves finer"
+        )
+
+
+def _same_side(contact: Contact) -> ModelError:
+    return ModelError(
+        f"contact {contact.name!r}: bodies {contact.body_1!r} and {contact.body_2!r} lie on the same side of it, they overlap, or their "
+        "faces look away from each other; the elements of body 1 and of body 2 belong on opposite sides"
+    )
+
+
+def _faces_nothing(contact: Contact, where: str) -> ModelError:
+    return ModelError(
+        f"contact {contact.name!r}: part of the face of body {contact.body_1!r}, {where}, "
+        f"faces nothing of body {contact.body_2!r}; name only the part that touches, or exchange the bodies"
+    )
 
 
 def _facing(one: Face, two: Face, near: float, contact: Contact) -> tuple[Integers, Array]:
@@ -220,10 +257,7 @@ def _facing(one: Face, two: Face, near: float, contact: Contact) -> tuple[Intege
     meets &= step >= -near
     edges = np.flatnonzero(meets)
     if not len(edges):
-        raise ModelError(
-            f"contact {contact.name!r}: bodies {contact.body_1!r} and {contact.body_2!r} lie on the same side of it, they overlap, or their "
-            "faces look away from each other; the elements of body 1 and of body 2 belong on opposite sides"
-        )
+        raise _same_side(contact)
     if two.closed and not one.closed:  # begin where it faces nothing
         begin = int(np.argmin(meets))
         edges = begin + np.flatnonzero(np.roll(meets, -begin))
@@ -238,8 +272,5 @@ def _facing(one: Face, two: Face, near: float, contact: Contact) -> tuple[Intege
         slack = near + np.abs(height[places[[0, -1]]])  # across a gap, a foot point may move along by no more than the gap
         covered = bool(np.all(np.diff(edges) == 1) and arc[0] <= slack[0] and arc[-1] >= length - slack[1])
     if not covered:
-        raise ModelError(
-            f"contact {contact.name!r}: part of the face of body {contact.body_1!r}, from {place(one.points[0])} to {place(one.points[-1])}, "
-            f"faces nothing of body {contact.body_2!r}; name only the part that touches, or exchange the bodies"
-        )
+        raise _faces_nothing(contact, f"from {place(one.points[0])} to {place(one.points[-1])}")
     return places, np.maximum.accumulate(np.r_[min(arc[0], 0.0), arc[1:-1], max(arc[-1], length)])

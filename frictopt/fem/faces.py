@@ -1,8 +1,9 @@
-"""Faces of meshed bodies: the boundary of a contact as one chain of nodes, in order."""
+"""Faces of meshed bodies: their facets, in any number of dimensions, and in the plane as one chain of nodes, in order."""
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ..contact.checks import Array, place
@@ -10,7 +11,52 @@ from ..errors import ModelError
 from .bodies import Body
 from .ordering import Integers
 
-__all__ = ["Face", "face", "lines_along"]
+__all__ = ["Face", "face", "facets_around", "lines_along", "neighbours", "normals_of", "sag"]
+
+
+def facets_around(mesh: Mesh, facets: Integers) -> Integers:
+    """(facets, corners) nodes of facets of the outline, in the order in which their normals point into the body."""
+    nodes = np.array(mesh.facets[:, facets].T)
+    corners = mesh.p.T[nodes]
+    inward = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1).T - corners[:, 0]
+    away = np.sum(normals_of(corners) * inward, axis=1) < 0
+    nodes[away] = nodes[away][:, ::-1]
+    return nodes
+
+
+def normals_of(corners: Array) -> Array:
+    """(facets, d) unit normals of facets (facets, corners, d): of an edge that turned by 90 degrees, of a polygon that of its area."""
+    if corners.shape[2] == 2:
+        step = corners[:, 1] - corners[:, 0]
+        normal = np.column_stack([-step[:, 1], step[:, 0]])
+    else:
+        normal = np.cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1)
+    return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
+
+
+def sag(facets: Integers, points: Array) -> Array:
+    """(nodes,) distance by which the facets at a node may miss the curved face that they stand for, from the angle that they turn there."""
+    corners = points[facets]
+    normals, longest = normals_of(corners)[:, None], np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2))
+    mean, turn, worst = np.zeros_like(points), np.zeros(len(points)), np.zeros(len(points))
+    np.add.at(mean, facets, normals)
+    mean = mean / np.maximum(np.linalg.norm(mean, axis=1), np.finfo(float).tiny)[:, None]
+    np.maximum.at(turn, facets, 4 * np.arcsin(np.minimum(np.linalg.norm(mean[facets] - normals, axis=2) / 2, 1.0)))
+    np.maximum.at(worst, facets, (turn[facets].max(axis=1) * longest / 8)[:, None])
+    return worst
+
+
+def neighbours(places: Array, reach: Array, others: Array, radii: Array) -> tuple[Integers, Integers]:
+    """Pairs i, j of places and others, (n, d) and (m, d), at a distance of at most `reach[i] + radii[j]`; the search goes by sizes of radii."""
+    octave, pairs = np.ceil(np.log2(radii)), []
+    for size in np.unique(octave):
+        some = np.flatnonzero(octave == size)
+        found = cKDTree(others[some]).query_ball_point(places, reach + radii[some].max())
+        i, j = np.repeat(np.arange(len(places)), [len(part) for part in found]), some[np.concatenate(found).astype(np.intp)]
+        near = np.linalg.norm(places[i] - others[j], axis=1) <= reach[i] + radii[j]
+        pairs.append((i[near], j[near]))
+    i, j = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    return i, j
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,18 +93,9 @@ class Face:
         return np.asarray(np.hypot(*self.steps.T))
 
     @property
-    def sag(self) -> Array:
-        """(n,) distance by which the edges at a node may miss the curve that they stand for, from the angle that they turn there."""
-        chain, step = self.chain, self.steps
-        ahead, behind = (step, np.roll(step, 1, axis=0)) if self.closed else (step[1:], step[:-1])
-        turn = np.abs(np.arctan2(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], np.sum(ahead * behind, axis=1)))
-        at = np.zeros(len(self.nodes))
-        at[chain[:-1] if self.closed else chain[1:-1]] = turn
-        edge = np.maximum(at[chain[:-1]], at[chain[1:]]) * self.lengths / 8
-        worst = np.zeros(len(self.nodes))
-        np.maximum.at(worst, chain[:-1], edge)
-        np.maximum.at(worst, chain[1:], edge)
-        return worst
+    def edges(self) -> Integers:
+        """(edges, 2) places in `nodes` of the ends of the edges."""
+        return np.column_stack([self.chain[:-1], self.chain[1:]])
 
     def reversed(self) -> "Face":
         """The same face with the body on the right of the way."""

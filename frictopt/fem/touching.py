@@ -5,12 +5,12 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ..contact.checks import Array, place
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
+from .faces import facets_around, neighbours, normals_of
 from .ordering import Integers
 
 __all__ = ["check_touching"]
@@ -57,31 +57,15 @@ def _free_facets(mesh: Mesh, joined: Integers, low: Array, high: Array) -> Array
     corners = mesh.p[:, nodes]
     free = ~np.isin(nodes, joined).all(axis=0)
     free &= (corners.max(axis=1) >= low[:, None]).all(axis=0) & (corners.min(axis=1) <= high[:, None]).all(axis=0)
-    corners = corners[:, :, free].transpose(2, 1, 0)
-    centre = mesh.p[:, mesh.t[:, mesh.f2t[0, outline[free]]]].mean(axis=1).T
-    away = np.sum(_normals(corners) * (centre - corners[:, 0]), axis=1) < 0
-    corners[away] = corners[away][:, ::-1]
-    return np.asarray(corners)
-
-
-def _normals(corners: Array) -> Array:
-    """(facets, d) unit normals of facets: of an edge that turned by 90 degrees, of a polygon that of its area."""
-    if corners.shape[2] == 2:
-        step = corners[:, 1] - corners[:, 0]
-        normal = np.column_stack([-step[:, 1], step[:, 0]])
-    else:
-        normal = np.cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1)
-    return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
+    return np.asarray(mesh.p.T[facets_around(mesh, outline[free])])
 
 
 def _overlapping(P: Array, Q: Array, near: float) -> Integers:
     """(pairs, 2) facets of two bodies, in one plane and with opposite normals, that overlap: by the separating axes of convex polygons."""
     middles = [facets.mean(axis=1) for facets in (P, Q)]
     radii = [np.linalg.norm(facets - middle[:, None], axis=2).max(axis=1) for facets, middle in zip((P, Q), middles, strict=True)]
-    found = cKDTree(middles[1]).query_ball_point(middles[0], radii[0] + radii[1].max() + near)
-    i = np.repeat(np.arange(len(P)), [len(part) for part in found])
-    j = np.concatenate([np.asarray(part, dtype=np.intp) for part in found])
-    normals = _normals(P), _normals(Q)
+    i, j = neighbours(middles[0], radii[0] + near, middles[1], radii[1])
+    normals = normals_of(P), normals_of(Q)
     opposite = np.sum(normals[0][i] * normals[1][j], axis=1) < 0
     i, j = i[opposite], j[opposite]
     flat = np.abs(np.einsum("mkd,md->mk", P[i] - Q[j, :1], normals[1][j])).max(axis=1) <= near

@@ -1,0 +1,98 @@
+"""Overlaps of the facets of two faces in space: triangles of the one, seen along the normal, clipped by those of the other."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..contact.checks import Array
+from .faces import neighbours, normals_of
+from .frames import frames_of
+from .mortar import Overlaps
+from .ordering import Integers
+
+__all__ = ["facet_overlaps"]
+
+_POINTS = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6  # of a triangle, of equal weight: exact for products of two hat functions
+_OPPOSITE = -0.5  # largest cosine of the angle between the normals of facets that face each other: they lean by up to 60 degrees
+
+
+def facet_overlaps(one: Integers, points: Array, two: Integers, others: Array) -> Overlaps:
+    """The overlaps of the facets of two faces, seen along the normals of those of the first; with none where the faces look away from each other.
+
+    A quadrilateral is four triangles around its middle, which moves by the mean of its corners: a uniform traction then loads the corners as with
+    bilinear functions, whatever the shape, and all integrals are exact.
+
+    Parameters
+    ----------
+    one, two
+        (facets, corners) nodes of the facets, triangles or quadrilaterals, in the order in which their normals point into their body.
+    points, others
+        (nodes, 3) coordinates of the nodes of body 1 and of body 2.
+    """
+    corners = points[one]
+    frames, middles = frames_of(normals_of(corners)), corners.mean(axis=1)
+    (hats, A), (other_hats, B) = ((_triangles(facets.shape[1]), places[facets]) for facets, places in ((one, points), (two, others)))
+    facet, A = np.repeat(np.arange(len(one)), len(hats)), np.einsum("tck,mkd->mtcd", hats, A).reshape(-1, 3, 3)
+    B = np.einsum("tck,mkd->mtcd", other_hats, B).reshape(-1, 3, 3)
+    i, j = _facing(A, frames[facet, 2], B)
+    e = facet[i]
+    a, b = (np.einsum("mxd,mcd->mcx", frames[e, :2], triangles - middles[e, None]) for triangles in (A[i], B[j, ::-1]))
+    pair, triangles = _overlaps(a, b)
+    at = np.concatenate([np.einsum("c,mcx->mx", share, triangles) for share in _POINTS])
+    size, pair = np.tile(_areas(*triangles.swapaxes(0, 1)) / 3, 3), np.tile(pair, 3)
+    phi = np.einsum("mc,mck->mk", _shares(a[pair], at), hats[i[pair] % len(hats)])
+    chi = np.einsum("mc,mck->mk", _shares(b[pair], at), other_hats[j[pair] % len(other_hats), ::-1])
+    return Overlaps(e[pair], size, one[e[pair]], phi, two[j[pair] // len(other_hats)], chi)
+
+
+def _triangles(corners: int) -> Array:
+    """(triangles, 3, corners) hat functions of the corners of a facet at those of its triangles."""
+    own = np.eye(corners)
+    return own[None] if corners == 3 else np.stack([own, np.roll(own, -1, axis=0), np.full_like(own, 1 / corners)], axis=1)
+
+
+def _facing(A: Array, normals: Array, B: Array) -> tuple[Integers, Integers]:
+    """Pairs of triangles (m, 3, 3) of two faces that may overlap if seen along the normals of the first."""
+    (a, ra), (b, rb) = ((T.mean(axis=1), np.linalg.norm(T - T.mean(axis=1)[:, None], axis=2).max(axis=1)) for T in (A, B))
+    i, j = neighbours(a, (cKDTree(b).query(a)[0] + ra) / abs(_OPPOSITE), b, rb)
+    facing = np.sum(normals[i] * normals_of(B)[j], axis=1) < _OPPOSITE
+    i, j = i[facing], j[facing]
+    arm = b[j] - a[i]
+    aside = np.linalg.norm(arm - np.sum(arm * normals[i], axis=1)[:, None] * normals[i], axis=1)
+    near = aside <= ra[i] + rb[j]
+    return i[near], j[near]
+
+
+def _overlaps(a: Array, b: Array) -> tuple[Integers, Array]:
+    """(m, 3, 2) triangles that make up the overlaps of pairs of triangles (pairs, 3, 2), counterclockwise, and the pair that each belongs to."""
+    polygons, pair = a, np.arange(len(a))
+    for corner in range(3):
+        polygons = _clipped(polygons, b[:, corner], b[:, (corner + 1) % 3])
+    fans = [np.stack([polygons[:, 0], polygons[:, c], polygons[:, c + 1]], axis=1) for c in range(1, polygons.shape[1] - 1)]
+    triangles, pair = np.concatenate([a[:0], *fans]), np.tile(pair, len(fans))
+    some = _areas(*triangles.swapaxes(0, 1)) > 0
+    return pair[some], triangles[some]
+
+
+def _clipped(polygons: Array, start: Array, end: Array) -> Array:
+    """The parts of convex polygons (m, corners, 2) to the left of lines from `start` to `end` (m, 2); the first corner fills up those with fewer."""
+    height = _areas(start[:, None], end[:, None], polygons)
+    inside, onward = height >= 0, np.roll(height, -1, axis=1)
+    crosses = inside != (onward >= 0)
+    share = height / np.where(crosses, height - onward, 1.0)
+    cuts = polygons + share[:, :, None] * (np.roll(polygons, -1, axis=1) - polygons)
+    m, most = inside.shape
+    corners, kept = np.stack([polygons, cuts], axis=2).reshape(m, 2 * most, 2), np.stack([inside, crosses], axis=2).reshape(m, 2 * most)
+    order = np.argsort(~kept, axis=1, kind="stable")[:, : kept.sum(axis=1).max(initial=1)]
+    found = np.take_along_axis(corners, order[:, :, None], axis=1)
+    return np.where(np.take_along_axis(kept, order, axis=1)[:, :, None], found, found[:, :1])
+
+
+def _shares(triangles: Array, at: Array) -> Array:
+    """(m, 3) hat functions of the corners of triangles (m, 3, 2) at points (m, 2)."""
+    parts = np.column_stack([_areas(at, triangles[:, (c + 1) % 3], triangles[:, (c + 2) % 3]) for c in range(3)])
+    return np.asarray(parts / parts.sum(axis=1)[:, None])
+
+
+def _areas(a: Array, b: Array, c: Array) -> Array:
+    """Signed areas of triangles with corners (..., 2)."""
+    return np.asarray(((b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]) / 2)
