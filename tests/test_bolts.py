@@ -24,13 +24,13 @@ def bar(kind=MeshQuad, low=0, high=None, half=1.0, kinematics=None):
     return mesh.with_boundaries({"section": lambda x: x[-1] == 1.5}, boundaries_only=False)
 
 
-def stands(kind=MeshQuad, loads=None, material=CORK, kinematics=None, supports=None):
+def stands(kind=MeshQuad, loads=None, material=CORK, kinematics=None, supports=None, element=None):
     """A bar that hangs between a base and a fixed top."""
     bolt, up = bar(kind, kinematics=kinematics), "xyz"[kind().dim() - 1]
     levels = [np.unique(x) for x in bolt.p[:-1]]
     base = kind.init_tensor(*levels, [-1.0, -0.3, 0.0]).with_boundaries({"contact": lambda x: x[-1] == 0, "bottom": lambda x: x[-1] == -1})
     return fo.ContactModel(
-        bodies={"base": fo.Body(base, material), "bolt": fo.Body(bolt, material)},
+        bodies={"base": fo.Body(base, material, element), "bolt": fo.Body(bolt, material, element)},
         supports=supports or [fo.Support("base", "bottom"), fo.Support("bolt", "top")],
         loads=loads or {"F": [fo.BoltPreload("bolt", "section", 10.0)], "down": [fo.BodyForce("base", **{up: -0.5})]},
         contacts=[fo.Contact("bolt", "base")],
@@ -62,6 +62,21 @@ def test_the_stress_of_a_bar_is_the_force_over_its_area_whatever_pulls_elsewhere
     assert np.allclose(faces[0], 2.5 * strain) and np.allclose(faces[1], -1.5 * strain)  # the far face comes last
     assert fields.p.sum() == pytest.approx(-20.0) and down.p.sum() == pytest.approx(-20.0) and np.allclose(fields.q, 0.0, atol=1e-12)
     assert model.bodies["bolt"].mesh.p.shape[1] < mesh.p.shape[1] and len(model.held_nodes[1]) == np.sum(model.bodies["bolt"].mesh.p[-1] == 3)
+
+
+@pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex, MeshTet])
+def test_a_quadratic_bar_has_the_stress_and_the_displacements_of_a_bar(kind):
+    """The nodes amid the edges of the section are cut as its corners are."""
+    model = stands(kind, element="quadratic")
+    fields, d = glued(model, F=2.0, down=3.0), kind().dim()
+    strain, base = 20.0 / 2 ** (d - 1) / CORK.E, model.bodies["base"].mesh
+    height, u, stress = fields.bodies["bolt"].mesh.p[-1], fields.displacement["bolt"][-1], fields.stress["bolt"]
+    assert np.allclose(stress[1 if d == 2 else 3], strain * CORK.E) and np.allclose(u[height > 1.5], (height[height > 1.5] - 3) * strain)
+    low = u[height < 1.5] - height[height < 1.5] * strain
+    assert np.ptp(low) < 1e-12 and np.allclose(fields.displacement["base"][:-1], 0.0, atol=1e-12)
+    section = np.sort(u[height == 1.5])
+    assert len(section) == 2 * len(model.bodies["bolt"].mesh.p[-1, model.bodies["bolt"].mesh.p[-1] == 1.5]) and base.p.shape[1] > 9
+    assert np.allclose(section, np.repeat([-1.5 * strain, 1.5 * strain + low[0]], len(section) // 2))
 
 
 def test_a_bolt_and_its_plates_are_two_springs():

@@ -2,7 +2,7 @@ import re
 
 import numpy as np
 import pytest
-from skfem import MeshQuad, MeshTri, MeshTri2
+from skfem import MeshQuad, MeshTri, MeshTri2, MeshWedge1
 
 import frictopt as fo
 from frictopt.reference import patch_limit
@@ -16,7 +16,7 @@ def patch(kind=MeshQuad, **options):
 
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri])
-@pytest.mark.parametrize("element", ["linear", "mean_dilatation"])
+@pytest.mark.parametrize("element", ["linear", "mean_dilatation", "quadratic"])
 @pytest.mark.parametrize("material", [fo.Material(), fo.Material(E=7e4, nu=0.45), fo.Material(nu=0.4999)])
 def test_patch_of_uniform_stress(kind, material, element):
     """Uniform pressure and shear on two blocks: exact nodal forces; with mirror-image meshes the closed-form limit."""
@@ -137,7 +137,9 @@ def test_bad_parts_are_refused():
     for make, message in {
         lambda: fo.Body(apart): "2 parts that share no edge",
         lambda: fo.Body(hinge): "2 parts that share no edge",
-        lambda: fo.Body(MeshTri2()): "mesh: a MeshTri2; give a MeshTri, MeshQuad, MeshTet or MeshHex",
+        lambda: fo.Body(MeshWedge1()): "mesh: a MeshWedge1; give one of scikit-fem with elements of one shape, linear or quadratic: MeshTri1, MeshQ",
+        lambda: fo.Body(MeshTri2(), element="mean_dilatation"): "element: 'mean_dilatation', but the mesh is a MeshTri2 with quadratic elements",
+        lambda: fo.Body(MeshQuad(), element="cubic"): "element: 'cubic'",
         lambda: fo.Support("punch", "top", "yx"): "directions: 'yx'",
         lambda: fo.Contact("punch", "punch"): "a face cannot touch itself",
         lambda: fo.Contact("punch", "block", gap=0.1): "gap: 0.1; give 'measured' or a function",

@@ -28,12 +28,12 @@ def box(kind, x0, x1, y0, y1, across, up=3):
     return kind.init_tensor(*steps).with_boundaries(named)
 
 
-def shims(kind, plate=4, material=None, up=3, contacts=None, **more):
+def shims(kind, plate=4, element=None, up=3, contacts=None, **more):
     """Two shims side by side between two plates, free to strain, under P across the plates and S along them."""
     meshes = {name: box(kind, *sizes, 2, up) for name, sizes in SHIMS.items()} | {
         name: box(kind, *sizes[:2], *sizes[2:], plate) for name, sizes in PLATES.items()
     }
-    bodies = {name: fo.Body(mesh, material or fo.Material(2.0, 0.3)) for name, mesh in meshes.items()}
+    bodies = {name: fo.Body(mesh, fo.Material(2.0, 0.3), element) for name, mesh in meshes.items()}
     supports = [
         fo.Support("below", "y0", "y"),
         fo.Support("below", "x0", "x"),
@@ -49,10 +49,11 @@ def outer(body):
     return {"left": ["x0"], "right": ["x1"]}.get(body, ["x0", "x1"])
 
 
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kind", ELEMENTS)
-def test_uniform_stresses_pass_through_by_superposition(kind):
+def test_uniform_stresses_pass_through_by_superposition(kind, element):
     """P presses the level faces alone and S the upright one alone, each pair by its share of the area; nothing is sheared."""
-    model = shims(kind)
+    model = shims(kind, element=element)
     system = model.condense()
     level = np.abs(system.normals[:, 1]) > 0.5
     areas = {"P": 4.0, "S": 0.75}
@@ -64,10 +65,11 @@ def test_uniform_stresses_pass_through_by_superposition(kind):
     assert (~level).sum() == (2 if kind in (MeshQuad, MeshTri) else 8)  # of four rows of nodes two are corners of the level faces
 
 
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("plate", [3, 5, 8])
-def test_uniform_stresses_pass_through_nodes_that_do_not_match(plate):
+def test_uniform_stresses_pass_through_nodes_that_do_not_match(plate, element):
     """At the corner of the shims the plates have a node or none."""
-    system = shims(MeshQuad, plate).condense()
+    system = shims(MeshQuad, plate, element).condense()
     level = np.abs(system.normals[:, 1]) > 0.5
     for load, pressed in (("P", level), ("S", ~level)):
         q, p = system.reaction({load: 1.0})

@@ -9,7 +9,7 @@ import frictopt as fo
 STEEL = fo.Material(E=3.0, nu=0.3)
 
 
-def column(kinematics="plane_strain", loads=None, supports=(), half=1.0, material=STEEL):
+def column(kinematics="plane_strain", loads=None, supports=(), half=1.0, material=STEEL, element=None):
     """Two blocks one on the other, 0 <= x <= half (axisymmetric: from 0.5), from y = -1 to 2, on rollers."""
     x = np.linspace(0.5 if kinematics == "axisymmetric" else 0.0, half, 5)
     face = {"contact": lambda x: x[1] == 0.0}
@@ -17,7 +17,7 @@ def column(kinematics="plane_strain", loads=None, supports=(), half=1.0, materia
     lower = MeshQuad.init_tensor(x, np.linspace(-1.0, 0.0, 4)).with_boundaries({**face, "bottom": lambda x: x[1] == -1.0})
     beside = [fo.Support("lower", (0.0, -1.0), "x"), fo.Support("lower", (0.0, 0.0), "x"), fo.Support("upper", (0.0, 2.0), "x")]
     return fo.ContactModel(
-        bodies={"upper": fo.Body(upper, material), "lower": fo.Body(lower, material)},
+        bodies={"upper": fo.Body(upper, material, element), "lower": fo.Body(lower, material, element)},
         supports=[fo.Support("lower", "bottom", "y"), *(beside if kinematics != "axisymmetric" else []), *supports],
         loads=loads or {"P": [fo.Traction("upper", "top", y=-1.0)]},
         kinematics=kinematics,
@@ -49,9 +49,10 @@ def at(model, fields, name, body):
     return model.bodies[body].mesh.p[0], getattr(fields, name)[body]
 
 
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kinematics", ["plane_strain", "plane_stress", "axisymmetric"])
-def test_uniform_tension(kinematics):
-    model = column(kinematics)
+def test_uniform_tension(kinematics, element):
+    model = column(kinematics, element=element)
     fields = glued(model, P=-2.0)
     normal = {"plane_strain": STEEL.nu * 2.0, "plane_stress": 0.0, "axisymmetric": 0.0}[kinematics]
     strain = (2.0 - STEEL.nu * normal) / STEEL.E
@@ -62,9 +63,10 @@ def test_uniform_tension(kinematics):
     assert np.allclose(fields.p / model.condense().width, -2.0)
 
 
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kinematics", ["plane_strain", "plane_stress", "axisymmetric"])
-def test_free_expansion_without_stress(kinematics):
-    model = column(kinematics, loads={"T": [fo.Expansion("upper", 0.01), fo.Expansion("lower", lambda x, y: 0.01 + 0 * x)]})
+def test_free_expansion_without_stress(kinematics, element):
+    model = column(kinematics, element=element, loads={"T": [fo.Expansion("upper", 0.01), fo.Expansion("lower", lambda x, y: 0.01 + 0 * x)]})
     fields = glued(model, T=2.0)
     for body in ("upper", "lower"):
         out = -STEEL.E * 0.02 if kinematics == "plane_strain" else 0.0

@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
-from skfem import MeshHex, MeshQuad, MeshQuad2, MeshTet2, MeshTri2
+from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
 from meshes import blocks, hung, uniform_loads
@@ -80,6 +80,3 @@ def test_words_for_what_is_nearly_right():
     bare = MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0])
     with pytest.raises(fo.ModelError, match="a Contact takes the boundary 'contact' of both bodies unless others are named"):
         fo.ContactModel({"one": fo.Body(bare), "two": fo.Body(bare)}, [], uniform_loads())
-    for body, mesh in ((fo.Body, MeshTri2()), (fo.Body, MeshQuad2()), (fo.Body, MeshTet2())):
-        with pytest.raises(fo.ModelError, match=r"its elements are quadratic: mesh with linear ones \(gmsh: Mesh.ElementOrder = 1\)"):
-            body(mesh)

@@ -2,7 +2,7 @@ import re
 
 import numpy as np
 import pytest
-from skfem import MeshQuad, MeshTri, MeshTri2
+from skfem import MeshQuad, MeshTri, MeshWedge1
 
 import frictopt as fo
 from meshes import blocks, hung, uniform_loads
@@ -38,7 +38,7 @@ def test_materials_elements_and_three_bodies():
 
 
 BAD = {
-    "mesh: a MeshTri2": {"mesh": MeshTri2()},
+    "mesh: a MeshWedge1": {"mesh": MeshWedge1()},
     "materials: subdomain 'bolt' is unknown; this mesh names ['block', 'punch']": {"materials": {"bolt": ONE}},
     "materials: 6 elements are in none of ['punch']": {"materials": {"punch": ONE}},
     "materials: subdomain 'all' shares elements with 'punch'": {

@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
-from scipy.sparse import block_diag, csr_matrix, identity, vstack
+from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
 
 from ..contact.checks import Array, place, shown
 from ..contact.tolerances import SAME_POINT
@@ -20,11 +20,12 @@ from .frames import frames_of
 from .given import held_nodes, same_point
 from .interface import Interface, openings
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
+from .midside import midside_ties
 from .ordering import Integers
 from .rigid import assemblies, node_graph
 from .touching import check_touching
 
-__all__ = ["LOADS", "Assembly", "Load"]
+__all__ = ["LOADS", "Assembly", "Load", "nodes_of"]
 
 LOADS = (Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference, BoltPreload)
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload
@@ -43,7 +44,9 @@ class Assembly:
     bodies, cuts
         Name -> body, cut where bolts are tightened, and the cuts.
     points, rows, free_rows
-        (nodes, d) coordinates and unknowns of all nodes, and unknowns with -1 where they are held.
+        (nodes, d) coordinates and unknowns of all nodes, and unknowns with -1 where they are held, -2 where they follow others.
+    tied
+        (size, size) matrix of all displacements by those that follow no others: midside nodes on contact faces follow corners.
     first_node
         Name of a body -> number of its first node.
     contact, gap, width
@@ -79,14 +82,15 @@ class Assembly:
             nodes = self.nodes("supports", support)
             for axis in self.axes("supports", support.body, support.directions):
                 self.free_rows[nodes, axis] = -1
+        self.tied = self._tie(contacts, supports)
         self._pair(contacts, joints)
         self._open(cuts)
 
     @cached_property
     def whole(self) -> csr_matrix:
-        """Stiffness of the separate bodies, cuts open."""
+        """Stiffness of the separate bodies, midside nodes of contact faces tied, cuts open."""
         parts = [body_stiffness(body.mesh, body.material, body.element, self.kinematics) for body in self.bodies.values()]
-        return csr_matrix(block_diag(parts, format="csr"))
+        return csr_matrix(self.tied.T @ block_diag(parts, format="csr") @ self.tied)
 
     @cached_property
     def release(self) -> tuple[csr_matrix, csr_matrix]:
@@ -113,16 +117,7 @@ class Assembly:
 
     def nodes(self, argument: str, part: Support | Displacement) -> Integers:
         """Nodes that a support holds, or a displacement moves."""
-        body, where = self.body(argument, part.body), part.where
-        if isinstance(where, str):
-            return np.asarray(self.first_node[part.body] + body.boundary_nodes(where, f"support of body {part.body!r}"))
-        if len(where) != len(body.mesh.p):
-            raise ModelError(f"where: {where}; give the {len(body.mesh.p)} coordinates of a node of body {part.body!r}")
-        distance = np.linalg.norm(body.mesh.p - np.array(where)[:, None], axis=0)
-        if distance.min() > SAME_POINT * np.ptp(body.mesh.p):
-            nearest = tuple(float(value) for value in body.mesh.p[:, distance.argmin()])
-            raise ModelError(f"support of body {part.body!r}: no node at {where}; the nearest is at {nearest}")
-        return np.array([self.first_node[part.body] + distance.argmin()])
+        return np.asarray(nodes_of(self.body(argument, part.body), part) + self.first_node[part.body])
 
     def _joints(self, contacts: Sequence[Contact]) -> list[Joint]:
         """The joined nodes of each contact; none is forgotten."""
@@ -138,12 +133,29 @@ class Assembly:
                         "Contact(body_1, body_2, boundary_1, boundary_2)"
                     )
             one, two = self.body("contacts", contact.body_1), self.body("contacts", contact.body_2)
-            joints.append(joined(contact, one, two, self.kinematics))
+            joints.append(joined(contact, one.through_corners, two.through_corners, self.kinematics))
             touched.setdefault((contact.body_1, contact.body_2), []).append(joints[-1].nodes)
             touched.setdefault((contact.body_2, contact.body_1), []).append(joints[-1].projection.indices)
         check_touching(self.bodies, touched)
         self.coarser = [joint.coarser for joint in joints]
         return joints
+
+    def _tie(self, contacts: Sequence[Contact], supports: Sequence[Support]) -> csr_matrix:
+        """Let the midside nodes on contact faces follow; what a support holds stays so."""
+        faces = {name: [np.zeros(0, int)] for name in self.bodies}
+        for contact in contacts:
+            for name, boundary in ((contact.body_1, contact.boundary_1), (contact.body_2, contact.boundary_2)):
+                faces[name].append(self.bodies[name].boundary(boundary, "contacts"))
+        parts = [midside_ties(self.bodies[name].mesh, np.unique(np.concatenate(own)), f"contacts: body {name!r}") for name, own in faces.items()]
+        links, unknowns = block_diag(parts).tocoo(), self.rows.ravel()
+        for support in supports:
+            if not isinstance(support.where, str) and np.isin(self.nodes("supports", support), links.row // self.points.shape[1]).any():
+                raise ModelError(f"supports: {support} is a midside node of a contact face, which follows the corners; hold corners")
+        free = self.free_rows.ravel()[links.row] >= 0
+        row, column, follows = unknowns[links.row[free]], unknowns[links.col[free]], np.zeros(len(unknowns))
+        follows[row] = 1.0
+        self.free_rows[follows[self.rows] > 0] = -2
+        return csr_matrix(diags(1 - follows) + csr_matrix((links.data[free], (row, column)), shape=(len(follows),) * 2))
 
     def _pair(self, contacts: Sequence[Contact], joints: Sequence[Joint]) -> None:
         """Make the pairs of all contacts, one contact after the other."""
@@ -210,7 +222,7 @@ class Assembly:
         if moved.any():
             following, _, Q = self.interface.followers
             moved[self.rows[following]] = Q @ moved[self.rows]
-        return forces, moved, np.array(list(amounts.values()))[self.contact]
+        return self.tied.T @ forces, moved, np.array(list(amounts.values()))[self.contact]
 
     def _move(self, argument: str, part: Displacement, moved: Array, given: Array) -> None:
         """Enter a displacement into those of all unknowns; `given` says which have one."""
@@ -221,9 +233,23 @@ class Assembly:
                 continue
             (axis,) = self.axes(argument, part.body, name)
             unknowns, values = self.rows[nodes, axis], values_at(f"displacement {name}", amount, self.points[nodes].T)
-            if np.any(self.free_rows[nodes, axis] >= 0):
+            if np.any(self.free_rows[nodes, axis] != -1):
                 raise ModelError(f"{argument}: {part} moves nodes in {name} that no support holds; hold them by a Support")
             if (other := (given[unknowns] > 0) & (moved[unknowns] != values)).any():
                 at = place(self.points[nodes[other][0]])
                 raise ModelError(f"{argument}: {part} and another displacement move the node at {at} differently in {name}; give one")
             moved[unknowns], given[unknowns] = values, True
+
+
+def nodes_of(body: Body, part: Support | Displacement) -> Integers:
+    """Nodes of the mesh of a body that a support holds, or a displacement moves."""
+    where = part.where
+    if isinstance(where, str):
+        return body.boundary_nodes(where, f"support of body {part.body!r}")
+    if len(where) != len(body.mesh.p):
+        raise ModelError(f"where: {where}; give the {len(body.mesh.p)} coordinates of a node of body {part.body!r}")
+    distance = np.linalg.norm(body.mesh.p - np.array(where)[:, None], axis=0)
+    if distance.min() > SAME_POINT * np.ptp(body.mesh.p):
+        nearest = tuple(float(value) for value in body.mesh.p[:, distance.argmin()])
+        raise ModelError(f"support of body {part.body!r}: no node at {where}; the nearest is at {nearest}")
+    return np.array([distance.argmin()])

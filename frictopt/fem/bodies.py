@@ -1,5 +1,6 @@
 """The parts of a contact model: bodies and supports."""
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,7 +11,8 @@ from skfem import Mesh
 
 from ..contact.checks import Array, check_text, choice, finite_numbers, shown
 from ..errors import ModelError
-from .elasticity import ELEMENT_NAMES, ELEMENTS, ElementName, Material
+from .elasticity import ELEMENT_NAMES, ElementName, Material
+from .elements import ELEMENTS, QUADRATIC, facet_nodes, quadratic, through_corners
 from .ordering import Integers
 
 __all__ = ["Body", "Place", "Support", "check_kind", "checked_place", "checked_point"]
@@ -26,17 +28,20 @@ class Body:
     Parameters
     ----------
     mesh
-        The mesh, lengths in any unit: `MeshTri` or `MeshQuad` in the plane, `MeshTet` or `MeshHex` in space.
+        The mesh, lengths in any unit: `MeshTri` or `MeshQuad` in the plane, `MeshTet` or `MeshHex` in space; or with curved sides `MeshTri2`,
+        `MeshQuad2`, `MeshTet2` or `MeshHex2`, the elements of which are quadratic.
     material
         Its material.
     element
-        "linear", or "mean_dilatation": quadrilaterals and hexahedra that do not lock as nu approaches 0.5 (linear triangles, tetrahedra always do).
+        "linear"; "quadratic": displacements are quadratic in each element, and `mesh` becomes the mesh with nodes amid its sides; or
+        "mean_dilatation": linear quadrilaterals and hexahedra that do not lock as nu approaches 0.5. Linear triangles and tetrahedra always lock,
+        quadratic ones do not. None: as the mesh is.
 
     Raises
     ------
     ModelError
-        Elements that are not convex, turned inside out or without area or volume, others than these linear ones, a mesh of several parts that share
-        no edge (in space no face), nodes that belong to no element.
+        Elements that are not convex, turned inside out or without area or volume, others than these, a quadratic mesh with linear elements, a mesh of
+        several parts that share no edge (in space no face), nodes that belong to no element.
 
     Examples
     --------
@@ -48,15 +53,23 @@ class Body:
     >>> mesh = MeshHex.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0], [0.0, 1.0]).with_boundaries({"contact": lambda x: x[2] == 0})
     >>> fo.Body(mesh).boundary_nodes("contact", "interface").size
     6
+    >>> fo.Body(mesh, element="quadratic").boundary_nodes("contact", "interface").size
+    15
     """
 
     mesh: Mesh
     material: Material = Material()
-    element: ElementName = "linear"
+    element: ElementName | None = None
 
     def __post_init__(self) -> None:
-        choice("element", self.element, ELEMENT_NAMES)
         check_kind(self.mesh)
+        straight = type(self.mesh) in QUADRATIC
+        element = choice("element", self.element or ("linear" if straight else "quadratic"), ELEMENT_NAMES)
+        if element != "quadratic" and not straight:
+            raise ModelError(f"element: {element!r}, but the mesh is a {type(self.mesh).__name__} with quadratic elements; leave `element` out")
+        object.__setattr__(self, "element", element)
+        if element == "quadratic" and straight:
+            object.__setattr__(self, "mesh", quadratic(self.mesh))
         if not isinstance(self.material, Material):
             raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
         _check_elements(self.mesh)
@@ -77,7 +90,16 @@ class Body:
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:
         """Nodes on the boundary of that name; error messages call it `argument`."""
-        return np.unique(self.mesh.facets[:, self.boundary(name, argument)])
+        return facet_nodes(self.mesh, self.boundary(name, argument))
+
+    @property
+    def through_corners(self) -> "Body":
+        """The body with linear elements through its corner nodes, which keep their numbers: contacts see it so."""
+        if self.element != "quadratic":
+            return self
+        linear = copy(self)  # one body still where a bolt cuts it
+        object.__setattr__(linear, "mesh", through_corners(self.mesh))
+        return linear
 
 
 @dataclass(frozen=True)
@@ -131,7 +153,7 @@ def checked_point(name: str, point: object, words: str, sizes: tuple[int, ...] =
 
 
 def check_kind(mesh: Mesh) -> None:
-    """Check that a mesh has linear elements of a kind that bodies may have.
+    """Check that a mesh has elements of a kind that bodies may have.
 
     Raises
     ------
@@ -139,9 +161,8 @@ def check_kind(mesh: Mesh) -> None:
         It does not.
     """
     if type(mesh) not in ELEMENTS:
-        quadratic = hasattr(mesh, "doflocs") and type(mesh).__name__.endswith("2")
-        remedy = "; its elements are quadratic: mesh with linear ones (gmsh: Mesh.ElementOrder = 1)" if quadratic else " of straight-sided elements"
-        raise ModelError(f"mesh: a {type(mesh).__name__}; give a MeshTri, MeshQuad, MeshTet or MeshHex{remedy}")
+        names = ", ".join(kind.__name__ for kind in ELEMENTS)
+        raise ModelError(f"mesh: a {type(mesh).__name__}; give one of scikit-fem with elements of one shape, linear or quadratic: {names}")
 
 
 def _check_elements(mesh: Mesh) -> None:
@@ -159,12 +180,13 @@ def _check_elements(mesh: Mesh) -> None:
     parts, _ = connected_components(coo_matrix((np.ones(inner.shape[1]), inner), shape=(elements, elements)), directed=False)
     if parts != 1:
         raise ModelError(f"mesh: {parts} parts that share no {edge}; give one connected body (merge nodes that coincide)")
-    if loose := mesh.p.shape[1] - len(np.unique(mesh.t)):
+    if loose := mesh.p.shape[1] - len(np.unique(mesh.dofs.element_dofs)):
         raise ModelError(f"mesh: {loose} nodes belong to no element; remove them")
 
 
 def _sizes(mesh: Mesh) -> Array:
-    """(corners, elements) signed area or volume of the elements as it is at each of their corners."""
-    corners, element = mesh.elem.refdom.p, ELEMENTS[type(mesh)]()
-    slopes = np.array([np.broadcast_to(element.lbasis(corners, i)[1], corners.shape) for i in range(len(mesh.t))])
-    return np.asarray(np.linalg.det(np.einsum("aie,ibk->keab", mesh.p[:, mesh.t], slopes)))
+    """(nodes, elements) signed area or volume of the elements as it is at each of their nodes."""
+    element, nodes = ELEMENTS[type(mesh)](), mesh.dofs.element_dofs
+    at = element.doflocs.T
+    slopes = np.array([np.broadcast_to(element.lbasis(at, i)[1], at.shape) for i in range(len(nodes))])
+    return np.asarray(np.linalg.det(np.einsum("aie,ibk->keab", mesh.p[:, nodes], slopes)))

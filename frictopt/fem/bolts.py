@@ -13,6 +13,7 @@ from ..contact.checks import Array, check_text, finite_number
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics
+from .elements import facet_nodes, points_from
 from .forms import boundary_forces
 from .ordering import Integers
 
@@ -81,7 +82,7 @@ class Cut:
 
 
 def cut_bodies(bodies: Mapping[str, Body], sections: Iterable[tuple[str, str]], kinematics: Kinematics) -> tuple[dict[str, Body], list[Cut]]:
-    """The bodies with their sections, (body, section), cut, the nodes of the far faces last, and the cuts.
+    """The bodies with their sections, (body, section), cut, the nodes of the far faces last of the corners, and the cuts.
 
     Raises
     ------
@@ -106,11 +107,11 @@ def cut_bodies(bodies: Mapping[str, Body], sections: Iterable[tuple[str, str]], 
 
 def _cut(mesh: Mesh, section: str, start: str) -> tuple[Integers, Integers, Array, Mesh]:
     """Nodes of the near and the far face of a section, its axis, and the mesh cut there: both faces are the boundary of that name."""
-    facets, n = np.unique(mesh.boundaries[section]), mesh.p.shape[1]
+    facets, n = np.unique(mesh.boundaries[section]), mesh.nvertices
     if not len(facets) or np.any(mesh.f2t[1, facets] < 0):
         raise ModelError(f"{start} has no facets, or facets on the outline of the body; name the facets of a plane through its inside")
-    near = np.unique(mesh.facets[:, facets])
-    arms = mesh.p[:, near] - mesh.p[:, near].mean(axis=1, keepdims=True)
+    across, corners = facet_nodes(mesh, facets), np.unique(mesh.facets[:, facets])
+    arms = mesh.p[:, across] - mesh.p[:, across].mean(axis=1, keepdims=True)
     axis = np.linalg.svd(arms, full_matrices=False)[0][:, -1]
     axis = axis * np.sign(axis[np.abs(axis).argmax()])
     if np.abs(axis @ arms).max() > _FLAT * np.ptp(arms, axis=1).max():
@@ -124,10 +125,14 @@ def _cut(mesh: Mesh, section: str, start: str) -> tuple[Integers, Integers, Arra
     if len(ahead) != 1 or len(behind) != 1 or ahead == behind:
         raise ModelError(f"{start} does not cut the body in two; name all facets of one plane through the shank, from side to side")
     beyond, copies = part == ahead, np.arange(n)
-    copies[near] = n + np.arange(len(near))
-    whole = replace(mesh, doflocs=np.hstack([mesh.p, mesh.p[:, near]]), t=np.where(beyond, copies[mesh.t], mesh.t), sort_t=False, _boundaries=None)
+    copies[corners] = n + np.arange(len(corners))
+    whole = replace(mesh, t=np.where(beyond, copies[mesh.t], mesh.t), sort_t=False, _boundaries=None)
+    whole = replace(whole, doflocs=points_from(mesh, np.arange(mesh.t.shape[1]), whole))
+    near, far = (np.zeros(mesh.p.shape[1], dtype=np.intp) for _ in range(2))
+    for numbers, side in ((near, ~beyond), (far, beyond)):
+        numbers[mesh.dofs.element_dofs[:, side]] = whole.dofs.element_dofs[:, side]
     faces = {name: np.unique(whole.t2f[np.isin(mesh.t2f, named)]) for name, named in mesh.boundaries.items()}
-    return near, copies[near], axis, whole.with_boundaries(faces)
+    return near[across], far[across], axis, whole.with_boundaries(faces)
 
 
 def released(K: csr_matrix, rows: Integers, cuts: Sequence[Cut]) -> tuple[csr_matrix, csr_matrix]:

@@ -9,13 +9,9 @@ from skfem import (
     Basis,
     BilinearForm,
     ElementHex0,
-    ElementHex1,
     ElementQuad0,
-    ElementQuad1,
     ElementTetP0,
-    ElementTetP1,
     ElementTriP0,
-    ElementTriP1,
     Mesh,
     MeshHex1,
     MeshQuad1,
@@ -24,14 +20,14 @@ from skfem import (
 )
 
 from ..contact.checks import Array, finite_number
+from .elements import basis_of
 
-__all__ = ["ELEMENTS", "ELEMENT_NAMES", "KINEMATICS", "ElementName", "Kinematics", "Material", "body_stiffness", "circumference", "element_means"]
+__all__ = ["ELEMENT_NAMES", "KINEMATICS", "ElementName", "Kinematics", "Material", "body_stiffness", "circumference", "element_means"]
 
-ELEMENTS = {MeshTri1: ElementTriP1, MeshQuad1: ElementQuad1, MeshTet1: ElementTetP1, MeshHex1: ElementHex1}
 _UNIFORM = {MeshTri1: ElementTriP0, MeshQuad1: ElementQuad0, MeshTet1: ElementTetP0, MeshHex1: ElementHex0}
 
-ELEMENT_NAMES = ("linear", "mean_dilatation")
-ElementName: TypeAlias = Literal["linear", "mean_dilatation"]
+ELEMENT_NAMES = ("linear", "mean_dilatation", "quadratic")
+ElementName: TypeAlias = Literal["linear", "mean_dilatation", "quadratic"]
 
 KINEMATICS = ("plane_strain", "plane_stress", "axisymmetric", "space")
 Kinematics: TypeAlias = Literal["plane_strain", "plane_stress", "axisymmetric", "space"]
@@ -95,7 +91,7 @@ def circumference(x: Array, kinematics: Kinematics) -> Array:
     return 2 * np.pi * x if kinematics == "axisymmetric" else np.ones_like(x)
 
 
-def body_stiffness(mesh: Mesh, material: Material, element: ElementName = "linear", kinematics: Kinematics = "plane_strain") -> csr_matrix:
+def body_stiffness(mesh: Mesh, material: Material, element: ElementName | None = None, kinematics: Kinematics = "plane_strain") -> csr_matrix:
     """Stiffness matrix of one body, in the plane per unit depth; unknowns are all x displacements by node, then all y, then all z ones.
 
     An axisymmetric body has the radius x and the axis x = 0; its stiffness is that of the whole circumference. The radial displacement u makes the
@@ -106,7 +102,7 @@ def body_stiffness(mesh: Mesh, material: Material, element: ElementName = "linea
     1980): an element can then keep its volume without locking. There are no zero-energy modes, because the second constant acts in full. In
     triangles and tetrahedra div u is uniform, so nothing changes there.
     """
-    basis, d = Basis(mesh, ELEMENTS[type(mesh)]()), mesh.dim()
+    basis, d = basis_of(mesh), mesh.dim()
     around = circumference(np.asarray(basis.global_coordinates())[0], kinematics)
     lam, mu = material._plane_lame(kinematics)
 
@@ -128,7 +124,7 @@ def body_stiffness(mesh: Mesh, material: Material, element: ElementName = "linea
             blocks[b][a] = pointwise * volume[a, b] + mu * slopes[a, b].T
             blocks[a][b] = blocks[b][a].T
     K = bmat(blocks, format="csr")
-    if element == "linear":
+    if element != "mean_dilatation":
         return K
     uniform = basis.with_element(_UNIFORM[type(mesh)]())
     mean = hstack([BilinearForm(lambda u, v, _, a=a: u.grad[a] * v).assemble(basis, uniform) for a in range(d)])

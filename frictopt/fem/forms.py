@@ -10,7 +10,8 @@ from skfem.quadrature import get_quadrature
 
 from ..contact.checks import Array, finite_number, place, real_array, shown
 from ..errors import ModelError
-from .elasticity import ELEMENTS, Kinematics, circumference
+from .elasticity import Kinematics, circumference
+from .elements import ELEMENTS, basis_of, on_facets, places_of
 from .ordering import Integers
 
 __all__ = ["Amount", "boundary_forces", "checked_amount", "checked_amounts", "components", "gradient_forces", "values_at", "volume_forces"]
@@ -69,28 +70,38 @@ def boundary_forces(mesh: Mesh, facets: Integers, traction: Callable[[Array, Arr
 
     The integration is on the facets themselves: scikit-fem would invert the map of very thin elements, in vain.
     """
-    nodes = mesh.facets[:, facets]
-    element = _FACETS[len(nodes)]()
-    at, weights = get_quadrature(element.refdom, _ORDER)
-    functions = [element.lbasis(at, i) for i in range(len(nodes))]
-    shapes = np.array([np.broadcast_to(value, weights.shape) for value, _ in functions])
-    slopes = np.array([np.broadcast_to(slope, at.shape) for _, slope in functions])
-    corners = mesh.p[:, nodes]
-    points, along = np.einsum("dkm,kq->dmq", corners, shapes), np.einsum("dkm,keq->edmq", corners, slopes)
+    element, (elements, number) = ELEMENTS[type(mesh)](), places_of(mesh, facets)
+    local = np.array(element.refdom.facets)[number].T
+    flat = _FACETS[len(local)]()
+    on_flat, weights = get_quadrature(flat.refdom, _ORDER)
+    corners = element.refdom.p[:, local]
+    shapes, slopes = _functions(flat, len(local), on_flat)
+    at, ways = np.einsum("dkm,kq->dmq", corners, shapes), np.einsum("dkm,keq->edmq", corners, slopes)
+    nodes = mesh.dofs.element_dofs[:, elements]
+    values, gradients = _functions(element, len(nodes), at)
+    values = values * on_facets(type(mesh))[number].T[:, :, None]
+    points = np.einsum("akm,kmq->amq", mesh.p[:, nodes], values)
+    along = np.einsum("abmq,ebmq->eamq", np.einsum("akm,kbmq->abmq", mesh.p[:, nodes], gradients), ways)
     normals = np.array([along[0, 1], -along[0, 0]]) if len(along) == 1 else np.cross(along[0], along[1], axis=0)
-    inward = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1) - corners[:, 0]
+    inward = mesh.p[:, mesh.t[:, elements]].mean(axis=1) - mesh.p[:, mesh.facets[:, facets]].mean(axis=1)
     normals = normals * -np.sign(np.sum(normals.sum(axis=2) * inward, axis=0))[:, None]
     sizes = np.linalg.norm(normals, axis=0)
     if not sizes.min(initial=1.0) > 0:
         m = int(sizes.min(axis=1).argmin())
         raise ModelError(f"mesh: the facet at {place(points[:, m].mean(axis=1))} has no size; repair it")
     amounts = np.array(traction(points, normals / sizes)) * circumference(points[0], kinematics) * sizes * weights
-    return np.array([np.bincount(nodes.ravel(), part.ravel(), minlength=mesh.p.shape[1]) for part in np.einsum("cmq,kq->ckm", amounts, shapes)])
+    return np.array([np.bincount(nodes.ravel(), part.ravel(), minlength=mesh.p.shape[1]) for part in np.einsum("cmq,kmq->ckm", amounts, values)])
+
+
+def _functions(element: Any, count: int, at: Array) -> tuple[Array, Array]:
+    """Values (count, ...) and slopes (count, d, ...) of the functions of an element at points (d, ...) of its reference."""
+    found = [element.lbasis(at, i) for i in range(count)]
+    return np.array([np.broadcast_to(value, at.shape[1:]) for value, _ in found]), np.array([np.broadcast_to(slope, at.shape) for _, slope in found])
 
 
 def volume_forces(mesh: Mesh, force: Callable[[Array], Array], kinematics: Kinematics) -> Array:
     """(d, nodes) nodal forces of a force per volume, a function of points (d, ...)."""
-    basis = Basis(mesh, ELEMENTS[type(mesh)]())
+    basis = basis_of(mesh)
     points = np.asarray(basis.global_coordinates())
     form = LinearForm(lambda v, w: w.amount * v)
     return np.array([form.assemble(basis, amount=part) for part in force(points) * circumference(points[0], kinematics)])

@@ -9,7 +9,8 @@ from skfem import Basis
 from ..contact.checks import Array, check_text, finite_number
 from ..errors import ModelError
 from .bodies import Body, Place, checked_place, checked_point
-from .elasticity import ELEMENTS, Kinematics, element_means
+from .elasticity import Kinematics, element_means
+from .elements import basis_of
 from .forms import Amount, boundary_forces, checked_amount, checked_amounts, components, gradient_forces, values_at, volume_forces
 
 __all__ = ["BodyForce", "Centrifugal", "Displacement", "Expansion", "Pressure", "Traction"]
@@ -203,7 +204,7 @@ class Expansion:
         object.__setattr__(self, "strain", checked_amount("strain", self.strain))
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        basis = Basis(body.mesh, ELEMENTS[type(body.mesh)]())
+        basis = basis_of(body.mesh)
         return gradient_forces(basis, self._tension(body, kinematics, basis), kinematics)
 
     def _strain(self, basis: Basis) -> Array:
@@ -217,7 +218,7 @@ class Expansion:
         """
         lam, mu = body.material._plane_lame(kinematics)
         strain = self._strain(basis)
-        dilatation = strain if body.element == "linear" else element_means(basis, strain)
+        dilatation = element_means(basis, strain) if body.element == "mean_dilatation" else strain
         return (2 if kinematics == "plane_stress" else 3) * lam * dilatation + 2 * mu * strain
 
 

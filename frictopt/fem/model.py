@@ -15,7 +15,7 @@ from ..contact.parts import joined, parted
 from ..contact.show import Plotted, Shown
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError, ModelWarning
-from .assembly import LOADS, Assembly, Load
+from .assembly import LOADS, Assembly, Load, nodes_of
 from .bodies import Body, Support
 from .bolts import BoltPreload
 from .condense import condensed
@@ -208,15 +208,14 @@ class ContactModel(Shown, Plotted):
         u, r = self._recovery.displacements(R.T @ force, lift, joined(v, w - parts.gap + overlap))
         if gap is not None:
             _warn_of_open_nodes(w, r, float(np.abs(u).max()))
-        u = R @ u + D @ force
+        u = parts.tied @ (R @ u + D @ force)
         moved = {name: u[parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]].T for name, first in parts.first_node.items()}
         return body_fields(parts.bodies, self.kinematics or "plane_strain", moved, expansions, parted(r, d), parts.interface.frames, parts.sides)
 
     @property
     def held_nodes(self) -> tuple[Integers, ...]:
         """Numbers of the nodes that each support holds, in the mesh of its body."""
-        found = [(support.body, self._parts.nodes("supports", support) - self._parts.first_node[support.body]) for support in self.supports]
-        return tuple(nodes[nodes < self.bodies[name].mesh.p.shape[1]] for name, nodes in found)  # those of far faces of cuts follow
+        return tuple(nodes_of(self.bodies[support.body], support) for support in self.supports)
 
     @property
     def surface_loads(self) -> tuple[tuple[str, str, Integers, Array], ...]:
@@ -274,8 +273,8 @@ def _checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body
         radius = body.mesh.p[0]
         if kinematics == "axisymmetric" and radius.min() < 0:
             raise ModelError(f"bodies[{name!r}]: x = {radius.min():g} at node {int(radius.argmin())}; of an axisymmetric body x is the radius, >= 0")
-        if kinematics == "axisymmetric" and body.element != "linear":
-            raise ModelError(f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have element='linear'")
+        if kinematics == "axisymmetric" and body.element == "mean_dilatation":
+            raise ModelError(f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have linear or quadratic elements")
     return kinematics
 
 

@@ -15,7 +15,8 @@ from ..contact.show import Plotted, Shown
 from ..errors import ModelError
 from .bodies import Body
 from .condense import eliminated
-from .elasticity import ELEMENTS, Kinematics, element_means
+from .elasticity import Kinematics, element_means
+from .elements import basis_of
 from .interface import Interface
 from .loads import Expansion
 from .matrices.meshes import meshio_library
@@ -100,9 +101,10 @@ class BodyFields(Shown, Plotted):
             An unknown body.
         """
         mesh = self._body(body).mesh
-        basis = Basis(mesh, ElementVector(ELEMENTS[type(mesh)]()))
-        values = np.zeros(basis.N)
-        values[basis.nodal_dofs] = self.displacement[body]
+        basis = Basis(mesh, ElementVector(mesh.elem()))
+        values, own = np.zeros(basis.N), mesh.dofs.element_dofs
+        for axis, component in enumerate(self.displacement[body]):
+            values[basis.element_dofs[axis :: mesh.dim()]] = component[own]
         return basis, values
 
     def save(self, path: str | Path, body: str) -> None:
@@ -181,7 +183,7 @@ def body_fields(
 
 def _strain_and_stress(body: Body, kinematics: Kinematics, u: Array, expansions: Sequence[tuple[float, Expansion]]) -> tuple[Array, Array]:
     """(components, nodes) nodal strain and stress."""
-    basis, d = Basis(body.mesh, ELEMENTS[type(body.mesh)]()), len(u)
+    basis, d = basis_of(body.mesh), len(u)
     x = np.asarray(basis.global_coordinates())[0]
     fields = [basis.interpolate(component) for component in u]
     slopes = np.array([np.asarray(field.grad) for field in fields])
@@ -190,7 +192,7 @@ def _strain_and_stress(body: Body, kinematics: Kinematics, u: Array, expansions:
     if kinematics == "axisymmetric":
         strain[2, 2] = np.asarray(fields[0]) / x
     lam, mu = body.material._plane_lame(kinematics)
-    volume = np.trace(strain) if body.element == "linear" else element_means(basis, np.trace(strain))
+    volume = element_means(basis, np.trace(strain)) if body.element == "mean_dilatation" else np.trace(strain)
     tension = lam * volume - sum((amplitude * part._tension(body, kinematics, basis) for amplitude, part in expansions), nothing)
     stress = 2 * mu * strain + tension * np.eye(3)[:, :, None, None]
     if kinematics == "plane_stress":

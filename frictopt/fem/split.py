@@ -10,11 +10,12 @@ from ..contact.checks import check_text, shown
 from ..errors import ModelError
 from .bodies import Body, check_kind
 from .elasticity import ElementName, Material
+from .elements import points_from
 
 __all__ = ["split_bodies"]
 
 
-def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: ElementName = "linear") -> dict[str, Body]:
+def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: ElementName | None = None) -> dict[str, Body]:
     """Split a mesh with a named subdomain for each body into bodies with nodes of their own.
 
     Each body keeps the named boundaries of the mesh that it has facets on. The facets that it shares with another body become one more boundary, of
@@ -23,7 +24,7 @@ def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: Elem
     Parameters
     ----------
     mesh
-        The mesh (`MeshTri`, `MeshQuad`, `MeshTet` or `MeshHex`), for example of `skfem.Mesh.load("model.msh")`.
+        The mesh, of a kind that a `Body` has, for example of `read_mesh("model.msh")`.
     materials
         Name of a subdomain -> material of the body; every element is in one of them.
     element
@@ -79,7 +80,8 @@ def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: Elem
                 if neighbour in boundaries:
                     raise ModelError(f"mesh: boundary {neighbour!r} has the name of a body that {name!r} shares facets with; call it otherwise")
                 boundaries[neighbour] = shared
-        own = replace(mesh, _boundaries=boundaries).restrict(np.flatnonzero(owner == number), skip_subdomains=True)
+        elements = np.flatnonzero(owner == number)
+        own = replace(mesh, _boundaries=boundaries).restrict(elements, skip_subdomains=True)
         kept = {boundary: facets for boundary, facets in own.boundaries.items() if len(facets)}
-        bodies[name] = Body(replace(own, _boundaries=kept), material, element)
+        bodies[name] = Body(replace(own, doflocs=points_from(mesh, elements, own), _boundaries=kept), material, element)
     return bodies

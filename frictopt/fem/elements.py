@@ -1,0 +1,95 @@
+"""Elements of bodies: the linear and the quadratic ones of scikit-fem, their nodes, and which of these lie on their facets."""
+
+from dataclasses import replace
+
+import numpy as np
+from skfem import (
+    Basis,
+    ElementHex1,
+    ElementHex2,
+    ElementQuad1,
+    ElementQuad2,
+    ElementTetP1,
+    ElementTetP2,
+    ElementTriP1,
+    ElementTriP2,
+    Mesh,
+    MeshHex1,
+    MeshHex2,
+    MeshQuad1,
+    MeshQuad2,
+    MeshTet1,
+    MeshTet2,
+    MeshTri1,
+    MeshTri2,
+)
+
+from ..contact.checks import Array
+from .ordering import Flags, Integers
+
+__all__ = [
+    "ELEMENTS",
+    "QUADRATIC",
+    "basis_of",
+    "corner_weights",
+    "facet_nodes",
+    "on_facets",
+    "places_of",
+    "points_from",
+    "quadratic",
+    "through_corners",
+]
+
+# A mesh of scikit-fem counts its corner nodes first, as `mesh.t` and `mesh.facets` have them, then those amid edges, facets and elements.
+QUADRATIC = {MeshTri1: MeshTri2, MeshQuad1: MeshQuad2, MeshTet1: MeshTet2, MeshHex1: MeshHex2}
+_LINEAR = {second: first for first, second in QUADRATIC.items()} | {first: first for first in QUADRATIC}
+ELEMENTS = {MeshTri1: ElementTriP1, MeshQuad1: ElementQuad1, MeshTet1: ElementTetP1, MeshHex1: ElementHex1} | {
+    MeshTri2: ElementTriP2, MeshQuad2: ElementQuad2, MeshTet2: ElementTetP2, MeshHex2: ElementHex2
+}  # fmt: skip
+_ORDER = {MeshQuad2: 5, MeshHex2: 5}  # three points a direction: exact for uniform stress in curved elements, and for straight ones
+
+
+def basis_of(mesh: Mesh) -> Basis:
+    """The functions of one displacement of a body, and points of integration."""
+    return Basis(mesh, ELEMENTS[type(mesh)](), intorder=_ORDER.get(type(mesh)))
+
+
+def quadratic(mesh: Mesh) -> Mesh:
+    """The mesh with a node amid each edge (of quadrilaterals and hexahedra each facet and element too), straight as it is."""
+    return replace(QUADRATIC[type(mesh)].from_mesh(mesh), _boundaries=mesh.boundaries, _subdomains=mesh.subdomains)
+
+
+def through_corners(mesh: Mesh) -> Mesh:
+    """The linear mesh of the same elements, facets and names through the corner nodes, which keep their numbers."""
+    return _LINEAR[type(mesh)](np.ascontiguousarray(mesh.p[:, : mesh.nvertices]), mesh.t, mesh.boundaries, mesh.subdomains, sort_t=False)
+
+
+def points_from(mesh: Mesh, elements: Integers, other: Mesh) -> Array:
+    """(d, nodes) coordinates for another mesh, whose elements are some of this mesh: scikit-fem takes along those of corners alone."""
+    points = np.zeros((mesh.dim(), other.dofs.N))
+    points[:, other.dofs.element_dofs] = mesh.p[:, mesh.dofs.element_dofs[:, elements]]
+    return points
+
+
+def corner_weights(kind: type[Mesh]) -> Array:
+    """(nodes, corners) the functions of the corners of a linear element at the nodes of a reference element of this kind: each node as their mean."""
+    at, linear = ELEMENTS[kind].doflocs.T, ELEMENTS[_LINEAR[kind]]()
+    return np.array([np.broadcast_to(linear.lbasis(at, i)[0], at.shape[1:]) for i in range(linear.refdom.nnodes)]).T
+
+
+def on_facets(kind: type[Mesh]) -> Flags:
+    """(facets, nodes) which nodes of an element lie on each of its facets."""
+    weights, facets = corner_weights(kind), ELEMENTS[kind].refdom.facets
+    return np.array([(np.delete(weights, facet, axis=1) == 0).all(axis=1) for facet in facets])
+
+
+def places_of(mesh: Mesh, facets: Integers) -> tuple[Integers, Integers]:
+    """(m,) elements that some facets bound, and the numbers of the facets in them."""
+    elements = mesh.f2t[0, facets]
+    return elements, (mesh.t2f[:, elements] == facets).argmax(axis=0)
+
+
+def facet_nodes(mesh: Mesh, facets: Integers) -> Integers:
+    """All nodes on some facets, each once."""
+    elements, number = places_of(mesh, facets)
+    return np.unique(mesh.dofs.element_dofs[:, elements].T[on_facets(type(mesh))[number]])

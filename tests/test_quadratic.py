@@ -1,0 +1,254 @@
+"""Quadratic elements, straight and curved: against uniform stress, bending, integrals over a curved body, and finer linear meshes."""
+
+from dataclasses import replace
+
+import meshio
+import numpy as np
+import pytest
+from skfem import MeshHex, MeshHex2, MeshQuad, MeshQuad2, MeshTet, MeshTet2, MeshTri, MeshTri2
+
+import frictopt as fo
+from meshes import rotation
+
+SECOND = {MeshTri: MeshTri2, MeshQuad: MeshQuad2, MeshTet: MeshTet2, MeshHex: MeshHex2}
+
+
+def box(kind, *sides, bulge=None, steps=2):
+    """A box of given (low, high) along each axis; `bulge` moves all nodes of the quadratic mesh, corners and others."""
+    straight = kind.init_tensor(*(np.linspace(*side, steps + 1) for side in sides))
+    mesh = SECOND[kind].from_mesh(straight)
+    named = {f"{'xyz'[axis]}{end}": (lambda x, a=axis, c=side[end]: np.isclose(x[a], c)) for axis, side in enumerate(sides) for end in (0, 1)}
+    boundaries = straight.with_boundaries(named).boundaries
+    return replace(mesh, doflocs=mesh.p if bulge is None else bulge(mesh.p.copy()), _boundaries=boundaries)
+
+
+def dimensions(kind):
+    return 3 if kind in (MeshTet, MeshHex) else 2
+
+
+def waves(p):
+    """Curve a box 1 wide, between heights 0 and 1 or -1 and 0, but for its lower and upper face."""
+    p[0] += 0.06 * np.sin(2 * np.pi * p[-1]) * (1 + p[0])
+    return p
+
+
+def two_boxes(kind, material, bulge=waves, turn=None):
+    """Two boxes one on the other, that meet at height 0, turned as a whole."""
+    turn = np.eye(dimensions(kind)) if turn is None else turn
+    bodies = {}
+    for name, low, face, far in (("upper", 0.0, "0", "1"), ("lower", -1.0, "1", "0")):
+        mesh = box(kind, *[(0.0, 1.0)] * (dimensions(kind) - 1), (low, low + 1.0), bulge=bulge)
+        axis = "xyz"[mesh.dim() - 1]
+        contact = mesh.boundaries[axis + face]
+        named = {"contact": contact, "far": mesh.boundaries[axis + far], "outline": np.setdiff1d(mesh.boundary_facets(), contact)}
+        bodies[name] = fo.Body(replace(mesh, doflocs=turn @ mesh.p, _boundaries=named), material)
+    return bodies
+
+
+@pytest.mark.parametrize("kind", SECOND)
+@pytest.mark.parametrize("nu", [0.3, 0.4999])
+def test_uniform_pressure_passes_between_curved_bodies(kind, nu):
+    """On all sides: each pair carries its share of the area, as on linear faces, and the stress is uniform at all nodes; the whole is turned."""
+    d, material = dimensions(kind), fo.Material(2.0, nu)
+    turn = rotation(0.6) if d == 2 else np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    bodies, up = two_boxes(kind, material, turn=turn), turn[:, -1]
+    corner = [tuple(turn @ point) for point in np.eye(d)[:-1] - np.eye(d)[-1]]
+    held = [fo.Support("lower", tuple(-up), "xyz"[:d]), fo.Support("lower", corner[0], "y" if d == 2 else "yz")]
+    held += [fo.Support("lower", corner[1], "z")] if d == 3 else []
+    model = fo.ContactModel(bodies, held, {"P": [fo.Pressure(name, "outline") for name in bodies]})
+    system = model.condense()
+    fields = model.recover({"P": 1.0}, np.zeros(system.nodes if d == 2 else (system.nodes, 2)))
+    assert np.allclose(fields.p, system.width, rtol=0, atol=1e-12) and np.abs(fields.q).max() < 1e-12 and system.width.min() > 0.02
+    uniform = [-1.0, -1.0, 0.0, -1.0, 0.0, 0.0] if d == 3 else [-1.0, -1.0, 0.0, -2 * nu]
+    for name in bodies:
+        assert np.abs(fields.stress[name] - np.array(uniform)[:, None]).max() < 1e-9
+    rigid = np.linalg.eigvalsh(system.S) < 1e-11 * np.linalg.norm(system.S)
+    assert rigid.sum() == d * (d + 1) // 2
+
+
+def arched(p):
+    """Bend the level lines of a box between heights -1 and 1 into arcs, the higher ones less."""
+    p[-1] += 0.1 * p[0] ** 2 * (1 - p[-1] ** 2) + 0.08 * p[0] * (1 - p[0]) * (1 - p[-1] ** 2)
+    return p
+
+
+@pytest.mark.parametrize("kind", SECOND)
+def test_a_curved_face_hands_over_forces_and_moments_and_lets_bodies_turn(kind):
+    """The upper body has its rigid motions against the stiffness, and the reactions are in balance with any load on it."""
+    d = dimensions(kind)
+    bodies = two_boxes(kind, fo.Material(), bulge=arched)
+    pull = [fo.Traction("upper", "far", x=0.3, y=lambda *x: -1 + x[0], **({"z": -0.2} if d == 3 else {}))]
+    system = fo.ContactModel(bodies, [fo.Support("lower", "far")], {"F": pull}).condense()
+    assert np.abs(system.points[:, -1] - arched(system.points.T.copy() * 1.0)[-1]).max() < 0.2 and np.ptp(system.points[:, -1]) > 0.05
+    arms, turns = system.points, [(a, b) for a in range(d) for b in range(a)]
+    motions = [np.tile(direction, (system.nodes, 1)) for direction in np.eye(d)]
+    motions += [arms[:, [a]] * np.eye(d)[b] - arms[:, [b]] * np.eye(d)[a] for a, b in turns]
+    load = pull[0]._forces(bodies["upper"], "space")
+    far = bodies["upper"].mesh.p
+    works = [*load.sum(axis=1), *(far[a] @ load[b] - far[b] @ load[a] for a, b in turns)]
+    q, p = system.bonded["F"]
+    reaction = np.r_[np.ravel(q, order="F"), p]
+    for motion, work in zip(motions, works, strict=True):
+        z = np.einsum("nra,na->rn", system.frames, motion).ravel()
+        assert np.abs(system.S @ z).max() < 1e-11 * np.abs(system.S).max() and reaction @ z == pytest.approx(-work, abs=1e-11)
+
+
+@pytest.mark.parametrize("kind", SECOND)
+def test_pure_bending_is_exact_without_lateral_strain(kind):
+    """u_x = x y, u_y = - x^2 / 2: a section stays plane, so the midside nodes of one that is glued need not follow."""
+    d, material = dimensions(kind), fo.Material(3.0, 0.0)
+    depth = [(0.0, 0.7)] * (d - 2)
+    bodies = {
+        "left": fo.Body(box(kind, (0.0, 1.0), (-0.5, 0.5), *depth), material),
+        "right": fo.Body(box(kind, (1.0, 4.0), (-0.5, 0.5), *depth), material),
+    }
+    held = [fo.Support("left", "x0", "x"), fo.Support("left", (0.0, 0.0, 0.0)[:d], "y" if d == 2 else "yz")]
+    held += [fo.Support("left", (0.0, 0.5, 0.0), "z")] if d == 3 else []
+    bend = {"M": [fo.Traction("right", "x1", x=lambda x, y, *z: 3.0 * y)]}
+    model = fo.ContactModel(bodies, held, bend, [fo.Contact("right", "left", "x0", "x1")])
+    fields = model.recover({"M": 1.0}, np.zeros((model.condense().nodes, d - 1) if d == 3 else model.condense().nodes))
+    for name, body in bodies.items():
+        x, y = body.mesh.p[:2]
+        assert np.allclose(fields.displacement[name][:2], [x * y, -(x**2) / 2], rtol=0, atol=1e-10)
+        assert np.allclose(fields.stress[name][0], 3 * y, atol=1e-9) and np.abs(fields.stress[name][1:3]).max() < 1e-9
+        assert np.allclose(fields.strain[name][0], y, atol=1e-9)
+
+
+@pytest.mark.parametrize("nu", [0.3, 0.49, 0.4999])
+def test_tetrahedra_do_not_lock(nu):
+    """A beam bent by couples: curvature M / EI. Linear tetrahedra of the same mesh are too stiff, the more so the less the volume changes."""
+    material, found = fo.Material(3.0, nu), {}
+    for element in ("linear", "quadratic"):
+        steps = [np.linspace(-0.5, 0.5, 3), np.linspace(-0.5, 0.5, 3)]
+        bodies = {}
+        for name, ends, cells in (("left", (0.0, 1.0), 2), ("right", (1.0, 4.0), 6)):
+            sides = {"x0": lambda x, c=ends[0]: x[0] == c, "x1": lambda x, c=ends[1]: x[0] == c}
+            mesh = MeshTet.init_tensor(np.linspace(*ends, cells + 1), *steps).with_boundaries(sides)
+            bodies[name] = fo.Body(mesh, material, element)
+        held = [fo.Support("left", "x0", "x"), fo.Support("left", (0.0, 0.0, 0.0), "yz"), fo.Support("left", (0.0, 0.5, 0.0), "z")]
+        bend = {"M": [fo.Traction("right", "x1", x=lambda x, y, z: 3.0 * y)]}
+        model = fo.ContactModel(bodies, held, bend, [fo.Contact("right", "left", "x0", "x1")])
+        moved = model.recover({"M": 1.0}, np.zeros((model.condense().nodes, 2))).displacement["right"]
+        axis = [np.flatnonzero((bodies["right"].mesh.p.T == [x, 0.0, 0.0]).all(axis=1))[0] for x in (2.0, 3.0, 4.0)]
+        found[element] = -moved[1, axis] @ [1.0, -2.0, 1.0]
+    assert found["quadratic"] == pytest.approx(1.0, abs=0.03) and found["linear"] < {0.3: 0.7, 0.49: 0.4, 0.4999: 0.25}[nu]
+
+
+HUMP = 0.2
+
+
+def hump(p):
+    """Raise the upper side of a box between heights 0 and 1, and x = -1 and 1, to the parabola 1 + HUMP (1 - x^2)."""
+    p[-1] *= 1 + HUMP * (1 - p[0] ** 2)
+    return p
+
+
+@pytest.mark.parametrize("kind", SECOND)
+def test_loads_on_a_curved_body_have_the_totals_of_its_parabola(kind):
+    """Its outline is a parabola, which quadratic elements have exactly: integrals in closed form, over a depth of 0.7 in space."""
+    d = dimensions(kind)
+    thick = 0.7 if d == 3 else 1.0
+    body = fo.Body(box(kind, (-1.0, 1.0), *[(0.0, 0.7)] * (d - 2), (0.0, 1.0), bulge=hump), fo.Material(2.0, 0.3))
+    x, up = body.mesh.p[0], body.mesh.p[-1]
+    kinematics, top, name = ("space" if d == 3 else "plane_strain"), ("z1" if d == 3 else "y1"), "xyz"[d - 1]
+    c = HUMP
+    area = 2 * (1 + 2 * c / 3)
+    high = (2 + 8 * c / 3 + 16 * c**2 / 15) / 2  # integral of the height
+    square = 2 / 3 + c * 4 / 15  # integral of x^2
+
+    def forces(load):
+        return load._forces(body, kinematics)
+
+    pressed = forces(fo.Pressure("body", top, lambda x, *others: x**2))  # its normal lies along (2 c x, 1) dx
+    assert pressed[-1].sum() == pytest.approx(-2 / 3 * thick, rel=1e-12) and pressed[0] @ x == pytest.approx(-4 * c / 5 * thick, rel=1e-12)
+    pressed = forces(fo.Pressure("body", top))
+    assert pressed[0] @ up - pressed[-1] @ x == pytest.approx(0.0, abs=1e-12) and pressed[0] @ x == pytest.approx(-4 * c / 3 * thick, rel=1e-12)
+    weight = forces(fo.BodyForce("body", **{name: -3.0}))
+    assert weight[-1].sum() == pytest.approx(-3 * area * thick, rel=1e-12) and weight[-1] @ up == pytest.approx(-3 * high * thick, rel=1e-12)
+    spin = (
+        forces(fo.Centrifugal("body", 2.0, 1.5, axis=(0.0, 0.0, 1.0))) if d == 2 else forces(fo.Centrifugal("body", 2.0, 1.5, axis=(0.0, 1.0, 0.0)))
+    )
+    assert spin[-1].sum() == pytest.approx(4.5 * high * thick, rel=1e-12) and spin[0] @ x == pytest.approx(4.5 * square * thick, rel=1e-10)
+    hot = forces(fo.Expansion("body", lambda x, *others: 0.01 * x**2))
+    tension = 2.0 / (1 - 2 * 0.3) * 0.01  # E / (1 - 2 nu) times the strain
+    assert hot[0] @ x == pytest.approx(tension * square * thick, rel=1e-10) and np.abs(hot.sum(axis=1)).max() < 1e-14
+    pulled = forces(fo.Traction("body", "x1", x=lambda x, *others: others[-1]))
+    assert pulled[0].sum() == pytest.approx(thick / 2, rel=1e-12) and pulled[0] @ up == pytest.approx(thick / 3, rel=1e-12)
+
+
+def test_a_curved_body_of_one_mesh_is_split_as_it_is():
+    """Two halves of a humped body, with the nodes of the whole."""
+    whole = box(MeshTri, (-1.0, 1.0), (0.0, 1.0), bulge=hump).with_subdomains({"left": lambda x: x[0] < 0, "right": lambda x: x[0] > 0})
+    bodies = fo.split_bodies(whole, {"left": fo.Material(), "right": fo.Material()})
+    kept = {tuple(point) for body in bodies.values() for point in body.mesh.p.T}
+    assert kept == set(map(tuple, whole.p.T)) and {body.element for body in bodies.values()} == {"quadratic"}
+    weights = [fo.BodyForce(name, y=1.0)._forces(body, "plane_strain")[1].sum() for name, body in bodies.items()]
+    assert np.allclose(weights, 1 + 2 * HUMP / 3, rtol=1e-12) and bodies["left"].boundary_nodes("right", "cut").size == 5
+
+
+@pytest.mark.parametrize("kind", SECOND)
+def test_fields_of_curved_bodies_go_to_files_with_all_nodes(kind, tmp_path):
+    body = two_boxes(kind, fo.Material())
+    d = dimensions(kind)
+    model = fo.ContactModel(body, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]})
+    nodes = model.condense().nodes
+    fields = model.recover({"P": 1.0}, np.zeros(nodes if d == 2 else (nodes, 2)))
+    fields.save(tmp_path / "upper.vtu", "upper")
+    read = meshio.read(tmp_path / "upper.vtu")
+    mesh = body["upper"].mesh
+    assert [block.type for block in read.cells] == [{MeshTri: "triangle6", MeshQuad: "quad9", MeshTet: "tetra10", MeshHex: "hexahedron27"}[kind]]
+    assert np.allclose(read.points[:, :d].T, mesh.p) and np.allclose(read.point_data["displacement"][:, :d].T, fields.displacement["upper"])
+    basis, u = fields.vector("upper")
+    for axis, component in enumerate(fields.displacement["upper"]):
+        at = np.asarray(basis.interpolate(u))[axis]
+        assert np.allclose(at, np.asarray(basis.with_element(mesh.elem()).interpolate(component)))
+
+
+def pressure_of_hertz(elements, element):
+    """Pressure in the middle of a rounded punch over that of Hertz, the mean for five sizes of the contact."""
+    punch = fo.scenes.PunchOnHalfPlane(elements=elements, grading=1.0, growth=1.3, element=element)
+    system, radius, found = fo.scenes.RoundedPunch(radius=50.0, punch=punch).condense(), 50.0, []
+    for a in np.linspace(0.2, 0.3, 5):
+        P = np.pi * system.E_star * a**2 / (4 * radius)
+        p = fo.march(system, fo.LoadCycle({"P": P / 2}, [{"P": 0.0}]), 0.5, 1.0, cycles=1).p[-1]
+        middle = len(p) // 2
+        found.append(p[middle] / system.width[middle] / fo.reference.LineContact(P, radius, system.E_star, 0.5).pressure(np.zeros(1))[0])
+    return np.mean(found)
+
+
+def test_quadratic_meshes_are_as_good_as_linear_ones_of_twice_the_fineness():
+    """Hertz's pressure; and a dovetail against what its meshes converge to."""
+    assert pressure_of_hertz(24, "quadratic") == pytest.approx(1.0, abs=max(0.01, abs(pressure_of_hertz(48, "linear") - 1)))
+    limits = {}
+    cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": 0.3, "sway": 0.1}, {"pull": -0.3, "sway": -0.1}])
+    for elements, element in ((10, "linear"), (20, "linear"), (10, "quadratic"), (40, "quadratic")):
+        model = fo.scenes.Dovetail(angle=50, elements=elements, grading=1.0, edge_radius=5.0).model()
+        model = replace(model, bodies={name: replace(body, element=element) for name, body in model.bodies.items()})
+        limits[elements, element] = fo.shakedown_limit(model.condense(), cycle, 0.6).load_factor
+    errors = {key: abs(limit / limits[40, "quadratic"] - 1) for key, limit in limits.items()}
+    assert errors[10, "quadratic"] < errors[20, "linear"] < errors[10, "linear"]
+
+
+def off(by):
+    """Two boxes of quadrilaterals, the midside nodes of the contact of the upper one moved."""
+    bodies = two_boxes(MeshQuad, fo.Material())
+    mesh = bodies["upper"].mesh
+    points, face = mesh.p.copy(), mesh.dofs.facet_dofs[0, mesh.boundaries["contact"]]
+    points[:, face] += np.array(by)[:, None]
+    return bodies | {"upper": fo.Body(replace(mesh, doflocs=points))}
+
+
+def test_what_a_contact_of_quadratic_bodies_cannot_be_is_named():
+    load = {"P": [fo.Pressure("upper", "far")]}
+    for by, distance in (((0.0, 0.06), "0.06"), ((0.07, 0.0), "0.07")):
+        message = rf"contacts: body 'upper': the midside node at \(\S+, {by[1]:g}\) lies {distance} off the middle of its corners, which are 0.5"
+        with pytest.raises(fo.ModelError, match=message):
+            fo.ContactModel(off(by), [fo.Support("lower", "far")], load)
+    fo.ContactModel(off((0.0, 0.04)), [fo.Support("lower", "far")], load)
+    with pytest.raises(fo.ModelError, match="is a midside node of a contact face, which follows the corners; hold corners"):
+        fo.ContactModel(two_boxes(MeshTri, fo.Material()), [fo.Support("lower", "far"), fo.Support("upper", (0.25, 0.0), "x")], load)
+    inside_out = box(MeshTri, (0.0, 1.0), (0.0, 1.0))
+    points = inside_out.p.copy()
+    points[:, inside_out.dofs.facet_dofs[0, 0]] += 0.4
+    with pytest.raises(fo.ModelError, match="elements are not convex or have no area"):
+        fo.Body(replace(inside_out, doflocs=points))
