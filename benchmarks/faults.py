@@ -119,6 +119,8 @@ FAULTS = (
     Fault("fem/matrices/matching.py", "a facet of one body suffices for a face",
           "here[here] = [tuple(sorted(facet)) in known for facet in image[nodes[:, here]].T.tolist()]", "pass", "matching"),
     Fault("fem/matrices/substructure.py", "directions change one node late", 'side="right") - 1', 'side="left") - 1', "doors"),
+    Fault("fem/paraview.py", "the shear of body 2 on body 1 the other way", "fields.q.T / width", "-fields.q.T / width", "paraview"),
+    Fault("fem/recovery.py", "von Mises' stress with too little shear", "/ 2 + 3 * (xy**2", "/ 2 + 2 * (xy**2", "paraview"),
     # solve
     Fault("solve/standard_form.py", "rows that do not bind become equations", "form.linear[y[form.linear] > share",
           "form.linear[y[form.linear] < share",

@@ -32,6 +32,7 @@ from .fem import (
     read_mesh,
     read_nastran,
     split_bodies,
+    write_paraview,
 )
 from .histories import (
     DamagedRows,
@@ -125,4 +126,5 @@ __all__ = [
     "split_bodies",
     "starts",
     "steady_state",
+    "write_paraview",
 ]

@@ -8,6 +8,7 @@ from .elasticity import Material
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
 from .matrices import MatrixJob, read_abaqus, read_calculix, read_mesh, read_nastran
 from .model import ContactModel
+from .paraview import write_paraview
 from .recovery import BodyFields
 from .split import split_bodies
 
@@ -33,4 +34,5 @@ __all__ = [
     "read_mesh",
     "read_nastran",
     "split_bodies",
+    "write_paraview",
 ]

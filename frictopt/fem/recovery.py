@@ -26,6 +26,7 @@ from .rigid import node_graph
 __all__ = ["BodyFields", "Recovery", "body_fields"]
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
+_VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,6 +47,8 @@ class BodyFields(Shown, Plotted):
         Body name -> body.
     q, p
         Reactions of body 2 on body 1 in this field, `K u - F` at the nodes of body 1: those of the state; (N,), the shear (N, 2) in space.
+    slip, gap
+        Slip, in the shape of q, and gap (N,) of the state.
 
     Examples
     --------
@@ -63,6 +66,8 @@ class BodyFields(Shown, Plotted):
     strain: Mapping[str, Array]
     q: Array
     p: Array
+    slip: Array
+    gap: Array
     bodies: Mapping[str, Body]
     _frames: Array
     _sides: tuple[csr_matrix, csr_matrix]
@@ -108,7 +113,9 @@ class BodyFields(Shown, Plotted):
         return basis, values
 
     def save(self, path: str | Path, body: str) -> None:
-        """Write the fields of one body to a file of meshio: `.vtu` opens in ParaView.
+        """Write the fields of one body to a file of meshio, such as `.vtu`: displacement, stress, strain (xx, yy, zz, xy, yz, xz), von_mises.
+
+        `write_paraview` writes all bodies and the contact.
 
         Raises
         ------
@@ -122,7 +129,9 @@ class BodyFields(Shown, Plotted):
         d = mesh.dim()
         data = {"displacement": np.pad(self.displacement[body].T, ((0, 0), (0, 3 - d)))}
         for name, field in (("stress", self.stress[body]), ("strain", self.strain[body])):
-            data |= {f"{name}_{component}": row for component, row in zip(_COMPONENTS, field, strict=False)}
+            data[name] = np.pad(field, ((0, 6 - len(field)), (0, 0)))[_VTK].T
+        xx, yy, zz, xy, yz, xz = data["stress"].T
+        data["von_mises"] = np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (xy**2 + yz**2 + xz**2))
         whole = to_meshio(mesh, point_data=data, encode_cell_data=False)
         whole.points = np.pad(mesh.p.T, ((0, 0), (0, 3 - d)))
         try:
@@ -169,16 +178,18 @@ def body_fields(
     displacement: Mapping[str, Array],
     expansions: Sequence[tuple[float, Expansion]],
     reactions: tuple[Array, Array],
+    motion: tuple[Array, Array],
     frames: Array,
     sides: tuple[csr_matrix, csr_matrix],
 ) -> BodyFields:
-    """Strains and stresses of displacements, body by body; `expansions` are free ones with their amplitudes."""
+    """Strains and stresses of displacements, body by body; `expansions` are free ones with amplitudes, the pairs q and p, and slip and gap."""
     strain, stress = {}, {}
     for name, body in bodies.items():
         own = [(amplitude, part) for amplitude, part in expansions if part.body == name]
         strain[name], stress[name] = _strain_and_stress(body, kinematics, displacement[name], own)
     moved = {name: frozen(u) for name, u in displacement.items()}
-    return BodyFields(moved, stress, strain, frozen(reactions[0]), frozen(reactions[1]), bodies, frames, sides)
+    (q, p), (v, w) = (tuple(map(frozen, pair)) for pair in (reactions, motion))
+    return BodyFields(moved, stress, strain, q, p, v, w, bodies, frames, sides)
 
 
 def _strain_and_stress(body: Body, kinematics: Kinematics, u: Array, expansions: Sequence[tuple[float, Expansion]]) -> tuple[Array, Array]:

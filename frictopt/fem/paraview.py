@@ -1,0 +1,169 @@
+"""Files for ParaView: all bodies and the face of the contact in one, at one state or over a steady cycle."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
+from xml.etree import ElementTree
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..contact import LoadCycle
+from ..contact.checks import Array
+from ..contact.tolerances import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS
+from ..errors import ModelError
+from .given import same_point
+from .matrices.meshes import file_path, meshio_library
+from .model import ContactModel
+from .ordering import Integers
+from .recovery import BodyFields
+
+__all__ = ["write_paraview"]
+
+_CELLS = {2: "line", 3: "triangle", 4: "quad"}
+
+
+@runtime_checkable
+class _Steady(Protocol):
+    """A steady state: its load cycle, the load factor, and its states."""
+
+    cycle: LoadCycle
+    load_factor: float
+
+    def states(self) -> Any: ...
+
+
+def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | _Steady, *, every: bool = False) -> None:
+    """Write all bodies of a model and the face of its contact as one file that ParaView opens, at one state or over a steady cycle.
+
+    The bodies have the fields displacement, stress, strain (symmetric tensors) and von_mises. The face of the contact, that of bodies 1, has the
+    vectors displacement, normal, slip (of body 1 relative to body 2) and shear (traction on body 1), pressure, gap, and contact, the number in the
+    order of the model. Over a cycle it also has status (2 open, 1 has slipped since the state before in the file, 0 stuck), work and work_density
+    (work of friction since the cycle began, of the node, and by area). Beside the file stands a folder of its name with the parts. The extra `mesh`
+    of the installation brings meshio.
+
+    Parameters
+    ----------
+    path
+        The file: `.vtm` for fields, `.pvd` for a steady state, whose time is the number of corners visited since the last one.
+    model
+        The model that was condensed.
+    result
+        Fields that `ContactModel.recover` gave, or a steady state of the condensed model.
+    every
+        Every state of the cycle, after each event or increment; False: the states at the corners.
+
+    Raises
+    ------
+    ModelError
+        A path of another ending, or that cannot be written, a result of another kind, a model that the steady state does not belong to.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import frictopt as fo
+    >>> model = fo.scenes.PunchOnHalfPlane(elements=8, growth=2.0).model()
+    >>> cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+    >>> steady = fo.steady_state(model.condense(), cycle, friction=0.5, load_factor=2.0)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     fo.write_paraview(f"{folder}/punch.pvd", model, steady)
+    ...     sorted(file.name for file in Path(folder).rglob("*.vtm"))
+    ['0000.vtm', '0001.vtm', '0002.vtm']
+    """
+    file = file_path("path", path)
+    if not isinstance(model, ContactModel):
+        raise ModelError(f"model: a {type(model).__name__}; give the ContactModel that was condensed, of a scene its .model()")
+    ending = ".vtm" if isinstance(result, BodyFields) else ".pvd"
+    if not isinstance(result, BodyFields | _Steady):
+        raise ModelError(f"result: a {type(result).__name__}; give fields of ContactModel.recover, or a steady state")
+    if file.suffix.lower() != ending:
+        raise ModelError(f"path: {file.name!r}; give a file name that ends in {ending}")
+    if isinstance(result, BodyFields):
+        return _write_state(file, model, result, {})
+    states, entries = result.states(), []
+    last = np.append(np.diff(states.time) > SIMULTANEOUS, True)  # of the states of one time
+    corner = np.abs(states.time - np.round(states.time)) <= SIMULTANEOUS
+    before = 0
+    for number, state in enumerate(np.flatnonzero(last if every else last & corner).tolist()):
+        fields = model.recover(_loads(result.cycle, result.load_factor, states.time[state]), states.slip[state], states.gap[state])
+        off = max(np.abs(fields.q - states.q[state]).max(), np.abs(fields.p - states.p[state]).max())
+        if off > EQUILIBRIUM * np.abs(states.p).max():
+            raise ModelError(
+                f"model: its fields miss the reactions of the steady state by {off:.1e}; give the model that its system was condensed from"
+            )
+        work = states.work[state] - states.work[0]
+        way = np.ptp(states.slip[before : state + 1], axis=0).reshape(len(work), -1).max(axis=1)
+        slipped = way > RESIDUAL * np.abs(states.slip).max()
+        status = np.where(states.gap[state] > 0, 2, slipped).astype(np.int32)
+        more, before = {"status": status, "work": work, "work_density": work / model._parts.width}, state
+        part = file.with_suffix("") / f"{number:04d}.vtm"
+        _write_state(part, model, fields, more)
+        entries.append({"timestep": f"{states.time[state]:.9g}", "part": "0", "file": part.relative_to(file.parent).as_posix()})
+    _write_list(file, "Collection", entries)
+
+
+def _loads(cycle: LoadCycle, load_factor: float, time: float) -> dict[str, float]:
+    """Amplitudes so many corners after the last one, between corners in a straight line."""
+    before, share = int(np.floor(time)), time - np.floor(time)
+    loads = dict(cycle.mean)
+    for corner, weight in ((before - 1, 1 - share), (before, share)):
+        for name, amplitude in cycle.corners[corner % len(cycle.corners)].items():
+            loads[name] = loads.get(name, 0.0) + load_factor * float(weight) * amplitude
+    return loads
+
+
+def _write_state(file: Path, model: ContactModel, fields: BodyFields, more: Mapping[str, Array]) -> None:
+    """Write one state, with more values at the nodes of the contact."""
+    folder, entries = file.with_suffix(""), []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ModelError(f"path: the folder {str(folder)!r} cannot be made ({error}); give a place where files may be written") from error
+    for i, name in enumerate(fields.bodies):
+        part = folder / f"{i}_{''.join(letter if letter.isalnum() else '_' for letter in name)}.vtu"
+        fields.save(part, name)
+        entries.append({"index": str(i), "name": name, "file": part.relative_to(file.parent).as_posix()})
+    part = folder / "contact.vtu"
+    cells, width, frames = _faces(model), model._parts.width, fields._frames
+    moved = np.concatenate([*fields.displacement.values()], axis=1).T
+    vectors = {"displacement": fields._sides[0] @ moved, "normal": frames[:, -1]}
+    for name, values in (("slip", fields.slip.T), ("shear", fields.q.T / width)):
+        vectors[name] = np.einsum("tn,nta->na", np.atleast_2d(values), frames[:, :-1])
+    data = {name: _in_space(values) for name, values in vectors.items()} | {"gap": fields.gap, "pressure": fields.p / width}
+    points = _in_space(model._parts.points[model._parts.interface.nodes])
+    mesh = meshio_library().Mesh(points, [(_CELLS[own.shape[1]], own) for own in cells], point_data={**data, **more})
+    mesh.cell_data["contact"] = [np.full(len(own), number, dtype=np.int32) for number, own in enumerate(cells)]
+    mesh.write(part)
+    entries.append({"index": str(len(entries)), "name": "contact", "file": part.relative_to(file.parent).as_posix()})
+    _write_list(file, "vtkMultiBlockDataSet", entries)
+
+
+def _faces(model: ContactModel) -> list[Integers]:
+    """(m, k) nodes of the contact at the corners of each facet of body 1, for each contact."""
+    parts, found = model._parts, []
+    at, near = parts.points[parts.interface.nodes], same_point(parts.points)
+    for number, contact in enumerate(model.contacts):
+        body = parts.bodies[contact.body_1]
+        corners = parts.first_node[contact.body_1] + body.mesh.facets[:, body.boundary(contact.boundary_1, "contacts")].T
+        place = np.full(corners.shape, -1)
+        for pairs in (np.flatnonzero(parts.contact == number), np.arange(len(at))):  # a corner may be in a pair of another contact
+            distance, nearest = cKDTree(at[pairs]).query(parts.points[corners])
+            place = np.where((place < 0) & (distance <= near), pairs[nearest], place)
+        found.append(place[(place >= 0).all(axis=1)])
+    return found
+
+
+def _in_space(vectors: Array) -> Array:
+    """(N, 3) vectors, from those of the plane too."""
+    return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))
+
+
+def _write_list(file: Path, kind: str, entries: Sequence[Mapping[str, str]]) -> None:
+    """Write a list of files as VTK has it."""
+    root = ElementTree.Element("VTKFile", type=kind, version="1.0")
+    part = ElementTree.SubElement(root, kind)
+    for entry in entries:
+        ElementTree.SubElement(part, "DataSet", dict(entry))
+    ElementTree.indent(root)
+    ElementTree.ElementTree(root).write(file, xml_declaration=True)
