@@ -65,11 +65,11 @@ def test_uniform_stresses_pass_through_by_superposition(kind, element):
     assert (~level).sum() == (2 if kind in (MeshQuad, MeshTri) else 8)  # of four rows of nodes two are corners of the level faces
 
 
-@pytest.mark.parametrize("element", ["linear", "quadratic"])
+@pytest.mark.parametrize(("kind", "element"), [(MeshQuad, "linear"), (MeshQuad, "quadratic"), (MeshHex, "linear"), (MeshTet, "quadratic")])
 @pytest.mark.parametrize("plate", [3, 5, 8])
-def test_uniform_stresses_pass_through_nodes_that_do_not_match(plate, element):
+def test_uniform_stresses_pass_through_nodes_that_do_not_match(kind, plate, element):
     """At the corner of the shims the plates have a node or none."""
-    system = shims(MeshQuad, plate, element).condense()
+    system = shims(kind, plate, element).condense()
     level = np.abs(system.normals[:, 1]) > 0.5
     for load, pressed in (("P", level), ("S", ~level)):
         q, p = system.reaction({load: 1.0})

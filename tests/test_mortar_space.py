@@ -164,6 +164,39 @@ def test_the_gap_below_a_sphere_is_measured(exchanged):
     assert np.allclose(system.gap, height, rtol=0.25, atol=edge**2 / R)
 
 
+@pytest.mark.parametrize("cells", [(8, 8), (8, 7)])
+def test_a_sphere_is_pressed_on_a_block_as_hertz_says(cells):
+    """With nodes opposite each other, and not: the radius of the contact by the mean square of the distance of the pressure, and the force."""
+    R, wide, P, meshes = 4.0, 1.5, 0.05, {}
+    for name, sign, n in (("ball", 1.0, cells[0]), ("block", -1.0, cells[1])):
+        x = wide * np.sign(s := np.linspace(-1, 1, n + 1)) * np.abs(s) ** 1.5
+        mesh = MeshHex.init_tensor(x, x, np.sort(sign * np.array([0.0, 0.1, 0.25, 0.5, 1.0, 2.5])))
+        up = (R - np.sqrt(R**2 - mesh.p[0] ** 2 - mesh.p[1] ** 2)) * (1 - mesh.p[2] / 2.5) ** 2 * (name == "ball")
+        sides = {"contact": 0.0, "far": sign * 2.5}
+        facets = {side: mesh.facets_satisfying(lambda x, at=at: np.isclose(x[2], at), boundaries_only=True) for side, at in sides.items()}
+        meshes[name] = MeshHex(mesh.p + [[0.0], [0.0], [1.0]] * up, mesh.t).with_boundaries(facets)
+    bodies = {name: fo.Body(mesh) for name, mesh in meshes.items()}
+    supports = [fo.Support("block", "far"), fo.Support("ball", "far", "xy")]
+    load = {"P": [fo.Traction("ball", "far", z=-P / (2 * wide) ** 2)]}
+    system = fo.ContactModel(bodies, supports, load, [fo.Contact("block", "ball", gap="measured")]).condense()
+    p = fo.march(system, fo.LoadCycle({"P": 1.0}, [{"P": 0.01}, {}]), 0.3, 1.0, cycles=1, steps=1).p[-1]
+    radius = np.sqrt(2.5 * (p @ np.sum(system.points[:, :2] ** 2, axis=1)) / p.sum())
+    assert p.sum() == pytest.approx(P, rel=1e-6) and radius == pytest.approx((1.5 * P * R * (1 - 0.3**2)) ** (1 / 3), rel=0.05)
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.4])
+def test_a_gap_may_be_far_larger_than_the_facets(lean):
+    """Two flat faces 50 apart, of which the one may lean: the distance along the normal of body 1."""
+    turn = Rotation.from_rotvec([0.0, lean, 0.0]).as_matrix()
+    large = MeshTet.init_tensor(np.linspace(-90, 90, 61), np.linspace(-3, 3, 5), np.array([-1.0, 0.0])).with_boundaries(
+        {k: NAMES[k] for k in ("contact", "z-")}
+    )
+    bodies = {"upper": fo.Body(two(KINDS[0])["upper"].translated([0.0, 0.0, 50.0])), "lower": fo.Body(turned(large, turn))}
+    contact = fo.Contact("upper", "lower", gap="measured")
+    system = fo.ContactModel(bodies, [fo.Support("lower", "z-")], {"P": [fo.Traction("upper", "z+", z=-1.0)]}, [contact]).condense()
+    assert np.allclose(system.gap, 50 + np.tan(lean) * system.points[:, 0], rtol=0, atol=1e-11)
+
+
 def discs(n, m, exchanged=False):
     """Two flat discs of n and m edges and one radius, one on the other."""
     bodies = {}
@@ -221,6 +254,7 @@ BAD = {
     f"{START}: part of the face of body 'upper', around (": lambda: put(UPPER.translated([0.5, 0.0, 0.0])),
     f"{START}: part of the face of body 'upper', around (4": lambda: put(UPPER.translated([5.0, 0.0, 0.0])),
     "faces nothing of body 'lower'; name only the part that touches, or exchange the bodies": lambda: put(UPPER.translated([0.3, 0.0, 0.0])),
+    f"{START}: part of the face of body 'upper', around (999": lambda: put(UPPER.translated([1e3, 0.0, 1e4]), gap="measured"),
     f"{START}: bodies 'upper' and 'lower' lie on the same side of it": lambda: put(turned(UPPER, np.diag([1.0, 1.0, -1.0]))),
     f"{START}, body 'upper': boundary 'joint' is unknown": lambda: put(UPPER, boundary_1="joint", name="contact"),
     "faces body 'lower' more than once, one place behind the other": lambda: put(UPPER, stairs()),

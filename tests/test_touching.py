@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
+from frictopt.fem.faces import normals_of
 from frictopt.fem.touching import check_touching
 from meshes import ring, rotation, turned
 
@@ -124,3 +125,10 @@ def test_a_forgotten_face_in_space(kind):
     for boundary, x in (("left", "[23]"), ("right", "[01]")):
         with pytest.raises(fo.ModelError, match=rf"'pad' and 'block' touch around \({x}\.\d+, 0\.\d+, 0\)"):
             fo.ContactModel(*rest, [fo.Contact("pad", "block", boundary)])
+
+
+def test_facets_far_away_have_normals_as_exact_as_their_corners():
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    corners = 1e-5 * np.array([[[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [1.2, 1.0, 0.0], [0.0, 1.0, 0.0]]]) @ turn.T + [100.0, -200.0, 300.0]
+    normal = turn[:, 2] * np.linalg.det(turn)
+    assert np.allclose(normals_of(corners), normal, atol=1e-7) and np.allclose(normals_of(corners[:, :3]), normal, atol=1e-7)

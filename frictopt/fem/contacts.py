@@ -15,7 +15,7 @@ from ..errors import ModelError
 from .bodies import Body
 from .clipping import facet_overlaps
 from .elasticity import Kinematics, circumference
-from .faces import Face, face, facets_around, normals_of, sag
+from .faces import Face, areas_of, face, facets_around, normals_of, sag
 from .forms import boundary_forces, values_at
 from .given import same_point
 from .mortar import Overlaps, edge_overlaps, foot_points, mortar_projection
@@ -213,8 +213,7 @@ def _matched(one: Integers, x: Array, two: Integers, y: Array, near: float) -> I
 def _check_faced(contact: Contact, overlaps: Overlaps, one: Array, two: Array) -> None:
     """Check that facets (m, corners, 3) of body 1 face those of body 2, once, and each with half of its area or more."""
     normals, middles = normals_of(one), one.mean(axis=1)
-    areas = np.einsum("md,md->m", normals, np.cross(one, np.roll(one, -1, axis=1)).sum(axis=1)) / 2
-    share = np.bincount(overlaps.facet, overlaps.weights, minlength=len(one)) / areas
+    share = np.bincount(overlaps.facet, overlaps.weights, minlength=len(one)) / np.linalg.norm(areas_of(one), axis=1)
     nearest = cKDTree(two.mean(axis=1)).query(middles)[1]
     if not share.any() and np.all(np.sum(normals * normals_of(two)[nearest], axis=1) > 0):
         raise _same_side(contact)

@@ -11,7 +11,7 @@ from ..errors import ModelError
 from .bodies import Body
 from .ordering import Integers
 
-__all__ = ["Face", "face", "facets_around", "lines_along", "neighbours", "normals_of", "sag"]
+__all__ = ["Face", "areas_of", "face", "facets_around", "lines_along", "neighbours", "normals_of", "sag"]
 
 
 def facets_around(mesh: Mesh, facets: Integers) -> Integers:
@@ -26,12 +26,16 @@ def facets_around(mesh: Mesh, facets: Integers) -> Integers:
 
 def normals_of(corners: Array) -> Array:
     """(facets, d) unit normals of facets (facets, corners, d): of an edge that turned by 90 degrees, of a polygon that of its area."""
+    normals = areas_of(corners)
+    return np.asarray(normals / np.linalg.norm(normals, axis=1)[:, None])
+
+
+def areas_of(corners: Array) -> Array:
+    """(facets, d) normals of facets (facets, corners, d) with the length of an edge, or with the area of a polygon."""
+    arms = corners - corners[:, :1]
     if corners.shape[2] == 2:
-        step = corners[:, 1] - corners[:, 0]
-        normal = np.column_stack([-step[:, 1], step[:, 0]])
-    else:
-        normal = np.cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1)
-    return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
+        return np.column_stack([-arms[:, 1, 1], arms[:, 1, 0]])
+    return np.asarray(np.cross(arms, np.roll(arms, -1, axis=1)).sum(axis=1) / 2)
 
 
 def sag(facets: Integers, points: Array) -> Array:
