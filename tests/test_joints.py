@@ -1,0 +1,121 @@
+"""Joints as users mesh them with gmsh: dovetails in the plane, a bolted lap joint in space."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+
+gmsh = pytest.importorskip("gmsh", exc_type=(ImportError, OSError))
+TUTORIAL = Path(__file__).parents[1] / "docs" / "tutorial"
+DOVETAILS = [(35, 6.0, 4.0), (45, 8.0, 5.0), (55, 6.0, 3.0), (65, 10.0, 5.0)]  # angle of the flanks, their length, half-width of the neck
+STEEL = fo.Material(E=210e3, nu=0.3)
+
+
+def dovetail(folder, angle, length, half, size=1.0):
+    """A blade root in the slot of a disc; the flanks of the blade stand out of the slot, those of the disc below the blade."""
+    along = np.array([np.cos(np.radians(angle)), -np.sin(np.radians(angle))])
+    inner, outer, begins, ends = (np.array([half, 0.0]) + s * along for s in (0.0, length, 1.0, length + 1.0))
+    foot = outer[1] - 5.0
+    right = {
+        "blade": [(half, 12.0), inner, outer, (outer[0], foot)],
+        "disc": [(begins[0], 2.0), begins, ends, (ends[0], foot - 2.0)],
+    }
+    rest = {"blade": [], "disc": [(-30.0, 2.0), (-30.0, -40.0), (30.0, -40.0), (30.0, 2.0)]}
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        faces = {}
+        for name, half_line in right.items():
+            corners = [*half_line, *((-x, y) for x, y in reversed(half_line)), *rest[name]]
+            points = [gmsh.model.occ.addPoint(x, y, 0) for x, y in corners]
+            lines = [gmsh.model.occ.addLine(one, two) for one, two in zip(points, points[1:] + points[:1], strict=True)]
+            faces[name] = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop(lines)])
+        _, parts = gmsh.model.occ.fragment([(2, faces["blade"])], [(2, faces["disc"])])
+        gmsh.model.occ.synchronize()
+        for name, part in zip(faces, parts, strict=True):
+            gmsh.model.addPhysicalGroup(2, [tag for _, tag in part], name=name)
+        boxes = {"top": ((-half, 12.0), (half, 12.0)), "bottom": ((-30.0, -40.0), (30.0, -40.0))}
+        boxes |= {"right": (begins * [1, 0] + outer * [0, 1], outer * [1, 0]), "left": (outer * [-1, 1], begins * [-1, 0])}
+        for name, ((x, y), (to_x, to_y)) in boxes.items():
+            found = gmsh.model.getEntitiesInBoundingBox(x - 0.1, y - 0.1, -0.1, to_x + 0.1, to_y + 0.1, 0.1, dim=1)
+            gmsh.model.addPhysicalGroup(1, [tag for _, tag in found], name=name)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 4 * size)
+        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
+        gmsh.model.mesh.setSize(gmsh.model.getBoundary([(2, tag) for _, tag in parts[0]], recursive=True), size)
+        gmsh.model.mesh.generate(2)
+        gmsh.write(str(folder / "dovetail.msh"))
+    finally:
+        gmsh.finalize()
+    bodies = fo.split_bodies(fo.read_mesh(folder / "dovetail.msh"), {"blade": STEEL, "disc": STEEL})
+    return fo.ContactModel(
+        bodies,
+        contacts=[fo.Contact("blade", "disc", side, side) for side in ("right", "left")],
+        supports=[fo.Support("disc", "bottom")],
+        loads={"pull": [fo.Traction("blade", "top", y=100.0)], "sway": [fo.Traction("blade", "top", x=10.0)]},
+    )
+
+
+def carried(system, load):
+    """Force and moment about the origin of the reactions on body 1, in space, contact by contact."""
+    forces = np.einsum("nr,nra->na", np.column_stack(system.bonded[load]), system.frames)
+    forces, points = (np.pad(part, ((0, 0), (0, 3 - part.shape[1]))) for part in (forces, system.points))
+    of = {name: system.contact == name for name in dict.fromkeys(system.contact)}
+    moments = np.cross(points, forces)
+    return {name: forces[own].sum(axis=0) for name, own in of.items()}, {name: moments[own].sum(axis=0) for name, own in of.items()}
+
+
+@pytest.mark.parametrize(("angle", "length", "half"), DOVETAILS)
+def test_a_dovetail_of_gmsh_carries_its_loads(tmp_path, angle, length, half):
+    model = dovetail(tmp_path, angle, length, half)
+    system = model.condense()
+    assert list(dict.fromkeys(system.contact)) == ["right", "left"]
+    tilt = np.array([np.sin(np.radians(angle)), np.cos(np.radians(angle))])  # out of the blade, right flank: up and out
+    for name, sign in (("right", -1), ("left", 1)):
+        own = system.contact == name
+        assert np.allclose(system.normals[own], [sign * tilt[0], -tilt[1]]) and own.sum() >= length - 1
+    for load, force in (("pull", [0.0, 200.0 * half, 0.0]), ("sway", [20.0 * half, 0.0, 0.0])):
+        forces, moments = carried(system, load)
+        assert np.allclose(sum(forces.values()), -np.array(force), atol=1e-6 * 200.0 * half)
+        assert np.allclose(sum(moments.values()), [0.0, 0.0, 12.0 * force[0]], atol=1e-6 * 2400.0 * half)
+
+
+def lap(folder, monkeypatch):
+    """The joint of the tutorial, from its script."""
+    monkeypatch.chdir(folder)
+    runpy.run_path(str(TUTORIAL / "lap.py"))
+    return fo.read_mesh("lap.msh")
+
+
+def test_the_lap_joint_of_the_tutorial(tmp_path, monkeypatch, capfd):
+    mesh, kept = lap(tmp_path, monkeypatch), fo.read_mesh(TUTORIAL / "lap.msh")
+    assert sorted(mesh.subdomains) == sorted(kept.subdomains) and sorted(mesh.boundaries) == sorted(kept.boundaries)
+    assert np.allclose([mesh.p.min(axis=1), mesh.p.max(axis=1)], [kept.p.min(axis=1), kept.p.max(axis=1)])
+    bodies = fo.split_bodies(mesh, dict.fromkeys(mesh.subdomains, STEEL))
+    contacts = [("upper", "lower"), ("bolt", "upper"), ("bolt", "lower")]
+    model = fo.ContactModel(
+        bodies,
+        contacts=[fo.Contact(one, two, two, one, name=name) for (one, two), name in zip(contacts, ("lap", "head", "nut"), strict=True)],
+        supports=[fo.Support("lower", "left")],
+        loads={"preload": [fo.BoltPreload("bolt", "section", 20e3)], "pull": [fo.Traction("upper", "right", x=5.0, y=0.5)]},
+    )
+    system = model.condense()
+    forces, moments = carried(system, "preload")
+    for name, sign in (("lap", 1), ("head", 1), ("nut", -1)):
+        assert forces[name][2] == pytest.approx(sign * 20e3, rel=1e-6)
+    # the bolt balances its head and nut, the upper plate its lap and the head
+    for other, sign in (("nut", 1), ("lap", -1)):
+        assert np.allclose(forces["head"] + sign * forces[other], 0.0, atol=0.02) and np.allclose(
+            moments["head"] + sign * moments[other], 0.0, atol=0.2
+        )
+    forces, _ = carried(system, "pull")
+    assert np.allclose(forces["lap"] - forces["head"], [-5.0 * 192, -0.5 * 192, 0.0], atol=1e-3)
+    fields = model.recover({"preload": 1.0}, np.zeros((system.nodes, 2)))
+    u, bolt = fields.displacement["bolt"], fields.bodies["bolt"].mesh
+    near, far = (u[:, nodes] for nodes in np.flatnonzero(bolt.p[2] == 0).reshape(2, -1))
+    apart = near - far
+    assert (
+        np.allclose(apart[:2], 0.0, atol=1e-12) and np.allclose(apart[2], apart[2, 0], rtol=1e-9) and apart[2, 0] > 20e3 * 16 / (210e3 * np.pi * 25)
+    )
