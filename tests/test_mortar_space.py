@@ -39,11 +39,12 @@ def two(kinds, seed=0, upper=(5, 6), lower=(4, 3)):
 
 
 @pytest.mark.parametrize("kinds", KINDS)
-@pytest.mark.parametrize(("seed", "lower"), [(0, (4, 3)), (1, (7, 8)), (None, (5, 6))])
-def test_patch_of_uniform_stress(kinds, seed, lower):
+@pytest.mark.parametrize(("seed", "lower", "element"), [(0, (4, 3), None), (1, (7, 8), None), (None, (5, 6), None), (2, (4, 3), "quadratic")])
+def test_patch_of_uniform_stress(kinds, seed, lower, element):
     """Any uniform stress at any rotation: tractions, displacements and stresses are exact; also where nodes match, and facets do not."""
     R, shift = Rotation.random(random_state=seed or 0).as_matrix(), np.random.default_rng(seed or 0).normal(size=3)
-    bodies = {name: fo.Body(turned(mesh, R, shift), fo.Material(1.0, 0.3)) for name, mesh in two(kinds, seed, lower=lower).items()}
+    meshes = two(kinds, seed, lower=lower)
+    bodies = {name: fo.Body(turned(mesh, R, shift), element=element if name == "upper" else None) for name, mesh in meshes.items()}
     stress = R @ np.array([[0.3, 0.2, 0.4], [0.2, -0.5, 0.1], [0.4, 0.1, -1.0]]) @ R.T
     gradient = 1.3 * stress - 0.3 * np.trace(stress) * np.eye(3)
     load = [fo.Displacement("lower", "z-", *(lambda x, y, z, row=row: row @ [x - shift[0], y - shift[1], z - shift[2]] for row in gradient))]
