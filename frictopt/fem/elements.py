@@ -31,6 +31,7 @@ __all__ = [
     "ELEMENTS",
     "QUADRATIC",
     "basis_of",
+    "completion",
     "corner_weights",
     "facet_nodes",
     "on_facets",
@@ -75,6 +76,18 @@ def corner_weights(kind: type[Mesh]) -> Array:
     """(nodes, corners) the functions of the corners of a linear element at the nodes of a reference element of this kind: each node as their mean."""
     at, linear = ELEMENTS[kind].doflocs.T, ELEMENTS[_LINEAR[kind]]()
     return np.array([np.broadcast_to(linear.lbasis(at, i)[0], at.shape[1:]) for i in range(linear.refdom.nnodes)]).T
+
+
+def completion(kind: type[Mesh], given: int) -> Array:
+    """(nodes, given) the nodes of a quadratic element by its first ones: those amid facets and elements by serendipity, where only edges have one."""
+    weights = corner_weights(kind)
+    inside, corners = weights > 0, weights.shape[1]
+    nodes = np.eye(len(weights), given)
+    for i in range(given, len(weights)):
+        edges = corners + np.flatnonzero((inside[corners:given] <= inside[i]).all(axis=1))
+        nodes[i, :corners] = np.where(inside[i], -0.25, 0.0)
+        nodes[i, edges] = (1 + inside[i].sum() / 4) / len(edges)
+    return nodes
 
 
 def on_facets(kind: type[Mesh]) -> Flags:

@@ -19,8 +19,11 @@ from .constraints import CONSTRAINING, Constraints, constraints_of
 __all__ = ["Deck", "deck_of_points", "read_deck"]
 
 _PLANES = ("CPE", "CPS", "CAX")  # beside solids they only name faces: gmsh writes named surfaces as CPS
-_SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron"} | {f"{kind}{n}": shape for kind in _PLANES for n, shape in ((3, "triangle"), (4, "quad"))}
-_LINES = ("T2D2", "T3D2")  # of two nodes: gmsh writes named curves so
+_FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}  # shapes as meshio names them, by number of nodes
+_SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron", "C3D10": "tetra10", "C3D20": "hexahedron20"} | {
+    f"{kind}{n}": shape for kind in _PLANES for n, shape in _FLAT.items()
+}
+_LINES = ("T2D2", "T3D2", "T2D3", "T3D3")  # gmsh writes named curves so; the ends come first and last
 _FACELESS = (*_LINES, "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")  # they carry no traction
 _KNOWN = re.compile(r"(C3D|CPE|CPS|CAX|T2D|T3D)(\d+)")
 
@@ -101,8 +104,9 @@ class Deck(Shown):
     @property
     def faces(self) -> list[tuple[Integers, Integers]]:
         """Numbers (m,) and nodes (m, k) of the elements that only name facets, block by block: in the plane lines, in space plane elements."""
-        kinds = _PLANES if self._in_space else _LINES
-        return [(numbers, nodes) for kind, numbers, nodes in self.elements if kind.startswith(kinds)]
+        if self._in_space:
+            return [(numbers, nodes) for kind, numbers, nodes in self.elements if kind.startswith(_PLANES)]
+        return [(numbers, nodes[:, [0, -1]]) for kind, numbers, nodes in self.elements if kind.startswith(_LINES)]
 
     @property
     def _in_space(self) -> bool:
@@ -114,13 +118,13 @@ class Deck(Shown):
         Raises
         ------
         ModelError
-            No elements, elements of several shapes, or others than linear triangles, quadrilaterals, tetrahedra and hexahedra.
+            No elements, elements of several shapes, or others than triangles, quadrilaterals, tetrahedra and hexahedra, linear or quadratic.
         """
         solids = [block for block in self.elements if not block[0].startswith((*_FACELESS, *_PLANES) if self._in_space else _FACELESS)]
         odd = sorted({kind for kind, _, _ in solids if _shape(kind) is None})
         shapes = sorted({str(_shape(kind)) for kind, _, _ in solids})
         if odd:
-            raise ModelError(f"deck: elements of type {', '.join(odd)}; give linear solids, {', '.join(_SHAPES)}")
+            raise ModelError(f"deck: elements of type {', '.join(odd)}; give solids, {', '.join(_SHAPES)} (gmsh: Mesh.SecondOrderIncomplete = 1)")
         if len(shapes) != 1:
             raise ModelError(
                 f"deck: {'no elements' if not shapes else 'elements of several shapes, ' + ', '.join(shapes)}; give elements of one shape"

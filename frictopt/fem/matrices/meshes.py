@@ -2,22 +2,26 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import redirect_stdout
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
 from skfem import Mesh
 
-from ...contact.checks import Array, shown
+from ...contact.checks import Array, place, shown
 from ...contact.tolerances import SAME_POINT
 from ...errors import ModelError
+from ..elements import QUADRATIC, completion
 from ..ordering import Integers
 from .deck import Deck, read_deck
 
-__all__ = ["file_path", "mesh_of", "meshio_library", "read_mesh"]
+__all__ = ["file_path", "mesh_of", "meshio_library", "read_mesh", "with_midsides"]
 
-_PLANE, _SOLID = ("triangle", "quad"), ("tetra", "hexahedron")
+_PLANE = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}  # shapes, as meshio names them, and their corners
+_SOLID = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8}
 _SMALL = ("vertex", "line", "line3")  # cells that only carry names
 
 
@@ -36,14 +40,15 @@ def read_mesh(path: str | Path) -> Mesh:
 
     Returns
     -------
-    MeshTri, MeshQuad, MeshTet or MeshHex
-        Mesh of scikit-fem with `boundaries` and `subdomains`.
+    Mesh
+        MeshTri, MeshQuad, MeshTet or MeshHex of scikit-fem with `boundaries` and `subdomains`; of quadratic elements MeshTri2, MeshQuad2, MeshTet2 or
+        MeshHex2. Where only edges have a node in the middle (8-node quadrilaterals, 20-node hexahedra), those amid faces and elements are added.
 
     Raises
     ------
     ModelError
-        The file is missing or unreadable; elements of several shapes (they would be cut or dropped in silence), quadratic ones; a boundary whose
-        faces belong to no element, or that has none; faces in space without solids.
+        The file is missing or unreadable; elements of several shapes (they would be cut or dropped in silence), or of which some are quadratic; a
+        boundary whose faces belong to no element, or that has none; faces in space without solids; midside nodes that elements do not share.
 
     Examples
     --------
@@ -59,17 +64,19 @@ def read_mesh(path: str | Path) -> Mesh:
             mesh = mesh_of(deck, 2 if deck.shaped()[0] in _PLANE else 3)
         except ModelError as error:
             raise ModelError(f"mesh {file.name}: {error}") from error
-        return _named(mesh, deck, file.name).remove_unused_nodes()
+        return with_midsides(_named(mesh, deck, file.name).remove_unused_nodes(), deck.shaped()[2], deck.points)[0]
     found = _read(file)
     kinds = {block.type for block in found.cells if len(block.data)} - set(_SMALL)
     solids = sorted(kinds - set(_PLANE) if kinds & set(_SOLID) else kinds)  # faces of solids only carry names
-    if len(solids) != 1 or solids[0] not in _PLANE + _SOLID:
+    if len(solids) != 1 or solids[0] not in _PLANE | _SOLID:
         problem = f"elements {', '.join(solids)}" if solids else "no elements"
-        raise ModelError(f"mesh {file.name}: {problem}; give linear elements of one shape: triangles, quadrilaterals, tetrahedra or hexahedra")
-    groups, names, found.cell_sets = _groups(found), found.field_data, {}
-    found.field_data = {}
+        raise ModelError(
+            f"mesh {file.name}: {problem}; give elements of one shape, linear or quadratic: triangles, quadrilaterals, tetrahedra or hexahedra"
+        )
+    elements = np.concatenate([block.data for block in found.cells if block.type == solids[0]])
+    groups, names = _groups(found), found.field_data
     try:
-        mesh = _of_scikit_fem(found, solids[0])
+        mesh = _of_scikit_fem(elements, solids[0], found.points)
     except (ValueError, IndexError, KeyError, TypeError) as error:
         raise ModelError(f"mesh {file.name}: scikit-fem cannot use it ({error}); write it again, as .msh 4.1 for instance") from error
     d = mesh.dim()
@@ -86,11 +93,12 @@ def read_mesh(path: str | Path) -> Mesh:
                 bodies.setdefault(name, []).append(first + own)
                 first += len(block.data)
     subdomains = {name: own for name, parts in bodies.items() if len(own := np.concatenate(parts))}
-    return mesh.with_boundaries(_faces(mesh, faces, file.name)).with_subdomains(subdomains).remove_unused_nodes()
+    mesh = mesh.with_boundaries(_faces(mesh, faces, file.name)).with_subdomains(subdomains).remove_unused_nodes()
+    return with_midsides(mesh, elements, found.points)[0]
 
 
 def mesh_of(deck: Deck, directions: int) -> Mesh:
-    """scikit-fem mesh of a deck, its nodes in the order of the deck.
+    """scikit-fem mesh of a deck, through the corners of its elements and with its nodes in the order of the deck.
 
     Raises
     ------
@@ -102,7 +110,42 @@ def mesh_of(deck: Deck, directions: int) -> Mesh:
         raise ModelError(f"deck: elements of shape {shape}, but {directions} directions of displacement; give plane elements for 2, solids for 3")
     if directions == 2:
         _check_plane(deck.points, "of the deck")
-    return _of_scikit_fem(meshio_library().Mesh(deck.points, [(shape, nodes)]), shape)
+    return _of_scikit_fem(nodes, shape, deck.points)
+
+
+def with_midsides(mesh: Mesh, elements: Integers, points: Array) -> tuple[Mesh, csr_matrix]:
+    """The mesh of quadratic elements through whose corners a linear one goes, and the (its nodes, points) matrix of its nodes by the given ones.
+
+    Parameters
+    ----------
+    mesh
+        Linear mesh; corners keep its numbers.
+    elements, points
+        (m, k) nodes of its elements as rows of the (n, 2 or 3) points, in the order of meshio; linear ones are left as they are.
+
+    Raises
+    ------
+    ModelError
+        Elements with an edge in common that have different nodes amid it.
+    """
+    from skfem.io.meshio import INV_HEX_MAPPING  # here, for it imports meshio
+
+    given, corners = elements.shape[1], len(mesh.t)
+    used, t = np.unique(elements[:, :corners], return_inverse=True)
+    numbers = np.unique(mesh.t)
+    if given == corners:
+        return mesh, csr_matrix((np.ones(len(used)), (numbers, used)), shape=(mesh.p.shape[1], len(points)))
+    order, kind = INV_HEX_MAPPING[:given] if corners == 8 else np.arange(given), QUADRATIC[type(mesh)]
+    t = numbers[t.reshape(-1, corners)][:, order[:corners]].T  # in the order of the file: scikit-fem sorts the corners of triangles
+    curved = kind(mesh.p, np.ascontiguousarray(t), mesh.boundaries, mesh.subdomains)
+    node, first = np.unique(curved.dofs.element_dofs, return_index=True)
+    local, element = np.divmod(first, len(elements))
+    weights, places = completion(kind, given)[local], elements[element][:, order]
+    origin = csr_matrix((weights.ravel(), (np.repeat(node, given), places.ravel())), shape=(curved.dofs.N, len(points)))
+    origin.eliminate_zeros()
+    if len(lost := np.setdiff1d(elements, origin.indices)):
+        raise ModelError(f"mesh: the midside node at {place(points[lost[0]])} is on an edge that has another one; merge nodes that coincide")
+    return replace(curved, doflocs=np.ascontiguousarray((origin @ points[:, : mesh.dim()]).T)), origin
 
 
 def file_path(argument: str, path: str | Path) -> Path:
@@ -169,11 +212,13 @@ def _groups(found: Any) -> dict[str, list[Integers]]:
     return groups | {name: cells for name, cells in found.cell_sets.items() if not name.startswith("gmsh:")}  # not of gmsh itself
 
 
-def _of_scikit_fem(mesh: Any, shape: str) -> Mesh:
-    """The mesh of scikit-fem, from one of meshio."""
+def _of_scikit_fem(elements: Integers, shape: str, points: Array) -> Mesh:
+    """The mesh of scikit-fem through the corners of some elements."""
     from skfem.io.meshio import from_meshio  # here, for it imports meshio
 
-    return from_meshio(mesh, force_meshio_type=shape)
+    linear = shape.rstrip("0123456789")
+    corners = elements[:, : (_PLANE | _SOLID)[linear]]
+    return from_meshio(meshio_library().Mesh(points, [(linear, corners)]), force_meshio_type=linear)
 
 
 def meshio_library() -> Any:
