@@ -127,6 +127,7 @@ FAULTS = (
     Fault("fem/matrices/substructure.py", "directions change one node late", 'side="right") - 1', 'side="left") - 1', "doors"),
     Fault("fem/paraview.py", "the shear of body 2 on body 1 the other way", "fields.q.T / width", "-fields.q.T / width", "paraview"),
     Fault("fem/recovery.py", "von Mises' stress with too little shear", "/ 2 + 3 * (xy**2", "/ 2 + 2 * (xy**2", "paraview"),
+    Fault("fem/matrices/ansys.py", "one triangle is not mirrored", "upper + triu(upper, 1).T", "upper + upper.T", "ansys"),
     # solve
     Fault("solve/standard_form.py", "rows that do not bind become equations", "form.linear[y[form.linear] > share",
           "form.linear[y[form.linear] < share",

@@ -6,7 +6,7 @@ from .condense import condense
 from .contacts import Contact, Interference
 from .elasticity import Material
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
-from .matrices import MatrixJob, read_abaqus, read_calculix, read_mesh, read_nastran
+from .matrices import MatrixJob, read_abaqus, read_ansys, read_calculix, read_mesh, read_nastran
 from .model import ContactModel
 from .paraview import write_paraview
 from .recovery import BodyFields
@@ -30,6 +30,7 @@ __all__ = [
     "Traction",
     "condense",
     "read_abaqus",
+    "read_ansys",
     "read_calculix",
     "read_mesh",
     "read_nastran",

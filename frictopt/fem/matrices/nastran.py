@@ -1,6 +1,6 @@
 """Matrices of Nastran: DMIG of a punch file, and OUTPUT4."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -16,6 +16,7 @@ from ..ordering import Integers
 from .deck import Deck, deck_of_points
 from .job import MatrixJob
 from .meshes import file_path
+from .rows import by_library
 
 __all__ = ["read_nastran"]
 
@@ -60,13 +61,13 @@ def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path 
     file = file_path("path", path)
     grids = None if deck is None else _deck(bulk, file_path("deck", deck))
     if file.suffix.lower() != ".op4":
-        frame = _chosen(_asked(bulk.rddmig, file, "stiffness"), name, file)
+        frame = _chosen(by_library("pyyeti", bulk.rddmig, file, "stiffness"), name, file)
         if frame.columns.nlevels != 2:
             raise ModelError(f"stiffness: {file.name} has a rectangular matrix {shown(name)}; give the name of a stiffness")
         rows = frame.index.union(frame.columns)
         whole = frame.reindex(index=rows, columns=rows, fill_value=0.0)
         return MatrixJob(csr_matrix(whole.to_numpy()), np.array(rows.tolist()), grids)
-    K = csr_matrix(_chosen(_asked(op4.read, file, "stiffness"), name, file))
+    K = csr_matrix(_chosen(by_library("pyyeti", op4.read, file, "stiffness"), name, file))
     if labels is not None:
         return MatrixJob(K, whole_array("labels", labels, (None, 2), least=0, most=10**8), grids)
     numbers = np.sort(grids.numbers) if grids is not None else np.zeros(0, dtype=np.intp)
@@ -81,7 +82,7 @@ def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path 
 
 def _deck(bulk: Any, file: Path) -> Deck:
     """Grid points and solids of bulk data."""
-    grids = _asked(bulk.rdgrids, file, "deck")
+    grids = by_library("pyyeti", bulk.rdgrids, file, "deck")
     if grids is None:
         raise ModelError(f"deck {file.name}: no GRID; give the bulk data of the job")
     turned = grids[(grids[:, 1] != 0) | (grids[:, 5] != 0)]
@@ -94,7 +95,7 @@ def _deck(bulk: Any, file: Path) -> Deck:
     row_of = {number: i for i, number in enumerate(deck.numbers.tolist())}
     blocks: dict[str, list[tuple[int, list[int]]]] = {}
     for card in ("CHEXA", "CPENTA", "CPYRAM", "CTETRA"):
-        for number, _, *corners in _asked(partial(bulk.rdcards, name=card, return_var="list", no_data_return=[]), file, "deck"):
+        for number, _, *corners in by_library("pyyeti", partial(bulk.rdcards, name=card, return_var="list", no_data_return=[]), file, "deck"):
             nodes = [int(corner) for corner in corners if corner]
             if lost := [node for node in nodes if node not in row_of]:
                 raise ModelError(f"deck {file.name}: {card} {number:g} names grid point {lost[0]}, which it does not have; give the whole bulk data")
@@ -115,18 +116,6 @@ def _chosen(found: Mapping[str, Any], name: str | None, file: Path) -> Any:
     if key not in found or (name is None and len(found) > 1):
         raise ModelError(f"name: {shown(name)}; {file.name} has the matrices {', '.join(sorted(found)).upper() or 'of no name'}: give one of these")
     return found[key]
-
-
-def _asked(read: Callable[[str], Any], file: Path, what: str) -> Any:
-    """What the library reads."""
-    if not file.is_file():
-        raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
-    try:
-        return read(str(file))
-    except Exception as error:  # the library lets through whatever a damaged file makes
-        raise ModelError(
-            f"{what}: pyyeti cannot read {str(file)!r} ({str(error).strip() or type(error).__name__}); give the file as Nastran wrote it"
-        ) from error
 
 
 def _library() -> tuple[Any, Any]:

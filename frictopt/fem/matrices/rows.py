@@ -1,5 +1,6 @@
 """Rows of numbers in text files, and the symmetric matrix that they make."""
 
+from collections.abc import Callable
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from ...errors import ModelError
 from ..ordering import Integers
 from .blocks import text_of
 
-__all__ = ["numbers_in", "symmetric"]
+__all__ = ["by_library", "numbers_in", "symmetric"]
 
 
 def numbers_in(path: Path, what: str, separator: str, columns: int) -> Any:
@@ -63,3 +64,20 @@ def symmetric(what: str, row: Integers, column: Integers, value: Array, size: in
     if K.nnz != len(value):
         raise ModelError(f"{what}: entries are given twice; let the code write the matrix again")
     return K
+
+
+def by_library(name: str, read: Callable[[str], Any], file: Path, what: str) -> Any:
+    """What a library reads from a file.
+
+    Raises
+    ------
+    ModelError
+        The file is missing, or the library cannot read it.
+    """
+    if not file.is_file():
+        raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
+    try:
+        return read(str(file))
+    except Exception as error:  # libraries let through whatever a damaged file makes
+        problem = str(error).strip() or type(error).__name__
+        raise ModelError(f"{what}: {name} cannot read {str(file)!r} ({problem}); give the file as the code wrote it") from error
