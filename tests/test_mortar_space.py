@@ -248,6 +248,12 @@ def stairs():
     return fo.Body(mesh.with_boundaries({"contact": lambda x: (abs(x[2]) < 1e-9) | (abs(x[2] + 0.5) < 1e-9), "z-": lambda x: x[2] == -1.0}))
 
 
+def edged():
+    """A block of which the contact goes on around its edge."""
+    lower = block(MeshTet, (4, 3), [-1.0, -0.6, 0.0])
+    return fo.Body(lower.with_boundaries({"contact": lambda x: (abs(x[2]) < 1e-9) | (abs(x[0] - 1.0) < 1e-9)}))
+
+
 UPPER, START = BODIES["upper"].mesh, "contact 'contact'"
 BAD = {
     f"{START}, at (-1, -1, 0.5): the faces do not touch, they are 0.5 apart": lambda: put(UPPER.translated([0.0, 0.0, 0.5])),
@@ -257,6 +263,7 @@ BAD = {
     "faces nothing of body 'lower'; name only the part that touches, or exchange the bodies": lambda: put(UPPER.translated([0.3, 0.0, 0.0])),
     f"{START}: part of the face of body 'upper', around (999": lambda: put(UPPER.translated([1e3, 0.0, 1e4]), gap="measured"),
     f"{START}: bodies 'upper' and 'lower' lie on the same side of it": lambda: put(turned(UPPER, np.diag([1.0, 1.0, -1.0]))),
+    "the faces do not touch, they are 0.02 apart": lambda: put(UPPER.translated([0.0, 0.0, 0.02]), edged()),
     f"{START}, body 'upper': boundary 'joint' is unknown": lambda: put(UPPER, boundary_1="joint", name="contact"),
     "faces body 'lower' more than once, one place behind the other": lambda: put(UPPER, stairs()),
 }
