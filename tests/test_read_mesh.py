@@ -245,6 +245,39 @@ def test_bodies_that_share_nodes_are_told_to_split(tmp_path):
         fo.condense(np.eye(4), {"P": [0, -1, 0, -1]}, [[1, 0], [0, 0]], [0, 1], [[0, 1], [2, 3]], [[0, 0], [1, 0]])
 
 
+UNIT = {  # nodes of one element, and the middles of its faces S1, S2, ... as the manuals of CalculiX and Abaqus number them
+    "C3D8": ("000 100 110 010 001 101 111 011", [(0.5, 0.5, 0), (0.5, 0.5, 1), (0.5, 0, 0.5), (1, 0.5, 0.5), (0.5, 1, 0.5), (0, 0.5, 0.5)]),
+    "C3D4": ("000 100 010 001", [(1 / 3, 1 / 3, 0), (1 / 3, 0, 1 / 3), (1 / 3, 1 / 3, 1 / 3), (0, 1 / 3, 1 / 3)]),
+    "CPE4": ("000 100 110 010", [(0.5, 0), (1, 0.5), (0.5, 1), (0, 0.5)]),
+    "CPS3": ("000 100 010", [(0.5, 0), (0.5, 0.5), (0, 0.5)]),
+}
+
+
+@pytest.mark.parametrize("kind", UNIT)
+def test_surfaces_of_a_deck_are_faces_of_its_elements(tmp_path, kind):
+    corners, middles = UNIT[kind]
+    nodes = "".join(f"{i}, {', '.join(corner)}\n" for i, corner in enumerate(corners.split(), start=1))
+    deck = f"*NODE\n{nodes}*ELEMENT, TYPE={kind}, ELSET=ALL\n7, {', '.join(map(str, range(1, 1 + len(corners.split()))))}\n"
+    deck += "".join(f"*SURFACE, NAME=Face{i}\n{'ALL' if i % 2 else 7}, S{i}\n" for i in range(1, 1 + len(middles)))
+    (tmp_path / "a.inp").write_text(deck + "*SURFACE, TYPE=ELEMENT, NAME=BOTH\nALL, S1\nALL, S2\n*SURFACE, NAME=SHELL\nALL, SPOS\n")
+    mesh = fo.read_mesh(tmp_path / "a.inp")
+    found = {name: mesh.p[:, mesh.facets[:, facets]].mean(axis=1).T for name, facets in mesh.boundaries.items()}
+    assert sorted(found) == sorted(["BOTH", *(f"FACE{i}" for i in range(1, 1 + len(middles)))])
+    for i, middle in enumerate(middles, start=1):
+        assert np.allclose(found[f"FACE{i}"], [middle])
+    assert sorted(found["BOTH"].tolist()) == sorted([*found["FACE1"].tolist(), *found["FACE2"].tolist()])
+    for line, message in (
+        (f"ALL, S{len(middles) + 1}\n" if len(middles) < 6 else "NONE, S1\n", "surface BAD: face S|a surface names 'NONE'"),
+        ("9, S1\n", None),
+    ):
+        (tmp_path / "b.inp").write_text(deck + "*SURFACE, NAME=BAD\n" + line)
+        if message is None:
+            assert "BAD" not in fo.read_mesh(tmp_path / "b.inp").boundaries
+            continue
+        with pytest.raises(fo.ModelError, match=message):
+            fo.read_mesh(tmp_path / "b.inp")
+
+
 @pytest.mark.parametrize("name", ["none.msh", "none.inp", "none.xyz"])
 def test_missing_files_are_named(tmp_path, name, capsys):
     with pytest.raises(fo.ModelError, match=name):

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
@@ -45,6 +45,8 @@ class Deck(Shown):
         where the type is neither solid nor truss.
     element_sets
         Element set -> numbers of elements.
+    surfaces
+        Surface of elements -> numbers of elements and the number of their face, in pairs.
     thicknesses
         Different thicknesses of the sections of plane elements; nan for one that varies.
     constraints
@@ -67,6 +69,7 @@ class Deck(Shown):
     element_sets: Mapping[str, Integers]
     thicknesses: tuple[float, ...]
     constraints: Constraints
+    surfaces: Mapping[str, tuple[tuple[Integers, int], ...]] = field(default_factory=dict)
 
     def _answer(self) -> Mapping[str, object]:
         return {"nodes": len(self.numbers), "sets": sorted(self.sets), "elements": sorted({kind for kind, _, _ in self.elements})}
@@ -180,6 +183,7 @@ def read_deck(path: Path) -> Deck:
     solids: list[tuple[str, list[list[int]]]] = []
     sections: list[tuple[str, float]] = []
     constraining: list[Block] = []
+    faces: dict[str, list[list[str]]] = {}
     for keyword, options, lines in blocks(path):
         _check_directions(path, keyword, options, lines)
         try:
@@ -193,6 +197,9 @@ def read_deck(path: Path) -> Deck:
             elif keyword == "SURFACE" and options.get("TYPE") == "NODE":
                 found = _members([line.split(",")[0] for line in lines], False)  # a weight may follow
                 members["SURFACE"][options["NAME"]] = [row[0] for row in found]
+            elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT") == "ELEMENT":
+                found = [row for row in map(fields, lines) if re.fullmatch("S[1-6]", row[-1])]
+                faces.setdefault(options["NAME"], []).extend(found)
             elif keyword in ("SOLIDSECTION", "NODALTHICKNESS"):
                 sections.append((options["ELSET"], _thickness(lines)) if keyword == "SOLIDSECTION" else ("", np.nan))
             elif keyword in CONSTRAINING:
@@ -224,6 +231,9 @@ def read_deck(path: Path) -> Deck:
         element_sets=MappingProxyType(element_sets),
         thicknesses=tuple(dict.fromkeys(thick)),
         constraints=constraints_of(constraining, row, sets | surfaces),
+        surfaces={
+            name: tuple((_frozen(_resolved(members["ELSET"] | {"": row[:1]}, "")), int(row[1][1])) for row in own) for name, own in faces.items()
+        },
     )
 
 
@@ -270,7 +280,7 @@ def _members(lines: list[str], generate: bool) -> list[list[str]]:
 def _resolved(sets: Mapping[str, list[str]], name: str, above: tuple[str, ...] = ()) -> list[int]:
     """Numbers in a set and in the sets that it names, each once, in their order."""
     if name not in sets or name in above:
-        raise ModelError(f"deck: set {above[-1]!r} names {name!r}, which is no other set; repair the deck")
+        raise ModelError(f"deck: {f'set {above[-1]!r}' if above[-1] else 'a surface'} names {name!r}, which is no other set; repair the deck")
     numbers: list[int] = []
     for member in sets[name]:
         numbers += [int(member)] if member.isdecimal() else _resolved(sets, member.upper(), (*above, name))

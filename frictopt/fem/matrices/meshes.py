@@ -22,6 +22,12 @@ __all__ = ["file_path", "mesh_of", "meshio_library", "read_mesh", "with_midsides
 
 _PLANE = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}  # shapes, as meshio names them, and their corners
 _SOLID = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8}
+_CORNERS = {  # of the faces S1, S2, ... of an element in decks
+    "triangle": ((0, 1), (1, 2), (2, 0)),
+    "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
+    "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
+    "hexahedron": ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
+}
 _SMALL = ("vertex", "line", "line3")  # cells that only carry names
 
 
@@ -30,8 +36,8 @@ def read_mesh(path: str | Path) -> Mesh:
 
     In gmsh, physical volumes (in the plane surfaces) are subdomains and physical surfaces (curves) boundaries, called by number if without name. In
     a deck, a node set names the facets of the outline between its nodes, a set of faces (CPS3, CPS4; in the plane of lines, T3D2; gmsh writes both)
-    the facets that they are, and any other element set a subdomain; names are in capital letters. Nodes of no element are left out. The extra
-    `mesh` of the installation brings meshio.
+    or a surface of element faces (S1, S2, ...) the facets that they are, and any other element set a subdomain; names are in capital letters. Nodes
+    of no element are left out. The extra `mesh` of the installation brings meshio.
 
     Parameters
     ----------
@@ -157,13 +163,18 @@ def file_path(argument: str, path: str | Path) -> Path:
 
 def _named(mesh: Mesh, deck: Deck, what: str) -> Mesh:
     """The mesh with the sets of its deck as boundaries and subdomains."""
-    facets, (_, numbers, elements) = mesh.boundary_facets(), deck.shaped()
+    facets, (shape, numbers, elements) = mesh.boundary_facets(), deck.shaped()
     subdomains = {name: own for name, members in deck.element_sets.items() if len(own := np.flatnonzero(np.isin(numbers, members)))}
     bodies = {
         name for name, own in subdomains.items() if name in deck.sets and np.isin(elements[own], deck.sets[name]).all()
     }  # sets of all their nodes
     outlines = {name: facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)] for name, nodes in deck.sets.items() if name not in bodies}
     faces = {name: [nodes[np.isin(own, members)] for own, nodes in deck.faces] for name, members in deck.element_sets.items()}
+    corners = next(found for kind, found in _CORNERS.items() if shape.startswith(kind))
+    for name, parts in deck.surfaces.items():
+        if odd := [face for _, face in parts if face > len(corners)]:
+            raise ModelError(f"mesh {what}: surface {name}: face S{odd[0]} of elements with {len(corners)} faces; repair the deck")
+        faces[name] = [elements[np.isin(numbers, own)][:, corners[face - 1]] for own, face in parts]
     named = _faces(mesh, {name: own for name, own in faces.items() if sum(map(len, own))}, what)
     return mesh.with_boundaries({name: own for name, own in outlines.items() if len(own)} | named).with_subdomains(subdomains)
 
