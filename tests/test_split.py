@@ -46,9 +46,9 @@ BAD = {
         "materials": {"punch": ONE, "all": ONE},
     },
     "materials: []; give a mapping": {"materials": []},
-    "material: a float": {"materials": {"punch": 1.0, "block": ONE}},
+    "body 'punch': material: a float": {"materials": {"punch": 1.0, "block": ONE}},
     "mesh: boundary 'block' has the name of a body": {"mesh": whole().with_boundaries({"block": NAMED["bottom"]})},
-    "2 parts that share no edge": {"mesh": whole(punch=lambda x: np.abs(x[1]) > 0.4, block=lambda x: np.abs(x[1]) < 0.4)},
+    "body 'punch': mesh: 2 parts that share no edge": {"mesh": whole(punch=lambda x: np.abs(x[1]) > 0.4, block=lambda x: np.abs(x[1]) < 0.4)},
 }
 
 

@@ -173,9 +173,8 @@ def _check_elements(mesh: Mesh) -> None:
     sizes = _sizes(mesh)
     bad = ~((sizes > 0).all(axis=0) | (sizes < 0).all(axis=0))
     if bad.any():
-        raise ModelError(
-            f"mesh: {int(bad.sum())} elements are not convex or have no {area}, the first is element {int(np.argmax(bad))}; repair the mesh"
-        )
+        repair = "repair the mesh" if type(mesh) in QUADRATIC else "mesh finer, or with straight sides (gmsh: Mesh.SecondOrderLinear = 1)"
+        raise ModelError(f"mesh: {int(bad.sum())} elements are not convex or have no {area}, the first is element {int(np.argmax(bad))}; {repair}")
     inner, elements = mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1]
     parts, _ = connected_components(coo_matrix((np.ones(inner.shape[1]), inner), shape=(elements, elements)), directed=False)
     if parts != 1:

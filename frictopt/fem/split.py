@@ -83,5 +83,8 @@ def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: Elem
         elements = np.flatnonzero(owner == number)
         own = replace(mesh, _boundaries=boundaries).restrict(elements, skip_subdomains=True)
         kept = {boundary: facets for boundary, facets in own.boundaries.items() if len(facets)}
-        bodies[name] = Body(replace(own, doflocs=points_from(mesh, elements, own), _boundaries=kept), material, element)
+        try:
+            bodies[name] = Body(replace(own, doflocs=points_from(mesh, elements, own), _boundaries=kept), material, element)
+        except ModelError as error:
+            raise ModelError(f"body {name!r}: {error}") from error
     return bodies
