@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse import block_diag, csr_matrix
+from scipy.sparse import block_array, block_diag, csr_matrix, diags, identity, kron
 from skfem import Basis, ElementTriP1, ElementVector, MeshTri
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import frictopt as fo
+from frictopt.fem import schur
 from meshes import rotation
 
 STEEL, ALLOY = lame_parameters(2.0, 0.3), lame_parameters(0.7, 0.2)
@@ -217,6 +218,33 @@ def test_rotations_of_a_cantilever_are_eliminated():
     with pytest.raises(fo.ModelError, match=r"generalised: the stiffness of these 4 rows is singular"):
         loose = np.block([[K, np.zeros((9, 2))], [np.zeros((2, 9)), np.array([[1.0, -1.0], [-1.0, 1.0]])]])
         fo.condense(loose, {"M": np.eye(11)[8]}, **beam, held=[0, 1, 2], generalised=[5, 8, 9, 10])
+
+
+def test_rotations_and_modes_fill_the_factors_no_more_than_displacements(monkeypatch):
+    """A plate with as many rotations as displacements: twice the unknowns, four times the entries of the factors. Modes add a row each."""
+    n, rng = 24, np.random.default_rng(2)
+    line = diags([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1])
+    grid, A = kron(line, identity(n)) + kron(identity(n), line), rng.normal(size=(6, 6))
+    A = A @ A.T + 6 * np.eye(6)
+    x = np.array([(i, j, 0.0) for i in range(n) for j in range(n)])
+    pairs, sizes = np.column_stack([np.arange(n), n * n + np.arange(n)]), []
+    splu = schur.splu
+
+    def counted(*arguments, **options):
+        factors = splu(*arguments, **options)
+        sizes.append(factors.L.nnz)
+        return factors
+
+    monkeypatch.setattr(schur, "splu", counted)
+    for d, modes in ((3, 0), (6, 0), (3, 5)):
+        K, size = kron(grid, A[:d, :d]).tocsr(), d * n * n
+        B = 1e-3 * rng.normal(size=(size, modes))
+        K = block_array([[K, B], [B.T, identity(modes)]]).tocsr() if modes else K
+        rows = np.arange(size).reshape(-1, d)
+        unknowns = np.vstack([rows[:, :3], np.full((n, 3), -1)])
+        others = np.r_[rows[:, 3:].ravel(), size + np.arange(modes)]
+        fo.condense(K, {"a": np.ones(size + modes)}, pairs, [0, 0, 1], unknowns, np.vstack([x, x[:n]]), generalised=others)
+    assert sizes[1] < 4.5 * sizes[0] and sizes[2] < sizes[0] + 6 * (3 * n * n)
 
 
 def test_modes_of_a_reduced_body_change_nothing():

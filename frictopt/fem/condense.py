@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix, diags, hstack, identity
+from scipy.sparse import csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 
 from ..contact import ContactSystem
@@ -30,6 +30,8 @@ from .rigid import balanced, check_supports, free_motions, node_graph
 from .schur import Elimination
 
 __all__ = ["condense", "condensed", "eliminated"]
+
+_MANY = 300  # displacements that a rotation may be joined to, those of the elements at its node; a mode of a body is joined to more
 
 
 def condense(
@@ -213,11 +215,12 @@ def eliminated(
     along = present[nested_dissection(interface.glued_graph(graph)[present][:, present], points[present].T)]
     order = columns[along].ravel()
     order, kept = order[order >= 0], np.arange(T.shape[1] - interface.kept, T.shape[1])
-    if len(generalised):  # each of them after the last displacement that it is joined to, which costs the factors least
-        joined = csr_matrix((K[generalised] @ T)[:, order])
-        last = (joined.astype(bool) @ diags(np.arange(1.0, len(order) + 1))).max(axis=1).toarray().ravel()
+    if len(generalised):  # each of them after the displacement that it is joined to most; after all if it is joined to many
+        joined = abs(csr_matrix((K[generalised] @ T)[:, order]))
+        count = np.diff(joined.indptr)
+        after = np.where((count > 0) & (count <= _MANY), np.asarray(joined.argmax(axis=1)).ravel(), len(order))
         T = csr_matrix(hstack([T, identity(K.shape[0], format="csr")[:, generalised]]))
-        turn = np.argsort(np.r_[np.arange(len(order)), np.where(last > 0, last - 1, len(order))], kind="stable")
+        turn = np.argsort(np.r_[np.arange(len(order)), after], kind="stable")
         order = np.r_[order, kept[-1] + 1 + np.arange(len(generalised))][turn]
     T = T[:, np.r_[order, kept]]
     return T, Elimination(csr_matrix(T.T @ K @ T), interface.kept)

@@ -15,22 +15,25 @@ __all__ = ["assemblies", "balanced", "check_supports", "free_motions", "node_gra
 
 
 def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
-    """(nodes, nodes) pattern of the nodes that the stiffness joins; generalised coordinates join one of their nodes to each other one."""
+    """(nodes, nodes) pattern of the nodes that the stiffness joins; of parts that generalised coordinates alone join, one node each is joined."""
     node = np.full(K.shape[0], -1)
     listed = unknowns >= 0
     node[unknowns[listed]] = np.broadcast_to(np.arange(len(unknowns))[:, None], unknowns.shape)[listed]
     row, column = node[np.repeat(np.arange(K.shape[0]), np.diff(K.indptr))], node[K.indices]
     free = (row >= 0) & (column >= 0)
-    row, column = row[free], column[free]
-    if len(generalised):
-        G = K[generalised]
-        count, group = connected_components(G[:, generalised], directed=False)
-        of, ends = np.repeat(group, np.diff(G.indptr)), node[G.indices]
-        of, ends = of[ends >= 0], ends[ends >= 0]
-        first = np.full(count, -1)
-        first[of] = ends
-        row, column = np.r_[row, first[of], ends], np.r_[column, ends, first[of]]
-    return csr_matrix((np.ones(len(row)), (row, column)), shape=(len(unknowns),) * 2)
+    graph = csr_matrix((np.ones(np.count_nonzero(free)), (row[free], column[free])), shape=(len(unknowns),) * 2)
+    if not len(generalised):
+        return graph
+    G = K[generalised]
+    count, group = connected_components(G[:, generalised], directed=False)
+    of, ends = np.repeat(group, np.diff(G.indptr)), node[G.indices]
+    _, part = connected_components(graph, directed=False)
+    _, few = np.unique(np.column_stack([of, np.where(ends >= 0, part[ends], -1)]), axis=0, return_index=True)
+    of, ends = of[few][ends[few] >= 0], ends[few][ends[few] >= 0]
+    first = np.full(count, -1)
+    first[of] = ends
+    links = csr_matrix((np.ones(len(ends)), (first[of], ends)), shape=graph.shape)
+    return csr_matrix(graph + links + links.T)
 
 
 def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
