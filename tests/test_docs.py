@@ -24,6 +24,7 @@ TABLES = sorted({*(DOCS / "tables").glob("*.md")} - {FAULTS})
 CITED = {  # public name -> label of the equation of the theory page that its docstring cites
     "ContactSystem": "reactions",
     "condense": "condensation",
+    "BoltPreload": "bolt",
     "referee": "coulomb",
     "LoadCycle": "cycle",
     "onset": "onset",
