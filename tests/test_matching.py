@@ -95,6 +95,9 @@ def test_a_matrix_of_points_alone_has_faces_in_space(pair_in_space):
     assert np.array_equal(job.points, list(points.values())) and job.unknowns.ravel().tolist() == list(range(len(labels)))
     (face,) = job.matching_faces()
     assert np.array_equal(job.deck.numbers[face], pairs)
+    top = np.flatnonzero(job.points[:, 2] == 1)
+    force = job.force(top, nodal=[1.0, 2.0, 3.0])
+    assert (force[job.unknowns[top]] == [1.0, 2.0, 3.0]).all() and force.sum() == 6.0 * len(top)
     with pytest.raises(fo.ModelError, match="no elements"):
         job.normals(face[:, 1])
 
