@@ -45,6 +45,18 @@ def test_moduli_in_two_units():
     assert not warned(lambda: model((210.0, 115000.0))) and not warned(lambda: cubes(1e4))
 
 
+def test_lengths_in_two_units():
+    def pad(size):
+        x = np.array([0.0, 1.0])
+        upper = MeshHex.init_tensor(size * x, size * x, size * x).with_boundaries({"contact": lambda x: x[2] == 0})
+        lower = MeshHex.init_tensor(x, x, [-1.0, 0.0]).with_boundaries({"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] == -1})
+        bodies = {"pad": fo.Body(upper), "block": fo.Body(lower)}
+        return fo.ContactModel(bodies, [fo.Support("block", "bottom")], {"W": [fo.BodyForce("pad", z=-1.0)]})
+
+    (told,) = warned(lambda: pad(1e-3))
+    assert told.startswith("bodies: size = 0.001 of 'pad' and 1 of 'block'; are both in the same unit (mm or m)?") and not warned(lambda: pad(1e-2))
+
+
 def test_a_body_1_that_is_coarser_than_its_partner():
     fine, coarse = np.linspace(-1, 1, 41), np.linspace(-1, 1, 9)
     (told,) = warned(lambda: model(x=(coarse, fine)))
