@@ -160,6 +160,21 @@ def test_the_files_of_pyyeti(tmp_path, limit):
     assert fo.shakedown_limit(system, joint.CYCLE, 0.5).load_factor == pytest.approx(limit, rel=1e-9)
 
 
+def test_bricks_of_twenty_nodes_of_nastran(tmp_path):
+    """Its cards have the upright edges before the upper ones. Nodal forces of a uniform pressure: a third amid edges, -1/12 at corners."""
+    ring = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    corners = np.array([(*point, z) for z in (0, 1) for point in ring], dtype=float)
+    edges = [(i, (i + 1) % 4) for i in range(4)], [(i, i + 4) for i in range(4)], [(i + 4, (i + 1) % 4 + 4) for i in range(4)]
+    points = np.vstack([corners, *(corners[list(part)].mean(axis=1) for part in edges)])
+    grids = "".join(f"GRID,{i},,{x},{y},{z}\n" for i, (x, y, z) in enumerate(points, 1))
+    (tmp_path / "a.bdf").write_text(f"{grids}CHEXA,1,1,1,2,3,4,5,6,+\n+,7,8,9,10,11,12,13,14,+\n+,15,16,17,18,19,20\n")
+    op4.write(str(tmp_path / "a.op4"), ["KGG"], [np.eye(120)])
+    job = fo.read_nastran(tmp_path / "a.op4", deck=tmp_path / "a.bdf")
+    force = job.force(np.flatnonzero(job.points[:, 2] == 1), pressure=1.0)[job.unknowns]
+    expected = np.where(job.points[:, 2] == 1, np.where(np.arange(20) < 8, 1 / 12, -1 / 3), 0.0)
+    assert np.allclose(force, expected[:, None] * [0.0, 0.0, 1.0], atol=1e-12)
+
+
 def test_other_files_of_nastran_are_refused(tmp_path):
     bdf = DATA / "joint.bdf"
     bulk.wtdmig(str(tmp_path / "two.pch"), {"KAAX": frame(K, LABELS), "MAAX": frame(K, LABELS), "PAX": frame(K, LABELS).iloc[:, :1]})

@@ -15,17 +15,9 @@ from ...errors import ModelError
 from ..ordering import Integers
 from .blocks import Block, blocks, fields, number, parameters
 from .constraints import CONSTRAINING, Constraints, constraints_of
+from .kinds import CORNERS, FACELESS, LINES, PLANES, SHAPES, node_count, shape_of
 
 __all__ = ["Deck", "deck_of_points", "read_deck"]
-
-_PLANES = ("CPE", "CPS", "CAX")  # beside solids they only name faces: gmsh writes named surfaces as CPS
-_FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}  # shapes as meshio names them, by number of nodes
-_SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron", "C3D10": "tetra10", "C3D20": "hexahedron20"} | {
-    f"{kind}{n}": shape for kind in _PLANES for n, shape in _FLAT.items()
-}
-_LINES = ("T2D2", "T3D2", "T2D3", "T3D3")  # gmsh writes named curves so; the ends come first and last
-_FACELESS = (*_LINES, "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")  # they carry no traction
-_KNOWN = re.compile(r"(C3D|CPE|CPS|CAX|T2D|T3D)(\d+)")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,8 +100,14 @@ class Deck(Shown):
     def faces(self) -> list[tuple[Integers, Integers]]:
         """Numbers (m,) and nodes (m, k) of the elements that only name facets, block by block: in the plane lines, in space plane elements."""
         if self._in_space:
-            return [(numbers, nodes) for kind, numbers, nodes in self.elements if kind.startswith(_PLANES)]
-        return [(numbers, nodes[:, [0, -1]]) for kind, numbers, nodes in self.elements if kind.startswith(_LINES)]
+            return [(numbers, nodes) for kind, numbers, nodes in self.elements if kind.startswith(PLANES)]
+        return [(numbers, nodes[:, [0, -1]]) for kind, numbers, nodes in self.elements if kind.startswith(LINES)]
+
+    @property
+    def midsides(self) -> Integers:
+        """Rows of the nodes amid edges of quadratic elements."""
+        found = [nodes[:, CORNERS.get(str(shape_of(kind)), nodes.shape[1]) :].ravel() for kind, _, nodes in self.elements]
+        return np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *found]))
 
     @property
     def _in_space(self) -> bool:
@@ -123,11 +121,11 @@ class Deck(Shown):
         ModelError
             No elements, elements of several shapes, or others than triangles, quadrilaterals, tetrahedra and hexahedra, linear or quadratic.
         """
-        solids = [block for block in self.elements if not block[0].startswith((*_FACELESS, *_PLANES) if self._in_space else _FACELESS)]
-        odd = sorted({kind for kind, _, _ in solids if _shape(kind) is None})
-        shapes = sorted({str(_shape(kind)) for kind, _, _ in solids})
+        solids = [block for block in self.elements if not block[0].startswith((*FACELESS, *PLANES) if self._in_space else FACELESS)]
+        odd = sorted({kind for kind, _, _ in solids if shape_of(kind) is None})
+        shapes = sorted({str(shape_of(kind)) for kind, _, _ in solids})
         if odd:
-            raise ModelError(f"deck: elements of type {', '.join(odd)}; give solids, {', '.join(_SHAPES)} (gmsh: Mesh.SecondOrderIncomplete = 1)")
+            raise ModelError(f"deck: elements of type {', '.join(odd)}; give solids, {', '.join(SHAPES)} (gmsh: Mesh.SecondOrderIncomplete = 1)")
         if len(shapes) != 1:
             raise ModelError(
                 f"deck: {'no elements' if not shapes else 'elements of several shapes, ' + ', '.join(shapes)}; give elements of one shape"
@@ -237,11 +235,6 @@ def read_deck(path: Path) -> Deck:
     )
 
 
-def _shape(kind: str) -> str | None:
-    match = _KNOWN.match(kind)
-    return _SHAPES.get(match.group()) if match else None
-
-
 def _add_nodes(nodes: dict[int, list[float]], rows: list[list[str]]) -> None:
     for name, *point in rows:
         if int(name) in nodes:
@@ -251,11 +244,11 @@ def _add_nodes(nodes: dict[int, list[float]], rows: list[list[str]]) -> None:
 
 def _elements(kind: str, lines: list[str]) -> list[list[str]]:
     """Number and nodes of each element; the number alone of one that is neither solid nor truss."""
-    match = _KNOWN.match(kind)
-    if match is None:
+    count = node_count(kind)
+    if count is None:
         return [fields(line)[:1] for line in lines]
     flat = [field for line in lines for field in fields(line)]
-    size = 1 + int(match[2])
+    size = 1 + count
     if len(flat) % size:
         raise ValueError(f"{len(flat)} numbers, {size} an element")
     return [flat[i : i + size] for i in range(0, len(flat), size)]

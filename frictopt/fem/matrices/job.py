@@ -7,22 +7,19 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ...contact.checks import Array, finite_array, finite_number, frozen, real_array, shown
 from ...contact.show import Shown
 from ...errors import ModelError
-from ..faces import lines_along
-from ..forms import boundary_forces
 from ..given import checked_stiffness
 from ..ordering import Integers
 from ..rigid import node_graph
 from .deck import Deck, deck_of_points
 from .labels import checked_labels, displaced, rows_of_nodes
-from .matching import matching_faces
-from .meshes import mesh_of
+from .matching import bodies_of, matching_faces, paired
+from .meshes import mesh_of, with_midsides
+from .outline import along, between, check_midsides, integrals, normals_at, tied
 
 __all__ = ["MatrixJob"]
 
@@ -125,12 +122,7 @@ class MatrixJob(Shown):
     @cached_property
     def bodies(self) -> Integers:
         """(nodes,) number of the body that each node belongs to: what K joins is one body. -1 for nodes without a row in K."""
-        _, body = connected_components(node_graph(self.K, self.unknowns, self.generalised), directed=False)
-        present = (self.unknowns >= 0).any(axis=1)
-        bodies = np.full(len(body), -1)
-        bodies[present] = np.unique(body[present], return_inverse=True)[1]
-        bodies.flags.writeable = False
-        return bodies
+        return bodies_of(node_graph(self.K, self.unknowns, self.generalised), self.unknowns)
 
     def matching_faces(self) -> list[Integers]:
         """Pairs (N, 2) of each connected face at which two bodies lie on each other, node by node: proposals for `pairs` of `condense`.
@@ -141,7 +133,7 @@ class MatrixJob(Shown):
         Raises
         ------
         ModelError
-            A node that lies on several of one other body; in the plane a deck without elements, see `mesh`.
+            A node that lies on several of one other body, nodes amid edges that move on their own; in the plane a deck without elements.
 
         Examples
         --------
@@ -150,12 +142,49 @@ class MatrixJob(Shown):
         >>> [face.shape for face in job.matching_faces()], [int((job.bodies == i).sum()) for i in (0, 1)]
         ([(26, 2)], [275, 207])
         """
+        for pairs in (faces := self._matching()):
+            self._check_midsides(pairs.ravel())
+        return faces
+
+    def _matching(self) -> list[Integers]:
         return matching_faces(self.points, self.bodies, self.mesh if self._known.elements or self._directions == 2 else None)
 
     @cached_property
     def mesh(self) -> Mesh:
-        """scikit-fem mesh of the deck, its nodes in the order of `points`; see `Deck.shaped` for the errors."""
+        """scikit-fem mesh of the deck through the corners of its elements, nodes in the order of `points`; see `Deck.shaped` for the errors."""
         return mesh_of(self._known, self._directions)
+
+    @cached_property
+    def _whole(self) -> tuple[Mesh, csr_matrix]:
+        """The mesh with the nodes amid edges, and the (its nodes, nodes of the deck) matrix of its nodes."""
+        return with_midsides(self.mesh, self._known.shaped()[2], self._known.points)
+
+    def with_linear_faces(self, *faces: str | ArrayLike) -> "MatrixJob":
+        """The job in which nodes amid edges of contact faces follow the corners, and only these make pairs; see theory, "Quadratic elements".
+
+        Parameters
+        ----------
+        *faces
+            The nodes of each face, both sides of each contact, see `nodes`; none: all faces that match.
+
+        Raises
+        ------
+        ModelError
+            Nodes without a facet between them, corners that follow others, a node more than a tenth of its edge off the middle.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> job = fo.read_calculix("tests/data/flat")
+        >>> job.with_linear_faces().K.shape == job.K.shape  # its elements are linear
+        True
+        """
+        facets = [between(self.mesh, self.nodes(side)) for side in faces or [side for pairs in self._matching() for side in pairs.T]]
+        return MatrixJob(*tied(self.K, self.labels, self._known, self.unknowns, *self._whole, facets))
+
+    def _check_midsides(self, corners: Integers) -> None:
+        if len(self._known.midsides):
+            check_midsides(*self._whole, between(self.mesh, corners), self._known, self.unknowns)
 
     def nodes(self, where: str | ArrayLike) -> Integers:
         """Nodes as rows of `points`, each once.
@@ -177,8 +206,16 @@ class MatrixJob(Shown):
             raise ModelError(f"nodes: {shown(where)}; give the name of a node set or different rows of `points`")
         return raw.astype(np.intp)
 
+    def _corners(self, where: str | ArrayLike) -> Integers:
+        return np.setdiff1d(self.nodes(where), self._known.midsides, assume_unique=True)
+
+    def _over(self, nodes: Integers) -> tuple[Array, ...]:
+        """Integrals over the outline between some nodes, of the nodes of the deck."""
+        mesh, origin = self._whole
+        return tuple(np.asarray(origin.T @ part) for part in integrals(mesh, between(self.mesh, nodes)))
+
     def pairs(self, first: str | ArrayLike, second: str | ArrayLike) -> Integers:
-        """(N, 2) pairs of nodes on two faces, each node with the nearest one; in a plane job in the order of the face, body 1 on the left.
+        """(N, 2) pairs of corner nodes on two faces, each with the nearest one; in a plane job in the order of the face, body 1 on the left.
 
         Parameters
         ----------
@@ -188,31 +225,17 @@ class MatrixJob(Shown):
         Raises
         ------
         ModelError
-            Faces of different numbers of nodes or with nodes in common, a node that is nearest to two others; see `nodes`.
+            Faces of different numbers of nodes or with nodes in common, a node that is nearest to two others, nodes amid edges that move on their
+            own; see `nodes`.
         """
-        one, two = self.nodes(first), self.nodes(second)
-        if len(one) != len(two) or np.isin(one, two).any():
-            problem = f"{len(one)} and {len(two)} nodes" if len(one) != len(two) else "nodes in common"
-            raise ModelError(f"faces {shown(first)} and {shown(second)}: {problem}; mesh both with the same nodes, each with its own")
+        one, two = self._corners(first), self._corners(second)
+        self._check_midsides(np.r_[one, two])
         if self._directions == 2:
-            two = self._along(two)
-        nearest = one[cKDTree(self.points[one]).query(self.points[two])[1]]
-        taken, count = np.unique(nearest, return_counts=True)
-        if len(taken) != len(one):
-            node = int(self._known.numbers[taken[count.argmax()]])
-            raise ModelError(f"faces {shown(first)} and {shown(second)}: node {node} is the nearest one to several; mesh both with the same nodes")
-        return np.column_stack([nearest, two])
-
-    def _along(self, nodes: Integers) -> Integers:
-        """The nodes of a face in the order of the outline."""
-        order = np.concatenate([line for line, _ in lines_along(self.mesh, self._outline(nodes), "nodes: the outline")])
-        if len(order) != len(nodes):
-            number = int(self._known.numbers[np.setdiff1d(nodes, order)[0]])
-            raise ModelError(f"nodes: node {number} lies on no facet of the outline between these nodes; give the nodes of a face")
-        return order
+            two = along(self.mesh, two, self._known.numbers)
+        return paired(self.points, one, two, self._known.numbers, f"faces {shown(first)} and {shown(second)}")
 
     def normals(self, face: str | ArrayLike) -> Array:
-        """(N, d) unit normals that point out of the body at nodes on a face, the mean over the facets weighted by their size.
+        """(N, d) unit normals that point out of the body at the corner nodes on a face, the mean over the facets weighted by their size.
 
         Parameters
         ----------
@@ -224,18 +247,10 @@ class MatrixJob(Shown):
         ModelError
             Nodes that no facet of the outline joins; see `nodes`.
         """
-        rows = self.nodes(face)
-        sums = self._over_outline(rows)[0][rows]
-        length = np.linalg.norm(sums, axis=1)
-        if not length.all():
-            number = int(self._known.numbers[rows[length.argmin()]])
-            raise ModelError(f"nodes: node {number} lies on no facet of the outline between these nodes; give all nodes of a face")
-        return frozen(sums / length[:, None])
+        return frozen(normals_at(self.mesh, self._corners(face), self._known.numbers))
 
     def force(self, where: str | ArrayLike, *, traction: object = None, pressure: object = None, total: object = None, nodal: object = None) -> Array:
-        """(n,) nodal forces of one load, said in one of four ways. What acts on displacements that follow others goes to these.
-
-        A force on a held displacement goes to the ground, as it does in the code.
+        """(n,) nodal forces of one load, said in one of four ways; on displacements that follow others they go to these, on held ones to the ground.
 
         Parameters
         ----------
@@ -274,27 +289,12 @@ class MatrixJob(Shown):
         if nodal is not None:
             forces[nodes, :d] = finite_array("nodal", nodal, (d,) if real_array("nodal", nodal).ndim == 1 else (len(nodes), d))
         elif pressure is not None:
-            forces[:, :d] = -finite_number("pressure", pressure) * self._over_outline(nodes)[0]
+            forces[:, :d] = -finite_number("pressure", pressure) * self._over(nodes)[0]
         else:
-            ((name, value),), share = given.items(), self._over_outline(nodes)[1]
+            ((name, value),), share = given.items(), self._over(nodes)[1]
             forces[:, :d] = share * finite_array(name, value, (d,)) / (1.0 if total is None else share.sum())
         present = np.zeros(forces.shape, dtype=bool)
         present[:, :d] = self.unknowns >= 0
         moved, values = self._known.constraints.passed_on(forces, present, self._known.numbers), np.zeros(len(self.labels))
         values[self.unknowns[present[:, :d]]] = moved[present]
         return frozen(values)
-
-    def _outline(self, nodes: Integers) -> Integers:
-        """Facets of the outline all nodes of which are among some nodes."""
-        facets = self.mesh.boundary_facets()
-        inside = facets[np.isin(self.mesh.facets[:, facets], nodes).all(axis=0)]
-        if not len(inside):
-            raise ModelError(f"nodes: no facet of the outline lies between these {len(nodes)} nodes; give the nodes of a face")
-        return np.asarray(inside)
-
-    def _over_outline(self, nodes: Integers) -> tuple[Array, Array]:
-        """Integrals over the outline between some nodes of each node's shape function times the normal, (nodes, d), and times 1, (nodes, 1)."""
-        facets = self._outline(nodes)
-        parts = boundary_forces(self.mesh, facets, lambda _, normals: np.concatenate([normals, np.ones((1, *normals.shape[1:]))]), "space")
-        columns = np.pad(parts.T, ((0, len(self.points) - parts.shape[1]), (0, 0)))  # without the last nodes if no element has them
-        return columns[:, :-1], columns[:, -1:]

@@ -3,7 +3,7 @@
 from itertools import combinations
 
 import numpy as np
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from skfem import Mesh
@@ -14,7 +14,35 @@ from ..faces import lines_along
 from ..given import same_point
 from ..ordering import Integers
 
-__all__ = ["matching_faces"]
+__all__ = ["bodies_of", "matching_faces", "paired"]
+
+
+def bodies_of(graph: csr_matrix, unknowns: Integers) -> Integers:
+    """(nodes,) number of the body that each node belongs to, by a graph of the nodes; -1 for those without a row in K."""
+    _, body = connected_components(graph, directed=False)
+    present = (unknowns >= 0).any(axis=1)
+    bodies = np.full(len(body), -1)
+    bodies[present] = np.unique(body[present], return_inverse=True)[1]
+    bodies.flags.writeable = False
+    return bodies
+
+
+def paired(points: Array, one: Integers, two: Integers, numbers: Integers, argument: str) -> Integers:
+    """(N, 2) the nodes of a face, each with the nearest one of another, in the order of the second.
+
+    Raises
+    ------
+    ModelError
+        Different numbers of nodes, nodes in common, or one that is nearest to several; messages begin with `argument`.
+    """
+    if len(one) != len(two) or np.isin(one, two).any():
+        problem = f"{len(one)} and {len(two)} nodes" if len(one) != len(two) else "nodes in common"
+        raise ModelError(f"{argument}: {problem}; mesh both with the same nodes, each with its own")
+    nearest = one[cKDTree(points[one]).query(points[two])[1]]
+    taken, count = np.unique(nearest, return_counts=True)
+    if len(taken) != len(one):
+        raise ModelError(f"{argument}: node {int(numbers[taken[count.argmax()]])} is the nearest one to several; mesh both with the same nodes")
+    return np.column_stack([nearest, two])
 
 
 def matching_faces(points: Array, body: Integers, mesh: Mesh | None) -> list[Integers]:

@@ -20,7 +20,7 @@ from .rows import by_library
 
 __all__ = ["read_nastran"]
 
-_SOLIDS = {("CHEXA", 8): "C3D8", ("CTETRA", 4): "C3D4"}  # as Abaqus names them
+_SOLIDS = {("CHEXA", 8): "C3D8", ("CTETRA", 4): "C3D4", ("CHEXA", 20): "C3D20", ("CTETRA", 10): "C3D10"}  # as Abaqus names them
 
 
 def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path | None = None, labels: ArrayLike | None = None) -> MatrixJob:
@@ -97,6 +97,8 @@ def _deck(bulk: Any, file: Path) -> Deck:
     for card in ("CHEXA", "CPENTA", "CPYRAM", "CTETRA"):
         for number, _, *corners in by_library("pyyeti", partial(bulk.rdcards, name=card, return_var="list", no_data_return=[]), file, "deck"):
             nodes = [int(corner) for corner in corners if corner]
+            if len(nodes) == 20:  # the upright edges come before those of the upper face
+                nodes = [*nodes[:12], *nodes[16:], *nodes[12:16]]
             if lost := [node for node in nodes if node not in row_of]:
                 raise ModelError(f"deck {file.name}: {card} {number:g} names grid point {lost[0]}, which it does not have; give the whole bulk data")
             blocks.setdefault(_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}"), []).append((int(number), [row_of[node] for node in nodes]))
