@@ -64,7 +64,8 @@ def condense(
         Load case name -> (n,) nodal forces on the unknowns under the unit load; may be empty if there is an interference.
     pairs
         (N, 2) nodes of body 1 and body 2; in the plane ordered along each contact in the direction of the tangent, one contact after the other: body
-        1 is on the left of the way. With a `projection`: (N,) nodes of body 1.
+        1 is on the left of the way. With a `projection`: (N,) nodes of body 1. Of quadratic faces corner nodes alone, which those amid edges follow:
+        see `MatrixJob.with_linear_faces`.
     normals
         (N, d) directions from body 2 into body 1, of any length; or one, (d,), for all. In the plane the tangent is the normal turned by -90 degrees:
         normal +y, tangent +x. In space the first tangent is x less its part along the normal (y where the normal is nearly x), the second one is

@@ -33,7 +33,7 @@ class Contact:
     The faces may be straight or curved, of any direction, closed or not, and their nodes need not match. The face of body 1 lies within that of
     body 2; its nodes are those of the contact, and it should be the finer one. In the plane each is one chain of edges. In space the facets are
     triangles or quadrilaterals; each of body 1 faces body 2 along its normal with half of its area or more: round rims may miss each other by their
-    sag.
+    sag. Quadratic bodies meet in linear facets through their corner nodes, which the nodes amid edges follow.
 
     Parameters
     ----------
