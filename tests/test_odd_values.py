@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from decimal import Decimal
 from functools import wraps
 from pathlib import Path
+from tempfile import gettempdir
 from typing import Any
 
 import numpy as np
@@ -91,6 +92,7 @@ def condensed(scene):
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Body": (fo.Body, {"mesh": MODEL.bodies["punch"].mesh}),
     "Contact": (fo.Contact, {"body_1": "punch", "body_2": "block"}),
+    "BoltPreload": (fo.BoltPreload, {"body": "punch", "section": "top", "force": 1.0}),
     "BodyForce": (fo.BodyForce, {"body": "punch"}),
     "Centrifugal": (fo.Centrifugal, {"body": "punch", "density": 1.0}),
     "ContactModel.recover": (MODEL.recover, {"loads": {"P": 1.0}, "slip": np.zeros(3), "gap": np.zeros(3)}),
@@ -187,6 +189,12 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         },
     ),
     "read_abaqus": (fo.read_abaqus, {"path": "none"}),
+    "read_ansys": (fo.read_ansys, {"path": "none"}),
+    "read_nastran": (fo.read_nastran, {"path": "none"}),
+    "write_paraview": (
+        lambda model, result: fo.write_paraview(Path(gettempdir()) / "odd.vtm", model, result),
+        {"model": MODEL, "result": MODEL.recover({"P": 1.0}, np.zeros(3), np.zeros(3))},
+    ),
     "read_calculix": (fo.read_calculix, {"job": FLAT, "deck": f"{FLAT}.inp"}),
     "read_mesh": (fo.read_mesh, {"path": "none"}),
     "read_store": (fo.read_store, {"path": "none"}),
@@ -220,6 +228,8 @@ OTHER_WORDS = {  # an error may speak of what stands in a file, of node sets, of
     *(
         ("read_abaqus", "path"),
         ("read_abaqus", "deck"),
+        *(("read_ansys", argument) for argument in ("path", "deck")),
+        *(("read_nastran", argument) for argument in ("path", "name", "deck", "labels")),
         ("read_calculix", "job"),
         ("read_mesh", "path"),
         ("read_store", "path"),

@@ -64,7 +64,8 @@ class Body:
     def __post_init__(self) -> None:
         check_kind(self.mesh)
         straight = type(self.mesh) in QUADRATIC
-        element = choice("element", self.element or ("linear" if straight else "quadratic"), ELEMENT_NAMES)
+        usual = "linear" if straight else "quadratic"
+        element = choice("element", usual if self.element is None else self.element, ELEMENT_NAMES)
         if element != "quadratic" and not straight:
             raise ModelError(f"element: {element!r}, but the mesh is a {type(self.mesh).__name__} with quadratic elements; leave `element` out")
         object.__setattr__(self, "element", element)
