@@ -123,8 +123,8 @@ def exponent(sizes: Any, limits: Any) -> float:
 _COLUMNS = {
     "nodes": "number of node pairs",
     "friction": "coefficient of friction",
-    "shakedown": "shakedown limit, with all nodes closed; NaN if no load factor has a safe slip",
-    "separated": "largest load factor with nodes that stay open, the others closed and stuck",
+    "shakedown": "shakedown limit; without the nodes that are open under the mean load where no slip keeps all closed",
+    "separated": "largest load factor of the sets of open nodes that were tried, the others closed and stuck",
     "bound": "upper bound by the mixed-integer program; inf where it has none",
     "open": "nodes that stay open",
     "edge": "largest |x| / a of a closed node",

@@ -20,8 +20,8 @@ BELOW = {
     "fem": _BASE,
     "scenes": _BASE | {"fem"},
     "solve": _BASE,
-    "limits": _BASE | {"solve"},
     "transients": _BASE | {"solve"},
+    "limits": _BASE | {"solve", "transients"},  # where the mean load leaves nodes open
     "histories": _BASE | {"solve", "limits", "transients"},
     "plots": _BASE | {"fem", "limits", "transients", "histories", "scenes"},
 }

@@ -105,6 +105,9 @@ def test_the_interval_by_linear_programs_over_raw_slips(seed, nodes, corners, f,
     least, largest = oracle(contact, cycle, f, most)
     limits = [fo.shakedown_limit(contact, cycle, f, slip_bound=most, simplify=simplify) for simplify in (True, False)]
     for limit in limits:
+        if limit.open.any():  # the oracle keeps all nodes closed
+            assert np.isnan(largest)
+            continue
         assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True) and limit.residual <= 1e-9
         assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
 

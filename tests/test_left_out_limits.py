@@ -25,7 +25,7 @@ def scene(seed):
 
 
 def agree(lean, full, *names):
-    assert any("mirror" in text for text in lean.record.left_out) and not any("mirror" in text for text in full.record.left_out)
+    assert any("mirror" in text for text in lean.record.left_out) != lean.open.any() and not any("mirror" in text for text in full.record.left_out)
     for name in names:
         assert getattr(lean, name) == pytest.approx(getattr(full, name), rel=1e-8, abs=1e-10, nan_ok=True)
 
@@ -36,7 +36,7 @@ def test_the_limit_of_the_half_is_that_of_the_whole(seed):
     lean, full = (fo.shakedown_limit(contact, cycle, friction, slip_bound=most, simplify=simplify) for simplify in (True, False))
     agree(lean, full, "load_factor", "bound")
     assert lean.kind is full.kind
-    if lean.kind is fo.LimitKind.FINITE:
+    if lean.kind is fo.LimitKind.FINITE and not lean.open.any():
         assert lean.slip == pytest.approx(-lean.slip[::-1]) and lean.mechanism.share.sum() == pytest.approx(1.0)
         assert lean.friction_rate == pytest.approx(lean.friction_rate[::-1])
 

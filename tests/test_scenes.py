@@ -156,18 +156,15 @@ def test_every_scene_goes_through_the_whole_package(name):
     assert onset.slip.load_factor >= 0
     limit = fo.shakedown_limit(system, cycle, f)
     lower = fo.guaranteed_limit(system, cycle, f)
-    closed = np.isfinite(limit.load_factor)
-    assert closed == ("open" not in name)  # nodes that the mean load leaves open have no limit of closed nodes
-    factor = 0.8 * limit.load_factor if closed else 0.05
-    v0 = None
-    if closed:
-        assert 0 <= lower.load_factor <= limit.load_factor
-        safe = fo.safe_slip(system, cycle, f, factor)
-        assert safe.exists and not fo.safe_slip(system, cycle, f, 1.01 * limit.load_factor).exists
-        v0 = safe.slip
-        assert fo.steady_state(system, cycle, f, factor, initial_slip=v0).outcome is fo.Outcome.SHAKEDOWN
-        above = fo.steady_state(system, cycle, f, 1.3 * limit.load_factor)
-        assert above.outcome is not fo.Outcome.SHAKEDOWN and above.dissipation > 0
+    assert limit.open.any() == lower.open.any() == ("open" in name)
+    factor = (0.4 if "open" in name else 0.8) * limit.load_factor  # the path of the open dovetail may jump where it slips much
+    assert 0 <= lower.load_factor <= limit.load_factor
+    safe = fo.safe_slip(system, cycle, f, factor)
+    assert safe.exists and not fo.safe_slip(system, cycle, f, 1.01 * limit.load_factor).exists
+    v0 = None if limit.open.any() else safe.slip
+    assert fo.steady_state(system, cycle, f, factor, initial_state=safe.state).outcome is fo.Outcome.SHAKEDOWN
+    above = fo.steady_state(system, cycle, f, 1.3 * limit.load_factor)
+    assert above.outcome is not fo.Outcome.SHAKEDOWN and above.dissipation > 0
     ends = [fo.march(system, cycle, f, 1.2 * factor, initial_slip=v0, cycles=1, engine=engine, **steps) for engine, steps in ENGINES]
     scale = np.abs(ends[0].q).max()
     for end in ends[1:]:

@@ -11,6 +11,7 @@ import pytest
 import frictopt as fo
 from frictopt.limits import separated
 from frictopt.limits.open_sets import open_set_limit
+from frictopt.limits.question import pose
 from separation import pulled_system, resting_starts, rests
 from studies.validation.open_patterns import every_pattern, largest_with_open
 from systems import CYCLE, system
@@ -49,7 +50,9 @@ def test_the_edge_radius_of_200(punch):
     assert [rests(contact, cycle, 0.5, factor) for factor in (10.0, 20.0, 40.0)] == [True, True, False]
     best = fo.separated_limit(contact, cycle, 0.5)
     assert 20 <= best.load_factor < 40 and rests(contact, cycle, 0.5, best.load_factor, initial_state=best.state)
-    assert np.isnan(fo.shakedown_limit(contact, cycle, 0.5).load_factor)
+    limit = fo.shakedown_limit(contact, cycle, 0.5)
+    settled = fo.march(contact, cycle, 0.5, 0.0, cycles=1)
+    assert limit.load_factor <= best.load_factor and limit.open.tolist() == (settled.gap[-1] > 1e-12).tolist()
 
 
 def test_one_node_on_a_vertical_spring_opens_and_never_slips():
@@ -171,9 +174,11 @@ def test_a_node_that_the_corners_lift_rests_open_from_some_load_on():
     """Pressed by 1 and lifted by lam at both corners, sheared by +-lam: closed it slips where 0.5 (1 - lam) < lam, from lam = 1 on it is open."""
     node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     cycle = fo.LoadCycle({"P": 1.0}, [{"N": -1.0, "Q": 1.0}, {"N": -1.0, "Q": -1.0}])
-    opened, closed = (open_set_limit(node, cycle, np.array([0.5]), np.array([state])) for state in (True, False))
+    model, task = fo.ShakedownModel(node, cycle), pose(node, cycle, 0.5)
+    opened, closed = (open_set_limit(model, task, np.array([state])) for state in (True, False))
     assert (opened.least, opened.load_factor) == (1.0, np.inf) and (closed.least, closed.load_factor) == (0.0, pytest.approx(1 / 3))
     limit = fo.separated_limit(node, cycle, 0.5)
-    assert (limit.least, limit.load_factor) == (0.0, pytest.approx(1 / 3)) and "at load factors up to 0.66" in limit.covers
+    assert (limit.least, limit.load_factor) == (1.0, np.inf) and "at every load factor from 1 on" in limit.reason
+    assert fo.shakedown_limit(node, cycle, 0.5).load_factor == pytest.approx(1 / 3)
     for load_factor, at_rest in ((0.3, True), (0.5, False), (0.9, False), (1.1, True), (5.0, True)):
         assert rests(node, cycle, 0.5, load_factor) == at_rest

@@ -15,6 +15,7 @@ from ..errors import ModelError
 __all__ = [
     "LARGEST_SEED",
     "Array",
+    "Booleans",
     "Names",
     "check_name",
     "check_shear",
@@ -44,6 +45,7 @@ LARGEST_SEED = 2**63 - 1
 
 Array: TypeAlias = NDArray[np.float64]
 Names: TypeAlias = NDArray[np.str_]
+Booleans: TypeAlias = NDArray[np.bool_]
 T = TypeVar("T")
 
 _UNFIT = np.ma.MaskedArray | bytearray | memoryview  # what numpy would silently convert to numbers

@@ -30,7 +30,7 @@ class BoltPreload:
     normal of the section, all nodes of one face move by the same distance relative to the other face, and this distance is free; across the axis
     they do not move relative to each other. So the tension is this force, times the amplitude of its load case, under every load: other loads bend
     and shear the bolt, but do not stretch it. This is the pretension section of other codes before its length is locked; a pull along a locked bolt
-    would go through the bolt in part, and take less off the contact. Theory, eq. (24).
+    would go through the bolt in part, and take less off the contact. Theory, eq. (25).
 
     Parameters
     ----------

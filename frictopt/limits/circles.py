@@ -24,10 +24,10 @@ class Circles(SafeSet):
 
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """See `SafeSet.ask`."""
-        self._task, self._given = task, load_factor
+        super().ask(task, load_factor)
         self._kept = _outer_corners(task.cycle) if task.simplify else list(range(len(task.loads.q1)))
 
-    def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None) -> Rows:
+    def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
         """See `SafeSet.stuck`."""
         task, c, loads = self._task, self.scaled, self._task.loads
         nodes, unit, at = task.system.nodes, c.unit, c.unit[:, None]
@@ -66,7 +66,7 @@ class Circles(SafeSet):
         size = np.linalg.norm(slips, axis=-1)
         weight = (np.maximum(force, size) + opening).sum(axis=0) / unit
         opening = (opening + task.friction * np.maximum(force - size, 0.0)) / unit
-        return Mechanism(slips / unit[:, None], opening, task.friction, self.held(rows)), weight
+        return Mechanism(slips / unit[:, None], opening, task.friction, self.held(rows), self.pressed(rows)), weight
 
     @property
     def narrows(self) -> bool:

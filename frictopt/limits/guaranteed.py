@@ -1,6 +1,7 @@
 """The guaranteed limit lambda_1: the load factor below which the contact stops slipping from every start."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +17,8 @@ from ..contact.system import checked_plane
 from ..errors import SolverError
 from .both_bounds_search import BothBoundsSearch, NodeClaim, two_corners
 from .closed_form import is_uncoupled
-from .guaranteed_result import COINCIDE, IMAGE, LEFT_OUT, NEVER, NOT_NEEDED, ONE_CORNER, SOLVED, GuaranteedLimit, left_out, reason
+from .closed_nodes import rest_of
+from .guaranteed_result import COINCIDE, IMAGE, LEFT_OUT, NEVER, NOT_NEEDED, ONE_CORNER, OPEN, SOLVED, GuaranteedLimit, left_out, reason
 from .halves import mirrored, sources
 from .own_constraints import SafeModel
 from .question import LimitQuestion
@@ -107,6 +109,7 @@ class GuaranteedModel(SafeModel):
         shakedown = self._shakedown.solve(friction, own)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
+        task = rest_of(task, shakedown.open) or task if shakedown.open.any() else task
         n, least_found = task.system.nodes, shakedown.load_factor
         both = two_corners(task)
         least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, ONE_CORNER).astype(object)
@@ -123,7 +126,7 @@ class GuaranteedModel(SafeModel):
         bounds = load_factor_bounds(safe.v.scaled, task) if self._simplify else np.zeros(n)
         best: NodeClaim | None = None
         claims: list[NodeClaim] = []
-        pressure = task.loads.p0 + task.system.B @ np.nan_to_num(shakedown.slip)  # where it is little, both bounds are near: an order to ask in
+        pressure = task.loads.p0 + task.system.B @ np.nan_to_num(task.own(shakedown.slip))  # where it is little, both bounds are near
         for node in sorted(np.flatnonzero(both & ~images).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
             if self._simplify and bounds[node] >= least_found:
                 least[node] = bounds[node]
@@ -146,6 +149,14 @@ class GuaranteedModel(SafeModel):
         self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
     ) -> GuaranteedLimit:
         uncoupled, coincide = is_uncoupled(task.system, task.friction), int((how == COINCIDE).sum())
+        if task.lift is not None and task.whole is not None:
+            rest, task = task, task.whole
+            closed, every_least, every_how = task.closed, np.full(task.system.nodes, np.inf), np.full(task.system.nodes, OPEN, dtype=object)
+            every_least[closed], every_how[closed] = least, how
+            least, how = every_least, every_how
+            if best is not None:
+                above = None if best.above is None else (best.above[0], frozen(rest.expanded(best.above[1])))
+                best = replace(best, node=int(np.flatnonzero(closed)[best.node]), slip=rest.expanded(best.slip), above=above)
         return GuaranteedLimit(
             load_factor=shakedown.load_factor if best is None else best.load_factor,
             kind=shakedown.kind if best is None else LimitKind.FINITE,

@@ -12,14 +12,15 @@ import pandas as pd
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.record import SolveRecord
+from ..errors import ModelError
 from ..solve.explain import Units, explain
 from .both_bounds_search import NodeClaim
 from .question import Answered, LimitQuestion
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["COINCIDE", "IMAGE", "LEFT_OUT", "NEVER", "NOT_NEEDED", "ONE_CORNER", "SOLVED", "GuaranteedLimit", "left_out", "reason"]
+__all__ = ["COINCIDE", "IMAGE", "LEFT_OUT", "NEVER", "NOT_NEEDED", "ONE_CORNER", "OPEN", "SOLVED", "GuaranteedLimit", "left_out", "reason"]
 
-SOLVED, NEVER, COINCIDE = "solved", "never on both bounds", "only at the least safe load factor"
+SOLVED, NEVER, COINCIDE, OPEN = "solved", "never on both bounds", "only at the least safe load factor", "open"
 LEFT_OUT, IMAGE, ONE_CORNER, NOT_NEEDED = "left out by its bound", "mirror image", "one corner rules both bounds", "not needed"
 
 
@@ -147,7 +148,7 @@ class GuaranteedLimit(Answered):
         Raises
         ------
         ModelError
-            Bad input, a limit that is not finite, or a contact without safe slip at any load above 0.
+            Bad input, a limit that is not finite, a contact without safe slip at any load above 0, or with open nodes.
         SolverError
             A transient does not pass its checks.
 
@@ -162,6 +163,11 @@ class GuaranteedLimit(Answered):
         >>> check.dies_out, check.persists
         (True, True)
         """
+        if self.open.any():
+            raise ModelError(
+                f"verify: {int(self.open.sum())} nodes are open, and its starts are slips of closed contacts; follow `steady_state` from "
+                "`initial_state=limit.state`"
+            )
         verify = import_module("frictopt.histories.guarantee").verify  # here, for transients need the limits
         return verify(self, self._task.cycle, starts, moved, above, seed)
 
@@ -180,9 +186,9 @@ def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, c
     under = f" (slips obey {', '.join(shakedown.constraints)})" if shakedown.constraints else ""
     if best is not None:
         (forward, backward), any_load = best.corners, f" at any load factor next above {least:.6g}" if best.above is not None else ""
-        return (
-            f"node {best.node} is on its bound of forward slip at corner {forward} and of backward slip at corner {backward}{any_load}{under}{alone}"
-        )
+        opened = f"with {int(shakedown.open.sum())} of {shakedown.system.nodes} nodes open under the mean load: " if shakedown.open.any() else ""
+        both = f"on its bound of forward slip at corner {forward} and of backward slip at corner {backward}"
+        return f"{opened}node {best.node} is {both}{any_load}{under}{alone}"
     if shakedown.kind is not LimitKind.FINITE:
         return shakedown.reason + alone
     why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is on both its bounds below it"

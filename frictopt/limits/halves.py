@@ -23,7 +23,7 @@ __all__ = ["half_of", "mirrored", "on_whole", "sources"]
 def mirrored(task: LimitQuestion) -> bool:
     """Whether the contact is in the plane, mirror-symmetric with its friction, its loads and its slip bound, and has more than one node."""
     system, loads = task.system, task.loads
-    if system.tangents > 1 or system.nodes == 1:
+    if system.tangents > 1 or system.nodes == 1 or task.lift is not None:
         return False
     A, B, C, f = system.A, system.B, system.C, task.friction
     own = np.sqrt(np.maximum(np.diag(A), np.diag(C)).clip(0.0))
@@ -69,13 +69,15 @@ def sources(nodes: int) -> NDArray[np.intp]:
 
 
 def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[LimitQuestion, Array, Mechanism]:
-    """The question of the whole contact with slip and mechanism of its half expanded to it; those of a whole contact as they are.
+    """The question of the whole contact, with slip and mechanism of its half or of its closed nodes expanded to it; those of a whole one as they are.
 
-    The two nodes of a pair share the motion. An image slips backward where its source slips forward. The middle node slips as far to and fro, which
-    is an opening.
+    Of a half, the two nodes of a pair share the motion. An image slips backward where its source slips forward. The middle node slips as far to and
+    fro, which is an opening.
     """
     if task.whole is None:
         return task, slip, motion
+    if (nodes := task.whole.open) is not None:
+        return task.whole, task.expanded(slip), nodes.expanded(motion, task.whole.friction)
     n = task.whole.system.nodes
     source = sources(n)
     sign = np.sign(np.arange(n)[::-1] - np.arange(n)).astype(np.float64)

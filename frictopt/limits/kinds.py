@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..contact.answers import LimitKind
+from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..contact.diagnosis import growth_diagnosis, mean_load_diagnosis
 from ..contact.tolerances import GROWN, RESIDUAL
-from .loads import Loads, change
+from .loads import change
 from .question import LimitQuestion
 from .safe_slip import MarginClaim, solve_margin
 
@@ -21,20 +22,23 @@ def classify(task: LimitQuestion, solver: str | None) -> tuple[LimitKind, Margin
     existence = solve_margin(task, None, solver)[0].claim
     if existence.margin < -RESIDUAL:
         return LimitKind.NO_SAFE_SLIP, existence
-    alone = Loads(np.zeros_like(loads.q0), np.zeros_like(loads.p0), loads.q1, loads.p1)
+    alone = replace(loads, q0=np.zeros_like(loads.q0), p0=np.zeros_like(loads.p0), w0=np.zeros_like(loads.w0))
     still = None if task.most is None else np.zeros_like(task.most)  # a bounded slip cannot grow with the load
     cyclic = solve_margin(replace(task, loads=alone, most=still), task.load_unit, solver)[0].claim
-    return (LimitKind.UNBOUNDED, cyclic) if cyclic.margin >= -RESIDUAL and _carried(task, cyclic) else None
+    return (LimitKind.UNBOUNDED, cyclic) if cyclic.margin >= -RESIDUAL and _carried(task, cyclic.load_factor, task.own(cyclic.slip)) else None
 
 
-def _carried(task: LimitQuestion, cyclic: MarginClaim) -> bool:
+def _carried(task: LimitQuestion, load_factor: float, slip: Array) -> bool:
     """Whether the slip that grows with the load keeps each node within its bound, up to a share of what acts on this node itself."""
-    f, v, shape = task.friction, np.abs(cyclic.slip.T.ravel()), cyclic.slip.T.shape
-    q1, p1 = cyclic.load_factor * task.loads.q1, cyclic.load_factor * task.loads.p1
+    f, v, shape = task.friction, np.abs(slip.T.ravel()), slip.T.shape
+    q1, p1 = load_factor * task.loads.q1, load_factor * task.loads.p1
     sheared, pressed = (np.abs(task.system.A) @ v).reshape(shape).T, np.abs(task.system.B) @ v
     own = np.maximum(lengths(q1, p1), f * np.abs(p1)).max(axis=0) + lengths(sheared, pressed) + f * pressed
-    q, p = (cyclic_part + part for cyclic_part, part in zip((q1, p1), change(task.system, cyclic.slip), strict=True))
-    return bool((np.maximum(lengths(q, p) - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
+    q, p = (cyclic_part + part for cyclic_part, part in zip((q1, p1), change(task.system, slip), strict=True))
+    lift = np.zeros((0, len(v))) if task.lift is None else task.lift
+    opens = load_factor * task.loads.w1
+    apart = (opens + lift @ slip.T.ravel() >= -RESIDUAL * (np.abs(opens) + np.abs(lift) @ v)).all()
+    return bool(apart) and bool((np.maximum(lengths(q, p) - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
 
 
 def growth(task: LimitQuestion, proof: MarginClaim) -> str:
@@ -46,6 +50,9 @@ def growth(task: LimitQuestion, proof: MarginClaim) -> str:
 def reason(task: LimitQuestion, kind: LimitKind, ends: tuple[float, float], growth: str, constraints: tuple[str, ...]) -> str:
     """Why the safe load factors end where they do, at the least and at the largest one, in words; `growth` says why there is no largest one."""
     least, largest = ends
+    if opened := int((~task.closed).sum()):
+        rest = reason(replace(task, open=None), kind, ends, growth, constraints)
+        return f"with {opened} of {task.system.nodes} nodes open under the mean load: {rest}"
     within, more = ("", "") if task.most is None else (" within the slip bound", "a larger slip_bound may leave one; ")
     slip, start, below = f"residual slip{within}", "", ""
     slip += f" that obeys {', '.join(constraints)}" * bool(constraints)

@@ -26,7 +26,7 @@ __all__ = ["LeastSlip", "least_slip"]
 class LeastSlip(Shown, Plotted):
     """Proven lower bound of the slip in every cycle at a load factor, from every start.
 
-    It says that the sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (19). `v` and `w` are slips and gaps at the
+    It says that the sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w` are slips and gaps at the
     corners of one cycle, also of one that is not yet periodic. A bound that is not positive says nothing.
 
     Attributes

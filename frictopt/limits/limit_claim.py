@@ -74,7 +74,9 @@ def no_limit(task: LimitQuestion, solver: str | None) -> LimitClaim | None:
     found = classify(task, solver)
     if found is None:
         return None
-    (kind, proof), unsafe = found, np.full(task.system.slip_shape, np.nan)
+    kind, proof = found
+    task = task.whole or task
+    unsafe = np.full(task.system.slip_shape, np.nan)
     if kind is LimitKind.NO_SAFE_SLIP:
         return LimitClaim(task, kind, np.nan, unsafe, proof.motion, np.nan, proof.residual)
     return LimitClaim(task, kind, np.inf, unsafe, proof.motion.scaled(0.0), np.inf, proof.residual, growth=growth(task, proof))

@@ -1,6 +1,6 @@
 """Reactions of a load cycle on a closed contact."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,12 +16,17 @@ __all__ = ["Loads", "change", "cycle_loads"]
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """Closed reactions of a load cycle, force: mean `q0` (N,) or (N, 2) and `p0` (N,), corners at load factor 1 `q1`, `p1` with K in front."""
+    """Closed reactions of a load cycle, force: mean `q0` (N,) or (N, 2) and `p0` (N,), corners at load factor 1 `q1`, `p1` with K in front.
+
+    Of a contact without its O open nodes also their gaps where nothing slips, length: mean `w0` (O,), corners `w1` (K, O).
+    """
 
     q0: Array
     p0: Array
     q1: Array
     p1: Array
+    w0: Array = field(default_factory=lambda: np.zeros(0))
+    w1: Array = field(default_factory=lambda: np.zeros((1, 0)))
 
     @property
     def corners(self) -> int:

@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array
+from ..contact.checks import Array, Booleans
 from ..contact.coulomb import lengths
+from ..contact.parts import joined, parted
 from ..contact.show import places
 from ..contact.tolerances import SHARE
 from .loads import Loads
@@ -34,12 +35,18 @@ class Mechanism:
         (N,) coefficients of friction.
     hold
         (N,) or (N, 2) stress that the slip bound takes up at each node, along the tangents; None without a bound.
+    press
+        (K, O) forces that keep O open nodes from touching, where the mechanism is of the closed ones alone; None where it is of all.
+    open
+        (N,) nodes that are open, which follow the others without force; None where none is.
     """
 
     slips: Array
     opening: Array
     friction: Array
     hold: Array | None = None
+    press: Array | None = None
+    open: Booleans | None = None
 
     @property
     def size(self) -> Array:
@@ -57,8 +64,9 @@ class Mechanism:
         A safe slip at load factor lam needs `lam * drive <= resistance`; slips of at most `most`, (N,), add the work that they do on `hold`.
         """
         held = 0.0 if most is None or self.hold is None else lengths(self.hold, most) @ most
-        resistance = np.sum(self.slips.sum(axis=0) * loads.q0) + self.lift.sum(axis=0) @ loads.p0 + held
-        return float(resistance), float(-np.sum(self.slips * loads.q1) - np.sum(self.lift * loads.p1))
+        press = np.zeros((1, len(loads.w0))) if self.press is None else self.press
+        resistance = np.sum(self.slips.sum(axis=0) * loads.q0) + self.lift.sum(axis=0) @ loads.p0 + press.sum(axis=0) @ loads.w0 + held
+        return float(resistance), float(-np.sum(self.slips * loads.q1) - np.sum(self.lift * loads.p1) - np.sum(press * loads.w1))
 
     def stress(self, system: ContactSystem) -> Array:
         """(t N,) `A d + B^T l` less what the slip bound holds, ordered by component, which is zero for a true mechanism."""
@@ -67,17 +75,21 @@ class Mechanism:
 
     def scaled(self, factor: float) -> "Mechanism":
         """The same mechanism with all motions multiplied by a factor >= 0."""
-        return replace(self, slips=self.slips * factor, opening=self.opening * factor, hold=None if self.hold is None else self.hold * factor)
+        hold, press = (None if part is None else part * factor for part in (self.hold, self.press))
+        return replace(self, slips=self.slips * factor, opening=self.opening * factor, hold=hold, press=press)
 
     def table(self, system: ContactSystem) -> pd.DataFrame:
         """One row for each motion, largest first.
 
-        Columns node, contact (where there are several), x (x, y, z in space), corner, direction (+1 slip along +x, -1 against it, 0 opening; in space
-        slip1 and slip2, a unit vector, zero for an opening), share of all.
+        Columns node, contact (where there are several), x (x, y, z in space), corner, direction (+1 slip along +x, -1 against it, 0 opening, or
+        touching of an open node; in space slip1 and slip2, a unit vector, zero for an opening), share of all.
         """
-        names = np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact)
-        whole, parts = float(self.size.sum() + self.opening.sum()) or 1.0, []
-        for size, slips in ((self.size, self.slips), (self.opening, np.zeros_like(self.slips))):
+        names, along, opening = np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact), self.size, self.opening
+        if self.open is not None:
+            touching = -parted(joined(self.slips, self.lift) @ system.S, system.tangents + 1)[1] / system.stiffness_scale
+            along, opening = np.where(self.open, 0.0, along), np.where(self.open, touching.clip(0.0), opening)
+        whole, parts = float(along.sum() + opening.sum()) or 1.0, []
+        for size, slips in ((along, self.slips), (opening, np.zeros_like(self.slips))):
             corner, node = np.nonzero(size > SHARE * whole)
             columns: dict[str, Any] = {
                 "node": node,
@@ -85,11 +97,11 @@ class Mechanism:
                 **{axis: place[node] for axis, place in places(system).items()},
                 "corner": corner,
             }
-            along = slips[corner, node]
+            sense = slips[corner, node]
             if system.tangents == 1:
-                columns["direction"] = np.sign(along).astype(int)
+                columns["direction"] = np.sign(sense).astype(int)
             else:
-                columns["slip1"], columns["slip2"] = (along / size[corner, node][:, None]).T
+                columns["slip1"], columns["slip2"] = (sense / size[corner, node][:, None]).T
             parts.append(pd.DataFrame({**columns, "share": size[corner, node] / whole}))
         table = pd.concat(parts, ignore_index=True)
         table = table if len(np.unique(names)) > 1 else table.drop(columns="contact")

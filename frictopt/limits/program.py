@@ -40,8 +40,10 @@ class SafeProgram:
     def left_out(self) -> tuple[str, ...]:
         """What it leaves out, in words."""
         task = self.task
-        half = f"mirror symmetry: v is odd, {task.system.nodes} of {task.whole.system.nodes} nodes are in the program" if task.whole else None
-        return self.v.left_out if half is None else (half, *self.v.left_out)
+        if task.whole is None:
+            return self.v.left_out
+        which = "mirror symmetry: v is odd" if task.lift is None else "nodes that are open under the mean load"
+        return f"{which}, {task.system.nodes} of {task.whole.system.nodes} nodes are in the program", *self.v.left_out
 
     @cached_property
     def rows(self) -> Rows:
@@ -83,7 +85,8 @@ class SafeProgram:
     def motion(self) -> tuple[Mechanism, float]:
         """The mechanism of its multipliers, and the sum of these, each times the mean friction bound."""
         motion, weight = self.v.motion(self.rows)
-        return motion, float(weight.sum()) * self.task.mean_bound
+        pressed = 0.0 if motion.press is None else float(motion.press.sum()) * self.task.clearance
+        return motion, float(weight.sum()) * self.task.mean_bound + pressed
 
     @property
     def violation(self) -> float:
@@ -132,4 +135,15 @@ def carried(task: LimitQuestion, slip: Array, load_factor: float, sense: int) ->
     with np.errstate(divide="ignore", invalid="ignore"):
         back = np.where(beyond, reach(q, f * p, q1, f * p1), 0.0)
         shut = np.where(pulls, p / -p1, 0.0)
-    return load_factor + sense * float(min(np.where(np.isfinite(back), back, 0.0).min(), shut.min(), 0.0))
+        touch = _back_to_open(task, slip, load_factor, sense)
+    return load_factor + sense * float(min(np.where(np.isfinite(back), back, 0.0).min(), shut.min(), touch, 0.0))
+
+
+def _back_to_open(task: LimitQuestion, slip: Array, load_factor: float, sense: int) -> float:
+    """Change of the load factor, times its sense, at which open nodes that overlap only touch; 0 where none does."""
+    if task.lift is None:
+        return 0.0
+    rate = sense * task.loads.w1
+    gap = task.gaps(load_factor, slip)
+    closes = (gap < -CARRIED * task.clearance) & (rate < 0)
+    return float(np.where(closes, gap / np.where(closes, -rate, 1.0), 0.0).min())

@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, friction_coefficients, referee
-from ..contact.checks import Array, check_shear, finite_array, flag, real_array
+from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients, referee
+from ..contact.checks import Array, Booleans, check_shear, finite_array, flag, real_array
 from ..contact.coulomb import lengths
+from ..contact.parts import joined, parted
 from ..contact.record import Attempt, SolveRecord, WithSlip
 from ..contact.show import Plotted, components, places
 from ..contact.tolerances import BARE, CONDENSATION, RESIDUAL
 from ..errors import ModelError
 from .loads import Loads, cycle_loads
+from .open_nodes import OpenNodes
 
 __all__ = ["Answered", "LimitQuestion", "pose", "slip_bounds"]
 
@@ -44,7 +46,11 @@ class LimitQuestion:
     started
         When it was posed, for the record.
     whole
-        Of a question on the half of a mirror-symmetric contact: that on the whole one, see `half_of`.
+        Of a question on the half of a mirror-symmetric contact, or on its closed nodes: that on the whole one, see `half_of` and `rest_of`.
+    open
+        Of a question on the whole contact: its open nodes; None where all are closed.
+    lift
+        (O, t N) gaps of the open nodes by slips of the closed ones, ordered by component, of a question on these; else None.
     """
 
     system: ContactSystem
@@ -59,6 +65,13 @@ class LimitQuestion:
     opening: bool
     started: float = field(default_factory=perf_counter)
     whole: "LimitQuestion | None" = None
+    open: OpenNodes | None = None
+    lift: Array | None = None
+
+    @property
+    def closed(self) -> Booleans:
+        """(N,) which nodes are closed."""
+        return np.ones(self.system.nodes, dtype=bool) if self.open is None else ~self.open.opened
 
     def check_load_factor(self, load_factor: float) -> None:
         """Check that the mean load is not lost in the rounding of the cyclic loads."""
@@ -70,8 +83,35 @@ class LimitQuestion:
             )
 
     def reactions(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
-        """(K, N) or (K, N, 2) and (K, N) reactions `q, p` of the closed contact at the corners, under a residual slip."""
-        return self.loads.under_slip(self.system, load_factor, slip)
+        """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under a residual slip; none on open nodes."""
+        if self.open is None:
+            return self.loads.under_slip(self.system, load_factor, slip)
+        r = self._at_corners(load_factor) + joined(*self.states(load_factor, slip)) @ self.system.S
+        r[:, np.tile(self.open.opened, self.system.tangents + 1)] = 0.0
+        return parted(r, self.system.tangents + 1)
+
+    def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """(K, N) or (K, N, 2) slips and (K, N) gaps at the corners under a residual slip, which open nodes leave."""
+        if self.open is None:
+            return np.broadcast_to(slip, self.loads.q1.shape), np.zeros_like(self.loads.p1)
+        return self.open.states(self._at_corners(load_factor), slip)
+
+    def expanded(self, slip: Array) -> Array:
+        """The slip of the whole contact whose closed nodes slip like this: open ones stand where they do under the mean load."""
+        whole = self.whole
+        if whole is None or whole.open is None:
+            return slip
+        every = np.zeros(whole.system.slip_shape)
+        every[whole.closed] = slip
+        return whole.open.states(joined(whole.loads.q0, whole.loads.p0), every)[0]
+
+    def own(self, slip: Array) -> Array:
+        """What a slip of the whole contact is on the nodes of the question: the inverse of `expanded`."""
+        return slip if self.whole is None or self.whole.open is None else slip[self.whole.closed]
+
+    def _at_corners(self, load_factor: float) -> Array:
+        loads = self.loads
+        return joined(loads.q0, loads.p0) + load_factor * joined(loads.q1, loads.p1)
 
     def traction_ratios(self, q: Array, p: Array) -> Array:
         """(K, N) ratios `|q| / (f p)` of reactions; NaN where the pressure or the friction vanishes."""
@@ -90,17 +130,34 @@ class LimitQuestion:
         """By how much the slip exceeds its bound, over the largest slip or bound; at most 0 if it does not."""
         if self.most is None:
             return 0.0
-        size = lengths(slip, self.most)
+        size = np.where(self.closed, lengths(slip, self.most), 0.0)
         return float(((size - self.most) / max(float(self.most.max()), float(size.max()), np.finfo(float).tiny)).max())
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """How far the slip is from being safe: the largest violation of the contact law over the corners, and the excess over the slip bound."""
-        q, p = self.reactions(load_factor, slip)
+        if self.whole is not None and self.whole.open is not None:
+            return max(self.whole.violation(load_factor, self.expanded(slip)), self.beyond(slip))
+        (v, w), (q, p) = self.states(load_factor, slip), self.reactions(load_factor, slip)
         mean_q, mean_p = self.system.reaction(self.cycle.mean)
         bonded = mean_q + load_factor * self.loads.q1, mean_p + load_factor * self.loads.p1
-        closed = np.zeros(self.system.nodes)
-        verdict = referee(self.system, bonded, self.friction, v=slip, w=closed, q=q, p=p, force_scale=self.force)
+        verdict = referee(self.system, bonded, self.friction, v=v, w=w, q=q, p=p, force_scale=self.force)
         return max(verdict.residual, self.beyond(slip))
+
+    def reserve(self, load_factor: float, slip: Array) -> float:
+        """The margin of a slip, see `SafeSlip.margin`."""
+        q, p = self.reactions(load_factor, slip)
+        closed = float(min((self.friction * p - lengths(q, p)).min(), p.min() if self.opening else np.inf)) / self.mean_bound
+        return min(closed, float(self.gaps(load_factor, slip).min(initial=np.inf)) / self.clearance)
+
+    def gaps(self, load_factor: float, slip: Array) -> Array:
+        """(K, O) gaps of the open nodes by the slip of the closed ones, of a question on these."""
+        gaps = self.loads.w0 + load_factor * self.loads.w1
+        return gaps if self.lift is None else gaps + self.lift @ slip.T.ravel()
+
+    @property
+    def clearance(self) -> float:
+        """Unit of margins as a gap, length: what the mean friction bound does to a mean stiffness."""
+        return self.mean_bound / (self.whole or self).system.stiffness_scale
 
     def record(self, solver: str, attempts: tuple[Attempt, ...], residual: float, left_out: tuple[str, ...]) -> SolveRecord:
         """How the question was answered, now."""
@@ -170,10 +227,25 @@ class Answered(WithSlip, Plotted):
         return self._task.reactions(self.load_factor, self.slip)
 
     @property
+    def open(self) -> Booleans:
+        """(N,) which nodes are open at all corners."""
+        return ~self._task.closed
+
+    @property
+    def state(self) -> ContactState | None:
+        """The state at the last corner, from which a transient at this load factor rests where the slip is safe; None where it is not finite."""
+        task = self._task
+        if not np.isfinite(self.load_factor) or not np.isfinite(self.slip).all():
+            return None
+        (v, w), (q0, p0) = task.states(self.load_factor, self.slip), task.system.reaction(task.cycle.mean)
+        return ContactState(v[-1], w[-1].clip(0.0), q0 + self.load_factor * task.loads.q1[-1], p0 + self.load_factor * task.loads.p1[-1])
+
+    @property
     def traction_ratios(self) -> Array:
         """(K, N) ratios `|q| / (f p)` at the corners under the slip; NaN where the pressure or the friction vanishes, or without a slip."""
         return self._task.traction_ratios(*self.reactions)
 
     def _places(self) -> dict[str, Any]:
-        """Columns of a table with one row for each node: node, its place, and its slip."""
-        return {"node": range(self.system.nodes), **places(self.system), **components("slip", self.slip)}
+        """Columns of a table with one row for each node: node, its place, its slip, and whether it is open where one is."""
+        opened = {"open": self.open} if self.open.any() else {}
+        return {"node": range(self.system.nodes), **places(self.system), **components("slip", self.slip), **opened}

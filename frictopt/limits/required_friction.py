@@ -10,12 +10,11 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_number, frozen, place
+from ..contact.checks import Array, Booleans, finite_number, frozen, place
 from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, components, frame, places
 from ..contact.tolerances import PROVEN_FRICTION, WIDEST_PROOF
 from ..errors import SolverError
-from .loads import cycle_loads
 from .mechanism import Mechanism
 from .pressing import Pressing, best_pressed
 from .question import slip_bounds
@@ -25,6 +24,7 @@ from .safe_slip_result import SafeSlip
 __all__ = ["RequiredFriction", "required_friction"]
 
 _LEAST_FRICTION, _MOST_FRICTION = 1e-6, 1e4  # which linear programs can tell from 0 and inf
+_TRIED = (1.0, 4.0, 16.0, 64.0)  # where nodes are open under the mean load, which depends on friction
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,6 +47,10 @@ class RequiredFriction(WithSlip, Plotted):
         Why it is so, in words.
     system, cycle, load_factor
         What was asked: the contact, its load cycle and the load factor.
+    open
+        (N,) which nodes are open at all corners, because the mean load leaves them so.
+    reactions
+        (K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip, force; NaN where no friction is enough.
     record
         How it was found. Its `residual` is the larger one of the two proofs. At most 1e-9.
 
@@ -66,12 +70,9 @@ class RequiredFriction(WithSlip, Plotted):
     system: ContactSystem = field(repr=False)
     cycle: LoadCycle = field(repr=False)
     load_factor: float
+    open: Booleans = field(repr=False)
+    reactions: tuple[Array, Array] = field(repr=False)
     record: SolveRecord
-
-    @property
-    def reactions(self) -> tuple[Array, Array]:
-        """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip, force; NaN where no friction is enough."""
-        return cycle_loads(self.system, self.cycle).under_slip(self.system, self.load_factor, self.slip)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place and the slip that is safe with the required friction."""
@@ -123,12 +124,13 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         slip = asked.safe(0.0)
         why = f"none is needed: a residual slip{within} takes all shear off every node at every corner"
         still = Mechanism(np.zeros((1, *system.slip_shape)), np.zeros((1, system.nodes)), np.zeros(system.nodes))
+        forces = frozen(slip.reactions[0]), frozen(slip.reactions[1])
         motionless, record = still.table(system), asked.record((slip,), slip.residual)
-        return RequiredFriction(0.0, np.nan, slip.slip, motionless, why, system, cycle, load_factor, record)
+        return RequiredFriction(0.0, np.nan, slip.slip, motionless, why, system, cycle, load_factor, slip.open, forces, record)
     if not asked.proven(most, True):
         best = best_pressed(system, cycle, load_factor, slip_bounds(slip_bound, system.nodes))
         pressed = best.claim
-        if pressed.impossible:
+        if pressed.impossible and not asked.enough_with_open_nodes():
             mechanism = pressed.motion.table(system)
             nodes = sorted(set(mechanism["node"]))
             named = [f"{x:.4g}" for x in system.x[nodes]] if system.tangents == 1 else [place(point) for point in system.points[nodes]]
@@ -136,8 +138,10 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
             why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes ({where}) at some corner; press them"
             unsafe = frozen(np.full(system.slip_shape, np.nan))
             record = SolveRecord(best.solver, best.attempts, pressed.residual, (), perf_counter() - started)
-            return RequiredFriction(np.inf, np.inf, unsafe, mechanism, why, system, cycle, load_factor, record)
-        most = _enough(asked, pressed)
+            closed, nothing = np.zeros(system.nodes, dtype=bool), np.full((len(cycle.corners), system.nodes), np.nan)
+            forces = frozen(np.full((len(cycle.corners), *system.slip_shape), np.nan)), frozen(nothing)
+            return RequiredFriction(np.inf, np.inf, unsafe, mechanism, why, system, cycle, load_factor, closed, forces, record)
+        most = asked.most if pressed.impossible else _enough(asked, pressed)
     least = most
     while not asked.proven(least, False):
         if least < _LEAST_FRICTION:
@@ -163,6 +167,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         system=system,
         cycle=cycle,
         load_factor=load_factor,
+        open=enough.open,
+        reactions=(frozen(enough.reactions[0]), frozen(enough.reactions[1])),
         record=asked.record((enough, too_little), max(enough.residual, too_little.residual)),
     )
 
@@ -206,6 +212,15 @@ class _Asked:
             return self.safe(friction).exists is exists
         except SolverError:
             return False
+
+    def enough_with_open_nodes(self) -> bool:
+        """Whether some friction is enough where the nodes that the mean load leaves open need not be pressed."""
+        return any(self.proven(friction, True) for friction in _TRIED) if self.safe(_TRIED[0]).open.any() else False
+
+    @property
+    def most(self) -> float:
+        """The least friction asked for that is proven to be enough."""
+        return min(friction for friction, safe in self._found.items() if safe.exists)
 
     def bracket(self) -> tuple[float, float]:
         """The largest friction asked for that is proven to be too little, and the least that is proven to be enough."""

@@ -15,8 +15,9 @@ from ..contact.show import Plotted, frame
 from ..contact.system import checked_plane
 from ..contact.tolerances import ONE_SIDE, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
-from .loads import cycle_loads
+from .closed_nodes import rest_of
 from .mechanism import Mechanism
+from .question import pose
 from .shakedown import shakedown_limit
 from .shakedown_result import ShakedownLimit
 
@@ -153,9 +154,8 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
     if unlimited:
         held = second if np.isinf(limits[0]) else first
         # The region is convex and closed: with all amplitudes of one load it holds all that the other one may have alone.
-        return search.region(
-            [_Side(held, held, held)], unlimited, f"the amplitude of {unlimited[0]!r} has no limit: it shears no node beyond its bound"
-        )
+        why = f"the amplitude of {unlimited[0]!r} has no limit: it shears no node beyond its bound"
+        return search.region([_Side(held, held, held)], unlimited, why)
     search.unit = np.array([limit or 1.0 for limit in limits])
     return search.region(_merged(search.between(first, second)), (), "beyond each side its mechanism slips for ever")
 
@@ -195,13 +195,11 @@ class _Search:
             raise ModelError(f"loads: {len(pair)}; give two, each a load case name or a list of corners")
         parts = [_part(f"loads[{number}]", load) for number, load in enumerate(pair)]
         self._parts = parts[0], parts[1]
-        names = [
-            load if isinstance(load, str) else " ".join(sorted({case for corner in part for case in corner}))
-            for load, part in zip(pair, parts, strict=True)
-        ]
+        names = [load if isinstance(load, str) else " ".join(sorted(set[str]().union(*part))) for load, part in zip(pair, parts, strict=True)]
         self.names, self.unit, self._started = (names[0], names[1]), np.ones(2), perf_counter()
         self._limits: list[ShakedownLimit] = []
-        self._unit_loads = [cycle_loads(system, _domain(self._mean, self._parts, amplitudes)) for amplitudes in ((1.0, 0.0), (0.0, 1.0))]
+        domains = (_domain(self._mean, self._parts, amplitudes) for amplitudes in ((1.0, 0.0), (0.0, 1.0)))
+        self._unit = [pose(system, domain, self._friction) for domain in domains]  # of the closed nodes, once a limit tells which are open
 
     def ray(self, first: float, second: float) -> _Point:
         """The largest safe amplitudes in the proportion of those given."""
@@ -211,22 +209,27 @@ class _Search:
         limit = shakedown_limit(self._system, cycle, self._friction)
         self._limits.append(limit)
         reach, bound = limit.load_factor if np.isfinite(limit.load_factor) else 0.0, limit.bound
-        loads = cycle_loads(self._system, cycle)
+        if limit.open.any() and self._unit[0].whole is None:
+            self._unit = [rest for task in self._unit if (rest := rest_of(task, limit.open))]
+        loads, nodes = limit._task.loads, limit._task.open
         if reach <= ZERO_LOAD_FACTOR * loads.load_factor_unit(self._friction, loads.force):
             reach = bound = 0.0
-        motion = self._ruled(limit._motion)
-        drives = [motion.work(unit)[1] for unit in self._unit_loads]
+        motion = self._ruled(limit._motion if nodes is None else nodes.closed_part(limit._motion, self._system))
+        drives = [motion.work(unit.loads)[1] for unit in self._unit]
+        motion = motion if nodes is None else nodes.expanded(motion, self._friction)
         return _Point(limit, reach * np.array([first, second]), np.array(drives), float(bound), motion)
 
     def _ruled(self, motion: Mechanism) -> Mechanism:
         """The same motions at the corners that rule them where both amplitudes are above zero: a ray of one load alone leaves the other's open."""
-        (one, other), f, nodes = self._unit_loads, self._friction, np.arange(self._system.nodes)
-        q, p = one.q1 + other.q1, one.p1 + other.p1
-        forward, backward, opening = (np.zeros_like(q) for _ in range(3))
+        (one, other), f, nodes = (unit.loads for unit in self._unit), motion.friction, np.arange(len(motion.friction))
+        q, p, w = one.q1 + other.q1, one.p1 + other.p1, one.w1 + other.w1
+        forward, backward, opening, press = (np.zeros_like(part) for part in (q, q, q, w))
         forward[(-(q + f * p)).argmax(axis=0), nodes] = np.maximum(motion.slips, 0.0).sum(axis=0)
         backward[(q - f * p).argmax(axis=0), nodes] = np.maximum(-motion.slips, 0.0).sum(axis=0)
         opening[(-p).argmax(axis=0), nodes] = motion.opening.sum(axis=0)
-        return Mechanism(forward - backward, opening + 2 * f * np.minimum(forward, backward), f)
+        if motion.press is not None:
+            press[w.argmin(axis=0), np.arange(w.shape[1])] = motion.press.sum(axis=0)
+        return Mechanism(forward - backward, opening + 2 * f * np.minimum(forward, backward), f, press=press)
 
     def between(self, one: _Point, other: _Point) -> list[_Side]:
         """The sides between two points of the border."""

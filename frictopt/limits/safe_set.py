@@ -43,21 +43,25 @@ class SafeSet(ABC):
     """
 
     def __init__(self, task: LimitQuestion) -> None:
-        self.scaled, self._most = scaled_contact(task), task.most
+        self.scaled, self._most, self._lift = scaled_contact(task), task.most, task.lift
         rigid = self.scaled.rigid.shape[1]
         self.traction, self.slide = cp.Variable(len(self.scaled.loaded), name="traction"), cp.Variable(rigid, name="slide") if rigid else None
         self.load_factor, self.margin = cp.Variable(name="load_factor"), cp.Variable(name="margin")
 
-    @abstractmethod
     def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None) -> Rows:
-        """Rows by which every node is closed and stuck at every corner, with a margin in mean friction bounds (None: no margin).
+        """Rows by which every node is closed and stuck at every corner, or stays open, with a margin in mean friction bounds (None: no margin).
 
         A load factor of None is the given one.
         """
+        return {**self._stuck(load_factor, margin), **self._apart(load_factor, margin)}
 
     @abstractmethod
+    def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
+        """Rows of the closed nodes."""
+
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """Set friction, loads, and the load factor where it is given."""
+        self._task, self._given = task, load_factor
 
     @abstractmethod
     def motion(self, rows: Rows) -> tuple[Mechanism, Array]:
@@ -106,6 +110,32 @@ class SafeSet(ABC):
         rows: dict[str, cp.Constraint] = {"slip_bound": cp.SOC(cp.Constant(most[free]), slip[free], axis=1)} if len(free) else {}
         return rows | {"no_slip": slip[fixed] == 0} if len(fixed) else rows
 
+    def _room(self, lift: Array) -> Array:
+        """(O,) gap that the rows of open nodes are divided by, length."""
+        loads, lift = self._task.loads, lift @ np.hstack([self.scaled.slip, self.scaled.rigid])
+        sizes = np.abs(lift).max(axis=1, initial=0.0), np.abs(loads.w0), self._task.load_unit * np.abs(loads.w1).max(axis=0)
+        room = np.max(sizes, axis=0)
+        return np.where(room > 0, room, self._task.clearance)
+
+    def _apart(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
+        """Rows by which open nodes stay open: the corners of one differ only in the coefficient of `lam >= 0`, so that which closes it most rules."""
+        if self._lift is None:
+            return {}
+        task, room = self._task, self._room(self._lift)
+        lam = self._given if load_factor is None else task.load_unit * load_factor
+        reserve = 0.0 if margin is None else task.clearance / room * margin
+        gap = task.loads.w0 / room + lam * (task.loads.w1.min(axis=0) / room) + (self._lift / room[:, None]) @ self.slip
+        return {"stays_open": gap >= reserve}
+
+    def pressed(self, rows: Rows) -> Array | None:
+        """(K, O) forces that keep open nodes from touching: multipliers of their rows, at the corners that rule them."""
+        if self._lift is None:
+            return None
+        w1 = self._task.loads.w1
+        press = np.zeros(w1.shape)
+        press[w1.argmin(axis=0), np.arange(w1.shape[1])] = np.maximum(rows["stays_open"].dual_value, 0.0) / self._room(self._lift)
+        return press
+
     def held(self, rows: Rows) -> Array | None:
         """(N,) or (N, 2) forces by which the slip bound holds the nodes, along the tangents: multipliers of its rows."""
         if self._most is None:
@@ -147,7 +177,7 @@ class Intervals(SafeSet):
         self.fp = self._set["fp_mean"] + cp.multiply(self._set["friction"], pressed)
         self.forward, self.backward, self.opening = (self._set[name] for name in ("forward", "backward", "opening"))
 
-    def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None) -> Rows:
+    def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
         """See `SafeSet.stuck`. A given load factor stands in the parameters."""
         lam, reserve = 1.0 if load_factor is None else load_factor, 0.0 if margin is None else cp.multiply(self._set["clearance"], margin)
         rows = {
@@ -158,7 +188,8 @@ class Intervals(SafeSet):
 
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """See `SafeSet.ask`."""
-        self._task, (values, self._corners) = task, ruling_loads(self.scaled.unit, task)
+        super().ask(task, load_factor)
+        values, self._corners = ruling_loads(self.scaled.unit, task)
         factor = 1.0 if load_factor is None else load_factor / task.load_unit
         for name, parameter in self._set.items():
             parameter.value = values[name] * (factor if name in ("forward", "backward", "opening") else 1.0)
@@ -172,12 +203,13 @@ class Intervals(SafeSet):
                 motion[corner, nodes] = np.maximum(rows[name].dual_value, 0.0) / self.scaled.unit
         forward, backward, opening = motions
         opening = opening + self._task.friction * 2 * np.minimum(forward, backward)
-        return Mechanism(forward - backward, opening, self._task.friction, self.held(rows)), motions.sum(axis=(0, 1))
+        return Mechanism(forward - backward, opening, self._task.friction, self.held(rows), self.pressed(rows)), motions.sum(axis=(0, 1))
 
     @property
     def narrows(self) -> bool:
         """See `SafeSet.narrows`."""
-        return all((self._set[name].value >= 0).all() for name in ("forward", "backward", *(["opening"] if self._task.opening else [])))
+        ruling = ("forward", "backward", *(["opening"] if self._task.opening else []))
+        return all((self._set[name].value >= 0).all() for name in ruling) and bool((self._task.loads.w1.min(axis=0) <= 0).all())
 
     @property
     def left_out(self) -> tuple[str, ...]:

@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen, listed
-from ..contact.coulomb import lengths
 from ..contact.odd_values import warns_of_odd_values
 from ..contact.tolerances import NO_MARGIN, RESIDUAL
 from ..errors import ModelError
 from ..solve.solvers import Answer, NoOptimum, solve
 from ..solve.standard_form import StandardForm
+from .closed_nodes import rest_under_mean
 from .halves import half_of, on_whole
 from .mechanism import Mechanism
 from .own_constraints import OwnProgram, SafeModel, contradiction
@@ -23,6 +23,8 @@ from .program import SafeProgram, posed
 from .question import LimitQuestion
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
+
+_FAR = 1e3  # the proof that nothing is safe holds for slips at least `1 / _FAR / RESIDUAL` times as large as those of the loads
 
 __all__ = ["MarginClaim", "SafeSlipModel", "margin_problem", "safe_slip", "solve_margin"]
 
@@ -107,6 +109,9 @@ class SafeSlipModel(SafeModel):
         task.check_load_factor(load_factor)
         extended = self._own(margin_problem, task, own, load_factor=load_factor) if own else None
         answer, program = solve_margin(task, load_factor, self._solver, extended)
+        if not (own or answer.claim.exists or solve_margin(task, None, self._solver)[0].claim.exists) and (rest := rest_under_mean(task)):
+            answer, program = solve_margin(rest, load_factor, self._solver)
+            task = rest.whole or task
         state = answer.claim
         return SafeSlip(
             load_factor=load_factor,
@@ -206,12 +211,13 @@ def _judged(program: SafeProgram, load_factor: float | None) -> MarginClaim:
     if program.own:
         bound, off = StandardForm(program.problem).bounds[1], 0.0
     gap = abs(bound - off - margin) + off  # a defect that closes the gap counts for slips like this one alone
-    task, slip, motion = on_whole(task, slip, motion)
-    q, p = task.reactions(at, slip)
-    reserve = float(min((task.friction * p - lengths(q, p)).min(), p.min() if task.opening else np.inf)) / task.mean_bound
-    pull = float(-p.min() / task.force) if margin >= 0 else 0.0
-    residual = float(np.nan_to_num(max(gap, margin - reserve, pull, task.beyond(slip), program.violation), nan=np.inf))
-    return MarginClaim(at, margin, slip, motion, bound, residual)
+    whole, every, motion = on_whole(task, slip, motion)
+    asked, own = (whole, every) if task.lift is None else (task, slip)  # the reserve of closed nodes, and of gaps, is that of their own question
+    pull = float(-asked.reactions(at, own)[1].min() / asked.force) if margin >= 0 else 0.0
+    residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), program.violation), nan=np.inf))
+    if load_factor is None and bound < -RESIDUAL:  # nothing is safe at any load factor: no more is asked, and the upper bound alone proves it
+        residual = off / -bound / _FAR
+    return MarginClaim(at, margin, every, motion, bound, residual)
 
 
 def solve_margin(

@@ -34,7 +34,8 @@ class SafeSlip(Answered):
         `largest_slip` is its size: compare it with what assembly can leave, and bound it by `slip_bound`.
     margin
         Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds of the mean load, at most 1; negative: none is safe.
-        With friction below 0.01 somewhere the reserve of p counts as well.
+        With friction below 0.01 somewhere the reserve of p counts as well; with open nodes their gap, in what the mean friction bound does to the
+        mean stiffness.
     bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
     record
@@ -78,9 +79,12 @@ class SafeSlip(Answered):
         """What the slip does, or why there is none: which nodes are open under the mean load, or which way it pulls."""
         task, bound = self._task, [] if self._task.most is None else ["the slip bound"]
         within = f" within {' and '.join([*bound, *self.constraints])}" if bound or self.constraints else ""
+        opened = int(self.open.sum())
         if self.exists:
-            return f"this slip{within} keeps every node closed and stuck at every corner"
-        return f"no residual slip{within} is safe at this load factor ({mean_load_diagnosis(task.system, task.cycle, task.friction)})"
+            others = f"the {self.system.nodes - opened} nodes that the mean load closes" if opened else "every node"
+            return f"this slip{within} keeps {others} closed and stuck at every corner{', and the others open' * bool(opened)}"
+        left = f", also with {opened} nodes open" if opened else ""
+        return f"no residual slip{within} is safe at this load factor{left} ({mean_load_diagnosis(task.system, task.cycle, task.friction)})"
 
     @cached_property
     def certificate(self) -> pd.DataFrame | None:

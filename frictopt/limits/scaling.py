@@ -61,6 +61,8 @@ class ScaledContact:
         shear_unit = np.tile(self.unit, tangents)
         held = np.zeros(len(shear_unit)) if motion.hold is None else motion.hold.T.ravel()
         work = (shear_unit * motion.slips.sum(axis=0).T.ravel()) @ self.shear + (self.unit * motion.lift.sum(axis=0)) @ self.normal - held @ self.slip
+        if task.lift is not None and motion.press is not None:
+            work = work + motion.press.sum(axis=0) @ task.lift @ self.slip
         carried = np.abs(system.A[self.loaded] @ slip.T.ravel()) / shear_unit[self.loaded]
         off = float(np.abs(work) @ (np.maximum(carried, 1.0 + np.tile(task.friction, tangents)[self.loaded]) / self.size))
         if task.most is not None and self.rigid.shape[1]:

@@ -12,18 +12,18 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
 from ..contact.answers import LimitKind
-from ..contact.checks import Array, frozen, whole_number
+from ..contact.checks import Array, Booleans, frozen, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis
 from ..contact.record import Attempt, SolveRecord, WithSlip
-from ..contact.show import Plotted, frame
-from ..contact.system import checked_plane
+from ..contact.show import Plotted, components, frame, places
+from ..contact.system import checked_system
 from ..contact.tolerances import ONE_LIMIT
 from ..solve.bounds import BoundStatus
 from ..solve.explain import Units, explain
-from .open_sets import Booleans, OpenSetLimit
+from .open_sets import OpenSetLimit
 from .separated import SeparatedProblem
-from .separated_sets import OpenSets
+from .separated_sets import best_open_set
 
 __all__ = ["SeparatedLimit", "separated_limit"]
 
@@ -53,11 +53,11 @@ class SeparatedLimit(WithSlip, Plotted):
     kind, reason
         What kind of answer it is, and how it is known, in words.
     slip, state
-        Slip (N,) at the last corner, length; and the whole state there, from which a transient rests. NaN and None without one.
+        Slip (N,) or (N, 2) at the last corner, length; and the whole state there, from which a transient rests. NaN and None without one.
     open
         (N,) which nodes are open, at all corners.
     reactions
-        (K, N) reactions `q, p` at the corners, force per depth, zero where open; NaN where `load_factor` is not finite.
+        (K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners, force, zero where open; NaN where `load_factor` is not finite.
     record
         How it was found. Its `residual` is the largest violation of the contact law at the corners. At most 1e-9.
     problem
@@ -90,9 +90,10 @@ class SeparatedLimit(WithSlip, Plotted):
     _units: Units = field(repr=False)
 
     def to_frame(self) -> pd.DataFrame:
-        """The DataFrame of the nodes: columns node, x, slip, gap at the last corner, and open."""
-        gap = np.full_like(self.slip, np.nan) if self.state is None else self.state.gap
-        table: pd.DataFrame = frame({"node": range(self.system.nodes), "x": self.system.x, "slip": self.slip, "gap": gap, "open": self.open})
+        """The DataFrame of the nodes: columns node, its place, slip, gap at the last corner, and open."""
+        gap = np.full(self.system.nodes, np.nan) if self.state is None else self.state.gap
+        slip = components("slip", self.slip)
+        table: pd.DataFrame = frame({"node": range(self.system.nodes), **places(self.system), **slip, "gap": gap, "open": self.open})
         return table
 
     def _answer(self) -> Mapping[str, Any]:
@@ -104,16 +105,17 @@ class SeparatedLimit(WithSlip, Plotted):
         explain(title, self.problem, None, self._units, self.record.left_out, None, file, f"{self.reason}\nbound holds {self.covers}")
 
 
-def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, most_nodes: int = 2000) -> SeparatedLimit:
+def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, most_sets: int = 200, most_nodes: int = 2000) -> SeparatedLimit:
     """Largest load factor at which some nodes stay open and the others closed and stuck.
 
-    It comes from linear programs over sets of open nodes, outward from none and from those that the mean load opens; the best set is proven to rest,
-    other sets may do better. `bound` is the upper bound by a mixed-integer program of what holds at the corners, for the class of cycles that
-    `covers` names: nodes may open and close there. It is never below `shakedown_limit`, whose safe slips keep all nodes closed. Whether a contact
+    It comes from a search over sets of open nodes, one program each, that starts at the answer of `shakedown_limit` and is never less. Nodes that
+    rule the limit of a set, and runs of neighbours at its borders, are opened or closed as long as one of these sets is better. The best one is
+    proven to rest, others may do better. `bound` is the upper bound by a mixed-integer program of what holds at the corners, for the class of cycles
+    that `covers` names: nodes may open and close there. Whether a contact
     rests above it with nodes that open and close in each cycle, follows from transients: `limit_after_protocol` with `start=limit.slip` and `up_to`.
 
     A contact whose pressure falls to zero at its edge slips there at any load in the continuum (Barber, Klarbring & Ciavarella 2008): its limit
-    belongs to the mesh, and falls with it. Theory, eq. (18).
+    belongs to the mesh, and falls with it. Theory, eq. (19).
 
     Parameters
     ----------
@@ -121,8 +123,11 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
         The contact and its load cycle.
     friction
         Coefficient of friction, one or one per node.
+    most_sets
+        Largest number of sets of open nodes to try.
     most_nodes
-        Largest number of nodes in the search tree of the mixed-integer program. With more than 40 pairs of node and corner there is no bound.
+        Largest number of nodes in the search tree of the mixed-integer program. With more than 40 pairs of node and corner, and in
+        space, there is no bound.
 
     Raises
     ------
@@ -135,19 +140,16 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
     >>> punch = fo.scenes.PunchOnHalfPlane(elements=4).condense()
     >>> rounded = punch.with_gap(2.0 * punch.x**4)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
-    >>> fo.shakedown_limit(rounded, cycle, friction=0.6).load_factor
-    nan
     >>> limit = fo.separated_limit(rounded, cycle, friction=0.6)
-    >>> limit.proven, limit.open.tolist()
-    (True, [True, False, False, False, True])
+    >>> limit.proven, limit.open.tolist(), limit.load_factor >= fo.shakedown_limit(rounded, cycle, friction=0.6).load_factor
+    (True, [True, False, False, False, True], True)
     """
     began = time.perf_counter()
-    f = np.array(friction_coefficients(friction, checked_plane(system).nodes))
+    f = np.array(friction_coefficients(friction, checked_system(system).nodes))
     loads = checked_cycle(cycle).corner_reactions(system)
     most_nodes = whole_number("most_nodes", most_nodes, least=1)
-    sets = OpenSets(system, cycle, f)
-    sets.run()
-    best, nothing = sets.best, np.full(loads[0].shape, np.nan)
+    best = best_open_set(system, cycle, f, whole_number("most_sets", most_sets, least=1))
+    nothing = tuple(frozen(np.full_like(load, np.nan)) for load in loads)
     bound = _bound(system, cycle, f, best, most_nodes)
     largest = np.nan if best is None else best.load_factor
     proven = bool(largest == np.inf or bound.value <= largest * (1 + ONE_LIMIT) or (best is None and np.isnan(bound.value)))
@@ -163,10 +165,10 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
         + (f", at load factors up to {bound.up_to:.6g}" if np.isfinite(bound.up_to) else ""),
         kind=LimitKind.NO_SAFE_SLIP if best is None else LimitKind.FINITE if known else LimitKind.UNBOUNDED,
         reason=_reason(system, cycle, f, best, bound, proven),
-        slip=frozen(best.slip[-1] if best is not None and known else np.full(system.nodes, np.nan)),
+        slip=frozen(best.slip[-1] if best is not None and known else np.full(system.slip_shape, np.nan)),
         state=ContactState(best.slip[-1], best.gap[-1], *_last_load(system, cycle, largest)) if best is not None and known else None,
         open=np.zeros(system.nodes, dtype=bool) if best is None else best.opened,
-        reactions=(frozen(best.q), frozen(best.p)) if best is not None and known else (frozen(nothing), frozen(nothing)),
+        reactions=(frozen(best.q), frozen(best.p)) if best is not None and known else (nothing[0], nothing[1]),
         record=SolveRecord("HIGHS", bound.attempts, 0.0 if best is None else best.residual, (), time.perf_counter() - began),
         problem=bound.problem,
         _units=bound.units,
@@ -196,6 +198,8 @@ def _bound(system: ContactSystem, cycle: LoadCycle, friction: Array, best: OpenS
     largest, booleans = 0.0 if best is None else best.load_factor, system.nodes * len(cycle.corners)
     if largest == np.inf:
         return _Bound(np.inf, np.inf, "")
+    if system.tangents > 1:
+        return _Bound(np.inf, np.inf, "no bound, for the mixed-integer program is one of straight lines, and friction circles are not")
     if booleans > _MOST_BOOLEANS:
         return _Bound(np.inf, np.inf, f"no bound, for a mixed-integer program of {booleans} booleans is not tried")
     mean, cyclic = np.abs(system.reaction(cycle.mean)).sum(), np.abs(cycle.corner_reactions(system)).sum(axis=(0, 2)).max()

@@ -1,81 +1,72 @@
-"""Sets of nodes that may stay open, tried outward from none and from those that the mean load opens: one linear program for each."""
+"""The search for the open nodes with the largest limit: from what the mean load opens, by the nodes that rule."""
+
+from collections.abc import Iterator
 
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array
+from ..contact.checks import Array, Booleans
 from ..errors import FrictoptError
-from .open_sets import Booleans, OpenSetLimit, open_set_limit, opened_by
+from .closed_nodes import open_under_mean
+from .open_sets import OpenSetLimit, open_set_limit, with_states
+from .question import LimitQuestion, pose
+from .shakedown import ShakedownModel
 
-__all__ = ["OpenSets"]
+__all__ = ["best_open_set"]
 
-_FURTHER = 16  # sets tried outward from one that no load factor keeps
+_RULING = 6  # nodes with the largest shares of the mechanism that are moved one by one
+_FURTHER = 16  # sets without a limit from which others are tried
 
 
-class OpenSets:
-    """The search for the open nodes with the largest limit.
+def best_open_set(system: ContactSystem, cycle: LoadCycle, friction: Array, most_sets: int) -> OpenSetLimit | None:
+    """The largest limit of the sets of open nodes that are tried, at most so many; None if no load factor keeps one of them.
 
-    Parameters
-    ----------
-    system, cycle, friction
-        The contact, its load cycle and (N,) coefficients of friction.
-
-    Attributes
-    ----------
-    best
-        The limit of the best set; None if no load factor keeps one of those tried.
+    The first one is that of `shakedown_limit`. From the best set so far those next to it are tried, see `_moved`, as long as one is better; from sets
+    without a limit others further off.
     """
-
-    def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: Array) -> None:
-        self._task = system, cycle, friction
-        self.best: OpenSetLimit | None = None
-        self._values: dict[bytes, float] = {}
-
-    @property
-    def value(self) -> float:
-        """Largest load factor of all sets tried; -inf if there is none."""
-        return -np.inf if self.best is None else self.best.load_factor
-
-    def run(self) -> None:
-        """Try sets until no neighbour is better or some set has no limit."""
-        system, cycle, _ = self._task
-        for first in (np.zeros(system.nodes, dtype=bool), opened_by(system, cycle.mean)):
-            self._outward(first)
-
-    def _outward(self, opened: Booleans) -> None:
-        """From a set to the best of its neighbours, as long as one is better; from a set without a limit to sets further off."""
-        value, waiting = self._try(opened), [opened]
-        for _ in range(_FURTHER):
-            if not waiting:
-                return
-            opened = waiting.pop(0)
-            others = [other for other in _neighbours(opened) if other.tobytes() not in self._values]
-            for other in others:
-                if self._try(other) > value:
-                    value, waiting = self._values[other.tobytes()], [other]
-            if value == -np.inf:
-                waiting += others
-
-    def _try(self, opened: Booleans) -> float:
-        """Largest load factor with these nodes open and no others; -inf if there is none, or no answer that passes the checks."""
-        key = opened.tobytes()
-        if key not in self._values and self.value < np.inf:
-            try:
-                limit = open_set_limit(*self._task, opened)
-            except FrictoptError:
-                limit = None
-            self._values[key] = -np.inf if limit is None else limit.load_factor
-            if limit is not None and limit.load_factor > self.value:
-                self.best = limit
-        return self._values.get(key, -np.inf)
+    model, task, tried = ShakedownModel(system, cycle), pose(system, cycle, friction), set[bytes]()
+    first, settled = model.solve(friction), open_under_mean(task)
+    best = None if np.isnan(first.load_factor) else with_states(first)
+    waiting = [first.open, *([] if settled is None else [settled])]
+    others = [opened for opened in waiting if best is None or (best.opened != opened).any()]
+    for _ in range(most_sets if best is not None else _FURTHER):
+        found = best
+        for other in others:
+            if len(tried) < most_sets and other.tobytes() not in tried and (best is None or best.load_factor < np.inf):
+                best = _better(best, model, task, other)
+                tried.add(other.tobytes())
+        if best is not found and best is not None:
+            waiting = [best.opened]
+        elif best is None:
+            waiting += others
+        if not waiting or len(tried) >= most_sets:
+            break
+        opened = waiting.pop(0)
+        ruling = best.active if best is not None and (best.opened == opened).all() else ()
+        others = [other for other in _moved(opened, ruling, system.tangents == 1) if other.tobytes() not in tried]
+    return best
 
 
-def _neighbours(opened: Booleans) -> list[Booleans]:
-    """Sets whose border lies one node further, on one side or on both."""
-    edges, others = np.flatnonzero(np.diff(opened.astype(int))), []
-    for node in sorted({*edges.tolist(), *(edges + 1).tolist()}):
-        for flipped in ([node, -1 - node], [node]):
+def _better(best: OpenSetLimit | None, model: ShakedownModel, task: LimitQuestion, opened: Booleans) -> OpenSetLimit | None:
+    """The limit of a set if it is larger; one without an answer that passes the checks is none of those known to rest."""
+    try:
+        limit = open_set_limit(model, task, opened)
+    except FrictoptError:
+        return best
+    return limit if limit is not None and (best is None or limit.load_factor > best.load_factor) else best
+
+
+def _moved(opened: Booleans, active: tuple[int, ...], plane: bool) -> Iterator[Booleans]:
+    """Sets next to one: the nodes that rule its limit opened or closed, one by one and all at once; in the plane also its borders one node further.
+
+    In the plane neighbours follow each other, and the image of a node moves with it, for symmetric contacts, and without it.
+    """
+    runs = [[node] for node in active[:_RULING]] + [[node for node in active if opened[node] == state] for state in (True, False)]
+    if plane:
+        edges = np.flatnonzero(np.diff(opened.astype(int)))
+        runs += [[node] for node in sorted({*edges.tolist(), *(edges + 1).tolist()})]
+    for run in filter(None, runs):
+        for moved in [[*run, *(len(opened) - 1 - node for node in run)], run] if plane else [run]:
             other = opened.copy()
-            other[flipped] = ~opened[node]
-            others.append(other)
-    return others
+            other[moved] = ~opened[run[0]]
+            yield other

@@ -1,7 +1,6 @@
 """The shakedown limit lambda_2: the load factor above which no residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987)."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import cvxpy as cp
@@ -13,21 +12,19 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import listed
 from ..contact.odd_values import warns_of_odd_values
-from ..contact.tolerances import RESIDUAL
-from ..errors import ModelError, SolverError
+from ..errors import ModelError
 from ..solve.explain import Units
 from ..solve.solvers import Answer, solve
 from .circles import helpless
-from .closed_form import uncoupled_ends
+from .closed_nodes import rest_under_mean
 from .halves import half_of
 from .least_load import with_least_load
-from .limit_claim import LimitClaim, certified, judged, judged_by_rows, no_limit, no_limit_under
+from .limit_claim import LimitClaim, judged, judged_by_rows, no_limit, no_limit_under
 from .own_constraints import OwnProgram, SafeModel
+from .plain_limits import by_one_node, in_closed_form
 from .program import SafeProgram
 from .question import LimitQuestion
 from .safe_set import SafeSet
-from .safe_slip import solve_margin
-from .scaling import scaled_contact
 from .shakedown_result import ShakedownLimit, limit_result
 
 __all__ = ["ShakedownModel", "shakedown_limit", "shakedown_problem"]
@@ -94,7 +91,7 @@ class ShakedownModel(SafeModel):
         self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        self._compiled: dict[tuple[int, bool], cp.Problem] = {}  # by what friction can change: half or whole, the rows of opening
+        self._compiled: dict[tuple[int, bool, bool], cp.Problem] = {}  # by what friction can change: half or whole, rows of opening, open nodes
         self._half: ContactSystem | None = None
 
     def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
@@ -139,7 +136,13 @@ class ShakedownModel(SafeModel):
             if task.system.tangents > 1 and (found := helpless(task)):
                 raise ModelError(f"constraints: {found[1]}: nothing is safe at any load factor above 0, whatever they ask; leave them out")
             return self._under(self._own(shakedown_problem, task, own, objective))
-        known = _closed_form(task) if self._simplify and self._solver is None else None
+        closed = self.of_set(task)
+        limit = self.of_set(rest) if closed.kind is LimitKind.NO_SAFE_SLIP and (rest := rest_under_mean(task)) else closed
+        return closed if limit.kind is LimitKind.NO_SAFE_SLIP else limit
+
+    def of_set(self, task: LimitQuestion) -> ShakedownLimit:
+        """The limit with all nodes closed, or of the closed ones, see `rest_of`."""
+        known = in_closed_form(task) if self._simplify and self._solver is None and task.lift is None else None
         return known or by_one_node(task, self._solver) or self._solved(self.program(self._smaller(task)))
 
     def _smaller(self, task: LimitQuestion) -> LimitQuestion:
@@ -165,15 +168,16 @@ class ShakedownModel(SafeModel):
 
     def program(self, task: LimitQuestion) -> SafeProgram:
         """The program over safe slips; that of a plane contact is compiled once for all frictions."""
-        v, kind = self._set(task), (task.system.nodes, task.opening)
+        v, kind = self._set(task), (task.system.nodes, task.opening, task.lift is None)
         v.ask(task)
-        if kind not in self._compiled or task.system.tangents > 1:
+        if kind not in self._compiled or task.system.tangents > 1 or task.lift is not None:
             self._compiled[kind] = shakedown_problem(v)
         return SafeProgram(task, v, self._compiled[kind])
 
     def _solved(self, program: SafeProgram) -> ShakedownLimit:
-        task = program.task.whole or program.task
-        answer = solve(program, lambda: judged(program), self._solver, no_optimum=lambda: no_limit(task, self._solver))
+        task = program.task
+        whole = task.whole if task.whole and task.lift is None else task
+        answer = solve(program, lambda: judged(program), self._solver, no_optimum=lambda: no_limit(whole, self._solver))
         return self._result(program, answer, {})
 
     def _under(self, program: OwnProgram) -> ShakedownLimit:
@@ -200,7 +204,8 @@ def shakedown_limit(
 ) -> ShakedownLimit:
     """Largest load factor at which some residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
 
-    Safe means: every node closed and stuck at every corner of the cycle. For a sweep over friction compile a `ShakedownModel` once. Theory, eq. (7).
+    Safe means: every node closed and stuck at every corner of the cycle. Where no slip does that, nodes that are open under the mean load may stay
+    open (`ShakedownLimit.open`). For a sweep over friction compile a `ShakedownModel` once. Theory, eq. (7).
 
     Parameters
     ----------
@@ -238,41 +243,6 @@ def shakedown_limit(
     'no residual slip is safe above it'
     """
     return ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)
-
-
-def _closed_form(task: LimitQuestion) -> ShakedownLimit | None:
-    """The limit of an uncoupled plane contact; None where it has no closed form that passes the checks."""
-    ends = uncoupled_ends(task.system, task.loads, task.friction) if task.system.tangents == 1 else None
-    if ends is None:
-        return None
-    scaled, (lower, upper) = scaled_contact(task), ends
-    claim = certified(task, scaled, upper.load_factor, upper.slip, upper.motion)
-    if lower.load_factor > 0:
-        least = certified(task, scaled, lower.load_factor, lower.slip, lower.motion, least=True)
-        claim = replace(claim, residual=max(claim.residual, least.residual))
-    if max(claim.residual, task.violation(lower.load_factor, lower.slip)) > RESIDUAL:
-        return None
-    left_out = ("linear program: the contact is uncoupled (B = 0), the limit has a closed form",)
-    return limit_result(Answer(replace(claim, least=lower.load_factor), "closed form", ()), left_out, None, {})
-
-
-def by_one_node(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
-    """The limit 0 of a contact in space with a node that no load factor above 0 leaves at rest, or the proof that nothing is safe at 0; else None."""
-    found = helpless(task) if task.system.tangents > 1 else None
-    if found is None:
-        return None
-    motion, why = found
-    answer, program = solve_margin(task, 0.0, solver)
-    state = answer.claim
-    if state.exists:
-        claim = certified(task, program.v.scaled, 0.0, state.slip, motion)
-        claim = replace(claim, least=0.0, why=f"no residual slip is safe at any load factor above 0: {why}")
-    else:
-        unsafe = np.full(task.system.slip_shape, np.nan)
-        claim = LimitClaim(task, LimitKind.NO_SAFE_SLIP, np.nan, unsafe, state.motion, np.nan, state.residual)
-    if not claim.residual <= RESIDUAL:
-        raise SolverError(f"shakedown limit: the slip that is safe under the mean load violates the contact law by {claim.residual:.1e}")
-    return limit_result(Answer(claim, answer.solver, answer.attempts), program.left_out, None, {})
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:

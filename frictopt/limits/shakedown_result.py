@@ -45,7 +45,7 @@ class ShakedownLimit(Answered):
         Which of these it is, and why in words.
     slip
         (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite. `largest_slip` is its size: compare
-        it with what assembly can leave, and bound it by `slip_bound`.
+        it with what assembly can leave, and bound it by `slip_bound`. Open nodes, see `open`, have the one under the mean load.
     bound
         Upper bound of the limit from the mechanism alone, or with constraints of your own from all multipliers, theirs too; equals
         `load_factor` up to `residual`.

@@ -7,7 +7,7 @@ from ..contact import Onset
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
-from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks
+from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, open_nodes
 from .picture import picture
 from .spatial import FACE, first_slips, limiting_face, safe_slip_face
 from .style import ALONG, BLACK, GREY, AxesArray, equals, legend, new_axes, no_lines
@@ -88,6 +88,7 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
     for corner, sense in zip(ruling, (1, -1), strict=False):
         circle(axes, limit.system.x[limit.node], -sense, sense, _ONE_NODE, looks(len(q), ruling)[corner]["color"], label)
         label = None
+    open_nodes(axes, limit.system, limit.open)
     legend(axes)
     return axes
 
@@ -95,7 +96,8 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
 @picture.register
 def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the corners of the resting cycle; open nodes, which have none, are marked at zero."""
-    (axes,) = new_axes(ax)
+    in_space = limit.system.tangents == 2
+    (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
     title = equals(rf"{'limit with separation' if limit.proven else 'rests up to'}, $\lambda$", limit.load_factor)
     if not (limit.load_factor == np.inf or np.isnan(limit.bound)):
         title += f", bound {limit.bound:.5g}" if np.isfinite(limit.bound) else ", no bound"
@@ -103,10 +105,12 @@ def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
     if not np.isfinite(limit.load_factor):
         return no_lines(axes, limit.reason)
     q, p = limit.reactions
+    if in_space:
+        bound = limit.friction * p[0]
+        ratio = np.full(limit.system.nodes, np.nan)
+        return limiting_face(axes, limit, np.divide(lengths(q, p)[0], bound, out=ratio, where=bound > 0))
     friction_ratio(axes, limit.system, limit.friction, q, p, _corners(len(q)))
-    if limit.open.any():
-        x = limit.system.x[limit.open]
-        axes.scatter(x, np.zeros(len(x)), marker="v", s=20, color=BLACK, zorder=3, label="open")
+    open_nodes(axes, limit.system, limit.open)
     legend(axes)
     return axes
 
@@ -146,8 +150,9 @@ def _safe_slip(safe: SafeSlip, ax: Axes | AxesArray | None = None) -> Axes | Axe
         return safe_slip_face(axes, safe)
     upper, lower = new_axes(ax, 2, (6.4, 5.4))
     q, p = safe.reactions
-    least = int(np.argmin((safe.friction * p - np.abs(q)).min(axis=1)))
+    least = int(np.argmin((safe.friction * p - np.abs(q))[:, ~safe.open].min(axis=1)))
     friction_ratio(upper, safe.system, safe.friction, q, p, _corners(len(q)), [least])
+    open_nodes(upper, safe.system, safe.open)
     upper.set_xlabel("")
     upper.set_title(title)
     legend(upper)
@@ -169,6 +174,7 @@ def _limiting(axes: Axes, result: ShakedownLimit | RequiredFriction, friction: A
         if len(rows):
             circle(axes, rows["x"], ratio[corner, rows["node"]], rows["direction"], _AREA * rows["share"], look["color"], label)
             label = None
+    open_nodes(axes, result.system, result.open)
     legend(axes)
     return axes
 

@@ -6,10 +6,10 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import offset_copy
 
 from ..contact import ContactSystem, Onset
-from ..contact.checks import Array
+from ..contact.checks import Array, Booleans
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..limits import RequiredFriction, SafeSlip, ShakedownLimit
+from ..limits import RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import SteadyState
 from .style import BLACK, GREY, SERIES, AxesArray, new_axes
 
@@ -24,21 +24,22 @@ _ENDS = np.array([-1.0, 1.0])
 _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of nodes at one place, over the size of the contact
 
 
-def limiting_face(axes: Axes, limit: ShakedownLimit | RequiredFriction, ratio: Array) -> Axes:
-    """Shear over friction bound at the first corner under the safe slip, the slip as arrows; the nodes of the mechanism are circled."""
-    places, size = _map(axes, limit.system, ratio, "$|q| / (f p)$ at the first corner", 1.0)
-    _arrows(axes, places, limit.slip, "residual slip")
-    _circles(axes, places[np.unique(limit.mechanism["node"])], size, "limiting node")
+def limiting_face(axes: Axes, limit: ShakedownLimit | RequiredFriction | SeparatedLimit, ratio: Array) -> Axes:
+    """Shear over friction bound at the first corner under the safe slip, the slip as arrows; nodes of the mechanism are circled."""
+    places, size = _map(axes, limit.system, ratio, "$|q| / (f p)$ at the first corner", 1.0, limit.open)
+    _arrows(axes, places, np.where(limit.open[:, None], 0.0, limit.slip), "residual slip")
+    if not isinstance(limit, SeparatedLimit):
+        _circles(axes, places[np.unique(limit.mechanism["node"])], size, "limiting node")
     return _finished(axes)
 
 
 def safe_slip_face(axes: Axes, safe: SafeSlip) -> Axes:
     """Shear over friction bound under the slip, at the corner with the least reserve; the slip as arrows."""
     q, p = safe.reactions
-    corner = int(np.argmin((safe.friction * p - np.linalg.norm(q, axis=-1)).min(axis=1)))
+    corner = int(np.argmin((safe.friction * p - np.linalg.norm(q, axis=-1))[:, ~safe.open].min(axis=1)))
     ratio = safe.traction_ratios[corner]
-    places, _ = _map(axes, safe.system, ratio, f"$|q| / (f p)$ at corner {corner}", max(1.0, float(np.nanmax(ratio, initial=0.0))))
-    _arrows(axes, places, safe.slip, "residual slip")
+    places, _ = _map(axes, safe.system, ratio, f"$|q| / (f p)$ at corner {corner}", max(1.0, float(np.nanmax(ratio, initial=0.0))), safe.open)
+    _arrows(axes, places, np.where(safe.open[:, None], 0.0, safe.slip), "residual slip")
     return _finished(axes)
 
 
@@ -72,8 +73,8 @@ def _circles(axes: Axes, places: Array, size: float, name: str) -> None:
     axes.scatter(places[:, 0], places[:, 1], s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label=name)
 
 
-def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: float) -> tuple[Array, float]:
-    """Draw values of the nodes as coloured points, grey where there is none; the (N, 2) places of the nodes, and the area of a point."""
+def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: float, opened: Booleans | None = None) -> tuple[Array, float]:
+    """Draw values of the nodes as coloured points, grey where there is none, open ones as rings; the (N, 2) places, and the area of a point."""
     tangents = system.frames[0, :2]
     if np.abs(system.frames - system.frames[0]).max() > _FLAT:
         raise ModelError("plot: the contact is not flat (its frames differ from node to node), so that one map cannot show it; use to_frame()")
@@ -81,9 +82,12 @@ def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: floa
     if len(np.unique(np.round(places / (_FLAT * (np.ptp(places) or 1.0))), axis=0)) < system.nodes:
         raise ModelError("plot: the contact has nodes above each other, which one map would hide; use to_frame()")
     colours = colormaps["cividis"].with_extremes(bad=GREY)
-    shown = axes.scatter(places[:, 0], places[:, 1], c=values, s=size, cmap=colours, vmin=0.0, vmax=most, plotnonfinite=True)
+    closed = np.ones(system.nodes, dtype=bool) if opened is None else ~opened
+    shown = axes.scatter(places[closed, 0], places[closed, 1], c=values[closed], s=size, cmap=colours, vmin=0.0, vmax=most, plotnonfinite=True)
     axes.figure.colorbar(shown, ax=axes, label=name)
-    if np.isnan(values).any():
+    if not closed.all():
+        axes.scatter(places[~closed, 0], places[~closed, 1], s=0.6 * size, facecolors="none", edgecolors=GREY, linewidths=1.0, label="open node")
+    if np.isnan(values[closed]).any():
         axes.scatter([], [], s=size, color=GREY, label="node without friction bound")
     axes.set(xlabel=f"{_along(tangents[0], 'first')} (length)", ylabel=f"{_along(tangents[1], 'second')} (length)")
     middle, half = (places.max(axis=0) + places.min(axis=0)) / 2, np.ptp(places, axis=0) / 2

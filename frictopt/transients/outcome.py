@@ -170,7 +170,7 @@ class SteadyState(Recorded, Plotted):
     def fretting_table(self, *, stress: ArrayLike | None = None, strain: ArrayLike | None = None) -> "pd.DataFrame":
         """What frets where: one row for each node.
 
-        Theory, eq. (21).
+        Theory, eq. (22).
 
         Parameters
         ----------

@@ -11,6 +11,7 @@ import frictopt as fo
 from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement
 
 from .. import oracles
+from ..open_patterns import largest_with_open
 from .cases import Case
 from .guaranteed import followed, guaranteed, guaranteed_transformed
 from .known import Known, NotAsked, Wrong, same, transformed
@@ -74,6 +75,8 @@ def asked(questions: Mapping[str, Callable[[Any], tuple[float, bool]]], subject:
 def _limit(known: Known) -> tuple[float, bool]:
     """Against a linear program on the plain rows of all corners; the safe slip against the rows themselves."""
     limit = known.answered_limit
+    if limit.open.any():
+        return _with_open_nodes(known, limit)
     if np.isfinite(limit.load_factor):
         excess = oracles.excess(*known.args, limit.load_factor, limit.slip)
         if excess > 1e-8:
@@ -81,6 +84,17 @@ def _limit(known: Known) -> tuple[float, bool]:
     if known.limit is not None:
         same("limit", limit.load_factor, known.limit, absolute=1e-8)
     return limit.residual, known.limit is not None
+
+
+def _with_open_nodes(known: Known, limit: fo.results.ShakedownLimit) -> tuple[float, bool]:
+    """Against a linear program in all slips and gaps, with the same nodes open at all corners; no slip may keep all nodes closed."""
+    if known.limit is not None and not np.isnan(known.limit):
+        raise Wrong(f"nodes are open, and closed ones have the limit {known.limit}")
+    most = 2 * limit.load_factor + 1.0 if np.isfinite(limit.load_factor) else 1e3
+    found = largest_with_open(*known.args, np.tile(limit.open, (len(known.case.cycle.corners), 1)), most)
+    if found is not None:
+        same("limit with open nodes", min(limit.load_factor, most), found[0], 1e-6, 1e-8)
+    return limit.residual, found is not None
 
 
 def _least(known: Known) -> tuple[float, bool]:
@@ -91,6 +105,10 @@ def _least(known: Known) -> tuple[float, bool]:
     pressed = {name: (sizes[name] * bonded[name][0], force * rng.uniform(0.5, 1.5, n)) for name in "ab"}
     args = known.case.system.with_bonded(pulled | pressed), fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0}]), known.case.friction
     limit, expected = fo.shakedown_limit(*args), oracles.least_load_factor(*args)
+    if limit.open.any():
+        if expected is not None and not np.isnan(expected):
+            raise Wrong(f"nodes are open, and closed ones are safe from {expected} on")
+        return limit.residual, expected is not None
     if expected is not None:
         same("least safe load factor", limit.least, expected, absolute=1e-8)
     return limit.residual, expected is not None
@@ -104,6 +122,11 @@ def _transformed(known: Known) -> tuple[float, bool]:
 def _safe_slip(known: Known) -> tuple[float, bool]:
     """Against a linear program for the margin, and against the limit."""
     safe = known.answered_safe_slip
+    if safe.open.any():
+        limit = known.answered_limit
+        if safe.exists != (limit.least <= known.load_factor <= limit.load_factor) and abs(safe.margin) > 1e-8:
+            raise Wrong(f"exists = {safe.exists} at {known.load_factor}, limit {limit.load_factor}")
+        return safe.residual, True
     excess = oracles.excess(*known.args, known.load_factor, safe.slip)
     if safe.exists and excess > 1e-8:
         raise Wrong(f"the slip is not safe by {excess:.1e}")

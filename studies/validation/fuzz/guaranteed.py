@@ -28,6 +28,9 @@ def guaranteed(known: Known) -> tuple[float, bool]:
     limit = known.answered_guarantee
     if not (limit.load_factor <= limit.shakedown.load_factor or np.isnan(limit.load_factor)):
         raise Wrong(f"guaranteed limit {limit.load_factor!r} above the shakedown limit {limit.shakedown.load_factor!r}")
+    if limit.open.any():
+        same("limit of all nodes", limit.load_factor, fo.guaranteed_limit(*known.args, simplify=False).load_factor, 1e-8)
+        return limit.residual, False
     if np.isfinite(limit.load_factor):
         excess = oracles.excess(*known.args, limit.load_factor, limit.slip)
         if excess > 1e-8:
@@ -69,7 +72,7 @@ def guaranteed_transformed(known: Known) -> tuple[float, bool]:
 def followed(known: Known) -> tuple[float, bool]:
     """Just above the limit a transient from the witness persists; just below, none from a few starts does in which all nodes stay closed."""
     limit = known.answered_guarantee
-    if not (np.isfinite(limit.load_factor) and limit.shakedown.load_factor > limit.least):
+    if limit.open.any() or not (np.isfinite(limit.load_factor) and limit.shakedown.load_factor > limit.least):
         raise NotAsked
     moved = 0 if limit.node is None else _MOVED
     check = limit.verify(starts=_STARTS, moved=moved, above=_above(known, limit), seed=known.case.seed)

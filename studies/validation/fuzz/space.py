@@ -67,7 +67,7 @@ def space_findings(seed: int, checks: Sequence[str] | None = None) -> Iterator[F
 
 def _limit(subject: _Subject) -> tuple[float, bool]:
     limit, known = subject.limit, polygon_limit(subject.system, subject.cycle, subject.friction)
-    if known is not None and not np.isnan(limit.load_factor):
+    if known is not None and not np.isnan(limit.load_factor) and not limit.open.any():
         same("the limit is", limit.load_factor, known, _SAME, _SAME)
     return limit.residual, known is not None
 
@@ -80,7 +80,7 @@ def _least(subject: _Subject) -> tuple[float, bool]:
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0, "c": 0.3}])
     limit = fo.shakedown_limit(system, cycle, subject.friction)
     known = polygon_limit(system, cycle, subject.friction, least=True)
-    if known is None or np.isnan(limit.least):
+    if known is None or np.isnan(limit.least) or limit.open.any():
         return limit.residual, False
     same("the least safe load factor is", limit.least, known, _SAME, _SAME)
     return limit.residual, True

@@ -1,0 +1,98 @@
+"""Contacts some of whose nodes stay open: the contact of the closed ones, and how the open ones follow it.
+
+The nodes O are open at every corner k, the others C closed and stuck with a constant slip v. On O no force acts, and slip and gap there follow from
+the load and from v. With the reactions `r_k = r0 + lam r1_k` of the closed contact::
+
+    [v_k, w_k] on O = -S_OO^-1 (r_k + S_OC [v, 0])
+
+So C is a contact of its own, with the stiffness `S_CC - S_CO S_OO^-1 S_OC` and the reactions `r_C - S_CO S_OO^-1 r_O`.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..contact import ContactSystem
+from ..contact.checks import Array, Booleans
+from ..contact.parts import joined, parted
+from ..contact.tolerances import HELD, NOTHING_LEFT
+from .mechanism import Mechanism
+
+__all__ = ["OpenNodes", "without"]
+
+
+@dataclass(frozen=True, eq=False)
+class OpenNodes:
+    """Open nodes of a contact, and how they follow the others.
+
+    Attributes
+    ----------
+    opened
+        (N,) which nodes are open.
+    follow, give
+        `S_OO^-1 S_OC` and `S_OO^-1`: minus what the open nodes do for a motion of the others, and for forces.
+    """
+
+    opened: Booleans
+    follow: Array
+    give: Array
+
+    def states(self, loads: Array, slip: Array) -> tuple[Array, Array]:
+        """Slips and gaps of all nodes under reactions (..., M) of the closed contact, for a slip (N,) or (N, 2), of which the closed nodes count."""
+        n, axes = len(self.opened), loads.shape[-1] // len(self.opened)
+        out = np.tile(self.opened, axes)
+        states = np.zeros(loads.shape)
+        states[...] = joined(slip, np.zeros(n))
+        states[..., out] = -loads[..., out] @ self.give - states[..., ~out] @ self.follow.T
+        return parted(states, axes)
+
+    def closed_part(self, motion: Mechanism, system: ContactSystem) -> Mechanism:
+        """The mechanism of the closed nodes alone: the inverse of `expanded`."""
+        stress, closed = joined(motion.slips, motion.lift) @ system.S, ~self.opened
+        hold = None if motion.hold is None else motion.hold[closed]
+        press = -parted(stress, system.tangents + 1)[1][:, self.opened]
+        return Mechanism(motion.slips[:, closed], motion.opening[:, closed], motion.friction[closed], hold, press.clip(0.0))
+
+    def expanded(self, motion: Mechanism, friction: Array) -> Mechanism:
+        """The mechanism of the closed nodes with what the open ones do: they follow without force, pressed only where they would touch."""
+        corners, axes = len(motion.opening), 1 + motion.slips[0].size // motion.opening.shape[1]
+        n, lift = len(self.opened), motion.lift
+        out, moved, press = np.tile(self.opened, axes), np.zeros((corners, axes * n)), np.zeros((corners, len(self.give)))
+        if motion.press is not None:
+            press[:, -motion.press.shape[1] :] = motion.press
+        moved[:, ~out] = joined(motion.slips, lift)
+        moved[:, out] = -moved[:, ~out] @ self.follow.T - press @ self.give
+        slips, opening = parted(moved, axes)
+        opening = opening.copy()
+        opening[:, ~self.opened] = motion.opening
+        hold = None
+        if motion.hold is not None:
+            hold = np.zeros((n, *motion.hold.shape[1:]))
+            hold[~self.opened] = motion.hold
+        return Mechanism(slips, opening, np.where(self.opened, 0.0, friction), hold, open=self.opened)
+
+
+def without(system: ContactSystem, opened: Booleans) -> tuple[ContactSystem, OpenNodes] | None:
+    """The contact of the closed nodes, and how the open ones follow them; None if these would be held by nothing."""
+    out, S, loads = np.tile(opened, system.tangents + 1), system.S, {name: joined(*pair) for name, pair in system.bonded.items()}
+    values, vectors = np.linalg.eigh(S[np.ix_(out, out)])
+    held = values > HELD * max(values[-1], np.finfo(float).tiny)
+    driven = [r[out] @ vectors[:, ~held] / (np.abs(r).max() or 1.0) for r in loads.values()]  # a way aside that no load takes is no matter
+    if opened.all() or max(np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()) :, ~held])) > HELD:
+        return None
+    give = (vectors[:, held] / values[held]) @ vectors[:, held].T
+    follow = give @ S[np.ix_(out, ~out)]
+    kept = S[np.ix_(~out, ~out)] - S[np.ix_(~out, out)] @ follow
+    values, vectors = np.linalg.eigh((kept + kept.T) / 2)  # what nothing resists any more is left as rounding of both signs
+    kept = (vectors * np.where(values > NOTHING_LEFT * np.abs(S).max(), values, 0.0)) @ vectors.T
+    closed = replace(
+        system,
+        S=(kept + kept.T) / 2,
+        points=system.points[~opened],
+        bonded={name: r[~out] - r[out] @ follow for name, r in loads.items()},
+        gap=system.gap[~opened],
+        frames=system.frames[~opened],
+        contact=None if system.contact is None else system.contact[~opened],
+        width=None if system.width is None else system.width[~opened],
+    )
+    return closed, OpenNodes(opened, follow, give)

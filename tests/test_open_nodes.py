@@ -1,0 +1,227 @@
+"""Contacts that lift off somewhere under the mean load, against programs with all slips and gaps as unknowns, transients, and other ways to ask."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from frictopt.contact.parts import joined
+from separation import pulled_system
+from spatial import random_contact, vectors
+from studies.validation.fuzz.embedded import embedded
+from studies.validation.open_patterns import largest_with_open
+from systems import CYCLE
+
+THREE = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 0.8}, {"cyclic": 0.3}])
+
+
+def open_contact(seed, most_nodes=6, cycle=CYCLE):
+    """A random plane contact whose limit has open nodes, its friction, and the limit."""
+    rng = np.random.default_rng(seed)
+    contact, friction = pulled_system(rng, int(rng.integers(2, most_nodes + 1))), float(rng.uniform(0.1, 1.0))
+    limit = fo.shakedown_limit(contact, cycle, friction)
+    assume(limit.open.any() and 1e-3 < limit.load_factor < np.inf)
+    return contact, friction, limit
+
+
+def open_in_space(seed, nodes=5):
+    """The same in space, with its load cycle."""
+    rng = np.random.default_rng(seed)
+    contact = random_contact(rng, nodes)
+    loads = vectors(contact)
+    loads["mean"] = loads["mean"] - np.r_[np.zeros(2 * nodes), np.where(rng.random(nodes) < 0.4, 2.0, 0.0)]
+    contact = fo.ContactSystem(contact.S, contact.points, loads, gap=0.3 * rng.random(nodes) * (rng.random(nodes) < 0.4))
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"a": -1.0}, {"b": 0.7, "c": 0.2}][: int(rng.integers(2, 4))])
+    return contact, cycle, fo.shakedown_limit(contact, cycle, 0.6)
+
+
+def largest_in_space(contact, cycle, f, opened):
+    """Largest load factor with nodes that stay open, with slip and gap of each open node at each corner as unknowns."""
+    n, lam, v = contact.nodes, cp.Variable(nonneg=True), cp.Variable(2 * contact.nodes)
+    mean, corners = joined(*contact.closed_reaction(cycle.mean)), joined(*(np.array(part) for part in cycle.corner_reactions(contact)))
+    rows, shut = [], ~opened
+    for r in corners:
+        u, w = cp.Variable(2 * n), cp.Variable(n)
+        forces = mean + lam * r + contact.S @ cp.hstack([u, w])
+        q, p = cp.reshape(forces[: 2 * n], (n, 2), order="F"), forces[2 * n :]
+        rows += [w >= 0, w[shut] == 0, cp.reshape(u - v, (n, 2), order="F")[shut] == 0, q[opened] == 0, p[opened] == 0]
+        rows += [cp.SOC(f * p[shut], q[shut], axis=1)]
+    return cp.Problem(cp.Maximize(lam), rows).solve(solver="CLARABEL")
+
+
+@settings(deadline=None, max_examples=25, derandomize=True)
+@given(st.integers(0, 10**6), st.sampled_from([CYCLE, THREE]))
+def test_the_limit_is_that_of_a_program_in_all_slips_and_gaps(seed, cycle):
+    contact, friction, limit = open_contact(seed, cycle=cycle)
+    full = largest_with_open(contact, cycle, friction, np.tile(limit.open, (len(cycle.corners), 1)), 3 * limit.load_factor)
+    assert full is not None and limit.load_factor == pytest.approx(full[0], rel=1e-6)
+    closed = largest_with_open(contact, cycle, friction, np.zeros((len(cycle.corners), contact.nodes), dtype=bool), 3 * limit.load_factor)
+    assert closed is None  # nothing keeps all nodes closed
+    assert limit.residual <= 1e-9 and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
+    assert f"with {int(limit.open.sum())} of {contact.nodes} nodes open under the mean load" in limit.reason
+
+
+@settings(deadline=None, max_examples=12, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_the_limit_in_space_is_that_of_cones_in_all_slips_and_gaps(seed):
+    contact, cycle, limit = open_in_space(seed)
+    assume(limit.open.any() and 1e-3 < limit.load_factor < np.inf)
+    assert limit.load_factor == pytest.approx(largest_in_space(contact, cycle, 0.6, limit.open), rel=1e-6)
+    assert limit.residual <= 1e-9 and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
+    q, p = limit.reactions
+    assert not q[:, limit.open].any() and not p[:, limit.open].any()
+
+
+@settings(deadline=None, max_examples=12, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
+    contact, friction, limit = open_contact(seed)
+    solid, _ = embedded(contact, np.random.default_rng(seed))
+    found = fo.shakedown_limit(solid, CYCLE, friction)
+    assert found.load_factor == pytest.approx(limit.load_factor, rel=1e-7) and found.open.tolist() == limit.open.tolist()
+
+
+@settings(deadline=None, max_examples=25, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_the_open_nodes_are_those_of_the_settled_mean_load(seed):
+    contact, friction, limit = open_contact(seed)
+    settled = fo.march(contact, CYCLE, friction, 0.0, cycles=1)
+    assert limit.open.tolist() == (settled.status[-1] == 2).tolist()
+
+
+@settings(deadline=None, max_examples=25, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(seed):
+    contact, friction, limit = open_contact(seed)
+    for share in (0.5, 0.999):
+        safe = fo.safe_slip(contact, CYCLE, friction, share * limit.load_factor)
+        assert safe.exists and safe.open.tolist() == limit.open.tolist() and "and the others open" in safe.reason
+        rests = fo.steady_state(contact, CYCLE, friction, share * limit.load_factor, initial_state=safe.state)
+        assert rests.outcome is fo.Outcome.SHAKEDOWN
+    beyond = fo.safe_slip(contact, CYCLE, friction, 1.001 * limit.load_factor)
+    assert not beyond.exists and beyond.certificate is not None and "also with" in beyond.reason
+
+
+@settings(deadline=None, max_examples=15, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_rates_are_differences_of_the_limit(seed):
+    contact, friction, limit = open_contact(seed)
+    step = 1e-6
+    for load, part, amplitude in (("mean", "mean", 1.0), ("cyclic", "corner 0", -1.0)):
+        cycles = [
+            fo.LoadCycle({"mean": 1.0 + (part == "mean") * by}, [{"cyclic": -1.0 + (part != "mean") * by}, {"cyclic": 1.0}]) for by in (-step, step)
+        ]
+        less, more = (fo.shakedown_limit(contact, cycle, friction) for cycle in cycles)
+        assume(less.open.tolist() == more.open.tolist() == limit.open.tolist())
+        rates = limit.load_rates.set_index(["load", "part"])["rate"]
+        low, high = sorted((limit.load_factor - less.load_factor, more.load_factor - limit.load_factor))  # a kink has a rate between
+        slack = 1e-4 * step * (1 + limit.load_factor) + 1e-9 * limit.load_factor
+        assert low - slack <= step * rates[load, part] <= high + slack, (part, amplitude)
+    more, less = (fo.shakedown_limit(contact, CYCLE, friction + by).load_factor - limit.load_factor for by in (step, -step))
+    low, high = sorted((more, -less))
+    assert low - 1e-9 <= step * limit.friction_rate.sum() * 1.0 + 1e-8 and step * limit.friction_rate.sum() <= high + 1e-8
+
+
+@settings(deadline=None, max_examples=10, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_the_guaranteed_limit_is_the_least_of_linear_programs_with_a_node_on_both_bounds(seed):
+    contact, friction, limit = open_contact(seed, most_nodes=4)
+    guaranteed = fo.guaranteed_limit(contact, CYCLE, friction)
+    assert guaranteed.shakedown.load_factor == limit.load_factor and guaranteed.open.tolist() == limit.open.tolist()
+    unpruned = fo.guaranteed_limit(contact, CYCLE, friction, simplify=False)
+    assert guaranteed.load_factor == pytest.approx(unpruned.load_factor, rel=1e-8)
+    if guaranteed.node is not None:
+        (forward, backward), (q, p), node = guaranteed.corners, guaranteed.reactions, guaranteed.node
+        assert not limit.open[node]
+        assert q[forward, node] == pytest.approx(-friction * p[forward, node], abs=1e-8)
+        assert q[backward, node] == pytest.approx(friction * p[backward, node], abs=1e-8)
+        above = 1.02 * guaranteed.load_factor
+        state = guaranteed._task.states(above, guaranteed.slip)
+        start = fo.ContactState(state[0][-1], state[1][-1].clip(0.0), *_bonded(contact, above))
+        try:
+            steady = fo.steady_state(contact, CYCLE, friction, above, initial_state=start)
+        except fo.FrictoptError:  # the witness moved on is no state of the law any more
+            return
+        assert steady.outcome is not fo.Outcome.SHAKEDOWN
+
+
+def _bonded(contact, load_factor):
+    (q0, p0), (q1, p1) = contact.reaction({"mean": 1.0}), contact.reaction({"cyclic": CYCLE.corners[-1]["cyclic"]})
+    return q0 + load_factor * q1, p0 + load_factor * p1
+
+
+@settings(deadline=None, max_examples=12, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_the_required_friction_is_where_the_limit_crosses_the_load(seed):
+    contact, friction, limit = open_contact(seed)
+    required = fo.required_friction(contact, CYCLE, 0.9 * limit.load_factor)
+    assert required.required <= friction * (1 + 1e-5)
+    enough, less = (fo.shakedown_limit(contact, CYCLE, required.required * share) for share in (1 + 1e-4, 1 - 1e-4))
+    assert enough.load_factor >= 0.9 * limit.load_factor * (1 - 1e-6)
+    assert not less.load_factor >= 0.9 * limit.load_factor
+    assert required.reactions[1].min() >= -1e-9
+
+
+def test_amplitudes_of_two_loads_with_a_node_that_stays_open():
+    """Node 0 sticks while |Q| <= 0.5 (2 - R); node 1, pulled open by 1, touches where R presses it by 2 R = 1, before Q slips node 0."""
+    loads = {"P": ([0.0, 0.0], [2.0, -1.0]), "Q": ([1.0, 0.0], [0.0, 0.0]), "R": ([0.0, 0.0], [-1.0, 2.0])}
+    pair = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
+    region = fo.safe_region(pair, {"P": 1.0}, ["Q", "R"], friction=0.5)
+    assert region.vertices == pytest.approx(np.array([[1.0, 0.0], [0.75, 0.5], [0.0, 0.5]]), abs=1e-8)
+    ruling = [side.iloc[0][["node", "direction"]].tolist() for side in region.mechanisms]
+    assert [node for node, _ in ruling] == [0, 1]
+
+
+@settings(deadline=None, max_examples=6, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_a_region_of_coupled_nodes_is_where_rays_end(seed):
+    contact, friction, _ = open_contact(seed)
+    rng = np.random.default_rng(seed)
+    contact = contact.with_bonded({"other": (rng.normal(size=contact.nodes), 0.3 * rng.normal(size=contact.nodes))})
+    region = fo.safe_region(contact, {"mean": 1.0}, ["cyclic", "other"], friction)
+    for first, second in rng.uniform(0.05, 1.0, (4, 2)):
+        limit = fo.shakedown_limit(contact, region.cycle(first, second), friction).load_factor
+        assume(np.isfinite(limit))
+        assert region.contains(first * limit * (1 - 1e-6), second * limit * (1 - 1e-6))
+        assert not region.contains(first * limit * (1 + 1e-6), second * limit * (1 + 1e-6))
+
+
+@settings(deadline=None, max_examples=12, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_every_cycle_above_the_limit_slips_as_much_as_is_proven_while_the_open_nodes_carry_nothing(seed):
+    contact, friction, limit = open_contact(seed)
+    above = 1.2 * limit.load_factor
+    least = limit.least_slip(above)
+    try:
+        path = fo.march(contact, CYCLE, friction, above, cycles=3)
+    except fo.FrictoptError:
+        assume(False)
+    ends = np.searchsorted(path.time, np.arange(1, 7) + 1e-9) - 1
+    assume(path.p[ends[-2:]][:, limit.open].max() == 0.0)
+    slip, gap = path.slip[ends[-2:]], path.gap[ends[-2:]]
+    assert least.of(slip, gap) >= least.bound - 1e-8 * (1 + np.abs(slip).max())
+
+
+@pytest.mark.parametrize("seed", [3, 5, 11])
+def test_a_separated_limit_in_space_is_never_less_and_rests(seed):
+    contact, cycle, limit = open_in_space(seed, nodes=4)
+    best = fo.separated_limit(contact, cycle, 0.6, most_sets=16)
+    assert best.load_factor >= limit.load_factor and best.residual <= 1e-9
+    every = [opened for opened in np.array(np.meshgrid(*[[False, True]] * 4)).reshape(4, -1).T if not opened.all()]
+    most = np.nanmax([largest_in_space(contact, cycle, 0.6, opened) for opened in every])
+    assert best.load_factor == pytest.approx(most, rel=1e-6)
+
+
+def test_what_is_said_of_a_rounded_punch(punch, paper_cycle):
+    """Table, copy and picture name the open nodes; below a bound on the slip the same nodes are open."""
+    contact = punch(8).with_gap(2.0 * punch(8).x ** 4)
+    limit = fo.shakedown_limit(contact, paper_cycle, 0.6)
+    assert limit.to_frame()["open"].tolist() == limit.open.tolist() and limit.open[[0, -1]].all() and not limit.open[4]
+    assert limit.record.left_out[0] == f"nodes that are open under the mean load, {int((~limit.open).sum())} of 9 nodes are in the program"
+    bounded = fo.shakedown_limit(contact, paper_cycle, 0.6, slip_bound=0.5 * limit.largest_slip)
+    assert 0 < bounded.load_factor < limit.load_factor and np.abs(bounded.slip[~bounded.open]).max() <= 0.5 * limit.largest_slip * (1 + 1e-9)
+    assert "open" not in fo.shakedown_limit(punch(8), paper_cycle, 0.6).to_frame()
+    with pytest.raises(fo.ModelError, match=r"verify: \d nodes are open"):
+        fo.guaranteed_limit(contact, paper_cycle, 0.6).verify()
