@@ -166,6 +166,21 @@ def test_a_trajectory_shows_loops_along_both_tangents_and_both_slips(contact):
     assert sides[0].get_title() == "nodes with the most work of friction" and sides[0].get_legend() is not None
 
 
+def test_contacts_of_several_planes_stand_side_by_side():
+    faces = np.array(["lap"] * 3 + ["head"] * 3)
+    frames = [np.eye(3)] * 3 + [TURN] * 3
+    several = fo.ContactSystem(FLAT.S, np.r_[FLAT.points[:3], FLAT.points[:3]], FLAT.bonded, frames=frames, contact=faces)
+    limit = fo.shakedown_limit(several, cycle(), F)
+    ax = limit.plot()
+    points, _, arrows = marks(ax)
+    places = np.asarray(points.get_offsets())
+    for own, frame in ((slice(0, 3), np.eye(3)), (slice(3, 6), TURN)):
+        seen = several.points[own] @ frame[:2].T
+        assert np.allclose(places[own] - places[own][0], seen - seen[0], atol=1e-14)
+    assert places[:3, 0].max() < places[3:, 0].min()
+    assert np.allclose(np.column_stack([arrows.U, arrows.V]), limit.slip) and [text.get_text() for text in ax.texts] == ["lap", "head"]
+
+
 def test_contacts_above_each_other_are_refused_and_their_transients_drawn():
     z = [[0.0, 0.0, 1.0]]
     stacked = fo.ContactSystem(FLAT.S, np.r_[FLAT.points[:3], FLAT.points[:3] + z], FLAT.bonded)

@@ -9,6 +9,7 @@ from ..contact import ContactSystem, Onset
 from ..contact.checks import Array, Booleans
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
+from ..fem.ordering import Integers
 from ..limits import RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import SteadyState
 from .style import BLACK, GREY, SERIES, AxesArray, new_axes
@@ -19,6 +20,7 @@ FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 _FACE = 25_000  # area that the points of a face share, points^2
 _LARGEST, _SMALLEST = 160.0, 6.0  # area of a point, points^2
 _ARROW = 0.12  # of the longest arrow, widths of the axes
+_BETWEEN = 0.25  # distance of contacts that stand side by side, widths of the left one
 _LABELS = 30.0  # height of the labels of the axis below a map, points
 _ENDS = np.array([-1.0, 1.0])
 _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of nodes at one place, over the size of the contact
@@ -75,12 +77,8 @@ def _circles(axes: Axes, places: Array, size: float, name: str) -> None:
 
 def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: float, opened: Booleans | None = None) -> tuple[Array, float]:
     """Draw values of the nodes as coloured points, grey where there is none, open ones as rings; the (N, 2) places, and the area of a point."""
-    tangents = system.frames[0, :2]
-    if np.abs(system.frames - system.frames[0]).max() > _FLAT:
-        raise ModelError("plot: the contact is not flat (its frames differ from node to node), so that one map cannot show it; use to_frame()")
-    places, size = system.points @ tangents.T, float(np.clip(_FACE / system.nodes, _SMALLEST, _LARGEST))
-    if len(np.unique(np.round(places / (_FLAT * (np.ptp(places) or 1.0))), axis=0)) < system.nodes:
-        raise ModelError("plot: the contact has nodes above each other, which one map would hide; use to_frame()")
+    places, labels, names = _places(system)
+    size = float(np.clip(_FACE / system.nodes / max(1, len(names)), _SMALLEST, _LARGEST))
     colours = colormaps["cividis"].with_extremes(bad=GREY)
     closed = np.ones(system.nodes, dtype=bool) if opened is None else ~opened
     shown = axes.scatter(places[closed, 0], places[closed, 1], c=values[closed], s=size, cmap=colours, vmin=0.0, vmax=most, plotnonfinite=True)
@@ -89,11 +87,43 @@ def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: floa
         axes.scatter(places[~closed, 0], places[~closed, 1], s=0.6 * size, facecolors="none", edgecolors=GREY, linewidths=1.0, label="open node")
     if np.isnan(values[closed]).any():
         axes.scatter([], [], s=size, color=GREY, label="node without friction bound")
-    axes.set(xlabel=f"{_along(tangents[0], 'first')} (length)", ylabel=f"{_along(tangents[1], 'second')} (length)")
+    axes.set(xlabel=f"{labels[0]} (length)", ylabel=f"{labels[1]} (length)")
+    for contact, place in names.items():
+        axes.annotate(contact, (place[0], place[1]), xytext=(0.0, 8.0), textcoords="offset points", ha="center")
     middle, half = (places.max(axis=0) + places.min(axis=0)) / 2, np.ptp(places, axis=0) / 2
-    half = 1.15 * np.maximum(half, 0.25 * half.max() or 1.0)  # nodes on a line get a map as well
+    half = np.array([1.15, 1.4 if names else 1.15]) * np.maximum(half, 0.25 * half.max() or 1.0)  # nodes on a line get a map as well
     axes.set(xlim=middle[0] + half[0] * _ENDS, ylim=middle[1] + half[1] * _ENDS, aspect="equal")
     return places, size
+
+
+def _places(system: ContactSystem) -> tuple[Array, tuple[str, str], dict[str, Array]]:
+    """(N, 2) places of the nodes, names of the axes, and of contacts that are not in one plane, which stand side by side, names with their places."""
+    contacts = {} if system.contact is None else {name: np.flatnonzero(system.contact == name) for name in dict.fromkeys(system.contact.tolist())}
+    try:
+        seen = _seen(system, np.arange(system.nodes))
+        return seen, (_along(system.frames[0, 0], "first"), _along(system.frames[0, 1], "second")), {}
+    except ModelError:
+        if len(contacts) < 2:
+            raise
+    places, names, right = np.zeros((system.nodes, 2)), {}, 0.0
+    for name, own in contacts.items():
+        seen = _seen(system, own)
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        places[own] = seen + [right - low[0], -(low[1] + high[1]) / 2]
+        names[name] = np.array([right + (high[0] - low[0]) / 2, (high[1] - low[1]) / 2])
+        right += (1 + _BETWEEN) * (high[0] - low[0])
+    return places, ("along the first tangents, contact by contact", "along the second tangents"), names
+
+
+def _seen(system: ContactSystem, own: Integers) -> Array:
+    """(n, 2) places of some nodes in their plane, seen along its normal."""
+    frames, points = system.frames[own], system.points[own]
+    if np.abs(frames - frames[0]).max() > _FLAT:
+        raise ModelError("plot: the contact is not flat (its frames differ from node to node), so that one map cannot show it; use to_frame()")
+    places = np.asarray(points @ frames[0, :2].T)
+    if len(np.unique(np.round(places / (_FLAT * (np.ptp(places) or 1.0))), axis=0)) < len(own):
+        raise ModelError("plot: the contact has nodes above each other, which one map would hide; use to_frame()")
+    return places
 
 
 def _along(tangent: Array, number: str) -> str:
