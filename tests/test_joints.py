@@ -82,6 +82,23 @@ def test_a_dovetail_of_gmsh_carries_its_loads(tmp_path, angle, length, half):
         assert np.allclose(sum(moments.values()), [0.0, 0.0, 12.0 * force[0]], atol=1e-6 * 2400.0 * half)
 
 
+def shakes_down_up_to(limit, system, cycle, friction, share, **options):
+    """The transient from the residual slip of a limit comes to rest below it, and slips for ever above."""
+    for ratio, outcome in ((1 - share, "SHAKEDOWN"), (1 + share, "CYCLIC_SLIP")):
+        steady = fo.steady_state(system, cycle, friction, ratio * limit.load_factor, initial_slip=limit.slip, **options)
+        assert steady.outcome.name == outcome
+    assert 0 < limit.load_factor <= limit.bound * (1 + 1e-9) and limit.bound == pytest.approx(limit.load_factor, rel=1e-6)
+
+
+@pytest.mark.parametrize(("angle", "length", "half"), DOVETAILS)
+def test_a_dovetail_of_gmsh_has_a_limit(tmp_path, angle, length, half):
+    system = dovetail(tmp_path, angle, length, half).condense()
+    cycle = fo.LoadCycle(mean={"pull": 1.0}, corners=[{"pull": 0.2, "sway": 1.0}, {"pull": -0.2, "sway": -1.0}])
+    limit = fo.shakedown_limit(system, cycle, friction=0.4)
+    assert limit.open.any() == (angle in (45, 65))  # the longer flanks lift off at one end
+    shakes_down_up_to(limit, system, cycle, 0.4, 0.03)
+
+
 def lap(folder, monkeypatch):
     """The joint of the tutorial, from its script."""
     monkeypatch.chdir(folder)
@@ -102,6 +119,10 @@ def test_the_lap_joint_of_the_tutorial(tmp_path, monkeypatch, capfd):
         loads={"preload": [fo.BoltPreload("bolt", "section", 20e3)], "pull": [fo.Traction("upper", "right", x=5.0, y=0.5)]},
     )
     system = model.condense()
+    cycle = fo.LoadCycle(mean={"preload": 1.0}, corners=[{"pull": 1.0}, {"pull": -1.0}])
+    limit = fo.shakedown_limit(system, cycle, friction=0.3)
+    assert limit.open.any() and set(system.contact[limit.open]) == {"lap"}
+    shakes_down_up_to(limit, system, cycle, 0.3, 0.1, steps=4)
     forces, moments = carried(system, "preload")
     for name, sign in (("lap", 1), ("head", 1), ("nut", -1)):
         assert forces[name][2] == pytest.approx(sign * 20e3, rel=1e-6)
