@@ -1,5 +1,7 @@
 """Contacts that lift off somewhere under the mean load, against programs with all slips and gaps as unknowns, transients, and other ways to ask."""
 
+import warnings
+
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -225,3 +227,17 @@ def test_what_is_said_of_a_rounded_punch(punch, paper_cycle):
     assert "open" not in fo.shakedown_limit(punch(8), paper_cycle, 0.6).to_frame()
     with pytest.raises(fo.ModelError, match=r"verify: \d nodes are open"):
         fo.guaranteed_limit(contact, paper_cycle, 0.6).verify()
+
+
+@pytest.mark.parametrize("seed", [1, 17])
+def test_no_set_that_differs_by_a_node_that_rules_is_better_than_a_separated_limit(seed):
+    contact, cycle, limit = open_in_space(seed, nodes=9)
+    best = fo.separated_limit(contact, cycle, 0.6, most_sets=80)
+    assert best.load_factor > 1.2 * limit.load_factor
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of solutions that are less accurate
+        assert best.load_factor == pytest.approx(largest_in_space(contact, cycle, 0.6, best.open), rel=1e-4)
+        for node in range(contact.nodes):
+            other = best.open.copy()
+            other[node] = ~other[node]
+            assert not largest_in_space(contact, cycle, 0.6, other) > best.load_factor * (1 + 1e-4)
