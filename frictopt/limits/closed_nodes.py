@@ -29,9 +29,8 @@ def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
     mean, corners = joined(task.loads.q0, task.loads.p0), joined(task.loads.q1, task.loads.p1)
     out, count = np.tile(opened, system.tangents + 1), int(opened.sum())
     gaps = [parted(-load[..., out] @ nodes.give, system.tangents + 1)[1] for load in (mean, corners)]
-    units = {
-        name: getattr(rest, name) for name in ("force", "load_unit", "mean_bound", "opening")
-    }  # what would press the open nodes shut is no scale
+    # what would press the open nodes shut is no scale
+    units = {name: getattr(rest, name) for name in ("force", "load_unit", "mean_bound", "opening")}
     return replace(
         rest,
         loads=replace(rest.loads, w0=gaps[0], w1=gaps[1]),

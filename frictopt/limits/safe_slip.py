@@ -12,7 +12,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen, listed
 from ..contact.odd_values import warns_of_odd_values
 from ..contact.tolerances import NO_MARGIN, RESIDUAL
-from ..errors import ModelError
+from ..errors import ModelError, SolverError
 from ..solve.solvers import Answer, NoOptimum, solve
 from ..solve.standard_form import StandardForm
 from .closed_nodes import rest_under_mean
@@ -109,7 +109,7 @@ class SafeSlipModel(SafeModel):
         task.check_load_factor(load_factor)
         extended = self._own(margin_problem, task, own, load_factor=load_factor) if own else None
         answer, program = solve_margin(task, load_factor, self._solver, extended)
-        if not (own or answer.claim.exists or solve_margin(task, None, self._solver)[0].claim.exists) and (rest := rest_under_mean(task)):
+        if not (own or answer.claim.exists or _closed_somewhere(task, self._solver)) and (rest := rest_under_mean(task)):
             answer, program = solve_margin(rest, load_factor, self._solver)
             task = rest.whole or task
         state = answer.claim
@@ -176,6 +176,16 @@ def safe_slip(
     False
     """
     return SafeSlipModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction, load_factor)
+
+
+def _closed_somewhere(task: LimitQuestion, solver: str | None) -> bool:
+    """Whether some slip is safe with all nodes closed at some load factor; it is taken to be so where that cannot be told."""
+    if task.violation(0.0, np.zeros(task.system.slip_shape)) <= RESIDUAL:
+        return True
+    try:
+        return solve_margin(task, None, solver)[0].claim.exists
+    except SolverError:
+        return True
 
 
 @dataclass(frozen=True, eq=False)
