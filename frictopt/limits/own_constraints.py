@@ -68,9 +68,8 @@ class SafeModel:
         return pose(self._system, self._cycle, friction, simplify=self._simplify and simplify, most=self._most, loads=self._loads)
 
     def _set(self, task: LimitQuestion) -> SafeSet:
-        if task.lift is not None:
-            return safe_set(task)
-        return self._sets.get(task.system.nodes) or self._sets.setdefault(task.system.nodes, safe_set(task))
+        known = self._sets if task.lift is None else {}
+        return known.get(task.system.nodes) or known.setdefault(task.system.nodes, safe_set(task))
 
     @cached_property
     def _v(self) -> SafeSet:

@@ -15,6 +15,7 @@ from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, components, frame, places
 from ..contact.tolerances import PROVEN_FRICTION, WIDEST_PROOF
 from ..errors import SolverError
+from ..solve.solvers import Answer
 from .mechanism import Mechanism
 from .pressing import Pressing, best_pressed
 from .question import slip_bounds
@@ -90,7 +91,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     none is. It is the root of the margin of `safe_slip`, which never falls as friction grows. It is finite if some slip presses every
     node at every corner (f is then at most the largest `abs(q) / p` there). If no slip does, no friction is enough. More load may need less friction,
     where the mean load alone is not safe and the corners press: the load factors that are safe with one friction are an interval, see
-    `ShakedownLimit.least`. Theory, eq. (16).
+    `ShakedownLimit.least`. Which nodes the mean load leaves open, see `shakedown_limit`, depends on friction; it is proven then that a slip is safe
+    with those that are open at the answer, and none with those that are open just below it. Theory, eq. (16).
 
     Parameters
     ----------
@@ -131,16 +133,7 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         best = best_pressed(system, cycle, load_factor, slip_bounds(slip_bound, system.nodes))
         pressed = best.claim
         if pressed.impossible and not asked.enough_with_open_nodes():
-            mechanism = pressed.motion.table(system)
-            nodes = sorted(set(mechanism["node"]))
-            named = [f"{x:.4g}" for x in system.x[nodes]] if system.tangents == 1 else [place(point) for point in system.points[nodes]]
-            where = f"{'x =' if system.tangents == 1 else 'at'} {', '.join(named[:4])}{', ...' * (len(nodes) > 4)}"
-            why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes ({where}) at some corner; press them"
-            unsafe = frozen(np.full(system.slip_shape, np.nan))
-            record = SolveRecord(best.solver, best.attempts, pressed.residual, (), perf_counter() - started)
-            closed, nothing = np.zeros(system.nodes, dtype=bool), np.full((len(cycle.corners), system.nodes), np.nan)
-            forces = frozen(np.full((len(cycle.corners), *system.slip_shape), np.nan)), frozen(nothing)
-            return RequiredFriction(np.inf, np.inf, unsafe, mechanism, why, system, cycle, load_factor, closed, forces, record)
+            return _never(best, system, cycle, load_factor, within, started)
         most = asked.most if pressed.impossible else _enough(asked, pressed)
     least = most
     while not asked.proven(least, False):
@@ -171,6 +164,19 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         reactions=(frozen(enough.reactions[0]), frozen(enough.reactions[1])),
         record=asked.record((enough, too_little), max(enough.residual, too_little.residual)),
     )
+
+
+def _never(best: Answer[Pressing], system: ContactSystem, cycle: LoadCycle, load_factor: float, within: str, started: float) -> RequiredFriction:
+    """The answer that no friction is enough, from the slip that presses the nodes best."""
+    mechanism = best.claim.motion.table(system)
+    nodes = sorted(set(mechanism["node"]))
+    named = [f"{x:.4g}" for x in system.x[nodes]] if system.tangents == 1 else [place(point) for point in system.points[nodes]]
+    where = f"{'x =' if system.tangents == 1 else 'at'} {', '.join(named[:4])}{', ...' * (len(nodes) > 4)}"
+    why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes ({where}) at some corner; press them"
+    unsafe, corners, closed = np.full(system.slip_shape, np.nan), len(cycle.corners), np.zeros(system.nodes, dtype=bool)
+    forces = frozen(np.full((corners, *system.slip_shape), np.nan)), frozen(np.full((corners, system.nodes), np.nan))
+    record = SolveRecord(best.solver, best.attempts, best.claim.residual, (), perf_counter() - started)
+    return RequiredFriction(np.inf, np.inf, frozen(unsafe), mechanism, why, system, cycle, load_factor, closed, forces, record)
 
 
 def _enough(asked: "_Asked", pressed: Pressing) -> float:

@@ -227,8 +227,7 @@ class _Search:
         forward[(-(q + f * p)).argmax(axis=0), nodes] = np.maximum(motion.slips, 0.0).sum(axis=0)
         backward[(q - f * p).argmax(axis=0), nodes] = np.maximum(-motion.slips, 0.0).sum(axis=0)
         opening[(-p).argmax(axis=0), nodes] = motion.opening.sum(axis=0)
-        if motion.press is not None:
-            press[w.argmin(axis=0), np.arange(w.shape[1])] = motion.press.sum(axis=0)
+        press[w.argmin(axis=0), np.arange(w.shape[1])] = 0.0 if motion.press is None else motion.press.sum(axis=0)
         return Mechanism(forward - backward, opening + 2 * f * np.minimum(forward, backward), f, press=press)
 
     def between(self, one: _Point, other: _Point) -> list[_Side]:
