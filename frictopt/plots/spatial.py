@@ -29,7 +29,7 @@ _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of 
 def limiting_face(axes: Axes, limit: ShakedownLimit | RequiredFriction | SeparatedLimit, ratio: Array) -> Axes:
     """Shear over friction bound at the first corner under the safe slip, the slip as arrows; nodes of the mechanism are circled."""
     places, size = _map(axes, limit.system, ratio, "$|q| / (f p)$ at the first corner", 1.0, limit.open)
-    _arrows(axes, places, np.where(limit.open[:, None], 0.0, limit.slip), "residual slip")
+    _arrows(axes, places, np.where(limit.open[:, None], np.nan, limit.slip), "residual slip")
     if not isinstance(limit, SeparatedLimit):
         _circles(axes, places[np.unique(limit.mechanism["node"])], size, "limiting node")
     return _finished(axes)
@@ -41,7 +41,7 @@ def safe_slip_face(axes: Axes, safe: SafeSlip) -> Axes:
     corner = int(np.argmin((safe.friction * p - np.linalg.norm(q, axis=-1))[:, ~safe.open].min(axis=1)))
     ratio = safe.traction_ratios[corner]
     places, _ = _map(axes, safe.system, ratio, f"$|q| / (f p)$ at corner {corner}", max(1.0, float(np.nanmax(ratio, initial=0.0))), safe.open)
-    _arrows(axes, places, np.where(safe.open[:, None], 0.0, safe.slip), "residual slip")
+    _arrows(axes, places, np.where(safe.open[:, None], np.nan, safe.slip), "residual slip")
     return _finished(axes)
 
 
@@ -133,8 +133,8 @@ def _along(tangent: Array, number: str) -> str:
 
 
 def _arrows(axes: Axes, places: Array, slip: Array, name: str) -> None:
-    """Draw the slip of the nodes as arrows."""
-    longest = float(np.linalg.norm(slip, axis=1).max())
+    """Draw the slip of the nodes as arrows, none where it is NaN."""
+    longest = float(np.nanmax(np.linalg.norm(slip, axis=1), initial=0.0))
     if longest > 0:
         look = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "width": 0.007, "zorder": 3}
         axes.quiver(*places.T, *slip.T, angles="xy", scale_units="width", scale=longest / _ARROW, **look)
