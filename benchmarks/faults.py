@@ -174,7 +174,7 @@ FAULTS = (
           "max(errors, default=0.0)) > 2e9 * ONE_SIDE", "safe_region"),
     Fault("limits/least_slip.py", "multipliers that do not balance", "max(unbalanced, residual)", "residual", "least_slip"),
     Fault("limits/least_slip.py", "twice the weight", "np.abs(g).sum(axis=0) / 2", "np.abs(g).sum(axis=0)", "least_slip"),
-    Fault("limits/open_nodes.py", "loads of open nodes are lost", "r[~out] - r[out] @ follow", "r[~out]", "open_nodes separated"),
+    Fault("limits/open_nodes.py", "loads of open nodes are lost", "r[~out] - r[out] @ nodes.follow", "r[~out]", "open_nodes separated"),
     Fault("limits/safe_set.py", "open nodes may overlap", '{"stays_open": gap >= reserve}', '{"stays_open": gap >= reserve - 1e6}', "open_nodes"),
     Fault("limits/mechanism.py", "nodes that touch bound nothing", " + press.sum(axis=0) @ loads.w0", "", "open_nodes"),
     Fault("limits/closed_nodes.py", "all nodes are taken for closed", "return opened if opened.any()", "return None if opened.any()", "open_nodes"),

@@ -12,7 +12,7 @@ import numpy as np
 from ..contact.checks import Booleans
 from ..contact.parts import joined, parted
 from ..errors import FrictoptError
-from .open_nodes import without
+from .open_nodes import following, without
 from .question import LimitQuestion, pose
 
 __all__ = ["open_under_mean", "rest_of", "rest_under_mean"]
@@ -20,10 +20,10 @@ __all__ = ["open_under_mean", "rest_of", "rest_under_mean"]
 
 def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
     """The question of the closed nodes; None if nothing would hold the open ones, or none is closed."""
-    found = without(task.system, opened)
-    if found is None:
+    nodes = None if opened.all() else following(task.system, opened)
+    if nodes is None:
         return None
-    system, nodes = found
+    system = without(task.system, nodes)
     most = None if task.most is None else task.most[~opened]
     rest = pose(system, task.cycle, task.friction[~opened], simplify=task.simplify, most=most)
     mean, corners = joined(task.loads.q0, task.loads.p0), joined(task.loads.q1, task.loads.p1)

@@ -149,8 +149,8 @@ class GuaranteedModel(SafeModel):
         self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
     ) -> GuaranteedLimit:
         uncoupled, coincide = is_uncoupled(task.system, task.friction), int((how == COINCIDE).sum())
-        if task.lift is not None and task.whole is not None:
-            rest, task = task, task.whole
+        if task.around is not None:
+            rest, task = task, task.around
             closed, every_least, every_how = task.closed, np.full(task.system.nodes, np.inf), np.full(task.system.nodes, OPEN, dtype=object)
             every_least[closed], every_how[closed] = least, how
             least, how = every_least, every_how

@@ -186,9 +186,8 @@ def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, c
     under = f" (slips obey {', '.join(shakedown.constraints)})" if shakedown.constraints else ""
     if best is not None:
         (forward, backward), any_load = best.corners, f" at any load factor next above {least:.6g}" if best.above is not None else ""
-        opened = f"with {int(shakedown.open.sum())} of {shakedown.system.nodes} nodes open under the mean load: " if shakedown.open.any() else ""
         both = f"on its bound of forward slip at corner {forward} and of backward slip at corner {backward}"
-        return f"{opened}node {best.node} is {both}{any_load}{under}{alone}"
+        return f"{shakedown._task.said}node {best.node} is {both}{any_load}{under}{alone}"
     if shakedown.kind is not LimitKind.FINITE:
         return shakedown.reason + alone
     why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is on both its bounds below it"

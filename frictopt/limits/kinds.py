@@ -50,9 +50,6 @@ def growth(task: LimitQuestion, proof: MarginClaim) -> str:
 def reason(task: LimitQuestion, kind: LimitKind, ends: tuple[float, float], growth: str, constraints: tuple[str, ...]) -> str:
     """Why the safe load factors end where they do, at the least and at the largest one, in words; `growth` says why there is no largest one."""
     least, largest = ends
-    if opened := int((~task.closed).sum()):
-        rest = reason(replace(task, open=None), kind, ends, growth, constraints)
-        return f"with {opened} of {task.system.nodes} nodes open under the mean load: {rest}"
     within, more = ("", "") if task.most is None else (" within the slip bound", "a larger slip_bound may leave one; ")
     slip, start, below = f"residual slip{within}", "", ""
     slip += f" that obeys {', '.join(constraints)}" * bool(constraints)

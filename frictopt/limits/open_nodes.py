@@ -18,7 +18,7 @@ from ..contact.parts import joined, parted
 from ..contact.tolerances import HELD, NOTHING_LEFT
 from .mechanism import Mechanism
 
-__all__ = ["OpenNodes", "without"]
+__all__ = ["OpenNodes", "following", "without"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,27 +72,33 @@ class OpenNodes:
         return Mechanism(slips, opening, np.where(self.opened, 0.0, friction), hold, open=self.opened)
 
 
-def without(system: ContactSystem, opened: Booleans) -> tuple[ContactSystem, OpenNodes] | None:
-    """The contact of the closed nodes, and how the open ones follow them; None if these would be held by nothing."""
-    out, S, loads = np.tile(opened, system.tangents + 1), system.S, {name: joined(*pair) for name, pair in system.bonded.items()}
+def following(system: ContactSystem, opened: Booleans) -> OpenNodes | None:
+    """How open nodes follow the others; None if these, or nothing where all are open, do not hold them."""
+    out, S = np.tile(opened, system.tangents + 1), system.S
     values, vectors = np.linalg.eigh(S[np.ix_(out, out)])
     held = values > HELD * max(values[-1], np.finfo(float).tiny)
-    driven = [r[out] @ vectors[:, ~held] / (np.abs(r).max() or 1.0) for r in loads.values()]  # a way aside that no load takes is no matter
-    if opened.all() or max(np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()) :, ~held])) > HELD:
+    loads = [joined(*pair) for pair in system.bonded.values()]
+    driven = [r[out] @ vectors[:, ~held] / (np.abs(r).max() or 1.0) for r in loads]  # a way aside that no load takes is no matter
+    if max(np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()) :, ~held])) > HELD:
         return None
     give = (vectors[:, held] / values[held]) @ vectors[:, held].T
-    follow = give @ S[np.ix_(out, ~out)]
-    kept = S[np.ix_(~out, ~out)] - S[np.ix_(~out, out)] @ follow
+    return OpenNodes(opened, give @ S[np.ix_(out, ~out)], give)
+
+
+def without(system: ContactSystem, nodes: OpenNodes) -> ContactSystem:
+    """The contact of the closed nodes."""
+    closed, out, S = ~nodes.opened, np.tile(nodes.opened, system.tangents + 1), system.S
+    kept = S[np.ix_(~out, ~out)] - S[np.ix_(~out, out)] @ nodes.follow
     values, vectors = np.linalg.eigh((kept + kept.T) / 2)  # what nothing resists any more is left as rounding of both signs
     kept = (vectors * np.where(values > NOTHING_LEFT * np.abs(S).max(), values, 0.0)) @ vectors.T
-    closed = replace(
+    loads = {name: joined(*pair) for name, pair in system.bonded.items()}
+    return replace(
         system,
         S=(kept + kept.T) / 2,
-        points=system.points[~opened],
-        bonded={name: r[~out] - r[out] @ follow for name, r in loads.items()},
-        gap=system.gap[~opened],
-        frames=system.frames[~opened],
-        contact=None if system.contact is None else system.contact[~opened],
-        width=None if system.width is None else system.width[~opened],
+        points=system.points[closed],
+        bonded={name: r[~out] - r[out] @ nodes.follow for name, r in loads.items()},
+        gap=system.gap[closed],
+        frames=system.frames[closed],
+        contact=None if system.contact is None else system.contact[closed],
+        width=None if system.width is None else system.width[closed],
     )
-    return closed, OpenNodes(opened, follow, give)

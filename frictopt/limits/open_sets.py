@@ -7,10 +7,10 @@ import numpy as np
 
 from ..contact.checks import Array, Booleans
 from ..contact.parts import joined
-from ..contact.tolerances import HELD, RESIDUAL
+from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
 from .closed_nodes import rest_of
-from .open_nodes import OpenNodes
+from .open_nodes import following
 from .question import LimitQuestion
 from .shakedown import ShakedownModel
 from .shakedown_result import ShakedownLimit
@@ -69,30 +69,27 @@ def open_set_limit(model: ShakedownModel, task: LimitQuestion, opened: Booleans)
 
 def with_states(limit: ShakedownLimit) -> OpenSetLimit:
     """A shakedown limit with the states of its open nodes."""
-    task, nothing = limit._task, np.full((2, *limit._task.loads.p1.shape), np.nan)
-    slip, gap = (np.full_like(limit.reactions[0], np.nan), nothing[0]) if np.isinf(limit.load_factor) else task.states(limit.load_factor, limit.slip)
+    reactions = limit.reactions
+    slip, gap = limit._task.states(limit.load_factor, limit.slip) if np.isfinite(limit.load_factor) else reactions  # these are NaN there too
     active = tuple(dict.fromkeys(limit.mechanism["node"].tolist()))
-    return OpenSetLimit(limit.load_factor, limit.least, limit.open, slip, gap.clip(0.0), *limit.reactions, limit.residual, active, limit.problem)
+    return OpenSetLimit(limit.load_factor, limit.least, limit.open, slip, gap.clip(0.0), *reactions, limit.residual, active, limit.problem)
 
 
 def _all_open(task: LimitQuestion) -> OpenSetLimit | None:
     """The load factors at which all nodes are open: where no gap closes at any corner."""
-    S, n = task.system.S, task.system.nodes
-    values = np.linalg.eigvalsh(S)
-    if not values[0] > HELD * max(values[-1], np.finfo(float).tiny):
+    n, still, none = task.system.nodes, np.zeros(task.system.slip_shape), np.zeros_like(task.loads.p1)
+    nodes = following(task.system, np.ones(n, dtype=bool))
+    if nodes is None:
         return None
-    every, give = np.ones(n, dtype=bool), np.asarray(np.linalg.inv(S), dtype=np.float64)
-    opened = replace(task, open=OpenNodes(every, np.zeros((len(S), 0)), give))
-    still, corner = np.zeros(task.system.slip_shape), -joined(task.loads.q1, task.loads.p1) @ give
-    gap, rate = opened.states(0.0, still)[1][0], corner[:, -n:].min(axis=0)
+    opened = replace(task, open=nodes)
+    gap, rate = opened.states(0.0, still)[1][0], (-joined(task.loads.q1, task.loads.p1) @ nodes.give)[:, -n:].min(axis=0)
     least = float(np.divide(-gap, rate, out=np.where(gap < 0, np.inf, 0.0), where=rate > 0).max())
     load_factor = float(np.divide(gap, -rate, out=np.full(n, np.inf), where=rate < 0).min())
     if not (least <= load_factor and np.isfinite(least)):
         return None
-    slip, gap = opened.states(load_factor if np.isfinite(load_factor) else least, still)
-    residual = opened.violation(load_factor if np.isfinite(load_factor) else least, still)
+    at = load_factor if np.isfinite(load_factor) else least
+    (slip, gap), residual = opened.states(at, still), opened.violation(at, still)
     if not residual <= RESIDUAL:
         raise SolverError(f"open set: the states at the limit violate the contact law by {residual:.1e} (tolerance {RESIDUAL:g})")
-    none = np.zeros_like(task.loads.p1)
-    ruling = int(np.divide(gap[0], -rate, out=np.full(n, np.inf), where=rate < 0).argmin())
-    return OpenSetLimit(load_factor, least, every, slip, gap.clip(0.0), np.zeros_like(task.loads.q1), none, residual, (ruling,), None)
+    ruling = int(gap.min(axis=0).argmin())
+    return OpenSetLimit(load_factor, least, nodes.opened, slip, gap.clip(0.0), np.zeros_like(task.loads.q1), none, residual, (ruling,), None)

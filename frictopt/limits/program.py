@@ -141,9 +141,7 @@ def carried(task: LimitQuestion, slip: Array, load_factor: float, sense: int) ->
 
 def _back_to_open(task: LimitQuestion, slip: Array, load_factor: float, sense: int) -> float:
     """Change of the load factor, times its sense, at which open nodes that overlap only touch; 0 where none does."""
-    if task.lift is None:
-        return 0.0
     rate = sense * task.loads.w1
     gap = task.gaps(load_factor, slip)
     closes = (gap < -CARRIED * task.clearance) & (rate < 0)
-    return float(np.where(closes, gap / np.where(closes, -rate, 1.0), 0.0).min())
+    return float(np.where(closes, gap / np.where(closes, -rate, 1.0), 0.0).min(initial=0.0))

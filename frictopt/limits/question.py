@@ -69,6 +69,11 @@ class LimitQuestion:
     lift: Array | None = None
 
     @property
+    def around(self) -> "LimitQuestion | None":
+        """The question on the whole contact where this one is on its closed nodes; else None."""
+        return None if self.lift is None else self.whole
+
+    @property
     def closed(self) -> Booleans:
         """(N,) which nodes are closed."""
         return np.ones(self.system.nodes, dtype=bool) if self.open is None else ~self.open.opened
@@ -98,16 +103,16 @@ class LimitQuestion:
 
     def expanded(self, slip: Array) -> Array:
         """The slip of the whole contact whose closed nodes slip like this: open ones stand where they do under the mean load."""
-        whole = self.whole
-        if whole is None or whole.open is None:
+        if self.around is None:
             return slip
-        every = np.zeros(whole.system.slip_shape)
-        every[whole.closed] = slip
-        return whole.open.states(joined(whole.loads.q0, whole.loads.p0), every)[0]
+        every = np.zeros(self.around.system.slip_shape)
+        every[self.around.closed] = slip
+        under_mean, _ = self.around.states(0.0, every)
+        return np.asarray(under_mean[0])
 
     def own(self, slip: Array) -> Array:
         """What a slip of the whole contact is on the nodes of the question: the inverse of `expanded`."""
-        return slip if self.whole is None or self.whole.open is None else slip[self.whole.closed]
+        return slip if self.around is None else slip[self.around.closed]
 
     def _at_corners(self, load_factor: float) -> Array:
         loads = self.loads
@@ -135,8 +140,8 @@ class LimitQuestion:
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """How far the slip is from being safe: the largest violation of the contact law over the corners, and the excess over the slip bound."""
-        if self.whole is not None and self.whole.open is not None:
-            return max(self.whole.violation(load_factor, self.expanded(slip)), self.beyond(slip))
+        if self.around is not None:
+            return max(self.around.violation(load_factor, self.expanded(slip)), self.beyond(slip))
         (v, w), (q, p) = self.states(load_factor, slip), self.reactions(load_factor, slip)
         mean_q, mean_p = self.system.reaction(self.cycle.mean)
         bonded = mean_q + load_factor * self.loads.q1, mean_p + load_factor * self.loads.p1
@@ -153,6 +158,12 @@ class LimitQuestion:
         """(K, O) gaps of the open nodes by the slip of the closed ones, of a question on these."""
         gaps = self.loads.w0 + load_factor * self.loads.w1
         return gaps if self.lift is None else gaps + self.lift @ slip.T.ravel()
+
+    @property
+    def said(self) -> str:
+        """How many nodes are open, as the beginning of a reason."""
+        opened = int((~self.closed).sum())
+        return f"with {opened} of {self.system.nodes} nodes open under the mean load: " if opened else ""
 
     @property
     def clearance(self) -> float:

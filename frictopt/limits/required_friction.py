@@ -126,9 +126,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         slip = asked.safe(0.0)
         why = f"none is needed: a residual slip{within} takes all shear off every node at every corner"
         still = Mechanism(np.zeros((1, *system.slip_shape)), np.zeros((1, system.nodes)), np.zeros(system.nodes))
-        forces = frozen(slip.reactions[0]), frozen(slip.reactions[1])
         motionless, record = still.table(system), asked.record((slip,), slip.residual)
-        return RequiredFriction(0.0, np.nan, slip.slip, motionless, why, system, cycle, load_factor, slip.open, forces, record)
+        return RequiredFriction(0.0, np.nan, slip.slip, motionless, why, system, cycle, load_factor, slip.open, _kept(slip), record)
     if not asked.proven(most, True):
         best = best_pressed(system, cycle, load_factor, slip_bounds(slip_bound, system.nodes))
         pressed = best.claim
@@ -161,9 +160,15 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         cycle=cycle,
         load_factor=load_factor,
         open=enough.open,
-        reactions=(frozen(enough.reactions[0]), frozen(enough.reactions[1])),
+        reactions=_kept(enough),
         record=asked.record((enough, too_little), max(enough.residual, too_little.residual)),
     )
+
+
+def _kept(safe: SafeSlip) -> tuple[Array, Array]:
+    """The reactions of a safe slip, read-only."""
+    q, p = safe.reactions
+    return frozen(q), frozen(p)
 
 
 def _never(best: Answer[Pressing], system: ContactSystem, cycle: LoadCycle, load_factor: float, within: str, started: float) -> RequiredFriction:
@@ -221,7 +226,8 @@ class _Asked:
 
     def enough_with_open_nodes(self) -> bool:
         """Whether some friction is enough where the nodes that the mean load leaves open need not be pressed."""
-        return any(self.proven(friction, True) for friction in _TRIED) if self.safe(_TRIED[0]).open.any() else False
+        first = self._found.get(_TRIED[0])
+        return first is not None and bool(first.open.any()) and any(self.proven(friction, True) for friction in _TRIED)
 
     @property
     def most(self) -> float:

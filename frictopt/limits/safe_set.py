@@ -43,7 +43,7 @@ class SafeSet(ABC):
     """
 
     def __init__(self, task: LimitQuestion) -> None:
-        self.scaled, self._most, self._lift = scaled_contact(task), task.most, task.lift
+        self.scaled, self._most = scaled_contact(task), task.most
         rigid = self.scaled.rigid.shape[1]
         self.traction, self.slide = cp.Variable(len(self.scaled.loaded), name="traction"), cp.Variable(rigid, name="slide") if rigid else None
         self.load_factor, self.margin = cp.Variable(name="load_factor"), cp.Variable(name="margin")
@@ -119,21 +119,22 @@ class SafeSet(ABC):
 
     def _apart(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
         """Rows by which open nodes stay open: the corners of one differ only in the coefficient of `lam >= 0`, so that which closes it most rules."""
-        if self._lift is None:
+        task = self._task
+        if task.lift is None:
             return {}
-        task, room = self._task, self._room(self._lift)
+        room = self._room(task.lift)
         lam = self._given if load_factor is None else task.load_unit * load_factor
         reserve = 0.0 if margin is None else task.clearance / room * margin
-        gap = task.loads.w0 / room + lam * (task.loads.w1.min(axis=0) / room) + (self._lift / room[:, None]) @ self.slip
+        gap = task.loads.w0 / room + lam * (task.loads.w1.min(axis=0) / room) + (task.lift / room[:, None]) @ self.slip
         return {"stays_open": gap >= reserve}
 
     def pressed(self, rows: Rows) -> Array | None:
         """(K, O) forces that keep open nodes from touching: multipliers of their rows, at the corners that rule them."""
-        if self._lift is None:
+        lift, w1 = self._task.lift, self._task.loads.w1
+        if lift is None:
             return None
-        w1 = self._task.loads.w1
         press = np.zeros(w1.shape)
-        press[w1.argmin(axis=0), np.arange(w1.shape[1])] = np.maximum(rows["stays_open"].dual_value, 0.0) / self._room(self._lift)
+        press[w1.argmin(axis=0), np.arange(w1.shape[1])] = np.maximum(rows["stays_open"].dual_value, 0.0) / self._room(lift)
         return press
 
     def held(self, rows: Rows) -> Array | None:

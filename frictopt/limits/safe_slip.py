@@ -24,9 +24,9 @@ from .question import LimitQuestion
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 
-_FAR = 1e3  # the proof that nothing is safe holds for slips at least `1 / _FAR / RESIDUAL` times as large as those of the loads
-
 __all__ = ["MarginClaim", "SafeSlipModel", "margin_problem", "safe_slip", "solve_margin"]
+
+_FAR = 1e3  # the proof that nothing is safe holds for slips at least `1 / _FAR / RESIDUAL` times as large as those of the loads
 
 
 def margin_problem(v: SafeSet, *, free_load_factor: bool = False) -> cp.Problem:

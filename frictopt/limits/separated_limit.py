@@ -111,8 +111,8 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
     It comes from a search over sets of open nodes, one program each, that starts at the answer of `shakedown_limit` and is never less. Nodes that
     rule the limit of a set, and runs of neighbours at its borders, are opened or closed as long as one of these sets is better. The best one is
     proven to rest, others may do better. `bound` is the upper bound by a mixed-integer program of what holds at the corners, for the class of cycles
-    that `covers` names: nodes may open and close there. Whether a contact
-    rests above it with nodes that open and close in each cycle, follows from transients: `limit_after_protocol` with `start=limit.slip` and `up_to`.
+    that `covers` names: nodes may open and close there. Whether a contact rests above it with nodes that open and close in each cycle, follows from
+    transients: `limit_after_protocol` with `start=limit.slip` and `up_to`.
 
     A contact whose pressure falls to zero at its edge slips there at any load in the continuum (Barber, Klarbring & Ciavarella 2008): its limit
     belongs to the mesh, and falls with it. Theory, eq. (19).
@@ -126,8 +126,8 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
     most_sets
         Largest number of sets of open nodes to try.
     most_nodes
-        Largest number of nodes in the search tree of the mixed-integer program. With more than 40 pairs of node and corner, and in
-        space, there is no bound.
+        Largest number of nodes in the search tree of the mixed-integer program. With more than 40 pairs of node and corner, and in space, there is no
+        bound.
 
     Raises
     ------

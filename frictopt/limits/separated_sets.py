@@ -25,7 +25,8 @@ def best_open_set(system: ContactSystem, cycle: LoadCycle, friction: Array, most
     without a limit others further off.
     """
     model, task, tried = ShakedownModel(system, cycle), pose(system, cycle, friction), set[bytes]()
-    first, settled = model.solve(friction), open_under_mean(task)
+    first = model.solve(friction)
+    settled = None if first.open.any() else open_under_mean(task)  # else it is that of the first one
     best = None if np.isnan(first.load_factor) else with_states(first)
     waiting = [first.open, *([] if settled is None else [settled])]
     others = [opened for opened in waiting if best is None or (best.opened != opened).any()]

@@ -176,7 +176,7 @@ class ShakedownModel(SafeModel):
 
     def _solved(self, program: SafeProgram) -> ShakedownLimit:
         task = program.task
-        whole = task.whole if task.whole and task.lift is None else task
+        whole = task if task.around else task.whole or task
         answer = solve(program, lambda: judged(program), self._solver, no_optimum=lambda: no_limit(whole, self._solver))
         return self._result(program, answer, {})
 

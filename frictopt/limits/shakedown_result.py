@@ -122,6 +122,8 @@ class ShakedownLimit(Answered):
     def least_slip(self, load_factor: float) -> LeastSlip:
         """Proven lower bound of the slip in every cycle at a load factor, from every start; it is positive above the limit.
 
+        With open nodes it holds for cycles in which these carry nothing.
+
         Raises
         ------
         ModelError
@@ -158,6 +160,7 @@ def limit_result(answer: Answer[LimitClaim], left_out: tuple[str, ...], problem:
     """The limit that is claimed, with how it was found."""
     claim = answer.claim
     task, why = claim.task, claim.why or reason(claim.task, claim.kind, (claim.least, claim.load_factor), claim.growth, claim.constraints)
+    why = task.said + why
     record = task.record(answer.solver, answer.attempts, claim.residual, left_out)
     found = claim.load_factor, claim.least, claim.kind, why, frozen(claim.slip), float(claim.bound), record
     return ShakedownLimit(*found, claim.constraints, claim.objective, problem, task, claim.motion, units)

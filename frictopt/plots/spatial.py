@@ -4,12 +4,12 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.transforms import offset_copy
+from numpy.typing import NDArray
 
 from ..contact import ContactSystem, Onset
 from ..contact.checks import Array, Booleans
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..fem.ordering import Integers
 from ..limits import RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import SteadyState
 from .style import BLACK, GREY, SERIES, AxesArray, new_axes
@@ -115,7 +115,7 @@ def _places(system: ContactSystem) -> tuple[Array, tuple[str, str], dict[str, Ar
     return places, ("along the first tangents, contact by contact", "along the second tangents"), names
 
 
-def _seen(system: ContactSystem, own: Integers) -> Array:
+def _seen(system: ContactSystem, own: NDArray[np.intp]) -> Array:
     """(n, 2) places of some nodes in their plane, seen along its normal."""
     frames, points = system.frames[own], system.points[own]
     if np.abs(frames - frames[0]).max() > _FLAT:

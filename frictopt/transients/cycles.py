@@ -167,8 +167,10 @@ class Run:
         else:
             return False
         limit, modes = found
-        ways = [(last[-1].before - limit, last[-1].after - limit), *modes]
-        shares = [(share * before, share * after) for before, after in ways for share in (_NEAR / max(_NEAR, np.abs(before - after).max()),)]
+        shares = []
+        for before, after in ((last[-1].before - limit, last[-1].after - limit), *modes):
+            near = _NEAR / max(_NEAR, np.abs(before - after).max())
+            shares.append((near * before, near * after))
         shares += modes
         try:
             proving = self.follow(proof)
