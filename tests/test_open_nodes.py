@@ -83,6 +83,8 @@ def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
     solid, _ = embedded(contact, np.random.default_rng(seed))
     found = fo.shakedown_limit(solid, CYCLE, friction)
     assert found.load_factor == pytest.approx(limit.load_factor, rel=1e-7) and found.open.tolist() == limit.open.tolist()
+    plane, space = (fo.safe_slip(system, CYCLE, friction, 3 * limit.load_factor) for system in (contact, solid))
+    assert space.margin == pytest.approx(plane.margin, rel=1e-6)
 
 
 @settings(deadline=None, max_examples=25, derandomize=True)

@@ -167,8 +167,9 @@ class LimitQuestion:
 
     @property
     def clearance(self) -> float:
-        """Unit of margins as a gap, length: what the mean friction bound does to a mean stiffness."""
-        return self.mean_bound / (self.whole or self).system.stiffness_scale
+        """Unit of margins as a gap, length: what the mean friction bound does to the mean normal stiffness."""
+        system = (self.whole or self).system
+        return self.mean_bound / (float(np.diag(system.C).mean()) or system.stiffness_scale)
 
     def record(self, solver: str, attempts: tuple[Attempt, ...], residual: float, left_out: tuple[str, ...]) -> SolveRecord:
         """How the question was answered, now."""

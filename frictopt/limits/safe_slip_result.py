@@ -35,7 +35,7 @@ class SafeSlip(Answered):
     margin
         Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds of the mean load, at most 1; negative: none is safe.
         With friction below 0.01 somewhere the reserve of p counts as well; with open nodes their gap, in what the mean friction bound does to the
-        mean stiffness.
+        mean normal stiffness.
     bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
     record
