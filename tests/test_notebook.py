@@ -17,7 +17,9 @@ first = fo.onset(rod, cycle, 0.5).plot();""",
 
 @pytest.mark.filterwarnings("ignore:Proactor event loop:RuntimeWarning")  # of zmq on Windows
 def test_each_of_four_pictures_is_shown_below_its_own_cell():
-    done = NotebookClient(new_notebook(cells=[new_code_cell(cell) for cell in CELLS]), kernel_name="python3", timeout=None).execute()
+    done = NotebookClient(
+        new_notebook(cells=[new_code_cell(cell) for cell in CELLS]), kernel_name="python3", timeout=300, startup_timeout=300
+    ).execute()
     images = [[output for output in cell.outputs if "image/png" in output.get("data", {})] for cell in done.cells]
     assert [len(shown) for shown in images] == [1, 1, 1, 1]
     assert len({shown[0].data["image/png"] for shown in images}) == 4
