@@ -1,4 +1,4 @@
-"""Errors of the mesh: corner exponent, dissipation against a closed form, and the law of the shakedown limit at the corner."""
+"""Errors of the mesh: corner exponent, dissipation against a closed form, the law of the shakedown limit at the corner, and surfaces that give."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
+from studies.limits import SURFACE
 from studies.tables import Table
 from studies.validation.error_vs_time import ERROR, LAW
 
@@ -13,18 +14,19 @@ from .style import GREY, SERIES, WIDE, new_figure, panel_label, whole_decades
 
 __all__ = ["TABLES", "draw"]
 
-TABLES: Mapping[str, Table[Any]] = {"error": ERROR, "law": LAW}
+TABLES: Mapping[str, Table[Any]] = {"error": ERROR, "law": LAW, "surface": SURFACE}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Errors against run time at the left and in the middle; at the right the fitted exponents against the expected ones."""
-    figure = new_figure(WIDE, 72)
-    panels = figure.subplots(1, 3)
+    """Errors against run time above; below the fitted exponents against the expected ones, and limits without and with contact stiffness."""
+    figure = new_figure(WIDE, 140)
+    panels = figure.subplots(2, 2).ravel()
     meshes = tables["error"][tables["error"]["nodes"] == 0]
     _corner(panels[0], meshes[meshes["quantity"] == "corner exponent"])
     _cylinder(panels[1], meshes[meshes["scene"] == "cylinder on a half-plane"])
     _law(panels[2], tables["law"])
-    for axes, letter in zip(panels, "abc", strict=True):
+    _surface(panels[3], tables["surface"])
+    for axes, letter in zip(panels, "abcd", strict=True):
         panel_label(axes, letter)
     return figure
 
@@ -64,3 +66,15 @@ def _law(axes: Any, table: pd.DataFrame) -> None:
     axes.set_xlabel("corner element / $a$")
     axes.set_ylabel(r"exponent of $\lambda_2$ in the corner element")
     axes.legend(loc="upper center", ncols=2, title="lines: closed forms")
+
+
+def _surface(axes: Any, table: pd.DataFrame) -> None:
+    for (give, rows), series in zip(table.groupby("surface"), SERIES, strict=False):
+        axes.plot(rows["corner_size"], rows["load_factor"], **series, lw=0.8, label=f"${give:g}\\,a$" if give else "0 (hard)")
+        slips = rows[rows["onset"] > 0]  # else the mean load alone slips
+        axes.plot(slips["corner_size"], slips["onset"], **(series | {"linestyle": ":"}), mfc="white", mew=0.7, lw=0.8)
+    axes.set_xscale("log")
+    axes.set_ylim(0, 1.9 * table["load_factor"].max())
+    axes.set_xlabel("corner element / $a$")
+    axes.set_ylabel(rf"$\lambda_2$ (full), onset (open), $f = {table['friction'].iloc[0]:g}$")
+    axes.legend(loc="upper center", ncols=2, title="$E^*$ over contact stiffness")

@@ -16,7 +16,7 @@ import frictopt as fo
 from .paper import LOADS, force_unit, slip_unit
 from .tables import Study, Table
 
-__all__ = ["CORNER", "FRICTION", "FULL", "QUICK", "REACTIONS", "STUDY", "Parameters"]
+__all__ = ["CORNER", "FRICTION", "FULL", "QUICK", "REACTIONS", "STUDY", "SURFACE", "Parameters"]
 
 
 def _steps(*runs: tuple[float, float, float]) -> tuple[float, ...]:
@@ -37,6 +37,9 @@ class Parameters:
     gradings: tuple[float, ...] = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
     reaction_elements: int = 124  # with the default grading
     reaction_frictions: tuple[float, ...] = (0.3, 0.7)
+    surface_friction: float = 0.5
+    surface_elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96, 124, 192, 256)  # grading "sine"
+    surfaces: tuple[float, ...] = (0.0, 0.005, 0.02, 0.1)  # E* over the contact stiffness, over a; 0: hard
 
 
 FULL = Parameters()
@@ -49,6 +52,8 @@ QUICK = Parameters(
     gradings=(2, 20, 200),
     reaction_elements=16,
     reaction_frictions=(0.3, 0.7),
+    surface_elements=(16, 32, 64),
+    surfaces=(0.0, 0.1),
 )
 
 
@@ -89,6 +94,21 @@ def reactions_at_limit(parameters: Parameters) -> pd.DataFrame:
             part = _corner_reactions(scene, system, limit, friction, corner)
             parts.append(pd.concat([_mesh_columns(scene, len(part)), part], axis=1))
     return pd.concat(parts)
+
+
+def limits_by_surface(parameters: Parameters) -> pd.DataFrame:
+    """One row per mesh and stiffness of the surfaces."""
+    rows, f = [], parameters.surface_friction
+    for elements in tqdm(parameters.surface_elements, desc="limits by contact stiffness", disable=None):
+        scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine")
+        hard = scene.condense()
+        for give in parameters.surfaces:
+            stiffness = (hard.E_star or np.nan) / (give * scene.half_width) if give else np.inf
+            system = hard.with_contact_stiffness(tangential=stiffness, normal=stiffness)
+            limit, first = fo.shakedown_limit(system, LOADS, f), fo.onset(system, LOADS, f)
+            row = {"surface": give, "friction": f, "onset": first.slip.load_factor, "load_factor": limit.load_factor, "residual": limit.residual}
+            rows.append(pd.concat([_mesh_columns(scene, 1), pd.DataFrame([row])], axis=1))
+    return pd.concat(rows)
 
 
 def _mesh_columns(scene: fo.scenes.PunchOnHalfPlane, rows: int) -> pd.DataFrame:
@@ -194,5 +214,20 @@ CORNER = Table("limits_corner", "shakedown limit of one mesh at one friction", _
 REACTIONS = Table(
     "limits_reactions", "one node at one load corner, at the shakedown limit", _MESH | _REACTION, full=FULL, quick=QUICK, compute=reactions_at_limit
 )
+SURFACE = Table(
+    "limits_surface",
+    "onset and shakedown limit of one mesh with one contact stiffness",
+    _MESH
+    | {
+        "surface": "E* over the contact stiffness, over a; 0 for the hard contact",
+        "friction": _LIMIT["friction"],
+        "onset": "load factor at the first slip; 0 if it happens under the mean load alone",
+        "load_factor": _LIMIT["load_factor"],
+        "residual": "residual of the limit",
+    },
+    full=FULL,
+    quick=QUICK,
+    compute=limits_by_surface,
+)
 
-STUDY = Study("studies.limits", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, REACTIONS))
+STUDY = Study("studies.limits", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, REACTIONS, SURFACE))

@@ -11,7 +11,7 @@ from studies import limits
 
 pytestmark = pytest.mark.slow
 
-TABLES = {"friction": limits.FRICTION, "corner": limits.CORNER, "reactions": limits.REACTIONS}
+TABLES = {"friction": limits.FRICTION, "corner": limits.CORNER, "reactions": limits.REACTIONS, "surface": limits.SURFACE}
 
 
 @pytest.fixture(scope="module")
@@ -50,3 +50,10 @@ def test_tables_say_where_they_come_from(tables):
         assert tuple(origin["parameters"]["frictions"]) == limits.QUICK.frictions
         assert list(origin["columns"]) == list(table.columns)
         assert origin["seconds"] > 0
+
+
+def test_contact_stiffness_makes_the_limit_settle(tables):
+    """The limit of the hard contact falls with the corner element; that of soft surfaces changes ever less."""
+    limits = tables["surface"].pivot(index="corner_size", columns="surface", values="load_factor").sort_index(ascending=False)
+    hard, soft = -np.diff(limits[0.0]), np.diff(limits[0.1])
+    assert (hard > 0.02).all() and (soft > 0).all() and soft[1] < 0.5 * soft[0]

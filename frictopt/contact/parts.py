@@ -9,7 +9,9 @@ from ..errors import ModelError
 from .checks import Array, check_name, finite_array, frozen, real_array, shown
 from .tolerances import ORTHONORMAL
 
-__all__ = ["check_order", "checked_bonded", "checked_frames", "checked_width", "joined", "parted"]
+__all__ = ["check_order", "checked_bonded", "checked_frames", "checked_springs", "checked_width", "compliances", "joined", "parted"]
+
+_SOFTEST = 1e-150  # stiffness of a spring, and largest compliance: the product of two larger numbers overflows
 
 
 def joined(q: Array, p: Array) -> Array:
@@ -48,6 +50,28 @@ def checked_width(width: object, n: int) -> Array:
     if checked.min() <= 0:
         raise ModelError(f"width: {checked.min():g} at node {int(checked.argmin())}; give the length or area that the node collects, > 0")
     return checked
+
+
+def checked_springs(argument: str, stiffness: object, n: int | None = None) -> Array:
+    """Check stiffnesses of springs, one number or (n,), > 0 and up to infinity."""
+    given = real_array(argument, stiffness)
+    if given.shape not in ((), (n,)):
+        raise ModelError(f"{argument}: shape {given.shape}; give one number" + (f" or one for each node, {(n,)}" if n else ""))
+    values = np.broadcast_to(given, n or ())
+    fits = (values >= _SOFTEST) & ((values <= 1 / _SOFTEST) | (values == np.inf))  # also false for NaN
+    if not fits.all():
+        where = "" if given.ndim == 0 else f" at node {int(np.argmin(fits))}"
+        raise ModelError(
+            f"{argument}: {np.ravel(values)[np.argmin(fits)]:g}{where}; give the stiffness of the surface, force per length^3, from {_SOFTEST:g} to "
+            f"{1 / _SOFTEST:g}, or inf for a rigid one"
+        )
+    return frozen(values)
+
+
+def compliances(tangential: object, normal: object, width: Array, tangents: int) -> Array:
+    """(M,) compliances of the springs of a surface with some stiffness, one number or one a node, at nodes of some width."""
+    along, across = (1 / (checked_springs(name, k, len(width)) * width) for name, k in (("tangential", tangential), ("normal", normal)))
+    return np.concatenate([*[along] * tangents, across])
 
 
 def checked_bonded(argument: str, bonded: object, n: int, tangents: int) -> Mapping[str, tuple[Array, Array]]:

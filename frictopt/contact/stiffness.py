@@ -6,7 +6,7 @@ from ..errors import ModelError
 from .checks import Array, frozen
 from .tolerances import CONDENSATION, RIGID
 
-__all__ = ["check_semi_definite", "slip_modes", "symmetrised"]
+__all__ = ["check_semi_definite", "in_series", "slip_modes", "symmetrised"]
 
 
 def symmetrised(name: str, matrix: Array) -> Array:
@@ -60,3 +60,29 @@ def slip_modes(A: Array, B: Array, tangent: Array, normal: Array) -> tuple[Array
     values, vectors = np.linalg.eigh(A / np.outer(root, root))
     pressed = np.abs(B / np.outer(np.sqrt(normal), root) @ vectors).max(axis=0)
     return vectors / root[:, None], values, (values > RIGID) | ((values > 0) & (pressed > RIGID))
+
+
+def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array]:
+    """Stiffness and reactions of an interface with a spring in series with each of its motions, `(1 + S G)^-1 S` and `(1 + S G)^-1 R`.
+
+    In the factors of `S = F F^T` the inverse is that of `1 + F^T G F`: no spring is too stiff or too soft for it, and rigid motions stay free.
+
+    Parameters
+    ----------
+    S, own
+        (M, M) stiffness of the bodies and (M,) sizes of the own stiffness of each motion, > 0.
+    R
+        (M, k) bonded reactions.
+    give
+        (M,) compliances of the springs, the diagonal of G, >= 0.
+    """
+    root = np.sqrt(own)
+    values, vectors = np.linalg.eigh(S / np.outer(root, root))
+    strained = values > RIGID
+    sizes, V = np.sqrt(values[strained]), vectors[:, strained]
+    F = root[:, None] * V * sizes
+    y = V.T @ (R / root[:, None]) / sizes[:, None]
+    free = R - F @ y  # what no strain of the bodies carries
+    L = np.linalg.cholesky(np.eye(len(sizes)) + F.T @ (give[:, None] * F))
+    half = np.linalg.solve(L, F.T)
+    return half.T @ half, free + half.T @ np.linalg.solve(L, y - F.T @ (give[:, None] * free))

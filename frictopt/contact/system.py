@@ -15,9 +15,9 @@ from ..errors import ModelError
 from . import storage
 from .checks import Array, Names, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array
 from .course import arc_length
-from .parts import check_order, checked_bonded, checked_frames, checked_width, parted
+from .parts import check_order, checked_bonded, checked_frames, checked_width, compliances, joined, parted
 from .show import Shown, frame
-from .stiffness import check_semi_definite, symmetrised
+from .stiffness import check_semi_definite, in_series, symmetrised
 from .tolerances import RIGID
 
 if TYPE_CHECKING:
@@ -307,6 +307,39 @@ class ContactSystem(Shown):
     def with_gap(self, gap: Any) -> Self:
         """Copy with another initial gap, (N,) or None."""
         return replace(self, gap=gap)
+
+    def with_contact_stiffness(self, *, tangential: ArrayLike = np.inf, normal: ArrayLike = np.inf) -> Self:
+        """Copy whose surfaces give: a spring in series with each node, along its tangents and its normal, between the body and the contact.
+
+        Theory, "Joints". The springs are the asperities of real surfaces. Slip and gap are then those of the contact itself, without what the springs
+        give. At the corner of a complete contact, which is singular without them, limits converge as the mesh is refined.
+
+        Parameters
+        ----------
+        tangential, normal
+            Stiffness of the surface, force per length^3, one number or (N,); times the `width` of a node it is that of its springs. inf: rigid.
+
+        Raises
+        ------
+        ModelError
+            A system without `width`, a stiffness that is not positive or below 1e-150, or of another shape.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[2.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}, width=[0.5])
+        >>> soft = node.with_contact_stiffness(tangential=2.0)  # half the width: as stiff as the bodies
+        >>> soft.A.round(9).tolist(), soft.C.round(9).tolist(), soft.bonded["Q"][0].round(9).tolist()
+        ([[0.5]], [[2.0]], [0.5])
+        """
+        if self.width is None:
+            raise ModelError("width: not known, and the springs of a node act on its width; give the system the widths of its nodes")
+        give = compliances(tangential, normal, self.width, self.tangents)
+        if not give.any():
+            return self
+        R = np.column_stack([joined(*pair) for pair in self.bonded.values()])
+        S, R = in_series(self.S, self.own_stiffness, R, give)
+        return replace(self, S=S, bonded=dict(zip(self.bonded, R.T, strict=True)))
 
     def save(self, path: str | Path) -> None:
         """Write the system to a file as an npz archive of plain arrays (no pickle, not compressed) with a digest of its content.

@@ -10,6 +10,7 @@ from scipy.sparse import csr_matrix, identity
 from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, check_text, finite_number, place, shown
+from ..contact.parts import checked_springs
 from ..contact.tolerances import COUNTS, SAME_POINT
 from ..errors import ModelError
 from .bodies import Body
@@ -47,11 +48,13 @@ class Contact:
         None: the faces touch. A function of the coordinates (arrays): the initial gap at the nodes of faces that touch in the mesh, such as that of
         a rounded body. "measured": the distance of the meshes along the normal is the initial gap. On curved faces it has the error of the facets:
         overlaps up to their sag count as touching, so mesh finely enough that the sag is small beside the gap.
+    tangential_stiffness, normal_stiffness
+        Stiffness of the rough surfaces between the bodies, force per length^3, see `ContactSystem.with_contact_stiffness`; inf: rigid.
 
     Raises
     ------
     ModelError
-        A name that is no text, a contact of a face with itself, a gap of another kind.
+        A name that is no text, a contact of a face with itself, a gap of another kind, a stiffness that is not positive.
 
     Examples
     --------
@@ -66,6 +69,8 @@ class Contact:
     boundary_2: str = "contact"
     name: str | None = None
     gap: Literal["measured"] | Callable[..., ArrayLike] | None = None
+    tangential_stiffness: float = np.inf
+    normal_stiffness: float = np.inf
 
     def __post_init__(self) -> None:
         for side in ("1", "2"):
@@ -78,6 +83,8 @@ class Contact:
         check_text("name", self.name, "a printable text")
         if self.gap is not None and not callable(self.gap) and not (isinstance(self.gap, str) and self.gap == "measured"):
             raise ModelError(f"gap: {shown(self.gap)}; give 'measured' or a function of x and y, and z in space")
+        for side in ("tangential_stiffness", "normal_stiffness"):
+            object.__setattr__(self, side, float(checked_springs(side, getattr(self, side))))
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, listed_parts, shown
-from ..contact.parts import joined, parted
+from ..contact.parts import compliances, joined, parted
 from ..contact.show import Plotted, Shown
-from ..contact.tolerances import COUNTS
 from ..errors import ModelError, ModelWarning
 from .assembly import LOADS, Assembly, Load, nodes_of
 from .bodies import Body, Support
@@ -24,7 +23,7 @@ from .elasticity import KINEMATICS, Kinematics
 from .frames import check_course
 from .loads import Expansion, Pressure, Traction
 from .ordering import Integers
-from .recovery import BodyFields, Recovery, body_fields
+from .recovery import BodyFields, Recovery, body_fields, warn_of_open_nodes
 from .rigid import node_graph
 
 __all__ = ["ContactModel"]
@@ -154,7 +153,7 @@ class ContactModel(Shown, Plotted):
         materials = {name: body.material for name, body in self.bodies.items()}
         moduli = {name: one.E if self.kinematics == "plane_stress" else one.plane_modulus for name, one in materials.items()}
         E_star = {1 / (1 / moduli[contact.body_1] + 1 / moduli[contact.body_2]) for contact in self.contacts}
-        return ContactSystem(
+        rigid = ContactSystem(
             S,
             points,
             bonded,
@@ -164,6 +163,8 @@ class ContactModel(Shown, Plotted):
             width=parts.width,
             E_star=E_star.pop() if len(E_star) == 1 else None,
         )
+        tangential, normal = self._springs
+        return rigid.with_contact_stiffness(tangential=tangential, normal=normal)
 
     def recover(self, loads: Mapping[str, float], slip: ArrayLike, gap: ArrayLike | None = None) -> BodyFields:
         """Displacements and stresses in the bodies at a state of the contact: one solve with a factorisation that is kept from the first time on.
@@ -180,7 +181,7 @@ class ContactModel(Shown, Plotted):
         -----
         ModelWarning
             Nodes that are open carry force: the slip and the gap are not those of a state under these loads, or the system has another initial gap
-            (`ContactSystem.with_gap`) than the model.
+            or contact stiffness (`ContactSystem.with_gap`, `with_contact_stiffness`) than the model (`Contact`).
 
         Raises
         ------
@@ -208,9 +209,14 @@ class ContactModel(Shown, Plotted):
                 total += amplitude * part
         expansions = [(amplitude, part) for name, amplitude in amplitudes.items() for part in self.loads[name] if isinstance(part, Expansion)]
         R, D = parts.release
-        u, r = self._recovery.displacements(R.T @ force, lift, joined(v, w - parts.gap + overlap))
+        motion = joined(v, w - parts.gap)
+        if np.isfinite(self._springs).any():  # the bodies move by what the springs give, too
+            system = self._condensed
+            motion -= compliances(*self._springs, parts.width, d - 1) * (joined(*system.reaction(amplitudes)) + system.S @ motion)
+        motion[-n:] += overlap
+        u, r = self._recovery.displacements(R.T @ force, lift, motion)
         if gap is not None:
-            _warn_of_open_nodes(w, r, float(np.abs(u).max()))
+            warn_of_open_nodes(w, r, float(np.abs(u).max()))
         u = parts.tied @ (R @ u + D @ force)
         moved = {name: u[parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]].T for name, first in parts.first_node.items()}
         return body_fields(
@@ -254,6 +260,17 @@ class ContactModel(Shown, Plotted):
         return {name: self._parts.case(f"loads[{name!r}]", parts) for name, parts in self.loads.items()}
 
     @cached_property
+    def _springs(self) -> tuple[Array, Array]:
+        """(N,) tangential and normal stiffness of the surfaces at the nodes."""
+        stiffness = np.array([(contact.tangential_stiffness, contact.normal_stiffness) for contact in self.contacts])[self._parts.contact]
+        return stiffness[:, 0], stiffness[:, 1]
+
+    @cached_property
+    def _condensed(self) -> ContactSystem:
+        """The contact, where recovery needs it."""
+        return self.condense()
+
+    @cached_property
     def _recovery(self) -> Recovery:
         """The factorisation that gives displacements back."""
         return Recovery(self._parts.stiffness, self._parts.interface, self._parts.free_rows, self._parts.points)
@@ -281,17 +298,3 @@ def _checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body
         if kinematics == "axisymmetric" and body.element == "mean_dilatation":
             raise ModelError(f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have linear or quadratic elements")
     return kinematics
-
-
-def _warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:
-    """Warn of forces (d N,) at nodes that are open, beside displacements of the bodies."""
-    forces = np.linalg.norm(r.reshape(-1, len(w)), axis=0)
-    carries = (w > COUNTS * moved) & (forces > COUNTS * forces.max())
-    if carries.any():
-        i = int(np.argmax(forces * carries))
-        warnings.warn(
-            f"recover: node {i} is open by {w[i]:g} and carries a force of {forces[i]:.3g}: these are no slip and gap of a state under these loads; "
-            "the loads must be all those of the state, and an initial gap that `with_gap` gave to the system belongs into the model (`Contact.gap`)",
-            ModelWarning,
-            stacklevel=3,
-        )

@@ -1,5 +1,6 @@
 """Back to the bodies: the displacements and stresses that belong to a state of the contact."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,8 @@ from skfem import Basis, BilinearForm, ElementVector, LinearForm
 
 from ..contact.checks import Array, frozen, shown, whole_number
 from ..contact.show import Plotted, Shown
-from ..errors import ModelError
+from ..contact.tolerances import COUNTS
+from ..errors import ModelError, ModelWarning
 from .bodies import Body
 from .condense import eliminated
 from .elasticity import Kinematics, element_means
@@ -23,7 +25,7 @@ from .matrices.meshes import meshio_library
 from .ordering import Integers
 from .rigid import node_graph
 
-__all__ = ["BodyFields", "Recovery", "body_fields"]
+__all__ = ["BodyFields", "Recovery", "body_fields", "warn_of_open_nodes"]
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
 _VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")]
@@ -218,3 +220,17 @@ def _strain_and_stress(body: Body, kinematics: Kinematics, u: Array, expansions:
         for field in (strain, stress)
     )
     return strains, stresses
+
+
+def warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:
+    """Warn of forces (d N,) at nodes that are open, beside displacements of the bodies."""
+    forces = np.linalg.norm(r.reshape(-1, len(w)), axis=0)
+    carries = (w > COUNTS * moved) & (forces > COUNTS * forces.max())
+    if carries.any():
+        i = int(np.argmax(forces * carries))
+        warnings.warn(
+            f"recover: node {i} is open by {w[i]:g} and carries a force of {forces[i]:.3g}: these are no slip and gap of a state under these loads; "
+            "the loads must be all those of the state, and what `with_gap` or `with_contact_stiffness` gave to the system belongs into the model",
+            ModelWarning,
+            stacklevel=3,
+        )

@@ -28,7 +28,10 @@ _DENSE = 300  # elements up to which the plain linear program is solved: it take
 
 def probes(sizes: Sizes) -> Iterator[Probe]:
     """All questions."""
-    for part in (_friction, _stiffness, _poisson, _grading, _unit, _near_limit, _free_punch, _critical, _separation, _nodes, _corners, _cycles):
+    for part in (
+        *(_friction, _stiffness, _surface, _poisson, _grading, _unit, _near_limit),
+        *(_free_punch, _critical, _separation, _nodes, _corners, _cycles),
+    ):
         yield from part(sizes)
     yield from guarantee_probes(sizes)
     yield from separation_probes(sizes)
@@ -128,6 +131,17 @@ def _stiffness(sizes: Sizes) -> Iterator[Probe]:
     for ratio in (1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e12):
         scene = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=fo.Material(ratio))
         yield from _scene_probes("stiffness of the punch over that of the block", f"{ratio:g}", scene)
+
+
+def _surface(sizes: Sizes) -> Iterator[Probe]:
+    scene = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3)
+    system = scene.condense()
+    for ratio in (1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e12):
+        stiffness = ratio * float(system.E_star or np.nan) / scene.half_width
+        soft = system.with_contact_stiffness(tangential=stiffness, normal=stiffness)
+        for cycle, load in ((LOADS, "stretched"), (SHEAR, "sheared")):
+            yield _limit_probe("stiffness of the surface over E* / a", f"{ratio:g}, {load}", soft, cycle, 0.7)
+        yield _steady_probe("stiffness of the surface over E* / a", f"{ratio:g}", soft, LOADS, 0.7, 3.0)
 
 
 def _poisson(sizes: Sizes) -> Iterator[Probe]:

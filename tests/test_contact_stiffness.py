@@ -1,0 +1,145 @@
+"""Springs in series with the nodes of a contact: against flexibilities, closed forms and a published limit case, in the plane and in space."""
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import frictopt as fo
+from frictopt.contact.parts import joined
+from meshes import wedge
+
+CYCLE = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+
+
+def held(tangents, nodes=4, seed=0):
+    """A random contact of bodies that are held, so that S has an inverse, with its widths."""
+    rng = np.random.default_rng(seed)
+    M = (tangents + 1) * nodes
+    root = rng.normal(size=(M, M))
+    points = np.column_stack([np.arange(nodes), *np.zeros((tangents, nodes))])
+    return fo.ContactSystem(root @ root.T + np.eye(M), points, {"P": rng.normal(size=M), "Q": rng.normal(size=M)}, width=rng.uniform(0.5, 2, nodes))
+
+
+@pytest.mark.parametrize("tangents", [1, 2])
+def test_flexibilities_add(tangents):
+    system, rng = held(tangents), np.random.default_rng(1)
+    k, K = rng.uniform(0.1, 10, (2, 4))
+    soft = system.with_contact_stiffness(tangential=k, normal=K)
+    give = 1 / np.concatenate([*[k * system.width] * tangents, K * system.width])
+    flexibility = np.linalg.inv(system.S) + np.diag(give)
+    assert np.abs(soft.S @ flexibility - np.eye(len(give))).max() < 1e-12
+    for name, pair in system.bonded.items():  # what moves without contact is the same
+        free = np.linalg.solve(system.S, joined(*pair))
+        assert np.abs(flexibility @ joined(*soft.bonded[name]) - free).max() < 1e-12 * np.abs(free).max()
+
+
+@pytest.mark.parametrize("tangents", [1, 2])
+def test_rigid_surfaces_change_nothing_and_stiff_ones_little(tangents):
+    system = held(tangents)
+    assert system.with_contact_stiffness() is system
+    stiff = system.with_contact_stiffness(tangential=1e25, normal=1e25)
+    assert np.abs(stiff.S - system.S).max() < 1e-13 * np.abs(system.S).max()
+
+
+def collocation(cells, give=0.0, beta=0.286):
+    """Flexibility of a half-plane under a rigid flat punch of half-width 1, E* = 1: even tractions on cells, displacements at their middles.
+
+    Shear of a cell moves the surface along, pressure down, and Dundurs' constant beta couples the two (Johnson 1985, section 2.2 and 5.4).
+    """
+    ends = np.sin(np.pi / 2 * np.linspace(-1, 1, cells + 1))
+    x, width = (ends[1:] + ends[:-1]) / 2, np.diff(ends)
+
+    def integral(y):
+        return y * np.log(np.abs(y)) - y
+
+    own = -2 / np.pi * (integral(x[:, None] - ends[:-1]) - integral(x[:, None] - ends[1:])) / width
+    across = beta * np.sign(np.subtract.outer(x, x))
+    flexibility = np.block([[own, across], [across.T, own]]) + np.diag(give / np.tile(width, 2))
+    return x, width, (flexibility + flexibility.T) / 2
+
+
+def punch(cells, give=0.0):
+    """The rigid punch, free to slide and press, under a force P and a strain of the half-plane."""
+    x, width, flexibility = collocation(cells, give)
+    free = np.kron(np.eye(2), np.ones((cells, 1)))
+    K = np.linalg.inv(flexibility)
+    held_by = K @ free @ np.linalg.inv(free.T @ K @ free)
+    S = K - held_by @ (free.T @ K)
+    return fo.ContactSystem((S + S.T) / 2, np.column_stack([x, 0 * x]), {"P": held_by[:, 1], "sigma": S @ np.r_[x, 0 * x]}, width=width)
+
+
+def limit_by_rows(system, f):
+    """Shakedown limit and onset by plain rows, with no code of the package but the system."""
+    (q0, p0), (q1, p1), n = system.bonded["P"], system.bonded["sigma"], system.nodes
+    rows = [np.c_[s * system.A - f * system.B, k * (s * q1 - f * p1)] for k in (1, -1) for s in (1, -1)]
+    right = [f * p0 - s * q0 for _ in (1, -1) for s in (1, -1)]
+    answer = linprog(np.r_[np.zeros(n), -1], np.vstack(rows), np.concatenate(right), bounds=[(None, None)] * n + [(0, None)], method="highs-ds")
+    assert answer.status == 0
+    return answer.x[-1], min(((f * p0 - s * q0) / np.abs(s * q1 - f * p1)).min() for s in (1, -1))
+
+
+@pytest.mark.parametrize(
+    ("cells", "give", "limit", "onset"),
+    [(80, 0.02, 0.20060, -0.239), (160, 0.02, 0.20055, -0.242), (80, 0.1, 0.21964, -0.152), (160, 0.1, 0.21962, -0.152)],
+)
+def test_the_rigid_punch_settles_with_the_mesh(cells, give, limit, onset):
+    hard, soft = punch(cells), punch(cells, give)
+    sprung = hard.with_contact_stiffness(tangential=1 / give, normal=1 / give)
+    assert np.abs(sprung.S - soft.S).max() < 1e-11 * np.abs(soft.S).max()
+    found = fo.shakedown_limit(sprung, CYCLE, 0.3).load_factor
+    by_rows, first = limit_by_rows(soft, 0.3)
+    assert found == pytest.approx(by_rows, rel=1e-7)
+    assert (round(found, 5), round(first, 3)) == (limit, onset)
+
+
+@pytest.mark.parametrize("tangents", [1, 2])
+@pytest.mark.parametrize("size", [1e-14, 1e14, 1e-40, 1e40])
+def test_surfaces_far_softer_or_stiffer_than_the_bodies(tangents, size):
+    """Behind very soft surfaces the bodies are rigid: a free punch without turning is pressed and sheared evenly."""
+    system = fo.scenes.PunchOnHalfPlane(elements=8, growth=2.0).condense() if tangents == 1 else fo.scenes.SquarePunch(elements=4).condense()
+    name = "Q" if "Q" in system.bonded else "Qx"
+    cycle, f = fo.LoadCycle({"P": 1.0}, [{name: 1.0}, {name: -1.0}]), 0.5
+    soft = system.with_contact_stiffness(tangential=size * system.stiffness_scale, normal=size * system.stiffness_scale)
+    assert np.linalg.eigvalsh(soft.S)[0] > -1e-12 * np.abs(soft.S).max()
+    for case in system.bonded:  # what the bodies carry as a whole
+        assert np.abs(soft.rigid_motions.T @ (joined(*soft.bonded[case]) - joined(*system.bonded[case]))).max() < 1e-10
+    if size > 1:
+        hard = fo.shakedown_limit(system, cycle, f)
+        assert fo.shakedown_limit(soft, cycle, f).load_factor == pytest.approx(hard.load_factor, rel=1e-9 if tangents == 1 else 1e-7)
+    else:
+        q = np.linalg.norm(soft.bonded[name][0].reshape(soft.nodes, -1), axis=1) / soft.width
+        assert np.ptp(q) < 1e-9 * q.max()
+
+
+def test_a_contact_of_a_model_has_its_own_stiffness():
+    model = wedge()
+    hard = model.condense()
+    contacts = [fo.Contact(*_sides(one), tangential_stiffness=k) for one, k in zip(model.contacts, (3.0, np.inf), strict=True)]
+    soft = fo.ContactModel(model.bodies, model.supports, model.loads, contacts, model.kinematics)
+    on_first = np.where(hard.contact == model.contacts[0].name, 3.0, np.inf)
+    assert np.array_equal(soft.condense().S, hard.with_contact_stiffness(tangential=on_first).S)
+    slip, loads = np.linspace(0, 1e-3, hard.nodes), dict.fromkeys(model.loads, 1.0)
+    q, p = soft.condense().reaction(loads)
+    fields = soft.recover(loads, slip)
+    system = soft.condense()
+    assert fields.q == pytest.approx(q + system.A @ slip, abs=1e-9 * np.abs(p).max())
+    assert fields.p == pytest.approx(p + system.B @ slip, abs=1e-9 * np.abs(p).max())
+
+
+def _sides(contact):
+    return contact.body_1, contact.body_2, contact.boundary_1, contact.boundary_2, contact.name
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, 1e-200, [1.0, 2.0], "soft", None, [1.0, 1.0, 0.0, 1.0], 1j])
+@pytest.mark.parametrize("way", ["tangential", "normal"])
+def test_odd_stiffnesses(bad, way):
+    with pytest.raises(fo.ModelError, match=way):
+        held(1).with_contact_stiffness(**{way: bad})
+    with pytest.raises(fo.ModelError, match=f"{way}_stiffness"):
+        fo.Contact("a", "b", **{f"{way}_stiffness": bad})
+
+
+def test_springs_need_widths():
+    system = fo.ContactSystem(np.eye(2), [[0.0, 0.0]], {"P": [0.0, 1.0]})
+    with pytest.raises(fo.ModelError, match="width: not known"):
+        system.with_contact_stiffness(normal=1.0)
