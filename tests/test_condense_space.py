@@ -37,7 +37,7 @@ def problem(held=slice(None)):
 
 
 def reduced(K, F, interface, unknowns, points):
-    return condensed(K, {"0": F[:, 0], "1": F[:, 1]}, {}, interface, unknowns, points, ["contact"] * 9, node_graph(K, unknowns))
+    return condensed(K, {"0": F[:, 0], "1": F[:, 1]}, {}, interface, unknowns, points, ["contact"] * 9, node_graph(K, unknowns), str)
 
 
 def test_a_free_block_on_a_held_one():

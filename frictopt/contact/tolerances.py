@@ -20,6 +20,7 @@ SIMULTANEOUS = RESIDUAL  # events this close, relative, count as simultaneous: t
 # --- fem ---
 
 FREE_MOTION = CONDENSATION  # a rigid motion is free if its forces, over the stiffness of the nodes it moves, are smaller: rounding of the stiffness
+NO_STIFFNESS = ROUNDING / 10  # stiffness of an unknown, over its own, up to which nothing is left of it when others are eliminated
 SYMMETRY = 10 * CONDENSATION  # asymmetry of a given stiffness, over its largest entry: other codes write ten digits or more
 EQUILIBRIUM = 1e3 * CONDENSATION  # error of equilibrium, over the forces, above which a condensation is refused: far above its rounding
 SAME_POINT = 10 * CONDENSATION  # two nodes coincide within this share of the body's size: coordinates have ten digits or more

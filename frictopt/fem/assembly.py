@@ -108,6 +108,11 @@ class Assembly:
             raise ModelError(f"{argument}: body {name!r} is unknown; this model has {sorted(self.bodies)}")
         return self.bodies[name]
 
+    def called(self, node: int) -> str:
+        """The number of a node in the mesh of its body, in words."""
+        name, first = [(name, first) for name, first in self.first_node.items() if first <= node][-1]
+        return f"node {node - first} of body {name!r}"
+
     def axes(self, argument: str, name: str, directions: str | None) -> list[int]:
         """Numbers of some directions of a body, None: of all."""
         d = self.points.shape[1]

@@ -1,15 +1,16 @@
 """Condensation of any sparse stiffness matrix to the contacts of its bodies."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix, hstack, identity
+from scipy.linalg import LinAlgError
+from scipy.sparse import block_array, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, checked_contact, checked_overlaps, finite_array
+from ..contact.checks import Array, checked_contact, checked_overlaps, finite_array, place
 from ..contact.tolerances import EQUILIBRIUM
 from ..errors import ModelError
 from .frames import check_course, check_sides, frames_of, half_widths
@@ -26,10 +27,10 @@ from .given import (
 )
 from .interface import Interface, openings
 from .ordering import NO_ROWS, Integers, nested_dissection
-from .rigid import balanced, check_supports, free_motions, node_graph
+from .rigid import balanced, check_supports, free_motions, node_graph, slips_of
 from .schur import Elimination
 
-__all__ = ["condense", "condensed", "eliminated"]
+__all__ = ["condense", "condensed", "eliminated", "fronts"]
 
 _MANY = 300  # displacements that a rotation may be joined to, those of the elements at its node; a mode of a body is joined to more
 
@@ -149,7 +150,8 @@ def condense(
         width = half_widths(x, names) if width is None else width
     interface, graph = Interface(nodes, openings(nodes, P), frames, held_nodes(rows)), node_graph(K, rows, others)
     check_forgotten(graph, interface, rows, where)
-    S, bonded = condensed(K, F, overlaps, interface, rows, where, names, graph, others)
+    _, body = connected_components(graph, directed=False)
+    S, bonded = condensed(K, F, overlaps, interface, rows, where, names, graph, lambda node: f"node {node} of body {body[node]}", others)
     return ContactSystem(S, x, bonded, gap=apart, frames=frames, contact=np.array(names), width=width, E_star=E_star)
 
 
@@ -162,6 +164,7 @@ def condensed(
     points: Array,
     names: Sequence[str],
     graph: csr_matrix,
+    called: Callable[[int], str],
     generalised: Integers = NO_ROWS,
 ) -> tuple[Array, dict[str, Array]]:
     """Stiffness S (k, k) of the relative motions, direction by direction, and the reactions (k,) of each load case that hold them at zero.
@@ -180,6 +183,8 @@ def condensed(
         Name of the contact of each pair.
     graph
         Pattern of the nodes that K joins.
+    called
+        What an error calls a node.
     generalised
         Rows of K that are no displacement of a node.
 
@@ -190,14 +195,19 @@ def condensed(
     """
     check_sides(graph, interface, points, names)
     check_supports(K, unknowns, points, graph, interface, generalised)
+    motions = free_motions(K, unknowns, points, connected_components(graph, directed=False)[1], generalised)
+    relative = slips_of(motions, interface, unknowns)
     F = np.reshape([*loads.values()], (-1, K.shape[0])).T
-    T, elimination = eliminated(K, interface, unknowns, points, graph, generalised)
-    _, body = connected_components(graph, directed=False)
-    motions = free_motions(K, unknowns, points, body, generalised)
-    S, R = balanced(elimination.S, elimination.reactions(T.T @ F), K, F, interface, unknowns, motions)
-    if motions.shape[1] < len(S) and elimination.rounding > EQUILIBRIUM:
+    T, front = fronts(K, interface, unknowns, points, graph, generalised)
+    glued, forces = csr_matrix(T.T @ K @ T), csr_matrix(T.T @ F)
+    left = eliminated(block_array([[glued, forces], [forces.T, None]], format="csr"), front, T, unknowns, points, called).S
+    k = interface.kept
+    S, R = balanced(left[:k, :k], -left[:k, k:], F, motions, relative)
+    largest = np.abs(S).max()
+    rounding = np.finfo(float).eps * glued.diagonal()[front < 0].max() / largest if largest > 0 else 0.0
+    if motions.shape[1] < k and rounding > EQUILIBRIUM:
         raise ModelError(
-            f"stiffness: bodies 1 are so much stiffer than bodies 2 that the stiffness of the contact has an error of {elimination.rounding:.1e}; "
+            f"stiffness: bodies 1 are so much stiffer than bodies 2 that the stiffness of the contact has an error of {rounding:.1e}; "
             "exchange the bodies, or bring their stiffness closer together"
         )
     bonded = dict(zip(loads, R.T, strict=True))
@@ -206,22 +216,43 @@ def condensed(
     return S, bonded
 
 
-def eliminated(
+def fronts(
     K: csr_matrix, interface: Interface, unknowns: Integers, points: Array, graph: csr_matrix, generalised: Integers = NO_ROWS
-) -> tuple[csr_matrix, Elimination]:
-    """The matrix T of `u = T y`, y in the order of elimination with the relative motions last, and the factorisation; arguments as in `condensed`."""
-    T = interface.motion(unknowns, K.shape[0])
-    columns = interface.eliminated(unknowns)
-    present = np.flatnonzero((columns >= 0).any(axis=1))
-    along = present[nested_dissection(interface.glued_graph(graph)[present][:, present], points[present].T)]
-    order = columns[along].ravel()
-    order, kept = order[order >= 0], np.arange(T.shape[1] - interface.kept, T.shape[1])
-    if len(generalised):  # each of them after the displacement that it is joined to most; after all if it is joined to many
-        joined = abs(csr_matrix((K[generalised] @ T)[:, order]))
+) -> tuple[csr_matrix, Integers]:
+    """The matrix T of `u = T y`, and the front that eliminates each of the y, -1 for the relative motions; arguments as in `condensed`."""
+    T, columns = interface.motion(unknowns, K.shape[0]), interface.eliminated(unknowns)
+    own = columns >= 0
+    present = np.flatnonzero(own.any(axis=1))
+    of_node = np.zeros(len(columns), dtype=np.intp)
+    of_node[present] = nested_dissection(interface.glued_graph(graph)[present][:, present], points[present].T)
+    front = np.full(T.shape[1], -1)
+    front[columns[own]] = np.broadcast_to(of_node[:, None], columns.shape)[own]
+    if len(generalised):  # each of them with the displacement that it is joined to most; after all if it is joined to many
+        joined = abs(csr_matrix((K[generalised] @ T)[:, front >= 0]))
         count = np.diff(joined.indptr)
-        after = np.where((count > 0) & (count <= _MANY), np.asarray(joined.argmax(axis=1)).ravel(), len(order))
+        few, most = (count > 0) & (count <= _MANY), np.asarray(joined.argmax(axis=1)).ravel()
+        front = np.r_[front, np.where(few, front[front >= 0][most], front.max() + 1)]
         T = csr_matrix(hstack([T, identity(K.shape[0], format="csr")[:, generalised]]))
-        turn = np.argsort(np.r_[np.arange(len(order)), after], kind="stable")
-        order = np.r_[order, kept[-1] + 1 + np.arange(len(generalised))][turn]
-    T = T[:, np.r_[order, kept]]
-    return T, Elimination(csr_matrix(T.T @ K @ T), interface.kept)
+    return T, front
+
+
+def eliminated(
+    K: csr_matrix, front: Integers, T: csr_matrix, unknowns: Integers, points: Array, called: Callable[[int], str], *, keep: bool = False
+) -> Elimination:
+    """The elimination of the y of `fronts` from a matrix of them, and of more unknowns that are kept; `keep` its factors.
+
+    Raises
+    ------
+    ModelError
+        An eliminated displacement has no stiffness.
+    """
+    try:
+        return Elimination(K, np.r_[front, np.full(K.shape[0] - len(front), -1)], keep=keep)
+    except LinAlgError as error:
+        row = int(abs(csr_matrix(T[:, error.args[0]])).argmax())
+        node = np.flatnonzero((unknowns == row).any(axis=1))
+        where = f"{called(int(node[0]))} at {place(points[node[0]])}" if len(node) else f"row {row}"
+        raise ModelError(
+            f"stiffness: {where} has none left once its neighbours are free to move; support the bodies, check materials and elements, and bring "
+            "the stiffness of the bodies closer together"
+        ) from error

@@ -149,7 +149,7 @@ class ContactModel(Shown, Plotted):
         parts.check_ends()
         F = {name: R.T @ force - K @ moved if moved.any() else R.T @ force for name, (force, moved, _) in self._cases.items()}
         overlaps = {name: overlap for name, (_, _, overlap) in self._cases.items() if overlap.any()}
-        S, bonded = condensed(K, F, overlaps, interface, parts.free_rows, parts.points, names, node_graph(K, parts.free_rows))
+        S, bonded = condensed(K, F, overlaps, interface, parts.free_rows, parts.points, names, node_graph(K, parts.free_rows), parts.called)
         materials = {name: body.material for name, body in self.bodies.items()}
         moduli = {name: one.E if self.kinematics == "plane_stress" else one.plane_modulus for name, one in materials.items()}
         E_star = {1 / (1 / moduli[contact.body_1] + 1 / moduli[contact.body_2]) for contact in self.contacts}
@@ -273,7 +273,7 @@ class ContactModel(Shown, Plotted):
     @cached_property
     def _recovery(self) -> Recovery:
         """The factorisation that gives displacements back."""
-        return Recovery(self._parts.stiffness, self._parts.interface, self._parts.free_rows, self._parts.points)
+        return Recovery(self._parts.stiffness, self._parts.interface, self._parts.free_rows, self._parts.points, self._parts.called)
 
 
 def _checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body]) -> Kinematics:

@@ -1,4 +1,4 @@
-"""Elimination order by nested dissection on node coordinates, for the sparse factorisation of a condensation."""
+"""Elimination order by nested dissection on node coordinates, for the factorisation of a condensation."""
 
 from typing import TypeAlias
 
@@ -10,7 +10,7 @@ from ..contact.checks import Array
 
 __all__ = ["NO_ROWS", "nested_dissection"]
 
-_LEAF = 24  # parts of at most this many nodes are not cut further
+_LEAF = 64  # parts of at most this many nodes are not cut further
 _NEAR, _FAR, _SEPARATOR = 0, 1, 2  # elimination order within a part
 
 Integers: TypeAlias = NDArray[np.intp]
@@ -20,10 +20,11 @@ NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
 
 
 def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
-    """Order the nodes of a mesh so that its stiffness matrix factorises with little fill (George 1973).
+    """Divide the nodes of a mesh into fronts, so that the elimination of one front after the other makes little fill (George 1973).
 
     Every part is cut in two at the median of one coordinate, the one whose cut crosses fewest edges; the nodes on the near side of a
-    crossed edge separate the halves and are eliminated after both. All parts of one level are cut at once.
+    crossed edge separate the halves and are a front, eliminated after both. Parts that are not cut further are fronts. All parts of one level are
+    cut at once.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
     Returns
     -------
     (n,) integers
-        The nodes in the order in which to eliminate them.
+        The number of the front of each node, in the order of elimination.
     """
     n = graph.shape[0]
     pattern = graph.tocoo()
@@ -56,7 +57,7 @@ def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
         digit[part < 0] = 0
         key = 3 * key + digit
         part = np.where((part < 0) | (digit == _SEPARATOR) | stuck, -1, 2 * part + digit)
-    return np.argsort(key, kind="stable")
+    return np.asarray(np.unique(key, return_inverse=True)[1])
 
 
 def _best_cut(part: Integers, edges: Integers, points: Array, sorted_nodes: Integers, parts: int) -> tuple[Flags, Flags, Flags]:

@@ -1,7 +1,7 @@
 """Back to the bodies: the displacements and stresses that belong to a state of the contact."""
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from ..contact.show import Plotted, Shown
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError, ModelWarning
 from .bodies import Body
-from .condense import eliminated
+from .condense import eliminated, fronts
 from .elasticity import Kinematics, element_means
 from .elements import basis_of
 from .interface import Interface
@@ -150,7 +150,7 @@ class BodyFields(Shown, Plotted):
 
 
 class Recovery:
-    """The factorisation that gives displacements back: unknowns y of `u = lift + T y`, the relative motions z among them.
+    """The factorisation that gives displacements back, `u = lift + T y + D z` with the relative motions z.
 
     Parameters
     ----------
@@ -160,18 +160,25 @@ class Recovery:
         Pairs and directions.
     unknowns, points
         (nodes, d) rows of K, -1 where held, and coordinates.
+    called
+        What an error calls a node.
+
+    Raises
+    ------
+    ModelError
+        A displacement has no stiffness.
     """
 
-    def __init__(self, K: csr_matrix, interface: Interface, unknowns: Integers, points: Array) -> None:
-        self._K, self._kept = K, interface.kept
-        self._T, self._elimination = eliminated(K, interface, unknowns, points, node_graph(K, unknowns))
+    def __init__(self, K: csr_matrix, interface: Interface, unknowns: Integers, points: Array, called: Callable[[int], str]) -> None:
+        T, front = fronts(K, interface, unknowns, points, node_graph(K, unknowns))
+        self._K, self._T, self._drive = K, T[:, front >= 0], T[:, front < 0]
+        self._elimination = eliminated(csr_matrix(self._T.T @ K @ self._T), front[front >= 0], self._T, unknowns, points, called, keep=True)
 
     def displacements(self, force: Array, lift: Array, z: Array) -> tuple[Array, Array]:
         """(size,) displacements under forces, displacements `lift` of moved supports, and relative motions z (d N,); and reactions (d N,)."""
-        right = self._T.T @ (force - self._K @ lift)
-        reactions = self._elimination.reactions(right[:, None])[:, 0]
-        u = lift + self._T @ self._elimination.unknowns(right, reactions, z)
-        return u, np.asarray((self._T.T @ (self._K @ u - force))[-self._kept :])
+        given = lift + self._drive @ z
+        u = given + self._T @ self._elimination.solve(self._T.T @ (force - self._K @ given))
+        return u, np.asarray(self._drive.T @ (self._K @ u - force))
 
 
 def body_fields(

@@ -11,7 +11,7 @@ from ..errors import ModelError
 from .interface import Interface
 from .ordering import NO_ROWS, Integers
 
-__all__ = ["assemblies", "balanced", "check_supports", "free_motions", "node_graph"]
+__all__ = ["assemblies", "balanced", "check_supports", "free_motions", "node_graph", "slips_of"]
 
 
 def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
@@ -118,7 +118,22 @@ def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_
         )
 
 
-def balanced(S: Array, R: Array, K: csr_matrix, F: Array, interface: Interface, unknowns: Integers, motions: csr_matrix) -> tuple[Array, Array]:
+def slips_of(motions: csr_matrix, interface: Interface, unknowns: Integers) -> Array:
+    """(d N, k) relative motions at the contacts in the rigid motions (size, k) of bodies that `free_motions` found.
+
+    Raises
+    ------
+    ModelError
+        A body can move without moving there.
+    """
+    relative = interface.relative(motions, unknowns)
+    sizes = np.linalg.svd(relative, compute_uv=False)
+    if len(sizes) < relative.shape[1] or (sizes[-1:] <= SAME_POINT * sizes[:1]).any():
+        raise ModelError("supports: a body can turn about its contact, or move without moving there; hold it, or give the contact more nodes")
+    return relative
+
+
+def balanced(S: Array, R: Array, F: Array, motions: csr_matrix, relative: Array) -> tuple[Array, Array]:
     """S and R without the rounding errors of the elimination in the rigid motions of the bodies.
 
     S must have no stiffness against a rigid motion of one body that its supports allow, and the reactions of a load case must do the work of the load
@@ -128,24 +143,18 @@ def balanced(S: Array, R: Array, K: csr_matrix, F: Array, interface: Interface, 
     ----------
     S, R
         (k, k) stiffness of the relative motion and (k, loads) reactions.
-    K, F
-        Stiffness and (size, loads) loads before the elimination.
-    interface, unknowns
-        The pairs, and the rows of the stiffness.
-    motions
-        Rigid motions that `free_motions` found.
+    F
+        (size, loads) loads before the elimination.
+    motions, relative
+        Rigid motions that `free_motions` found, and their `slips_of` the contacts.
 
     Raises
     ------
     ModelError
-        A body can move without moving at the interface, or the deviation exceeds the tolerance.
+        The deviation exceeds the tolerance.
     """
     if not motions.shape[1]:
         return S, R
-    relative = interface.relative(motions, unknowns)
-    sizes = np.linalg.svd(relative, compute_uv=False)
-    if len(sizes) < relative.shape[1] or sizes[-1] <= SAME_POINT * sizes[0]:
-        raise ModelError("supports: a body can turn about its contact, or move without moving there; hold it, or give the contact more nodes")
     rigid, to_unit = np.linalg.qr(relative)
     work = np.linalg.solve(to_unit.T, motions.T @ F)
     excess = rigid.T @ R + work

@@ -1,68 +1,129 @@
-"""Elimination of all but the last unknowns of a sparse stiffness, with one factorisation."""
+"""Elimination of all but the last unknowns of a sparse stiffness, front after front."""
+
+from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix, diags
-from scipy.sparse.linalg import splu
+from scipy.linalg import LinAlgError, blas, lapack
+from scipy.sparse import csr_matrix
 
 from ..contact.checks import Array
-from ..errors import ModelError
+from ..contact.tolerances import NO_STIFFNESS
+from .ordering import Integers
 
 __all__ = ["Elimination"]
 
+_COLUMNS = 128  # of what an elimination leaves: so many are added to the next front at once
+
 
 class Elimination:
-    """One factorisation that eliminates all but the last `kept` unknowns of `K u = F`, in the order in which they stand.
+    """Multifrontal Cholesky factorisation of all but the last unknowns of a sparse matrix (Duff & Reid 1983).
 
-    With the kept unknowns last, the trailing blocks of the factors are the factors of the Schur complement,
-    `S = K_rr - K_ri K_ii^-1 K_ir = L_rr U_rr`: no right-hand side per kept unknown is needed. S may be singular (a body that its
-    supports do not hold), so the factorisation shifts the trailing diagonal, and the shift is removed afterwards.
+    A front is a dense matrix: some unknowns that are eliminated together, and the later ones that they are joined to. What the elimination leaves
+    to these waits for the front of the first of them; fronts that are done are dropped. In the end the kept unknowns are left.
 
     Parameters
     ----------
     K
-        Symmetric stiffness, positive definite in the eliminated unknowns.
-    kept
-        Number of kept unknowns.
+        Symmetric matrix, positive definite in the eliminated unknowns.
+    front
+        (unknowns,) number of the front that eliminates each, from 0 on in the order of elimination; -1: kept.
+    keep
+        Whether the factors are kept for `solve`.
 
     Attributes
     ----------
     S
-        (kept, kept) stiffness.
-    rounding
-        Error of S over its largest entry: what is left of it has the rounding of the stiffness from which the elimination subtracts.
+        (kept, kept) Schur complement `K_rr - K_ri K_ii^-1 K_ir`, in the order of K.
 
     Raises
     ------
-    ModelError
-        The eliminated part is singular.
+    LinAlgError
+        The eliminated part is not positive definite; the argument is the number of the unknown at which that shows.
     """
 
-    def __init__(self, K: csr_matrix, kept: int) -> None:
-        n = K.shape[0]
-        own = K.diagonal()[n - kept :]
-        shift = np.where(own > 0, own, own.max())  # each by its own size: soft contacts keep their digits beside stiff ones
-        shifted = K + diags(np.r_[np.zeros(n - kept), shift], format="csr")
-        columns = csc_matrix((shifted.data, shifted.indices, shifted.indptr), shape=K.shape)  # its rows: it is symmetric
-        try:
-            factors = splu(columns, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-        except RuntimeError as error:
-            raise ModelError(f"stiffness: its interior part is singular ({error}); support the bodies and check the materials") from error
-        tail = np.arange(n - kept, n)
-        if not (np.array_equal(factors.perm_c[tail], tail) and np.array_equal(factors.perm_r[tail], tail)):
-            raise ModelError("stiffness: its factorisation had to reorder the interface, so it is far from positive definite; check the materials")
-        self._factors, self._kept = factors, kept
-        self._trailing = factors.L[n - kept :, n - kept :].toarray() @ factors.U[n - kept :, n - kept :].toarray()
-        S = self._trailing - np.diag(shift)
-        self.S: Array = (S + S.T) / 2
-        largest = np.abs(S).max()
-        self.rounding = float(np.finfo(float).eps * own.max() / largest) if largest > 0 else 0.0
+    def __init__(self, K: csr_matrix, front: Integers, *, keep: bool = False) -> None:
+        fronts = int(front.max(initial=-1)) + 1
+        front = np.where(front < 0, fronts, front)
+        order = np.argsort(front, kind="stable")
+        upper = _upper(K, order)
+        front, least = front[order], NO_STIFFNESS * np.abs(K.diagonal()[order])
+        starts = np.r_[np.searchsorted(front, np.arange(fronts + 1)), len(order)]
+        place = np.zeros(len(order), dtype=np.intp)
+        waiting: list[list[tuple[Integers, Array]]] = [[] for _ in range(fronts + 1)]
+        self._factors: list[tuple[Integers, Integers, Array, Array]] = []
+        for k, (first, last) in enumerate(pairwise(starts[:-1])):
+            rest, own, below, after = _assembled(upper, first, last, waiting[k], place)
+            own, failed = lapack.dpotrf(own, lower=1, overwrite_a=1)
+            pivots = np.diag(own) ** 2
+            pivots[failed - 1 if failed else len(pivots) :] = 0.0
+            if (none := pivots <= least[first:last]).any():
+                raise LinAlgError(int(order[first + none.argmax()]))
+            if len(rest):
+                below = blas.dtrsm(1.0, own, below, side=1, lower=1, trans_a=1, overwrite_b=1)
+                waiting[front[rest[0]]].append((rest, blas.dsyrk(-1.0, below, beta=1.0, c=after, lower=1, overwrite_c=1)))
+            if keep:
+                self._factors.append((order[first:last], order[rest], own, below))
+        left = np.tril(_assembled(upper, starts[-2], starts[-1], waiting[-1], place)[1])
+        self._kept = order[starts[-2] :]
+        self.S: Array = left + np.tril(left, -1).T
 
-    def reactions(self, F: Array) -> Array:
-        """(kept, m) reactions `-(F_r - K_ri K_ii^-1 F_i)` that hold the kept unknowns at zero under the loads F (unknowns, m)."""
-        return np.asarray(-self._trailing @ self._factors.solve(F)[-self._kept :])
+    def solve(self, F: Array) -> Array:
+        """(unknowns,) values under the loads F (unknowns,) on the eliminated unknowns while the kept ones are zero; needs the factors."""
+        u = F.copy()
+        for own, rest, factor, below in self._factors:
+            u[own] = blas.dtrsv(factor, u[own], lower=1)
+            u[rest] -= below @ u[own]
+        u[self._kept] = 0.0
+        for own, rest, factor, below in reversed(self._factors):
+            u[own] = blas.dtrsv(factor, u[own] - u[rest] @ below, lower=1, trans=1)
+        return u
 
-    def unknowns(self, F: Array, R: Array, z: Array) -> Array:
-        """(unknowns,) all unknowns under a load F (unknowns,), its reactions R (kept,), and values z (kept,) of the kept ones: one solve."""
-        right = F.copy()
-        right[-self._kept :] += self._trailing @ z + R  # the forces on the kept unknowns that make them z
-        return np.asarray(self._factors.solve(right))
+
+def _upper(K: csr_matrix, order: Integers) -> csr_matrix:
+    """Upper triangle of a matrix whose unknowns are put in order."""
+    rank = np.empty(len(order), dtype=K.indices.dtype)
+    rank[order] = np.arange(len(order))
+    row, column = np.repeat(rank, np.diff(K.indptr)), rank[K.indices]
+    upper = row <= column
+    return csr_matrix((K.data[upper], (row[upper], column[upper])), shape=K.shape)
+
+
+def _assembled(upper: csr_matrix, first: int, last: int, left: list[tuple[Integers, Array]], place: Integers) -> tuple[Integers, Array, Array, Array]:
+    """The later unknowns of a front, and its blocks: own, later by own, later by later; of symmetric ones the lower triangle.
+
+    Parameters
+    ----------
+    upper
+        Upper triangle of the matrix.
+    first, last
+        Its own unknowns.
+    left
+        What fronts before left to it, the unknowns and the matrix; each is dropped once it is added.
+    place
+        (unknowns,) place of each in the blocks, written anew.
+    """
+    size, ends = last - first, upper.indptr[first : last + 1]
+    row, value, column = upper.indices[ends[0] : ends[-1]], upper.data[ends[0] : ends[-1]], np.repeat(np.arange(size), np.diff(ends))
+    rest = np.unique(np.concatenate([row, *(unknowns for unknowns, _ in left)]))
+    rest = rest[np.searchsorted(rest, last) :]
+    place[first:last], place[rest] = np.arange(size), np.arange(len(rest))
+    own, below, after = (np.zeros(shape, order="F") for shape in ((size, size), (len(rest), size), (len(rest), len(rest))))
+    inside = row < last
+    own[place[row[inside]], column[inside]] = value[inside]
+    below[place[row[~inside]], column[~inside]] = value[~inside]
+    while left:
+        unknowns, update = left.pop()
+        to, m = place[unknowns], int(np.searchsorted(unknowns, last))
+        _add(own, update[:m, :m], to[:m], to[:m], lower=True)
+        _add(below, update[m:, :m], to[m:], to[:m])
+        _add(after, update[m:, m:], to[m:], to[m:], lower=True)
+        del update
+    return rest, own, below, after
+
+
+def _add(A: Array, update: Array, rows: Integers, columns: Integers, *, lower: bool = False) -> None:
+    """Add a matrix to rows and columns of A, all in increasing order; where `lower`, at least the lower triangle."""
+    entries = A.reshape(-1, order="F")
+    for i in range(0, len(columns), _COLUMNS):
+        some, part = slice(i, i + _COLUMNS), slice(i if lower else 0, None)
+        np.add.at(entries, (columns[some, None] * len(A) + rows[part]).ravel(), update.T[some, part].ravel())
