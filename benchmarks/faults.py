@@ -72,7 +72,7 @@ FAULTS = (
     Fault("fem/recovery.py", "the shear of a strain is one slope", "(slopes + slopes.swapaxes(0, 1)) / 2", "slopes", "models_in_space"),
     Fault("fem/recovery.py", "stress along the contact by the normal", "self._frames[:, :-1]", "self._frames[:, 1:]", "recovery models_in_space"),
     Fault("fem/recovery.py", "free expansion shortens", "stress[1, 1]) + free", "stress[1, 1]) - free", "loads"),
-    Fault("fem/recovery.py", "moved supports load nothing", "(force - self._K @ given)", "(force - self._K @ (given - lift))", "recovery loads"),
+    Fault("fem/recovery.py", "moved supports load nothing", "(force - self._K @ u)", "(force - self._K @ (u - lift))", "recovery loads"),
     Fault("fem/bolts.py", "loads do not move the faces of a bolt", "csr_matrix(c @ flexible @ c.T)", "0.0 * csr_matrix(c @ flexible @ c.T)", "bolts"),
     Fault("fem/bolts.py", "faces of a bolt do not follow", "follows[far] = rows[cut.near]", "follows[far] = far", "bolts"),
     Fault("fem/mortar.py", "hat functions are their own duals", 'psi = np.einsum("mab,mb->ma", duals[overlaps.facet], phi)', "psi = phi",

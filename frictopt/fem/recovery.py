@@ -176,8 +176,9 @@ class Recovery:
 
     def displacements(self, force: Array, lift: Array, z: Array) -> tuple[Array, Array]:
         """(size,) displacements under forces, displacements `lift` of moved supports, and relative motions z (d N,); and reactions (d N,)."""
-        given = lift + self._drive @ z
-        u = given + self._T @ self._elimination.solve(self._T.T @ (force - self._K @ given))
+        u = lift + self._drive @ z
+        for _ in range(2):  # the second time takes away the rounding of the first
+            u += self._T @ self._elimination.solve(self._T.T @ (force - self._K @ u))
         return u, np.asarray(self._drive.T @ (self._K @ u - force))
 
 
