@@ -49,6 +49,11 @@ FAULTS = (
           "contact_stiffness"),
     Fault("fem/model.py", "recovery forgets what the springs give", "motion -= compliances(", "motion -= 0 * compliances(",
           "contact_stiffness"),
+    Fault("contact/stiffness.py", "overlaps store no energy of their own", " - D.T @ held[-len(D) :]", "", "compliance"),
+    Fault("contact/system.py", "springs add nothing to the compliance", "self.compliance + self._reactions.T @ (give",
+          "self.compliance + 0 * self._reactions.T @ (give", "compliance"),
+    Fault("fem/model.py", "moved supports do no work of their own", "moved.T @ (pulls - drawn)", "moved.T @ pulls", "compliance"),
+    Fault("transients/outcome.py", "a steady cycle begins at the mean load", "last = self.cycle.corners[-1]", "last = {}", "compliance"),
     # reference
     Fault("reference/cattaneo_mindlin.py", "slip from the wrong root", "c**2 * np.arccosh(beyond / c)", "c * np.arccosh(beyond / c)", "reference_*"),
     Fault("reference/uncoupled.py", "sign of the coupling", "strength=f * (p0 - d * q0)", "strength=f * (p0 + d * q0)", "reference_limits"),

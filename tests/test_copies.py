@@ -51,6 +51,7 @@ EXAMPLES = [
     fo.steady_state(*ASKED, 1.5).state,
     fo.march(*ASKED, 1.5, cycles=1),
     fo.march(*ASKED, 1.5, cycles=1).verdict,
+    fo.march(PUNCH.condense(), fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}]), 0.5, 1.0, cycles=1).loop("Q"),
     fo.guaranteed_limit(*ASKED).verify(starts=3, moved=1),
     fo.dissipation_range(*ASKED, 0.8),
     fo.limit_after_protocol(*ASKED, scan=3, protocol=[fo.starts.LoadStep({"mean": 2.0}, {"cyclic": 1.0})]),

@@ -90,3 +90,13 @@ def test_a_least_slip_shows_its_weights_and_what_they_prove():
     assert limit.least_slip(0.5 * limit.load_factor).plot().get_title().endswith("no slip is proven")
     pulled = fo.shakedown_limit(system(1.0, 0.0, 0.0, 1.0, 0.0, -1.0), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), F)
     assert pulled.least_slip(2.0).plot().get_title().endswith("no cycle keeps all nodes closed")
+
+
+def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():
+    steady = fo.steady_state(PUNCH, PULL, F, 1.5 * fo.shakedown_limit(PUNCH, PULL, F).load_factor)
+    loop = steady.loop("sigma")
+    ax = loop.plot()
+    line, events = ax.get_lines()
+    assert np.array_equal(line.get_xdata(), loop.displacement) and np.array_equal(line.get_ydata(), loop.amplitude)
+    turned = np.isin(events.get_ydata(), loop.amplitude[1:][loop.slipping[1:] != loop.slipping[:-1]])
+    assert len(turned) >= 2 and turned.all() and f"{loop.area:.4g}" in line.get_label()

@@ -6,7 +6,7 @@ from ..errors import ModelError
 from .checks import Array, frozen
 from .tolerances import CONDENSATION, RIGID
 
-__all__ = ["check_semi_definite", "in_series", "slip_modes", "symmetrised"]
+__all__ = ["check_semi_definite", "in_series", "overlapping", "slip_modes", "symmetrised"]
 
 
 def symmetrised(name: str, matrix: Array) -> Array:
@@ -86,3 +86,21 @@ def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array
     L = np.linalg.cholesky(np.eye(len(sizes)) + F.T @ (give[:, None] * F))
     half = np.linalg.solve(L, F.T)
     return half.T @ half, free + half.T @ np.linalg.solve(L, y - F.T @ (give[:, None] * free))
+
+
+def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
+    """Bonded reactions and compliance of load cases in which the bodies overlap, too.
+
+    An overlap stores the energy of the closed contact that holds it; the displacement of its load case is the one that gives this energy back.
+
+    Parameters
+    ----------
+    S
+        (M, M) stiffness.
+    R, L
+        (M, k) bonded reactions and (k, k) compliance without the overlaps.
+    D
+        (N, k) overlaps.
+    """
+    held, p = S[:, -len(D) :] @ D, R[-len(D) :]
+    return R + held, L - D.T @ p - p.T @ D - D.T @ held[-len(D) :]

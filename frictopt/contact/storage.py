@@ -14,10 +14,10 @@ from .parts import joined
 
 __all__ = ["is_folder", "read", "read_folder", "values", "write"]
 
-_NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star")
+_NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star", "compliance")
 _BLOCKS = ("A", "B", "C", "x")  # of a folder
 _OPTIONAL = ("gap", "width")  # files of N rows in a folder
-_FORM = "frictopt contact system 4"
+_FORM = "frictopt contact system 5"
 _MOST_NODES = 20_000  # in a folder: S then takes 13 GB, which a short damaged file could ask for
 
 

@@ -17,7 +17,7 @@ from .checks import Array, Names, checked_contact, checked_loads, checked_overla
 from .course import arc_length
 from .parts import check_order, checked_bonded, checked_frames, checked_width, compliances, joined, parted
 from .show import Shown, frame
-from .stiffness import check_semi_definite, in_series, symmetrised
+from .stiffness import check_semi_definite, in_series, overlapping, symmetrised
 from .tolerances import RIGID
 
 if TYPE_CHECKING:
@@ -59,6 +59,9 @@ class ContactSystem(Shown):
     E_star
         Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It only serves as a unit of dimensionless results.
         None: not known.
+    compliance
+        (cases, cases) compliance of the load cases on the glued bodies, in the order of `bonded`: entry j, k is the displacement of load case j under
+        the unit load k, that is the work of the unit load j in it. None: not known; only `displacements` needs it.
 
     Attributes
     ----------
@@ -73,8 +76,8 @@ class ContactSystem(Shown):
     ------
     ModelError
         Wrong shape or type, entries not finite, S not symmetric or not positive semi-definite up to rounding, negative gap, frames that are not
-        orthonormal, nodes in the plane that are not in their order, no load case, a contact in several pieces, width not positive. Rounding asymmetry
-        is removed.
+        orthonormal, nodes in the plane that are not in their order, no load case, a contact in several pieces, width not positive, a compliance that
+        is not symmetric. Rounding asymmetry is removed.
 
     Examples
     --------
@@ -97,6 +100,7 @@ class ContactSystem(Shown):
     contact: Names | None = None
     width: Array | None = None
     E_star: float | None = None
+    compliance: Array | None = None
     nodes: int = field(init=False)
     tangents: int = field(init=False)
     slip_shape: tuple[int, ...] = field(init=False)
@@ -115,15 +119,17 @@ class ContactSystem(Shown):
         gap = frozen(np.zeros(n)) if none else finite_array("gap", self.gap, (n,))
         if gap.min() < 0:
             raise ModelError(f"gap: {gap.min():g} at node {int(gap.argmin())}; the bodies cannot overlap before loading, give gap >= 0")
+        bonded, L = checked_bonded("bonded", self.bonded, n, axes - 1), self.compliance
         for name, value in {
             "S": S,
             "points": points,
-            "bonded": checked_bonded("bonded", self.bonded, n, axes - 1),
+            "bonded": bonded,
             "gap": gap,
             "frames": checked_frames(self.frames, n, axes),
             "contact": None if self.contact is None else checked_contact("contact", self.contact, n),
             "width": None if self.width is None else checked_width(self.width, n),
             "E_star": None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
+            "compliance": None if L is None else symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
             "nodes": n,
             "tangents": axes - 1,
             "slip_shape": (n,) if axes == 2 else (n, 2),
@@ -146,6 +152,7 @@ class ContactSystem(Shown):
         contact: Any = None,
         width: Any = None,
         E_star: float | None = None,
+        compliance: Any = None,
     ) -> Self:
         """A contact in the plane on a straight line, from the (N, N) blocks of its stiffness and the (N,) coordinates of its nodes on that line.
 
@@ -177,7 +184,7 @@ class ContactSystem(Shown):
         A, B, C = (finite_array(name, block, (n, n)) for name, block in zip("ABC", (A, B, C), strict=True))
         A, C = symmetrised("A", A), symmetrised("C", C)
         points = np.column_stack([line, np.zeros(n)])
-        return cls(np.block([[A, B.T], [B, C]]), points, bonded, gap=gap, contact=contact, width=width, E_star=E_star)
+        return cls(np.block([[A, B.T], [B, C]]), points, bonded, gap=gap, contact=contact, width=width, E_star=E_star, compliance=compliance)
 
     def _answer(self) -> Mapping[str, object]:
         names = [] if self.contact is None else list(dict.fromkeys(self.contact.tolist()))
@@ -274,15 +281,59 @@ class ContactSystem(Shown):
         """Reactions by which a closed contact without slip holds an overlap, (N,)."""
         return parted(self.S[:, -self.nodes :] @ overlap, self.tangents + 1)
 
+    @property
+    def _reactions(self) -> Array:
+        """(M, cases) bonded reactions."""
+        return np.column_stack([joined(*pair) for pair in self.bonded.values()])
+
+    def displacements(self, amplitudes: ArrayLike, slip: ArrayLike, gap: ArrayLike) -> Array:
+        """(..., cases) displacements of all load cases at states of the contact, in the order of `bonded`. Theory, "Joints".
+
+        The displacement of a load case of forces is the work of its unit load: of a single force the displacement of its point along it, of a
+        pressure the mean displacement times the area. That of moved supports is their force, of an interference the force that presses it shut, both
+        negative. So the area of all loops together, of amplitude against displacement, is the work of friction.
+
+        Parameters
+        ----------
+        amplitudes
+            (..., cases) amplitudes of the load cases.
+        slip, gap
+            Slip v, (..., N) or (..., N, 2), and gap w, (..., N), length.
+
+        Raises
+        ------
+        ModelError
+            A system without `compliance`, arrays of other shapes.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+        >>> node = fo.ContactSystem.from_blocks([[2.0]], [[0.0]], [[2.0]], [0.0], loads, compliance=[[3, 0], [0, 4]])
+        >>> node.displacements([1.0, 0.5], slip=[-0.25], gap=[0.0]).tolist()  # glued 0.5 x 4, and the slip that the force "Q" pushes
+        [3.0, 2.25]
+        """
+        if self.compliance is None:
+            raise ModelError("compliance: not known; `condense` finds it, else give that of the load cases on the glued bodies to the system")
+        loads, v, w = real_array("amplitudes", amplitudes), real_array("slip", slip), real_array("gap", gap)
+        shapes = v.shape[v.ndim - len(self.slip_shape) :], w.shape[-1:], loads.shape[-1:]
+        if shapes != (self.slip_shape, (self.nodes,), (len(self.bonded),)):
+            raise ModelError(
+                f"amplitudes, slip, gap: shapes {loads.shape}, {v.shape}, {w.shape}; give (..., {len(self.bonded)}), (..., {self.slip_shape}), "
+                f"(..., {self.nodes})"
+            )
+        return np.asarray(loads @ self.compliance - joined(v, w - self.gap) @ self._reactions)
+
     def with_bonded(self, cases: Mapping[str, ArrayLike]) -> Self:
-        """Copy with load cases added or replaced, name -> bonded reactions.
+        """Copy with load cases added or replaced, name -> bonded reactions. Its compliance is not known.
 
         Raises
         ------
         ModelError
             Not a mapping, or a bad load case, see `ContactSystem`.
         """
-        return replace(self, bonded={**self.bonded, **checked_bonded("cases", cases, self.nodes, self.tangents)})
+        known = checked_bonded("cases", cases, self.nodes, self.tangents)
+        return replace(self, bonded={**self.bonded, **known}, compliance=None)
 
     def with_interference(self, cases: Mapping[str, ArrayLike]) -> Self:
         """Copy with load cases that are interferences, name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
@@ -302,7 +353,13 @@ class ContactSystem(Shown):
         [0.2]
         """
         overlaps = checked_overlaps("cases", cases, self.nodes)
-        return self.with_bonded({name: self._pressed(d) for name, d in overlaps.items()})
+        names, n = list({**self.bonded, **overlaps}), len(self.bonded)
+        given = {name: k for k, name in enumerate(self.bonded) if name not in overlaps}
+        of = [given.get(name, n) for name in names]  # n: nothing but its overlap
+        L = np.zeros((n, n)) if self.compliance is None else self.compliance
+        D = np.column_stack([overlaps.get(name, np.zeros(self.nodes)) for name in names])
+        R, L = overlapping(self.S, np.pad(self._reactions, ((0, 0), (0, 1)))[:, of], np.pad(L, (0, 1))[np.ix_(of, of)], D)
+        return replace(self, bonded=dict(zip(names, R.T, strict=True)), compliance=None if self.compliance is None else L)
 
     def with_gap(self, gap: Any) -> Self:
         """Copy with another initial gap, (N,) or None."""
@@ -337,9 +394,9 @@ class ContactSystem(Shown):
         give = compliances(tangential, normal, self.width, self.tangents)
         if not give.any():
             return self
-        R = np.column_stack([joined(*pair) for pair in self.bonded.values()])
-        S, R = in_series(self.S, self.own_stiffness, R, give)
-        return replace(self, S=S, bonded=dict(zip(self.bonded, R.T, strict=True)))
+        S, R = in_series(self.S, self.own_stiffness, self._reactions, give)
+        L = None if self.compliance is None else self.compliance + self._reactions.T @ (give[:, None] * R)
+        return replace(self, S=S, bonded=dict(zip(self.bonded, R.T, strict=True)), compliance=L)
 
     def save(self, path: str | Path) -> None:
         """Write the system to a file as an npz archive of plain arrays (no pickle, not compressed) with a digest of its content.

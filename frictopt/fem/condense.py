@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, checked_contact, checked_overlaps, finite_array, place
+from ..contact.stiffness import overlapping
 from ..contact.tolerances import EQUILIBRIUM
 from ..errors import ModelError
 from .frames import check_course, check_sides, frames_of, half_widths
@@ -151,8 +152,8 @@ def condense(
     interface, graph = Interface(nodes, openings(nodes, P), frames, held_nodes(rows)), node_graph(K, rows, others)
     check_forgotten(graph, interface, rows, where)
     _, body = connected_components(graph, directed=False)
-    S, bonded = condensed(K, F, overlaps, interface, rows, where, names, graph, lambda node: f"node {node} of body {body[node]}", others)
-    return ContactSystem(S, x, bonded, gap=apart, frames=frames, contact=np.array(names), width=width, E_star=E_star)
+    S, bonded, L = condensed(K, F, overlaps, interface, rows, where, names, graph, lambda node: f"node {node} of body {body[node]}", others)
+    return ContactSystem(S, x, bonded, gap=apart, frames=frames, contact=np.array(names), width=width, E_star=E_star, compliance=L)
 
 
 def condensed(
@@ -166,8 +167,8 @@ def condensed(
     graph: csr_matrix,
     called: Callable[[int], str],
     generalised: Integers = NO_ROWS,
-) -> tuple[Array, dict[str, Array]]:
-    """Stiffness S (k, k) of the relative motions, direction by direction, and the reactions (k,) of each load case that hold them at zero.
+) -> tuple[Array, dict[str, Array], Array]:
+    """Stiffness S (k, k) of the relative motions, direction by direction; of the load cases the reactions (k,) that hold these, and the compliance.
 
     Parameters
     ----------
@@ -210,10 +211,11 @@ def condensed(
             f"stiffness: bodies 1 are so much stiffer than bodies 2 that the stiffness of the contact has an error of {rounding:.1e}; "
             "exchange the bodies, or bring their stiffness closer together"
         )
-    bonded = dict(zip(loads, R.T, strict=True))
-    for name, d in overlaps.items():
-        bonded[name] = bonded.get(name, 0.0) + S[:, -len(d) :] @ d
-    return S, bonded
+    cases = [*loads, *(name for name in overlaps if name not in loads)]
+    more, none = (0, len(cases) - len(loads)), np.zeros(len(interface.nodes))
+    D = np.reshape([overlaps.get(name, none) for name in cases], (-1, len(none))).T
+    R, L = overlapping(S, np.pad(R, ((0, 0), more)), np.pad(-left[k:, k:], more), D)
+    return S, dict(zip(cases, R.T, strict=True)), L
 
 
 def fronts(

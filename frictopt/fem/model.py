@@ -142,26 +142,23 @@ class ContactModel(Shown, Plotted):
             Rigid motions that nothing prevents, supports on both nodes of a pair, a stiffness that cannot be factorised, or not accurately enough
             (extreme materials, sizes or elements).
         """
-        parts, (K, interface), (R, _) = self._parts, (self._parts.stiffness, self._parts.interface), self._parts.release
+        parts, (K, interface), (R, D) = self._parts, (self._parts.stiffness, self._parts.interface), self._parts.release
         names, points = [parts.names[number] for number in parts.contact], parts.points[interface.nodes]
         if self.kinematics != "space":
             check_course(points, interface.frames, names)
         parts.check_ends()
-        F = {name: R.T @ force - K @ moved if moved.any() else R.T @ force for name, (force, moved, _) in self._cases.items()}
+        force, moved, _ = (np.column_stack(columns) for columns in zip(*self._cases.values(), strict=True))
+        pulls, drawn = R.T @ force, K @ moved
+        F = dict(zip(self._cases, (pulls - drawn).T, strict=True))
         overlaps = {name: overlap for name, (_, _, overlap) in self._cases.items() if overlap.any()}
-        S, bonded = condensed(K, F, overlaps, interface, parts.free_rows, parts.points, names, node_graph(K, parts.free_rows), parts.called)
+        S, bonded, L = condensed(K, F, overlaps, interface, parts.free_rows, parts.points, names, node_graph(K, parts.free_rows), parts.called)
+        L += pulls.T @ moved + moved.T @ (pulls - drawn) + force.T @ (D @ force)  # of moved supports, and of bolts that are cut
         materials = {name: body.material for name, body in self.bodies.items()}
         moduli = {name: one.E if self.kinematics == "plane_stress" else one.plane_modulus for name, one in materials.items()}
         E_star = {1 / (1 / moduli[contact.body_1] + 1 / moduli[contact.body_2]) for contact in self.contacts}
+        modulus, contact = E_star.pop() if len(E_star) == 1 else None, np.array(names)
         rigid = ContactSystem(
-            S,
-            points,
-            bonded,
-            gap=parts.gap,
-            frames=interface.frames,
-            contact=np.array(names),
-            width=parts.width,
-            E_star=E_star.pop() if len(E_star) == 1 else None,
+            S, points, bonded, gap=parts.gap, frames=interface.frames, contact=contact, width=parts.width, E_star=modulus, compliance=L
         )
         tangential, normal = self._springs
         return rigid.with_contact_stiffness(tangential=tangential, normal=normal)

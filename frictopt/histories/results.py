@@ -2,7 +2,7 @@
 
 from ..contact import Attempt, Onset, OnsetEvent, OrderPreserving, SolveRecord, Verdict
 from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
-from ..transients import SteadyState, Trajectory
+from ..transients import LoadLoop, SteadyState, Trajectory
 from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
 from .guarantee import GuaranteeCheck
@@ -16,6 +16,7 @@ __all__ = [
     "LeastExcursion",
     "LeastSlip",
     "LimitAfterProtocol",
+    "LoadLoop",
     "Onset",
     "OnsetEvent",
     "OrderPreserving",

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from ..contact.checks import Array
 from ..contact.tolerances import SIMULTANEOUS
 from ..histories import DissipationRange
-from ..transients import SteadyState, Trajectory
+from ..transients import LoadLoop, SteadyState, Trajectory
 from .along import label_contacts, lines, lines_or_band
 from .loops import cycle_lines, loops, most_work
 from .picture import picture
@@ -79,6 +79,29 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
     if ax is None:
         slip.figure.align_ylabels()
     return np.array(panels)
+
+
+@picture.register
+def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
+    """Amplitude against displacement, with a mark where nodes begin or cease to slip."""
+    (axes,) = new_axes(ax)
+    d, a, slips = loop.displacement, loop.amplitude, loop.slipping
+    changes = np.flatnonzero(np.diff(slips, prepend=slips[:1]))
+    axes.plot(d, a, color=series(0)["color"], label=f"area {loop.area:.4g}")
+    axes.plot(
+        d[changes],
+        a[changes],
+        linestyle="none",
+        marker="o",
+        markersize=4,
+        mfc="white",
+        color=series(1)["color"],
+        label="nodes begin or cease to slip",
+    )
+    axes.set_title(f"load case {loop.case!r}: secant stiffness {loop.stiffness:.4g}")
+    axes.set(xlabel="displacement (work over amplitude)", ylabel="amplitude of the load case")
+    legend(axes)
+    return axes
 
 
 @picture.register

@@ -1,6 +1,6 @@
 """Transients: the states of a contact over a number of load cycles, by the exact path or in increments."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from time import perf_counter
 from typing import Literal
 
@@ -19,7 +19,7 @@ from .exact import ExactPath
 from .stepped import ENGINES, SteppedPath, doubts, step_counts
 from .trajectory import Trajectory
 
-__all__ = ["march", "way_to_follow"]
+__all__ = ["amplitudes_at", "march", "way_to_follow"]
 
 
 @warns_of_odd_values
@@ -107,7 +107,18 @@ def march(
         error = max(error, float(np.sqrt(np.prod(ways)))) / path.length  # and the slip that may be missed within the increments
         time, work = begun + np.arange(len(u)) / path.steps, np.cumsum(work, axis=0)
     (bonded_q, bonded_p), (slip, gap), (q, p) = (parted(values, system.tangents + 1) for values in (bonded, u, r))
-    arrays = {"time": time, "bonded_q": bonded_q, "bonded_p": bonded_p, "slip": slip, "gap": gap + system.gap, "q": q, "p": p, "work": work}
+    amplitudes = amplitudes_at(system, cycle, path.load_factor, time, {})
+    arrays = {
+        "time": time,
+        "amplitudes": amplitudes,
+        "bonded_q": bonded_q,
+        "bonded_p": bonded_p,
+        "slip": slip,
+        "gap": gap + system.gap,
+        "q": q,
+        "p": p,
+        "work": work,
+    }
     status.flags.writeable = False
     trajectory = Trajectory(
         system=system,
@@ -125,6 +136,17 @@ def march(
             f"{trajectory.verdict}); {path.cause_of_rounding}"
         )
     return trajectory
+
+
+def amplitudes_at(system: ContactSystem, cycle: LoadCycle, load_factor: float, time: Array, first: Mapping[str, float]) -> Array:
+    """(T, cases) amplitudes of the load cases at times from the first state on, which has the amplitudes `first`; not known: NaN."""
+    begin, end = int(time[0]), int(np.ceil(time[-1]))
+    loads = [first] + ([cycle.mean] if begin < 0 else [])
+    cyclic = [{case: cycle.mean.get(case, 0.0) + load_factor * corner.get(case, 0.0) for case in system.bonded} for corner in cycle.corners]
+    loads += [cyclic[number % len(cyclic)] for number in range(max(begin, 0), end)]
+    none = 0.0 if first else np.nan
+    stops = [[load.get(case, 0.0 if number else none) for case in system.bonded] for number, load in enumerate(loads)]
+    return np.array([np.interp(time, begin + np.arange(len(stops)), column) for column in np.transpose(stops)]).T
 
 
 def way_to_follow(system: ContactSystem, engine: object, steps: int | None) -> tuple[str, list[int]]:

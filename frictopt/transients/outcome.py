@@ -1,7 +1,7 @@
 """The steady state of a contact, its cycle, and what frets in it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,13 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.answers import Outcome
-from ..contact.checks import Array
+from ..contact.checks import Array, frozen
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, components, frame, places
 from ..contact.tolerances import SAME_STATE
 from ..errors import SolverError
 from .fretting import fretting_table
-from .march import march
+from .loop import LoadLoop
+from .march import amplitudes_at, march
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -165,7 +166,33 @@ class SteadyState(Recorded, Plotted):
         spent = np.abs(path.work[-1] - self.period * self.dissipation_per_node).max() / max(float(path.work.max()), force * size)
         if not max(drift / size, spent) <= SAME_STATE:
             raise SolverError(f"steady state: a cycle from it differs from it by {max(drift / size, spent):.1e} (tolerance {SAME_STATE:g})")
-        return path
+        last = self.cycle.corners[-1]
+        begin = {case: self.cycle.mean.get(case, 0.0) + self.load_factor * last.get(case, 0.0) for case in self.system.bonded}
+        return replace(path, amplitudes=frozen(amplitudes_at(*asked[:2], self.load_factor, path.time, begin)))
+
+    def displacement(self, case: str) -> Array:
+        """(T,) displacement of a load case over the steady cycle, at the states of `states`, see `ContactSystem.displacements`.
+
+        Raises
+        ------
+        ModelError
+            An unknown load case, a system without `compliance`.
+        SolverError
+            See `states`.
+        """
+        return self.states().displacement(case)
+
+    def loop(self, case: str) -> LoadLoop:
+        """The loop of a load case over the steady cycle (both cycles, where its period is two).
+
+        Displacements are those at the loads. Cycles that are controlled by displacements are not followed: give the loads.
+
+        Raises
+        ------
+        ModelError, SolverError
+            See `displacement`.
+        """
+        return self.states().loop(case)
 
     def fretting_table(self, *, stress: ArrayLike | None = None, strain: ArrayLike | None = None) -> "pd.DataFrame":
         """What frets where: one row for each node.

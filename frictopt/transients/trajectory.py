@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contact import ContactState, ContactSystem, Verdict, referee
-from ..contact.checks import Array, frozen, whole_number
+from ..contact.checks import Array, choice, frozen, whole_number
 from ..contact.parts import joined
 from ..contact.record import SolveRecord
 from ..contact.show import Plotted, Shown, components, frame, places
 from ..contact.tolerances import SIMULTANEOUS
 from ..errors import ModelError
+from .loop import LoadLoop
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,6 +38,9 @@ class Trajectory(Shown, Plotted):
     time
         (T,) number of corners visited: -1 at the artificial load that carries the initial slip, 0 at the mean load, k at the k-th corner, and
         linear between them. From an earlier state it begins at the number of the corner that came next.
+    amplitudes
+        (T, cases) amplitudes of the load cases, in the order of `system.bonded`; NaN up to the first load of the cycle, on the way from the
+        artificial load or from an earlier state.
     bonded_q, bonded_p
         Bonded reactions of the load, (T, N) in the plane and (T, N, 2) in space, and (T, N): force per depth in the plane, force in space.
     slip, gap
@@ -73,6 +77,7 @@ class Trajectory(Shown, Plotted):
     friction: Array
     corners: int
     time: Array
+    amplitudes: Array
     bonded_q: Array
     bonded_p: Array
     slip: Array
@@ -166,6 +171,33 @@ class Trajectory(Shown, Plotted):
             raise ModelError(f"number: {number}, a state on the way from the artificial load to the mean load; give one of time >= 0, or its slip")
         corner = int(self.time[row] + SIMULTANEOUS) % self.corners
         return ContactState(self.slip[row], np.maximum(self.gap[row], 0.0), self.bonded_q[row], self.bonded_p[row], corner)
+
+    def displacement(self, case: str) -> Array:
+        """(T,) displacement of a load case, see `ContactSystem.displacements`; NaN where its amplitude is not known.
+
+        Raises
+        ------
+        ModelError
+            An unknown load case, a system without `compliance`.
+        """
+        return frozen(self.system.displacements(self.amplitudes, self.slip, self.gap)[:, self._case(case)])
+
+    def loop(self, case: str) -> LoadLoop:
+        """The loop of a load case over all states at which its amplitude is known, as one that can be drawn (`plot`).
+
+        Raises
+        ------
+        ModelError
+            See `displacement`.
+        """
+        amplitude = self.amplitudes[:, self._case(case)]
+        known = np.isfinite(amplitude)
+        slipping = np.count_nonzero(np.abs(self.status) == 1, axis=1)
+        return LoadLoop(case, amplitude[known], self.displacement(case)[known], slipping[known])
+
+    def _case(self, case: str) -> int:
+        """The place of a load case among those of the system."""
+        return list(self.system.bonded).index(choice("case", case, self.system.bonded))
 
     def to_frame(self) -> "pd.DataFrame":
         """The DataFrame of all states and nodes: columns state, time, node, x, slip, gap, q, p, status, work; in space y, z, slip1 .."""
