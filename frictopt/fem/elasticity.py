@@ -1,30 +1,16 @@
 """Elasticity of one body on a scikit-fem mesh: plane, axisymmetric or in space."""
 
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
-from scipy.sparse import bmat, csr_matrix, diags, hstack
-from skfem import (
-    Basis,
-    BilinearForm,
-    ElementHex0,
-    ElementQuad0,
-    ElementTetP0,
-    ElementTriP0,
-    Mesh,
-    MeshHex1,
-    MeshQuad1,
-    MeshTet1,
-    MeshTri1,
-)
+from scipy.sparse import csr_matrix
+from skfem import Basis, Mesh
 
 from ..contact.checks import Array, finite_number
 from .elements import basis_of
 
 __all__ = ["ELEMENT_NAMES", "KINEMATICS", "ElementName", "Kinematics", "Material", "body_stiffness", "circumference", "element_means"]
-
-_UNIFORM = {MeshTri1: ElementTriP0, MeshQuad1: ElementQuad0, MeshTet1: ElementTetP0, MeshHex1: ElementHex0}
 
 ELEMENT_NAMES = ("linear", "mean_dilatation", "quadratic")
 ElementName: TypeAlias = Literal["linear", "mean_dilatation", "quadratic"]
@@ -82,8 +68,9 @@ class Material:
 
 
 def element_means(basis: Basis, values: Array) -> Array:
-    """Values at the integration points of a basis, each replaced by the mean of its element."""
-    return np.broadcast_to(((values * basis.dx).sum(axis=1) / basis.dx.sum(axis=1))[:, None], values.shape)
+    """Values (elements, ..., integration points) of a basis, each replaced by the mean of its element."""
+    dx = np.expand_dims(basis.dx, tuple(range(1, values.ndim - 1)))
+    return np.broadcast_to(((values * dx).sum(axis=-1) / dx.sum(axis=-1))[..., None], values.shape)
 
 
 def circumference(x: Array, kinematics: Kinematics) -> Array:
@@ -97,35 +84,36 @@ def body_stiffness(mesh: Mesh, material: Material, element: ElementName | None =
     An axisymmetric body has the radius x and the axis x = 0; its stiffness is that of the whole circumference. The radial displacement u makes the
     hoop strain u / x.
 
-    Scalar products of derivatives give all blocks, which is several times faster than one vector-valued form. With "mean_dilatation" the first
-    Lame constant resists the mean of div u over an element instead of div u itself (selective integration; Nagtegaal, Parks & Rice 1974, Hughes
-    1980): an element can then keep its volume without locking. There are no zero-energy modes, because the second constant acts in full. In
-    triangles and tetrahedra div u is uniform, so nothing changes there.
+    With "mean_dilatation" the first Lame constant resists the mean of div u over an element instead of div u itself (selective integration;
+    Nagtegaal, Parks & Rice 1974, Hughes 1980): an element can then keep its volume without locking. There are no zero-energy modes, because the
+    second constant acts in full. In triangles and tetrahedra div u is uniform, so nothing changes there.
     """
-    basis, d = basis_of(mesh), mesh.dim()
-    around = circumference(np.asarray(basis.global_coordinates())[0], kinematics)
-    lam, mu = material._plane_lame(kinematics)
-
-    def assembled(product: Any) -> Any:
-        return BilinearForm(lambda u, v, w: product(u, v, w) * w.around).assemble(basis, around=around)
-
-    slopes = {(a, b): assembled(lambda u, v, _, a=a, b=b: u.grad[a] * v.grad[b]) for a in range(d) for b in range(a + 1)}
-    volume, hoop = dict(slopes), 0.0
+    basis, (lam, mu) = basis_of(mesh), material._plane_lame(kinematics)
+    x = np.asarray(basis.global_coordinates())[0]
+    weights = basis.dx * circumference(x, kinematics)
+    slopes = np.ascontiguousarray(np.moveaxis(np.array([field.grad for (field,) in basis.basis]), 2, 0).swapaxes(1, 2))
+    count, d, n, _ = slopes.shape  # element, direction, node, point of integration
+    dilatation, hoop = slopes, np.zeros(0)
+    if element == "mean_dilatation":
+        dilatation = element_means(basis, slopes)
     if kinematics == "axisymmetric":
-        hoop = assembled(lambda u, v, w: u * v / w.x[0] ** 2)
-        x_value, y_value = (assembled(lambda u, v, w, a=a: u.grad[a] * v / w.x[0]) for a in (0, 1))
-        volume[0, 0] = slopes[0, 0] + x_value + x_value.T + hoop
-        volume[1, 0] = slopes[1, 0] + y_value
-    pointwise = 0.0 if element == "mean_dilatation" else lam
-    blocks: list[list[Any]] = [[None] * d for _ in range(d)]
+        hoop = np.stack([np.broadcast_to(field, x.shape) / x for (field,) in basis.basis], axis=1)
+        dilatation = slopes.copy()
+        dilatation[:, 0] += hoop
+
+    def products(functions: Array) -> Array:
+        """(element, function, function) integrals of the products of functions (element, ..., point)."""
+        own = functions.reshape(count, -1, functions.shape[-1])
+        return np.asarray((own * weights[:, None]) @ own.swapaxes(1, 2))
+
+    shears = products(slopes)
+    whole = lam * (shears if dilatation is slopes else products(dilatation)).reshape(count, d, n, d, n)
+    shears = mu * shears.reshape(whole.shape)
+    whole += shears.transpose(0, 3, 2, 1, 4)
     for a in range(d):
-        blocks[a][a] = pointwise * volume[a, a] + mu * (sum(slopes[b, b] for b in range(d)) + slopes[a, a] + 2 * (a == 0) * hoop)
-        for b in range(a):
-            blocks[b][a] = pointwise * volume[a, b] + mu * slopes[a, b].T
-            blocks[a][b] = blocks[b][a].T
-    K = bmat(blocks, format="csr")
-    if element != "mean_dilatation":
-        return K
-    uniform = basis.with_element(_UNIFORM[type(mesh)]())
-    mean = hstack([BilinearForm(lambda u, v, _, a=a: u.grad[a] * v).assemble(basis, uniform) for a in range(d)])
-    return csr_matrix(K + lam * (mean.T @ diags(1 / basis.dx.sum(axis=1)) @ mean))
+        whole[:, a, :, a] += np.einsum("ebibj->eij", shears)
+    if len(hoop):
+        whole[:, 0, :, 0] += 2 * mu * products(hoop)
+    unknowns = (np.arange(d)[:, None, None] * mesh.p.shape[1] + basis.element_dofs).reshape(d * n, count).T
+    rows, columns = np.repeat(unknowns, d * n, axis=1), np.tile(unknowns, d * n)
+    return csr_matrix((whole.ravel(), (rows.ravel(), columns.ravel())), shape=(mesh.p.size,) * 2)
