@@ -261,6 +261,11 @@ FAULTS = (
           "guaranteed_transients"),
     Fault("histories/range_search.py", "descends where it should climb", "sense * (tried.work - orbit.work)", "(tried.work - orbit.work)",
           "dissipation_range"),
+    Fault("histories/wear.py", "a jump of first order", "1.5 * first + 0.5 * second", "1.0 * first + 0.0 * second", "wear"),
+    Fault("histories/wear.py", "wear by normal force and way as wear by work", "np.divide(k, f * system.width", "np.divide(k, system.width", "wear"),
+    Fault("histories/wear.py", "the lost depth carried nothing", "bonded_p=state.bonded_p + p", "bonded_p=state.bonded_p", "wear"),
+    Fault("histories/wear_history.py", "an open node presses", "np.where(state.gap > 0, 0.0, p)", "np.where(state.gap > 0, 1.0, p)", "wear"),
+    Fault("transients/steady.py", "the way slid in both cycles of a period", "frozen(cycle.slid / run.period", "frozen(cycle.slid", "path_period"),
     # scenes
     Fault("scenes/punch.py", "one side of the block is pressed while the other is pulled", 'Traction("block", "right", x=1.0)',
           'Traction("block", "right", x=-1.0)',

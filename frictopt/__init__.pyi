@@ -44,6 +44,7 @@ from .histories import (
     read_store,
     results,
     starts,
+    wear,
 )
 from .limits import (
     GuaranteedModel,
@@ -128,5 +129,6 @@ __all__ = [
     "split_bodies",
     "starts",
     "steady_state",
+    "wear",
     "write_paraview",
 ]

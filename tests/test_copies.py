@@ -3,7 +3,7 @@
 import copy
 import io
 import pickle
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import matplotlib
 import matplotlib.pyplot as plt
@@ -56,6 +56,7 @@ EXAMPLES = [
     fo.dissipation_range(*ASKED, 0.8),
     fo.limit_after_protocol(*ASKED, scan=3, protocol=[fo.starts.LoadStep({"mean": 2.0}, {"cyclic": 1.0})]),
     fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.95}, samples=2),
+    fo.wear(replace(PAIR, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1),
     fo.shakedown_limit(PAD, TURNS, 0.5),
     fo.safe_slip(PAD, TURNS, 0.5, 0.3),
     fo.steady_state(PAD, TURNS, 0.5, 3.0),

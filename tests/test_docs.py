@@ -47,6 +47,8 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "separated_limit": "separated",
     "results.LeastSlip": "least",
     "results.SteadyState.fretting_table": "fretting",
+    "wear": "wear",
+    "results.WearHistory": "wear",
 }
 
 

@@ -9,6 +9,7 @@ import inspect
 import signal
 from collections.abc import Callable
 from contextlib import contextmanager
+from dataclasses import replace
 from decimal import Decimal
 from functools import wraps
 from pathlib import Path
@@ -64,6 +65,7 @@ NEVER = {  # what means nothing anywhere
 
 CONTACT, UNCOUPLED_CONTACT = system(*FIRST_PAIR), system(np.eye(2), np.zeros((2, 2)), 0.0, 1.0, 0.5, 0.0)
 FRICTION, BONDED, SLIP = 0.6, (np.array([0.1, 0.1]), np.array([1.0, 1.0])), np.array([0.1, -0.1])
+WORN = replace(CONTACT, width=[1.0, 2.0])
 TWO_LOADS = CONTACT.with_bonded({"other": BONDED})
 REGION = fo.safe_region(TWO_LOADS, {"mean": 1.0}, ["cyclic", "other"], FRICTION)
 ASKED = {"system": CONTACT, "cycle": CYCLE, "friction": FRICTION}
@@ -206,6 +208,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "shakedown_limit": (fo.shakedown_limit, ASKED),
     "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
     "GuaranteedLimit.verify": (fo.guaranteed_limit(**ASKED).verify, {"starts": 2, "moved": 1}),
+    "wear": (fo.wear, {**ASKED, "system": WORN, "load_factor": 0.9, "coefficient": 0.01, "cycles": 5}),
     "ExactIncrement": (fo.increments.ExactIncrement, {"system": CONTACT, "friction": FRICTION}),
     "FrozenBoundIncrement": (fo.increments.FrozenBoundIncrement, {"system": CONTACT, "friction": FRICTION}),
     "FrozenBoundIncrement.solve": (fo.increments.FrozenBoundIncrement(CONTACT, FRICTION).solve, INCREMENT),

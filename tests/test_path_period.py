@@ -36,6 +36,9 @@ def test_a_contact_of_two_nodes_comes_back_after_two_cycles():
     assert works[-2].sum() > 1.5 * works[-1].sum() and min(np.abs(steady.slip - end).max() for end in ends) < 1e-14
     twice = fo.steady_state(TWICE, fo.LoadCycle(ROUND.mean, [*ROUND.corners, *ROUND.corners]), 1.2, 1.0)
     assert twice.period == 1 and twice.dissipation == pytest.approx(2 * steady.dissipation, rel=1e-12)
+    states = steady.states()
+    way = np.abs(np.diff(states.slip, axis=0) * (states.status[:-1] != 2)).sum(axis=0)
+    assert way.min() > 0 and steady.sliding_distance == pytest.approx(way / 2, rel=1e-12) == twice.sliding_distance / 2
 
 
 def test_what_follows_from_a_state_of_period_two():

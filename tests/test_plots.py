@@ -4,6 +4,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 
 import matplotlib.pyplot as plt
@@ -320,6 +321,7 @@ def every():
         "GuaranteeCheck": (fo.guaranteed_limit(PAIR, CYCLE, F).verify(starts=10, moved=1), 1),
         "LimitAfterProtocol": (fo.limit_after_protocol(PAIR, CYCLE, F, start="worst", scan=4), 1),
         "LeastExcursion": (fo.least_excursion(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2), 1),
+        "WearHistory": (fo.wear(replace(PAIR, width=[1.0, 2.0]), CYCLE, F, 1.5, coefficient=0.01, cycles=1), 3),
         "scene": (SCENES["punch"], 1),
         "BodyFields": (SCENES["punch"].model().recover({"P": 1.0}, slip=np.zeros(5)), 1),
     }

@@ -1,6 +1,7 @@
 """Results show their answer in one line and in a small table; plain data are equal where their content is."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ NEEDED = fo.required_friction(CONTACT, CYCLE, 0.3)
 REGION = fo.safe_region(CONTACT.with_bonded({"other": (np.array([0.1, 0.1]), np.ones(2))}), {"mean": 1.0}, ["cyclic", "other"], 0.6)
 SLIP, SPAN, REST = LIMIT.least_slip(1.0), fo.dissipation_range(*ASKED, 0.8), fo.limit_after_protocol(*ASKED, scan=3)
 CURED, ORDER = fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.9}, samples=2), fo.order_preserving(CONTACT, 0.6)
+WORN = fo.wear(replace(CONTACT, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1)
 MOVED = fo.increments.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.reaction({"mean": 1.0, "cyclic": 1.0}))
 
 
@@ -51,6 +53,7 @@ MOVED = fo.increments.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.re
         (CURED, [f"share={CURED.share:.6g}", "sampled=2", "residual="]),
         (ORDER, ["holds=False", f"largest_friction={ORDER.largest_friction:.6g}"]),
         (MOVED, ["nodes=2", f"slipping={(np.abs(MOVED.status) == 1).sum()}", "open=0", "solver="]),
+        (WORN, ["cycles=1", f"volume={WORN.volume:.6g}", "reason=1 cycles are over"]),
         (CHECK, [f"load_factor={CHECK.limit.load_factor:.6g}", f"runs={len(CHECK.runs)}", f"dies_out={CHECK.dies_out}"]),
     ],
     ids=lambda value: type(value).__name__,

@@ -7,6 +7,8 @@ from .excursion import LeastExcursion, least_excursion
 from .guarantee import GuaranteeCheck
 from .protocols import LimitAfterProtocol, limit_after_protocol
 from .store import DamagedRows, read_store
+from .wear import wear
+from .wear_history import WearHistory
 
 __all__ = [
     "DamagedRows",
@@ -14,6 +16,7 @@ __all__ = [
     "GuaranteeCheck",
     "LeastExcursion",
     "LimitAfterProtocol",
+    "WearHistory",
     "dissipation_range",
     "dissipation_study",
     "least_excursion",
@@ -21,4 +24,5 @@ __all__ = [
     "read_store",
     "results",
     "starts",
+    "wear",
 ]

@@ -7,6 +7,7 @@ from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
 from .guarantee import GuaranteeCheck
 from .protocols import LimitAfterProtocol
+from .wear_history import WearHistory
 
 __all__ = [
     "Attempt",
@@ -29,4 +30,5 @@ __all__ = [
     "SteadyState",
     "Trajectory",
     "Verdict",
+    "WearHistory",
 ]

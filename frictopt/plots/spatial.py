@@ -14,7 +14,7 @@ from ..limits import RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import SteadyState
 from .style import BLACK, GREY, SERIES, AxesArray, new_axes
 
-__all__ = ["FACE", "first_slips", "limiting_face", "safe_slip_face", "steady_map"]
+__all__ = ["FACE", "depth_map", "first_slips", "limiting_face", "safe_slip_face", "steady_map"]
 
 FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 _FACE = 25_000  # area that the points of a face share, points^2
@@ -54,6 +54,11 @@ def steady_map(steady: SteadyState, ax: Axes | AxesArray | None) -> Axes:
     places, _ = _map(axes, steady.system, work, "work of friction per cycle (force times length)", float(work.max()) or 1.0)
     _arrows(axes, places, steady.slip, "slip at the last corner")
     return _finished(axes)
+
+
+def depth_map(axes: Axes, system: ContactSystem, depth: Array) -> None:
+    """Depth worn off at each node, (N,)."""
+    _map(axes, system, depth, "depth worn off (length)", float(depth.max()) or 1.0)
 
 
 def first_slips(axes: Axes, onset: Onset) -> Axes:

@@ -39,6 +39,8 @@ class SteadyState(Recorded, Plotted):
         Work of friction per load cycle in the steady state, the mean over its period, >= 0, force times length (per depth); 0 after shakedown.
     dissipation_per_node
         (N,) the same of each node.
+    sliding_distance
+        (N,) way that each node slides per load cycle while it is closed, the mean over the period, length; 0 after shakedown.
     work_error
         Estimated distance of `dissipation` from that of all later cycles, over itself. At most 1e-9, unless rounding hides a work that is little
         beside the loads.
@@ -99,6 +101,7 @@ class SteadyState(Recorded, Plotted):
     outcome: Outcome
     dissipation: float
     dissipation_per_node: Array
+    sliding_distance: Array
     work_error: float
     step_error: float
     period: int

@@ -165,6 +165,7 @@ def reported(run: Run, found: Settled, step_error: float) -> SteadyState:
         outcome=found.outcome,
         dissipation=float(work.sum()),
         dissipation_per_node=frozen(work),
+        sliding_distance=frozen(cycle.slid / run.period if slips else np.zeros(n)),
         work_error=found.work_error,
         step_error=step_error,
         period=returns_after(path, cycle) if run.period == 2 and slips else 1,

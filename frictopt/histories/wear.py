@@ -1,0 +1,234 @@
+"""Wear: how a contact changes over many load cycles, in jumps of cycles between steady states."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
+from ..contact.checks import Array, finite_array, finite_number, flag, real_array
+from ..contact.odd_values import warns_of_odd_values
+from ..contact.parts import parted
+from ..contact.progress import bar_of
+from ..contact.system import checked_system
+from ..errors import ModelError, NoContinuation, SolverError
+from ..transients import SteadyState, steady_state
+from .wear_history import WORN_IN, WearHistory, WornRow
+
+__all__ = ["wear"]
+
+_GAMMA = 1 - 1 / np.sqrt(2)  # the jumps then damp without oscillation what changes fast
+_FAR = 1e6  # cycles, in units of the time in which the stiffest node wears its pressure off, after which a rate that is left never changes
+_MOST, _LEAST, _SAFE = 4.0, 0.2, 0.9  # growth of the jumps: at most, at least, and the share of what the error allows
+_FAILURES = 20  # jumps in a row that are too long, after which there is none
+
+
+@warns_of_odd_values
+def wear(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: ArrayLike,
+    load_factor: float,
+    *,
+    coefficient: ArrayLike,
+    energy: bool = False,
+    cycles: float | None = None,
+    initial_state: ContactState | None = None,
+    tolerance: float = 0.01,
+    steps: int | None = None,
+    progress: bool = True,
+) -> WearHistory:
+    """Follow a contact while it wears, in jumps of many load cycles from one steady state to the next.
+
+    In each steady cycle node i loses the depth `coefficient / width_i` times the integral of `p_i |dv_i|` (Archard), which is its work of friction
+    over its coefficient of friction. Depths add to the gap. The bodies stay elastic and their stiffness stays, so depths must be small beside the
+    contact. A jump is a step of a Rosenbrock method of second order, linearly implicit: pressure that wears off slows wear down within the jump. Its
+    length follows from an estimate of its error. After each jump the transient goes on from the state before it, while the wear is taken off, to the
+    next steady state, which is judged as every other. Theory, eq. (28).
+
+    Without `cycles` the history ends when the contact is worn in: when it slips no more, or its work of friction per cycle is a thousandth of the
+    largest. It also ends where wear goes on at rates that never change, because it changes no pressure any more.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact, with its `width`, and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    load_factor
+        Load factor, >= 0.
+    coefficient
+        Archard's coefficient of wear, volume per normal force and way slid, of both bodies together, one or one per node, >= 0: 1e-8 for 1e-8
+        mm^3/(N mm), where forces are in N and lengths in mm. Lengths of another unit change it, see the tutorial.
+    energy
+        Whether the coefficient is a volume per work of friction instead.
+    cycles
+        Number of load cycles, >= 1; None: until the contact is worn in.
+    initial_state
+        A state to start from, such as `state` of an earlier history with its `system`, which goes on from there; None: no slip.
+    tolerance
+        Estimated error of the depth that a jump may add, over the largest depth at its end. The estimate is that of a method of first order; errors
+        of whole histories of cylinders were smaller than it.
+    steps
+        Number of increments from corner to corner, see `steady_state`.
+    progress
+        Show a bar where it takes more than two seconds.
+
+    Raises
+    ------
+    ModelError
+        Bad input, a contact without width, or without friction where wear by Archard's law does not follow from work of friction.
+    NoContinuation, SolverError
+        A worn contact has no steady state, or none that passes the checks. Where wear has begun, the attribute `history` of the error holds what is
+        done by then, as it does that of a KeyboardInterrupt (Ctrl-C).
+
+    Notes
+    -----
+    Jumps: Verwer, Spee, Blom & Hundsdorfer 1999, SIAM J. Sci. Comput. 20, 1456-1480. Wear: Archard 1953, J. Appl. Phys. 24, 981-988; by energy:
+    Fouvry, Kapsa & Vincent 1996, Wear 200, 186-205.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> arrays = fo.reference.half_plane_contact(nodes=32, half_length=1.0, E_star=1e5, R=100.0)  # a cylinder; N and mm
+    >>> cylinder = fo.ContactSystem.from_blocks(**arrays, width=[2 / 32] * 32)
+    >>> cycle = fo.LoadCycle({"P": 400.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    >>> history = fo.wear(cylinder, cycle, friction=0.5, load_factor=100.0, coefficient=1e-8)
+    >>> history.worn_in, f"{history.cycles[-1]:.1e} cycles, {1e3 * history.depth[-1].max():.2f} micrometres"
+    (True, '2.2e+06 cycles, 0.61 micrometres')
+    """
+    per_work = _per_work(checked_system(system), friction, coefficient, energy)
+    most = np.inf if cycles is None else finite_number("cycles", cycles, least=1.0)
+    tolerance = finite_number("tolerance", tolerance, above=0.0)
+
+    def settle(worn: ContactSystem, state: ContactState | None) -> SteadyState:
+        return steady_state(worn, cycle, friction, load_factor, initial_state=state, steps=steps, progress=False)
+
+    with bar_of(flag("progress", progress), "wear", "jump", delay=2) as bar:
+        course = Course(per_work, tolerance, settle, settle(system, initial_state))
+        try:
+            while not (reason := course.ended(most)):
+                course.jump(most)
+                bar.update()
+        except (KeyboardInterrupt, NoContinuation, SolverError) as error:
+            error.history = course.history(f"{type(error).__name__}: {error}")  # type: ignore[union-attr]  # each keeps its class
+            error.add_note(f"wear: {course.cycles:.6g} cycles are in the attribute `history`; from its `system` and `state` wear goes on")
+            raise
+        return course.history(reason)
+
+
+@dataclass(eq=False)
+class Course:
+    """A contact while it wears.
+
+    Attributes
+    ----------
+    per_work
+        (N,) depth per work of friction.
+    tolerance
+        See `wear`.
+    settle
+        The steady state of a worn contact from a state.
+    steady
+        That of the contact as it is worn.
+    cycles
+        Number of load cycles so far.
+    length
+        Number of cycles of the next jump.
+    rows
+        The unworn contact, and the contact after each jump.
+    started
+        When it began, for the record.
+    """
+
+    per_work: Array
+    tolerance: float
+    settle: Callable[[ContactSystem, ContactState | None], SteadyState]
+    steady: SteadyState
+    cycles: float = 0.0
+    length: float = field(init=False)
+    rows: list[WornRow] = field(init=False)
+    started: float = field(default_factory=perf_counter)
+
+    def __post_init__(self) -> None:
+        fastest = float((self.damping(self.steady) * np.diag(self.steady.system.C)).max())
+        self.length = float(np.sqrt(self.tolerance)) / fastest if fastest > 0 else np.inf
+        self.rows = [WornRow.of(self.steady, 0.0)]
+
+    def rate(self, steady: SteadyState) -> Array:
+        """(N,) depth per cycle."""
+        return self.per_work * steady.dissipation_per_node
+
+    def damping(self, steady: SteadyState) -> Array:
+        """(N,) change of the rate per nodal force that is taken off."""
+        return self.per_work * steady.friction * steady.sliding_distance
+
+    def after(self, h: Array) -> SteadyState:
+        """The steady state after a depth h has been worn off.
+
+        The bonded reactions of the state grow by what the lost depth carried, so that the state is in equilibrium; on the way to the next corner
+        they go back to those of the loads.
+        """
+        worn, state = self.steady.system.with_gap(self.steady.system.gap + h), self.steady.state
+        q, p = parted(worn.S[:, -worn.nodes :] @ h, worn.tangents + 1)
+        return self.settle(worn, replace(state, bonded_q=state.bonded_q + q, bonded_p=state.bonded_p + p))
+
+    def jump(self, most: float) -> None:
+        """The next jump, as long as the tolerance allows, to `most` cycles in all."""
+        begun, n = self.rows[0].gap, len(self.per_work)
+        rate, damping = self.rate(self.steady), self.damping(self.steady)[:, None] * self.steady.system.C
+        for _ in range(_FAILURES):
+            cycles = min(self.cycles + self.length, most)
+            length = cycles - self.cycles
+            implicit = np.eye(n) + _GAMMA * length * damping
+            first = np.maximum(np.linalg.solve(implicit, rate), 0.0)
+            second = np.linalg.solve(implicit, self.rate(self.after(length * first)) - 2 * first)
+            h = np.maximum(length * (1.5 * first + 0.5 * second), 0.0)
+            error = float(np.abs(h - length * first).max()) / (self.tolerance * float((self.steady.system.gap - begun + h).max()))
+            self.length = length * float(np.clip(_SAFE / np.sqrt(error), _LEAST, _MOST)) if error > 0 else length * _MOST
+            if error <= 1:
+                self.steady, self.cycles = self.after(h), cycles
+                self.rows.append(WornRow.of(self.steady, self.cycles))
+                return
+        raise SolverError(f"wear: after {self.cycles:.6g} cycles a jump of {length:.1e} is too long for the tolerance {self.tolerance:g}; allow more")
+
+    def ended(self, most: float) -> str:
+        """Why the history ends here, in words; empty where it goes on."""
+        work, largest, rate = self.steady.dissipation, max(row.work for row in self.rows), self.rate(self.steady)
+        if work == 0:
+            return "worn in: the contact slips no more" if largest > 0 else "the contact does not slip, and does not wear"
+        if not rate.any():
+            return "no node that slips has a coefficient of wear above 0"
+        if self.cycles >= most:
+            return f"{most:.6g} cycles are over"
+        if np.isfinite(most):
+            return ""
+        if work <= WORN_IN * largest:
+            return f"worn in: the work of friction per cycle is {work / largest:.1e} of its largest"
+        damping = self.damping(self.steady)[:, None] * self.steady.system.C
+        late = np.linalg.solve(np.eye(len(rate)) + _FAR / (np.abs(damping).max() or 1.0) * damping, rate)
+        if np.abs(late - rate).max() <= self.tolerance * rate.max():
+            return "the contact wears on at rates that never change: they take off no pressure; give `cycles`"
+        return ""
+
+    def history(self, reason: str) -> WearHistory:
+        """What is done so far."""
+        return WearHistory.of(self.rows, self.steady, reason, perf_counter() - self.started)
+
+
+def _per_work(system: ContactSystem, friction: ArrayLike, coefficient: ArrayLike, energy: bool) -> Array:
+    """(N,) depth per work of friction."""
+    f, raw = friction_coefficients(friction, system.nodes), real_array("coefficient", coefficient)
+    k = np.broadcast_to(finite_array("coefficient", raw, (system.nodes,) if raw.ndim else None), system.nodes)
+    if k.min() < 0:
+        raise ModelError(f"coefficient: {k.min():g} at node {int(k.argmin())}; give a coefficient of wear >= 0, volume per normal force and way slid")
+    if system.width is None:
+        raise ModelError("system: it has no width, and depths of wear are volumes over width; give the ContactSystem the length or area of each node")
+    if flag("energy", energy):
+        return k / system.width
+    if (smooth := (f == 0) & (k > 0)).any():
+        where = f"friction: 0 at node {int(smooth.argmax())}, and wear follows from the work of friction"
+        raise ModelError(f"{where}; give friction above 0, or a coefficient of 0 there")
+    return np.divide(k, f * system.width, out=np.zeros(system.nodes), where=k > 0)

@@ -1,0 +1,60 @@
+"""Pictures of wear: profiles over the cycles, and the work of friction as it changes."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from ..histories import WearHistory
+from .along import label_contacts, lines
+from .picture import picture
+from .spatial import FACE, depth_map
+from .style import BLACK, GREY, AxesArray, legend, new_axes, series
+
+__all__: list[str] = []
+
+_PROFILES = 6  # contacts whose profiles are drawn
+
+
+@picture.register
+def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
+    """Three panels: depth worn off and pressure along the contact after some numbers of cycles; work of friction per cycle against cycles.
+
+    In space two: a map of the depth in the end, and the work of friction per cycle.
+    """
+    table, system = history.to_frame(), history.system
+    if system.tangents == 2:
+        face, work = panels = new_axes(ax, 2, (FACE[0], 2 * FACE[1]), common_x=False)
+        depth_map(face, system, history.depth[-1])
+        face.set_title(f"depth worn off after {table['cycles'].iloc[-1]:.4g} cycles")
+    else:
+        depth, pressure, work = panels = new_axes(ax, 3, (6.4, 8.4), common_x=False)
+        for number, row in enumerate(_chosen(history)):
+            look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"], "label": f"{table['cycles'][row]:.4g}"}
+            lines(depth, system, history.depth[row], **look)
+            lines(pressure, system, history.pressure[row], **look)
+        depth.set_ylabel("depth worn off (length)")
+        pressure.set_ylabel("pressure at the last corner\n(force per area)")
+        legend(depth, "cycles")
+        for axes in (depth, pressure):
+            axes.axhline(0, color=GREY, lw=0.6, zorder=0)
+            label_contacts(axes, system, names=axes is depth)
+        depth.set_xlabel("")
+    _work(work, history)
+    return np.array(panels)
+
+
+def _work(axes: Axes, history: WearHistory) -> None:
+    """Work of friction per cycle against cycles."""
+    table = history.to_frame()
+    axes.plot(table["cycles"], table["work"], color=BLACK, marker=".", markersize=3)
+    axes.set(
+        xlabel="load cycles", ylabel="work of friction per cycle\n(force times length" + (" per depth)" if history.system.tangents == 1 else ")")
+    )
+    axes.set_ylim(bottom=0.0)
+
+
+def _chosen(history: WearHistory) -> NDArray[np.intp]:
+    """Rows at about even steps of the largest depth, the first and the last one among them."""
+    largest = history.depth.max(axis=1)
+    between = [np.abs(largest - part).argmin() for part in np.linspace(0.0, largest[-1], _PROFILES)[:-1]]
+    return np.unique([*between, len(largest) - 1])

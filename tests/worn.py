@@ -1,0 +1,38 @@
+"""Contacts that wear, for the tests."""
+
+import numpy as np
+
+import frictopt as fo
+
+F = 0.5
+
+
+def cylinder(nodes, half_length=1.3, share=0.5):
+    """A cylinder with a contact of half-width 1 before wear, its load cycle, and the load factor at which the shear is a share of gross slip."""
+    contact = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / np.pi, f=F)
+    arrays = fo.reference.half_plane_contact(nodes, half_length, contact.E_star, R=contact.R)
+    system = fo.ContactSystem.from_blocks(**arrays, width=np.full(nodes, 2 * half_length / nodes))
+    return system, fo.LoadCycle({"P": contact.P}, [{"Q": 1.0}, {"Q": -1.0}]), F, share * F * contact.P
+
+
+def on_edges(stick, reach=1.3, share=0.5):
+    """The same, with so many cells on each side of the middle in the stick zone, which ends on an edge of cells."""
+    cell = np.sqrt(1 - share) / stick
+    half = int(np.ceil(reach / cell))
+    return cylinder(2 * half, half * cell, share)
+
+
+def driven_punch(nodes):
+    """A flat punch under a normal force, its far end moved to and fro by a load case that is that motion: it slides as a whole."""
+    arrays = fo.reference.half_plane_contact(nodes, 1.0, 1.0)
+    stiff = 10.0 * np.eye(nodes)
+    bonded = {"P": arrays["bonded"]["P"], "motion": (-stiff.sum(axis=1), np.zeros(nodes))}
+    return fo.ContactSystem.from_blocks(stiff, arrays["B"], arrays["C"], arrays["x"], bonded, width=np.full(nodes, 2 / nodes))
+
+
+def plain_rate(steady, coefficient):
+    """Archard's law word by word: depth per cycle from the states of the steady cycle, force times way over width."""
+    states = steady.states()
+    slip, p = states.slip.reshape(*states.p.shape, -1), states.p
+    ways = np.linalg.norm(np.diff(slip, axis=0), axis=2) * (states.gap[1:] == 0)
+    return coefficient * ((p[1:] + p[:-1]) / 2 * ways).sum(axis=0) / steady.period / steady.system.width
