@@ -1,4 +1,4 @@
-"""Load cycles: a static load and the corners of a cyclic load."""
+"""Load cycles: a static load, the corners of a cyclic load, and a cyclic part that no load factor multiplies."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ _SHOWN = 4  # corners in the text of a load cycle: those of two independent load
 class LoadCycle:
     """A mean load and the corners of a closed cycle around it; between corners the load is linear in time.
 
-    At load factor `lam` corner k carries the loads `mean + lam * corners[k]`. Theory, eq. (5).
+    At load factor `lam` corner k carries the loads `mean + fixed[k] + lam * corners[k]`. Theory, eq. (5).
 
     Parameters
     ----------
@@ -31,11 +31,16 @@ class LoadCycle:
         Static load, load case name -> amplitude (in the unit of the load case).
     corners
         The K corners in the order in which they are visited, each load case name -> amplitude at load factor 1.
+    fixed
+        The K parts of the cycle, one for each corner, that the load factor leaves as they are, load case name -> amplitude. None: none. With the same
+        load at all corners the load factor is that of a static load: how large may it grow while the fixed part comes and goes? Transients begin at
+        the mean load, so let it be one inside the fixed part.
 
     Raises
     ------
     ModelError
-        No corner, a name that is not a text, an amplitude that is not finite; and, when used, a load case that the system lacks.
+        No corner, fixed parts of another number, a name that is not a text, an amplitude that is not finite; and, when used, a load case that the
+        system lacks.
 
     Examples
     --------
@@ -45,26 +50,45 @@ class LoadCycle:
     LoadCycle(mean={'P': 1.0}, corners=[{'sigma': -1.0}, {'sigma': 1.0}])
     >>> cycle == fo.LoadCycle({"P": 1}, [{"sigma": -1}, {"sigma": 1}])
     True
+
+    A shear force that grows while the pressure comes and goes:
+
+    >>> rocking = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": 1.0}, {"Q": 1.0}], fixed=[{"P": -0.5}, {"P": 0.5}])
+    >>> rocking.at(0.1)
+    ({'P': 0.5, 'Q': 0.1}, {'P': 1.5, 'Q': 0.1})
     """
 
     mean: Mapping[str, float]
     corners: Sequence[Mapping[str, float]]
+    fixed: Sequence[Mapping[str, float]] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mean", checked_loads("mean", self.mean))
-        if isinstance(self.corners, Mapping | str) or not isinstance(self.corners, Sequence):
-            raise ModelError(f"corners: a {type(self.corners).__name__}; give a list of load corners, each load case name -> amplitude")
+        object.__setattr__(self, "corners", _checked("corners", self.corners))
         if not self.corners:
             raise ModelError("corners: empty; a load cycle visits at least one corner")
-        object.__setattr__(self, "corners", tuple(checked_loads(f"corners[{k}]", corner) for k, corner in enumerate(self.corners)))
+        fixed = None if self.fixed is None else _checked("fixed", self.fixed)
+        if fixed is not None and len(fixed) != len(self.corners):
+            raise ModelError(f"fixed: {len(fixed)} loads for {len(self.corners)} corners; give one for each, {{}} where there is none")
+        object.__setattr__(self, "fixed", fixed if fixed and any(fixed) else None)
 
     def __hash__(self) -> int:
-        return hash((frozenset(self.mean.items()), tuple(frozenset(corner.items()) for corner in self.corners)))
+        loads = self.mean, *self.corners, *(self.fixed or ())
+        return hash(tuple(frozenset(load.items()) for load in loads))
 
     def __repr__(self) -> str:
-        shown = ", ".join(str(dict(corner)) for corner in self.corners[:_SHOWN])
-        more = f", ... {len(self.corners)} in all" if len(self.corners) > _SHOWN else ""
-        return f"LoadCycle(mean={dict(self.mean)}, corners=[{shown}{more}])"
+        fixed = "" if self.fixed is None else f", fixed={_text(self.fixed)}"
+        return f"LoadCycle(mean={dict(self.mean)}, corners={_text(self.corners)}{fixed})"
+
+    @property
+    def unscaled(self) -> tuple[Mapping[str, float], ...]:
+        """What the load factor leaves as it is: the loads `mean + fixed[k]` at the K corners; the mean load alone, once, where nothing is fixed."""
+        return (self.mean,) if self.fixed is None else tuple(_sum(self.mean, part) for part in self.fixed)
+
+    def at(self, load_factor: float) -> tuple[Mapping[str, float], ...]:
+        """The loads at the K corners at a load factor, load case name -> amplitude."""
+        unscaled = self.unscaled if self.fixed else (self.mean,) * len(self.corners)
+        return tuple(_sum(loads, corner, load_factor) for loads, corner in zip(unscaled, self.corners, strict=True))
 
     @classmethod
     def from_history(cls, history: "pd.DataFrame", *, mean: Mapping[str, float] | None = None, time: str | None = None) -> Self:
@@ -139,8 +163,13 @@ class LoadCycle:
         """(N,) reactions `q0, p0` of the closed, unslipped contact under the mean load."""
         return checked_system(system).closed_reaction(self.mean)
 
+    def unscaled_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
+        """(K, N) reactions `q0, p0` of the closed, unslipped contact at the corners at load factor 0; (1, N) where nothing is fixed."""
+        q, p = zip(*(checked_system(system).closed_reaction(loads) for loads in self.unscaled), strict=True)
+        return np.array(q), np.array(p)
+
     def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
-        """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean."""
+        """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean and what is fixed."""
         return reactions(system, self.corners)
 
 
@@ -160,6 +189,22 @@ def reactions(system: ContactSystem, loads: Sequence[Mapping[str, float]]) -> tu
         q += np.multiply.outer(amplitudes, system.bonded[case][0])
         p += np.multiply.outer(amplitudes, system.bonded[case][1])
     return q, p
+
+
+def _checked(name: str, loads: object) -> tuple[Mapping[str, float], ...]:
+    if isinstance(loads, Mapping | str) or not isinstance(loads, Sequence):
+        raise ModelError(f"{name}: a {type(loads).__name__}; give a list of load corners, each load case name -> amplitude")
+    return tuple(checked_loads(f"{name}[{k}]", load) for k, load in enumerate(loads))
+
+
+def _sum(one: Mapping[str, float], other: Mapping[str, float], factor: float = 1.0) -> dict[str, float]:
+    """One load plus a multiple of another."""
+    return {**one, **{name: one.get(name, 0.0) + factor * amplitude for name, amplitude in other.items()}}
+
+
+def _text(loads: Sequence[Mapping[str, float]]) -> str:
+    shown = ", ".join(str(dict(load)) for load in loads[:_SHOWN])
+    return f"[{shown}, ... {len(loads)} in all]" if len(loads) > _SHOWN else f"[{shown}]"
 
 
 def checked_cycle(cycle: object) -> LoadCycle:

@@ -9,9 +9,10 @@ from .cycle import LoadCycle, checked_cycle
 from .system import ContactSystem, checked_system
 from .tolerances import CONDENSATION
 
-__all__ = ["growth_diagnosis", "mean_load_diagnosis", "open_nodes", "pressing"]
+__all__ = ["growth_diagnosis", "mean_load_diagnosis", "open_nodes", "pressing", "unscaled_diagnosis"]
 
 _MOST_SETS = 100  # changes of the set of open nodes
+_SAFE = "the mean load presses all nodes and none slips under it"
 _RANGES = 4  # ranges of x that a text names
 
 
@@ -49,6 +50,17 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Array
         return "; ".join(text for text in (_opens(system, p, floor), slides) if text)
     texts = [text for text in (_without_pressure(system, p, floor), slides, _frictionless(system, f, lengths(q, p), floor)) if text]
     return "; ".join(texts) if texts else _beyond_bounds(system, f, lengths(q, p), p, floor)
+
+
+def unscaled_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> str:
+    """The same of what the load factor leaves as it is: of the mean load, or of it with the first `fixed` part that is not safe if nothing slips."""
+    if checked_cycle(cycle).fixed is None:
+        return mean_load_diagnosis(system, cycle, friction)
+    for k, loads in enumerate(cycle.unscaled):
+        text = mean_load_diagnosis(system, LoadCycle(loads, cycle.corners), friction)
+        if text != _SAFE:
+            return text.replace("the mean load", f"the mean load with fixed[{k}]")
+    return "with each of the fixed parts the mean load presses all nodes and none slips"
 
 
 def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: float) -> str:
@@ -166,7 +178,7 @@ def _beyond_bounds(system: ContactSystem, f: Array, shear: Array, p: Array, floo
     beyond = shear > f * p + floor
     if beyond.any():
         return f"the mean load presses all nodes, but {_share(system, beyond)} exceed their friction bound f p and slip: more friction, or less shear"
-    return "the mean load presses all nodes and none slips under it"
+    return _SAFE
 
 
 def _share(system: ContactSystem, which: np.ndarray) -> str:

@@ -34,7 +34,7 @@ def warns_of_odd_values(question: F) -> F:
             if friction > _ROUGH:
                 text = f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent"
                 warnings.warn(text, ModelWarning, stacklevel=2)
-            if load_factor == 0:
+            if load_factor == 0 and getattr(given.get("cycle"), "fixed", None) is None:
                 text = "load_factor: 0; the corners of the cycle carry no load then, only the mean load acts"
                 warnings.warn(text, ModelWarning, stacklevel=2)
         return question(*args, **kwargs)

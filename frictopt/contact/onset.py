@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .checks import Array
 from .coulomb import friction_coefficients, lengths
 from .cycle import LoadCycle, checked_cycle
-from .diagnosis import mean_load_diagnosis
+from .diagnosis import unscaled_diagnosis
 from .odd_values import warns_of_odd_values
 from .show import Plotted, Shown, frame
 from .system import ContactSystem, checked_system
@@ -61,15 +61,15 @@ class OnsetEvent(Shown):
 
 @dataclass(frozen=True, repr=False)
 class Onset(Shown, Plotted):
-    """First slip and first separation of the bonded contact under `mean + load_factor * corner`, for each corner of a load cycle.
+    """First slip and first separation of the bonded contact under `mean + fixed + load_factor * corner`, for each corner of a load cycle.
 
     Attributes
     ----------
     slips, separations
         First slip and first separation under each of the K corners.
     mean_slips, mean_opens
-        Indices of the nodes at which the mean load alone already exceeds the friction bound, or pulls. If there are any, the bonded contact
-        cannot carry the mean load, and its onset is undefined: apply the mean load by a path first.
+        Indices of the nodes at which the mean load alone, or with what is fixed at some corner, already exceeds the friction bound, or pulls. If
+        there are any, the bonded contact cannot carry it, and its onset is undefined: apply the mean load by a path first.
     residual
         Largest violation of the contact law by the bonded contact at the first event under each corner, in units of the largest nodal force there.
         It exceeds rounding only if the mean load alone violates the law.
@@ -114,7 +114,7 @@ class Onset(Shown, Plotted):
     @property
     def reason(self) -> str:
         """What the mean load does to the bonded contact, and what to change if that contact cannot carry it, as a sentence."""
-        text = mean_load_diagnosis(self.system, self.cycle, self.friction)
+        text = unscaled_diagnosis(self.system, self.cycle, self.friction)
         if self.mean_admissible:
             return text
         return f"{text}; the bonded contact cannot carry the mean load: its onset is undefined (ask shakedown_limit and steady_state)"
@@ -123,8 +123,7 @@ class Onset(Shown, Plotted):
     def reactions(self) -> tuple[Array, Array]:
         """(K, N) reactions `q, p` of the bonded contact at the first slip towards each corner; NaN where none slips; in space q is (K, N, 2)."""
         factor = np.array([event.load_factor if event.node is not None else np.nan for event in self.slips])
-        q0, p0 = self.cycle.mean_reaction(self.system)
-        q1, p1 = self.cycle.corner_reactions(self.system)
+        (q0, p0), (q1, p1) = self.cycle.unscaled_reactions(self.system), self.cycle.corner_reactions(self.system)
         return q0 + (factor * q1.T).T, p0 + (factor * p1.T).T
 
     def to_frame(self) -> "pd.DataFrame":
@@ -142,9 +141,10 @@ class Onset(Shown, Plotted):
 
 @warns_of_odd_values
 def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Onset:
-    """Find the first slip and the first separation of the bonded contact as the load grows towards each corner, `mean + lam * corner`, `lam >= 0`.
+    """Find the first slip and the first separation of the bonded contact as the load grows towards each corner, `lam >= 0`.
 
-    Closed form, node by node: slip starts where `|q| = f p`, against q (in space the root of a quadratic), separation where `p = 0`. Theory, eq. (6).
+    The load at a corner is `mean + fixed + lam * corner`, see `LoadCycle`. Closed form, node by node: slip starts where `|q| = f p`, against q (in
+    space the root of a quadratic), separation where `p = 0`. Theory, eq. (6).
 
     Parameters
     ----------
@@ -174,17 +174,20 @@ def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Onset
     3       1  separation          inf  <NA>      0
     """
     f = friction_coefficients(friction, checked_system(system).nodes)
-    q0, p0 = checked_cycle(cycle).mean_reaction(system)
+    unscaled, corners = checked_cycle(cycle).unscaled_reactions(system), cycle.corner_reactions(system)
+    p0 = unscaled[1]
     floor = ROUNDING * float(np.abs(p0).mean())
     slips, separations, residual = [], [], 0.0
-    for corner, (q1, p1) in enumerate(zip(*cycle.corner_reactions(system), strict=True)):
+    beginnings = (np.broadcast_to(part, one.shape) for part, one in zip(unscaled, corners, strict=True))
+    for corner, (q0, p0, q1, p1) in enumerate(zip(*beginnings, *corners, strict=True)):
         slips.append(_first_slip(corner, system, (q0, f * p0), (q1, f * p1), floor))
         separations.append(_first_separation(corner, system, p0, p1, floor))
         lam = min(slips[-1].load_factor, separations[-1].load_factor)
         lam = lam if np.isfinite(lam) else 0.0
         unit = max(lam, 1.0)  # the load itself may be too large for a number
         residual = max(residual, _violation(f, q0 / unit + lam / unit * q1, p0 / unit + lam / unit * p1))
-    return Onset(tuple(slips), tuple(separations), _below(f * p0 - lengths(q0, p0), floor), _below(p0, floor), residual, system, cycle, f)
+    slack = (f * unscaled[1] - lengths(*unscaled)).min(axis=0)
+    return Onset(tuple(slips), tuple(separations), _below(slack, floor), _below(unscaled[1].min(axis=0), floor), residual, system, cycle, f)
 
 
 def _first_slip(corner: int, system: ContactSystem, mean: tuple[Array, Array], rate: tuple[Array, Array], floor: float) -> OnsetEvent:

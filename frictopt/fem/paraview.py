@@ -105,12 +105,9 @@ def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | _
 
 def _loads(cycle: LoadCycle, load_factor: float, time: float) -> dict[str, float]:
     """Amplitudes so many corners after the last one, between corners in a straight line."""
-    before, share = int(np.floor(time)), time - np.floor(time)
-    loads = dict(cycle.mean)
-    for corner, weight in ((before - 1, 1 - share), (before, share)):
-        for name, amplitude in cycle.corners[corner % len(cycle.corners)].items():
-            loads[name] = loads.get(name, 0.0) + load_factor * float(weight) * amplitude
-    return loads
+    before, share = int(np.floor(time)), float(time - np.floor(time))
+    begin, end = (cycle.at(load_factor)[corner % len(cycle.corners)] for corner in (before - 1, before))
+    return {name: (1 - share) * begin.get(name, 0.0) + share * end.get(name, 0.0) for name in {**begin, **end}}
 
 
 def _write_state(file: Path, model: ContactModel, fields: BodyFields, more: Mapping[str, Array]) -> None:

@@ -107,7 +107,7 @@ def verify(limit: GuaranteedLimit, cycle: LoadCycle, starts: int, moved: int, ab
             f"guaranteed limit {limit.load_factor:g} between the least safe load factor {least:g} and lambda_2 = "
             f"{limit.shakedown.load_factor:g}; there is no load to test at"
         )
-    forces = cycle.mean_reaction(system)[1], *cycle.corner_reactions(system)  # the mean load may press nothing
+    forces = cycle.unscaled_reactions(system)[1], *cycle.corner_reactions(system)  # the mean load may press nothing
     force = next(size for size in (float(np.abs(part).mean()) for part in forces) if size > 0)
     size = float(np.abs(limit.slip).max()) or force / system.stiffness_scale
     small = least + _SMALL_LOAD * _range(cycle, limit)
@@ -126,7 +126,7 @@ def verify(limit: GuaranteedLimit, cycle: LoadCycle, starts: int, moved: int, ab
 
 def _range(cycle: LoadCycle, limit: GuaranteedLimit) -> float:
     """Length of the interval of safe load factors, or the load factor at which the cyclic reactions reach the mean pressures if that is less."""
-    force = float(np.abs(cycle.mean_reaction(limit.system)[1]).mean())
+    force = float(np.abs(cycle.unscaled_reactions(limit.system)[1]).mean())
     largest = max(float(np.abs(part).max()) for part in cycle.corner_reactions(limit.system))
     return min(limit.shakedown.load_factor - limit.least, force / largest)
 
@@ -171,8 +171,7 @@ def _run(cycle: LoadCycle, limit: GuaranteedLimit, size: float, load_factor: flo
 
 def _from_its_middle(cycle: LoadCycle, load_factor: float) -> LoadCycle:
     """The same corners at that load factor, as a cycle with factor 1 about the mean of its corners."""
-    names = sorted({name for loads in (cycle.mean, *cycle.corners) for name in loads})
-    corners = [{name: load_factor * corner.get(name, 0.0) for name in names} for corner in cycle.corners]
-    middle = {name: float(np.mean([corner[name] for corner in corners])) for name in names}
-    mean = {name: cycle.mean.get(name, 0.0) + middle[name] for name in names}
-    return LoadCycle(mean, [{name: corner[name] - middle[name] for name in names} for corner in corners])
+    corners = cycle.at(load_factor)
+    names = sorted({name for loads in corners for name in loads})
+    middle = {name: float(np.mean([corner.get(name, 0.0) for corner in corners])) for name in names}
+    return LoadCycle(middle, [{name: corner.get(name, 0.0) - middle[name] for name in names} for corner in corners])

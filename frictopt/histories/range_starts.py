@@ -48,14 +48,14 @@ class RangeStarts:
     @cached_property
     def under_mean_load(self) -> dict[str, Array]:
         """The admissible slips under the mean load that go furthest in each direction."""
-        return self._furthest(self._task.loads.q0, self._task.loads.p0, "under the mean load")
+        return self._furthest(*self._task.cycle.mean_reaction(self._task.system), "under the mean load")
 
     def at_corners(self) -> dict[str, Array]:
         """The same at every corner."""
-        loads = self._task.loads
-        slips: dict[str, Array] = {}
-        for k, (q, p) in enumerate(zip(loads.q1, loads.p1, strict=True)):
-            slips |= self._furthest(loads.q0 + self._load_factor * q, loads.p0 + self._load_factor * p, f"at corner {k}")
+        loads, slips = self._task.loads, dict[str, Array]()
+        corners = loads.q0 + self._load_factor * loads.q1, loads.p0 + self._load_factor * loads.p1
+        for k, (q, p) in enumerate(zip(*corners, strict=True)):
+            slips |= self._furthest(q, p, f"at corner {k}")
         return slips
 
     def _furthest(self, q: Array, p: Array, place: str) -> dict[str, Array]:

@@ -46,7 +46,8 @@ class Case:
     def digest(self) -> bytes:
         """Digest of the content."""
         reactions = *self.cycle.mean_reaction(self.system), *self.cycle.corner_reactions(self.system)
-        return _digest(self.system.S, self.system.gap, self.friction, *reactions)
+        fixed = () if self.cycle.fixed is None else self.cycle.unscaled_reactions(self.system)
+        return _digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed)
 
 
 @dataclass(frozen=True, eq=False)

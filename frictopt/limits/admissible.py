@@ -54,7 +54,7 @@ class AdmissibleSlips:
             No solver gave an answer that passes the checks.
         """
         none = np.zeros((1, len(q)))
-        task = replace(self._task, loads=Loads(q, p, none, none))
+        task = replace(self._task, loads=Loads(q[None], p[None], none, none))
         self._v.ask(task)
         found = {}
         for name, direction in directions.items():

@@ -46,11 +46,13 @@ def both_bounds_problem(safe: SafeProgram, aim: Aim) -> SafeProgram:
     return replace(safe, problem=cp.Problem(goal, constraints))
 
 
-def set_node(program: SafeProgram, node: int) -> None:
-    """Set the node whose rows become equations."""
-    values, scaled = program.problem.param_dict, program.v.scaled
-    friction, q, fp, forward, backward = (values[name].value[node] for name in ("friction", "q_mean", "fp_mean", "forward", "backward"))
+def set_node(program: SafeProgram, node: int, corners: tuple[int, int]) -> None:
+    """Set the node whose rows become equations, those of its forward slip at one corner and of its backward slip at another."""
+    values, scaled, loads, sense = program.problem.param_dict, program.v.scaled, program.task.loads, np.array([1.0, -1.0])
+    friction, unit = program.task.friction[node], scaled.unit[node]
     lift, shear = friction * scaled.normal[node], scaled.shear[[node]].toarray()[0]
+    at = list(corners) if loads.fixed else [0, 0]
     values["node_rows"].value = np.vstack([lift + shear, lift - shear])
-    values["node_mean"].value = np.array([fp + q, fp - q])
-    values["node_cyclic"].value = np.array([forward, backward])
+    values["node_mean"].value = friction * loads.p0[at, node] / unit + sense * (loads.q0[at, node] / unit)
+    cyclic = sense * loads.q1[list(corners), node] + friction * loads.p1[list(corners), node]
+    values["node_cyclic"].value = -cyclic * program.task.load_unit / unit

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import product
 
 import cvxpy as cp
 import numpy as np
@@ -15,8 +16,9 @@ from ..solve.standard_form import StandardForm
 from .both_bounds import Aim, both_bounds_problem, set_node
 from .program import SafeProgram
 from .question import LimitQuestion
+from .ruling_corners import ruling
 
-__all__ = ["BothBoundsSearch", "NodeClaim", "two_corners"]
+__all__ = ["BothBoundsSearch", "NodeClaim", "pairs"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +71,8 @@ class BothBoundsSearch:
         self._solver = solver
         self._compiled: dict[Aim, tuple[cp.Problem, SafeProgram]] = {}
 
-    def solve(self, safe: SafeProgram, node: int, ends: tuple[float, float], *, expect_solution: bool) -> NodeClaim:
-        """The claim of one node that passes its checks, of a contact that is safe between two load factors.
+    def solve(self, safe: SafeProgram, node: int, corners: tuple[int, int], ends: tuple[float, float], *, expect_solution: bool) -> NodeClaim:
+        """The claim of one node at two corners, see `pairs`, that passes its checks, of a contact that is safe between two load factors.
 
         Whether the node is `expect_solution` to be on both bounds anywhere decides only which of the problems comes first.
 
@@ -79,15 +81,15 @@ class BothBoundsSearch:
         SolverError
             No solver gave an answer that passes.
         """
-        denied = None if expect_solution else self._proof_of_absence(safe, node)
+        denied = None if expect_solution else self._proof_of_absence(safe, node, corners)
         if denied is not None:
             return denied
-        program = self._program(safe, node, Aim.LEAST)
+        program = self._program(safe, node, corners, Aim.LEAST)
 
         def never() -> NodeClaim | None:
-            return self._proof_of_absence(safe, node)
+            return self._proof_of_absence(safe, node, corners)
 
-        found = self._solved(lambda: _claimed(program, node), program, never)
+        found = self._solved(lambda: _claimed(program, node, corners), program, never)
         values = {variable: variable.value for variable in safe.problem.variables()}
         found = replace(found, problem=program.problem, values=values, units=program.units)
         least, (beyond, _) = ends[0], _next_to(safe.task, ends)
@@ -95,7 +97,7 @@ class BothBoundsSearch:
 
     def values_of(self, safe: SafeProgram, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
         """What stands in the variables for a claim, with the parameters of its program set."""
-        self._program(safe, claim.node, Aim.LEAST)
+        self._program(safe, claim.node, claim.corners, Aim.LEAST)
         return claim.values
 
     def _beyond_least(self, safe: SafeProgram, found: NodeClaim, ends: tuple[float, float]) -> NodeClaim:
@@ -103,9 +105,9 @@ class BothBoundsSearch:
 
         The load factors at which it can are an interval, for the problem is convex.
         """
-        program, (beyond, step) = self._program(safe, found.node, Aim.HIGHEST), _next_to(safe.task, ends)
+        program, (beyond, step) = self._program(safe, found.node, found.corners, Aim.HIGHEST), _next_to(safe.task, ends)
         program.problem.param_dict["most_load_factor"].value = 1.0 + ends[0] / safe.task.load_unit
-        highest = self._solved(lambda: _claimed(program, found.node), program)
+        highest = self._solved(lambda: _claimed(program, found.node, found.corners), program)
         attempts = (*found.attempts, *highest.attempts)
         if highest.load_factor > max(beyond, found.load_factor + step):
             return replace(
@@ -118,16 +120,16 @@ class BothBoundsSearch:
         answer = solve(program, claimed, self._solver, no_optimum=never)
         return replace(answer.claim, solver=answer.solver, attempts=answer.attempts)
 
-    def _program(self, safe: SafeProgram, node: int, aim: Aim) -> SafeProgram:
+    def _program(self, safe: SafeProgram, node: int, corners: tuple[int, int], aim: Aim) -> SafeProgram:
         if aim not in self._compiled or self._compiled[aim][0] is not safe.problem:
             self._compiled[aim] = safe.problem, both_bounds_problem(safe, aim)
         program = replace(self._compiled[aim][1], task=safe.task)
-        set_node(program, node)
+        set_node(program, node, corners)
         return program
 
-    def _proof_of_absence(self, safe: SafeProgram, node: int) -> NodeClaim | None:
+    def _proof_of_absence(self, safe: SafeProgram, node: int, corners: tuple[int, int]) -> NodeClaim | None:
         """Proof that no safe slip at any load factor holds the node on both bounds; None where there is none."""
-        program = self._program(safe, node, Aim.EXCESS)
+        program = self._program(safe, node, corners, Aim.EXCESS)
 
         def least_excess() -> tuple[float, float]:
             value, bound = StandardForm(program.problem).bounds
@@ -136,7 +138,7 @@ class BothBoundsSearch:
         def claimed() -> NodeClaim:
             value, bound = least_excess()
             slip = np.full(safe.task.system.nodes, np.nan)
-            return NodeClaim(node, _pair(safe.task, node), np.inf, slip, 0.0 if bound > RESIDUAL else abs(value - bound))
+            return NodeClaim(node, corners, np.inf, slip, 0.0 if bound > RESIDUAL else abs(value - bound))
 
         claim = self._solved(claimed, program)
         return claim if least_excess()[1] > RESIDUAL else None
@@ -148,9 +150,9 @@ def _next_to(task: LimitQuestion, ends: tuple[float, float]) -> tuple[float, flo
     return ends[0] + step, step
 
 
-def _claimed(program: SafeProgram, node: int) -> NodeClaim:
+def _claimed(program: SafeProgram, node: int, corners: tuple[int, int]) -> NodeClaim:
     """The claim that stands in a program, with the larger of the violations by its slip and the distance of what the multipliers prove."""
-    task, corners, factor, slip = program.task, _pair(program.task, node), float(program.v.load_factor.value), program.slip
+    task, factor, slip = program.task, float(program.v.load_factor.value), program.slip
     load_factor = (factor if factor > ZERO_LOAD_FACTOR else 0.0) * task.load_unit
     q, p = task.reactions(load_factor, slip)
     (forward, backward), f = corners, task.friction[node]
@@ -161,24 +163,35 @@ def _claimed(program: SafeProgram, node: int) -> NodeClaim:
     return NodeClaim(node, corners, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)))
 
 
-def two_corners(task: LimitQuestion) -> np.ndarray:
-    """(N,) whether a node that is on both its bounds under a safe slip slips to and fro: forward at one corner, backward at another.
+def pairs(task: LimitQuestion) -> list[list[tuple[int, int]]]:
+    """For each node the corners at which it slips to and fro where a safe slip holds it on both its bounds: forward at one, backward at another.
 
-    Where one corner rules both bounds, the node only lifts off there; without friction it dissipates nothing.
+    Where one corner rules both bounds, the node only lifts off there; without friction it dissipates nothing: there are none then, else one pair.
+    Where a part of the cycle is fixed, all pairs of corners that rule at some load factor and have different loads.
     """
+    f, loads, nodes = task.friction, task.loads, range(task.system.nodes)
     forward, backward = _rulers(task)
-    return np.asarray((forward & ~backward).any(axis=0) & (backward & ~forward).any(axis=0) & (task.friction > 0))
+    if not loads.fixed:
+        only = forward & ~backward, backward & ~forward
+        both = only[0].any(axis=0) & only[1].any(axis=0) & (f > 0)
+        return [[(int(only[0][:, i].argmax()), int(only[1][:, i].argmax()))] if both[i] else [] for i in nodes]
+    own = np.stack([loads.q0, f * loads.p0, loads.q1, f * loads.p1])
+    floor = TIE * np.abs(own).max(axis=1)
+    found: list[list[tuple[int, int]]] = []
+    for i in nodes:
+        ends = product(*(np.flatnonzero(rules[:, i]).tolist() for rules in (forward, backward))) if f[i] > 0 else ()
+        found.append([(k, j) for k, j in ends if k != j and (np.abs(own[:, k, i] - own[:, j, i]) > floor[:, i]).any()])
+    return found
 
 
 def _rulers(task: LimitQuestion) -> tuple[np.ndarray, np.ndarray]:
-    """(K, N) whether a corner rules the forward and the backward bound of a node, ties included."""
+    """(K, N) whether a corner rules the forward and the backward bound of a node, ties included; at some load factor where a part is fixed."""
     f, q1, p1 = task.friction, task.loads.q1, task.loads.p1
+    if task.loads.fixed:
+        both = np.zeros((2, *p1.shape), dtype=bool)
+        for rules, sense in zip(both, (1, -1), strict=True):
+            rules[ruling(-(sense * task.loads.q0 + f * task.loads.p0), -(sense * q1 + f * p1))] = True
+        return both[0], both[1]
     floor = TIE * (np.abs(q1) + f * np.abs(p1)).max(axis=0)
     forward, backward = -(q1 + f * p1), q1 - f * p1
     return forward >= forward.max(axis=0) - floor, backward >= backward.max(axis=0) - floor
-
-
-def _pair(task: LimitQuestion, node: int) -> tuple[int, int]:
-    """The corners of the forward and the backward bound of a node."""
-    forward, backward = (rules[:, node] for rules in _rulers(task))
-    return int(np.argmax(forward & ~backward)), int(np.argmax(backward & ~forward))

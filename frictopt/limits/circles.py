@@ -18,8 +18,8 @@ class Circles(SafeSet):
     """The safe slips of a contact in space, by a circle for each node and each corner that is not within the hull of the others.
 
     `p_k >= 0` follows where there is friction; for little or none it is a row of its own. Where the bound `f p_k` vanishes whatever the slip, the
-    circle is the point `q_k = 0`, the same for all corners: with shears that differ between them there is no limit above 0, see `helpless`. A margin
-    opens every circle. Friction and loads are constants of the rows.
+    circle is the point `q_k = 0`: where cyclic shears differ between such corners there is no limit above 0, see `helpless`. A margin opens every
+    circle. Friction and loads are constants of the rows.
     """
 
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
@@ -37,10 +37,11 @@ class Circles(SafeSet):
         shear = cp.reshape(c.shear @ self.traction, (nodes, 2), order="F")
         rows: dict[str, cp.Constraint] = {"pressures_of_slip": c.normal @ self.traction == pressure}
         points = np.zeros(loads.p1.shape, dtype=bool) if margin is not None else bare(task)
-        keeping = _first(points, self._kept)
+        self._pinned = _pinned(points, self._kept, task)
+        q0, p0 = np.broadcast_to(loads.q0, loads.q1.shape), np.broadcast_to(loads.p0, loads.p1.shape)
         for k in self._kept:
-            q, p = loads.q0 / at + lam * (loads.q1[k] / at) + shear, loads.p0 / unit + lam * (loads.p1[k] / unit) + pressure
-            circles, first = np.flatnonzero(~points[k]), np.flatnonzero(keeping[k])
+            q, p = q0[k] / at + lam * (loads.q1[k] / at) + shear, p0[k] / unit + lam * (loads.p1[k] / unit) + pressure
+            circles, first = np.flatnonzero(~points[k]), np.flatnonzero(self._pinned[k])
             bound = cp.multiply(task.friction, p) - reserve
             rows |= {f"friction_circle_{k}": cp.SOC(bound[circles], q[circles], axis=1)} if len(circles) else {}
             rows |= {f"no_shear_{k}": q[first] == 0} if len(first) else {}
@@ -55,12 +56,11 @@ class Circles(SafeSet):
         """
         task, unit = self._task, self.scaled.unit
         slips, force, opening = np.zeros(task.loads.q1.shape), np.zeros(task.loads.p1.shape), np.zeros(task.loads.p1.shape)
-        first = _first(~self._circles, self._kept)
         for k in self._kept:
             if f"friction_circle_{k}" in rows:
                 force[k, self._circles[k]], slips[k, self._circles[k]] = rows[f"friction_circle_{k}"].dual_value
             if f"no_shear_{k}" in rows:
-                slips[k, first[k]] = -rows[f"no_shear_{k}"].dual_value
+                slips[k, self._pinned[k]] = -rows[f"no_shear_{k}"].dual_value
             if f"no_opening_{k}" in rows:
                 opening[k] = np.maximum(rows[f"no_opening_{k}"].dual_value, 0.0)
         size = np.linalg.norm(slips, axis=-1)
@@ -70,7 +70,9 @@ class Circles(SafeSet):
 
     @property
     def narrows(self) -> bool:
-        """Whether the corners have the mean load in their hull."""
+        """Whether the corners have the mean load in their hull, and nothing is fixed."""
+        if self._task.loads.fixed:
+            return False
         points = _amplitudes(self._task.cycle)
         return _inside(np.zeros(points.shape[1]), points)
 
@@ -96,6 +98,8 @@ def helpless(task: LimitQuestion) -> tuple[Mechanism, str] | None:
     q1, p1, nodes, points = task.loads.q1, task.loads.p1, np.arange(task.system.nodes), bare(task)
     first = points.argmax(axis=0)
     apart = np.linalg.norm(q1 - q1[first, nodes], axis=-1) * points
+    if task.loads.fixed:  # whose shears differ at load factor 0 too may meet at another one
+        apart = apart * (np.linalg.norm(task.loads.q0 - task.loads.q0[first, nodes], axis=-1) == 0)
     pull = np.maximum(-p1, 0.0) * _unpressed(task)
     moved = np.maximum(apart, pull)
     corner, node = np.unravel_index(int(moved.argmax()), moved.shape)
@@ -112,16 +116,20 @@ def helpless(task: LimitQuestion) -> tuple[Mechanism, str] | None:
 
 
 def _unpressed(task: LimitQuestion) -> np.ndarray:
-    """(N,) whether neither the mean load nor any slip makes a pressure at the node."""
+    """(K, N), or (1, N) where nothing is fixed, whether neither the load at load factor 0 nor any slip makes a pressure at the node."""
     tangent, normal = np.split(np.sqrt(task.system.own_stiffness), [-task.system.nodes])
     alone = (np.abs(task.system.B) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
     return np.asarray(alone & (np.abs(task.loads.p0) <= ROUNDING * task.force))
 
 
-def _first(points: np.ndarray, kept: list[int]) -> np.ndarray:
-    """(K, N) the first kept corner at which the circle of a node is a point: it keeps the shear at zero for all."""
-    rows = np.zeros_like(points)
+def _pinned(points: np.ndarray, kept: list[int], task: LimitQuestion) -> np.ndarray:
+    """(K, N) the first kept corner at which the circle of a node is a point, which keeps the shear at zero for all; and others of another shear."""
+    rows, q0, q1, nodes = np.zeros_like(points), task.loads.q0, task.loads.q1, np.arange(points.shape[1])
     rows[kept] = points[kept] & (np.cumsum(points[kept], axis=0) == 1)
+    if task.loads.fixed:
+        first = rows.argmax(axis=0)
+        other = sum(np.linalg.norm(q - q[first, nodes], axis=-1) for q in (q0, q1)) > 0
+        rows[kept] |= (points & other)[kept]
     return rows
 
 
@@ -137,9 +145,12 @@ def _outer_corners(cycle: LoadCycle) -> list[int]:
 
 
 def _amplitudes(cycle: LoadCycle) -> Array:
-    """(K, cases) amplitudes of the load cases at the corners, each over its largest one."""
-    cases = sorted({case for corner in cycle.corners for case in corner})
-    points = np.array([[corner.get(case, 0.0) for case in cases] for corner in cycle.corners]).reshape(len(cycle.corners), len(cases))
+    """(K, cases) amplitudes of the load cases at the corners, also those that are fixed, each over its largest one."""
+    parts = []
+    for loads in (cycle.corners, *([] if cycle.fixed is None else [cycle.fixed])):
+        cases = sorted({case for load in loads for case in load})
+        parts.append(np.array([[load.get(case, 0.0) for case in cases] for load in loads]).reshape(len(loads), len(cases)))
+    points = np.hstack(parts)
     largest = np.abs(points).max(axis=0, initial=0.0)
     return points / np.where(largest > 0, largest, 1.0)
 

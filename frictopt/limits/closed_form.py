@@ -34,9 +34,9 @@ def uncoupled_ends(system: ContactSystem, loads: Loads, friction: Array) -> tupl
 
     With B = 0 the shear changes `s = A v` are free, node by node: a node needs room for `s` between its ruling corners, and a contact that slides
     rigidly (a punch without supports, A 1 = 0) needs `sum s = 0` besides. Each of these needs is a row `lam drive <= resistance`. Holds where the
-    largest load factor is finite. (Klarbring, Ciavarella & Barber 2007: between the two ends shakedown is guaranteed.)
+    largest load factor is finite and nothing of the cycle is fixed. (Klarbring, Ciavarella & Barber 2007: shakedown is guaranteed between both ends.)
     """
-    if not is_uncoupled(system, friction) or friction.min() == 0:
+    if not is_uncoupled(system, friction) or friction.min() == 0 or loads.fixed:
         return None
     nodes = system.nodes
     rigid, compliance = rigid_slides(system)
@@ -44,13 +44,13 @@ def uncoupled_ends(system: ContactSystem, loads: Loads, friction: Array) -> tupl
     if floating and (rigid.shape[1] > 1 or np.ptp(rigid) > 1e-6 / np.sqrt(nodes)):
         return None
 
-    bound = friction * loads.p0
+    q0, bound = loads.q0[0], friction * loads.p0[0]
     forward, backward = -(loads.q1 + friction * loads.p1), loads.q1 - friction * loads.p1
     rules = forward.argmax(axis=0), backward.argmax(axis=0)
     rise, fall = forward.max(axis=0), backward.max(axis=0)
     resistance, drive = 2 * bound, rise + fall
     if floating:
-        resistance, drive = np.r_[resistance, (bound + loads.q0).sum(), (bound - loads.q0).sum()], np.r_[drive, rise.sum(), fall.sum()]
+        resistance, drive = np.r_[resistance, (bound + q0).sum(), (bound - q0).sum()], np.r_[drive, rise.sum(), fall.sum()]
     with np.errstate(divide="ignore", invalid="ignore"):
         limits = resistance / drive
     above, below = np.where(drive > 0, limits, np.inf), np.where(drive < 0, limits, -np.inf)
@@ -58,7 +58,7 @@ def uncoupled_ends(system: ContactSystem, loads: Loads, friction: Array) -> tupl
         return None
 
     def end(load_factor: float, row: int) -> UncoupledEnd:
-        least, most = load_factor * rise - bound - loads.q0, bound - loads.q0 - load_factor * fall
+        least, most = load_factor * rise - bound - q0, bound - q0 - load_factor * fall
         room = most - least
         share = 0.5 if not floating or room.sum() <= 0 else float(np.clip(-least.sum() / room.sum(), 0.0, 1.0))
         return UncoupledEnd(load_factor, compliance @ (least + share * room), _mechanism(row, rules, forward.shape, friction))

@@ -26,9 +26,9 @@ def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
     system = without(task.system, nodes)
     most = None if task.most is None else task.most[~opened]
     rest = pose(system, task.cycle, task.friction[~opened], simplify=task.simplify, most=most)
-    mean, corners = joined(task.loads.q0, task.loads.p0), joined(task.loads.q1, task.loads.p1)
+    unscaled, corners = joined(task.loads.q0, task.loads.p0), joined(task.loads.q1, task.loads.p1)
     out, count = np.tile(opened, system.tangents + 1), int(opened.sum())
-    gaps = [parted(-load[..., out] @ nodes.give, system.tangents + 1)[1] for load in (mean, corners)]
+    gaps = [parted(-load[..., out] @ nodes.give, system.tangents + 1)[1] for load in (unscaled, corners)]
     # what would press the open nodes shut is no scale
     units = {name: getattr(rest, name) for name in ("force", "load_unit", "mean_bound", "opening")}
     return replace(
@@ -47,11 +47,11 @@ def rest_under_mean(task: LimitQuestion) -> LimitQuestion | None:
 
 
 def open_under_mean(task: LimitQuestion) -> Booleans | None:
-    """(N,) which nodes are open once the mean load has settled, from no slip; None if none is, or it does not settle."""
-    from ..transients.mean import mean_state  # here, because a closed contact needs none
+    """(N,) which nodes are open once the mean load has settled, from no slip, and at all corners of a cycle at load factor 0; None if none is."""
+    from ..transients.mean import open_at_rest  # here, because a closed contact needs none
 
     try:
-        opened = mean_state(task.system, task.cycle, task.friction).open
+        opened = open_at_rest(task.system, task.cycle, task.friction)
     except FrictoptError:
         return None
     return opened if opened.any() else None

@@ -15,7 +15,7 @@ from ..contact.checks import Array, frozen, listed
 from ..contact.odd_values import warns_of_odd_values
 from ..contact.system import checked_plane
 from ..errors import SolverError
-from .both_bounds_search import BothBoundsSearch, NodeClaim, two_corners
+from .both_bounds_search import BothBoundsSearch, NodeClaim, pairs
 from .closed_form import is_uncoupled
 from .closed_nodes import rest_of
 from .guaranteed_result import COINCIDE, IMAGE, LEFT_OUT, NEVER, NOT_NEEDED, ONE_CORNER, OPEN, SOLVED, GuaranteedLimit, left_out, reason
@@ -111,7 +111,8 @@ class GuaranteedModel(SafeModel):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
         task = rest_of(task, shakedown.open) or task if shakedown.open.any() else task
         n, least_found = task.system.nodes, shakedown.load_factor
-        both = two_corners(task)
+        corners = pairs(task)
+        both = np.array([bool(own_pairs) for own_pairs in corners])
         least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, ONE_CORNER).astype(object)
         if np.isnan(least_found) or is_uncoupled(task.system, task.friction):
             least[both], how[both] = least_found, NOT_NEEDED
@@ -126,17 +127,19 @@ class GuaranteedModel(SafeModel):
         bounds = load_factor_bounds(safe.v.scaled, task) if self._simplify else np.zeros(n)
         best: NodeClaim | None = None
         claims: list[NodeClaim] = []
-        pressure = task.loads.p0 + task.system.B @ np.nan_to_num(task.own(shakedown.slip))  # where it is little, both bounds are near
+        pressure = task.loads.p0.min(axis=0) + task.system.B @ np.nan_to_num(task.own(shakedown.slip))  # where it is little, both bounds are near
         for node in sorted(np.flatnonzero(both & ~images).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
             if self._simplify and bounds[node] >= least_found:
                 least[node] = bounds[node]
                 continue
-            expect_solution = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
-            claim = self._search.solve(safe, node, (shakedown.least, shakedown.load_factor), expect_solution=expect_solution)
-            claims.append(claim)
-            least[node], how[node] = claim.load_factor, COINCIDE if claim.coincide else SOLVED if np.isfinite(claim.load_factor) else NEVER
-            if claim.load_factor < least_found:
-                best, least_found = claim, claim.load_factor
+            for pair in corners[node]:
+                expect_solution = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
+                claim = self._search.solve(safe, node, pair, (shakedown.least, shakedown.load_factor), expect_solution=expect_solution)
+                claims.append(claim)
+                if claim.load_factor < least[node] or pair == corners[node][0]:
+                    least[node], how[node] = claim.load_factor, COINCIDE if claim.coincide else SOLVED if np.isfinite(claim.load_factor) else NEVER
+                if claim.load_factor < least_found:
+                    best, least_found = claim, claim.load_factor
         if best is not None:
             values = self._search.values_of(safe, best)
         for variable, value in values.items():  # the last program solved need not be that of the answer

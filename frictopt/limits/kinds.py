@@ -7,7 +7,7 @@ import numpy as np
 from ..contact.answers import LimitKind
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
-from ..contact.diagnosis import growth_diagnosis, mean_load_diagnosis
+from ..contact.diagnosis import growth_diagnosis, unscaled_diagnosis
 from ..contact.tolerances import GROWN, RESIDUAL
 from .loads import change
 from .question import LimitQuestion
@@ -54,7 +54,7 @@ def reason(task: LimitQuestion, kind: LimitKind, ends: tuple[float, float], grow
     slip, start, below = f"residual slip{within}", "", ""
     slip += f" that obeys {', '.join(constraints)}" * bool(constraints)
     if not largest > 0 or (least > 0 and not constraints):
-        more += mean_load_diagnosis(task.system, task.cycle, task.friction)
+        more += unscaled_diagnosis(task.system, task.cycle, task.friction)
     if not largest > 0:
         return f"no {slip} is safe at any load factor{' above 0' * (kind is LimitKind.FINITE)}: {more}"
     if least > 0:

@@ -16,22 +16,28 @@ __all__ = ["Loads", "change", "cycle_loads"]
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """Closed reactions of a load cycle, force: mean `q0` (N,) or (N, 2) and `p0` (N,), corners at load factor 1 `q1`, `p1` with K in front.
+    """Closed reactions of a load cycle, force: `q0` (K, N) or (K, N, 2) and `p0` (K, N) at load factor 0; what a load factor of 1 adds, `q1`, `p1`.
 
-    Of a contact without its O open nodes also their gaps where nothing slips, length: mean `w0` (O,), corners `w1` (K, O).
+    Of a contact without its O open nodes also their gaps where nothing slips, length: `w0` and `w1`, (K, O). Where all corners have the same at load
+    factor 0, `q0`, `p0` and `w0` have one row, (1, N) and (1, O).
     """
 
     q0: Array
     p0: Array
     q1: Array
     p1: Array
-    w0: Array = field(default_factory=lambda: np.zeros(0))
+    w0: Array = field(default_factory=lambda: np.zeros((1, 0)))
     w1: Array = field(default_factory=lambda: np.zeros((1, 0)))
 
     @property
     def corners(self) -> int:
         """Number of corners, K."""
         return len(self.q1)
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the corners differ at load factor 0."""
+        return len(self.q0) > 1
 
     @property
     def force(self) -> float:
@@ -41,9 +47,9 @@ class Loads:
 
     def units(self, force: float) -> Array:
         """(N,) force unit of each node under loads of the size of `force`: its pressure under the mean load, or what else acts on it."""
-        pressure, others = np.abs(self.p0), np.maximum(lengths(self.q1, self.p1), np.abs(self.p1)).max(axis=0)
-        others = np.maximum(lengths(self.q0, self.p0), others)
-        return np.where(pressure > NO_PRESSURE * force, pressure, np.maximum(others, NO_PRESSURE * force))
+        pressure, others = np.abs(self.p0).max(axis=0), np.maximum(lengths(self.q1, self.p1), np.abs(self.p1)).max(axis=0)
+        others = np.maximum(lengths(self.q0, self.p0).max(axis=0), others)
+        return np.asarray(np.where(pressure > NO_PRESSURE * force, pressure, np.maximum(others, NO_PRESSURE * force)))
 
     def load_factor_unit(self, friction: Array, force: float) -> float:
         """Load factor at which the cyclic reactions reach the size of the mean friction bound (of the force scale where there is none)."""
@@ -74,4 +80,4 @@ def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
     """
     checked_system(system)
     checked_cycle(cycle)
-    return Loads(*cycle.mean_reaction(system), *cycle.corner_reactions(system))
+    return Loads(*cycle.unscaled_reactions(system), *cycle.corner_reactions(system))

@@ -59,13 +59,13 @@ class Mechanism:
         return np.asarray(self.friction * self.size + self.opening)
 
     def work(self, loads: Loads, most: Array | None = None) -> tuple[float, float]:
-        """Resistance of the mean load and drive of the cyclic load at load factor 1, both as work on the mechanism.
+        """Resistance of the loads at load factor 0 and drive of what a load factor of 1 adds, both as work on the mechanism.
 
         A safe slip at load factor lam needs `lam * drive <= resistance`; slips of at most `most`, (N,), add the work that they do on `hold`.
         """
         held = 0.0 if most is None or self.hold is None else lengths(self.hold, most) @ most
-        press = np.zeros((1, len(loads.w0))) if self.press is None else self.press
-        resistance = np.sum(self.slips.sum(axis=0) * loads.q0) + self.lift.sum(axis=0) @ loads.p0 + press.sum(axis=0) @ loads.w0 + held
+        press = np.zeros_like(loads.w1) if self.press is None else self.press
+        resistance = sum(np.sum(_over(part, load) * load) for part, load in ((self.slips, loads.q0), (self.lift, loads.p0), (press, loads.w0))) + held
         return float(resistance), float(-np.sum(self.slips * loads.q1) - np.sum(self.lift * loads.p1) - np.sum(press * loads.w1))
 
     def stress(self, system: ContactSystem) -> Array:
@@ -115,6 +115,13 @@ class Mechanism:
             return {"load": case, "part": part, "amplitude": amplitude, "rate": factor * float(np.sum(slips * q) + lift @ p)}
 
         rows = [row(case, "mean", amplitude, 1.0, self.slips.sum(axis=0), self.lift.sum(axis=0)) for case, amplitude in cycle.mean.items()]
+        for k, fixed in enumerate(cycle.fixed or ()):
+            rows += [row(case, f"fixed {k}", amplitude, 1.0, self.slips[k], self.lift[k]) for case, amplitude in fixed.items()]
         for k, corner in enumerate(cycle.corners):
             rows += [row(case, f"corner {k}", amplitude, load_factor, self.slips[k], self.lift[k]) for case, amplitude in corner.items()]
         return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
+
+
+def _over(parts: Array, load: Array) -> Array:
+    """What of a motion (K, ...) works on a load: that of each corner, or their sum where one row of the load stands for all of them."""
+    return parts if len(load) > 1 else parts.sum(axis=0, keepdims=True)

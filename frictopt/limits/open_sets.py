@@ -82,9 +82,10 @@ def _all_open(task: LimitQuestion) -> OpenSetLimit | None:
     if nodes is None:
         return None
     opened = replace(task, open=nodes)
-    gap, rate = opened.states(0.0, still)[1][0], (-joined(task.loads.q1, task.loads.p1) @ nodes.give)[:, -n:].min(axis=0)
+    gap, rates = opened.states(0.0, still)[1], (-joined(task.loads.q1, task.loads.p1) @ nodes.give)[:, -n:]
+    rate = rates if task.loads.fixed else np.broadcast_to(rates.min(axis=0), rates.shape)
     least = float(np.divide(-gap, rate, out=np.where(gap < 0, np.inf, 0.0), where=rate > 0).max())
-    load_factor = float(np.divide(gap, -rate, out=np.full(n, np.inf), where=rate < 0).min())
+    load_factor = float(np.divide(gap, -rate, out=np.full(gap.shape, np.inf), where=rate < 0).min())
     if not (least <= load_factor and np.isfinite(least)):
         return None
     at = load_factor if np.isfinite(load_factor) else least

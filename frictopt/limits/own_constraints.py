@@ -118,7 +118,7 @@ class SafeModel:
         (parameter,) = self.load_factor.parameters()
         parameter.value = task.load_unit if load_factor is None else load_factor
         self._v.ask(task, load_factor)
-        asked = [*constraints, objective, task.opening, *([] if task.system.tangents == 1 else [task])]
+        asked = [*constraints, objective, task.opening, *([] if task.system.tangents == 1 and not task.loads.fixed else [task])]
         last, program = self._last
         if program is None or [*map(id, last)] != [*map(id, asked)]:
             program = _compiled(task, self._v, listing(self._v), constraints, objective)

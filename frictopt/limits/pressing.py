@@ -11,6 +11,7 @@ from ..solve.solvers import Answer, solve
 from .mechanism import Mechanism
 from .program import SafeProgram, safe_set
 from .question import pose
+from .ruling_corners import ruling
 from .safe_set import SafeSet
 
 __all__ = ["Pressing", "best_pressed", "pressing_problem"]
@@ -49,9 +50,9 @@ class Pressing:
         q, p = task.reactions(load_factor, slip)
         self.least = float(min(p.min() / task.force, 1.0))
         self.friction = float((lengths(q, p) / p).max()) if self.least > NO_LEAST_PRESSURE else np.inf
-        cap, rule = program.cap("cap"), (-task.loads.p1).argmax(axis=0)
+        cap, rule = program.cap("cap"), ruling(-task.loads.p0, -task.loads.p1, load_factor)
         opening = np.zeros(task.loads.p1.shape)
-        opening[rule, np.arange(len(rule))] = np.maximum(program.rows["pressed"].dual_value, 0.0) / program.v.scaled.unit
+        opening[rule] = np.maximum(program.rows["pressed"].dual_value, 0.0) / program.v.scaled.unit
         motion = Mechanism(np.zeros(task.loads.q1.shape), opening, task.friction, program.v.held(program.rows))
         opened = float(motion.opening.sum()) * task.force
         self.motion = motion.scaled((1 - cap) / opened if opened > 0 and cap < 1 else 0.0)
@@ -77,6 +78,6 @@ def best_pressed(system: ContactSystem, cycle: LoadCycle, load_factor: float, mo
     """
     task = pose(system, cycle, 0.0, most=most)
     v = safe_set(task)
-    unit, cyclic = v.scaled.unit, load_factor * task.loads.p1.min(axis=0)  # of the corner that rules
-    program = SafeProgram(task, v, pressing_problem(v, (task.loads.p0 + cyclic) / unit + v.scaled.normal @ v.traction, task.force / unit))
+    unit, p = v.scaled.unit, (task.loads.p0 + load_factor * task.loads.p1).min(axis=0)  # of the corner that rules
+    program = SafeProgram(task, v, pressing_problem(v, p / unit + v.scaled.normal @ v.traction, task.force / unit))
     return solve(program, lambda: Pressing(program, load_factor))

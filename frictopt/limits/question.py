@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients, referee
 from ..contact.checks import Array, Booleans, check_shear, finite_array, flag, real_array
 from ..contact.coulomb import lengths
+from ..contact.cycle import reactions
 from ..contact.parts import joined, parted
 from ..contact.record import Attempt, SolveRecord, WithSlip
 from ..contact.show import Plotted, components, places
@@ -39,7 +40,7 @@ class LimitQuestion:
     most
         (N,) largest size of the slip; None for no bound.
     force, load_unit, mean_bound
-        Mean normal force of the mean load, see `Loads`; unit of load factors, see `Loads.load_factor_unit`; mean friction bound under the mean load,
+        Mean normal force at load factor 0, see `Loads`; unit of load factors, see `Loads.load_factor_unit`; mean friction bound at load factor 0,
         the unit of margins (the mean normal force where there is no friction).
     opening
         Whether there is so little friction somewhere that keeping nodes closed needs rows of its own.
@@ -102,13 +103,13 @@ class LimitQuestion:
         return self.open.states(self._at_corners(load_factor), slip)
 
     def expanded(self, slip: Array) -> Array:
-        """The slip of the whole contact whose closed nodes slip like this: open ones stand where they do under the mean load."""
+        """The slip of the whole contact whose closed nodes slip like this: open ones stand where they do at the first corner at load factor 0."""
         if self.around is None:
             return slip
         every = np.zeros(self.around.system.slip_shape)
         every[self.around.closed] = slip
-        under_mean, _ = self.around.states(0.0, every)
-        return np.asarray(under_mean[0])
+        unloaded, _ = self.around.states(0.0, every)
+        return np.asarray(unloaded[0])
 
     def own(self, slip: Array) -> Array:
         """What a slip of the whole contact is on the nodes of the question: the inverse of `expanded`."""
@@ -143,10 +144,13 @@ class LimitQuestion:
         if self.around is not None:
             return max(self.around.violation(load_factor, self.expanded(slip)), self.beyond(slip))
         (v, w), (q, p) = self.states(load_factor, slip), self.reactions(load_factor, slip)
-        mean_q, mean_p = self.system.reaction(self.cycle.mean)
-        bonded = mean_q + load_factor * self.loads.q1, mean_p + load_factor * self.loads.p1
-        verdict = referee(self.system, bonded, self.friction, v=v, w=w, q=q, p=p, force_scale=self.force)
+        verdict = referee(self.system, self.bonded(load_factor), self.friction, v=v, w=w, q=q, p=p, force_scale=self.force)
         return max(verdict.residual, self.beyond(slip))
+
+    def bonded(self, load_factor: float) -> tuple[Array, Array]:
+        """(K, N) or (K, N, 2) and (K, N) bonded reactions `q, p` at the corners."""
+        q, p = reactions(self.system, self.cycle.unscaled)
+        return q + load_factor * self.loads.q1, p + load_factor * self.loads.p1
 
     def reserve(self, load_factor: float, slip: Array) -> float:
         """The margin of a slip, see `SafeSlip.margin`."""
@@ -188,7 +192,8 @@ def pose(
     """
     simplify, loads = flag("simplify", simplify), loads or cycle_loads(system, cycle)
     f, force = friction_coefficients(friction, system.nodes), loads.force
-    check_shear(loads.q0, force)
+    for shear in loads.q0:
+        check_shear(shear, force)
     bound = float((f * loads.p0).mean())
     mean_bound = bound if bound > CONDENSATION * float((f * np.abs(loads.p0)).mean()) else force  # a shear alone leaves rounding
     opening = bool(f.min() < _LITTLE_FRICTION)
@@ -249,8 +254,8 @@ class Answered(WithSlip, Plotted):
         task = self._task
         if not np.isfinite(self.load_factor) or not np.isfinite(self.slip).all():
             return None
-        (v, w), (q0, p0) = task.states(self.load_factor, self.slip), task.system.reaction(task.cycle.mean)
-        return ContactState(v[-1], w[-1].clip(0.0), q0 + self.load_factor * task.loads.q1[-1], p0 + self.load_factor * task.loads.p1[-1])
+        (v, w), (q, p) = task.states(self.load_factor, self.slip), task.bonded(self.load_factor)
+        return ContactState(v[-1], w[-1].clip(0.0), q[-1], p[-1])
 
     @property
     def traction_ratios(self) -> Array:

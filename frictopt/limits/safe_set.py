@@ -1,7 +1,7 @@
 """What the programs over safe residual slips are made of: unknowns, the rows that keep a contact stuck, and what their multipliers mean.
 
 A residual slip v is safe at a load factor when it keeps every node closed and stuck at every corner of the load cycle. Unknowns are dimensionless
-tractions, see `ScaledContact`. In the plane one corner rules each end of a node's friction interval, see `Intervals`; in space each corner has a
+tractions, see `ScaledContact`. In the plane few corners rule each end of a node's friction interval, see `Intervals`; in space each corner has a
 circle of its own at each node, see `Circles`. The rest is the same for both.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from ..contact.checks import Array
 from .mechanism import Mechanism
 from .question import LimitQuestion
-from .ruling_corners import ruling_loads
+from .ruling_corners import Ruling, ruling, ruling_loads
 from .scaling import scaled_contact
 
 __all__ = ["Intervals", "Rows", "SafeSet"]
@@ -61,7 +61,7 @@ class SafeSet(ABC):
 
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """Set friction, loads, and the load factor where it is given."""
-        self._task, self._given = task, load_factor
+        self._task, self._given = task, np.nan if load_factor is None else load_factor
 
     @abstractmethod
     def motion(self, rows: Rows) -> tuple[Mechanism, Array]:
@@ -113,28 +113,35 @@ class SafeSet(ABC):
     def _room(self, lift: Array) -> Array:
         """(O,) gap that the rows of open nodes are divided by, length."""
         loads, lift = self._task.loads, lift @ np.hstack([self.scaled.slip, self.scaled.rigid])
-        sizes = np.abs(lift).max(axis=1, initial=0.0), np.abs(loads.w0), self._task.load_unit * np.abs(loads.w1).max(axis=0)
+        sizes = np.abs(lift).max(axis=1, initial=0.0), np.abs(loads.w0).max(axis=0), self._task.load_unit * np.abs(loads.w1).max(axis=0)
         room = np.max(sizes, axis=0)
         return np.where(room > 0, room, self._task.clearance)
 
     def _apart(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
-        """Rows by which open nodes stay open: the corners of one differ only in the coefficient of `lam >= 0`, so that which closes it most rules."""
+        """Rows by which open nodes stay open, at the corners that rule them."""
         task = self._task
         if task.lift is None:
             return {}
-        room = self._room(task.lift)
+        loads, (corner, node) = task.loads, self._closing
+        room = self._room(task.lift)[node]
         lam = self._given if load_factor is None else task.load_unit * load_factor
         reserve = 0.0 if margin is None else task.clearance / room * margin
-        gap = task.loads.w0 / room + lam * (task.loads.w1.min(axis=0) / room) + (task.lift / room[:, None]) @ self.slip
+        w0 = np.broadcast_to(loads.w0, loads.w1.shape)
+        gap = w0[corner, node] / room + lam * (loads.w1[corner, node] / room) + (task.lift[node] / room[:, None]) @ self.slip
         return {"stays_open": gap >= reserve}
+
+    @property
+    def _closing(self) -> Ruling:
+        """Corners and open nodes of the rows by which these stay open."""
+        return ruling(-self._task.loads.w0, -self._task.loads.w1, None if np.isnan(self._given) else self._given)
 
     def pressed(self, rows: Rows) -> Array | None:
         """(K, O) forces that keep open nodes from touching: multipliers of their rows, at the corners that rule them."""
         lift, w1 = self._task.lift, self._task.loads.w1
         if lift is None:
             return None
-        press = np.zeros(w1.shape)
-        press[w1.argmin(axis=0), np.arange(w1.shape[1])] = np.maximum(rows["stays_open"].dual_value, 0.0) / self._room(lift)
+        press, (corner, node) = np.zeros(w1.shape), self._closing
+        press[corner, node] = np.maximum(rows["stays_open"].dual_value, 0.0) / self._room(lift)[node]
         return press
 
     def held(self, rows: Rows) -> Array | None:
@@ -159,7 +166,8 @@ class Intervals(SafeSet):
 
         forward = max_k -(q1_k + f p1_k),   backward = max_k (q1_k - f p1_k),   opening = max_k -p1_k
 
-    `p >= 0` follows from the other two where there is friction; for little or none, `no_opening` keeps its rows.
+    Where a part of the cycle is fixed, they differ in the constant too, and few of them rule, see `ruling`: loads are constants then. `p >= 0`
+    follows from the other two where there is friction; for little or none, `no_opening` keeps its rows.
 
     Attributes
     ----------
@@ -180,6 +188,8 @@ class Intervals(SafeSet):
 
     def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
         """See `SafeSet.stuck`. A given load factor stands in the parameters."""
+        if self._task.loads.fixed:
+            return self._of_corners(load_factor, margin)
         lam, reserve = 1.0 if load_factor is None else load_factor, 0.0 if margin is None else cp.multiply(self._set["clearance"], margin)
         rows = {
             "no_forward_slip": self.q + self.fp >= self.forward * lam + reserve,
@@ -187,21 +197,34 @@ class Intervals(SafeSet):
         }
         return rows | {"no_opening": self.p >= self.opening * lam + reserve} if self._task.opening else rows
 
+    def _of_corners(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
+        """The rows of a cycle of which a part is fixed."""
+        task, unit, shear, pressed = self._task, self.scaled.unit, self.shear, self.scaled.normal @ self.traction
+        lam = self._given if load_factor is None else task.load_unit * load_factor
+        rows: dict[str, cp.Constraint] = {}
+        for (name, (sense, weight, constant, rate)), at in zip(_slacks(task).items(), self._ruling, strict=True):
+            node, reserve = at[1], 0.0 if margin is None else task.mean_bound / unit[at[1]] * margin
+            slack = sense * shear[node] + cp.multiply(weight[node], pressed[node]) + constant[at] / unit[node] + lam * (rate[at] / unit[node])
+            rows |= {name: slack >= reserve} if task.opening or name != "no_opening" else {}
+        return rows
+
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """See `SafeSet.ask`."""
         super().ask(task, load_factor)
-        values, self._corners = ruling_loads(self.scaled.unit, task)
+        if task.loads.fixed:
+            self._ruling = tuple(ruling(-constant, -rate, load_factor) for *_, constant, rate in _slacks(task).values())
+            return
+        values, self._ruling = ruling_loads(self.scaled.unit, task)
         factor = 1.0 if load_factor is None else load_factor / task.load_unit
         for name, parameter in self._set.items():
             parameter.value = values[name] * (factor if name in ("forward", "backward", "opening") else 1.0)
 
     def motion(self, rows: Rows) -> tuple[Mechanism, Array]:
         """See `SafeSet.motion`. A node that slips to and fro at one corner opens by friction times that."""
-        corners, nodes = len(self._task.loads.q1), np.arange(len(self.scaled.unit))
-        motions = np.zeros((3, corners, len(nodes)))
-        for motion, name, corner in zip(motions, ("no_forward_slip", "no_backward_slip", "no_opening"), self._corners, strict=True):
+        motions = np.zeros((3, *self._task.loads.q1.shape))
+        for motion, name, (corner, node) in zip(motions, ("no_forward_slip", "no_backward_slip", "no_opening"), self._ruling, strict=True):
             if name in rows:
-                motion[corner, nodes] = np.maximum(rows[name].dual_value, 0.0) / self.scaled.unit
+                motion[corner, node] = np.maximum(rows[name].dual_value, 0.0) / self.scaled.unit[node]
         forward, backward, opening = motions
         opening = opening + self._task.friction * 2 * np.minimum(forward, backward)
         return Mechanism(forward - backward, opening, self._task.friction, self.held(rows), self.pressed(rows)), motions.sum(axis=(0, 1))
@@ -209,12 +232,23 @@ class Intervals(SafeSet):
     @property
     def narrows(self) -> bool:
         """See `SafeSet.narrows`."""
-        ruling = ("forward", "backward", *(["opening"] if self._task.opening else []))
-        return all((self._set[name].value >= 0).all() for name in ruling) and bool((self._task.loads.w1.min(axis=0) <= 0).all())
+        names = ("forward", "backward", *(["opening"] if self._task.opening else []))
+        if self._task.loads.fixed:
+            return False
+        return all((self._set[name].value >= 0).all() for name in names) and bool((self._task.loads.w1.min(axis=0) <= 0).all())
 
     @property
     def left_out(self) -> tuple[str, ...]:
         """See `SafeSet.left_out`."""
         corners = len(self._task.loads.q1)
-        idle = corners - len(np.union1d(*self._corners[:2]))
+        idle = corners - len(np.union1d(*(corner for corner, _ in self._ruling[:2])))
         return (f"corners: {idle} of {corners} rule no node",) if idle else ()
+
+
+def _slacks(task: LimitQuestion) -> dict[str, tuple[float, Array, Array, Array]]:
+    """Slacks `sense q + weight p` of the rows of all corners: sense, weight (N,), and the slack (K, N) at load factor 0 and its rate."""
+    loads, f = task.loads, task.friction
+    kinds = {"no_forward_slip": (1.0, f), "no_backward_slip": (-1.0, f), "no_opening": (0.0, np.ones_like(f))}
+    return {
+        name: (sense, weight, sense * loads.q0 + weight * loads.p0, sense * loads.q1 + weight * loads.p1) for name, (sense, weight) in kinds.items()
+    }

@@ -9,7 +9,7 @@ import cvxpy as cp
 import pandas as pd
 
 from ..contact.checks import Array
-from ..contact.diagnosis import mean_load_diagnosis
+from ..contact.diagnosis import unscaled_diagnosis
 from ..contact.record import SolveRecord
 from ..contact.show import frame
 from ..solve.explain import Units, explain
@@ -84,7 +84,7 @@ class SafeSlip(Answered):
             others = f"the {self.system.nodes - opened} nodes that the mean load closes" if opened else "every node"
             return f"this slip{within} keeps {others} closed and stuck at every corner{', and the others open' * bool(opened)}"
         left = f", also with {opened} nodes open" if opened else ""
-        return f"no residual slip{within} is safe at this load factor{left} ({mean_load_diagnosis(task.system, task.cycle, task.friction)})"
+        return f"no residual slip{within} is safe at this load factor{left} ({unscaled_diagnosis(task.system, task.cycle, task.friction)})"
 
     @cached_property
     def certificate(self) -> pd.DataFrame | None:

@@ -34,7 +34,10 @@ def load_factor_bounds(scaled: ScaledContact, task: LimitQuestion) -> Array:
     task
         The question.
     """
-    n, (rows, _) = len(task.friction), ruling_loads(scaled.unit, task)
+    n = len(task.friction)
+    if task.loads.fixed:  # which corner rules depends on the load factor
+        return np.zeros(n)
+    rows, _ = ruling_loads(scaled.unit, task)
     follow, rigid = _response(scaled, task.friction)
     total = -np.eye(n)  # columns: the mechanisms, each in units of the force of its nodes; rows: a
     unit, hold = scaled.unit[:, None], np.maximum(rows["fp_mean"], 0.0)

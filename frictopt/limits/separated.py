@@ -2,8 +2,8 @@
 
 The nodes that are open at a corner are switched by booleans. In full, with the corners k in their order round the cycle::
 
-    max lam   s.t.   q_k = q0 + lam q1_k + A v_k + B^T (w_k - g0),   |q_k| <= f p_k,   0 <= p_k <= most_pressure (1 - opened_k)
-                     p_k = p0 + lam p1_k + B v_k + C (w_k - g0),     0 <= w_k <= most_gap opened_k
+    max lam   s.t.   q_k = q0_k + lam q1_k + A v_k + B^T (w_k - g0),   |q_k| <= f p_k,   0 <= p_k <= most_pressure (1 - opened_k)
+                     p_k = p0_k + lam p1_k + B v_k + C (w_k - g0),     0 <= w_k <= most_gap opened_k
                      |v_k - v_k-1| <= most_slip (opened_k + opened_k-1)
 
 A node that is closed at two corners in a row keeps its slip, one that is open at either may touch down elsewhere. This is necessary for a state of
@@ -21,6 +21,7 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
+from ..contact.cycle import reactions
 from ..solve.bounds import Bounds, bounds
 from ..solve.explain import Units
 
@@ -49,8 +50,8 @@ class _Corners:
     ----------
     S
         (2N, 2N) stiffness.
-    mean, cyclic
-        (2N,) and (K, 2N) bonded reactions.
+    unscaled, cyclic
+        (K, 2N), or (1, 2N) where nothing is fixed, and (K, 2N) bonded reactions.
     friction, gap, unit
         (N,) coefficients of friction, initial gap, and size of each node's reactions, which its rows are divided by.
     most_pressure, most_gap, most_slip
@@ -58,7 +59,7 @@ class _Corners:
     """
 
     S: Array
-    mean: Array
+    unscaled: Array
     cyclic: Array
     friction: Array
     gap: Array
@@ -75,7 +76,7 @@ def corner_problem(contact: _Corners, opened: cp.Variable) -> cp.Problem:
     least, most = cp.Parameter(nonneg=True, name="least_load_factor"), cp.Parameter(nonneg=True, name="most_load_factor")
 
     each = np.ones((corners, 1))
-    r = each @ contact.mean[None, :] + lam * contact.cyclic + cp.hstack([v, w - each @ contact.gap[None, :]]) @ contact.S
+    r = np.broadcast_to(contact.unscaled, contact.cyclic.shape) + lam * contact.cyclic + cp.hstack([v, w - each @ contact.gap[None, :]]) @ contact.S
     q, p = r[:, :n] @ np.diag(1 / contact.unit), r[:, n:] @ np.diag(1 / contact.unit)
     before = np.roll(np.eye(corners), -1, axis=0).T  # row k takes corner k - 1
     either, moved = opened + before @ opened, v - before @ v
@@ -106,9 +107,9 @@ class SeparatedProblem:
     """
 
     def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: Array, most: float) -> None:
-        n, mean, cyclic = system.nodes, np.concatenate(system.reaction(cycle.mean)), np.hstack(cycle.corner_reactions(system))
+        n, unscaled, cyclic = system.nodes, np.hstack(reactions(system, cycle.unscaled)), np.hstack(cycle.corner_reactions(system))
         self.most, self.shape = most, (len(cyclic), n)
-        largest = np.abs(mean) + most * np.abs(cyclic).max(axis=0)
+        largest = np.abs(unscaled).max(axis=0) + most * np.abs(cyclic).max(axis=0)
         self.force = float(largest.mean()) or 1.0
         self.length = self.force / system.stiffness_scale
         whole = float(largest.sum()) / self.force
@@ -116,7 +117,7 @@ class SeparatedProblem:
         size = np.maximum(np.maximum(largest[:n], largest[n:]) / self.force, _SMALL)
         self.contact = _Corners(
             S=system.S / system.stiffness_scale,
-            mean=mean / self.force,
+            unscaled=unscaled / self.force,
             cyclic=cyclic * most / self.force,
             friction=friction,
             gap=system.gap / self.length,
@@ -141,7 +142,7 @@ class SeparatedProblem:
         """Whether a slip, gap or pressure of a solution comes to the largest one considered."""
         contact, n, lam = self.contact, self.shape[1], states.load_factor / self.most
         v, w = states.slip / self.length, states.gap / self.length
-        p = (contact.mean + lam * contact.cyclic + np.hstack([v, w - contact.gap]) @ contact.S)[:, n:]
+        p = (contact.unscaled + lam * contact.cyclic + np.hstack([v, w - contact.gap]) @ contact.S)[:, n:]
         pairs = (np.abs(v - np.roll(v, 1, axis=0)), contact.most_slip), (w, contact.most_gap), (p, contact.most_pressure)
         return any(bool((value > _TOUCHES * most).any()) for value, most in pairs)
 

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, Booleans, frozen, whole_number
-from ..contact.cycle import checked_cycle
-from ..contact.diagnosis import mean_load_diagnosis
+from ..contact.cycle import checked_cycle, reactions
+from ..contact.diagnosis import unscaled_diagnosis
 from ..contact.record import Attempt, SolveRecord, WithSlip
 from ..contact.show import Plotted, components, frame, places
 from ..contact.system import checked_system
@@ -177,8 +177,8 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
 
 def _last_load(system: ContactSystem, cycle: LoadCycle, load_factor: float) -> tuple[Array, Array]:
     """Bonded reactions `q, p` (N,) at the last corner."""
-    (q0, p0), (q1, p1) = system.reaction(cycle.mean), cycle.corner_reactions(system)
-    return q0 + load_factor * q1[-1], p0 + load_factor * p1[-1]
+    (q0, p0), (q1, p1) = reactions(system, cycle.unscaled[-1:]), cycle.corner_reactions(system)
+    return q0[0] + load_factor * q1[-1], p0[0] + load_factor * p1[-1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +202,7 @@ def _bound(system: ContactSystem, cycle: LoadCycle, friction: Array, best: OpenS
         return _Bound(np.inf, np.inf, "no bound, for the mixed-integer program is one of straight lines, and friction circles are not")
     if booleans > _MOST_BOOLEANS:
         return _Bound(np.inf, np.inf, f"no bound, for a mixed-integer program of {booleans} booleans is not tried")
-    mean, cyclic = np.abs(system.reaction(cycle.mean)).sum(), np.abs(cycle.corner_reactions(system)).sum(axis=(0, 2)).max()
+    mean, cyclic = np.abs(reactions(system, cycle.unscaled)).sum(axis=(0, 2)).max(), np.abs(cycle.corner_reactions(system)).sum(axis=(0, 2)).max()
     up_to = _RANGE * (largest or (float(mean / cyclic) if mean > 0 and cyclic > 0 else 1.0))
     attempts: list[Attempt] = []
     for _ in range(_ROUNDS):
@@ -227,7 +227,7 @@ def _bound(system: ContactSystem, cycle: LoadCycle, friction: Array, best: OpenS
 
 def _reason(system: ContactSystem, cycle: LoadCycle, friction: Array, best: OpenSetLimit | None, bound: _Bound, proven: bool) -> str:
     if best is None:
-        return f"no set of open nodes is known to rest: {mean_load_diagnosis(system, cycle, friction)}"
+        return f"no set of open nodes is known to rest: {unscaled_diagnosis(system, cycle, friction)}"
     start = f" from {best.least:.6g} on" if best.least > 0 else ""
     nodes = f"{int(best.opened.sum())} of {system.nodes} nodes"
     if best.load_factor == np.inf:

@@ -170,7 +170,7 @@ class ShakedownModel(SafeModel):
         """The program over safe slips; that of a plane contact is compiled once for all frictions."""
         v, kind = self._set(task), (task.system.nodes, task.opening, task.lift is None)
         v.ask(task)
-        if kind not in self._compiled or task.system.tangents > 1 or task.lift is not None:
+        if kind not in self._compiled or task.system.tangents > 1 or task.lift is not None or task.loads.fixed:
             self._compiled[kind] = shakedown_problem(v)
         return SafeProgram(task, v, self._compiled[kind])
 

@@ -141,8 +141,7 @@ def march(
 def amplitudes_at(system: ContactSystem, cycle: LoadCycle, load_factor: float, time: Array, first: Mapping[str, float]) -> Array:
     """(T, cases) amplitudes of the load cases at times from the first state on, which has the amplitudes `first`; not known: NaN."""
     begin, end = int(time[0]), int(np.ceil(time[-1]))
-    loads = [first] + ([cycle.mean] if begin < 0 else [])
-    cyclic = [{case: cycle.mean.get(case, 0.0) + load_factor * corner.get(case, 0.0) for case in system.bonded} for corner in cycle.corners]
+    loads, cyclic = [first] + ([cycle.mean] if begin < 0 else []), cycle.at(load_factor)
     loads += [cyclic[number % len(cyclic)] for number in range(max(begin, 0), end)]
     none = 0.0 if first else np.nan
     stops = [[load.get(case, 0.0 if number else none) for case in system.bonded] for number, load in enumerate(loads)]

@@ -1,7 +1,7 @@
 """The state under the mean load alone, where every cycle begins."""
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.parts import parted
@@ -9,7 +9,7 @@ from .begin import OPEN
 from .exact import ExactPath
 from .stepped import SteppedPath, step_counts
 
-__all__ = ["mean_state"]
+__all__ = ["mean_state", "open_at_rest"]
 
 
 def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> ContactState:
@@ -22,12 +22,38 @@ def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> 
     NoContinuation, SolverError
         Nothing holds the contact on the way, or an increment has no answer that passes the checks.
     """
+    path = _settled(system, cycle, friction)
+    slip, _ = parted(path.state.u, system.tangents + 1)
+    return ContactState(slip, _gap(path), *system.reaction(cycle.mean))
+
+
+def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> NDArray[np.bool_]:
+    """(N,) nodes that are open once the mean load has come, from no slip; and at all corners of a cycle at load factor 0, if a part of it is fixed.
+
+    Raises
+    ------
+    ModelError, NoContinuation, SolverError
+        See `mean_state`.
+    """
+    path = _settled(system, cycle, friction)
+    opened = _gap(path) > 0
+    for leg in path.legs if cycle.fixed else []:
+        path.follow_to(*leg)
+        opened &= _gap(path) > 0
+    return opened
+
+
+def _settled(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> ExactPath | SteppedPath:
     path: ExactPath | SteppedPath
     if system.tangents == 1:
         path = ExactPath(system, cycle, friction, 0.0)
     else:
         path = SteppedPath(system, cycle, friction, 0.0, None, None, "newton", step_counts(None)[0])
     path.start()
-    slip, opened = parted(path.state.u, system.tangents + 1)
-    gap = np.where(path.state.status == OPEN, (opened + system.gap).clip(0.0), 0.0)
-    return ContactState(slip, gap, *system.reaction(cycle.mean))
+    return path
+
+
+def _gap(path: ExactPath | SteppedPath) -> NDArray[np.float64]:
+    """(N,) gaps of the present state."""
+    _, opened = parted(path.state.u, path.system.tangents + 1)
+    return np.where(path.state.status == OPEN, (opened + path.system.gap).clip(0.0), 0.0)

@@ -169,8 +169,8 @@ class SteadyState(Recorded, Plotted):
         spent = np.abs(path.work[-1] - self.period * self.dissipation_per_node).max() / max(float(path.work.max()), force * size)
         if not max(drift / size, spent) <= SAME_STATE:
             raise SolverError(f"steady state: a cycle from it differs from it by {max(drift / size, spent):.1e} (tolerance {SAME_STATE:g})")
-        last = self.cycle.corners[-1]
-        begin = {case: self.cycle.mean.get(case, 0.0) + self.load_factor * last.get(case, 0.0) for case in self.system.bonded}
+        last = self.cycle.at(self.load_factor)[-1]
+        begin = {case: last.get(case, 0.0) for case in self.system.bonded}
         return replace(path, amplitudes=frozen(amplitudes_at(*asked[:2], self.load_factor, path.time, begin)))
 
     def displacement(self, case: str) -> Array:

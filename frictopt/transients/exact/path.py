@@ -37,10 +37,14 @@ __all__ = ["ExactPath", "turning_corners"]
 _ROWS = 256  # events that the record holds before they are moved to the history
 
 
-def turning_corners(cycle: LoadCycle) -> list[int]:
-    """Numbers of the corners at which the load changes its direction, the first and the last one in any case, see `turning_points`."""
-    cases = sorted({case for corner in cycle.corners for case in corner})
-    return turning_points(np.array([[corner.get(case, 0.0) for case in cases] for corner in cycle.corners]))
+def turning_corners(cycle: LoadCycle, load_factor: float = 1.0) -> list[int]:
+    """Numbers of the corners at which the load changes its direction, the first and the last one in any case, see `turning_points`.
+
+    The load factor counts only where a part of the cycle is fixed.
+    """
+    corners = cycle.corners if cycle.fixed is None else cycle.at(load_factor)
+    cases = sorted({case for corner in corners for case in corner})
+    return turning_points(np.array([[corner.get(case, 0.0) for case in cases] for corner in corners]))
 
 
 class ExactPath(Transient):
@@ -106,7 +110,7 @@ class ExactPath(Transient):
         super().__init__(checked_plane(system), cycle, friction, load_factor, initial_slip, initial_state)
         nodes = self.nodes
         self._S, self.unit = np.ascontiguousarray(system.S), np.tile(self.scales.length, 2)
-        self.turns = turning_corners(cycle)
+        self.turns = turning_corners(cycle, self.load_factor)
         self._least_drive = NO_DRIVE * np.tile(self.scales.mean, 2)
         compiled()
         self.fallbacks = 0

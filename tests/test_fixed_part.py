@@ -1,0 +1,343 @@
+"""Load cycles of which a part is fixed: against programs with one row for each corner, transients, and other ways to say the same loads."""
+
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linprog
+
+import frictopt as fo
+from frictopt.contact.parts import joined
+from frictopt.fem.paraview import _loads
+from frictopt.histories.run import Case
+from frictopt.transients.exact.path import turning_corners
+from separation import pulled_system
+from spatial import random_contact, vectors
+from systems import random_system
+
+seeds = st.integers(0, 10**6)
+
+
+def fixed_contact(seed, most_nodes=6):
+    """A coupled plane contact, its friction, and a cycle whose corners differ at load factor 0."""
+    rng = np.random.default_rng(seed)
+    nodes, corners = int(rng.integers(1, most_nodes + 1)), int(rng.integers(2, 5))
+    contact = random_system(rng, nodes, coupling=rng.choice([0.0, 0.3, 0.7]))
+    cases = {f"c{k}": (rng.normal(size=nodes), 0.2 * rng.normal(size=nodes)) for k in range(corners)}
+    cases |= {f"f{k}": (0.2 * rng.normal(size=nodes), 0.3 * rng.normal(size=nodes)) for k in range(corners)}
+    cycle = fo.LoadCycle({"mean": 1.0}, [{f"c{k}": 1.0} for k in range(corners)], [{f"f{k}": 1.0} for k in range(corners)])
+    return contact.with_bonded(cases), cycle, rng.uniform(0.3, 0.8, size=nodes)
+
+
+def rows(contact, cycle, f):
+    """`A x <= b` in the load factor and the slip: each corner and both ways at each node, (K, 2, N, 1 + N) and (K, 2, N)."""
+    left, right = [], []
+    for k, corner in enumerate(cycle.corners):
+        (q0, p0), (q1, p1) = contact.reaction(cycle.at(0.0)[k]), contact.reaction(corner)
+        ways = [(np.column_stack([sense * q1 - f * p1, sense * contact.A - f[:, None] * contact.B]), f * p0 - sense * q0) for sense in (1, -1)]
+        left.append([way[0] for way in ways])
+        right.append([way[1] for way in ways])
+    return np.array(left), np.array(right)
+
+
+def linear(contact, cycle, f, sense, equal=None):
+    """Largest (-1) or least (1) safe load factor, with rows that are equations; inf, and None where there is none."""
+    left, right = rows(contact, cycle, f)
+    n, more = contact.nodes, {} if equal is None else {"A_eq": [left[at] for at in equal], "b_eq": [right[at] for at in equal]}
+    bounds = [(0, None)] + [(None, None)] * n
+    found = linprog(np.r_[sense, np.zeros(n)], left.reshape(-1, n + 1), right.ravel(), bounds=bounds, **more)
+    return {0: found.fun, 3: np.inf}.get(found.status)
+
+
+@settings(deadline=None, max_examples=40, derandomize=True)
+@given(seeds)
+def test_both_ends_of_the_safe_load_factors_are_those_of_a_program_with_all_corners(seed):
+    contact, cycle, f = fixed_contact(seed)
+    limit, most = fo.shakedown_limit(contact, cycle, f), linear(contact, cycle, f, -1)
+    assume(not limit.open.any())
+    if most is None:
+        assert np.isnan(limit.load_factor) and "the mean load with fixed[" in limit.reason
+    else:
+        assert limit.load_factor == pytest.approx(abs(most), rel=1e-8)
+        assert limit.least == pytest.approx(linear(contact, cycle, f, 1), rel=1e-7, abs=1e-8)
+        assert limit.residual <= 1e-9 and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
+
+
+@settings(deadline=None, max_examples=20, derandomize=True)
+@given(seeds, st.floats(0.0, 1.4))
+def test_the_margin_is_that_of_a_program_with_all_corners(seed, share):
+    contact, cycle, f = fixed_contact(seed)
+    limit = fo.shakedown_limit(contact, cycle, f).load_factor
+    factor, n = share * limit if np.isfinite(limit) else share, contact.nodes
+    left, right = rows(contact, cycle, f)
+    unit = np.mean([(f * contact.reaction(loads)[1]).mean() for loads in cycle.unscaled])
+    assume(unit > 0.05)
+    slack = np.column_stack([left.reshape(-1, n + 1)[:, 1:], np.full(right.size, unit)])
+    bounds = [(None, None)] * n + [(None, 1.0)]
+    found = linprog(np.r_[np.zeros(n), -1.0], slack, (right - factor * left[..., 0]).ravel(), bounds=bounds)
+    safe = fo.safe_slip(contact, cycle, f, factor)
+    assume(not safe.open.any())
+    assert safe.margin == pytest.approx(-found.fun, rel=1e-7, abs=1e-8)
+
+
+@settings(deadline=None, max_examples=15, derandomize=True)
+@given(seeds)
+def test_transients_rest_on_a_safe_slip_below_the_limit_and_slip_for_ever_above(seed):
+    contact, cycle, f = fixed_contact(seed)
+    limit = fo.shakedown_limit(contact, cycle, f)
+    assume(1e-3 < limit.load_factor < np.inf and not limit.open.any())
+    below, above = limit.least + 0.98 * (limit.load_factor - limit.least), 1.02 * limit.load_factor
+    state = fo.safe_slip(contact, cycle, f, below).state
+    assert fo.steady_state(contact, cycle, f, below, initial_state=state).outcome is fo.Outcome.SHAKEDOWN
+    steady = fo.steady_state(contact, cycle, f, above, initial_slip=limit.slip)
+    assert steady.outcome is not fo.Outcome.SHAKEDOWN or steady.open.any()
+    path = fo.march(contact, cycle, f, above, initial_slip=limit.slip, cycles=1)
+    loads = contact.reaction(cycle.at(above)[-1])
+    names = list(contact.bonded)
+    assert path.amplitudes[-1] == pytest.approx([cycle.at(above)[-1].get(name, 0.0) for name in names])
+    known = path.time >= 0  # before, the load that carries the slip is none of these
+    assert path.amplitudes[known] @ [contact.bonded[name][1] for name in names] == pytest.approx(path.bonded_p[known])
+    assert path.bonded_q[-1] == pytest.approx(loads[0]) and path.bonded_p[-1] == pytest.approx(loads[1])
+
+
+@settings(deadline=None, max_examples=8, derandomize=True)
+@given(seeds)
+def test_what_is_fixed_at_all_corners_belongs_to_the_mean_load(seed):
+    contact, cycle, f = fixed_contact(seed, most_nodes=4)
+    one = fo.LoadCycle({"mean": 1.0}, cycle.corners, [{"f0": 1.0}] * len(cycle.corners))
+    other = fo.LoadCycle({"mean": 1.0, "f0": 1.0}, cycle.corners)
+    limit, same = (fo.shakedown_limit(contact, way, f) for way in (one, other))
+    assume(not same.open.any())
+    assert limit.load_factor == pytest.approx(same.load_factor, rel=1e-8, nan_ok=True)
+    assume(1e-3 < same.load_factor < np.inf)
+    low, also = (fo.guaranteed_limit(contact, way, f) for way in (one, other))
+    assert low.load_factor == pytest.approx(also.load_factor, rel=1e-7)
+
+
+@settings(deadline=None, max_examples=8, derandomize=True)
+@given(seeds)
+def test_a_fixed_share_of_the_corners_only_moves_the_load_factor(seed):
+    contact, cycle, f = fixed_contact(seed, most_nodes=3)
+    plain, share = fo.LoadCycle(cycle.mean, cycle.corners[:2]), 0.1
+    limit = fo.shakedown_limit(contact, plain, f)
+    assume(share < limit.load_factor < np.inf and limit.least == 0)
+    moved = fo.LoadCycle(cycle.mean, plain.corners, [{name: share * size for name, size in corner.items()} for corner in plain.corners])
+    assert fo.shakedown_limit(contact, moved, f).load_factor == pytest.approx(limit.load_factor - share, rel=1e-7)
+    low, also = (fo.guaranteed_limit(contact, way, f) for way in (plain, moved))
+    if low.load_factor > share:
+        assert also.load_factor == pytest.approx(low.load_factor - share, rel=1e-6)
+    events, later = (fo.onset(contact, way, f).slips for way in (plain, moved))
+    for event, after in zip(events, later, strict=True):
+        assert after.load_factor == pytest.approx(max(event.load_factor - share, 0.0), rel=1e-8, abs=1e-12)
+        assert event.load_factor <= share or (event.node, event.sense) == (after.node, after.sense)
+    apart, together = (fo.separated_limit(contact, way, f, most_sets=1) for way in (plain, moved))
+    assert together.load_factor == pytest.approx(apart.load_factor - share, rel=1e-6)
+    if np.isfinite(apart.bound) and np.isfinite(together.bound):
+        assert together.bound == pytest.approx(apart.bound - share, rel=1e-5)
+    for asked in (fo.safe_slip, fo.march, fo.steady_state):
+        known, found = asked(contact, plain, f, 0.8 * limit.load_factor), asked(contact, moved, f, 0.8 * limit.load_factor - share)
+        assert np.asarray(found.slip)[-1] == pytest.approx(np.asarray(known.slip)[-1], rel=1e-6, abs=1e-8)
+    over = [
+        fo.steady_state(contact, way, f, 0.5 * limit.load_factor - by, overload=1.5 * limit.load_factor - by)
+        for way, by in ((plain, 0), (moved, share))
+    ]
+    assert over[0].slip == pytest.approx(over[1].slip, rel=1e-6, abs=1e-8)
+
+
+@settings(deadline=None, max_examples=15, derandomize=True)
+@given(seeds)
+def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bounds_at_any_two_corners(seed):
+    contact, cycle, f = fixed_contact(seed, most_nodes=4)
+    assume(contact.B.any())
+    limit = fo.shakedown_limit(contact, cycle, f)
+    assume(1e-3 < limit.load_factor < np.inf and not limit.open.any())
+    corners, least = range(len(cycle.corners)), limit.load_factor
+    for node in range(contact.nodes):
+        for k, other in ((k, other) for k in corners for other in corners if k != other):
+            found = linear(contact, cycle, f, 1, [(k, 1, node), (other, 0, node)])
+            least = least if found is None else min(least, found)
+    guaranteed = fo.guaranteed_limit(contact, cycle, f)
+    assert guaranteed.load_factor == pytest.approx(least, rel=1e-6)
+    if guaranteed.node is not None and guaranteed.load_factor > guaranteed.least:
+        assert guaranteed.verify(starts=0, moved=1).persists
+
+
+@settings(deadline=None, max_examples=5, derandomize=True)
+@given(seeds)
+def test_the_required_friction_is_where_the_ends_cross_the_load(seed):
+    contact, cycle, f = fixed_contact(seed)
+    limit = fo.shakedown_limit(contact, cycle, f)
+    assume(1e-3 < limit.load_factor < np.inf and not limit.open.any())
+    factor = limit.least + 0.9 * (limit.load_factor - limit.least)
+    required = fo.required_friction(contact, cycle, factor).required
+    assume(np.isfinite(required))
+    enough, less = (fo.shakedown_limit(contact, cycle, required * share) for share in (1 + 1e-4, 1 - 1e-4))
+    assert enough.least <= factor <= enough.load_factor and not less.least <= factor <= less.load_factor
+
+
+@settings(deadline=None, max_examples=10, derandomize=True)
+@given(seeds)
+def test_the_rates_with_the_fixed_amplitudes_are_differences_of_the_limit(seed):
+    contact, cycle, f = fixed_contact(seed)
+    limit, step = fo.shakedown_limit(contact, cycle, f), 1e-6
+    assume(1e-2 < limit.load_factor < np.inf and not limit.open.any())
+    rates = limit.load_rates.set_index("part")["rate"]
+    for k in range(len(cycle.corners)):
+        ends = []
+        for by in (-step, step):
+            fixed = [{name: amplitude + by * (number == k) for name, amplitude in part.items()} for number, part in enumerate(cycle.fixed)]
+            ends.append(by / step * (fo.shakedown_limit(contact, fo.LoadCycle(cycle.mean, cycle.corners, fixed), f).load_factor - limit.load_factor))
+        slack = 1e-4 * step * (1 + limit.load_factor)
+        assert min(ends) - slack <= step * rates[f"fixed {k}"] <= max(ends) + slack
+
+
+@settings(deadline=None, max_examples=8, derandomize=True)
+@given(seeds)
+def test_constraints_of_your_own_see_the_loads_of_each_corner(seed):
+    contact, cycle, f = fixed_contact(seed)
+    assume(1e-3 < fo.shakedown_limit(contact, cycle, f).load_factor < np.inf)
+    model = fo.ShakedownModel(contact, cycle)
+    limit = model.solve(f, [model.q == model.q])
+    assert model.q.value == pytest.approx(limit.reactions[0], abs=1e-9) and model.p.value == pytest.approx(limit.reactions[1], abs=1e-9)
+    slip = cp.Variable(contact.nodes), cp.Variable(nonneg=True)
+    left, right = rows(contact, cycle, f)
+    n, most = contact.nodes, 0.5 * limit.largest_slip
+    problem = cp.Problem(cp.Maximize(slip[1]), [left.reshape(-1, n + 1) @ cp.hstack([slip[1], slip[0]]) <= right.ravel(), cp.abs(slip[0]) <= most])
+    problem.solve(solver="HIGHS")
+    bounded = model.solve(f, [cp.abs(model.slip) <= most])
+    assert bounded.load_factor == pytest.approx(
+        np.nan if problem.value is None or not np.isfinite(problem.value) else problem.value, rel=1e-7, nan_ok=True
+    )
+
+
+def in_space(seed):
+    """The same in space."""
+    rng = np.random.default_rng(seed)
+    nodes = int(rng.integers(1, 6))
+    contact = random_contact(rng, nodes, coupling=rng.choice([0.0, 0.5]))
+    contact = fo.ContactSystem(contact.S, contact.points, vectors(contact) | {name: 0.3 * rng.normal(size=3 * nodes) for name in "de"})
+    return (
+        contact,
+        fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"a": -1.0}, {"b": 0.7}], [{"d": 0.6}, {}, {"e": -0.5}]),
+        rng.uniform(0.3, 0.8, size=nodes),
+    )
+
+
+@settings(deadline=None, max_examples=15, derandomize=True)
+@given(seeds)
+def test_a_limit_in_space_is_that_of_circles_at_all_corners(seed):
+    contact, cycle, f = in_space(seed)
+    lam, v, circles = cp.Variable(nonneg=True), cp.Variable(2 * contact.nodes), []
+    for loads, corner in zip(cycle.unscaled, cycle.corners, strict=True):
+        (q0, p0), (q1, p1) = contact.reaction(loads), contact.reaction(corner)
+        slipped = cp.reshape(contact.A @ v, (contact.nodes, 2), order="F")
+        circles.append(cp.SOC(cp.multiply(f, p0 + lam * p1 + contact.B @ v), q0 + lam * q1 + slipped, axis=1))
+    problem = cp.Problem(cp.Maximize(lam), circles)
+    problem.solve(solver="CLARABEL")
+    limit = fo.shakedown_limit(contact, cycle, f)
+    assume(not limit.open.any())
+    if problem.status == "optimal":
+        assert limit.load_factor == pytest.approx(problem.value, rel=1e-6) and limit.residual <= 1e-9
+        assert fo.safe_slip(contact, cycle, f, 0.5 * (limit.least + limit.load_factor)).exists
+    else:
+        assert not np.isfinite(limit.load_factor)
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_transient_in_space_rests_on_a_safe_slip(seed):
+    contact, cycle, f = in_space(seed)
+    limit = fo.shakedown_limit(contact, cycle, f)
+    below = limit.least + 0.98 * (limit.load_factor - limit.least)
+    state = fo.safe_slip(contact, cycle, f, below).state
+    assert fo.steady_state(contact, cycle, f, below, initial_state=state, steps=4).outcome is fo.Outcome.SHAKEDOWN
+
+
+def test_a_node_in_space_that_nothing_presses_at_some_corners():
+    """Node 0 has no bound where a corner leaves it bare, so no shear then; it carries one load factor alone, 2, or only those of the other node."""
+    S = np.eye(6)
+    loads = {"P": [0, 0, 0, 0, 0, 1.0], "X": [1.0, 0.2, 0, 0, 0, 0], "Q": [2.0, 0, 0, 0, 0, 0], "N": [0, 0, 0, 0, 1.0, 0]}
+    pair = fo.ContactSystem(S, [[0.0, 0, 0], [1.0, 0, 0]], loads)
+    free = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": 1.0}, {"X": -1.0}], [{}, {}, {"N": 9.0}])
+    assert fo.shakedown_limit(pair, free, 0.5).load_factor == pytest.approx(2.25)  # 2 q1 <= 0.5 * 9 at node 0, 2 * 0.2 q1 <= 2 * 0.5 at node 1
+    meets = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}], [{}, {"Q": 1.0}])
+    limit = fo.shakedown_limit(pair, meets, 0.5)
+    assert (limit.load_factor, limit.least) == pytest.approx((2.0, 2.0), rel=1e-6)
+    parted = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}], [{}, {"N": 0.0, "P": 0.5}])
+    assert fo.shakedown_limit(pair, parted, 0.5).load_factor == 0.0
+
+
+@settings(deadline=None, max_examples=6, derandomize=True)
+@given(seeds)
+def test_open_nodes_stay_open_at_every_corner(seed):
+    rng = np.random.default_rng(seed)
+    contact, friction = pulled_system(rng, int(rng.integers(2, 6))), float(rng.uniform(0.2, 1.0))
+    n = contact.nodes
+    contact = contact.with_bonded({"f": (0.2 * rng.normal(size=n), 0.1 * rng.normal(size=n))})
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 1.0}, {}], [{"f": 1.0}, {}, {"f": -1.0}])
+    limit = fo.shakedown_limit(contact, cycle, friction)
+    assume(limit.open.any() and 1e-3 < limit.load_factor < np.inf)
+    lam, v, conditions = cp.Variable(nonneg=True), cp.Variable(n), []
+    out, shut = limit.open, ~limit.open
+    for loads, corner in zip(cycle.unscaled, cycle.corners, strict=True):
+        u, w = cp.Variable(n), cp.Variable(n)
+        r = joined(*contact.closed_reaction(loads)) + lam * joined(*contact.reaction(corner)) + contact.S @ cp.hstack([u, w])
+        conditions += [w >= 0, w[shut] == 0, (u - v)[shut] == 0, r[:n][out] == 0, r[n:][out] == 0, cp.abs(r[:n]) <= friction * r[n:]]
+    assert limit.load_factor == pytest.approx(cp.Problem(cp.Maximize(lam), conditions).solve(solver="CLARABEL"), rel=1e-6)
+    assert fo.separated_limit(contact, cycle, friction, most_sets=8).load_factor >= limit.load_factor
+    below = limit.least + 0.98 * (limit.load_factor - limit.least)
+    state = fo.safe_slip(contact, cycle, friction, below).state
+    assert fo.steady_state(contact, cycle, friction, below, initial_state=state).outcome is fo.Outcome.SHAKEDOWN
+
+
+def test_a_separated_limit_counts_what_is_fixed_at_each_corner():
+    """A node pulled open by 1, but by 0.5 alone at one corner, touches where the load presses it by 0.5 there."""
+    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [-1.0]), "N": ([0.0], [1.0])})
+    limit = fo.separated_limit(node, fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0}], [{}, {"P": -0.5}]), friction=0.5)
+    assert limit.load_factor == pytest.approx(0.5) and limit.open.all()
+
+
+def test_a_study_has_other_keys_with_another_fixed_part(tmp_path):
+    contact, cycle, f = fixed_contact(5)
+    plain = fo.LoadCycle(cycle.mean, cycle.corners)
+    digests = [Case(contact, one, f, None).digest() for one in (plain, cycle, fo.LoadCycle(cycle.mean, cycle.corners, cycle.fixed[::-1]))]
+    assert len(set(digests)) == 3
+    store = tmp_path / "runs.sqlite"
+    for one in (plain, cycle):
+        with ThreadPoolExecutor(1) as executor:
+            table = fo.dissipation_study(contact, one, f, [0.1, 0.2], store=store, executor=executor, progress=False)
+        alone = [fo.steady_state(contact, one, f, factor).dissipation for factor in (0.1, 0.2)]
+        assert table["dissipation"].tolist() == pytest.approx(alone)
+    assert len(fo.read_store(store)) == 4
+
+
+def test_loads_between_corners_and_what_is_said_of_a_cycle():
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"P": 0.5}], fixed=[{"P": -0.5}, {"R": 1.0}])
+    assert cycle.at(0.5) == ({"P": 0.5, "Q": 1.0}, {"P": 1.25, "R": 1.0})
+    assert _loads(cycle, 0.5, 1.0) == pytest.approx({"P": 0.5, "Q": 1.0, "R": 0.0})
+    assert _loads(cycle, 0.5, 1.25) == pytest.approx({"P": 0.6875, "Q": 0.75, "R": 0.25})
+    assert repr(cycle).endswith("corners=[{'Q': 2.0}, {'P': 0.5}], fixed=[{'P': -0.5}, {'R': 1.0}])")
+    assert pickle.loads(pickle.dumps(cycle)) == cycle and hash(cycle) != hash(fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"P": 0.5}]))
+    assert fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}], [{}]) == fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}])
+
+
+@pytest.mark.parametrize(
+    ("fixed", "message"),
+    [
+        ([{}], "fixed: 1 loads for 2 corners"),
+        ({"P": 1.0}, "fixed: a dict"),
+        ([{"P": np.nan}, {}], r"fixed\[0\]\['P'\]: nan"),
+        ([1.0, 2.0], r"fixed\[0\]"),
+    ],
+)
+def test_bad_fixed_parts_are_refused(fixed, message):
+    with pytest.raises(fo.ModelError, match=message):
+        fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], fixed)
+
+
+def test_corners_at_which_the_load_turns_depend_on_the_load_factor():
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 0.0}, {"Q": 1.0}], [{}, {"Q": 2.0}, {}])
+    assert turning_corners(cycle, 1.0) == [0, 1, 2] and turning_corners(cycle, 3.0) == [0, 2]

@@ -1,0 +1,88 @@
+"""Static shear on contacts that roll to and fro, and loads in phase, against closed forms and transients whose nodes open and close."""
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.reference import half_plane_contact, half_space_contact
+
+F = 0.5
+P = np.pi / 4  # the half-width of the contact is 1
+
+
+def cylinder(cells, half_length=1.6):
+    """A cylinder of radius 1 on a half-plane of modulus 1; the load case "roll" moves its lowest point by a unit length."""
+    contact = fo.ContactSystem.from_blocks(**half_plane_contact(cells, half_length, 1.0, R=1.0))
+    return contact.with_bonded({"roll": (np.zeros(cells), contact.C @ contact.x)})
+
+
+def pressures(contact, ends):
+    """(2, N) pressures at both ends of the way that a contact rolls."""
+    shear = next(name for name, (q, p) in contact.bonded.items() if q.any() and not p.any())
+    cycles = [fo.LoadCycle(loads, [{shear: 0.0}]) for loads in ends]
+    return np.array([fo.march(contact, cycle, F, 1.0, cycles=0, progress=False).p[-1] for cycle in cycles])
+
+
+def pressed(contact, ends, shear, S):
+    """A contact without gaps that has these pressures, and a static shear force that grows."""
+    none = np.zeros(contact.slip_shape)
+    held = fo.ContactSystem(S, contact.points, {"left": (none, ends[0]), "right": (none, ends[1]), "T": shear})
+    return held, fo.LoadCycle({"left": 0.5, "right": 0.5}, [{"T": 1.0}] * 2, [{"left": 0.5, "right": -0.5}, {"left": -0.5, "right": 0.5}])
+
+
+@pytest.mark.parametrize("way", [0.1, 0.2, 0.5])
+def test_a_cylinder_that_rolls_walks_above_the_least_pressures_of_its_way(way):
+    """T_max / (f P) is the share of the pressure that stays; nodes at the edges open and close, and the transient of the true contact agrees."""
+    contact, closed = cylinder(20), 1 - 2 / np.pi * (way * np.sqrt(1 - way**2) + np.arcsin(way))
+    ends = pressures(contact, [{"P": P, "roll": -way}, {"P": P, "roll": way}])
+    limit = fo.shakedown_limit(*pressed(contact, ends, contact.bonded["Q"], contact.S), F)
+    assert limit.load_factor == pytest.approx(F * ends.min(axis=0).sum(), rel=1e-8) == pytest.approx(F * P * closed, rel=2e-3)
+    guaranteed = fo.guaranteed_limit(*pressed(contact, ends, contact.bonded["Q"], contact.S), F)
+    assert guaranteed.proven and guaranteed.load_factor == limit.load_factor
+    rolling = fo.LoadCycle({"P": P}, [{"Q": 1.0}] * 2, [{"roll": -way}, {"roll": way}])
+    below, above = (fo.steady_state(contact, rolling, F, share * limit.load_factor) for share in (0.98, 1.02))
+    assert below.outcome is fo.Outcome.SHAKEDOWN and above.outcome is fo.Outcome.RATCHETING and above.open.any()
+
+
+@pytest.mark.parametrize(("way", "published"), [(0.1, 0.8505), (0.2, 0.704), (0.5, 0.3125)])
+def test_a_sphere_that_rolls_walks_above_the_published_share(way, published):
+    """Wetter & Popov: 1 - 3 w / 2 + w^3 / 2, met by the mesh to two per cent."""
+    contact = fo.ContactSystem(**half_space_contact(12, 1.05 + way, 1.0, 1.0, 0.0))
+    assert 1 - 1.5 * way + way**3 / 2 == pytest.approx(published)
+    x, n = contact.points[:, 0], contact.nodes
+    contact = contact.with_bonded({"roll": (np.zeros((n, 2)), contact.C @ x)})
+    ends = pressures(contact, [{"approach": 1 - way**2 / 2, "roll": -way}, {"approach": 1 - way**2 / 2, "roll": way}])
+    slides = np.kron(np.eye(3)[:2], np.ones(n))  # forces drive the sphere, which nothing holds along its face
+    F_slides = contact.S @ slides.T
+    shares = F_slides @ np.linalg.inv(slides @ F_slides)
+    S = contact.S - shares @ F_slides.T
+    limit = fo.shakedown_limit(*pressed(contact, ends, shares[:, 0], (S + S.T) / 2), F)
+    force = ends.sum() / 2
+    assert limit.load_factor == pytest.approx(F * ends.min(axis=0).sum(), rel=1e-7)
+    assert limit.load_factor == pytest.approx(F * force * published, rel=0.02) and force == pytest.approx(2 / 3, rel=0.01)
+
+
+@pytest.mark.parametrize(("P1", "Q1"), [(0.05, 0.1), (0.3, 0.3)])
+def test_a_contact_whose_pressure_and_shear_come_in_phase_rests_up_to_friction_times_their_ratio(P1, Q1):
+    """Full stick if and only if Q1 <= f P1: the edges open and close, and roll on without slip."""
+    contact, limit = cylinder(20), F * P1 / Q1
+    cycle = fo.LoadCycle({"P": P}, [{"Q": -Q1 * P}, {"Q": Q1 * P}], [{"P": -P1 * P}, {"P": P1 * P}])
+    below, above = (fo.steady_state(contact, cycle, F, share * limit) for share in (0.98, 1.02))
+    assert below.outcome is fo.Outcome.SHAKEDOWN and above.outcome is fo.Outcome.CYCLIC_SLIP
+    assert np.isnan(fo.shakedown_limit(contact, cycle, F).load_factor)  # no set of open nodes stays
+    found = fo.limit_after_protocol(contact, cycle, F, start=np.zeros(20), up_to=2 * limit)
+    assert 0.9 * limit <= found.load_factor <= limit * (1 + 1e-9) <= found.upper * (1 + 1e-9) < 1.1 * limit
+
+
+def test_a_mesh_whose_edge_just_carries_nothing_at_the_least_pressure_has_the_limit_of_loads_in_phase():
+    """With the same nodes in contact all the time: more than f P1 / Q1, and just that where the edge node comes down to no pressure."""
+    whole = cylinder(20)
+    closed = np.flatnonzero(pressures(whole, [{"P": P}] * 2)[0] > 0)
+    contact = fo.ContactSystem.from_blocks(**half_plane_contact(len(closed), 1.6 * len(closed) / 20, 1.0, R=1.0))
+    p0, share = contact.closed_reaction({"P": P})[1], contact.bonded["P"][1]
+    most = (p0 / share).min()  # of P1, with no node that opens
+    for P1 in (0.3 * most, 0.9999999 * most):
+        cycle = fo.LoadCycle({"P": P}, [{"Q": -1.0}, {"Q": 1.0}], [{"P": -P1}, {"P": P1}])
+        limit = fo.shakedown_limit(contact, cycle, F)
+        assert limit.load_factor == pytest.approx(F * most, rel=1e-6) and limit.load_factor >= F * P1
+        assert limit.mechanism["node"].isin([0, contact.nodes - 1]).all()
