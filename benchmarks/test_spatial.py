@@ -12,6 +12,8 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
+from frictopt.contact.parts import joined
+from frictopt.transients.exact.kernel import sweep
 
 BULK = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 
@@ -58,6 +60,25 @@ def test_increment_against_one_dense_solve(contact, record_property):
     assert (increments.solve(zero, load).status == 1).sum() > 20
     ours = seconds(lambda: increments.solve(zero, load), rounds=5)
     assert ours < 0.2 and ratio(ours, seconds(lambda: np.linalg.solve(S, r), rounds=5), record_property) < 5.0
+
+
+@pytest.mark.parametrize(("elements", "most"), [(9, 8.0), (19, 5.0)])
+def test_increment_against_bare_sweeps(elements, most, record_property):
+    """Sweeps to 1e-12 alone, without a proof or a state."""
+    contact = fo.scenes.SquarePunch(elements=elements).condense()
+    factor = 0.9 * fo.shakedown_limit(contact, BULK, 0.5).load_factor
+    increments, load = fo.increments.NewtonIncrement(contact, 0.5), contact.reaction({"P": 1.0, "sigma": -factor})
+    law, zero = increments.law, np.zeros((contact.nodes, 2))
+    trial = joined(*load) / np.abs(load[1]).mean()
+
+    def bare():
+        u, r = np.zeros_like(trial), trial.copy()
+        sweep(law.S, law.friction, law.own, u, r, 1000, 1e-12)
+        return u
+
+    assert (bare() != 0).any()
+    ours = seconds(lambda: increments.solve(zero, load), rounds=9)
+    assert ratio(ours, seconds(bare, rounds=9), record_property) < most
 
 
 def test_memory_at_50000_unknowns(record_property):

@@ -7,9 +7,13 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from enumeration import admissible_states, distance, random_increment
+from frictopt.contact.parts import joined
 from frictopt.errors import NoContinuation
 from frictopt.solve import solvers as policy
+from frictopt.transients.exact.kernel import sweep
 from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement
+from frictopt.transients.increments.newton import newton
+from spatial import random_contact
 from systems import random_system
 
 ENGINES = pytest.mark.parametrize("engine", [NewtonIncrement, ExactIncrement, FrozenBoundIncrement])
@@ -28,6 +32,22 @@ def test_one_node_slips_until_friction_balances(engine, sense):
     assert found.slip == pytest.approx([v], rel=1e-12)
     assert found.p == pytest.approx([1 + 0.5 * v]) and found.q == pytest.approx(-sense * 0.4 * found.p, rel=1e-14)
     assert found.status.tolist() == [sense] and found.gap.tolist() == [0.0]
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 8), in_space=st.booleans(), lift=st.booleans())
+def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_space, lift):
+    """Where the friction is far below the critical one, the state is the only one; nodes stick, slip, and open."""
+    rng = np.random.default_rng(seed)
+    contact = random_contact(rng, nodes, coupling=0.2) if in_space else random_system(rng, nodes, coupling=0.2)
+    law, loads = NewtonIncrement(contact, 0.2).law, list(contact.bonded)
+    trial = joined(*contact.reaction({loads[0]: -1.0 if lift else 1.0, loads[1]: float(rng.uniform(0.0, 2.0))})) + 0.3 * rng.normal(size=len(law.S))
+    u, r = np.zeros_like(trial), trial.copy()
+    sweep(law.S, law.friction, law.own, u, r, 20_000, 1e-14)
+    state, scale = newton(law, trial, np.zeros_like(trial)), np.abs(trial).max()
+    assert state.error < 1e-9 * scale
+    assert np.allclose(r, trial + law.S @ u, atol=1e-11 * scale) and np.allclose(u, state.u, atol=1e-9 * scale)
+    assert ((u != 0) == (state.u != 0)).all()
 
 
 @ENGINES

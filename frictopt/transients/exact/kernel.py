@@ -2,12 +2,13 @@
 
 On a segment the bonded reactions change linearly. If the status of every node is known (stick, slip, open), the rates of slip, gap and reactions
 solve one small linear system, and the state changes linearly. This ends at an event: a node reaches its friction bound, loses its pressure or
-closes. Then new statuses are found. The file has four parts:
+closes. Then new statuses are found. The file has five parts:
 
 1. the active set: the inverse of the stiffness of the slipping and open nodes, updated when a node joins or leaves;
 2. statuses that agree with their rates, found by iteration on the signs of the rates;
 3. a proof that these rates are unique;
-4. the path along one segment.
+4. the path along one segment;
+5. one increment of load by Gauss-Seidel, to begin Newton's method with.
 """
 
 # One file because numba decides by the file of the outermost function whether its compiled code is still valid. If a function or a constant were
@@ -49,6 +50,7 @@ __all__ = [
     "set_statuses",
     "settle",
     "solve_rates",
+    "sweep",
 ]
 
 STICK, OPEN = 0, 2
@@ -739,6 +741,51 @@ def follow(S, f, bonded, load_rate, state, active, proof, force, start, settled,
         time += step
         state.trace[0] += 1
     return STALLED, time
+
+
+# --- Increments by Gauss-Seidel ----------------------------------------------------------------------------------------------
+
+
+@_entry_point
+def sweep(S, f, own, u, r, most, enough):
+    """Gauss-Seidel on the projected law of one increment: the nodes one after the other, each with what it needs to obey it.
+
+    Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998).
+
+    Parameters
+    ----------
+    S, f, own
+        (M, M) stiffness, (N,) coefficients of friction, (t + 1, N) positive numbers of the size of each direction's own stiffness.
+    u, r
+        (M,) slip increments and gaps, and reactions; changed in place.
+    most, enough
+        Number of sweeps at most, and the largest correction of a force with which they end.
+    """
+    nodes, tangents = len(f), len(own) - 1
+    for _ in range(most):
+        largest = 0.0
+        for node in range(nodes):
+            k = tangents * nodes + node
+            pressed, before = r[k] - own[-1, node] * u[k], u[k]
+            u[k] = 0.0 if pressed > 0 else u[k] - r[k] / own[-1, node]
+            if u[k] != before:
+                largest = max(largest, own[-1, node] * abs(u[k] - before))
+                for j in range(len(r)):
+                    r[j] += (u[k] - before) * S[k, j]
+            bound, size = f[node] * max(r[k] - own[-1, node] * u[k], 0.0), 0.0
+            for a in range(tangents):
+                size += (r[a * nodes + node] - own[a, node] * u[a * nodes + node]) ** 2
+            share = 1.0 - bound / np.sqrt(size) if size > bound**2 else 0.0
+            for a in range(tangents):
+                k = a * nodes + node
+                before = u[k]
+                u[k] = share * (before - r[k] / own[a, node])
+                if u[k] != before:
+                    largest = max(largest, own[a, node] * abs(u[k] - before))
+                    for j in range(len(r)):
+                        r[j] += (u[k] - before) * S[k, j]
+        if largest <= enough:
+            break
 
 
 # --- The first compilation ---------------------------------------------------------------------------------------------------

@@ -1,25 +1,29 @@
-"""One friction increment by Newton's method: the quick way, in the plane and in space."""
+"""One friction increment by sweeps over the nodes and Newton's method: the quick way, in the plane and in space."""
 
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
-from ...contact.tolerances import RESIDUAL
+from ...contact.checks import Array
+from ...contact.tolerances import RESIDUAL, ROUNDING
 from ...errors import SolverError
+from ..exact.kernel import sweep
 from .frozen_bound import FrozenBoundIncrement
 from .increment import FrictionIncrement, Increment, Posed
 from .newton import by_friction, newton
 
 __all__ = ["NewtonIncrement"]
 
+_SWEEPS = 100  # at most; where friction is high or most nodes slip, Newton's method goes on from where they end
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
 
 
 class NewtonIncrement(FrictionIncrement):
-    """One friction increment by Newton's method on the projected law.
+    """One friction increment by Newton's method on the projected law, which begins where Gauss-Seidel sweeps over the nodes end.
 
-    Where it does not converge, other constants of the projection are tried, then states of less friction on the way, last a `FrozenBoundIncrement`.
+    The sweeps alone often reach the state to rounding. Where Newton's method does not converge, it begins without motion, other constants of the
+    projection are tried, then states of less friction on the way, last a `FrozenBoundIncrement`.
     Where several states obey the law (above the critical friction) one of them is returned. Theory, eq. (4).
 
     Parameters
@@ -45,15 +49,23 @@ class NewtonIncrement(FrictionIncrement):
     ([[-0.9, -1.2]], [[0.3, 0.4]])
     """
 
+    @cached_property
+    def _sizes(self) -> Array:
+        """(t + 1, N) stiffness of each node against itself, alike for its tangents."""
+        return np.vstack([np.tile(self.own[:-1].max(axis=0), (len(self.own) - 1, 1)), self.own[-1]])
+
     def _solved(self, posed: Posed) -> Increment:
-        """From no motion, by c of nodes and of directions; then from the states of less friction."""
-        found = posed.result(newton(self.law, posed.trial, np.zeros_like(posed.trial)), "NEWTON")
+        """From where sweeps end; else from no motion, by c of nodes and of directions; then from the states of less friction."""
+        u, r = np.zeros_like(posed.trial), posed.trial.copy()
+        sweep(self.law.S, self.law.friction, self._sizes, u, r, _SWEEPS, ROUNDING)
+        start = u if np.isfinite(u).all() else np.zeros_like(u)
+        found = posed.result(newton(self.law, posed.trial, start, enough=ROUNDING), "NEWTON")
         return found if found.record.residual <= RESIDUAL else self._otherwise(posed, found.record.residual)
 
     def _otherwise(self, posed: Posed, least: float) -> Increment:
         tangent = np.tile(self.own[:-1].mean(axis=0), (len(self.own) - 1, 1))
         laws, still = (self.law, replace(self.law, own=np.vstack([tangent, self.own[-1]]))), np.zeros_like(posed.trial)
-        ways = [partial(newton, replace(law, own=scale * law.own), posed.trial, still) for law in laws for scale in _SCALES][1:]
+        ways = [partial(newton, replace(law, own=scale * law.own), posed.trial, still) for law in laws for scale in _SCALES]
         for way in [*ways, *(partial(by_friction, law, posed.trial) for law in laws)]:
             found = posed.result(way(), "NEWTON")
             if found.record.residual <= RESIDUAL:

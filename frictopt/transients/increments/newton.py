@@ -74,13 +74,14 @@ def by_friction(law: Law, trial: Array) -> State:
     return state
 
 
-def newton(law: Law, trial: Array, u: Array, most: int = _STEPS) -> State:
+def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, enough: float = NEWTON) -> State:
     """The state that so many steps of Newton's method reach from motions u at most; whether it obeys the law is for the referee to say.
 
-    What its piece of the law lets vanish is zero in it, and slipping nodes are on their bound. In the plane slip against +x has the status -1.
+    It makes none where the error of u is small enough already. What its piece of the law lets vanish is zero in it, and slipping nodes are on their
+    bound. In the plane slip against +x has the status -1.
     """
     best, steps = _piece(law, trial, u), 0
-    while steps < most and best.error > NEWTON:
+    while steps < most and best.error > (NEWTON if steps else enough):
         steps += 1
         direction, share, found = _step(law, best), 1.0, best
         for _ in range(_HALVINGS):
@@ -94,7 +95,7 @@ def newton(law: Law, trial: Array, u: Array, most: int = _STEPS) -> State:
     still = np.concatenate([np.tile(best.status == STICK, len(best.unit)), best.status != OPEN])
     u = np.where(still, 0.0, best.u)
     sense = -np.sign(best.unit[0]).astype(np.int8) if len(best.unit) == 1 else 1
-    r = (best.r + law.S @ (u - best.u)).reshape(law.own.shape)
+    r = (best.r + law.S @ (u - best.u) if (u != best.u).any() else best.r).reshape(law.own.shape)
     r[:, best.status == OPEN] = 0.0
     r[:-1] = np.where(best.status == SLIP, law.friction * r[-1] * best.unit, r[:-1])
     return State(u, r.ravel(), np.where(best.status == SLIP, sense, best.status).astype(np.int8), steps, best.error)
