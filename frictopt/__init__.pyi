@@ -4,7 +4,6 @@ from .contact import (
     ContactState,
     ContactSystem,
     LoadCycle,
-    onset,
     order_preserving,
     referee,
 )
@@ -63,6 +62,7 @@ from .plots import plot_study
 from .transients import (
     increments,
     march,
+    onset,
     steady_state,
 )
 

@@ -109,7 +109,7 @@ LIMITS = Table(
         "parameter": "angle of the flanks, degrees; radius of the punch's edges / a; NaN for the pin",
         "nodes": "node pairs",
         "friction": "coefficient of friction",
-        "onset": "load factor at the first slip of the bonded contact; 0 where the mean load alone slips",
+        "onset": "load factor at the first slip, once the mean load has settled where it opens nodes; 0 where it alone slips",
         "mean_opens": "number of nodes that open under the mean load alone",
         "load_factor": "shakedown limit lambda_2; inf: none; NaN: no residual slip is safe",
         "guaranteed": "guaranteed limit lambda_1",

@@ -1,10 +1,12 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from separation import pulled_system
+from spatial import random_contact, vectors
 from systems import CYCLE, FIRST_PAIR, ONE_NODE, SECOND_PAIR, THREE, random_system, system
 
 ONE_WAY = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
@@ -60,8 +62,11 @@ def test_an_inadmissible_mean_load_is_said():
     contact = system(np.eye(3), np.zeros((3, 3)), (0.9, 0.0, 0.0), (1.0, 1.0, -0.1), 0.1, 0.0)
     found = fo.onset(contact, ONE_WAY, 0.5)
     assert found.mean_slips == (0, 2) and found.mean_opens == (2,) and not found.mean_admissible
-    assert (found.slip.load_factor, found.slip.node, found.slip.sense) == (0.0, 0, -1)
-    assert found.separation.load_factor == 0.0
+    assert (found.slip.load_factor, found.slip.node, found.slip.sense) == (0.0, 0, -1)  # it is on its bound once the mean load has settled
+    assert found.separation.load_factor == np.inf and found.residual < 1e-12 and found.state.open.tolist() == [False, False, True]
+    slipping = system(np.eye(3), np.zeros((3, 3)), (0.9, 0.0, 0.0), 1.0, 0.1, 0.0)
+    found = fo.onset(slipping, ONE_WAY, 0.5)
+    assert found.mean_slips == (0,) and found.state is None and found.slip.load_factor == 0.0
     assert found.residual == pytest.approx(0.4)  # node 0: q - f p = 0.9 - 0.5 * 1.0, over the largest force, 1
 
 
@@ -103,8 +108,8 @@ def test_unknown_loads_are_refused(punch):
     [
         (0.3, 1.0, 0.5, ["presses all nodes and none slips"]),
         (0.6, 1.0, 0.5, ["2 of 2 nodes", "more friction", "its onset is undefined"]),
-        (0.0, -1.0, 0.5, ["pulls the bodies apart", "turn the sign of the load", "its onset is undefined"]),
-        ([0.0, 0.0], [1.0, -0.2], 0.5, ["1 of 2 nodes", "open under the mean load alone", "its onset is undefined"]),
+        (0.0, -1.0, 0.5, ["pulls the bodies apart", "turn the sign of the load", "settled, with 2 nodes open"]),
+        ([0.0, 0.0], [1.0, -0.2], 0.5, ["1 of 2 nodes", "open under the mean load alone", "settled, with 1 nodes open"]),
     ],
 )
 def test_the_reason_says_what_the_mean_load_does_in_the_plane_and_in_space(q, p, friction, texts):
@@ -122,3 +127,54 @@ def test_the_line_of_an_onset_counts_nodes():
     contact = system(np.eye(200), np.zeros((200, 200)), 0.9, 1.0, 0.1, 0.0)
     line = repr(fo.onset(contact, ONE_WAY, 0.5))
     assert "mean_slips=200 of 200 nodes, mean_opens=0 of 200 nodes" in line and len(line) < 700
+
+
+def first_event(path, factor):
+    """Load factor at which the first closed node slips, or a node opens or touches, on the way from the mean load to the first corner."""
+    begin = np.searchsorted(path.time, 0.0, side="right") - 1
+    closed = path.gap[begin] == 0
+    for before, row in zip(range(begin, len(path.time)), range(begin + 1, len(path.time)), strict=False):
+        if np.abs((path.slip[row] - path.slip[begin])[closed]).max(initial=0.0) > 1e-9 * np.abs(path.slip).max():
+            return factor * path.time[before]
+        if ((path.gap[row] > 0) != ~closed).any():
+            return factor * path.time[row]
+    return np.inf
+
+
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6), sense=st.sampled_from([-1.0, 1.0]))
+def test_the_onset_of_a_contact_with_open_nodes_is_the_first_event_after_the_mean_load_has_settled(seed, sense):
+    rng = np.random.default_rng(seed)
+    contact, friction = pulled_system(rng, int(rng.integers(2, 6))), float(rng.uniform(0.2, 1.0))
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": sense}])
+    found = fo.onset(contact, cycle, friction)
+    assume(found.state is not None and found.state.open.any())
+    first = min(event.load_factor for event in (found.slip, found.separation, found.touch))
+    factor = 2 * first if 1e-9 < first < np.inf else 1.0
+    assert first_event(fo.march(contact, cycle, friction, factor, cycles=1), factor) == pytest.approx(first, rel=1e-7, abs=1e-9)
+    assert found.to_frame()["event"].tolist() == ["slip", "separation", "touch"] and found.residual < 1e-9
+
+
+@pytest.mark.parametrize("seed", [2, 3, 5, 8])
+def test_the_onset_in_space_with_open_nodes_is_the_first_event_of_small_increments(seed):
+    rng, steps = np.random.default_rng(seed), 100
+    contact = random_contact(rng, 5)
+    loads = vectors(contact)
+    loads["mean"] = loads["mean"] - np.r_[np.zeros(10), 2.0 * (rng.random(5) < 0.4)]
+    contact, cycle = fo.ContactSystem(contact.S, contact.points, loads), fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}])
+    found = fo.onset(contact, cycle, 1.5)
+    first = min(event.load_factor for event in (found.slip, found.separation, found.touch))
+    assert found.state.open.any() and 1e-3 < first < np.inf
+    factor = 2 * first
+    path = fo.march(contact, cycle, 1.5, factor, cycles=1, steps=steps, progress=False)
+    assert first_event(path, factor) == pytest.approx(first, abs=1.01 * factor / steps)
+
+
+def test_a_picture_and_the_reason_tell_the_settled_mean_load():
+    pair = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0, 1], {"P": ([0, 0], [2.0, -1.0]), "Q": ([1.0, 0.0], [0.0, 0.5])})
+    found = fo.onset(pair, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5)
+    assert (found.slip.load_factor, found.slip.node, found.touch.load_factor, found.touch.node) == (1.0, 0, 2.0, 1)
+    assert found.plot().get_title() == "contact under the settled mean load, at the onset of slip"
+    assert "with 1 nodes open" in found.reason and "touch" in repr(found)
+    free = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), [0, 1], pair.bonded)  # nothing holds the open node
+    assert fo.onset(free, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5).state is None

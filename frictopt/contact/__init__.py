@@ -1,8 +1,8 @@
-"""The discrete contact: system, load cycle, state, Coulomb's law with its referee, onset from the bonded state."""
+"""The discrete contact: system, load cycle, state, Coulomb's law with its referee, onset."""
 
 from .coulomb import Verdict, friction_coefficients, referee
 from .cycle import LoadCycle
-from .onset import Onset, OnsetEvent, onset
+from .onset import Onset, OnsetEvent
 from .order import OrderPreserving, order_preserving
 from .record import Attempt, SolveRecord
 from .state import ContactState
@@ -19,7 +19,6 @@ __all__ = [
     "SolveRecord",
     "Verdict",
     "friction_coefficients",
-    "onset",
     "order_preserving",
     "referee",
 ]

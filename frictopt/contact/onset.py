@@ -1,4 +1,4 @@
-"""Onset of slip and separation of the bonded contact, corner by corner of a load cycle (Flicek et al. 2015, section 3)."""
+"""Onset of slip and separation of a contact that is bonded, or settled under the mean load, corner by corner (Flicek et al. 2015, section 3)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,21 +6,22 @@ from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from ..errors import NoContinuation
 from .checks import Array
-from .coulomb import friction_coefficients, lengths
-from .cycle import LoadCycle, checked_cycle
+from .coulomb import lengths
+from .cycle import LoadCycle, reactions
 from .diagnosis import unscaled_diagnosis
-from .odd_values import warns_of_odd_values
+from .parts import joined, parted
 from .show import Plotted, Shown, frame
-from .system import ContactSystem, checked_system
-from .tolerances import ROUNDING, SIMULTANEOUS
+from .state import ContactState
+from .system import ContactSystem
+from .tolerances import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Onset", "OnsetEvent", "onset", "reach"]
+__all__ = ["Onset", "OnsetEvent", "onset_from", "reach"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -32,14 +33,14 @@ class OnsetEvent(Shown):
     corner
         Number of the corner, from 0.
     event
-        "slip" or "separation".
+        "slip", "separation", or "touch" of an open node.
     load_factor
         Load factor of the event; inf if it never happens, 0 if it happens under the mean load alone.
     node
         Index of the node; None if the event never happens. Of several simultaneous nodes, that with the lowest index.
     sense
-        +1: the node slips along +x (q = -f p), -1: along -x (q = +f p), 0: it separates, or the event never happens. In three dimensions the
-        unit vector of the slip along the two tangents.
+        +1: the node slips along +x (q = -f p), -1: along -x (q = +f p), 0: it separates or touches, or the event never happens. In three dimensions
+        the unit vector of the slip along the two tangents.
 
     Examples
     --------
@@ -63,20 +64,24 @@ class OnsetEvent(Shown):
 class Onset(Shown, Plotted):
     """First slip and first separation of the bonded contact under `mean + fixed + load_factor * corner`, for each corner of a load cycle.
 
+    Where the mean load would pull at bonded nodes, of the contact once the mean load has settled.
+
     Attributes
     ----------
-    slips, separations
-        First slip and first separation under each of the K corners.
+    slips, separations, touches
+        First slip and first separation under each of the K corners; and where nodes are open, the first touch of one.
     mean_slips, mean_opens
         Indices of the nodes at which the mean load alone, or with what is fixed at some corner, already exceeds the friction bound, or pulls. If
-        there are any, the bonded contact cannot carry it, and its onset is undefined: apply the mean load by a path first.
+        there are any, the bonded contact cannot carry it; without a `state` its onset is undefined then.
     residual
-        Largest violation of the contact law by the bonded contact at the first event under each corner, in units of the largest nodal force there.
-        It exceeds rounding only if the mean load alone violates the law.
+        Largest violation of the contact law at the first event under each corner, in units of the largest nodal force there. It exceeds rounding only
+        if the bonded contact violates the law under the mean load alone.
     system, cycle
         The contact and its load cycle.
     friction
         (N,) coefficients of friction.
+    state
+        Where it begins: the state once the mean load has come, from no slip, where the mean load pulls at bonded nodes. None: at the bonded contact.
 
     Examples
     --------
@@ -95,6 +100,9 @@ class Onset(Shown, Plotted):
     system: ContactSystem = field(compare=False)
     cycle: LoadCycle = field(compare=False)
     friction: Array = field(compare=False)
+    touches: tuple[OnsetEvent, ...] = ()
+    state: ContactState | None = field(default=None, compare=False)
+    _loads: tuple[Array, ...] = field(default=(), compare=False)
 
     @property
     def slip(self) -> OnsetEvent:
@@ -107,6 +115,11 @@ class Onset(Shown, Plotted):
         return _earliest(self.separations)
 
     @property
+    def touch(self) -> OnsetEvent | None:
+        """The first touch of an open node under any corner; None where no node is open."""
+        return _earliest(self.touches) if self.touches else None
+
+    @property
     def mean_admissible(self) -> bool:
         """Whether the mean load alone obeys the law at every node of the bonded contact."""
         return not (self.mean_slips or self.mean_opens)
@@ -117,77 +130,86 @@ class Onset(Shown, Plotted):
         text = unscaled_diagnosis(self.system, self.cycle, self.friction)
         if self.mean_admissible:
             return text
+        if self.state is not None:
+            return f"{text}; this is the onset of the contact once the mean load has settled, with {int(self.state.open.sum())} nodes open"
         return f"{text}; the bonded contact cannot carry the mean load: its onset is undefined (ask shakedown_limit and steady_state)"
 
     @property
     def reactions(self) -> tuple[Array, Array]:
-        """(K, N) reactions `q, p` of the bonded contact at the first slip towards each corner; NaN where none slips; in space q is (K, N, 2)."""
+        """(K, N) reactions `q, p` at the first slip towards each corner; NaN where none slips; in space q is (K, N, 2)."""
         factor = np.array([event.load_factor if event.node is not None else np.nan for event in self.slips])
-        (q0, p0), (q1, p1) = self.cycle.unscaled_reactions(self.system), self.cycle.corner_reactions(self.system)
+        q0, p0, q1, p1 = self._loads
         return q0 + (factor * q1.T).T, p0 + (factor * p1.T).T
 
     def to_frame(self) -> "pd.DataFrame":
-        """The DataFrame of all 2K events, by corner: columns corner, event, load_factor, node (NA if it never happens), sense."""
-        events = [event for pair in zip(self.slips, self.separations, strict=True) for event in pair]
+        """The DataFrame of all events, by corner: columns corner, event, load_factor, node (NA if it never happens), sense."""
+        kinds = self.slips, self.separations, *([self.touches] if self.touches else [])
+        events = [event for corner in zip(*kinds, strict=True) for event in corner]
         return frame({name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__}, {"node": "Int64"})
 
     def _answer(self) -> Mapping[str, object]:
         slips, opens = (f"{len(nodes)} of {len(self.friction)} nodes" for nodes in (self.mean_slips, self.mean_opens))
-        return {"slip": self.slip, "separation": self.separation, "mean_slips": slips, "mean_opens": opens, "reason": self.reason}
+        touch = {} if self.touch is None else {"touch": self.touch}
+        return {"slip": self.slip, "separation": self.separation, **touch, "mean_slips": slips, "mean_opens": opens, "reason": self.reason}
 
     def _repr_html_(self) -> str:
         return f"{self.to_frame().to_html(index=False)}<p>{escape(self.reason)}</p>"
 
 
-@warns_of_odd_values
-def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Onset:
-    """Find the first slip and the first separation of the bonded contact as the load grows towards each corner, `lam >= 0`.
-
-    The load at a corner is `mean + fixed + lam * corner`, see `LoadCycle`. Closed form, node by node: slip starts where `|q| = f p`, against q (in
-    space the root of a quadratic), separation where `p = 0`. Theory, eq. (6).
-
-    Parameters
-    ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
+def onset_from(system: ContactSystem, cycle: LoadCycle, friction: Array, state: ContactState | None = None) -> Onset:
+    """The onset of the bonded contact, or of one that stands in a state under the mean load; friction is (N,).
 
     Raises
     ------
-    ModelError
-        Bad friction, no load cycle, or a load case that the system lacks.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> bonded = {"P": ([0.0, 0.0], [1.0, 2.0]), "Q": ([1.0, 1.0], [0.0, 0.0])}
-    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0], [0, 0]], [[2, 0], [0, 2]], [0, 1], bonded)
-    >>> first = fo.onset(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), friction=0.5)
-    >>> first.slip
-    OnsetEvent(corner=0, event=slip, load_factor=0.5, node=0, sense=-1)
-    >>> first.to_frame()
-       corner       event  load_factor  node  sense
-    0       0        slip          0.5     0     -1
-    1       0  separation          inf  <NA>      0
-    2       1        slip          0.5     0      1
-    3       1  separation          inf  <NA>      0
+    NoContinuation
+        Nothing holds the open nodes of the state against a load.
     """
-    f = friction_coefficients(friction, checked_system(system).nodes)
-    unscaled, corners = checked_cycle(cycle).unscaled_reactions(system), cycle.corner_reactions(system)
-    p0 = unscaled[1]
-    floor = ROUNDING * float(np.abs(p0).mean())
-    slips, separations, residual = [], [], 0.0
-    beginnings = (np.broadcast_to(part, one.shape) for part, one in zip(unscaled, corners, strict=True))
-    for corner, (q0, p0, q1, p1) in enumerate(zip(*beginnings, *corners, strict=True)):
-        slips.append(_first_slip(corner, system, (q0, f * p0), (q1, f * p1), floor))
-        separations.append(_first_separation(corner, system, p0, p1, floor))
-        lam = min(slips[-1].load_factor, separations[-1].load_factor)
+    parts, f = _rates(system, cycle, state), friction
+    (q0, p0, _), corners = parts[:3], parts[3:]
+    force = float(np.abs(p0).mean())
+    floor = (ROUNDING if state is None else RESIDUAL) * force  # a settled state has nodes at their bounds
+    events: tuple[list[OnsetEvent], ...] = [], [], []
+    residual, still = 0.0, 0 if system.tangents == 1 else (0.0, 0.0)
+    beginnings = (np.broadcast_to(part, one.shape) for part, one in zip(parts[:3], corners, strict=True))
+    for corner, (q, p, w, q1, p1, w1) in enumerate(zip(*beginnings, *corners, strict=True)):
+        events[0].append(_first_slip(corner, system, (q, f * p), (q1, f * p1), floor))
+        events[1].append(OnsetEvent(corner, "separation", *_least(_reach_zero(p, p1, floor)), still))
+        if state is not None and state.open.any():
+            events[2].append(OnsetEvent(corner, "touch", *_least(_reach_zero(w, w1, floor / system.stiffness_scale)), still))
+        lam = min(part[-1].load_factor for part in events if part)
         lam = lam if np.isfinite(lam) else 0.0
         unit = max(lam, 1.0)  # the load itself may be too large for a number
-        residual = max(residual, _violation(f, q0 / unit + lam / unit * q1, p0 / unit + lam / unit * p1))
-    slack = (f * unscaled[1] - lengths(*unscaled)).min(axis=0)
-    return Onset(tuple(slips), tuple(separations), _below(slack, floor), _below(unscaled[1].min(axis=0), floor), residual, system, cycle, f)
+        residual = max(residual, _violation(f, q / unit + lam / unit * q1, p / unit + lam / unit * p1))
+    mean_q, mean_p = cycle.unscaled_reactions(system)
+    small = ROUNDING * float(np.abs(mean_p).mean())
+    slack = (f * mean_p - lengths(mean_q, mean_p)).min(axis=0)
+    nodes = _below(slack, small), _below(mean_p.min(axis=0), small)
+    slips, separations, touches = (tuple(part) for part in events)
+    return Onset(slips, separations, *nodes, residual, system, cycle, f, touches, state, (q0, p0, *corners[:2]))
+
+
+def _rates(system: ContactSystem, cycle: LoadCycle, state: ContactState | None) -> tuple[Array, ...]:
+    """Shear forces, normal forces and gaps (K, N) at load factor 0, one row where all corners have the same, and what a load factor of 1 adds.
+
+    Closed nodes stick, and open ones follow the load without force. Gaps of closed nodes are inf: they do not touch.
+    """
+    begin, corners = cycle.unscaled_reactions(system), cycle.corner_reactions(system)
+    if state is None:
+        return *begin, np.full_like(begin[1], np.inf), *corners, np.zeros_like(corners[1])
+    axes, n = system.tangents + 1, system.nodes
+    out, S = np.tile(state.open, axes), system.S
+    loads = [joined(*pair) for pair in (reactions(system, cycle.unscaled), corners)]
+    loads[0] = loads[0] + S @ joined(state.slip, state.gap - system.gap)
+    found, still = list[Array](), np.zeros(n)
+    for load, apart in zip(loads, (np.where(state.open, state.gap, np.inf), still), strict=True):
+        moved = np.zeros_like(load)
+        moved[:, out] = -np.linalg.lstsq(S[np.ix_(out, out)], load[:, out].T, rcond=CONDENSATION)[0].T
+        r = load + moved @ S
+        if np.abs(r[:, out]).max(initial=0.0) > RESIDUAL * np.abs(load).max():
+            raise NoContinuation("onset: nothing holds the open nodes against the load; hold the bodies by supports, or press them")
+        r[:, out] = 0.0
+        found += [*parted(r, axes), apart + moved[:, -n:]]
+    return tuple(found)
 
 
 def _first_slip(corner: int, system: ContactSystem, mean: tuple[Array, Array], rate: tuple[Array, Array], floor: float) -> OnsetEvent:
@@ -203,11 +225,6 @@ def _first_slip(corner: int, system: ContactSystem, mean: tuple[Array, Array], r
     q = np.zeros(2) if node is None else q0[node] + load_factor * q1[node]
     size = float(np.linalg.norm(q))
     return OnsetEvent(corner, "slip", load_factor, node, (0.0 - float(q[0]) / size, 0.0 - float(q[1]) / size) if size > 0 else (0.0, 0.0))
-
-
-def _first_separation(corner: int, system: ContactSystem, p0: Array, p1: Array, floor: float) -> OnsetEvent:
-    """First load factor at which a pressure falls to zero."""
-    return OnsetEvent(corner, "separation", *_least(_reach_zero(p0, p1, floor)), 0 if system.tangents == 1 else (0.0, 0.0))
 
 
 def reach(q0: Array, g0: Array, q1: Array, g1: Array) -> Array:

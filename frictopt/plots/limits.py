@@ -23,7 +23,10 @@ def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
     """Shear over friction bound of the bonded contact at the first slip towards each corner (in space, the first of all); what slips is circled."""
     in_space = onset.system.tangents == 2
     (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
-    axes.set_title("bonded contact at the onset of slip" if onset.mean_admissible else "bonded contact; the mean load alone makes it slip or pulls")
+    settled = (
+        "contact under the settled mean load, at the onset of slip" if onset.state else "bonded contact; the mean load alone makes it slip or pulls"
+    )
+    axes.set_title("bonded contact at the onset of slip" if onset.mean_admissible else settled)
     nodes = {event.corner: event.node for event in onset.slips if event.node is not None}
     if not nodes:
         return no_lines(axes, "no corner makes a node slip")
