@@ -279,6 +279,9 @@ FAULTS = (
     Fault("histories/wear.py", "a jump of first order", "1.5 * first + 0.5 * second", "1.0 * first + 0.0 * second", "wear"),
     Fault("histories/wear.py", "wear by normal force and way as wear by work", "np.divide(k, f * system.width", "np.divide(k, system.width", "wear"),
     Fault("histories/wear.py", "the lost depth carried nothing", "bonded_p=state.bonded_p + p", "bonded_p=state.bonded_p", "wear"),
+    Fault("histories/worn_in.py", "the overlap of the last load alone", "for p in (first[-n:], last[-n:]):", "for p in (last[-n:],):", "worn_in"),
+    Fault("histories/worn_in.py", "the whole change of shear counts", "change / (2 * f)", "change / f", "worn_in"),
+    Fault("histories/worn_in.py", "nodes that overlap stay open", "u + gap < 0)", "False)", "worn_in"),
     Fault("histories/wear_history.py", "an open node presses", "np.where(state.gap > 0, 0.0, p)", "np.where(state.gap > 0, 1.0, p)", "wear"),
     Fault("transients/steady.py", "the way slid in both cycles of a period", "frozen(cycle.slid / run.period", "frozen(cycle.slid", "path_period"),
     # scenes

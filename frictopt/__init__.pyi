@@ -44,6 +44,7 @@ from .histories import (
     results,
     starts,
     wear,
+    worn_in,
 )
 from .limits import (
     GuaranteedModel,
@@ -130,5 +131,6 @@ __all__ = [
     "starts",
     "steady_state",
     "wear",
+    "worn_in",
     "write_paraview",
 ]

@@ -27,6 +27,7 @@ PAD = fo.ContactSystem(
 )
 TURNS = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}, {"Q": -1.0}])
 PUNCH, BLOCKS = fo.scenes.PunchOnHalfPlane(elements=4, growth=1.6).model(), fo.scenes.SquarePunch(elements=2, growth=2.0).model()
+FLAT = system(np.eye(2), np.zeros((2, 2)), 0.0, [1.0, 2.0], 1.0, 0.0)
 LIMIT = fo.shakedown_limit(*ASKED)
 EXAMPLES = [
     PAIR,
@@ -57,6 +58,7 @@ EXAMPLES = [
     fo.limit_after_protocol(*ASKED, scan=3, protocol=[fo.starts.LoadStep({"mean": 2.0}, {"cyclic": 1.0})]),
     fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.95}, samples=2),
     fo.wear(replace(PAIR, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1),
+    fo.worn_in(FLAT, CYCLE, 0.5, 0.8),
     fo.shakedown_limit(PAD, TURNS, 0.5),
     fo.safe_slip(PAD, TURNS, 0.5, 0.3),
     fo.steady_state(PAD, TURNS, 0.5, 3.0),

@@ -49,6 +49,8 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "results.SteadyState.fretting_table": "fretting",
     "wear": "wear",
     "results.WearHistory": "wear",
+    "worn_in": "wornin",
+    "results.WornIn": "wornin",
 }
 
 

@@ -209,6 +209,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
     "GuaranteedLimit.verify": (fo.guaranteed_limit(**ASKED).verify, {"starts": 2, "moved": 1}),
     "wear": (fo.wear, {**ASKED, "system": WORN, "load_factor": 0.9, "coefficient": 0.01, "cycles": 5}),
+    "worn_in": (fo.worn_in, {**ASKED, "system": UNCOUPLED_CONTACT, "load_factor": 0.1}),
     "ExactIncrement": (fo.increments.ExactIncrement, {"system": CONTACT, "friction": FRICTION}),
     "FrozenBoundIncrement": (fo.increments.FrozenBoundIncrement, {"system": CONTACT, "friction": FRICTION}),
     "FrozenBoundIncrement.solve": (fo.increments.FrozenBoundIncrement(CONTACT, FRICTION).solve, INCREMENT),

@@ -21,6 +21,7 @@ pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
 
 F = 0.6
 PAIR = system(*FIRST_PAIR)
+FLAT = system(np.eye(2), np.zeros((2, 2)), 0.0, [1.0, 2.0], 1.0, 0.0)
 FOUR_CORNERS = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"other": 1.0}, {"cyclic": -1.0}, {"other": -1.0}])
 MANY = fo.LoadCycle({"mean": 1.0}, [{"cyclic": np.cos(t), "other": np.sin(t)} for t in np.linspace(0, 6, 20)])
 FIVE = random_system(np.random.default_rng(3), 5, ("mean", "cyclic", "other"))
@@ -322,6 +323,7 @@ def every():
         "LimitAfterProtocol": (fo.limit_after_protocol(PAIR, CYCLE, F, start="worst", scan=4), 1),
         "LeastExcursion": (fo.least_excursion(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2), 1),
         "WearHistory": (fo.wear(replace(PAIR, width=[1.0, 2.0]), CYCLE, F, 1.5, coefficient=0.01, cycles=1), 3),
+        "WornIn": (fo.worn_in(FLAT, CYCLE, F, 0.8), 1),
         "scene": (SCENES["punch"], 1),
         "BodyFields": (SCENES["punch"].model().recover({"P": 1.0}, slip=np.zeros(5)), 1),
     }

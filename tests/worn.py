@@ -36,3 +36,15 @@ def plain_rate(steady, coefficient):
     slip, p = states.slip.reshape(*states.p.shape, -1), states.p
     ways = np.linalg.norm(np.diff(slip, axis=0), axis=2) * (states.gap[1:] == 0)
     return coefficient * ((p[1:] + p[:-1]) / 2 * ways).sum(axis=0) / steady.period / steady.system.width
+
+
+def sphere(cells, half_length):
+    """A sphere under forces, whose contact has the radius 1 before wear, its load cycle, and the load factor at half of gross slip."""
+    arrays = fo.reference.half_space_contact(cells, half_length, R=1.0, E=1.0, nu=0.0)
+    S, P = arrays["S"], 2 / 3
+    rigid = np.kron(np.eye(3), np.ones((len(S) // 3, 1)))
+    held = S @ rigid
+    shares = held @ np.linalg.inv(rigid.T @ held)  # of the nodes in a force on the far end, which is free
+    S, width = S - shares @ held.T, np.full(len(S) // 3, (2 * half_length / cells) ** 2)
+    system = fo.ContactSystem((S + S.T) / 2, arrays["points"], {"P": shares[:, 2], "Q": shares[:, 0]}, gap=arrays["gap"], width=width)
+    return system, fo.LoadCycle({"P": P}, [{"Q": 1.0}, {"Q": -1.0}]), F, 0.5 * F * P

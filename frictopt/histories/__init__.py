@@ -9,6 +9,7 @@ from .protocols import LimitAfterProtocol, limit_after_protocol
 from .store import DamagedRows, read_store
 from .wear import wear
 from .wear_history import WearHistory
+from .worn_in import WornIn, worn_in
 
 __all__ = [
     "DamagedRows",
@@ -17,6 +18,7 @@ __all__ = [
     "LeastExcursion",
     "LimitAfterProtocol",
     "WearHistory",
+    "WornIn",
     "dissipation_range",
     "dissipation_study",
     "least_excursion",
@@ -25,4 +27,5 @@ __all__ = [
     "results",
     "starts",
     "wear",
+    "worn_in",
 ]

@@ -8,6 +8,7 @@ from .excursion import LeastExcursion
 from .guarantee import GuaranteeCheck
 from .protocols import LimitAfterProtocol
 from .wear_history import WearHistory
+from .worn_in import WornIn
 
 __all__ = [
     "Attempt",
@@ -31,4 +32,5 @@ __all__ = [
     "Trajectory",
     "Verdict",
     "WearHistory",
+    "WornIn",
 ]

@@ -4,11 +4,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from ..histories import WearHistory
+from ..histories import WearHistory, WornIn
 from .along import label_contacts, lines
 from .picture import picture
 from .spatial import FACE, depth_map
-from .style import BLACK, GREY, AxesArray, legend, new_axes, series
+from .style import ALONG, BLACK, GREY, AxesArray, legend, new_axes, series
 
 __all__: list[str] = []
 
@@ -41,6 +41,23 @@ def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
         depth.set_xlabel("")
     _work(work, history)
     return np.array(panels)
+
+
+@picture.register
+def _worn_in(end: WornIn, ax: Axes | AxesArray | None = None) -> Axes:
+    """Depth worn off along the contact, and the nodes that never slip; in space a map of the depth."""
+    system = end.system
+    (axes,) = new_axes(ax, size=FACE if system.tangents == 2 else ALONG)
+    axes.set_title(f"worn in: {int(end.stick.sum())} of {system.nodes} nodes never slip")
+    if system.tangents == 2:
+        depth_map(axes, system, end.depth)
+        return axes
+    lines(axes, system, end.depth, color=BLACK, label="depth worn off")
+    lines(axes, system, np.where(end.stick, 0.0, np.nan), color=series(0)["color"], lw=3.0, label="never slips")
+    axes.set_ylabel("depth worn off (length)")
+    label_contacts(axes, system)
+    legend(axes)
+    return axes
 
 
 def _work(axes: Axes, history: WearHistory) -> None:

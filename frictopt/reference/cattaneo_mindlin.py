@@ -78,7 +78,9 @@ class LineContact:
     C. Cattaneo (1938), Sul contatto di due corpi elastici: distribuzione locale degli sforzi, Rendiconti dell'Accademia Nazionale dei Lincei 27.
     R. D. Mindlin (1949), Compliance of elastic bodies in contact, Journal of Applied Mechanics 16, 259-268. R. D. Mindlin and H. Deresiewicz
     (1953), Elastic spheres in contact under varying oblique forces, Journal of Applied Mechanics 20, 327-344: cycles and their work, for
-    spheres. K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the cylinder.
+    spheres. K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the cylinder. M. Ciavarella (1998), The generalized Cattaneo partial
+    slip plane contact problem, International Journal of Solids and Structures 35, 2349-2362; V. L. Popov (2014), Analytic solution for the limiting
+    shape of profiles due to fretting wear, Scientific Reports 4, 3749: worn contacts.
 
     Examples
     --------
@@ -162,6 +164,29 @@ class LineContact:
         # For a small share the three terms cancel to z^3 / 6: add up what is left of them.
         bracket = z - z**2 / 2 + (1 - z) * log1p(-z) if z > 0.1 else sum(z**k / (k * (k - 1)) for k in range(3, 25))
         return 4 * (self.f * self.P) ** 2 / (pi * self.E_star) * bracket
+
+    def worn_depth(self, x: ArrayLike, Q0: float) -> Array:
+        """Depth worn off at x, length, any shape, once shear between `-Q0` and `Q0` has worn the cylinder in.
+
+        The stick zone stays, and in the end it carries the whole force. With `c = a sqrt(1 - |Q0| / (f P))` (Ciavarella 1998, Popov 2014)::
+
+            h = (a^2 arccosh(|x| / c) - |x| sqrt(x^2 - c^2)) / (2 R)     where that is positive
+        """
+        a, c, x = self.half_width, self.stick_half_width(Q0), np.abs(finite_array("x", x))
+        far = np.maximum(x, c)
+        depth: Array = np.maximum(a**2 * np.arccosh(far / c) - far * np.sqrt(far**2 - c**2), 0.0) / (2 * self.R)
+        return depth
+
+    def worn_pressure(self, x: ArrayLike, Q0: float) -> Array:
+        """Pressure at x, length, any shape, of the cylinder worn in: that of Hertz under `P - |Q0| / f`, and of a flat punch under the rest, stress.
+
+        Zero outside the stick zone, infinite at its edge.
+        """
+        c, x = self.stick_half_width(Q0), finite_array("x", x)
+        root = np.sqrt(np.maximum(c**2 - x**2, 0.0))
+        with np.errstate(divide="ignore"):
+            punch = abs(float(Q0)) / self.f / (pi * root)
+        return np.where(np.abs(x) <= c, self.E_star / (2 * self.R) * root + punch, 0.0)
 
     def _share(self, name: str, Q: float) -> float:
         share = abs(finite_number(name, Q)) / (self.f * self.P)

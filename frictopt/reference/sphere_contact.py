@@ -3,7 +3,10 @@
 from dataclasses import dataclass, fields
 from math import pi
 
-from ..contact.checks import finite_number
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..contact.checks import Array, finite_array, finite_number
 from ..errors import ModelError
 
 __all__ = ["SphereContact"]
@@ -38,7 +41,8 @@ class SphereContact:
     References
     ----------
     R. D. Mindlin and H. Deresiewicz (1953), Elastic spheres in contact under varying oblique forces, Journal of Applied Mechanics 20, 327-344.
-    K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, sections 4.2 and 7.4.
+    K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, sections 4.2 and 7.4. V. L. Popov (2014), Analytic solution for the limiting
+    shape of profiles due to fretting wear, Scientific Reports 4, 3749: the worn sphere.
 
     Examples
     --------
@@ -96,6 +100,27 @@ class SphereContact:
         if x < _SMALL:
             return 0.9 * unit * _series(x)
         return float(0.9 * unit * (1 - (1 - x) ** (5 / 3) - 5 * x / 6 * (1 + (1 - x) ** (2 / 3))))
+
+    def worn_depth(self, r: ArrayLike, Q: float) -> Array:
+        """Depth worn off at distance r from the middle, length, any shape, once shear between -Q and Q has worn the sphere in.
+
+        The stick zone stays, and in the end it carries the whole force: the sphere indents by d more, as a flat punch of radius c does. With
+        `c = a (1 - Q / (f P))^(1/3)` and `d = 2 (a^3 - c^3) / (3 R c)` (Popov 2014), outside of c and where it is positive::
+
+            h = c^2/R + d - r^2/(2R) - ((2 c^2 - r^2) arcsin(c/r) + r c sqrt(1 - c^2/r^2)) / (pi R) - (2 d / pi) arcsin(c/r)
+
+        Raises
+        ------
+        ModelError
+            Q not below f P, or negative, or r that is not real and finite.
+        """
+        x = finite_number("Q", Q, least=0.0, below=self.f * self.P) / (self.f * self.P)
+        a, R, place = self.half_width, self.R, np.abs(finite_array("r", r))
+        c = a * (1 - x) ** (1 / 3)
+        d, far = 2 * (a**3 - c**3) / (3 * R * c), np.maximum(place, c)
+        angle = np.arcsin(c / far)
+        lifted = ((2 * c**2 - far**2) * angle + c * np.sqrt(far**2 - c**2)) / (pi * R)
+        return np.where(place > c, np.maximum(c**2 / R + d - far**2 / (2 * R) - lifted - 2 * d / pi * angle, 0.0), 0.0)
 
 
 def _series(x: float) -> float:

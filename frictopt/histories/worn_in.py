@@ -1,0 +1,212 @@
+"""What a contact wears into, without simulation, where a theorem says so."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
+from ..contact.answers import Outcome
+from ..contact.checks import Array, Booleans, finite_number, frozen
+from ..contact.cycle import checked_cycle, reactions
+from ..contact.odd_values import warns_of_odd_values
+from ..contact.parts import joined
+from ..contact.record import Recorded, SolveRecord
+from ..contact.show import Plotted, frame, places
+from ..contact.system import checked_system
+from ..contact.tolerances import CONDENSATION, RESIDUAL
+from ..errors import ModelError, SolverError
+from ..transients import SteadyState, steady_state
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["WornIn", "worn_in"]
+
+_TURNS = 100  # sets of closed nodes tried
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WornIn(Recorded, Plotted):
+    """The contact that wear ends at: it rests, and its worn nodes carry nothing.
+
+    Theory, eq. (29).
+
+    Attributes
+    ----------
+    steady
+        Its steady state, at rest. Its contact is worn, and takes every other question.
+    depth
+        (N,) depth worn off at each node, of both bodies together, length; a billionth of the largest more than the theorem says, so that worn nodes
+        are open for every other question.
+    stick
+        (N,) which nodes never slip while the contact wears; it is confined to them in the end.
+    record
+        That of its steady state.
+    proven
+        True: the conditions of the theorem were checked, and the worn contact is at rest.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> arrays = fo.reference.half_plane_contact(nodes=32, half_length=1.0, E_star=1e5, R=100.0)  # a cylinder; N and mm
+    >>> cylinder = fo.ContactSystem.from_blocks(**arrays)
+    >>> cycle = fo.LoadCycle({"P": 400.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    >>> end = fo.worn_in(cylinder, cycle, friction=0.5, load_factor=100.0)
+    >>> f"{end.depth.max():.2e}", f"{end.depth[end.stick].max():.2e}"
+    ('6.12e-04', '0.00e+00')
+    """
+
+    steady: SteadyState = field(repr=False)
+    depth: Array
+    stick: Booleans
+    record: SolveRecord
+    proven: bool = True
+
+    @property
+    def system(self) -> ContactSystem:
+        """The worn contact."""
+        return self.steady.system
+
+    @property
+    def state(self) -> ContactState:
+        """Its state at the last corner of a load cycle, from which another transient may start."""
+        return self.steady.state
+
+    def to_frame(self) -> "pd.DataFrame":
+        """The DataFrame of the nodes: columns node, x, stick, depth; in space x, y, z."""
+        return frame({"node": range(len(self.depth)), **places(self.system), "stick": self.stick, "depth": self.depth})
+
+    def _answer(self) -> Mapping[str, object]:
+        numbers = {"nodes": len(self.depth), "stick": int(self.stick.sum()), "largest_depth": float(self.depth.max())}
+        return {**numbers, "proven": self.proven, "residual": self.residual}
+
+
+@warns_of_odd_values
+def worn_in(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float) -> WornIn:
+    """What a contact of similar bodies wears into under an alternating load, by linear solves instead of a simulation.
+
+    In an uncoupled contact whose tangential stiffness is its normal one times a number, under loads that stay on one line, the stick zone is the
+    contact of the same bodies under the mean normal force less half the change of shear over friction (Ciavarella 1998, Jäger 1998). A larger gap
+    outside it does not change that contact: so the stick zone is the same however much is worn off, and outside it wear goes on as long as there is
+    pressure (Popov 2014). In the end the contact is confined to the stick zone. Theory, eq. (29). How many cycles that takes, `wear` says.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, the same at all nodes.
+    load_factor
+        Load factor, >= 0.
+
+    Raises
+    ------
+    ModelError
+        Bad input, or a contact that the theorem does not cover: the message says why. Use `wear` then.
+    SolverError
+        The worn contact does not rest, or has no steady state that passes the checks.
+
+    Notes
+    -----
+    M. Ciavarella 1998, Int. J. Solids Struct. 35, 2349-2362; J. Jäger 1998, J. Tribology 120, 677-684; V. L. Popov 2014, Sci. Rep. 4, 3749. Closed
+    forms: `fo.reference.LineContact.worn_depth` and `fo.reference.SphereContact.worn_depth`.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> arrays = fo.reference.half_plane_contact(nodes=32, half_length=1.0, E_star=1e5, R=100.0)  # a cylinder; N and mm
+    >>> cylinder = fo.ContactSystem.from_blocks(**arrays)
+    >>> cycle = fo.LoadCycle({"P": 400.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    >>> end = fo.worn_in(cylinder, cycle, friction=0.5, load_factor=100.0)
+    >>> f"{1e3 * end.depth.max():.2f} micrometres, {end.stick.sum()} nodes never slip"
+    '0.61 micrometres, 16 nodes never slip'
+    """
+    f = _similar(checked_system(system), friction)
+    first, last = _ends(system, checked_cycle(cycle), finite_number("load_factor", load_factor, least=0.0))
+    depth, stick = _profile(system, f, first, last)
+    depth[~stick & (depth > 0)] += RESIDUAL * depth.max()
+    steady = steady_state(system.with_gap(system.gap + depth), cycle, friction, load_factor)
+    if steady.outcome is not Outcome.SHAKEDOWN:
+        raise SolverError(f"worn_in: the worn contact does not rest, it dissipates {steady.dissipation:.1e} per cycle; use wear")
+    return WornIn(steady, frozen(depth), stick, steady.record)
+
+
+def _profile(system: ContactSystem, f: float, first: Array, last: Array) -> tuple[Array, Booleans]:
+    """Depth and stick set of the contact worn in under loads (M,) that go to and fro between two.
+
+    With the shear over friction taken off the bonded normal reactions::
+
+    p* = (p1 + p2) / 2 - |q2 - q1| / (2 f)          bonded normal reactions less the shear over friction
+    stick: where the contact of the unworn bodies under p* is closed
+    h = largest overlap outside, at both loads, of the contact that is confined to it, where p = 0 outside
+    """
+    n, C, gap = system.nodes, system.C, system.gap
+    shear = (last - first)[:-n].reshape(-1, n)
+    along = np.linalg.svd(shear)[0][:, 0]
+    change = along @ shear
+    if np.abs(shear - np.outer(along, change)).max() > CONDENSATION * np.abs(shear).max():
+        raise _not_covered("cycle: its shear does not act along one direction at all nodes")
+    normal = (first + last)[-n:] / 2 - np.sign(change.sum()) * change / (2 * f)
+    stick = _closed(C, normal, gap)
+    if not stick.any():
+        raise _not_covered("load_factor: no node sticks, the contact slides as a whole")
+    depth, out = np.zeros(n), ~stick
+    for p in (first[-n:], last[-n:]):
+        depth[out] = np.maximum(depth[out], -_confined(C, p, gap, stick)[out] - gap[out])
+    return depth, stick
+
+
+def _similar(system: ContactSystem, friction: ArrayLike) -> float:
+    """The one coefficient of friction of an uncoupled contact whose tangential stiffness is its normal one times a number."""
+    f = friction_coefficients(friction, system.nodes)
+    if not f.min() == f.max() > 0:
+        raise _not_covered(f"friction: from {f.min():g} to {f.max():g}")
+    A, B, C = system.A, system.B, system.C
+    if np.abs(B).max() > CONDENSATION * np.abs(A).max():
+        raise _not_covered("system: it is coupled, slip changes its pressures")
+    similar = np.kron(np.eye(system.tangents), C) * np.trace(A) / (system.tangents * np.trace(C) or 1.0)
+    if np.abs(A - similar).max() > CONDENSATION * np.abs(A).max():
+        raise _not_covered("system: its tangential stiffness is not its normal one times a number, as that of similar half-planes is")
+    return float(f[0])
+
+
+def _ends(system: ContactSystem, cycle: LoadCycle, load_factor: float) -> tuple[Array, Array]:
+    """The two loads (M,) between which those of a cycle stay, on a line."""
+    loads = joined(*reactions(system, cycle.corners))
+    far = loads - loads[0]
+    along = far[np.linalg.norm(far, axis=1).argmax()]
+    place = far @ along / (along @ along or 1.0)
+    if np.abs(far - np.outer(place, along)).max() > CONDENSATION * np.abs(loads).max():
+        raise _not_covered("cycle: its loads do not stay on one line")
+    mean = joined(*system.reaction(cycle.mean))
+    return mean + load_factor * loads[place.argmin()], mean + load_factor * loads[place.argmax()]
+
+
+def _confined(C: Array, p: Array, gap: Array, closed: Booleans) -> Array:
+    """(N,) `w - g0` of a contact without friction that is closed at some nodes and carries nothing at the others, whatever overlaps there."""
+    u, out = -gap, ~closed
+    if out.any():
+        u[out] = -np.linalg.solve(C[np.ix_(out, out)], p[out] - C[np.ix_(out, closed)] @ gap[closed])
+    return u
+
+
+def _closed(C: Array, p: Array, gap: Array) -> Booleans:
+    """Which nodes of a contact without friction are closed: pressed ones stay so, open ones that overlap close, until none changes."""
+    closed = np.ones(len(p), dtype=bool)
+    for _ in range(_TURNS):
+        u = _confined(C, p, gap, closed)
+        pressed = p + C @ u
+        now = np.where(closed, pressed > 0, u + gap < 0)
+        if not now.any():  # one node stays to hold a free body, and opens in the end if it is pulled
+            now[np.where(closed, pressed, -np.inf).argmax()] = True
+        if (now == closed).all():
+            return closed & (pressed > 0)
+        closed = now
+    raise SolverError(f"worn_in: the stick zone is not found within {_TURNS} sets of nodes; use wear")
+
+
+def _not_covered(why: str) -> ModelError:
+    return ModelError(f"{why}; no theorem gives the end of wear then: follow it by wear")

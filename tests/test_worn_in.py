@@ -1,0 +1,154 @@
+"""What a contact wears into, against closed forms, simulated wear, and the limit of the worn contact."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.histories.worn_in import _closed, _ends, _profile
+from worn import F, cylinder, on_edges, sphere
+
+CONTACT = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / np.pi, f=F)
+
+
+@pytest.mark.parametrize(
+    ("share", "depth", "place", "reach", "volume"),
+    [
+        (0.2, 0.023286795, 0.948683298, 1.055433428, 0.005206981),
+        (0.5, 0.112733123, 0.866025404, 1.169185932, 0.072625190),
+        (0.9, 0.499558852, 0.741619849, 1.516744044, 0.841107217),
+    ],
+)
+def test_the_closed_form_of_the_cylinder_has_the_tabled_values(share, depth, place, reach, volume):
+    x = np.linspace(0.0, 1.6, 1_600_001)
+    h = CONTACT.worn_depth(x, share * F)
+    assert h.max() == pytest.approx(depth, rel=1e-8) and x[h.argmax()] == pytest.approx(place, abs=2e-4)
+    assert x[h > 0].max() == pytest.approx(reach, abs=2e-6) and 2 * h.sum() * 1e-6 == pytest.approx(volume, rel=1e-6)
+    inner = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 20001)[1:-1]) * CONTACT.stick_half_width(share * F)
+    assert np.trapezoid(CONTACT.worn_pressure(inner, share * F), inner) == pytest.approx(1.0, rel=1e-3) and not CONTACT.worn_pressure(1.0, 0.25)
+
+
+def test_the_closed_form_of_the_sphere_has_the_tabled_values():
+    ball = fo.reference.SphereContact(P=2 / 3, R=1.0, E=1.0, nu=0.0, f=F)
+    r = np.linspace(0.0, 1.3, 130_001)
+    h = ball.worn_depth(r, F / 3)
+    assert h.max() == pytest.approx(0.094485, rel=1e-5) and r[h.argmax()] == pytest.approx(0.9064, abs=1e-4)
+    assert r[h > 0].max() == pytest.approx(1.136090606, abs=2e-5) and 2 * np.pi * (r * h).sum() * 1e-5 == pytest.approx(0.132157733, rel=1e-4)
+    with pytest.raises(fo.ModelError, match="Q: "):
+        ball.worn_depth(1.0, F)
+
+
+@pytest.mark.parametrize(("share", "stick"), [(0.2, 128), (0.5, 72), (0.9, 20)])
+def test_the_cylinder_converges_to_the_closed_form(share, stick):
+    """The stick zone ends on an edge of cells; half the cells, half the error."""
+    errors = []
+    for count in (stick // 2, stick):
+        end = fo.worn_in(*on_edges(count, 1.1 + 0.5 * share, share))
+        contact = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / np.pi, f=F)
+        x, width = end.system.x, end.system.width
+        form = contact.worn_depth(x, share * F)
+        assert end.proven and end.stick.sum() == 2 * count and np.array_equal(end.stick, np.abs(x) < contact.stick_half_width(share * F))
+        p = end.system.reaction({"P": 1.0, "Q": 0.0})[1] + end.system.C @ (end.state.gap - end.system.gap)
+        inner = np.abs(x) < 0.8 * contact.stick_half_width(share * F)
+        pressure = np.abs((p / width)[inner] / contact.worn_pressure(x[inner], share * F) - 1).max()
+        assert p[end.stick].sum() == pytest.approx(1.0, rel=1e-9)
+        errors.append([end.depth.max() / form.max() - 1, end.depth @ width / (form @ width) - 1, pressure])
+    coarse, fine = np.array(errors)
+    assert np.all(fine < (0.012 if share > 0.2 else 0.02)) and np.all(fine < 0.6 * coarse) and np.all(fine > 0)
+
+
+def test_the_worn_cylinder_is_at_its_limit():
+    """With its worn nodes open, from above, closer as the mesh is refined."""
+    limits = []
+    for count in (8, 16, 32):
+        contact = on_edges(count)
+        end = fo.worn_in(*contact)
+        limit = fo.separated_limit(end.system, *contact[1:3])
+        assert not (limit.open & end.stick).any()
+        limits.append(limit.load_factor / contact[3] - 1)
+    assert 0 < limits[2] < 0.04 and np.all(np.diff(limits) < 0) and limits[2] < 0.6 * limits[1]
+
+
+@pytest.mark.parametrize("corners", [({"Q": 1.0}, {"Q": -1.0}), ({"Q": 1.0}, {"Q": -0.4}), ({"Q": 0.5}, {"Q": 1.0}, {"Q": -1.0}, {"Q": 0.2})])
+def test_simulated_wear_ends_there(corners):
+    contact, cycle, f, load_factor = cylinder(32)
+    cycle = fo.LoadCycle(cycle.mean, corners)
+    end = fo.worn_in(contact, cycle, f, load_factor)
+    history = fo.wear(contact, cycle, f, load_factor, coefficient=1e-3, tolerance=1e-3, cycles=1e6)
+    assert history.worn_in and np.abs(history.depth[-1] - end.depth).max() < 1e-3 * end.depth.max()
+    assert history.steady.outcome is fo.Outcome.SHAKEDOWN or history.steady.dissipation < 1e-4 * history.to_frame()["work"].max()
+
+
+def test_under_a_varying_force_wear_comes_ever_closer():
+    """Only near the largest force there is pressure left in the end: what is missing falls with the cycles, tenfold in ten times as many."""
+    contact, cycle, f, load_factor = cylinder(24)
+    cycle = fo.LoadCycle(cycle.mean, [{"Q": 1.0, "P": 0.8}, {"Q": -1.0, "P": -0.8}])
+    end = fo.worn_in(contact, cycle, f, load_factor)
+    worn = [fo.wear(contact, cycle, f, load_factor, coefficient=1e-3, cycles=cycles).depth[-1] for cycles in (1e5, 1e6, 1e7)]
+    apart = [np.abs(depth - end.depth).max() / end.depth.max() for depth in worn]
+    assert apart[0] < 0.1 and apart[1] < 0.15 * apart[0] and apart[2] < 0.15 * apart[1]
+
+
+def test_the_sphere_in_space():
+    contact, cycle, f, load_factor = sphere(10, 1.3)
+    end = fo.worn_in(contact, cycle, f, load_factor)
+    history = fo.wear(contact, cycle, f, load_factor, coefficient=1.0, steps=1, tolerance=0.03, cycles=1e4)
+    assert np.abs(history.depth[-1] - end.depth).max() < 0.02 * end.depth.max()
+
+
+@pytest.mark.slow
+def test_the_sphere_wears_off_the_closed_forms_volume():
+    """In the mean over meshes: the stick zone is a number of square cells, and one percent of its radius is eleven of the volume."""
+    ball = fo.reference.SphereContact(P=2 / 3, R=1.0, E=1.0, nu=0.0, f=F)
+    ratios = []
+    for cells in (22, 24, 26, 28):
+        for half_length in (1.2, 1.25, 1.3):
+            contact, cycle, f, load_factor = sphere(cells, half_length)
+            depth, _ = _profile(contact, f, *_ends(contact, cycle, load_factor))
+            r = np.linspace(0.0, 1.3, 13001)
+            ratios.append(depth @ contact.width / (2 * np.pi * (r * ball.worn_depth(r, load_factor)).sum() * 1e-4))
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_closed_nodes_are_those_of_the_enumeration_of_all_sets(seed):
+    """Also where opening one node closes another."""
+    rng = np.random.default_rng(seed)
+    G, p, gap = rng.normal(size=(4, 4)), rng.normal(size=4) + 0.5, rng.uniform(0, 0.5, 4)
+    C = G @ G.T + 2.0 * np.eye(4)
+    found = []
+    for closed in map(np.array, product([False, True], repeat=4)):
+        u = -gap
+        if not closed.all():
+            out = np.ix_(~closed, ~closed)
+            u[~closed] = np.linalg.solve(C[out], C[np.ix_(~closed, closed)] @ gap[closed] - p[~closed])
+        if ((p + C @ u)[closed] > 0).all() and (u + gap)[~closed].min(initial=0.0) >= 0:
+            found.append(closed)
+    (only,) = found
+    assert np.array_equal(_closed(C, p, gap), only)
+
+
+COARSE = cylinder(16)
+PAIR = fo.ContactSystem.from_blocks(
+    [[2.0, 0.0], [0.0, 2.0]], [[0.1, 0.0], [0.0, 0.1]], np.eye(2), [0.0, 1.0], {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])}
+)
+UNLIKE = fo.ContactSystem.from_blocks(
+    [[2.0, -1.0], [-1.0, 2.0]], np.zeros((2, 2)), np.eye(2), [0.0, 1.0], {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])}
+)
+ROUND = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"P": 1.0}, {"Q": -1.0}])
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ((PAIR, COARSE[1], F, 0.5), "system: it is coupled"),
+        ((UNLIKE, COARSE[1], F, 0.5), "system: its tangential stiffness"),
+        ((COARSE[0], COARSE[1], np.linspace(0.4, 0.5, 16), 0.1), "friction: from 0.4 to 0.5"),
+        ((COARSE[0], ROUND, F, 0.1), "cycle: its loads do not stay on one line"),
+        ((COARSE[0], COARSE[1], F, 0.6), "load_factor: no node sticks"),
+    ],
+)
+def test_other_contacts_are_refused_and_referred_to_wear(asked, said):
+    with pytest.raises(fo.ModelError, match=f"{said}.*follow it by wear"):
+        fo.worn_in(*asked)
