@@ -42,7 +42,7 @@ def reduced(K, F, interface, unknowns, points):
 
 def test_a_free_block_on_a_held_one():
     K, F, interface, unknowns, points, held = problem()
-    S, bonded = reduced(K, F, interface, unknowns, points)
+    S, bonded, _ = reduced(K, F, interface, unknowns, points)
     R = np.column_stack([bonded["0"], bonded["1"]])
     free = np.setdiff1d(np.arange(K.shape[0]), held)
     G = np.zeros((27, K.shape[0]))
