@@ -54,6 +54,10 @@ FAULTS = (
           "self.compliance + 0 * self._reactions.T @ (give", "compliance"),
     Fault("fem/model.py", "moved supports do no work of their own", "moved.T @ (pulls - drawn)", "moved.T @ pulls", "compliance"),
     Fault("transients/outcome.py", "a steady cycle begins at the mean load", "last = self.cycle.at(self.load_factor)[-1]", "last = {}", "compliance"),
+    Fault("histories/damping.py", "damping of half the loss", "work / (2 * np.pi * force", "work / (4 * np.pi * force", "damping"),
+    Fault("histories/damping.py", "the displacement is the whole range", "@ self.reactions) / 2)", "@ self.reactions))", "damping"),
+    Fault("histories/damping.py", "the range holds the settled start alone", "states += found.steady_states", "states += []", "damping"),
+    Fault("fem/modal.py", "a mode of any mass", "load / np.sqrt(mass)", "load", "damping"),
     # reference
     Fault("reference/cattaneo_mindlin.py", "slip from the wrong root", "c**2 * np.arccosh(beyond / c)", "c * np.arccosh(beyond / c)", "reference_*"),
     Fault("reference/uncoupled.py", "sign of the coupling", "strength=f * (p0 - d * q0)", "strength=f * (p0 + d * q0)", "reference_limits"),

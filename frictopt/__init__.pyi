@@ -26,6 +26,7 @@ from .fem import (
     Support,
     Traction,
     condense,
+    modal_load,
     read_abaqus,
     read_ansys,
     read_calculix,
@@ -36,6 +37,7 @@ from .fem import (
 )
 from .histories import (
     DamagedRows,
+    damping_curve,
     dissipation_range,
     dissipation_study,
     least_excursion,
@@ -101,6 +103,7 @@ __all__ = [
     "Support",
     "Traction",
     "condense",
+    "damping_curve",
     "dissipation_range",
     "dissipation_study",
     "guaranteed_limit",
@@ -108,6 +111,7 @@ __all__ = [
     "least_excursion",
     "limit_after_protocol",
     "march",
+    "modal_load",
     "onset",
     "order_preserving",
     "plot_study",

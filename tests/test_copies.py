@@ -55,6 +55,7 @@ EXAMPLES = [
     fo.march(PUNCH.condense(), fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}]), 0.5, 1.0, cycles=1).loop("Q"),
     fo.guaranteed_limit(*ASKED).verify(starts=3, moved=1),
     fo.dissipation_range(*ASKED, 0.8),
+    fo.damping_curve(*ASKED, [0.5, 0.8], natural_frequency=1.0),
     fo.limit_after_protocol(*ASKED, scan=3, protocol=[fo.starts.LoadStep({"mean": 2.0}, {"cyclic": 1.0})]),
     fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.95}, samples=2),
     fo.wear(replace(PAIR, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1),

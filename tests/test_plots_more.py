@@ -100,3 +100,18 @@ def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():
     assert np.array_equal(line.get_xdata(), loop.displacement) and np.array_equal(line.get_ydata(), loop.amplitude)
     turned = np.isin(events.get_ydata(), loop.amplitude[1:][loop.slipping[1:] != loop.slipping[:-1]])
     assert len(turned) >= 2 and turned.all() and f"{loop.area:.4g}" in line.get_label()
+
+
+def test_a_damping_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
+    limit = fo.shakedown_limit(PUNCH, PULL, F).load_factor
+    curve = fo.damping_curve(PUNCH, PULL, F, limit * np.array([0.5, 0.9, 1.2]))
+    above, below = curve.plot()
+    for ax, name in ((above, "frequency"), (below, "damping")):
+        line, *limits = ax.get_lines()[:3]
+        assert ax.get_xscale() == "log" and np.array_equal(line.get_xydata(), np.column_stack([curve.load_factor, getattr(curve, name)]))
+        assert sorted(one.get_xdata()[0] for one in limits) == [curve.guaranteed_limit, curve.shakedown_limit]
+        (band,) = ax.collections
+        reach = band.get_datalim(ax.transData)
+        assert reach.ymin == pytest.approx(getattr(curve, f"least_{name}").min()) and reach.ymax == pytest.approx(
+            getattr(curve, f"most_{name}").max()
+        )

@@ -7,6 +7,7 @@ from .contacts import Contact, Interference
 from .elasticity import Material
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
 from .matrices import MatrixJob, read_abaqus, read_ansys, read_calculix, read_mesh, read_nastran
+from .modal import modal_load
 from .model import ContactModel
 from .paraview import write_paraview
 from .recovery import BodyFields
@@ -29,6 +30,7 @@ __all__ = [
     "Support",
     "Traction",
     "condense",
+    "modal_load",
     "read_abaqus",
     "read_ansys",
     "read_calculix",

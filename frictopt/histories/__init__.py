@@ -1,6 +1,7 @@
 """Histories: what follows from many transients."""
 
 from . import results, starts
+from .damping import DampingCurve, damping_curve
 from .dissipation import dissipation_study
 from .dissipation_range import DissipationRange, dissipation_range
 from .excursion import LeastExcursion, least_excursion
@@ -13,12 +14,14 @@ from .worn_in import WornIn, worn_in
 
 __all__ = [
     "DamagedRows",
+    "DampingCurve",
     "DissipationRange",
     "GuaranteeCheck",
     "LeastExcursion",
     "LimitAfterProtocol",
     "WearHistory",
     "WornIn",
+    "damping_curve",
     "dissipation_range",
     "dissipation_study",
     "least_excursion",

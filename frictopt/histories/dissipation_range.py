@@ -74,6 +74,11 @@ class DissipationRange(Shown, Plotted):
     problem: object = field(repr=False)
     _orbits: tuple[Orbit, ...] = field(repr=False)
 
+    @property
+    def steady_states(self) -> list[SteadyState]:
+        """One steady state of each work of friction found, the least first."""
+        return [orbit.state for orbit in Search.levels(list(self._orbits)) if orbit.state is not None]
+
     def to_frame(self) -> pd.DataFrame:
         """One row for each start that the search began with, and for each end of a search.
 

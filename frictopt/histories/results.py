@@ -3,6 +3,7 @@
 from ..contact import Attempt, Onset, OnsetEvent, OrderPreserving, SolveRecord, Verdict
 from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import LoadLoop, SteadyState, Trajectory
+from .damping import DampingCurve
 from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
 from .guarantee import GuaranteeCheck
@@ -12,6 +13,7 @@ from .worn_in import WornIn
 
 __all__ = [
     "Attempt",
+    "DampingCurve",
     "DissipationRange",
     "GuaranteeCheck",
     "GuaranteedLimit",

@@ -55,7 +55,7 @@ class WornRow(NamedTuple):
 class WearHistory(Recorded, Plotted):
     """A contact while it wears: its steady states before the first jump of cycles and after each one.
 
-    Theory, eq. (28).
+    Theory, eq. (29).
 
     Attributes
     ----------

@@ -32,7 +32,7 @@ _TURNS = 100  # sets of closed nodes tried
 class WornIn(Recorded, Plotted):
     """The contact that wear ends at: it rests, and its worn nodes carry nothing.
 
-    Theory, eq. (29).
+    Theory, eq. (30).
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ def worn_in(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_f
     In an uncoupled contact whose tangential stiffness is its normal one times a number, under loads that stay on one line, the stick zone is the
     contact of the same bodies under the mean normal force less half the change of shear over friction (Ciavarella 1998, Jäger 1998). A larger gap
     outside it does not change that contact: so the stick zone is the same however much is worn off, and outside it wear goes on as long as there is
-    pressure (Popov 2014). In the end the contact is confined to the stick zone. Theory, eq. (29). How many cycles that takes, `wear` says.
+    pressure (Popov 2014). In the end the contact is confined to the stick zone. Theory, eq. (30). How many cycles that takes, `wear` says.
 
     Parameters
     ----------

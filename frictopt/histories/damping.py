@@ -1,0 +1,253 @@
+"""Frequency and damping of a joint against the amplitude of its load, and their range over the residual slips."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..contact.answers import Outcome
+from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen
+from ..contact.cycle import checked_cycle, reactions
+from ..contact.parts import joined
+from ..contact.show import Plotted, Shown
+from ..contact.system import checked_system
+from ..contact.tolerances import ROUNDING
+from ..errors import ModelError, NoContinuation
+from ..limits import guaranteed_limit, shakedown_limit
+from ..transients import SteadyState, steady_state
+from .dissipation_range import dissipation_range
+
+__all__ = ["DampingCurve", "damping_curve"]
+
+_SAME_MODE = 1e-2  # two natural frequencies of one mode differ by less: codes write them with few digits
+_COLUMNS = ("load_factor", "displacement", "stiffness", "frequency", "work", "damping")
+_RANGE = ("least_damping", "most_damping", "least_frequency", "most_frequency")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DampingCurve(Shown, Plotted):
+    """Frequency and damping of a contact at rising amplitudes of its load.
+
+    Attributes
+    ----------
+    load_factor
+        (K,) amplitudes of the load.
+    displacement
+        (K,) half the range of the load's displacement over the steady cycle that a contact without residual slip reaches.
+    stiffness
+        (K,) secant stiffness, load factor over displacement.
+    frequency
+        (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time: the frequency of the joint if the load is that of a mass-normalised mode.
+    work, damping
+        (K,) work of friction per cycle, and the damping ratio `work / (2 pi load_factor displacement)`.
+    exponent
+        (K,) `d ln work / d ln load_factor`, from the neighbouring load factors; NaN where one of them has no work.
+    least_damping, most_damping, least_frequency, most_frequency
+        (K,) the least and the largest values of all steady states found over the residual slips, see `dissipation_range`: they occur; the true range
+        may be wider. NaN without a range.
+    natural_frequency
+        Frequency of the glued contact, at amplitude zero.
+    guaranteed_limit, shakedown_limit
+        Load factors below which the damping is zero from every start, and above which it is from none; NaN for a guaranteed limit in space.
+    residual
+        Largest residual of the steady states. At most 1e-9.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
+    >>> slider = fo.ContactSystem.from_blocks([[3.0]], [[0.0]], [[1.0]], [0.0], loads, compliance=[[0, 0], [0, 1]])
+    >>> cycle = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
+    >>> curve = fo.damping_curve(slider, cycle, friction=0.5, load_factors=[0.4, 1.0])
+    >>> curve.to_frame()[["load_factor", "displacement", "work"]].round(6)
+       load_factor  displacement      work
+    0          0.4      0.400000  0.000000
+    1          1.0      1.166667  0.333333
+    """
+
+    load_factor: Array
+    displacement: Array
+    stiffness: Array
+    frequency: Array
+    work: Array
+    damping: Array
+    exponent: Array
+    least_damping: Array
+    most_damping: Array
+    least_frequency: Array
+    most_frequency: Array
+    natural_frequency: float
+    guaranteed_limit: float
+    shakedown_limit: float
+    residual: float
+
+    def to_frame(self) -> pd.DataFrame:
+        """The DataFrame of the load factors, one row each: columns load_factor, displacement, .., most_frequency, exponent."""
+        return pd.DataFrame({name: getattr(self, name) for name in (*_COLUMNS, *_RANGE, "exponent")})
+
+    def _answer(self) -> Mapping[str, object]:
+        most = {"largest_damping": float(self.damping.max()), "least_frequency": float(self.frequency.min())}
+        names = ("natural_frequency", "guaranteed_limit", "shakedown_limit", "residual")
+        return {"load_factors": len(self.load_factor), **most} | {name: getattr(self, name) for name in names}
+
+
+def damping_curve(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: ArrayLike,
+    load_factors: ArrayLike,
+    *,
+    natural_frequency: float | None = None,
+    range: bool = True,
+) -> DampingCurve:
+    """Frequency and damping of a joint at rising amplitudes of a load, by quasi-static steady cycles (Festjens et al. 2013, Allen et al. 2016).
+
+    No dynamics and no Masing's rule: each amplitude has its own steady cycle. For a mode of a structure the load is that of `modal_load`: the load
+    factor is then the modal force, the displacement the modal amplitude. Theory, "Joints".
+
+    Parameters
+    ----------
+    system
+        The contact, with its `compliance` or else with a `natural_frequency`.
+    cycle
+        Mean load (bolts, preload), and two opposed corners, `{"mode": 1.0}` and `{"mode": -1.0}`.
+    friction
+        Coefficient of friction, one or one per node.
+    load_factors
+        (K,) load factors, > 0 and rising.
+    natural_frequency
+        Frequency of the glued contact, in cycles per unit of time, if the load is that of a mass-normalised mode. None: the compliance has it.
+    range
+        Whether to search the residual slips for the least and the most damping, for contacts in the plane. It is zero up to the guaranteed limit,
+        which is not searched.
+
+    Raises
+    ------
+    ModelError
+        Bad input: corners that are not opposed, a load that does no work on the glued bodies, neither compliance nor natural frequency, or two that
+        contradict each other, a range in space.
+    NoContinuation
+        No steady state is found at a load factor, for example because the bodies slide off, or the contact ratchets.
+    SolverError
+        See `steady_state`, `shakedown_limit` and `guaranteed_limit`.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> punch = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense()
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
+    >>> curve = fo.damping_curve(punch, cycle, friction=0.5, load_factors=[1.2, 1.5])
+    >>> bool((curve.least_damping <= curve.damping).all() and (curve.damping <= curve.most_damping).all())
+    True
+    """
+    direction = _direction(checked_system(system), checked_cycle(cycle))
+    f, searched = np.array(friction_coefficients(friction, system.nodes)), flag("range", range)
+    factors = np.array(finite_numbers("load_factors", load_factors, least=0.0))
+    if not len(factors) or not (np.diff(factors, prepend=0.0) > 0).all():
+        raise ModelError(f"load_factors: {factors.tolist()}; give load factors that rise, the first one above 0")
+    if searched and system.tangents > 1:
+        raise ModelError("range: True for a contact in space; residual slips are searched in the plane alone, say range=False")
+    measure = _Measure(cycle, direction, _compliance(system, direction, natural_frequency), joined(*reactions(system, [cycle.corners[0]]))[0])
+    safe = shakedown_limit(system, cycle, f).load_factor
+    guaranteed = guaranteed_limit(system, cycle, f).load_factor if system.tangents == 1 else np.nan
+    rows, spans, residual = [], [], 0.0
+    for factor in factors:
+        states = [steady_state(system, cycle, f, factor, progress=False)]
+        rows.append(measure.of(states[0]))
+        residual = max(residual, states[0].residual)
+        spans.append([np.nan] * 4)
+        if searched:
+            if not factor <= guaranteed:
+                found = dissipation_range(system, cycle, f, factor)
+                residual = max(residual, found.residual)
+                states += found.steady_states
+            seen = np.array([rows[-1], *(measure.of(state) for state in states[1:] if state.outcome is not Outcome.RATCHETING)])
+            damping, frequency = _damping(factor, *seen.T), _frequency(factor, seen[:, 0])
+            spans[-1] = [damping.min(), damping.max(), frequency.min(), frequency.max()]
+    displacement, work = np.array(rows).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.where(work > 0, np.log(work), np.nan)
+    return DampingCurve(
+        load_factor=frozen(factors),
+        displacement=frozen(displacement),
+        stiffness=frozen(factors / displacement),
+        frequency=frozen(_frequency(factors, displacement)),
+        work=frozen(work),
+        damping=frozen(_damping(factors, displacement, work)),
+        exponent=frozen(np.gradient(logs, np.log(factors)) if len(factors) > 1 else [np.nan]),
+        **{name: frozen(column) for name, column in zip(_RANGE, np.transpose(spans), strict=True)},
+        natural_frequency=float(1 / (2 * np.pi * np.sqrt(measure.compliance))),
+        guaranteed_limit=guaranteed,
+        shakedown_limit=safe,
+        residual=residual,
+    )
+
+
+def _damping(force: Array | float, displacement: Array, work: Array) -> Array:
+    return np.asarray(work / (2 * np.pi * force * displacement))
+
+
+def _frequency(force: Array | float, displacement: Array) -> Array:
+    return np.asarray(np.sqrt(force / displacement) / (2 * np.pi))
+
+
+@dataclass(frozen=True, eq=False)
+class _Measure:
+    """Half range of the displacement, and work per cycle, of a load: its cycle, its amplitudes (cases,), compliance and bonded reactions (M,)."""
+
+    cycle: LoadCycle
+    direction: Array
+    compliance: float
+    reactions: Array
+
+    def of(self, steady: SteadyState) -> tuple[float, float]:
+        """Those of a steady state.
+
+        Raises
+        ------
+        NoContinuation
+            It ratchets.
+        """
+        if steady.outcome is Outcome.RATCHETING:
+            raise NoContinuation(
+                f"damping: the contact ratchets at load factor {steady.load_factor:g}, so its displacement has no range; load it less"
+            )
+        if steady.outcome is Outcome.SHAKEDOWN and not steady.open.any():
+            return self.compliance * steady.load_factor, 0.0
+        path = steady.states()
+        mean = np.array([self.cycle.mean.get(case, 0.0) for case in steady.system.bonded])
+        amplitude = (path.amplitudes - mean) @ self.direction / (self.direction @ self.direction)
+        return float(np.ptp(self.compliance * amplitude - joined(path.slip, path.gap) @ self.reactions) / 2), steady.dissipation
+
+
+def _direction(system: ContactSystem, cycle: LoadCycle) -> Array:
+    """(cases,) amplitudes of the load of two opposed corners."""
+    system.reaction(cycle.mean)
+    corners = [np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners]
+    reactions(system, cycle.corners)  # says which load case is unknown
+    if cycle.fixed or len(corners) != 2 or not np.array_equal(corners[0], -corners[1]) or not corners[0].any():
+        raise ModelError(
+            f"cycle: {cycle}; give two opposed corners, such as [{{'mode': 1.0}}, {{'mode': -1.0}}], around a mean load, and no fixed part"
+        )
+    return corners[0]
+
+
+def _compliance(system: ContactSystem, direction: Array, natural_frequency: float | None) -> float:
+    """Compliance of the load on the glued bodies."""
+    given = None if natural_frequency is None else (2 * np.pi * finite_number("natural_frequency", natural_frequency, above=0.0)) ** -2
+    if system.compliance is None:
+        if given is None:
+            raise ModelError("natural_frequency: None, and the system has no compliance; give one of them: `condense` finds the compliance")
+        return given
+    own = float(direction @ system.compliance @ direction)
+    if not own > ROUNDING * np.abs(system.compliance).max():
+        raise ModelError(f"corners: the load does no work on the glued bodies (compliance {own:g}); give a load of forces")
+    if given is not None and abs(np.sqrt(given / own) - 1) > _SAME_MODE:
+        raise ModelError(
+            f"natural_frequency: {natural_frequency:g}, and the compliance of the load says {1 / (2 * np.pi * np.sqrt(own)):g}; give the load of a "
+            "mass-normalised mode (`modal_load`), or leave the natural frequency out"
+        )
+    return own
