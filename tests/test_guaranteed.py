@@ -75,10 +75,10 @@ def test_any_cycle_against_linear_programs_of_all_corners(seed, nodes, corners, 
             assert most is None or np.abs(limit.slip).max() <= most
         solved = limit.to_frame()[limit.to_frame().how == "solved"]
         assert solved.load_factor.to_numpy() == pytest.approx(least[solved.node], rel=1e-7, abs=1e-8)
-        assert np.isinf(least[limit.to_frame().node[limit.to_frame().how == "never on both bounds"]]).all()
+        assert np.isinf(least[limit.to_frame().node[limit.to_frame().how == "never critical"]]).all()
         out = limit.to_frame()[limit.to_frame().how == "left out by its bound"]
         assert (out.load_factor <= least[out.node] * (1 + 1e-8)).all() and len(out) == limit.skipped
-    assert set(limit.to_frame().how) <= {"solved", "never on both bounds", "one corner rules both bounds"}
+    assert set(limit.to_frame().how) <= {"solved", "never critical", "one corner alone rules"}
 
 
 COARSE = {0.2: 0.1069, 0.3: 0.1457, 0.4: 0.1757, 0.5: 0.1969, 0.6: 0.2090, 0.8: 0.1943}
@@ -159,5 +159,5 @@ def test_uncoupled_contacts_need_no_program_and_are_proven():
 def test_nodes_without_friction_or_ruled_by_one_corner_are_no_candidates():
     contact = system(np.eye(3), 0.1 * np.ones((3, 3)), 0.0, 1.0, (0.5, 0.0, 0.05), (0.0, 0.0, 0.5))
     limit = fo.guaranteed_limit(contact, CYCLE, [0.5, 0.5, 0.5])
-    assert list(limit.to_frame().how[1:]) == ["one corner rules both bounds"] * 2
+    assert list(limit.to_frame().how[1:]) == ["one corner alone rules"] * 2
     assert fo.guaranteed_limit(contact, CYCLE, [0.0, 0.5, 0.5]).node is None

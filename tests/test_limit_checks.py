@@ -88,10 +88,10 @@ def test_multipliers_that_balance_nothing_prove_no_least_load_factor(monkeypatch
         cp.Problem(cp.Maximize(problem.var_dict["load_factor"]), problem.constraints).solve(solver="HIGHS")
         for constraint in problem.constraints:
             constraint.dual_variables[0].save_value(np.zeros(constraint.shape))
-            if constraint.label == "on_both_bounds":
-                mean = problem.param_dict["node_mean"].value
-                constraint.dual_variables[0].save_value(np.array([float(problem.var_dict["load_factor"].value) / mean[0], 0.0]))
-                assert mean[0] > 0
+            if constraint.label == "critical":
+                pressure = -problem.param_dict["node_at_zero"].value[1]
+                constraint.dual_variables[0].save_value(np.array([0.0, float(problem.var_dict["load_factor"].value) / pressure]))
+                assert pressure > 0
         told.append(problem)
 
     right = fo.guaranteed_limit(contact, CYCLE, 0.6).load_factor

@@ -85,6 +85,8 @@ def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
     assert found.load_factor == pytest.approx(limit.load_factor, rel=1e-7) and found.open.tolist() == limit.open.tolist()
     plane, space = (fo.safe_slip(system, CYCLE, friction, 3 * limit.load_factor) for system in (contact, solid))
     assert space.margin == pytest.approx(plane.margin, rel=1e-6)
+    plane, space = (fo.guaranteed_limit(system, CYCLE, friction) for system in (contact, solid))
+    assert space.load_factor == pytest.approx(plane.load_factor, rel=1e-6, abs=1e-8) and (space.to_frame()["how"][space.open] == "open").all()
 
 
 @settings(deadline=None, max_examples=25, derandomize=True)

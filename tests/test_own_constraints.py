@@ -211,7 +211,7 @@ def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_n
         if limit.node is not None:
             assert "slips obey constraints[0]" in limit.reason
             limit.explain(printed := io.StringIO())
-            assert "on_both_bounds           2, affine, 2 of 2 rows bind" in printed.getvalue()
+            assert "critical                 2, affine, 2 of 2 rows bind" in printed.getvalue()
     assert raised > 2
 
 

@@ -12,9 +12,9 @@ from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_n
 from ..contact.show import Plotted, Shown
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, safe_vertices
-from ..transients import steady_state
+from ..transients import march, steady_state
 
-__all__ = ["NO_OUTCOME", "GuaranteeCheck", "verify"]
+__all__ = ["NO_OUTCOME", "GuaranteeCheck", "left_by_overload", "verify"]
 
 NO_OUTCOME = "NO_CONTINUATION"
 _BELOW = 0.98  # load factor of the test below the limit, on the way to it from the least safe load factor
@@ -23,6 +23,7 @@ _SMALL_LOAD = 0.02  # load factor just above the least safe one, on the way to l
 _NEAR = 0.9, 1.1  # multiples of that load factor that are tested: if the load presses the contact, less load can be worse
 _VERTICES = 0.2  # share of the starts at vertices of the set of safe slips; as many starts are beyond these vertices
 _BEYOND = 3.0  # largest multiple of a vertex that is a start
+_STEPS = 2  # increments from corner to corner in space, where slip begins and ends at the same load whatever their number
 _DECADES = -1.0, 2.0  # powers of ten of the size of random slips, over the largest slip of the witness
 
 
@@ -37,10 +38,10 @@ class GuaranteeCheck(Shown, Plotted):
     runs
         DataFrame, one row for each transient. Columns: load_factor; share, load factor over the limit (inf if the limit is 0); start, "witness",
         "moved witness", "vertex", "beyond vertex" or "random"; moved, for a witness the largest change of slip over the largest slip; outcome, the
-        name of an `Outcome`, or "NO_CONTINUATION" if the path ends early; dissipation, work of friction per cycle in the steady state; cycles;
-        residual. Dissipation and residual are NaN without an outcome.
+        name of an `Outcome`, or "NO_CONTINUATION" if the path ends early or slips too little to tell; dissipation, work of friction per cycle in the
+        steady state; cycles; residual. Dissipation and residual are NaN without a steady state.
     starts
-        (rows of runs, N) the initial slips, length.
+        (rows of runs, N) or (rows of runs, N, 2) the initial slips, length.
 
     Examples
     --------
@@ -73,7 +74,7 @@ class GuaranteeCheck(Shown, Plotted):
 
     @property
     def undecided(self) -> int:
-        """Number of transients without an outcome, because their path ends."""
+        """Number of transients without an outcome, because their path ends, or slips too little to tell."""
         return int((self.runs["outcome"] == NO_OUTCOME).sum())
 
     @property
@@ -83,7 +84,7 @@ class GuaranteeCheck(Shown, Plotted):
 
     @property
     def counterexamples(self) -> Array:
-        """(M, N) starts that keep slipping below the limit, length."""
+        """(M, N) or (M, N, 2) starts that keep slipping below the limit, length."""
         return frozen(self.starts[self._persisting(below=True)])
 
     def _answer(self) -> Mapping[str, object]:
@@ -113,7 +114,7 @@ def verify(limit: GuaranteedLimit, cycle: LoadCycle, starts: int, moved: int, ab
     small = least + _SMALL_LOAD * _range(cycle, limit)
     next_to = limit.witness_above_least(small) if small > least else None
     high = above * limit.load_factor if next_to is None else small
-    changes = _MOVED * size * rng.uniform(-1.0, 1.0, (moved, system.nodes))
+    changes = _MOVED * size * rng.uniform(-1.0, 1.0, (moved, *system.slip_shape))
     begins = [(high, "witness", limit.slip), *((high, "moved witness", limit.slip + change) for change in changes)]
     begins += [] if next_to is None else [(least + share * (next_to[0] - least), "witness", next_to[1]) for share in _NEAR]
     lows = [share * limit.load_factor + (1 - share) * least for share in ((_BELOW,) if least == 0 else (_BELOW, 1 - _BELOW))]
@@ -122,6 +123,12 @@ def verify(limit: GuaranteedLimit, cycle: LoadCycle, starts: int, moved: int, ab
         begins += [(low, kind, slip) for kind, slip in _starts(rng, limit, cycle, low, count, size)]
     rows = [_run(cycle, limit, size, *begin) for begin in begins]
     return GuaranteeCheck(limit, pd.DataFrame(rows), frozen([slip for _, _, slip in begins]))
+
+
+def left_by_overload(limit: GuaranteedLimit, cycle: LoadCycle, load_factor: float) -> float:
+    """The largest slip that one cycle at a load factor leaves in a contact that has not slipped before, length."""
+    path = march(limit.system, cycle, limit.friction, load_factor, cycles=1)
+    return float(np.linalg.norm(path.slip[-1].reshape(limit.system.nodes, -1), axis=1).max())
 
 
 def _range(cycle: LoadCycle, limit: GuaranteedLimit) -> float:
@@ -136,7 +143,7 @@ def _starts(
 ) -> list[tuple[str, Array]]:
     """Kind and slip of each start."""
     system, wanted = limit.system, int(_VERTICES * count)
-    directions = rng.normal(size=(wanted, system.nodes))
+    directions = rng.normal(size=(wanted, *system.slip_shape))
     under_mean = 0.0 if limit.least == 0 else load_factor
     vertices = [
         slip
@@ -146,15 +153,17 @@ def _starts(
     begins = [("vertex", slip) for slip in vertices]
     begins += [("beyond vertex", slip * rng.uniform(1.0, _BEYOND)) for slip in vertices]
     while len(begins) < count:
-        begins.append(("random", size * 10 ** rng.uniform(*_DECADES) * rng.normal(size=system.nodes)))
+        begins.append(("random", size * 10 ** rng.uniform(*_DECADES) * rng.normal(size=system.slip_shape)))
     return begins
 
 
 def _run(cycle: LoadCycle, limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array) -> dict[str, str | float]:
     outcome, dissipation, cycles, residual = NO_OUTCOME, np.nan, 0, np.nan
     try:
-        steady = steady_state(limit.system, _from_its_middle(cycle, load_factor), limit.friction, 1.0, initial_slip=slip)
-        outcome, dissipation, cycles, residual = steady.outcome.name, steady.dissipation, steady.cycles, steady.residual
+        steps = None if limit.system.tangents == 1 else _STEPS
+        steady = steady_state(limit.system, _from_its_middle(cycle, load_factor), limit.friction, 1.0, initial_slip=slip, steps=steps)
+        dissipation, cycles, residual = steady.dissipation, steady.cycles, steady.residual
+        outcome = steady.outcome.name if steady.work_error < 1 else NO_OUTCOME  # slip that has nearly died out has no work beside its error
     except NoContinuation:
         pass
     return {

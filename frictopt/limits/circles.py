@@ -27,12 +27,12 @@ class Circles(SafeSet):
         super().ask(task, load_factor)
         self._kept = _outer_corners(task.cycle) if task.simplify else list(range(len(task.loads.q1)))
 
-    def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
+    def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None, spare: cp.Parameter | float) -> Rows:
         """See `SafeSet.stuck`."""
         task, c, loads = self._task, self.scaled, self._task.loads
         nodes, unit, at = task.system.nodes, c.unit, c.unit[:, None]
         lam = self._given if load_factor is None else task.load_unit * load_factor
-        reserve = 0.0 if margin is None else task.mean_bound / unit * margin
+        reserve = (0.0 if margin is None else task.mean_bound / unit * margin) - spare
         pressure = cp.Variable(nodes, name="pressure_change")  # one dense block of rows serves all corners
         shear = cp.reshape(c.shear @ self.traction, (nodes, 2), order="F")
         rows: dict[str, cp.Constraint] = {"pressures_of_slip": c.normal @ self.traction == pressure}

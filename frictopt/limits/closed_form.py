@@ -25,8 +25,8 @@ class UncoupledEnd:
 
 def is_uncoupled(system: ContactSystem, friction: Array) -> bool:
     """Whether tangential motion does not change the friction bounds: f B is zero up to rounding, against A of the two nodes that it joins."""
-    stiffness = np.sqrt(np.diag(system.A).clip(0.0))
-    return bool((np.abs(friction[:, None] * system.B) <= NO_COUPLING * np.outer(stiffness, stiffness)).all())
+    stiffness = np.sqrt(np.diag(system.A).clip(0.0).reshape(system.tangents, -1).sum(axis=0))
+    return bool((np.abs(friction[:, None] * system.B) <= NO_COUPLING * np.outer(stiffness, np.tile(stiffness, system.tangents))).all())
 
 
 def uncoupled_ends(system: ContactSystem, loads: Loads, friction: Array) -> tuple[UncoupledEnd, UncoupledEnd] | None:

@@ -13,13 +13,14 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, frozen, listed
 from ..contact.odd_values import warns_of_odd_values
-from ..contact.system import checked_plane
-from ..errors import SolverError
-from .both_bounds_search import BothBoundsSearch, NodeClaim, pairs
+from ..errors import ModelError, SolverError
 from .closed_form import is_uncoupled
 from .closed_nodes import rest_of
-from .guaranteed_result import COINCIDE, IMAGE, LEFT_OUT, NEVER, NOT_NEEDED, ONE_CORNER, OPEN, SOLVED, GuaranteedLimit, left_out, reason
+from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
+from .critical_state import critical_states
+from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
 from .halves import mirrored, sources
+from .loads import change
 from .own_constraints import SafeModel
 from .question import LimitQuestion
 from .safe_set import SafeSet
@@ -31,7 +32,7 @@ __all__ = ["GuaranteedLimit", "GuaranteedModel", "guaranteed_limit"]
 
 
 class GuaranteedModel(SafeModel):
-    """The guaranteed limit of one system under one load cycle, compiled once and solved for any friction.
+    """The guaranteed limit of one system under one load cycle, in the plane compiled once and solved for any friction.
 
     Not for use by several threads at once: give each its own. Theory, eq. (10).
 
@@ -45,12 +46,12 @@ class GuaranteedModel(SafeModel):
         Leave out what cannot change the answer: nodes whose lower bound is above the least load factor found, and mirror images. An uncoupled contact
         has lambda_1 = lambda_2 by a theorem, and needs no program.
     solver
-        One of "HIGHS", "CLARABEL", "HIGHS_IPM"; by default each in this order until an answer passes.
+        One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL", "CLARABEL_DIRECT"); by default each in this order until an answer passes.
 
     Raises
     ------
     ModelError
-        Wrong types, unknown load cases or options, a negative slip bound.
+        Wrong types, unknown load cases or options, a negative slip bound; a load cycle in space of which a part is fixed.
 
     Examples
     --------
@@ -73,9 +74,14 @@ class GuaranteedModel(SafeModel):
     def __init__(
         self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
     ) -> None:
-        super().__init__(checked_plane(system), cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        if system.tangents > 1 and self._loads.fixed:
+            raise ModelError(
+                "cycle: a part of it is fixed, of a contact in space, where the critical state of a node bends with the load factor; ask "
+                "`shakedown_limit`, or follow starts by `steady_state`"
+            )
         self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        self._search = BothBoundsSearch(solver)
+        self._search = CriticalSearch(solver)
 
     @cached_property
     def _v(self) -> SafeSet:
@@ -95,7 +101,7 @@ class GuaranteedModel(SafeModel):
             Coefficient of friction, one or one per node.
         constraints
             As in `ShakedownModel.solve`, on the expressions of this model. They hold for the witness and for the safe slips of lambda_2, as a slip
-            bound does: the limit is the least load factor at which a slip that obeys them holds a node on both its bounds. `residual` covers them.
+            bound does: the limit is the least load factor at which a slip that obeys them makes a node critical. `residual` covers them.
 
         Raises
         ------
@@ -111,8 +117,8 @@ class GuaranteedModel(SafeModel):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
         task = rest_of(task, shakedown.open) or task if shakedown.open.any() else task
         n, least_found = task.system.nodes, shakedown.load_factor
-        corners = pairs(task)
-        both = np.array([bool(own_pairs) for own_pairs in corners])
+        states = critical_states(task)
+        both = np.array([bool(own_states) for own_states in states])
         least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, ONE_CORNER).astype(object)
         if np.isnan(least_found) or is_uncoupled(task.system, task.friction):
             least[both], how[both] = least_found, NOT_NEEDED
@@ -127,17 +133,20 @@ class GuaranteedModel(SafeModel):
         bounds = load_factor_bounds(safe.v.scaled, task) if self._simplify else np.zeros(n)
         best: NodeClaim | None = None
         claims: list[NodeClaim] = []
-        pressure = task.loads.p0.min(axis=0) + task.system.B @ np.nan_to_num(task.own(shakedown.slip))  # where it is little, both bounds are near
+        pressure = (
+            task.loads.p0.min(axis=0) + change(task.system, np.nan_to_num(task.own(shakedown.slip)))[1]
+        )  # where it is little, nodes are nearly critical
         for node in sorted(np.flatnonzero(both & ~images).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
             if self._simplify and bounds[node] >= least_found:
                 least[node] = bounds[node]
                 continue
-            for pair in corners[node]:
+            for state in states[node]:
                 expect_solution = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
-                claim = self._search.solve(safe, node, pair, (shakedown.least, shakedown.load_factor), expect_solution=expect_solution)
+                ends, below = (shakedown.least, shakedown.load_factor), least_found if self._simplify else np.inf
+                claim = self._search.solve(safe, state, ends, below, expect_solution=expect_solution)
                 claims.append(claim)
-                if claim.load_factor < least[node] or pair == corners[node][0]:
-                    least[node], how[node] = claim.load_factor, COINCIDE if claim.coincide else SOLVED if np.isfinite(claim.load_factor) else NEVER
+                if claim.load_factor < least[node] or state is states[node][0]:
+                    least[node], how[node] = claim.load_factor, claim.how
                 if claim.load_factor < least_found:
                     best, least_found = claim, claim.load_factor
         if best is not None:
@@ -151,7 +160,7 @@ class GuaranteedModel(SafeModel):
     def _result(
         self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
     ) -> GuaranteedLimit:
-        uncoupled, coincide = is_uncoupled(task.system, task.friction), int((how == COINCIDE).sum())
+        uncoupled, coincide = is_uncoupled(task.system, task.friction), int((how == COINCIDE_ALONE).sum())
         if task.around is not None:
             rest, task = task, task.around
             closed, every_least, every_how = task.closed, np.full(task.system.nodes, np.inf), np.full(task.system.nodes, OPEN, dtype=object)
@@ -159,7 +168,9 @@ class GuaranteedModel(SafeModel):
             least, how = every_least, every_how
             if best is not None:
                 above = None if best.above is None else (best.above[0], frozen(rest.expanded(best.above[1])))
-                best = replace(best, node=int(np.flatnonzero(closed)[best.node]), slip=rest.expanded(best.slip), above=above)
+                best = replace(
+                    best, state=replace(best.state, node=int(np.flatnonzero(closed)[best.node])), slip=rest.expanded(best.slip), above=above
+                )
         return GuaranteedLimit(
             load_factor=shakedown.load_factor if best is None else best.load_factor,
             kind=shakedown.kind if best is None else LimitKind.FINITE,
@@ -192,18 +203,19 @@ def guaranteed_limit(
 ) -> GuaranteedLimit:
     """Load factor below which the contact stops slipping from every start (the guaranteed limit lambda_1).
 
-    It is the least load factor at which a safe slip holds some node on both its bounds, forward slip at one corner and backward slip at another: the
-    state in which a cyclic slip begins with no amplitude (for two nodes, the published condition that three of four friction lines meet, Ahn,
-    Bertocchi & Barber 2008). The slip is a witness: just above the limit, a contact that starts near it slips for ever. For uncoupled contacts it is
-    a theorem that slip stops below the limit from every start (Klarbring, Ciavarella & Barber 2007; lambda_1 = lambda_2). For coupled contacts it is
-    an observation: in no transient that was followed below the limit with all nodes closed did slip go on. Where nodes lift off in each cycle, slip
-    may go on below the limit, and below lambda_2.
+    It is the least load factor at which a safe slip leaves some node no more pressure than its cyclic load needs. This node is critical: on its bound
+    of forward slip at one corner and of backward slip at another, in space at opposed corners or at three that surround; the state in which a cyclic
+    slip begins with no amplitude (for two nodes in the plane, the published condition that three of four friction lines meet, Ahn, Bertocchi & Barber
+    2008). The slip is a witness: just above the limit, a contact that starts near it slips for ever. For uncoupled contacts it is a theorem that slip
+    stops below the limit from every start (Klarbring, Ciavarella & Barber 2007; lambda_1 = lambda_2). For coupled contacts it is an observation: in
+    no transient that was followed below the limit with all nodes closed did slip go on. Where nodes lift off in each cycle, slip may go on below the
+    limit, and below lambda_2.
 
     Below the least safe load factor (`least`, mostly 0) no slip is safe, and all this is said of load factors from there on. If the limit is `least`,
-    safe slips hold the node on both bounds at every load factor next above it, and no load factor is guaranteed. At `least` = 0 the node carries no
-    force under the mean load with the witness. The start from which slip goes on then depends on the load, see
-    `GuaranteedLimit.witness_above_least`. Start the transient at a load inside the cycle: from a mean load outside it, the first segment can change
-    the slip. Theory, eq. (10).
+    some node is critical at every load factor next above it, and no load factor is guaranteed. At `least` = 0 the witness takes all force off the
+    node under the mean load; where assembly and overloads leave less slip, ask with a `slip_bound` (`GuaranteedLimit.after_overload`). The start from
+    which slip goes on then depends on the load, see `GuaranteedLimit.witness_above_least`. Start the transient at a load inside the cycle: from a
+    mean load outside it, the first segment can change the slip. Theory, eq. (10).
 
     Parameters
     ----------

@@ -12,16 +12,16 @@ import pandas as pd
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.record import SolveRecord
+from ..contact.show import components, frame, places
 from ..errors import ModelError
 from ..solve.explain import Units, explain
-from .both_bounds_search import NodeClaim
+from .critical_search import LEFT_OUT, NodeClaim
 from .question import Answered, LimitQuestion
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["COINCIDE", "IMAGE", "LEFT_OUT", "NEVER", "NOT_NEEDED", "ONE_CORNER", "OPEN", "SOLVED", "GuaranteedLimit", "left_out", "reason"]
+__all__ = ["IMAGE", "NOT_NEEDED", "ONE_CORNER", "OPEN", "GuaranteedLimit", "left_out", "reason"]
 
-SOLVED, NEVER, COINCIDE, OPEN = "solved", "never on both bounds", "only at the least safe load factor", "open"
-LEFT_OUT, IMAGE, ONE_CORNER, NOT_NEEDED = "left out by its bound", "mirror image", "one corner rules both bounds", "not needed"
+IMAGE, ONE_CORNER, NOT_NEEDED, OPEN = "mirror image", "one corner alone rules", "not needed", "open"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -31,26 +31,28 @@ class GuaranteedLimit(Answered):
     Attributes
     ----------
     load_factor
-        lambda_1, never above lambda_2: the least load factor at which a safe slip holds some node on both its bounds, forward slip at one corner and
-        backward slip at another; lambda_2 if no node is on both bounds below it. Inf or nan where lambda_2 is. A node that is on both bounds at the
-        least safe load factor (at 0 it carries nothing) counts only if such slips exist above it too; then the limit is `least`.
+        lambda_1, never above lambda_2: the least load factor at which a safe slip makes some node critical: on its bound of forward slip at one
+        corner and of backward slip at another (in space at opposed corners, or at three that surround); lambda_2 if no node is critical below it. Inf
+        or nan where lambda_2 is. A node that is critical at the least safe load factor (at 0 it carries nothing) counts only if it can be above it
+        too; then the limit is `least`.
     kind, reason
         Whether it is finite, and why it is what it is in words.
     proven
         Whether it is a theorem that slip stops from every start at load factors between `least` and the limit: for uncoupled contacts (Klarbring,
         Ciavarella & Barber 2007), and where nothing is safe. Otherwise the limit is an upper bound of the load factor up to which that holds.
     slip
-        (N,) the witness: safe at the limit, with `node` on both its bounds, length. If no node is on both bounds below lambda_2, the safe slip at
-        lambda_2. NaN where the limit is not finite. `largest_slip` is its size: a start of this size must be possible for the witness to matter.
+        (N,) or (N, 2) the witness: safe at the limit, with `node` critical, length. If no node is critical below lambda_2, the safe slip at lambda_2.
+        NaN where the limit is not finite. `largest_slip` is its size: a start of this size must be possible for the witness to matter.
     node
-        The node that starts to slip to and fro; None where lambda_2 rules.
+        The node that starts to slip to and fro, or around; None where lambda_2 rules.
     corners
-        The two load corners at which it is on the bound of forward and of backward slip; None where lambda_2 rules.
+        The load corners at which it is on its bound: in the plane that of forward and that of backward slip, in space all of them; None where
+        lambda_2 rules.
     skipped
         Number of nodes left out because their lower bound is not below the least load factor found.
     record
         How it was found; the solver is that of `node`. Its `residual` is the largest of: the violations of the contact law by `slip` at the corners,
-        the distance of `node` from its bounds, and the relative distance of the program's dual bound, over all programs solved. At most 1e-9.
+        the distance of `node` from its critical state, and the relative distance of the program's dual bound, over all programs solved. At most 1e-9.
     constraints
         Names of the constraints of your own, which the witness and all safe slips obey.
     shakedown
@@ -84,7 +86,7 @@ class GuaranteedLimit(Answered):
     proven: bool
     slip: Array = field(repr=False)
     node: int | None
-    corners: tuple[int, int] | None
+    corners: tuple[int, ...] | None
     skipped: int
     record: SolveRecord
     constraints: tuple[str, ...]
@@ -102,17 +104,16 @@ class GuaranteedLimit(Answered):
         return self.shakedown.least
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, x, load_factor, how it was found, and the slip of the witness.
+        """One row for each node: node, its place, load_factor, how it was found, and the slip of the witness.
 
-        load_factor is the least at which a safe slip holds the node on both its bounds, inf if none does; where the node was left out by its bound, a
+        load_factor is the least at which a safe slip makes the node critical, inf if none does; where the node was left out by its bound, a
         lower bound of it.
         """
-        return pd.DataFrame(
-            {"node": np.arange(len(self._how)), "x": self.system.x, "load_factor": self._by_node, "how": self._how, "slip": self.slip}
-        )
+        found = {"load_factor": self._by_node, "how": self._how}
+        return frame({"node": range(len(self._how)), **places(self.system), **found, **components("slip", self.slip)})
 
     def witness_above_least(self, most: float) -> tuple[float, Array] | None:
-        """Where the limit is `least`: a load factor above, at most `most`, and the (N,) safe slip that holds `node` on both its bounds there, length.
+        """Where the limit is `least`: a load factor above, at most `most`, and the safe slip that makes `node` critical there, length.
 
         Slip goes on from it at a load factor just above or, of a load that presses the contact, just below. None where the limit is above `least`.
         """
@@ -122,6 +123,43 @@ class GuaranteedLimit(Answered):
         load_factor = min(most, self._above[0])
         share = (load_factor - self.load_factor) / (self._above[0] - self.load_factor)
         return load_factor, frozen((1 - share) * self.slip + share * self._above[1])
+
+    def after_overload(self, load_factor: float | None = None) -> "GuaranteedLimit":
+        """The limit for slips no larger than the largest one that one overload leaves, which is its slip bound.
+
+        The overload is one cycle at a load factor, of a contact that has not slipped before. A witness needs some slip; where it is larger than what
+        assembly and overloads leave, the limit says too little.
+
+        Parameters
+        ----------
+        load_factor
+            Load factor of the overload; by default lambda_2, above which the contact slips for ever.
+
+        Raises
+        ------
+        ModelError
+            Bad input; constraints of your own, or lambda_2 not finite and no load factor given.
+        NoContinuation, SolverError
+            The overload has no path, or no solver gave an answer that passes the checks.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+        >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+        >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+        >>> limit = fo.guaranteed_limit(pair, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.6)
+        >>> limit.load_factor <= limit.after_overload().load_factor <= limit.shakedown.load_factor
+        True
+        """
+        if self.constraints:
+            raise ModelError(f"after_overload: the limit is under {', '.join(self.constraints)}; ask a limit without constraints of your own")
+        factor = finite_number("load_factor", self.shakedown.load_factor if load_factor is None else load_factor, least=0.0)
+        left = import_module("frictopt.histories.guarantee").left_by_overload(self, self._task.cycle, factor)  # here, for transients need the limits
+        most = left if self._task.most is None else np.minimum(left, self._task.most)
+        model = import_module("frictopt.limits.guaranteed").GuaranteedModel
+        limit: GuaranteedLimit = model(self.system, self._task.cycle, slip_bound=most, simplify=self._task.simplify).solve(self.friction)
+        return limit
 
     def verify(self, *, starts: int = 1000, moved: int = 5, above: float = 1.02, seed: int = 0) -> Any:
         """Follow transients from the witness just above the limit, and from many starts just below; returns a `GuaranteeCheck`.
@@ -141,7 +179,7 @@ class GuaranteedLimit(Answered):
             Load factor of the test above the limit, over the limit. The test below is at 98 % of the way to it from the least safe load factor. If
             the limit is the least safe load factor, mostly 0, there is no test below, and the test above is further by 2 % of the way to lambda_2, or
             of the load factor at which the cyclic reactions reach the mean pressures if that is less. There only some starts near the witness slip
-            for ever, so a slip on both bounds at this load factor is followed too, at 0.9 and 1.1 times the way.
+            for ever, so a slip that makes the node critical at this load factor is followed too, at 0.9 and 1.1 times the way.
         seed
             Seed of the random starts.
 
@@ -182,16 +220,36 @@ class GuaranteedLimit(Answered):
 def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:
     """Why the limit is what it is, in words."""
     least = shakedown.least
-    alone = f"; {coincide} nodes are on both bounds at the least safe load factor {least:.6g} alone, and this does not cause slip" if coincide else ""
+    alone = f"; {coincide} nodes are critical at the least safe load factor {least:.6g} alone, and this does not cause slip" if coincide else ""
     under = f" (slips obey {', '.join(shakedown.constraints)})" if shakedown.constraints else ""
     if best is not None:
-        (forward, backward), any_load = best.corners, f" at any load factor next above {least:.6g}" if best.above is not None else ""
-        both = f"on its bound of forward slip at corner {forward} and of backward slip at corner {backward}"
-        return f"{shakedown._task.said}node {best.node} is {both}{any_load}{under}{alone}"
+        any_load = "" if best.above is None else f" at any load factor next above {least:.6g}"
+        return (
+            f"{shakedown._task.said}node {best.node} is {_bounds(best)}{any_load}{under}{_unloaded(best) * (not shakedown._task.loads.fixed)}{alone}"
+        )
     if shakedown.kind is not LimitKind.FINITE:
         return shakedown.reason + alone
-    why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is on both its bounds below it"
+    why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is critical below it"
     return f"lambda_1 is lambda_2, for {why}: {shakedown.reason}{alone}"
+
+
+def _bounds(best: NodeClaim) -> str:
+    """Where the node is on its bound."""
+    if best.slip.ndim == 1:
+        return "on its bound of forward slip at corner {} and of backward slip at corner {}".format(*best.corners)
+    *first, last = map(str, best.corners)
+    return f"on its bound at corners {', '.join(first)} and {last}, from where it can slip {'around' if len(first) > 1 else 'to and fro'}"
+
+
+def _unloaded(best: NodeClaim) -> str:
+    """What a limit of 0 means, and what to ask."""
+    if best.load_factor > 0:
+        return ""
+    size = float(np.linalg.norm(best.slip.reshape(len(best.slip), -1), axis=1).max())
+    return (
+        f": a residual slip of up to {size:.3g} takes all force off it under the mean load, and then the least cyclic load slips it; where assembly "
+        "and overloads leave less slip, bound it by `slip_bound`: `after_overload()` tells the limit with the largest slip that one overload leaves"
+    )
 
 
 def left_out(how: np.ndarray, solved: int) -> tuple[str, ...]:
@@ -199,8 +257,8 @@ def left_out(how: np.ndarray, solved: int) -> tuple[str, ...]:
     n, count = len(how), {label: int((how == label).sum()) for label in (LEFT_OUT, IMAGE, ONE_CORNER, NOT_NEEDED)}
     texts = {
         NOT_NEEDED: "all programs: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or nothing is safe",
-        LEFT_OUT: f"nodes: {count[LEFT_OUT]} of {n} cannot be on both bounds below the limit, by a lower bound; {solved} solved",
+        LEFT_OUT: f"nodes: {count[LEFT_OUT]} of {n} cannot be critical below the limit, by a lower bound; {solved} solved",
         IMAGE: f"mirror symmetry: {count[IMAGE]} of {n} nodes are images of others",
-        ONE_CORNER: f"nodes: {count[ONE_CORNER]} of {n} can only lift off where they are on both bounds, or have no friction",
+        ONE_CORNER: f"nodes: {count[ONE_CORNER]} of {n} can only lift off where they are critical, or have no friction",
     }
     return tuple(text for label, text in texts.items() if count[label])

@@ -48,15 +48,16 @@ class SafeSet(ABC):
         self.traction, self.slide = cp.Variable(len(self.scaled.loaded), name="traction"), cp.Variable(rigid, name="slide") if rigid else None
         self.load_factor, self.margin = cp.Variable(name="load_factor"), cp.Variable(name="margin")
 
-    def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None) -> Rows:
+    def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None, spare: cp.Parameter | None = None) -> Rows:
         """Rows by which every node is closed and stuck at every corner, or stays open, with a margin in mean friction bounds (None: no margin).
 
-        A load factor of None is the given one.
+        A load factor of None is the given one. The rows of a node are loose by its part of `spare`, (N,), in the units of the nodes; not of a cycle
+        of which a part is fixed.
         """
-        return {**self._stuck(load_factor, margin), **self._apart(load_factor, margin)}
+        return {**self._stuck(load_factor, margin, 0.0 if spare is None else spare), **self._apart(load_factor, margin)}
 
     @abstractmethod
-    def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
+    def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None, spare: cp.Parameter | float) -> Rows:
         """Rows of the closed nodes."""
 
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
@@ -186,11 +187,11 @@ class Intervals(SafeSet):
         self.fp = self._set["fp_mean"] + cp.multiply(self._set["friction"], pressed)
         self.forward, self.backward, self.opening = (self._set[name] for name in ("forward", "backward", "opening"))
 
-    def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
+    def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None, spare: cp.Parameter | float) -> Rows:
         """See `SafeSet.stuck`. A given load factor stands in the parameters."""
         if self._task.loads.fixed:
             return self._of_corners(load_factor, margin)
-        lam, reserve = 1.0 if load_factor is None else load_factor, 0.0 if margin is None else cp.multiply(self._set["clearance"], margin)
+        lam, reserve = 1.0 if load_factor is None else load_factor, (0.0 if margin is None else cp.multiply(self._set["clearance"], margin)) - spare
         rows = {
             "no_forward_slip": self.q + self.fp >= self.forward * lam + reserve,
             "no_backward_slip": self.fp - self.q >= self.backward * lam + reserve,

@@ -9,7 +9,7 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, frozen
 from ..contact.odd_values import warns_of_odd_values
-from ..contact.system import checked_plane
+from ..contact.system import checked_system
 from ..solve.solvers import NoOptimum, solve
 from .program import SafeProgram, SlipClaim, safe_set
 from .question import pose
@@ -31,13 +31,13 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     load_factor
         Load factor, >= 0.
     directions
-        (D, N) directions in the space of the nodal tractions over the mean pressures. Where the body may slide as a whole, as many nodes carry no
-        traction of their own as there are such slides, and their components do not count.
+        (D, N), in space (D, N, 2), directions in the space of the nodal tractions over the mean pressures. Where the body may slide as a whole, as
+        many components as there are such slides carry no traction of their own, and do not count.
 
     Returns
     -------
     Array
-        (d, N) slips, length. d = 0 where no slip is safe; directions in which the safe slips have no end give none.
+        (d, N) or (d, N, 2) slips, length. d = 0 where no slip is safe; directions in which the safe slips have no end give none.
 
     Raises
     ------
@@ -61,10 +61,13 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     (2, 2)
     """
     factor = finite_number("load_factor", load_factor, least=0.0)
-    task = pose(checked_plane(system), cycle, friction, simplify=False)
+    task = pose(checked_system(system), cycle, friction, simplify=False)
     v = safe_set(task)
     v.ask(task)
-    directions = finite_array("directions", directions, (None, system.nodes))[:, v.scaled.loaded]
+    given = finite_array("directions", directions, (None, *system.slip_shape))
+    directions = np.moveaxis(given.reshape(len(given), system.nodes, system.tangents), 2, 1).reshape(len(given), system.nodes * system.tangents)[
+        :, v.scaled.loaded
+    ]
     direction = cp.Parameter(v.traction.size, name="direction")
     at = v.load_factor == factor / task.load_unit
     vertex = _Vertex(task, v, cp.Problem(cp.Maximize(direction @ v.traction), [*shakedown_problem(v).constraints, at]))
@@ -75,14 +78,11 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
             found.append(solve(vertex, partial(vertex.claim, factor)).claim.slip)
         except NoOptimum:
             continue
-    return frozen(np.array(found).reshape(-1, system.nodes))
+    return frozen(np.array(found).reshape(-1, *system.slip_shape))
 
 
 class _Vertex(SafeProgram):
     """The problem with its direction set."""
-
-    def refine(self) -> None:
-        """Nothing: any safe slip will do, a vertex or not."""
 
     def claim(self, load_factor: float) -> SlipClaim:
         """The slip that stands in the problem, and by how much it is not safe."""

@@ -1,31 +1,33 @@
-"""Load factors below which a node cannot be on both its bounds, from one slip mechanism for each node.
+"""Load factors below which a node cannot be critical, from one slip mechanism for each node.
 
-Let `s+ = q + f p` and `s- = f p - q` be the slacks of a node at its ruling corners, which for safe slips are >= 0. For any multipliers with
-`A d + B^T (f a) = 0`, d = y+ - y- and a = y+ + y-, the sum of `y+ s+ + y- s-` over the nodes does not depend on the slip: it is
-`resistance - lam drive`. Where node j is on both its bounds its own two terms vanish, so with `a >= abs(d)` at all other nodes::
+With multipliers d, a of the nodes for which `A d + B^T (f a) = 0`, the sum of `d q + f a p` over the nodes does not depend on the slip: it is that of
+the mean load. A safe slip leaves every node `d q + f abs(d) p >= lam h(d)`, h(d) being the largest `-(d q1 + f abs(d) p1)` of a corner, and the
+critical node j `q = lam c, p = lam rho`. So with `a = abs(d)` at all other nodes, though a_j = -1::
 
-    0 <= resistance - lam drive        although a_j = -1
+    resistance = sum of d q0 + f a p0   >=   lam drive,       drive = d_j c - f rho + sum of h(d) over the others
 
-We look for multipliers with `a_i = abs(d_i)` at all nodes i other than j, by fixed-point iteration for all nodes j at once. Where the iteration does
-not converge (large friction) the bound of node j is 0.
+We look for such multipliers by fixed-point iteration for all nodes j at once. Where the iteration does not converge (large friction) the bound of
+node j is 0.
 """
 
 import numpy as np
 
 from ..contact.checks import Array
 from ..contact.tolerances import SCREENING, SETTLED, SPARE
+from .critical_state import needed
 from .question import LimitQuestion
-from .ruling_corners import ruling_loads
 from .scaling import ScaledContact
 
 __all__ = ["load_factor_bounds"]
 
 _MOST = 300  # iterations
+_MEANS = 3  # of slides in space; with more the bounds hardly rise
+_NEAR = 1e-2  # share of the largest slip that a smaller one counts as in these means, which settle then
 _LARGE = 1e6  # a mechanism of this size is on its way to infinity
 
 
 def load_factor_bounds(scaled: ScaledContact, task: LimitQuestion) -> Array:
-    """(n,) lower bounds of the load factor at which each node can sit on both its bounds; 0 where nothing is known, inf where it never can.
+    """(n,) lower bounds of the load factor at which each node can be critical; 0 where nothing is known, inf where it never can.
 
     Parameters
     ----------
@@ -34,15 +36,13 @@ def load_factor_bounds(scaled: ScaledContact, task: LimitQuestion) -> Array:
     task
         The question.
     """
-    n = len(task.friction)
     if task.loads.fixed:  # which corner rules depends on the load factor
-        return np.zeros(n)
-    rows, _ = ruling_loads(scaled.unit, task)
-    follow, rigid = _response(scaled, task.friction)
+        return np.zeros(len(task.friction))
+    n, unit, loads = len(task.friction), scaled.unit[:, None], task.loads
+    slides = _Slides(scaled, task)
     total = -np.eye(n)  # columns: the mechanisms, each in units of the force of its nodes; rows: a
-    unit, hold = scaled.unit[:, None], np.maximum(rows["fp_mean"], 0.0)
     for _ in range(_MOST):
-        net = np.abs(_net(follow, rigid, hold, total))
+        net = np.linalg.norm(slides.net(total), axis=0)
         size = unit * np.abs(total / unit).max(axis=0)
         following = (1 + SPARE) * net + SETTLED * size
         np.fill_diagonal(following, -1.0)
@@ -52,39 +52,57 @@ def load_factor_bounds(scaled: ScaledContact, task: LimitQuestion) -> Array:
         if (done | lost).all():
             break
         total = np.where(done | lost, total, following)
-    net = _net(follow, rigid, hold, total)
-    held = total * rows["fp_mean"][:, None], net * rows["q_mean"][:, None]
-    driven = total * (rows["forward"] + rows["backward"])[:, None] / 2, net * (rows["forward"] - rows["backward"])[:, None] / 2
-    resistance, drive = (sum(part.sum(axis=0) for part in parts) for parts in (held, driven))
-    terms = sum(np.abs(part).sum(axis=0) for part in held)
+    d, fa, (shear, bound) = slides.net(total) / unit, task.friction[:, None] * total / unit, needed(loads, task.friction)
+    held = np.array([_work(d, loads.q0[0]), fa * loads.p0[0][:, None]])
+    driven = _work(d, shear) + total / unit * bound[:, None]
+    if len(d) > 1:
+        others = np.max([-_work(d, q1) - fa * p1[:, None] for q1, p1 in zip(loads.q1, loads.p1, strict=True)], axis=0)
+        driven = np.where(np.eye(n, dtype=bool), driven, others)
+    resistance, drive, terms = held.sum(axis=(0, 1)), driven.sum(axis=0), np.abs(held).sum(axis=(0, 1))
     with np.errstate(divide="ignore", invalid="ignore"):
-        bound = np.where(drive < 0, resistance / drive, np.inf) * (1 - SCREENING) * task.load_unit
-    return np.asarray(np.where(done & (resistance < -SCREENING * terms), bound, 0.0))
+        least = np.where(drive < 0, resistance / drive, np.inf) * (1 - SCREENING)
+    return np.asarray(np.where(done & (resistance < -SCREENING * terms), least, 0.0))
 
 
-def _response(scaled: ScaledContact, friction: Array) -> tuple[Array, Array | None]:
-    """Matrix from a to the d that balances it, with no net slip of nodes that carry no traction, and the rigid slip (n,) that may be added to d."""
-    (n, m), rows_of_shear = scaled.shear.shape, scaled.shear.toarray()
-    others = np.setdiff1d(np.arange(n), scaled.loaded)
-    right = np.hstack([scaled.normal.T * friction, rows_of_shear[others].T])
-    solved = -np.linalg.solve(rows_of_shear[scaled.loaded].T, right)
-    follow = np.zeros((n, n))
-    follow[scaled.loaded] = solved[:, :n]
-    if n - m != 1:
-        return follow, None
-    rigid = np.ones(n)
-    rigid[scaled.loaded] = solved[:, n]
-    return follow, rigid if np.all(rigid != 0) else None
+def _work(d: Array, q: Array) -> Array:
+    """Work (n, n) of shear forces (n,) or (n, 2) on slips (t, n, n): by node and mechanism."""
+    return np.asarray(np.einsum("tij,it->ij", d, q.reshape(d.shape[1], -1)))
 
 
-def _net(follow: Array, rigid: Array | None, hold: Array, total: Array) -> Array:
-    """Net slips d of mechanisms with total slips a; where the body may slide as a whole, it does so until friction resists least."""
-    net = follow @ total
-    if rigid is None:
-        return np.asarray(net)
-    slides = net / rigid[:, None]
-    order = np.argsort(slides, axis=0)
-    half = np.cumsum((hold * np.abs(rigid))[order], axis=0)
-    middle = np.argmax(half >= half[-1] / 2, axis=0)
-    resting = order[middle, np.arange(order.shape[1])]
-    return np.asarray(net - rigid[:, None] * slides[resting, np.arange(len(resting))])
+class _Slides:
+    """The net slips d that balance given total slips a; where the body may slide as a whole, it does so until friction resists little."""
+
+    def __init__(self, scaled: ScaledContact, task: LimitQuestion) -> None:
+        (rows, m), rows_of_shear = scaled.shear.shape, scaled.shear.toarray()
+        n, others = len(scaled.unit), np.setdiff1d(np.arange(rows), scaled.loaded)
+        right = np.hstack([scaled.normal.T * task.friction, rows_of_shear[others].T])
+        solved = -np.linalg.solve(rows_of_shear[scaled.loaded].T, right)
+        self._follow, self._rigid, self._shape = np.zeros((rows, n)), np.zeros((rows, rows - m)), (rows // n, n, n)
+        self._follow[scaled.loaded] = solved[:, :n]
+        self._rigid[scaled.loaded], self._rigid[others] = solved[:, n:], np.eye(rows - m)
+        hold = np.tile(np.maximum(task.friction * task.loads.p0[0] / scaled.unit, 0.0), rows // n)
+        self._hold = hold[:, None]
+        median = rows == n and rows - m == 1 and bool(np.all(self._rigid != 0))
+        self._slid = self._to_median if median else self._by_means if rows > max(n, m) else np.asarray
+
+    def net(self, total: Array) -> Array:
+        """(t, n, n) net slips of mechanisms with total slips (n, n)."""
+        return np.asarray(self._slid(self._follow @ total).reshape(self._shape))
+
+    def _to_median(self, net: Array) -> Array:
+        """Slips along a line, to the slide of least resistance, which is their weighted median."""
+        slides = net / self._rigid
+        order = np.argsort(slides, axis=0)
+        half = np.cumsum((self._hold * np.abs(self._rigid))[order, 0], axis=0)
+        middle = np.argmax(half >= half[-1] / 2, axis=0)
+        resting = order[middle, np.arange(order.shape[1])]
+        return np.asarray(net - self._rigid * slides[resting, np.arange(len(resting))])
+
+    def _by_means(self, net: Array) -> Array:
+        """Slips in space, to a slide of little resistance, by weighted means, the weights of which are those of the slips before."""
+        for _ in range(_MEANS):
+            size = np.linalg.norm(net.reshape(self._shape), axis=0)
+            weight = self._hold / np.tile(np.maximum(size, _NEAR * size.max()), (self._shape[0], 1))
+            square = np.einsum("rk,rj,rl->jkl", self._rigid, weight, self._rigid, optimize=True)
+            net = net - self._rigid @ np.linalg.solve(square, (self._rigid.T @ (weight * net)).T[..., None])[..., 0].T
+        return net

@@ -77,13 +77,16 @@ def _required_friction(required: RequiredFriction, ax: Axes | None = None) -> Ax
 
 @picture.register
 def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
-    """Shear over friction bound at the corners under the witness; the node on both its bounds is circled."""
-    (axes,) = new_axes(ax)
+    """Shear over friction bound at the corners under the witness, in space at the first one; the critical node is circled."""
+    in_space = limit.system.tangents == 2
+    (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
     axes.set_title(
         equals(r"guaranteed limit $\lambda_1$", limit.load_factor) + ", " + equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
     )
     if not np.isfinite(limit.load_factor):
         return no_lines(axes, limit.reason)
+    if in_space:
+        return limiting_face(axes, limit, limit.traction_ratios[0])
     ruling = [] if limit.corners is None else list(limit.corners)
     q, p = limit.reactions
     friction_ratio(axes, limit.system, limit.friction, q, p, _corners(len(q)), ruling)

@@ -10,7 +10,7 @@ from ..contact import ContactSystem, Onset
 from ..contact.checks import Array, Booleans
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..limits import RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
+from ..limits import GuaranteedLimit, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import SteadyState
 from .style import BLACK, GREY, SERIES, AxesArray, new_axes
 
@@ -26,11 +26,13 @@ _ENDS = np.array([-1.0, 1.0])
 _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of nodes at one place, over the size of the contact
 
 
-def limiting_face(axes: Axes, limit: ShakedownLimit | RequiredFriction | SeparatedLimit, ratio: Array) -> Axes:
-    """Shear over friction bound at the first corner under the safe slip, the slip as arrows; nodes of the mechanism are circled."""
+def limiting_face(axes: Axes, limit: ShakedownLimit | GuaranteedLimit | RequiredFriction | SeparatedLimit, ratio: Array) -> Axes:
+    """Shear over friction bound at the first corner under the slip, the slip as arrows; nodes of the mechanism, or the critical one, are circled."""
     places, size = _map(axes, limit.system, ratio, "$|q| / (f p)$ at the first corner", 1.0, limit.open)
     _arrows(axes, places, np.where(limit.open[:, None], np.nan, limit.slip), "residual slip")
-    if not isinstance(limit, SeparatedLimit):
+    if isinstance(limit, GuaranteedLimit):
+        _circles(axes, places[[] if limit.node is None else [limit.node]], size, "critical node")
+    elif not isinstance(limit, SeparatedLimit):
         _circles(axes, places[np.unique(limit.mechanism["node"])], size, "limiting node")
     return _finished(axes)
 

@@ -120,6 +120,7 @@ def _tried(form: StandardForm, free: Array | None) -> Iterator[tuple[Array, Arra
                 break
             z, y = active.solved(z, y)
             yield z, y
+            yield z, form.y  # where more is active than there are unknowns, the multipliers are not unique
             before = active
 
 

@@ -1,0 +1,178 @@
+"""Solving for one critical node, with proof of the least load factor or of its absence."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import cvxpy as cp
+import numpy as np
+
+from ..contact.checks import Array, frozen
+from ..contact.record import Attempt
+from ..contact.tolerances import COINCIDE, FLOOR, RESIDUAL, ZERO_LOAD_FACTOR
+from ..solve.explain import Units
+from ..solve.solvers import solve
+from ..solve.standard_form import StandardForm
+from .critical_node import Aim, critical_problem, set_node
+from .critical_state import CriticalState
+from .loads import change
+from .program import SafeProgram
+from .question import LimitQuestion
+
+__all__ = ["COINCIDE_ALONE", "LEFT_OUT", "NEVER", "SOLVED", "CriticalSearch", "NodeClaim"]
+
+SOLVED, NEVER, COINCIDE_ALONE, LEFT_OUT = "solved", "never critical", "only at the least safe load factor", "left out by its bound"
+
+
+@dataclass(frozen=True, eq=False)
+class NodeClaim:
+    """The least load factor at which a node is critical under a safe slip; inf where there is none.
+
+    Attributes
+    ----------
+    state
+        The node, and its critical state.
+    load_factor, slip
+        The least load factor and the slip there, (N,) or (N, 2) (NaN where there is none).
+    residual
+        Its largest violation, or the distance from what the multipliers prove.
+    solver, attempts, problem, units
+        As for `GuaranteedLimit`.
+    values
+        What then stands in the variables of the program over safe slips.
+    how
+        How it is known: it may be critical nowhere, or at the least safe load factor of the contact alone, or its load factor may be a lower bound.
+    above
+        Of a least load factor that is the least safe one: a larger one at which the node is critical too, and the slip there. Those
+        between mix the two.
+    """
+
+    state: CriticalState
+    load_factor: float
+    slip: Array
+    residual: float
+    solver: str = ""
+    attempts: tuple[Attempt, ...] = ()
+    problem: cp.Problem | None = None
+    units: Units = field(default_factory=dict)
+    values: Mapping[cp.Variable, Array] = field(default_factory=dict)
+    how: str = SOLVED
+    above: tuple[float, Array] | None = None
+
+    @property
+    def node(self) -> int:
+        """The node."""
+        return self.state.node
+
+    @property
+    def corners(self) -> tuple[int, ...]:
+        """The corners at which it is on its bound."""
+        return self.state.corners
+
+
+class CriticalSearch:
+    """The problems of all nodes over the safe slips of a program with its parameters set, compiled once for any friction.
+
+    Parameters
+    ----------
+    solver
+        Use this one alone.
+    """
+
+    def __init__(self, solver: str | None) -> None:
+        self._solver = solver
+        self._compiled: dict[Aim, tuple[cp.Problem, SafeProgram]] = {}
+
+    def solve(self, safe: SafeProgram, state: CriticalState, ends: tuple[float, float], found: float, *, expect_solution: bool) -> NodeClaim:
+        """The claim of one node that passes its checks, of a contact that is safe between two load factors; or that it is not below the one `found`.
+
+        Whether the node is `expect_solution` to be critical anywhere decides only which of the problems comes first.
+
+        Raises
+        ------
+        SolverError
+            No solver gave an answer that passes.
+        """
+        denied = None if expect_solution else self._proof_of_absence(safe, state)
+        if denied is not None:
+            return denied
+        program = self._program(safe, state, Aim.LEAST)
+
+        def never() -> NodeClaim | None:
+            return self._proof_of_absence(safe, state)
+
+        claim = self._solved(lambda: _claimed(program, state, found), program, never)
+        values = {variable: variable.value for variable in program.problem.variables()}
+        claim = replace(claim, problem=program.problem, values=values, units=program.units)
+        least, (beyond, _) = ends[0], _next_to(safe.task, ends)
+        return self._beyond_least(safe, claim, ends) if claim.load_factor <= (beyond if least > 0 else 0.0) else claim
+
+    def values_of(self, safe: SafeProgram, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
+        """What stands in the variables for a claim, with the parameters of its program set."""
+        self._program(safe, claim.state, Aim.LEAST)
+        return claim.values
+
+    def _beyond_least(self, safe: SafeProgram, found: NodeClaim, ends: tuple[float, float]) -> NodeClaim:
+        """The claim of a limit at the least safe load factor, if the node can be critical above it too; otherwise it is nowhere else.
+
+        The load factors at which it can are an interval, for the problem is convex.
+        """
+        program, (beyond, step) = self._program(safe, found.state, Aim.HIGHEST), _next_to(safe.task, ends)
+        program.problem.param_dict["most_load_factor"].value = 1.0 + ends[0] / safe.task.load_unit
+        highest = self._solved(lambda: _claimed(program, found.state, np.inf), program)
+        attempts = (*found.attempts, *highest.attempts)
+        if highest.load_factor > max(beyond, found.load_factor + step):
+            return replace(
+                found, attempts=attempts, residual=max(found.residual, highest.residual), above=(highest.load_factor, frozen(highest.slip))
+            )
+        nothing = np.full_like(found.slip, np.nan)
+        return replace(found, load_factor=np.inf, slip=nothing, attempts=attempts, residual=highest.residual, how=COINCIDE_ALONE)
+
+    def _solved(self, claimed: Callable[[], NodeClaim], program: SafeProgram, never: Callable[[], NodeClaim | None] | None = None) -> NodeClaim:
+        answer = solve(program, claimed, self._solver, no_optimum=never)
+        return replace(answer.claim, solver=answer.solver, attempts=answer.attempts)
+
+    def _program(self, safe: SafeProgram, state: CriticalState, aim: Aim) -> SafeProgram:
+        if aim not in self._compiled or self._compiled[aim][0] is not safe.problem:
+            self._compiled[aim] = safe.problem, critical_problem(safe, aim)
+        program = replace(self._compiled[aim][1], task=safe.task)
+        set_node(program, state)
+        return program
+
+    def _proof_of_absence(self, safe: SafeProgram, state: CriticalState) -> NodeClaim | None:
+        """Proof that no safe slip at any load factor makes the node critical; None where there is none."""
+        program = self._program(safe, state, Aim.EXCESS)
+
+        def least_excess() -> tuple[float, float]:
+            value, bound = StandardForm(program.problem).bounds
+            return -value, -bound
+
+        def claimed() -> NodeClaim:
+            value, bound = least_excess()
+            slip = np.full(safe.task.system.slip_shape, np.nan)
+            return NodeClaim(state, np.inf, slip, 0.0 if bound > RESIDUAL else abs(value - bound), how=NEVER)
+
+        claim = self._solved(claimed, program)
+        return claim if least_excess()[1] > RESIDUAL else None
+
+
+def _next_to(task: LimitQuestion, ends: tuple[float, float]) -> tuple[float, float]:
+    """A load factor that cannot be told from the least safe one, and its distance from it, small beside the interval of safe ones."""
+    step = COINCIDE * min(task.load_unit, ends[1] - ends[0])
+    return ends[0] + step, step
+
+
+def _claimed(program: SafeProgram, state: CriticalState, found: float) -> NodeClaim:
+    """The claim that stands in a program, with the larger of the violations by its slip and the distance of what the multipliers prove.
+
+    If it does not pass, but the multipliers prove that the node is not critical below the load factor `found`, the claim is that.
+    """
+    task, factor, slip = program.task, float(program.v.load_factor.value), program.slip
+    load_factor = (factor if factor > ZERO_LOAD_FACTOR else 0.0) * task.load_unit
+    (q, p), node = change(task.system, slip), state.node
+    off = float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max()) / task.force
+    value, bound = StandardForm(program.problem).bounds
+    gap = abs(value - bound) / max(abs(value), FLOOR)
+    residual = max(task.violation(load_factor, slip), off, gap, program.violation)
+    if not residual <= RESIDUAL and -bound * task.load_unit > found:
+        return NodeClaim(state, -bound * task.load_unit, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
+    return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)))

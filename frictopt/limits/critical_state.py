@@ -1,0 +1,148 @@
+"""The mean state of a node in which its cyclic load leaves it no room: on its bound at opposed corners, or at three that surround.
+
+What other nodes slip, and what the node itself has slipped, moves its reactions at all corners alike. So how much pressure it needs is a matter of
+its own cyclic loads alone, and grows with the load factor::
+
+    rho = min r   s.t.   |q1_k + c| <= f (r + p1_k)   for all corners k,   with the minimiser c
+
+A safe slip leaves it `p0 + B v >= lam rho`. Where both are equal its shear is fixed, too: `q0 + A v = lam c`. The smallest disc that holds the discs
+with the centres `-q1_k` and the radii `-f p1_k` has the centre c and the radius `f rho`; in the plane they are intervals.
+
+Where a part of the cycle is fixed, which corners rule depends on the load factor. In the plane each two
+that do have a state of their own, affine in it.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from ..contact.checks import Array
+from ..contact.coulomb import lengths
+from ..contact.tolerances import ROUNDING, TIE
+from .loads import Loads
+from .question import LimitQuestion
+from .ruling_corners import ruling
+
+__all__ = ["CriticalState", "critical_states", "needed", "smallest_discs"]
+
+_SUBSETS = (0,), (0, 1), (0, 2), (0, 3), (0, 1, 2), (0, 1, 3), (0, 2, 3)  # of a new disc and three old ones that touch the smallest one
+_EXCHANGES = 4  # for each disc, at most; mostly three in all do
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalState:
+    """What a slip adds to the reactions of a node where it is critical: `[A v, B v] = at_zero + lam rate`.
+
+    Attributes
+    ----------
+    node, corners
+        The node, and the corners at which it is on its bound; in the plane one of forward and one of backward slip.
+    at_zero, rate
+        (t + 1,) change of its shear forces and of its pressure, force.
+    """
+
+    node: int
+    corners: tuple[int, ...]
+    at_zero: Array
+    rate: Array
+
+
+def needed(loads: Loads, friction: Array) -> tuple[Array, Array]:
+    """(N,) or (N, 2) shear c and (N,) friction bound `f rho` that the cyclic loads of each node need, at load factor 1."""
+    q1, fp1 = loads.q1, friction * loads.p1
+    if q1.ndim == 3:
+        return smallest_discs(-q1.transpose(1, 0, 2), -fp1.T)
+    ahead, back = (-q1 - fp1).max(axis=0), (q1 - fp1).max(axis=0)
+    return (ahead - back) / 2, (ahead + back) / 2
+
+
+def critical_states(task: LimitQuestion) -> list[list[CriticalState]]:
+    """The critical states of each node: none where it only lifts off, for one corner alone rules, or dissipates nothing, without friction; else one.
+
+    Where a part of the cycle is fixed, one for all pairs of corners that rule at some load factor and have different loads.
+    """
+    f, loads = task.friction, task.loads
+    if loads.fixed:
+        return _of_pairs(loads, f)
+    (q0,), (p0,), (shear, bound) = loads.q0, loads.p0, needed(loads, f)
+    size, q = (lengths(loads.q1, loads.p1) + f * np.abs(loads.p1)).max(axis=0), loads.q1 + shear
+    rules = lengths(q, loads.p1) - f * loads.p1 >= bound - TIE * size
+    cyclic = (bound > (-f * loads.p1).max(axis=0) + TIE * size) & (f > 0)
+
+    def state(i: int) -> CriticalState:
+        corners = tuple(np.flatnonzero(rules[:, i]).tolist())
+        if q.ndim == 2:
+            corners = next(k for k in corners if q[k, i] < 0), next(k for k in corners if q[k, i] > 0)
+        return CriticalState(i, corners, -np.r_[q0[i], p0[i]], np.r_[shear[i], bound[i] / f[i]])
+
+    return [[state(i)] if cyclic[i] else [] for i in range(len(f))]
+
+
+def _of_pairs(loads: Loads, f: Array) -> list[list[CriticalState]]:
+    """The critical states in the plane where the corners differ at load factor 0."""
+    fp0, fp1 = f * loads.p0, f * loads.p1
+    own = np.stack([loads.q0, fp0, loads.q1, fp1])
+    floor, rules = TIE * np.abs(own).max(axis=1), np.zeros((2, *fp1.shape), dtype=bool)
+    for which, sense in zip(rules, (1, -1), strict=True):
+        which[ruling(-(sense * loads.q0 + fp0), -(sense * loads.q1 + fp1))] = True
+    found: list[list[CriticalState]] = []
+    for i, friction in enumerate(f):
+        ends = product(*(np.flatnonzero(which[:, i]).tolist() for which in rules)) if friction > 0 else ()
+        pairs = [(k, j) for k, j in ends if k != j and (np.abs(own[:, k, i] - own[:, j, i]) > floor[:, i]).any()]
+        states = []
+        for k, j in pairs:
+            at_zero, rate = (
+                -np.array([q[k, i] + q[j, i] + fp[k, i] - fp[j, i], (q[k, i] - q[j, i] + fp[k, i] + fp[j, i]) / friction]) / 2
+                for q, fp in ((loads.q0, fp0), (loads.q1, fp1))
+            )
+            states.append(CriticalState(i, (k, j), at_zero, rate))
+        found.append(states)
+    return found
+
+
+def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
+    """Centres (n, 2) and radii (n,) of the smallest discs around n times K discs, (n, K, 2) and (n, K); radii may be negative.
+
+    The discs that touch the smallest one are at most three. From the largest disc on, the one that sticks out most is taken in.
+    """
+    rows = np.arange(len(radii))
+    touch = np.repeat(radii.argmax(axis=1)[:, None], 3, axis=1)
+    centre, radius = centres[rows, touch[:, 0]], radii.max(axis=1)
+    size = np.abs(centres - centres.mean(axis=1, keepdims=True)).max(axis=(1, 2)) + np.abs(radii).max(axis=1)
+    for _ in range(_EXCHANGES * radii.shape[1]):
+        reach = np.linalg.norm(centres - centre[:, None], axis=-1) + radii
+        out = np.flatnonzero(reach.max(axis=1) > radius + ROUNDING * size)
+        if not len(out):
+            break
+        four = np.column_stack([reach.argmax(axis=1), touch])[out]
+        held, by = centres[out[:, None], four], radii[out[:, None], four]
+        radius[out] = np.inf
+        for subset in _SUBSETS:
+            for found in _touching(held[:, subset], by[:, subset]):
+                holds = (np.linalg.norm(held - found[:, None], axis=-1) + by).max(axis=1)
+                less = holds < radius[out]  # not where there is no such disc, which is nan
+                centre[out[less]], radius[out[less]] = found[less], holds[less]
+                touch[out[less]] = np.resize(four[less][:, subset], (int(less.sum()), 3)) if len(subset) == 3 else four[less][:, (subset * 3)[:3]]
+    return centre, (np.linalg.norm(centres - centre[:, None], axis=-1) + radii).max(axis=1)
+
+
+def _touching(centres: Array, radii: Array) -> list[Array]:
+    """Centres (n, 2) of the discs that one, two or three discs, (n, m, 2) and (n, m), touch from within; nan where there is none.
+
+    About the first disc, the centre x and the distance s from it obey `2 e x = |e|^2 - d^2 + 2 s d` for each other disc, at e and larger by d.
+    """
+    first, apart, larger = centres[:, 0], centres[:, 1:] - centres[:, :1], radii[:, 1:] - radii[:, :1]
+    if not apart.shape[1]:
+        return [first]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if apart.shape[1] == 1:
+            distance = np.linalg.norm(apart[:, 0], axis=-1)
+            return [first + apart[:, 0] * ((distance + larger[:, 0]) / (2 * distance))[:, None]]
+        det = apart[:, 0, 0] * apart[:, 1, 1] - apart[:, 0, 1] * apart[:, 1, 0]
+        right = np.stack([((apart**2).sum(axis=-1) - larger**2) / 2, larger], axis=-1)
+        across = apart[:, ::-1, ::-1] * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        u, w = np.einsum("nji,njs->sni", across, right) / det[:, None]
+        a, b, c = 1 - (w**2).sum(axis=-1), (u * w).sum(axis=-1), (u**2).sum(axis=-1)
+        root = b + np.copysign(np.sqrt(b**2 + a * c), b)
+        return [first + u + w * s[:, None] for s in (root / a, -c / root)]

@@ -1,0 +1,249 @@
+"""The guaranteed limit in space: closed forms, one cone program for each node over raw slips, the plane in space, and transients on both sides."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from frictopt.contact.parts import joined
+from frictopt.limits.critical_state import smallest_discs
+from frictopt.reference import smallest_circle, smallest_circle_limit
+from spatial import cycle, random_contact
+from studies.validation.fuzz.embedded import embedded
+from systems import CYCLE, FIRST_PAIR, SECOND_PAIR, system
+from test_open_nodes import open_in_space
+
+pytestmark = pytest.mark.filterwarnings("ignore:Solution may be inaccurate")  # of the cone programs that are compared with
+
+TIGHT = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
+
+
+def centred(seed, most=8, corners=None):
+    """A coupled contact of which the mean of the corners is the mean load, its cycle and friction."""
+    rng = np.random.default_rng(seed)
+    nodes, corners = int(rng.integers(1, most + 1)), corners or int(rng.integers(2, 6))
+    G = rng.normal(size=(3 * nodes, 3 * nodes))
+    loads = np.hstack([rng.normal(size=(corners, 2 * nodes)), 0.2 * rng.normal(size=(corners, nodes))])
+    bonded = {f"c{k}": load for k, load in enumerate(loads - loads.mean(axis=0))} | {"P": np.r_[np.zeros(2 * nodes), 1 + rng.random(nodes)]}
+    contact = fo.ContactSystem(G @ G.T / (3 * nodes) + 0.5 * np.eye(3 * nodes), rng.normal(size=(nodes, 3)), bonded)
+    return contact, fo.LoadCycle({"P": 1.0}, [{f"c{k}": 1.0} for k in range(corners)]), rng.uniform(0.2, 0.7, nodes)
+
+
+def state_of(q1, p1, f):
+    """Least mean pressure rho and shear c of a node, by a cone program of its own loads."""
+    r, c = cp.Variable(), cp.Variable(2)
+    cones = [cp.norm(q + c) <= f * (r + p) for q, p in zip(q1, p1, strict=True)]
+    cp.Problem(cp.Minimize(r), cones).solve(solver="CLARABEL", **TIGHT)
+    return float(r.value), c.value
+
+
+def least_of_node(contact, loads, f, node, *, most=None, own=()):
+    """The least load factor at which a node is critical, by a cone program over raw slips; inf where it never is, or only lifts off."""
+    (q0, p0), (q1, p1), n = loads.mean_reaction(contact), loads.corner_reactions(contact), contact.nodes
+    rho, c = state_of(q1[:, node], p1[:, node], f[node])
+    if rho <= (-p1[:, node]).max() + 1e-8:
+        return np.inf
+    v, lam = cp.Variable(2 * n), cp.Variable(nonneg=True)
+    q, p = cp.reshape(contact.A @ v, (n, 2), order="F"), contact.B @ v
+    rows = [p0[node] + p[node] == lam * rho, q0[node] + q[node] == lam * c]
+    for k in range(len(q1)):
+        rows += [cp.norm(q0[j] + lam * q1[k, j] + q[j]) <= f[j] * (p0[j] + lam * p1[k, j] + p[j]) for j in range(n) if j != node]
+    slip = cp.reshape(v, (n, 2), order="F")
+    rows += [] if most is None else [cp.norm(slip[j]) <= most for j in range(n)]
+    problem = cp.Problem(cp.Minimize(lam), rows + [row(slip) for row in own])
+    problem.solve(solver="CLARABEL", **TIGHT)
+    return float(lam.value) if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE) else np.inf
+
+
+def check(limit, loads):
+    """The witness is safe, and its node on its bound at its corners, in directions that no half-plane holds."""
+    q, p = limit.reactions
+    f, force = limit.friction, np.abs(loads.mean_reaction(limit.system)[1]).mean()
+    assert limit.residual <= 1e-9 and limit.load_factor <= limit.shakedown.load_factor
+    assert (np.linalg.norm(q, axis=-1) - f * p).max() <= 1e-8 * force
+    if limit.node is not None:
+        at = list(limit.corners)
+        assert np.abs(np.linalg.norm(q[at, limit.node], axis=-1) - f[limit.node] * p[at, limit.node]).max() <= 1e-8 * force
+        units = q[at, limit.node] / np.linalg.norm(q[at, limit.node], axis=-1)[:, None]
+        angles = np.sort(np.angle(units @ [1, 1j]))
+        assert limit.load_factor == 0 or np.diff(np.r_[angles, angles[0] + 2 * np.pi]).max() <= np.pi + 1e-5
+
+
+@pytest.mark.parametrize("simplify", [True, False])
+@pytest.mark.parametrize("seed", range(8))
+def test_one_cone_program_for_each_node(seed, simplify):
+    contact, loads, f = centred(seed, most=5)
+    limit = fo.guaranteed_limit(contact, loads, f, simplify=simplify)
+    least = np.array([least_of_node(contact, loads, f, node) for node in range(contact.nodes)])
+    assert limit.load_factor == pytest.approx(min(least.min(), limit.shakedown.load_factor), rel=1e-6, abs=1e-8)
+    check(limit, loads)
+    table = limit.to_frame()
+    assert (table["load_factor"] <= least * (1 + 1e-6) + 1e-8).all() and not limit.proven
+    solved = table[table["how"] == "solved"]
+    assert solved["load_factor"].to_numpy() == pytest.approx(least[solved["node"]], rel=1e-6, abs=1e-8)
+    assert simplify or set(table["how"]) <= {"solved", "never critical", "one corner alone rules"}
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_one_node_and_two_corners_in_closed_form(seed):
+    """The node's critical state fixes its slip: `lam = (p0 - B A^-1 q0) / (rho - B A^-1 c)`, at which it is safe by itself."""
+    rng = np.random.default_rng(seed)
+    contact, f = random_contact(rng, 1), float(rng.uniform(0.2, 0.8))
+    contact = contact.with_bonded({name: (contact.bonded[name][0], 0 * contact.bonded[name][1]) for name in "abc"})
+    loads = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0}])
+    (q0, p0), (q1, _) = loads.mean_reaction(contact), loads.corner_reactions(contact)
+    reach = np.linalg.solve(contact.A, contact.B[0])
+    lift, drop = p0[0] - reach @ q0[0], np.linalg.norm(q1[0, 0] - q1[1, 0]) / (2 * f) + reach @ (q1[0, 0] + q1[1, 0]) / 2
+    limit = fo.guaranteed_limit(contact, loads, f)
+    critical = lift / drop if drop > 0 and lift > 0 else np.inf
+    if limit.node is not None:
+        assert limit.load_factor == pytest.approx(critical, rel=1e-8) and limit.corners == (0, 1)
+        check(limit, loads)
+    elif np.isfinite(limit.load_factor):
+        assert critical >= limit.load_factor * (1 - 1e-8)
+
+
+@pytest.mark.parametrize("corners", [1, 2, 3, 4, 7, 30])
+@pytest.mark.parametrize("apart", [0.0, 0.3, 3.0])
+def test_the_smallest_disc_around_discs(corners, apart):
+    rng = np.random.default_rng([corners, int(10 * apart)])
+    centres, radii = rng.normal(size=(40, corners, 2)), apart * rng.normal(size=(40, corners))
+    middle, size = smallest_discs(centres, radii)
+    assert np.abs((np.linalg.norm(centres - middle[:, None], axis=-1) + radii).max(axis=1) - size).max() < 1e-12
+    for one, around, radius, found in list(zip(centres, radii, size, middle, strict=True))[:: 1 if apart == 0 else 8]:
+        if apart == 0 and corners < 8:
+            known = smallest_circle(one)
+            assert radius == pytest.approx(known[1], abs=1e-12) and found == pytest.approx(known[0], abs=1e-9)
+        elif apart > 0:
+            assert radius == pytest.approx(state_of(-one, -around, 1.0)[0], rel=1e-7)
+
+
+def test_discs_that_touch_at_many_points_coincide_or_lie_on_a_line():
+    angles = 2 * np.pi * np.arange(16) / 16 + 0.3
+    ring = 1e6 * np.column_stack([np.cos(angles), np.sin(angles)])
+    assert smallest_discs(ring[None], np.zeros((1, 16)))[1] == pytest.approx(1e6, rel=1e-12)
+    assert smallest_discs(np.ones((1, 5, 2)), np.full((1, 5), 2.0))[1] == 2.0
+    near = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1e-9], [1.0, -1e-9], [0.0, 1e-9]])
+    assert smallest_discs(near[None], np.zeros((1, 5)))[1] == pytest.approx(0.5, rel=1e-12)
+    line = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.5, 0.0]])
+    middle, radius = smallest_discs(line[None], np.array([[0.1, 0.2, -0.3, 0.4]]))
+    assert middle[0] == pytest.approx([0.8, 0.0]) and radius == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize(("data", "friction", "expected"), [(FIRST_PAIR, 0.6, 0.391864153760), (SECOND_PAIR, 0.4, 0.532623169108)])
+def test_a_published_plane_contact_in_space(data, friction, expected):
+    solid, along = embedded(system(*data), np.random.default_rng(1))
+    flat, limit = (fo.guaranteed_limit(contact, CYCLE, friction) for contact in (system(*data), solid))
+    assert limit.load_factor == pytest.approx(expected, rel=1e-8) and (limit.node, sorted(limit.corners)) == (flat.node, sorted(flat.corners))
+    assert np.sum(limit.slip * along, axis=1) == pytest.approx(flat.slip, abs=1e-5)
+
+
+def turned(contact, rng):
+    """The contact with the tangents of each node turned by an angle of its own."""
+    n, angle, none = contact.nodes, rng.uniform(0, 2 * np.pi, contact.nodes), np.zeros((contact.nodes, contact.nodes))
+    c, s = np.diag(np.cos(angle)), np.diag(np.sin(angle))
+    turn = np.block([[c, s, none], [-s, c, none], [none, none, np.eye(n)]])
+    return fo.ContactSystem(turn @ contact.S @ turn.T, contact.points, {name: turn @ joined(*pair) for name, pair in contact.bonded.items()})
+
+
+@pytest.mark.parametrize("seed", [2, 4, 9])
+def test_frames_and_the_order_of_corners_do_not_matter(seed):
+    contact, loads, f = centred(seed, most=5)
+    limit = fo.guaranteed_limit(contact, loads, f)
+    other = fo.guaranteed_limit(turned(contact, np.random.default_rng(seed)), loads, f)
+    back = fo.guaranteed_limit(contact, fo.LoadCycle(loads.mean, loads.corners[::-1]), f)
+    inside = fo.guaranteed_limit(contact, fo.LoadCycle(loads.mean, [*loads.corners, {"c0": 0.5, "c1": 0.5}]), f)
+    for one in (other, back, inside):
+        assert one.load_factor == pytest.approx(limit.load_factor, rel=1e-7) and one.node == limit.node
+    assert sorted(len(loads.corners) - 1 - k for k in back.corners) == list(limit.corners) == list(other.corners)
+
+
+def test_where_slip_leaves_pressures_alone_it_is_the_shakedown_limit_by_a_theorem():
+    contact = random_contact(np.random.default_rng(3), 4, coupling=0.0)
+    contact = contact.with_bonded({name: (contact.bonded[name][0], 0 * contact.bonded[name][1]) for name in "abc"})
+    limit = fo.guaranteed_limit(contact, cycle(), 0.5)
+    known = smallest_circle_limit(contact.bonded["mean"][1], cycle().corner_reactions(contact)[0], 0.5)
+    assert limit.proven and limit.node is None and limit.load_factor == pytest.approx(known, rel=1e-8) and "uncoupled" in limit.reason
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.5, 1.0])
+def test_a_square_punch_with_and_without_screening(friction):
+    punch = fo.scenes.SquarePunch(elements=3).condense()
+    turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
+    lean, full = (fo.guaranteed_limit(punch, turning, friction, simplify=simplify) for simplify in (True, False))
+    assert lean.load_factor == pytest.approx(full.load_factor, rel=1e-7) and lean.skipped > 0 and full.skipped == 0
+    assert (lean.to_frame()["load_factor"] <= full.to_frame()["load_factor"] * (1 + 1e-7)).all()
+    assert {"x", "y", "z", "slip1", "slip2"} <= set(lean.to_frame())
+    check(lean, turning)
+
+
+@pytest.mark.parametrize("seed", [0, 3, 5])
+def test_a_slip_bound_and_constraints_of_your_own(seed):
+    contact, loads, f = centred(seed, most=4)
+    free = fo.guaranteed_limit(contact, loads, f)
+    most = 0.7 * free.largest_slip
+    limit = fo.guaranteed_limit(contact, loads, f, slip_bound=most)
+    least = min(least_of_node(contact, loads, f, node, most=most) for node in range(contact.nodes))
+    assert limit.load_factor == pytest.approx(min(least, limit.shakedown.load_factor), rel=1e-6) and limit.load_factor > free.load_factor
+    model = fo.GuaranteedModel(contact, loads)
+    own = model.solve(f, [model.slip[0, 0] >= free.slip[0, 0] + 0.1])
+    rows = [lambda slip: slip[0, 0] >= free.slip[0, 0] + 0.1]
+    least = min(least_of_node(contact, loads, f, node, own=rows) for node in range(contact.nodes))
+    assert own.load_factor == pytest.approx(min(least, own.shakedown.load_factor), rel=1e-6) and own.constraints
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_nothing_slips_for_ever_below_and_the_witness_does_above(seed):
+    contact, loads, f = centred(seed, most=4)
+    limit, rng = fo.guaranteed_limit(contact, loads, f), np.random.default_rng(seed)
+    size = limit.largest_slip
+
+    def goes_on(share, slip):
+        steady = fo.steady_state(contact, loads, f, share * limit.load_factor, initial_slip=slip, steps=1)
+        return steady.outcome is not fo.Outcome.SHAKEDOWN and steady.work_error < 1  # what has nearly died out has no work beside its error
+
+    for slip in (limit.slip, *(size * 10 ** rng.uniform(-1, 1) * rng.normal(size=(2, contact.nodes, 2)))):
+        assert not goes_on(0.995, slip)
+    assert limit.node is not None and limit.load_factor > 0.01 * limit.shakedown.load_factor
+    assert limit.load_factor > 0.99 * limit.shakedown.load_factor or goes_on(1.01, limit.slip)
+
+
+def test_it_is_verified_from_a_load_inside_the_cycle():
+    """The mean load lies far outside: from there the witness would slip away."""
+    contact, _, f = centred(2, most=3)
+    outside = fo.LoadCycle({"P": 1.0}, [{"c0": 1.0}, {"c0": 1.0, "c1": 1.5}])
+    check = fo.guaranteed_limit(contact, outside, f).verify(starts=10, moved=1)
+    assert check.dies_out and check.persists and check.starts.shape == (len(check.runs), contact.nodes, 2)
+    assert set(check.runs["start"]) == {"witness", "moved witness", "vertex", "beyond vertex", "random"}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_open_nodes_in_space(seed):
+    contact, loads, shakedown = open_in_space(seed)
+    limit = fo.guaranteed_limit(contact, loads, 0.6)
+    assert (limit.open == shakedown.open).all() and limit.residual <= 1e-9 and limit.load_factor <= shakedown.load_factor * (1 + 1e-9)
+    assert limit.node is None or not limit.open[limit.node]
+
+
+def test_what_a_limit_of_none_means_and_what_one_overload_leaves():
+    contact, loads, f = centred(192, most=4)
+    limit = fo.guaranteed_limit(contact, loads, f)
+    assert limit.load_factor == 0 and f"residual slip of up to {limit.largest_slip:.3g}" in limit.reason and "after_overload" in limit.reason
+    q, p = limit.reactions
+    assert np.abs(q[:, limit.node]).max() < 1e-8 and np.abs(p[:, limit.node]).max() < 1e-8
+    after = limit.after_overload()
+    left = np.linalg.norm(fo.march(contact, loads, f, limit.shakedown.load_factor, cycles=1).slip[-1], axis=1).max()
+    assert left < limit.largest_slip and after.load_factor > 0 and after.largest_slip <= left * (1 + 1e-9)
+    assert after.load_factor == pytest.approx(fo.guaranteed_limit(contact, loads, f, slip_bound=left).load_factor, rel=1e-7)
+    assert limit.after_overload(0.5 * limit.shakedown.load_factor).largest_slip == 0  # nothing slips in so small an overload
+
+
+def test_it_is_drawn_with_its_node():
+    contact, loads, f = centred(2, most=5)
+    limit = fo.guaranteed_limit(contact, loads, f)
+    ax = limit.plot()
+    circles = [one for one in ax.collections if one.get_label() == "critical node"]
+    assert np.allclose(circles[0].get_offsets(), limit.system.points[limit.node, :2])
