@@ -62,7 +62,7 @@ def excess(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_fa
 
 
 def off_bounds(
-    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any, node: int, corners: tuple[int, int]
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any, node: int, corners: tuple[int, ...]
 ) -> float:
     """How far a node is from its bound of forward slip at one corner, of backward slip at another, over the force scale; rounding as in `excess`."""
     slack, rounding = _slacks(system, cycle, friction, load_factor, slip)
@@ -78,7 +78,7 @@ def _slacks(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_f
     return slope @ v + rate * load_factor + level, rounding
 
 
-def _both_bounds(nodes: int, node: int, corners: tuple[int, int]) -> tuple[int, int]:
+def _both_bounds(nodes: int, node: int, corners: tuple[int, ...]) -> tuple[int, int]:
     """Rows of the bound of forward slip at the first corner, and of backward slip at the second."""
     return 3 * nodes * corners[0] + node, 3 * nodes * corners[1] + nodes + node
 
@@ -124,7 +124,7 @@ def least_on_both_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction
 
 
 def on_both_bounds(
-    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, node: int, corners: tuple[int, int]
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, node: int, corners: tuple[int, ...]
 ) -> Any | None:
     """(N,) slip that holds a node on both its bounds at these corners, the others as far from theirs as possible; None if none is found."""
     slope, rate, level = _rows(system, cycle, friction)
