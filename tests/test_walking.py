@@ -1,4 +1,4 @@
-"""Static shear on contacts that roll to and fro, and loads in phase, against closed forms and transients whose nodes open and close."""
+"""Smooth contacts: static shear while they roll to and fro, loads in phase, limits that belong to the mesh; by closed forms and transients."""
 
 import numpy as np
 import pytest
@@ -86,3 +86,43 @@ def test_a_mesh_whose_edge_just_carries_nothing_at_the_least_pressure_has_the_li
         limit = fo.shakedown_limit(contact, cycle, F)
         assert limit.load_factor == pytest.approx(F * most, rel=1e-6) and limit.load_factor >= F * P1
         assert limit.mechanism["node"].isin([0, contact.nodes - 1]).all()
+
+
+def test_the_limit_of_a_cylinder_under_constant_pressure_falls_with_the_mesh_to_zero():
+    """Shear is that of a flat punch and grows at the edge, where pressure falls: lam = f p / q is 2 f P / Q (1 - x^2), on cells a share of it."""
+    limits, shares = [], []
+    for half in (8, 16, 32):
+        size = 1 / (half + 0.25)  # the edge of the contact, at 1, is a quarter of a cell outside of its last cell
+        contact = fo.ContactSystem.from_blocks(**half_plane_contact(2 * half + 8, (half + 4) * size, 1.0, R=1.0))
+        limit = fo.shakedown_limit(contact, fo.LoadCycle({"P": P}, [{"Q": -P}, {"Q": P}]), F)
+        node = limit.mechanism["node"].iloc[0]
+        assert int((~limit.open).sum()) == 2 * half and limit.open[[node - 1, node + 1]].sum() == 1
+        assert f"node {node} beside the open ones rules, where pressure falls to zero: the limit belongs to the mesh" in limit.reason
+        assert "belongs to the mesh" in fo.guaranteed_limit(contact, limit._task.cycle, F).reason
+        shares.append(limit.load_factor / (2 * F * (1 - contact.x[node] ** 2)))
+        limits.append(limit.load_factor / size)
+    assert np.ptp(limits) < 0.05 * limits[-1]  # of first order in the size of the cells
+    assert np.ptp(shares) < 0.01 and 0.5 < shares[-1] < 1
+
+
+def test_the_limit_of_a_sphere_under_constant_pressure_belongs_to_the_mesh_and_falls():
+    limits = []
+    for cells in (8, 12, 18):
+        whole = fo.ContactSystem(**half_space_contact(cells, 1.3, 1.0, 1.0, 0.0))
+        forces = whole.S @ np.kron(np.eye(3), np.ones(whole.nodes)).T
+        shares = forces @ np.linalg.inv(np.kron(np.eye(3), np.ones(whole.nodes)) @ forces)
+        S = whole.S - shares @ forces.T
+        sphere = fo.ContactSystem((S + S.T) / 2, whole.points, {"P": shares[:, 2], "Q": shares[:, 0]}, gap=whole.gap)
+        limit = fo.shakedown_limit(sphere, fo.LoadCycle({"P": 2 / 3}, [{"Q": -2 / 3}, {"Q": 2 / 3}]), F)
+        assert "beside the open ones rules, where pressure falls to zero: the limit belongs to the mesh" in limit.reason
+        assert np.hypot(*whole.points[limit.mechanism["node"].iloc[0], :2]) > 0.9  # of the radius 1
+        limits.append(limit.load_factor)
+    assert limits[0] > limits[1] > limits[2] > 0
+
+
+def test_an_edge_beside_open_nodes_has_a_limit_of_its_own():
+    """A flat punch beside a gap that stays open: pressure is highest at its edges."""
+    flat = fo.ContactSystem.from_blocks(**half_plane_contact(24, 1.5, 1.0))
+    punch = flat.with_gap(np.where(np.abs(flat.x) < 1, 0.0, 9.0))
+    limit = fo.shakedown_limit(punch, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), F)
+    assert limit.load_factor == pytest.approx(F, rel=1e-9) and int(limit.open.sum()) == 8 and "mesh" not in limit.reason

@@ -18,7 +18,9 @@ from ..contact.parts import joined, parted
 from ..contact.tolerances import HELD, NOTHING_LEFT
 from .mechanism import Mechanism
 
-__all__ = ["OpenNodes", "following", "without"]
+__all__ = ["OpenNodes", "border", "following", "without"]
+
+_BESIDE = 2.0  # distances of the nearest node within which others are its neighbours
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,4 +103,19 @@ def without(system: ContactSystem, nodes: OpenNodes) -> ContactSystem:
         frames=system.frames[closed],
         contact=None if system.contact is None else system.contact[closed],
         width=None if system.width is None else system.width[closed],
+    )
+
+
+def border(system: ContactSystem, opened: Booleans, node: int, p: Array) -> str:
+    """What a limit that a node beside open ones rules says of the mesh, as the end of a reason; p (K, N) are the normal forces at the limit.
+
+    Pressure falls to zero where closed nodes meet open ones, unless the body ends there in an edge, where pressure is highest.
+    """
+    apart = np.linalg.norm(system.points - system.points[node], axis=1)
+    apart[node] = np.inf
+    pressure = p.min(axis=0) / (1.0 if system.width is None else system.width)
+    if opened[node] or apart[opened].min(initial=np.inf) > _BESIDE * apart.min() or pressure[node] > pressure[~opened].mean():
+        return ""
+    return (
+        f"; node {node} beside the open ones rules, where pressure falls to zero: the limit belongs to the mesh, and falls as elements shrink there"
     )

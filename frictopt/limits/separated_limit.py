@@ -21,6 +21,7 @@ from ..contact.system import checked_system
 from ..contact.tolerances import ONE_LIMIT
 from ..solve.bounds import BoundStatus
 from ..solve.explain import Units, explain
+from .open_nodes import border
 from .open_sets import OpenSetLimit
 from .separated import SeparatedProblem
 from .separated_sets import best_open_set
@@ -233,4 +234,5 @@ def _reason(system: ContactSystem, cycle: LoadCycle, friction: Array, best: Open
     if best.load_factor == np.inf:
         return f"the limit is infinite: the contact rests with {nodes} open at every load factor{start}"
     text = f"the contact rests with {nodes} open at all load factors up to this one{start}"
+    text += border(system, best.opened, best.active[0], best.p) if best.active else ""
     return f"{text}; {'the mixed-integer program finds no state above it' if proven else bound.why}"

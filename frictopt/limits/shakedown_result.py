@@ -21,6 +21,7 @@ from .kinds import reason
 from .least_slip import LeastSlip, least_slip
 from .limit_claim import LimitClaim
 from .mechanism import Mechanism
+from .open_nodes import border
 from .question import Answered, LimitQuestion
 
 __all__ = ["ShakedownLimit", "limit_result"]
@@ -160,6 +161,9 @@ def limit_result(answer: Answer[LimitClaim], left_out: tuple[str, ...], problem:
     """The limit that is claimed, with how it was found."""
     claim = answer.claim
     task, why = claim.task, claim.why or reason(claim.task, claim.kind, (claim.least, claim.load_factor), claim.growth, claim.constraints)
+    if task.open is not None and claim.kind is LimitKind.FINITE:
+        moved = np.where(task.closed, claim.motion.size + claim.motion.opening, 0.0).sum(axis=0)
+        why += border(task.system, task.open.opened, int(moved.argmax()), task.reactions(claim.load_factor, claim.slip)[1])
     why = task.said + why
     record = task.record(answer.solver, answer.attempts, claim.residual, left_out)
     found = claim.load_factor, claim.least, claim.kind, why, frozen(claim.slip), float(claim.bound), record
