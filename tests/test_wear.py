@@ -96,6 +96,26 @@ def test_a_history_goes_on_from_its_state():
     assert np.abs(first.depth[-1] + rest.depth[-1] - whole.depth[-1]).max() < 2e-3 * whole.depth[-1].max()
 
 
+@pytest.mark.parametrize(
+    ("scene", "cycle", "load_factor"),
+    [
+        (fo.scenes.RoundedPunch(punch=fo.scenes.PunchOnHalfPlane(elements=24)), fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]), 1.2),
+        (fo.scenes.PunchOnHalfPlane(elements=24), fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]), 1.9),
+        (
+            fo.scenes.Dovetail(elements=8, edge_radius=5.0),
+            fo.LoadCycle({"pull": 1.0}, [{"pull": 0.3, "sway": 0.1}, {"pull": -0.3, "sway": -0.1}]),
+            0.7,
+        ),
+    ],
+    ids=["rounded punch", "flat punch", "dovetail"],
+)
+def test_a_coupled_contact_wears_until_it_rests(scene, cycle, load_factor):
+    history = fo.wear(scene.condense(), cycle, 0.5, load_factor, coefficient=1e-3)
+    assert history.worn_in and history.reason.startswith("worn in") and history.residual < 1e-9 and history.volume > 0
+    again = fo.steady_state(history.system, cycle, 0.5, load_factor, initial_state=history.state)
+    assert again.dissipation == pytest.approx(history.steady.dissipation, rel=1e-6, abs=1e-12)
+
+
 def test_where_nothing_slips_nothing_wears():
     contact = fo.ContactSystem.from_blocks([[2.0]], [[0.3]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.1])}, width=[1.0])
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])

@@ -80,6 +80,13 @@ def test_simulated_wear_ends_there(corners):
     assert history.steady.outcome is fo.Outcome.SHAKEDOWN or history.steady.dissipation < 1e-4 * history.to_frame()["work"].max()
 
 
+def test_a_fixed_part_of_the_cycle_counts():
+    contact, cycle, f, load_factor = cylinder(16)
+    scaled = fo.worn_in(contact, fo.LoadCycle(cycle.mean, [{"Q": load_factor, "P": 0.3}, {"Q": -load_factor, "P": -0.3}]), f, 1.0)
+    fixed = fo.worn_in(contact, fo.LoadCycle(cycle.mean, cycle.corners, [{"P": 0.3}, {"P": -0.3}]), f, load_factor)
+    assert fixed.depth.max() > 0 and np.allclose(fixed.depth, scaled.depth, rtol=1e-12, atol=0)
+
+
 def test_under_a_varying_force_wear_comes_ever_closer():
     """Only near the largest force there is pressure left in the end: what is missing falls with the cycles, tenfold in ten times as many."""
     contact, cycle, f, load_factor = cylinder(24)

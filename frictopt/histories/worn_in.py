@@ -175,14 +175,13 @@ def _similar(system: ContactSystem, friction: ArrayLike) -> float:
 
 def _ends(system: ContactSystem, cycle: LoadCycle, load_factor: float) -> tuple[Array, Array]:
     """The two loads (M,) between which those of a cycle stay, on a line."""
-    loads = joined(*reactions(system, cycle.corners))
+    loads = joined(*reactions(system, cycle.at(load_factor)))
     far = loads - loads[0]
     along = far[np.linalg.norm(far, axis=1).argmax()]
     place = far @ along / (along @ along or 1.0)
     if np.abs(far - np.outer(place, along)).max() > CONDENSATION * np.abs(loads).max():
         raise _not_covered("cycle: its loads do not stay on one line")
-    mean = joined(*system.reaction(cycle.mean))
-    return mean + load_factor * loads[place.argmin()], mean + load_factor * loads[place.argmax()]
+    return loads[place.argmin()], loads[place.argmax()]
 
 
 def _confined(C: Array, p: Array, gap: Array, closed: Booleans) -> Array:

@@ -1,0 +1,23 @@
+"""
+Wear, and what it wears into
+============================
+
+A cylinder that is sheared to and fro slips at the edges of its contact, and wears there. How long, and how deep, until it stops slipping?
+"""
+
+import frictopt as fo
+
+arrays = fo.reference.half_plane_contact(nodes=64, half_length=1.0, E_star=1e5, R=100.0)  # N and mm
+cylinder = fo.ContactSystem.from_blocks(**arrays, width=[2 / 64] * 64)
+cycle = fo.LoadCycle(mean={"P": 400.0}, corners=[{"Q": 1.0}, {"Q": -1.0}])
+
+history = fo.wear(cylinder, cycle, friction=0.5, load_factor=100.0, coefficient=1e-8)
+print(history)
+history.plot()
+
+# %%
+# Bodies of one material wear into a profile that is known without following them there.
+
+end = fo.worn_in(cylinder, cycle, friction=0.5, load_factor=100.0)
+print(end)
+end.plot()
