@@ -341,3 +341,11 @@ def test_bad_fixed_parts_are_refused(fixed, message):
 def test_corners_at_which_the_load_turns_depend_on_the_load_factor():
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 0.0}, {"Q": 1.0}], [{}, {"Q": 2.0}, {}])
     assert turning_corners(cycle, 1.0) == [0, 1, 2] and turning_corners(cycle, 3.0) == [0, 2]
+
+
+def test_load_factor_zero_is_no_odd_value_where_a_part_is_fixed(recwarn):
+    contact, cycle, f = fixed_contact(5)
+    fo.steady_state(contact, cycle, f, 0.0)
+    assert not recwarn.list
+    with pytest.warns(fo.ModelWarning, match="load_factor: 0"):
+        fo.steady_state(contact, fo.LoadCycle(cycle.mean, cycle.corners), f, 0.0)
