@@ -66,4 +66,4 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": ["sphinx-version"],
 }
-html_sidebars = {name: [] for name in ("theory", "glossary", "checked", "performance", "validity", "studies")}
+html_sidebars = {name: [] for name in ("theory", "glossary", "checked", "performance", "size", "validity", "studies")}

@@ -1,0 +1,133 @@
+"""How large, how long, how much memory: condensation, limits and steady states over the number of contact nodes, in the plane and in space.
+
+Run with `python -m studies size [--quick]`. Every size runs in a process of its own, one thread; the memory is the largest of this process so far.
+The plane scene is that of the paper, the one in space a square punch, both under bulk stress.
+"""
+
+import resource
+import sys
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+import frictopt as fo
+
+from .tables import Study, Table, markdown, two_digits
+
+__all__ = ["FULL", "QUICK", "SIZES", "STUDY", "Parameters"]
+
+_LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+_FRICTION = 0.5
+_QUESTIONS = ("condense", "shakedown limit", "guaranteed limit", "steady state below", "steady state above")
+_IN_MEMORY = 1e9 if sys.platform == "darwin" else 1e6  # units of the largest memory, in gigabytes
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Numbers of elements along the contact of the scenes, and the largest ones that are asked for more than the condensation."""
+
+    plane: tuple[int, ...] = (64, 124, 250, 500, 1000)
+    space: tuple[int, ...] = (9, 14, 19, 29, 39, 49)
+    plane_limits: int = 500
+    space_limits: int = 19
+    plane_transients: int = 250
+    space_transients: int = 19
+
+
+FULL = Parameters()
+QUICK = Parameters((8, 16), (2, 3), plane_limits=16, space_limits=2, plane_transients=8, space_transients=2)
+
+
+def times_by_size(parameters: Parameters) -> pd.DataFrame:
+    """One row per scene, size and question, each size in a new process."""
+    sizes = [("plane", elements) for elements in parameters.plane] + [("space", elements) for elements in parameters.space]
+    rows = []
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
+        for scene, elements in tqdm(sizes, desc="times by size", disable=None):
+            limits, transients = (elements <= getattr(parameters, f"{scene}_{what}") for what in ("limits", "transients"))
+            rows += pool.submit(_answered, scene, elements, limits, transients).result()
+    return pd.DataFrame(rows, columns=list(_COLUMNS))
+
+
+def _answered(scene: str, elements: int, limits: bool, transients: bool) -> list[dict[str, Any]]:
+    """The rows of one size; everything is compiled by a small contact before."""
+    with threadpool_limits(1):
+        _rows(scene, 4, limits, transients)
+        return _rows(scene, elements, limits, transients)
+
+
+def _rows(scene: str, elements: int, limits: bool, transients: bool) -> list[dict[str, Any]]:
+    model = (fo.scenes.PunchOnHalfPlane if scene == "plane" else fo.scenes.SquarePunch)(elements=elements).model()
+    named = {"scene": scene, "elements": elements, "unknowns": sum(body.mesh.p.size for body in model.bodies.values())}
+    rows = list[dict[str, Any]]()
+
+    def asked(question: str, ask: Callable[[], Any]) -> Any:
+        start = time.process_time()
+        answer = ask()
+        seconds, memory = time.process_time() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / _IN_MEMORY
+        cost = {"question": question, "seconds": seconds, "memory": memory, "residual": getattr(answer, "residual", np.nan)}
+        rows.append(named | {"nodes": system.nodes if rows else answer.nodes} | cost)
+        return answer
+
+    system = asked("condense", model.condense)
+    if limits:
+        limit = asked("shakedown limit", lambda: fo.shakedown_limit(system, _LOADS, _FRICTION))
+        if scene == "plane":
+            asked("guaranteed limit", lambda: fo.guaranteed_limit(system, _LOADS, _FRICTION))
+        if transients:
+            for where, ratio in (("below", 0.9), ("above", 1.05)):
+                asked(f"steady state {where}", partial(fo.steady_state, system, _LOADS, _FRICTION, ratio * limit.load_factor))
+    return rows
+
+
+_COLUMNS = {
+    "scene": '"plane" or "space"',
+    "elements": "elements along (a side of) the contact",
+    "unknowns": "displacements of the bodies",
+    "nodes": "contact nodes N",
+    "question": f"one of {', '.join(_QUESTIONS)}; steady states at 0.9 and 1.05 times the shakedown limit, without initial slip",
+    "seconds": "processor time",
+    "memory": "largest memory of the process so far, gigabytes",
+    "residual": "that of the answer; a condensation has none",
+}
+
+SIZES = Table("sizes", "one question to a contact of one size", _COLUMNS, full=FULL, quick=QUICK, compute=times_by_size, alone=True)
+
+
+def _cell(rows: pd.DataFrame) -> str:
+    return f"{two_digits(rows['seconds'].iloc[0])} s, {two_digits(rows['memory'].iloc[0])} GB" if len(rows) else ""
+
+
+def _report(tables: Mapping[str, pd.DataFrame]) -> str:
+    """One table for the plane and one for space; the last row has the exponents of the times."""
+    parts = []
+    for scene, rows in tables[SIZES.name].groupby("scene"):
+        questions = [question for question in _QUESTIONS if question in set(rows["question"])]
+        lines = [
+            [str(nodes), f"{own['unknowns'].iloc[0]:,}", *(_cell(own[own["question"] == question]) for question in questions)]
+            for nodes, own in rows.groupby("nodes")
+        ]
+        powers = [_exponent(rows[rows["question"] == question]) for question in questions]
+        parts.append(markdown([f"N, {scene}", "unknowns", *questions], [*lines, ["exponent of N", "", *powers]]))
+    return "\n\n".join(parts)
+
+
+def _exponent(rows: pd.DataFrame) -> str:
+    """Growth of the time over the sizes from a quarter of the largest one on; steady states have none, their cycles decide."""
+    nodes, seconds = (rows[name].to_numpy() for name in ("nodes", "seconds"))
+    upper = nodes >= nodes.max() / 4
+    if upper.sum() < 2 or rows["question"].iloc[0].startswith("steady"):
+        return ""
+    return two_digits(np.polyfit(np.log(nodes[upper]), np.log(seconds[upper]), 1)[0])
+
+
+STUDY = Study("studies.size", __doc__, "coarse meshes, in half a minute", (SIZES,), _report)
