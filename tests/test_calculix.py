@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 import frictopt as fo
 from calculix import Block, Glued, chained, equation, lines, needs_ccx, node_set, run
@@ -260,3 +261,30 @@ def test_a_force_by_its_sum_is_the_traction_over_the_area(tmp_path):
     job = fo.read_calculix(run(tmp_path, space()[2])[0])
     assert np.allclose(job.force("TOP", total=[0.0, 0.0, -12.0]), job.force("TOP", traction=[0.0, 0.0, -2.0]), atol=1e-14)
     assert np.allclose(job.force("TOP", pressure=2.0), job.force("TOP", traction=[0.0, 0.0, -2.0]), atol=1e-14)
+
+
+def test_the_mass_has_the_modes_of_the_glued_deck(tmp_path):
+    """From the separate bodies, glued pair by pair here, and by equations in the deck, of which CalculiX finds the modes itself."""
+    _, pairs, deck = plane()
+    job = fo.read_calculix(run(tmp_path, deck)[0])
+    rows = np.arange(len(job.labels))
+    one, two = job.unknowns[job.pairs("CU", "CL")].transpose(1, 0, 2)
+    rows[one] = rows[two]
+    _, glued = np.unique(rows, return_inverse=True)
+    T = np.eye(glued.max() + 1)[glued]
+    squares, modes = eigh(T.T @ job.K @ T, T.T @ job.M @ T)
+    equations = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2))
+    done, _ = run(tmp_path, deck + equations, "*FREQUENCY\n3\n", "glued")
+    found = [line.split() for line in done.with_suffix(".dat").read_text().splitlines()]
+    squared = [float(line[1]) for line in found if len(line) == 5 and line[0].isdecimal()][:3]
+    assert squares[:3] == pytest.approx(squared, rel=1e-5)
+    forces = {"P": job.force("TOP", traction=[0.0, -1.0]), "mode": fo.modal_load(job.M, T @ modes[:, 0])}
+    system = fo.condense(job.K, forces, job.pairs("CU", "CL"), [0.0, 1.0], job.unknowns, job.points)
+    assert system.compliance[1, 1] == pytest.approx(1 / squares[0], rel=1e-8)
+
+
+def test_a_mass_of_another_size_is_refused():
+    job = fo.read_calculix("tests/data/flat")
+    for odd in (job.M[:3, :3], job.M.toarray(), "M"):
+        with pytest.raises(fo.ModelError, match=r"^M: "):
+            fo.MatrixJob(job.K, job.labels, job.deck, odd)

@@ -8,7 +8,7 @@ from scipy.sparse import csr_matrix, diags, identity, issparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array, check_name, choice, finite_array, frozen, listed, place, whole_array
+from ..contact.checks import Array, check_name, choice, finite_array, frozen, listed, place, shown, whole_array
 from ..contact.tolerances import SAME_POINT, SYMMETRY
 from ..errors import ModelError
 from .interface import Interface
@@ -18,6 +18,7 @@ __all__ = [
     "check_forgotten",
     "checked_forces",
     "checked_gap",
+    "checked_mass",
     "checked_normals",
     "checked_pairs",
     "checked_rows",
@@ -203,3 +204,12 @@ def checked_forces(loads: object, size: int) -> dict[str, Array]:
     for name in loads:
         check_name("loads", name)
     return {name: finite_array(f"loads[{name!r}]", force, (size,)) for name, force in loads.items()}
+
+
+def checked_mass(M: csr_matrix | None, n: int) -> csr_matrix | None:
+    """Check a mass matrix of n unknowns; None stays."""
+    if M is None:
+        return None
+    if not issparse(M) or M.shape != (n, n) or abs(M - M.T).max() > SYMMETRY * abs(M).max():
+        raise ModelError(f"M: {shown(M)}; give a symmetric sparse mass matrix of the size of the labels, {n}")
+    return csr_matrix(M)

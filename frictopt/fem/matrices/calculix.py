@@ -17,11 +17,12 @@ __all__ = ["read_calculix"]
 
 
 def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
-    """Read the stiffness that CalculiX writes for a step of `*FREQUENCY, SOLVER=MATRIXSTORAGE`: `NAME.sti`, `NAME.dof` and the deck `NAME.inp`.
+    """Read what CalculiX writes for a step of `*FREQUENCY, SOLVER=MATRIXSTORAGE`: `NAME.sti`, `NAME.mas`, `NAME.dof` and the deck `NAME.inp`.
 
-    CalculiX writes one triangle of the matrix, without the displacements that `*BOUNDARY` holds or that follow others by a constraint, and no loads:
-    `MatrixJob.force` makes them, and knows the constraints. Displacements of nodes stand for the rotation of a `*RIGID BODY`. The stiffness of a
-    plane job is divided by the thickness of its section. The contact itself must not be in the deck: each body keeps its own nodes there.
+    CalculiX writes one triangle of each matrix, without the displacements that `*BOUNDARY` holds or that follow others by a constraint, and no
+    loads: `MatrixJob.force` makes them, and knows the constraints. Displacements of nodes stand for the rotation of a `*RIGID BODY`; such a job has
+    no mass. Stiffness and mass of a plane job are divided by the thickness of its section. The contact itself must not be in the deck: each body
+    keeps its own nodes there.
 
     Parameters
     ----------
@@ -50,19 +51,26 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
             f"stiffness: there is no {str(sti)!r}; CalculiX writes it in a step of *FREQUENCY, SOLVER=MATRIXSTORAGE, for which each material needs "
             "*DENSITY: see what it says when it runs"
         )
-    row, column, value = numbers_in(sti, "stiffness", r"\s+", 3)
     labels = np.column_stack(numbers_in(dof, "labels", ".", 2))
-    n = len(labels)
-    if min(row.min(), column.min()) < 1 or max(row.max(), column.max()) != n:
-        raise ModelError(
-            f"stiffness: {sti.name} has rows {min(row.min(), column.min()):g} to {max(row.max(), column.max()):g}, {dof.name} has {n} labels; "
-            "give both files of the same job"
-        )
-    K = symmetric("stiffness", row - 1, column - 1, value.astype(np.float64), n)
+    mas = sti.with_suffix(".mas")
+    K, M = _matrix("stiffness", sti, dof, len(labels)), _matrix("mass", mas, dof, len(labels)) if mas.exists() else None
     path = inp if deck is None else file_path("deck", deck)
     if deck is None and not path.exists():
-        return MatrixJob(K, labels)
-    return MatrixJob(*_of_the_deck(K, labels, read_deck(path)))
+        return MatrixJob(K, labels, M=M)
+    written = read_deck(path)
+    K, kept, made = _of_the_deck(K, labels, written)
+    return MatrixJob(K, kept, made, M=M / written.thickness if M is not None and np.array_equal(kept, labels) else None)
+
+
+def _matrix(what: str, path: Path, dof: Path, n: int) -> csr_matrix:
+    """A matrix of n rows, of which the file has one triangle."""
+    row, column, value = numbers_in(path, what, r"\s+", 3)
+    if min(row.min(), column.min()) < 1 or max(row.max(), column.max()) != n:
+        raise ModelError(
+            f"{what}: {path.name} has rows {min(row.min(), column.min()):g} to {max(row.max(), column.max()):g}, {dof.name} has {n} labels; "
+            "give both files of the same job"
+        )
+    return symmetric(what, row - 1, column - 1, value.astype(np.float64), n)
 
 
 def _of_the_deck(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[csr_matrix, Integers, Deck]:

@@ -12,7 +12,7 @@ from skfem import Mesh
 from ...contact.checks import Array, finite_array, finite_number, frozen, real_array, shown
 from ...contact.show import Shown
 from ...errors import ModelError
-from ..given import checked_stiffness
+from ..given import checked_mass, checked_stiffness
 from ..ordering import Integers
 from ..rigid import node_graph
 from .deck import Deck, deck_of_points
@@ -33,17 +33,19 @@ class MatrixJob(Shown):
     Parameters
     ----------
     K
-        (n, n) stiffness, symmetric and sparse; displacements that the job holds, or that follow others, are not in it.
+        (n, n) stiffness, symmetric and sparse, without displacements that the job holds, or that follow others.
     labels
         (n, 2) number of the node, and direction, of each unknown: 1, 2 and 3 are its displacements. Any other one, or a number that is not positive,
         is that of a generalised coordinate.
     deck
         Nodes, sets, elements and constraints, as a reader finds them; or number of a node -> its coordinates; None: not known.
+    M
+        (n, n) mass matrix, symmetric and sparse, for `modal_load`; None: not known, as of `with_linear_faces`.
 
     Raises
     ------
     ModelError
-        K that is not symmetric or not of the size of the labels, labels that are given twice or are none of displacements.
+        K or M that is not symmetric or not of the size of the labels, labels that are given twice or are none of displacements.
 
     Examples
     --------
@@ -51,9 +53,6 @@ class MatrixJob(Shown):
     >>> job = fo.read_calculix("tests/data/flat")
     >>> job
     MatrixJob(unknowns=964, directions=2, sets=['NALL', 'N_BLOCK', 'N_BOTTOM', 'N_CONTACT_BLOCK', 'N_CONTACT_PUNCH', 'N_PUNCH', 'N_TOP'])
-    >>> pairs = job.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
-    >>> pairs.shape
-    (26, 2)
     >>> round(float(job.force("N_TOP", pressure=1.0).sum()), 9)  # on a face 10 wide
     -10.0
 
@@ -68,6 +67,7 @@ class MatrixJob(Shown):
     K: csr_matrix
     labels: Integers
     deck: Deck | Mapping[int, Sequence[float]] | None = None
+    M: csr_matrix | None = None
 
     def __post_init__(self) -> None:
         labels = checked_labels(self.labels)
@@ -78,8 +78,8 @@ class MatrixJob(Shown):
         K = checked_stiffness(self.K)
         if K.shape[0] != len(labels):
             raise ModelError(f"K: {shown(self.K)}; give a real sparse matrix of the size of the labels, {len(labels)}")
-        object.__setattr__(self, "K", csr_matrix((K + K.T) / 2))
-        object.__setattr__(self, "labels", labels)
+        for name, value in {"K": csr_matrix((K + K.T) / 2), "labels": labels, "M": checked_mass(self.M, len(labels))}.items():
+            object.__setattr__(self, name, value)
 
     def _answer(self) -> Mapping[str, object]:
         others = {"generalised": len(self.generalised)} if len(self.generalised) else {}

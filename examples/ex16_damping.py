@@ -1,0 +1,30 @@
+"""
+Frequency and damping of a joint
+================================
+
+A mode shakes a joint. Its frequency falls and its damping grows with the amplitude, and both depend on what assembly has left.
+"""
+
+import numpy as np
+
+import frictopt as fo
+
+system = fo.scenes.PunchOnHalfPlane(elements=16).condense()
+cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": 1.0}, {"sigma": -1.0}])
+curve = fo.damping_curve(system, cycle, friction=0.6, load_factors=np.geomspace(0.3, 4.0, 8))
+print(curve.to_frame())
+curve.plot()
+
+# %%
+# The loop of the load in one of these steady cycles; its area is the work of friction.
+
+steady = fo.steady_state(system, cycle, friction=0.6, load_factor=3.0)
+loop = steady.loop("sigma")
+print(loop.area, steady.dissipation)
+loop.plot()
+
+# %%
+# With surfaces that give the corners are not singular.
+
+soft = system.with_contact_stiffness(tangential=20.0, normal=20.0)
+print(fo.shakedown_limit(system, cycle, friction=0.6), fo.shakedown_limit(soft, cycle, friction=0.6))
