@@ -134,6 +134,11 @@ IN_SPACE = {
     "limit, 3-D": ("shakedown_limit", lambda limit: replace(limit, load_factor=1.001 * limit.load_factor)),
     "least safe load, 3-D": ("shakedown_limit", lambda limit: replace(limit, least=1.001 * limit.least)),
     "limit, plane in 3-D": ("shakedown_limit", lambda limit: replace(limit, load_factor=1.001 * limit.load_factor)),
+    "guaranteed limit, 3-D": (
+        "guaranteed_limit",
+        lambda limit: limit if limit.to_frame()["how"].eq("left out by its bound").any() else replace(limit, load_factor=1.001 * limit.load_factor),
+    ),
+    "guaranteed limit, plane in 3-D": ("guaranteed_limit", lambda limit: replace(limit, load_factor=1.001 * limit.load_factor)),
     "safe slip, plane in 3-D": ("safe_slip", lambda safe: replace(safe, margin=safe.margin + 1e-3)),
 }
 

@@ -120,7 +120,7 @@ class GuaranteedModel(SafeModel):
         states = critical_states(task)
         both = np.array([bool(own_states) for own_states in states])
         least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, ONE_CORNER).astype(object)
-        if np.isnan(least_found) or is_uncoupled(task.system, task.friction):
+        if not least_found > shakedown.least or is_uncoupled(task.system, task.friction):
             least[both], how[both] = least_found, NOT_NEEDED
             return self._result(task, shakedown, None, least, how, ())
         extended = self._shakedown._own(shakedown_problem, task, own) if own else None

@@ -256,7 +256,7 @@ def left_out(how: np.ndarray, solved: int) -> tuple[str, ...]:
     """Which nodes needed no program, in words."""
     n, count = len(how), {label: int((how == label).sum()) for label in (LEFT_OUT, IMAGE, ONE_CORNER, NOT_NEEDED)}
     texts = {
-        NOT_NEEDED: "all programs: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or nothing is safe",
+        NOT_NEEDED: "all programs: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or no load factors lie between",
         LEFT_OUT: f"nodes: {count[LEFT_OUT]} of {n} cannot be critical below the limit, by a lower bound; {solved} solved",
         IMAGE: f"mirror symmetry: {count[IMAGE]} of {n} nodes are images of others",
         ONE_CORNER: f"nodes: {count[ONE_CORNER]} of {n} can only lift off where they are critical, or have no friction",

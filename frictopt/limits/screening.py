@@ -102,7 +102,7 @@ class _Slides:
         """Slips in space, to a slide of little resistance, by weighted means, the weights of which are those of the slips before."""
         for _ in range(_MEANS):
             size = np.linalg.norm(net.reshape(self._shape), axis=0)
-            weight = self._hold / np.tile(np.maximum(size, _NEAR * size.max()), (self._shape[0], 1))
+            weight = self._hold / np.tile(np.maximum(size, _NEAR * size.max() or 1.0), (self._shape[0], 1))
             square = np.einsum("rk,rj,rl->jkl", self._rigid, weight, self._rigid, optimize=True)
-            net = net - self._rigid @ np.linalg.solve(square, (self._rigid.T @ (weight * net)).T[..., None])[..., 0].T
+            net = net - self._rigid @ (np.linalg.pinv(square) @ (self._rigid.T @ (weight * net)).T[..., None])[..., 0].T
         return net

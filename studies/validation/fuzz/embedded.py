@@ -11,7 +11,7 @@ from frictopt.transients.increments import ExactIncrement
 from .cases import random_case
 from .known import NotAsked, Wrong, same
 
-__all__ = ["Embedded", "embedded", "increment", "limit", "safe_slip"]
+__all__ = ["Embedded", "embedded", "guaranteed", "increment", "limit", "safe_slip"]
 
 _SAME = 1e-7
 _FRICTION = 0.5  # at most, for increments: with more, several states may obey the law
@@ -63,6 +63,18 @@ def limit(subject: Embedded) -> tuple[float, bool]:
     found = fo.shakedown_limit(subject.solid, case.cycle, case.friction)
     for name in ("load_factor", "least"):
         same(f"{name} is", getattr(found, name), getattr(plane, name), _SAME, _SAME)
+    return found.residual, True
+
+
+def guaranteed(subject: Embedded) -> tuple[float, bool]:
+    """The guaranteed limit."""
+    case = subject.case
+    try:
+        plane = fo.guaranteed_limit(case.system, case.cycle, case.friction)
+    except fo.FrictoptError as error:
+        raise NotAsked from error
+    found = fo.guaranteed_limit(subject.solid, case.cycle, case.friction)
+    same("the guaranteed limit is", found.load_factor, plane.load_factor, _SAME, _SAME)
     return found.residual, True
 
 

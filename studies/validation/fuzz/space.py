@@ -86,6 +86,18 @@ def _least(subject: _Subject) -> tuple[float, bool]:
     return limit.residual, True
 
 
+def _guaranteed(subject: _Subject) -> tuple[float, bool]:
+    """With every node's program solved, the corners the other way round, and one more within their hull."""
+    system, cycle, f = subject.system, subject.cycle, subject.friction
+    limit = fo.guaranteed_limit(system, cycle, f)
+    if len(cycle.corners) < 2:
+        return limit.residual, False
+    within = {name: 0.4 * value for name, value in cycle.corners[0].items()}  # the second corner is opposed to it
+    other = fo.guaranteed_limit(system, fo.LoadCycle(cycle.mean, [within, *cycle.corners[::-1]]), f, simplify=False)
+    same("the guaranteed limit is", limit.load_factor, other.load_factor, _SAME, _SAME)
+    return limit.residual, True
+
+
 def _safe_slip(subject: _Subject) -> tuple[float, bool]:
     safe = fo.safe_slip(subject.system, subject.cycle, subject.friction, subject.load_factor)
     value = subject.limit.load_factor
@@ -134,6 +146,7 @@ def _safe_start(subject: _Subject) -> tuple[float, bool]:
 _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "limit, 3-D": _limit,
     "least safe load, 3-D": _least,
+    "guaranteed limit, 3-D": _guaranteed,
     "safe slip, 3-D": _safe_slip,
     "increment, 3-D": partial(_increment, engine=NewtonIncrement),
     "increment by cones, 3-D": partial(_increment, engine=FrozenBoundIncrement),
@@ -142,6 +155,7 @@ _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
 }
 _EMBEDDED: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "limit, plane in 3-D": embedded.limit,
+    "guaranteed limit, plane in 3-D": embedded.guaranteed,
     "safe slip, plane in 3-D": embedded.safe_slip,
     "increment, plane in 3-D": embedded.increment,
 }
