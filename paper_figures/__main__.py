@@ -42,6 +42,7 @@ from . import (
     style,
     traction_ratio,
     two_states,
+    wear,
 )
 from .prepare import prepare
 
@@ -76,6 +77,7 @@ FIGURES: dict[str, Script] = {
     "least_slip": least_slip,
     "limit_after_protocol": limit_after_protocol,
     "separation": separation,
+    "wear": wear,
     "error_vs_time": error_vs_time,
     "mesh_error": mesh_error,
     "extremes": extremes,

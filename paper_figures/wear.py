@@ -1,0 +1,54 @@
+"""Wear: depth and pressure of a cylinder over the cycles, work of friction over the cycles, and limits before and after."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from studies.tables import Table
+from studies.wear import HISTORY, LIMITS, PROFILES
+
+from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label, plain_log
+
+__all__ = ["TABLES", "draw"]
+
+TABLES: Mapping[str, Table[Any]] = {"profiles": PROFILES, "history": HISTORY, "limits": LIMITS}
+
+
+def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
+    """Left: profiles; right: work of friction, and limits."""
+    figure = new_figure(WIDE, 120)
+    (depth, pressure), (work, limits) = figure.subplots(2, 2)
+    profiles = tables["profiles"]
+    for (cycles, rows), look in zip(profiles.groupby("cycles"), SERIES, strict=False):
+        line = {"color": look["color"], "linestyle": look["linestyle"], "label": f"{cycles:.3g}"}
+        depth.plot(rows["x"], rows["depth"], **line)
+        pressure.plot(rows["x"], rows["pressure"], **line)
+    first = profiles[profiles["cycles"] == 0]
+    depth.plot(first["x"], first["end"], color=GREY, lw=2.4, alpha=0.5, zorder=0, label="closed form")
+    depth.set_ylabel("depth / $(a^2 / R)$")
+    depth.legend(title="cycles", loc="upper center", ncols=2, handlelength=1.8)
+    depth.set_ylim(top=2.2 * float(profiles["depth"].max()))
+    pressure.set_ylabel("pressure / $(P / a)$")
+    for axes in (depth, pressure):
+        axes.set_xlabel("$x / a$")
+    for (name, rows), look in zip(tables["history"].groupby("contact", sort=False), SERIES, strict=False):
+        share = rows["cycles"] / rows["cycles"].iloc[-1]
+        work.plot(np.asarray(share), rows["work_share"], color=look["color"], linestyle=look["linestyle"], label=str(name))
+    work.set_xlabel("cycles / cycles until worn in")
+    work.set_ylabel("work per cycle / first")
+    work.legend(loc="upper right")
+    table = tables["limits"]
+    limits.plot(table["nodes"], table["before"], label="before wear", **SERIES[0])
+    limits.plot(table["nodes"], table["after"], label="worn in", **SERIES[1])
+    limits.axhline(1.0, color=BLACK, lw=0.6)
+    plain_log(limits, "x")
+    limits.set_xlabel("nodes")
+    limits.set_ylabel("limit / load that wears")
+    limits.set_ylim(bottom=0.0)
+    limits.legend(loc="center right")
+    for axes, letter in zip((depth, pressure, work, limits), "abcd", strict=True):
+        panel_label(axes, letter)
+    return figure
