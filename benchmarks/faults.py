@@ -195,7 +195,6 @@ FAULTS = (
     Fault("contact/onset.py", "open nodes hold as if they were closed", "r = load + moved @ S", "r = load.copy()", "onset"),
     Fault("contact/onset.py", "the onset forgets the settled slip", "joined(state.slip, state.gap - system.gap)",
           "joined(0 * state.slip, state.gap - system.gap)", "onset"),
-    Fault("limits/open_nodes.py", "an edge is taken for a smooth border", "or pressure[node] > pressure[~opened].mean()", "", "walking"),
     Fault("limits/ruling_corners.py", "one corner rules at every load factor", "while node.size:", "while False:", "fixed_part"),
     Fault("limits/mechanism.py", "what is fixed counts as a sum", "return parts if len(load) > 1 else", "return", "fixed_part"),
     Fault("transients/begin.py", "what is fixed is no load of a transient", "if cycle.fixed is None else list", "if True else list",

@@ -349,3 +349,10 @@ def test_load_factor_zero_is_no_odd_value_where_a_part_is_fixed(recwarn):
     assert not recwarn.list
     with pytest.warns(fo.ModelWarning, match="load_factor: 0"):
         fo.steady_state(contact, fo.LoadCycle(cycle.mean, cycle.corners), f, 0.0)
+
+
+def test_a_corner_in_space_whose_fixed_part_alone_is_outside_of_the_hull_of_the_others_counts():
+    """Bounds of 1.5 hold a shear of 2 only with a slip of -0.5 or less, and then the cyclic shear only up to 1."""
+    node = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0.0, 0.0, 3.0], "X": [1.0, 0.0, 0.0]})
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}, {}], [{}, {}, {"X": 2.0}])
+    assert fo.shakedown_limit(node, cycle, 0.5).load_factor == pytest.approx(1.0)
