@@ -181,7 +181,7 @@ FAULTS = (
           "state.at_zero / unit, np.r_[0 * state.rate[:-1], state.rate[-1]] * task.load_unit / unit", "guaranteed_space guaranteed"),
     Fault("limits/critical_node.py", "the rows of all other nodes are loose", "(np.arange(n) == state.node)", "(np.arange(n) != state.node)",
           "guaranteed_space guaranteed"),
-    Fault("limits/screening.py", "the corner that helps rules", "others = np.max([", "others = np.min([", "guaranteed_space"),
+    Fault("limits/screening.py", "the pressure of the others helps", "- fa * p1[:, None] for", "+ fa * p1[:, None] for", "guaranteed_space"),
     Fault("limits/critical_search.py", "a bound below the least load factor found leaves a node out", "-bound * task.load_unit > found",
           "-bound * task.load_unit < found", "guaranteed_space"),
     Fault("limits/screening.py", "bound of a mechanism that has not settled", "np.where(done & (resistance <", "np.where((resistance <", _WITNESS),
