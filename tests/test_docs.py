@@ -84,7 +84,7 @@ def test_an_example_is_short_and_runs(path, quiet, monkeypatch):
 
 
 def test_the_gallery_has_examples():
-    assert 8 <= len(EXAMPLES) <= 16
+    assert 8 <= len(EXAMPLES) <= 20
 
 
 def listed(page):
