@@ -100,14 +100,13 @@ def test_onset_of_a_mean_load_beyond_the_circle_is_zero():
     assert first.slip.load_factor == 0.0 and first.mean_slips == (0,)
 
 
-PRESSED = fo.LoadCycle({"P": 1.0}, [{"X": 0.1}])
+WALKING = fo.LoadCycle({"P": 1.0}, [{"X": 0.1}, {"X": 0.1}], fixed=[{"Y": 0.1}, {}])
 
 
 @pytest.mark.parametrize(
     ("ask", "why"),
     [
-        (lambda: fo.guaranteed_limit(NODE, PRESSED, 0.5), "system: a contact in space"),
-        (lambda: fo.safe_vertices(NODE, PRESSED, 0.5, 1.0, [[1.0, 0.0]]), "system: a contact in space"),
+        (lambda: fo.guaranteed_limit(NODE, WALKING, 0.5), "cycle: a part of it is fixed, of a contact in space"),
         (lambda: fo.march(NODE, cycle(), 0.5, 1.0, engine="path"), "engine: 'path'.*the friction circle is curved"),
         (lambda: fo.steady_state(NODE, cycle(), 0.5, 1.0, steps=0), "steps: 0"),
         (lambda: fo.march(NODE, cycle(), 0.5, 1.0, engine="milp"), "engine: 'milp'.*the friction circle is curved"),

@@ -48,7 +48,7 @@ def modal_load(M: object, mode: ArrayLike, *, natural_frequency: float | None = 
     """
     shape = finite_array("mode", mode, (None,))
     try:
-        matrix = csr_matrix(M).astype(np.float64)
+        matrix = csr_matrix(M).astype(np.float64, casting="same_kind")
     except (TypeError, ValueError) as error:
         raise ModelError(f"M: no matrix of numbers ({error}); give the mass matrix, or the stiffness with a natural frequency") from error
     if matrix.shape != (len(shape), len(shape)):
