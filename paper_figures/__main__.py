@@ -19,6 +19,8 @@ from studies.tables import INTERRUPTED, Table, at_least_one, data_folder, writab
 from . import (
     amplitude,
     cycle,
+    damping_backbone,
+    damping_friction,
     dissipation,
     dissipation_range,
     error_vs_time,
@@ -77,6 +79,8 @@ FIGURES: dict[str, Script] = {
     "least_slip": least_slip,
     "limit_after_protocol": limit_after_protocol,
     "separation": separation,
+    "damping_backbone": damping_backbone,
+    "damping_friction": damping_friction,
     "wear": wear,
     "error_vs_time": error_vs_time,
     "mesh_error": mesh_error,
