@@ -62,8 +62,10 @@ def slip_modes(A: Array, B: Array, tangent: Array, normal: Array) -> tuple[Array
     return vectors / root[:, None], values, (values > RIGID) | ((values > 0) & (pressed > RIGID))
 
 
-def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array]:
-    """Stiffness and reactions of an interface with a spring in series with each of its motions, `(1 + S G)^-1 S` and `(1 + S G)^-1 R`.
+def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array, Array]:
+    """Stiffness `(1 + S G)^-1 S` and reactions `(1 + S G)^-1 R` of an interface with a spring in series with each motion, and the new compliance.
+
+    That is what the springs add to the compliance of the loads, `R^T (G^-1 + S)^-1 R`.
 
     In the factors of `S = F F^T` the inverse is that of `1 + F^T G F`: no spring is too stiff or too soft for it, and rigid motions stay free.
 
@@ -83,9 +85,16 @@ def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array
     F = root[:, None] * V * sizes
     y = V.T @ (R / root[:, None]) / sizes[:, None]
     free = R - F @ y  # what no strain of the bodies carries
-    L = np.linalg.cholesky(np.eye(len(sizes)) + F.T @ (give[:, None] * F))
-    half = np.linalg.solve(L, F.T)
-    return half.T @ half, free + half.T @ np.linalg.solve(L, y - F.T @ (give[:, None] * free))
+    factor: Array = np.linalg.qr(_falling(np.sqrt(give)[:, None] * F)).R
+    half = np.linalg.solve(factor.T, F.T)
+    pull = np.linalg.solve(factor.T, y - F.T @ (give[:, None] * free))
+    return half.T @ half, free + half.T @ pull, y.T @ y + free.T @ (give[:, None] * free) - pull.T @ pull
+
+
+def _falling(F: Array) -> Array:
+    """F above the unit matrix, its rows by falling size: as the factors of `1 + F^T F` lose least."""
+    rows = np.vstack([F, np.eye(F.shape[1])])
+    return np.asarray(rows[np.argsort(-np.abs(rows).max(axis=1, initial=0.0), kind="stable")])
 
 
 def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 __all__ = ["ContactSystem", "checked_plane", "checked_system"]
 
 
+_SOFTER = 1e18  # than the bodies, which springs in some directions may be while others are not: beyond, rounding hides what these carry
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactSystem(Shown):
     """N node pairs of two elastic bodies, condensed to their interface (Flicek et al. 2015, section 2).
@@ -379,7 +382,8 @@ class ContactSystem(Shown):
         Raises
         ------
         ModelError
-            A system without `width`, a stiffness that is not positive or below 1e-150, or of another shape.
+            A system without `width`, a stiffness that is not positive, or below 1e-150, or that is 1e18 times softer than the
+            bodies while others are not, or of another shape.
 
         Examples
         --------
@@ -394,8 +398,14 @@ class ContactSystem(Shown):
         give = compliances(tangential, normal, self.width, self.tangents)
         if not give.any():
             return self
-        S, R = in_series(self.S, self.own_stiffness, self._reactions, give)
-        L = None if self.compliance is None else self.compliance + self._reactions.T @ (give[:, None] * R)
+        soft = give * self.own_stiffness
+        if soft.max() > _SOFTER * max(soft.min(), 1.0):
+            name = ("tangential", "normal")[int(soft.argmax() >= self.tangents * self.nodes)]
+            raise ModelError(
+                f"{name}: {soft.max():.1e} times softer than the bodies, while others are not; give springs at most {_SOFTER:g} times softer"
+            )
+        S, R, more = in_series(self.S, self.own_stiffness, self._reactions, give)
+        L = None if self.compliance is None else self.compliance + more
         return replace(self, S=S, bonded=dict(zip(self.bonded, R.T, strict=True)), compliance=L)
 
     def save(self, path: str | Path) -> None:

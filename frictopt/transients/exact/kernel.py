@@ -755,13 +755,15 @@ def sweep(S, f, own, u, r, most, enough):
     Parameters
     ----------
     S, f, own
-        (M, M) stiffness, (N,) coefficients of friction, (t + 1, N) positive numbers of the size of each direction's own stiffness.
+        (M, M) stiffness, (N,) coefficients of friction, (t + 1, N) positive numbers: for the tangents at least the largest stiffness of the node
+        in any tangential direction, and its normal stiffness.
     u, r
         (M,) slip increments and gaps, and reactions; changed in place.
     most, enough
         Number of sweeps at most, and the largest correction of a force with which they end.
     """
     nodes, tangents = len(f), len(own) - 1
+    wanted = np.empty(tangents)
     for _ in range(most):
         largest = 0.0
         for node in range(nodes):
@@ -777,9 +779,10 @@ def sweep(S, f, own, u, r, most, enough):
                 size += (r[a * nodes + node] - own[a, node] * u[a * nodes + node]) ** 2
             share = 1.0 - bound / np.sqrt(size) if size > bound**2 else 0.0
             for a in range(tangents):
+                wanted[a] = share * (u[a * nodes + node] - r[a * nodes + node] / own[a, node])
+            for a in range(tangents):
                 k = a * nodes + node
-                before = u[k]
-                u[k] = share * (before - r[k] / own[a, node])
+                before, u[k] = u[k], wanted[a]
                 if u[k] != before:
                     largest = max(largest, own[a, node] * abs(u[k] - before))
                     for j in range(len(r)):

@@ -51,8 +51,11 @@ class NewtonIncrement(FrictionIncrement):
 
     @cached_property
     def _sizes(self) -> Array:
-        """(t + 1, N) stiffness of each node against itself, alike for its tangents."""
-        return np.vstack([np.tile(self.own[:-1].max(axis=0), (len(self.own) - 1, 1)), self.own[-1]])
+        """(t + 1, N) stiffness of each node against itself, for its tangents the largest in any direction."""
+        t, n = len(self.own) - 1, self.own.shape[1]
+        blocks = self.law.S.reshape(t + 1, n, t + 1, n)[:t, np.arange(n), :t, np.arange(n)]
+        tangent = np.maximum(np.linalg.eigvalsh(blocks)[:, -1], self.own[:-1].max(axis=0))
+        return np.vstack([np.tile(tangent, (t, 1)), self.own[-1]])
 
     def _solved(self, posed: Posed) -> Increment:
         """From where sweeps end; else from no motion, by c of nodes and of directions; then from the states of less friction."""
