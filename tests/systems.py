@@ -61,10 +61,16 @@ def mirrored(rng, nodes, gap=False, coupling=1.0):
 
 def stress_of(contact, table, friction):
     """(N,) shear forces that the slips of a mechanism leave, zero if they do no work on any residual slip."""
-    net, total = np.zeros((2, contact.nodes))
+    net, lift = np.zeros((2, contact.nodes))
     np.add.at(net, table.node, table.direction * table.share)
-    np.add.at(total, table.node, table.share)
-    return contact.A @ net + contact.B.T @ (friction * total)
+    np.add.at(lift, table.node, lifts(table, friction) * table.share)
+    return contact.A @ net + contact.B.T @ lift
+
+
+def lifts(table, friction):
+    """(rows,) how far each slip of a mechanism lifts its node per length: by the coefficient of friction, and an opening by itself."""
+    f = np.asarray(friction)
+    return np.where(table.direction == 0, 1.0, f[table.node] if f.ndim else f)
 
 
 def corner_rows(contact, cycle, friction):
