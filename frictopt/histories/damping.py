@@ -1,7 +1,7 @@
 """Frequency and damping of a joint against the amplitude of its load, and their range over the residual slips."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,6 @@ from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.answers import Outcome
 from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen
 from ..contact.cycle import checked_cycle, reactions
-from ..contact.parts import joined
 from ..contact.show import Plotted, Shown
 from ..contact.system import checked_system
 from ..contact.tolerances import ROUNDING
@@ -150,13 +149,13 @@ def damping_curve(
         raise ModelError(f"load_factors: {factors.tolist()}; give load factors that rise, the first one above 0")
     if searched and system.tangents > 1:
         raise ModelError("range: True for a contact in space; residual slips are searched in the plane alone, say range=False")
-    measure = _Measure(cycle, direction, _compliance(system, direction, natural_frequency), joined(*reactions(system, [cycle.corners[0]]))[0])
+    system, compliance = _with_compliance(system, direction, natural_frequency)
     safe = shakedown_limit(system, cycle, f).load_factor
     guaranteed = guaranteed_limit(system, cycle, f).load_factor if system.tangents == 1 else np.nan
     rows, spans, residual = [], [], 0.0
     for factor in factors:
         states = [steady_state(system, cycle, f, factor, progress=False)]
-        rows.append(measure.of(states[0]))
+        rows.append(_measured(states[0], direction, compliance))
         residual = max(residual, states[0].residual)
         spans.append([np.nan] * 4)
         if searched:
@@ -164,7 +163,7 @@ def damping_curve(
                 found = dissipation_range(system, cycle, f, factor)
                 residual = max(residual, found.residual)
                 states += found.steady_states
-            seen = np.array([rows[-1], *(measure.of(state) for state in states[1:] if state.outcome is not Outcome.RATCHETING)])
+            seen = np.array([rows[-1], *(_measured(state, direction, compliance) for state in states[1:] if state.outcome is not Outcome.RATCHETING)])
             damping, frequency = _damping(factor, *seen.T), _frequency(factor, seen[:, 0])
             spans[-1] = [damping.min(), damping.max(), frequency.min(), frequency.max()]
     displacement, work = np.array(rows).T
@@ -179,7 +178,7 @@ def damping_curve(
         damping=frozen(_damping(factors, displacement, work)),
         exponent=frozen(np.gradient(logs, np.log(factors)) if len(factors) > 1 else [np.nan]),
         **{name: frozen(column) for name, column in zip(_RANGE, np.transpose(spans), strict=True)},
-        natural_frequency=float(1 / (2 * np.pi * np.sqrt(measure.compliance))),
+        natural_frequency=float(_frequency(1.0, compliance)),
         guaranteed_limit=guaranteed,
         shakedown_limit=safe,
         residual=residual,
@@ -190,37 +189,24 @@ def _damping(force: Array | float, displacement: Array, work: Array) -> Array:
     return np.asarray(work / (2 * np.pi * force * displacement))
 
 
-def _frequency(force: Array | float, displacement: Array) -> Array:
+def _frequency(force: Array | float, displacement: Array | float) -> Array:
     return np.asarray(np.sqrt(force / displacement) / (2 * np.pi))
 
 
-@dataclass(frozen=True, eq=False)
-class _Measure:
-    """Half range of the displacement, and work per cycle, of a load: its cycle, its amplitudes (cases,), compliance and bonded reactions (M,)."""
+def _measured(steady: SteadyState, direction: Array, compliance: float) -> tuple[float, float]:
+    """Half range of the displacement of a load, by its amplitudes (cases,) and its compliance, and work per cycle.
 
-    cycle: LoadCycle
-    direction: Array
-    compliance: float
-    reactions: Array
-
-    def of(self, steady: SteadyState) -> tuple[float, float]:
-        """Those of a steady state.
-
-        Raises
-        ------
-        NoContinuation
-            It ratchets.
-        """
-        if steady.outcome is Outcome.RATCHETING:
-            raise NoContinuation(
-                f"damping: the contact ratchets at load factor {steady.load_factor:g}, so its displacement has no range; load it less"
-            )
-        if steady.outcome is Outcome.SHAKEDOWN and not steady.open.any():
-            return self.compliance * steady.load_factor, 0.0
-        path = steady.states()
-        mean = np.array([self.cycle.mean.get(case, 0.0) for case in steady.system.bonded])
-        amplitude = (path.amplitudes - mean) @ self.direction / (self.direction @ self.direction)
-        return float(np.ptp(self.compliance * amplitude - joined(path.slip, path.gap) @ self.reactions) / 2), steady.dissipation
+    Raises
+    ------
+    NoContinuation
+        It ratchets.
+    """
+    if steady.outcome is Outcome.RATCHETING:
+        raise NoContinuation(f"damping: the contact ratchets at load factor {steady.load_factor:g}, so its displacement has no range; load it less")
+    if steady.outcome is Outcome.SHAKEDOWN and not steady.open.any():
+        return compliance * steady.load_factor, 0.0
+    path = steady.states()
+    return float(np.ptp(path.system.displacements(path.amplitudes, path.slip, path.gap) @ direction) / 2), steady.dissipation
 
 
 def _direction(system: ContactSystem, cycle: LoadCycle) -> Array:
@@ -235,13 +221,13 @@ def _direction(system: ContactSystem, cycle: LoadCycle) -> Array:
     return corners[0]
 
 
-def _compliance(system: ContactSystem, direction: Array, natural_frequency: float | None) -> float:
-    """Compliance of the load on the glued bodies."""
+def _with_compliance(system: ContactSystem, direction: Array, natural_frequency: float | None) -> tuple[ContactSystem, float]:
+    """The contact with a compliance, its own or one of which the load has what its natural frequency says; and that of the load."""
     given = None if natural_frequency is None else (2 * np.pi * finite_number("natural_frequency", natural_frequency, above=0.0)) ** -2
     if system.compliance is None:
         if given is None:
             raise ModelError("natural_frequency: None, and the system has no compliance; give one of them: `condense` finds the compliance")
-        return given
+        return replace(system, compliance=given * np.outer(direction, direction) / (direction @ direction) ** 2), given
     own = float(direction @ system.compliance @ direction)
     if not own > ROUNDING * np.abs(system.compliance).max():
         raise ModelError(f"corners: the load does no work on the glued bodies (compliance {own:g}); give a load of forces")
@@ -250,4 +236,4 @@ def _compliance(system: ContactSystem, direction: Array, natural_frequency: floa
             f"natural_frequency: {natural_frequency:g}, and the compliance of the load says {1 / (2 * np.pi * np.sqrt(own)):g}; give the load of a "
             "mass-normalised mode (`modal_load`), or leave the natural frequency out"
         )
-    return own
+    return system, own
