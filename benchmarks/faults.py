@@ -20,6 +20,7 @@ _WITNESS = "limit_checks guaranteed guaranteed_zero"
 _DOOR = "condense condense_matrices contact_model punch"
 FAULTS = (
     # contact
+    Fault("contact/diagnosis.py", "nodes that the others pull open stay closed", "w > 0, left < -CONDENSATION)", "w > 0, False)", "diagnosis"),
     Fault("contact/coulomb.py", "the initial gap does not count", "(v, w - system.gap), (q, p)", "(v, w), (q, p)",
           "referee spatial_system"),
     Fault("contact/coulomb.py", "the referee takes friction the wrong way", "q + bound[:, None] * sense",
@@ -297,7 +298,6 @@ FAULTS = (
     Fault("histories/wear.py", "the lost depth carried nothing", "bonded_p=state.bonded_p + p", "bonded_p=state.bonded_p", "wear"),
     Fault("histories/worn_in.py", "the overlap of the last load alone", "for p in (first[-n:], last[-n:]):", "for p in (last[-n:],):", "worn_in"),
     Fault("histories/worn_in.py", "the whole change of shear counts", "change / (2 * f)", "change / f", "worn_in"),
-    Fault("histories/worn_in.py", "nodes that overlap stay open", "u + gap < 0)", "False)", "worn_in"),
     Fault("histories/wear_history.py", "an open node presses", "np.where(state.gap > 0, 0.0, p)", "np.where(state.gap > 0, 1.0, p)", "wear"),
     Fault("transients/steady.py", "the way slid in both cycles of a period", "frozen(cycle.slid / run.period", "frozen(cycle.slid", "path_period"),
     # scenes

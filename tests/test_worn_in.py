@@ -1,12 +1,10 @@
 """What a contact wears into, against closed forms, simulated wear, and the limit of the worn contact."""
 
-from itertools import product
-
 import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.histories.worn_in import _closed, _ends, _profile
+from frictopt.histories.worn_in import _ends, _profile
 from worn import F, cylinder, on_edges, sphere
 
 CONTACT = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / np.pi, f=F)
@@ -116,24 +114,6 @@ def test_the_sphere_wears_off_the_closed_forms_volume():
             r = np.linspace(0.0, 1.3, 13001)
             ratios.append(depth @ contact.width / (2 * np.pi * (r * ball.worn_depth(r, load_factor)).sum() * 1e-4))
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.03)
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_closed_nodes_are_those_of_the_enumeration_of_all_sets(seed):
-    """Also where opening one node closes another."""
-    rng = np.random.default_rng(seed)
-    G, p, gap = rng.normal(size=(4, 4)), rng.normal(size=4) + 0.5, rng.uniform(0, 0.5, 4)
-    C = G @ G.T + 2.0 * np.eye(4)
-    found = []
-    for closed in map(np.array, product([False, True], repeat=4)):
-        u = -gap
-        if not closed.all():
-            out = np.ix_(~closed, ~closed)
-            u[~closed] = np.linalg.solve(C[out], C[np.ix_(~closed, closed)] @ gap[closed] - p[~closed])
-        if ((p + C @ u)[closed] > 0).all() and (u + gap)[~closed].min(initial=0.0) >= 0:
-            found.append(closed)
-    (only,) = found
-    assert np.array_equal(_closed(C, p, gap), only)
 
 
 COARSE = cylinder(16)

@@ -11,6 +11,7 @@ from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficie
 from ..contact.answers import Outcome
 from ..contact.checks import Array, Booleans, finite_number, frozen
 from ..contact.cycle import checked_cycle, reactions
+from ..contact.diagnosis import open_nodes
 from ..contact.odd_values import warns_of_odd_values
 from ..contact.parts import joined
 from ..contact.record import Recorded, SolveRecord
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["WornIn", "worn_in"]
-
-_TURNS = 100  # sets of closed nodes tried
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -150,10 +149,10 @@ def _profile(system: ContactSystem, f: float, first: Array, last: Array) -> tupl
     if np.abs(shear - np.outer(along, change)).max() > CONDENSATION * np.abs(shear).max():
         raise _not_covered("cycle: its shear does not act along one direction at all nodes")
     normal = (first + last)[-n:] / 2 - np.sign(change.sum()) * change / (2 * f)
-    stick = _closed(C, normal, gap)
-    if not stick.any():
+    out = open_nodes(system, normal - C @ gap)
+    if out is None or out.all():
         raise _not_covered("load_factor: no node sticks, the contact slides as a whole")
-    depth, out = np.zeros(n), ~stick
+    depth, stick = np.zeros(n), ~out
     for p in (first[-n:], last[-n:]):
         depth[out] = np.maximum(depth[out], -_confined(C, p, gap, stick)[out] - gap[out])
     return depth, stick
@@ -190,21 +189,6 @@ def _confined(C: Array, p: Array, gap: Array, closed: Booleans) -> Array:
     if out.any():
         u[out] = -np.linalg.solve(C[np.ix_(out, out)], p[out] - C[np.ix_(out, closed)] @ gap[closed])
     return u
-
-
-def _closed(C: Array, p: Array, gap: Array) -> Booleans:
-    """Which nodes of a contact without friction are closed: pressed ones stay so, open ones that overlap close, until none changes."""
-    closed = np.ones(len(p), dtype=bool)
-    for _ in range(_TURNS):
-        u = _confined(C, p, gap, closed)
-        pressed = p + C @ u
-        now = np.where(closed, pressed > 0, u + gap < 0)
-        if not now.any():  # one node stays to hold a free body, and opens in the end if it is pulled
-            now[np.where(closed, pressed, -np.inf).argmax()] = True
-        if (now == closed).all():
-            return closed & (pressed > 0)
-        closed = now
-    raise SolverError(f"worn_in: the stick zone is not found within {_TURNS} sets of nodes; use wear")
 
 
 def _not_covered(why: str) -> ModelError:
