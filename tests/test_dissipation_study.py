@@ -11,9 +11,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from distributed import Client, LocalCluster
+from scipy import stats
 
 import frictopt as fo
-from frictopt.histories import dissipation, run
+from frictopt.histories import dissipation, merge_stores, run
 from frictopt.histories.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from systems import CYCLE, ONE_NODE, random_system, system
 
@@ -48,7 +49,7 @@ def test_one_node_has_the_closed_form_dissipation_from_every_start():
     assert table.dissipation.to_numpy() == pytest.approx(3 * [0.061945108310], rel=1e-9)
     assert table.dissipation_scaled.to_numpy() == pytest.approx(3 * [0.061945108310 * 7.0], rel=1e-9)
     assert table.load_ratio.to_numpy() == pytest.approx(3 * [1.2], rel=1e-9)
-    assert table.attrs == {"shakedown_limit": limit, "missing": 0}
+    assert (table.shakedown_limit == limit).all() and table.attrs == {"missing": 0}
     assert (table.slipping == 1).all() and (table.largest_share == 1.0).all() and (table.open == 0).all()
 
 
@@ -162,6 +163,34 @@ def test_an_interrupt_leaves_the_finished_rows(contact, factors, starts, table, 
     pd.testing.assert_frame_equal(results(fo.dissipation_study(**study)), results(table), check_exact=True)
 
 
+def test_friction_is_an_axis_of_numbers_fields_and_distributions(contact, factors, tmp_path):
+    field = [0.3, 0.4, 0.5, 0.4]
+    axis = [0.4, field, stats.uniform(0.3, 0.2), stats.uniform(0.3, 0.2)]
+    table = fo.dissipation_study(contact, CYCLE, axis, factors, rng=5, store=tmp_path / "runs")
+    draws = np.random.default_rng(5)
+    fields = [0.4, field, 0.3 + 0.2 * draws.random(4), 0.3 + 0.2 * draws.random(4)]  # as the distribution is defined
+    assert table.friction_number.tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3] and table.load_factor.tolist() == 4 * list(factors)
+    for number, f in enumerate(fields):
+        rows = table[table.friction_number == number]
+        assert rows.dissipation.tolist() == [fo.steady_state(contact, CYCLE, f, factor).dissipation for factor in factors]
+        assert rows.friction.to_numpy() == pytest.approx(np.mean(f)) and rows.friction_std.to_numpy() == pytest.approx(np.std(f))
+        assert rows.shakedown_limit.to_numpy() == pytest.approx(fo.shakedown_limit(contact, CYCLE, f).load_factor, rel=1e-12)
+    kept = fo.read_store(tmp_path / "runs")
+    assert sorted(kept.friction) == sorted(table.friction) and sorted(kept.friction_std) == sorted(table.friction_std)
+    column = fo.dissipation_study(contact, CYCLE, np.c_[[0.4, 0.5, 0.6, 0.7]], factors[2:])  # as many numbers as nodes
+    assert column.friction.tolist() == [0.4, 0.5, 0.6, 0.7]
+
+
+def test_parts_of_a_study_make_the_whole(contact, factors, starts, table, tmp_path, monkeypatch):
+    parts = [tmp_path / f"part {k}" for k in (1, 2, 3)]
+    tables = [fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, shard=(k, 3), store=part) for k, part in enumerate(parts, start=1)]
+    assert [len(part) for part in tables] == [20, 20, 20]
+    assert merge_stores(tmp_path / "whole", parts) == len(table)
+    monkeypatch.setattr(run, "steady_state", lambda *_args, **_options: pytest.fail("followed again"))
+    whole = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, store=tmp_path / "whole")
+    pd.testing.assert_frame_equal(results(whole), results(table), check_exact=True)
+
+
 def test_progress_is_silent_but_on_a_terminal(contact, factors, capsys, monkeypatch):
     class Terminal(io.StringIO):
         def isatty(self):
@@ -186,6 +215,12 @@ def test_progress_is_silent_but_on_a_terminal(contact, factors, capsys, monkeypa
         ("start 'given 0' has a slip of shape", {"starts": given_slips(np.zeros((1, 3)))}),
         ("two starts are called 'none'", {"starts": no_slip() + no_slip()}),
         ("a float among starts", {"starts": [*no_slip(), 1.0]}),
+        ("friction: 4 numbers for 4 nodes", {"friction": np.full(4, 0.4)}),
+        ("friction: empty", {"friction": []}),
+        ("friction: -", {"friction": [stats.norm(-5, 1)], "rng": 0}),
+        ("rng: None", {"friction": stats.norm(0.5, 0.01)}),
+        ("shard k: 4", {"shard": (4, 3)}),
+        ("shard: ", {"shard": (1, 2, 3)}),
     ],
 )
 def test_bad_input_is_refused_by_name(contact, argument, change):
@@ -200,12 +235,12 @@ class Foreign(Executor):
     def __init__(self, answer, most=9):
         self.answer, self.most = answer, most
 
-    def submit(self, follow, case, batch):
+    def submit(self, follow, batch):
         self.most -= 1
         if self.most < 0:
             raise OSError("link down")
         future = Future()
-        self.answer(future, follow(case, batch))
+        self.answer(future, follow(batch))
         return future
 
 

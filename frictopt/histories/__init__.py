@@ -7,7 +7,7 @@ from .dissipation_range import DissipationRange, dissipation_range
 from .excursion import LeastExcursion, least_excursion
 from .guarantee import GuaranteeCheck
 from .protocols import LimitAfterProtocol, limit_after_protocol
-from .store import DamagedRows, read_store
+from .store import DamagedRows, merge_stores, read_store
 from .wear import wear
 from .wear_history import WearHistory
 from .worn_in import WornIn, worn_in
@@ -26,6 +26,7 @@ __all__ = [
     "dissipation_study",
     "least_excursion",
     "limit_after_protocol",
+    "merge_stores",
     "read_store",
     "results",
     "starts",

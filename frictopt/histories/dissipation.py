@@ -10,13 +10,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, friction_coefficients
-from ..contact.checks import Array, finite_numbers, flag
+from ..contact import ContactSystem, LoadCycle
+from ..contact.checks import Array, finite_numbers, flag, listed, shown, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.progress import bar_of
 from ..contact.system import checked_system
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import ShakedownLimit, shakedown_limit
+from .frictions import friction_fields
 from .run import Case, Row, Run, execute
 from .starts import Start, checked_starts
 from .store import TYPES, Store
@@ -24,24 +25,41 @@ from .store import TYPES, Store
 __all__ = ["dissipation_study"]
 
 _COLUMNS = (
-    *("load_factor", "load_ratio", "start", "family", "seed", "amplitude", "outcome", "dissipation", "dissipation_scaled", "first_cycle"),
+    *(
+        "friction",
+        "friction_std",
+        "friction_number",
+        "load_factor",
+        "load_ratio",
+        "shakedown_limit",
+        "start",
+        "family",
+        "seed",
+        "amplitude",
+        "outcome",
+        "dissipation",
+        "dissipation_scaled",
+        "first_cycle",
+    ),
     *("largest_share", "cycles", "slipping", "open", "residual", "engine", "seconds", "error"),
 )
-_TYPES = {"seed": "Int64", "family": "str", **TYPES}
+_TYPES = {"seed": "Int64", "friction_number": "int64", "family": "str", **TYPES}
 
 
 def dissipation_study(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: object,
     load_factors: Iterable[float],
     starts: Sequence[Start] | ArrayLike | None = None,
     *,
+    rng: int | np.random.Generator | None = None,
+    shard: tuple[int, int] | None = None,
     executor: Executor | None = None,
     store: str | os.PathLike[str] | None = None,
     progress: bool = True,
 ) -> pd.DataFrame:
-    """Follow a transient to its steady state from every start at every load factor (Flicek et al. 2015, section 5).
+    """Follow a transient to its steady state at every friction and load factor and from every start (Flicek et al. 2015, section 5).
 
     A run that fails is a row with its error. The executor only changes the column seconds. Ctrl-C stays a KeyboardInterrupt with an attribute
     `table`, that of the finished runs. The store is closed then and holds them too.
@@ -51,13 +69,20 @@ def dissipation_study(
     system, cycle
         The contact and its load cycle.
     friction
-        Coefficient of friction, one or one per node.
+        Coefficient of friction; or a list of frictions. Each is a number, (N,) coefficients of the nodes, or a frozen distribution of `scipy.stats`,
+        from which each node draws its own coefficient: `[stats.norm(0.5, 0.05)] * 20` is twenty contacts of scattered friction. A flat list of as
+        many numbers as the contact has nodes is refused, because it may mean both: give `[field]`, or a column of numbers (F, 1).
     load_factors
         Load factors, each >= 0.
     starts
         Starts, as `fo.starts` makes them (`no_slip`, `safe_slips`, `random_slips`, `overloads`, `given_slips`; add their lists); or an array of
         residual slips (S, N), in three dimensions (S, N, 2), length; None: no slip. Slips that stress the contact more than 1e18 times as much as
         the loads fail.
+    rng
+        Seed or generator of the distributions among the frictions, which draw one after the other; a seed gives the same table again.
+    shard
+        (k, n): follow only the k-th of n parts of the runs, k from 1 to n, each n-th run. Parts with stores of their own need no shared file; the
+        command `frictopt merge` puts the stores together. None: all runs.
     executor
         Any executor of `concurrent.futures`' interface, such as a `ProcessPoolExecutor` or a dask client's `get_executor()`; None: runs are
         followed one by one in this process. A run that it loses is a row that says so, and is not kept in the store.
@@ -70,12 +95,14 @@ def dissipation_study(
     Returns
     -------
     DataFrame
-        One row for each run, ordered by load factor and start as given. Columns: load_factor; load_ratio, over the shakedown limit (NaN if the limit
-        is not finite); start, family, seed, see `Start`; amplitude, root mean square of the initial slip; outcome, the name of an `Outcome`, or
+        One row for each run, ordered by friction, load factor and start as given. Columns: friction, the number or the mean over the nodes;
+        friction_std, its standard deviation over the nodes; friction_number, its place in the list; load_factor; load_ratio, over the shakedown limit
+        (NaN if that is not finite); shakedown_limit, at this friction (NaN if no solver proves one); start, family, seed, see `Start`; amplitude, root mean square of the initial slip; outcome, the name of an `Outcome`, or
         "FAILED"; dissipation, work of friction per cycle in the steady state; dissipation_scaled, `W E* / P^2` with P the total normal force of the
         mean load (NaN if the system does not know its `E_star`, and in three dimensions); first_cycle, work in the first cycle; largest_share, that
         of the node that dissipates most; cycles followed; slipping and open, numbers of nodes; residual; engine; seconds; error, the text for a run
-        that failed, else empty. `attrs` holds "shakedown_limit" and "missing", the number of runs without a row in the table of an error.
+        that failed, else empty. `attrs` holds "missing", the number of runs without a row in the table of an error. With xarray installed,
+        `table.set_index(["friction", "load_factor", "start"]).to_xarray()` is a Dataset.
 
     Raises
     ------
@@ -98,55 +125,68 @@ def dissipation_study(
     2          1.0             none  CYCLIC_SLIP          1.0
     3          1.0  overload to 1.5  CYCLIC_SLIP          1.0
     """
-    f = np.array(friction_coefficients(friction, checked_system(system).nodes))
+    fields = friction_fields(friction, checked_system(system).nodes, rng)
     checked_cycle(cycle)
     factors = _checked_factors(load_factors)
     begins = checked_starts(starts, system.slip_shape)
     if executor is not None and not hasattr(executor, "submit"):
         raise ModelError(f"executor: a {type(executor).__name__}; give an executor of concurrent.futures, or of dask by client.get_executor()")
     flag("progress", progress)
+    chosen = slice(None) if shard is None else _checked_shard(shard)
+    wanted = list(product(range(len(fields)), factors, begins))[chosen]
     rows: dict[str, Row] = {}
     with ExitStack() as stack:
         kept = None if store is None else stack.enter_context(closing(Store(store)))
-        case = Case(system, cycle, f, _limit(system, cycle, f))
-        digest = case.digest()
-        runs = [Run.of(digest, factor, start) for factor, start in product(factors, begins)]
+        cases = {number: Case(system, cycle, f := fields[number], _limit(system, cycle, f)) for number in sorted({one[0] for one in wanted})}
+        digests = {number: case.digest() for number, case in cases.items()}
+        runs = [Run.of(cases[number], digests[number], factor, start) for number, factor, start in wanted]
+        numbers = [number for number, _, _ in wanted]
         keys = {run.key: run for run in runs}
         try:
             if kept is not None:
                 rows.update((key, row) for key, row in kept.read().items() if key in keys)
             missing = [run for key, run in keys.items() if key not in rows]
             bar = stack.enter_context(bar_of(progress, "transients", "run", total=len(keys), initial=len(rows)))
-            for row, answered in stack.enter_context(closing(execute(case, missing, executor))):
+            for row, answered in stack.enter_context(closing(execute(missing, executor))):
                 rows[row["key"]] = row
                 if kept is not None and answered:
                     kept.write(row)
                 bar.update()
-            return _table(case, runs, rows)
+            return _table(numbers, runs, rows)
         except StoreError as error:
-            error.table = _table(case, runs, rows)
+            error.table = _table(numbers, runs, rows)
             raise
         except KeyboardInterrupt as interrupt:
-            table = interrupt.table = _table(case, runs, rows)  # type: ignore[attr-defined]  # no class of its own: the exit status stays Python's
+            table = interrupt.table = _table(numbers, runs, rows)  # type: ignore[attr-defined]  # no class of its own: the exit status stays Python's
             known = "" if kept is None else f" and in {str(kept.path)!r}, from where the same call goes on"
             interrupt.add_note(f"dissipation_study: {table.attrs['missing']} runs are left; {len(table)} are in the attribute `table`{known}")
             raise
 
 
-def _table(case: Case, runs: Sequence[Run], rows: Mapping[str, Row]) -> pd.DataFrame:
-    """The runs that have a row, in their order."""
-    limit, modulus = np.nan if case.limit is None else case.limit.load_factor, case.system.E_star
-    force = abs(float(case.cycle.mean_reaction(case.system)[1].sum()))
-    scale = modulus / force**2 if modulus is not None and force**2 > 0 else np.nan
+def _table(numbers: Sequence[int], runs: Sequence[Run], rows: Mapping[str, Row]) -> pd.DataFrame:
+    """The runs that have a row, in their order, with the numbers of their frictions."""
+    case = runs[0].case if runs else None
+    force = 0.0 if case is None else abs(float(case.cycle.mean_reaction(case.system)[1].sum()))
+    scale = case.system.E_star / force**2 if case is not None and case.system.E_star is not None and force**2 > 0 else np.nan
     records = []
-    for run in (run for run in runs if run.key in rows):
-        row, start = rows[run.key], run.start
+    for number, run in ((number, run) for number, run in zip(numbers, runs, strict=True) if run.key in rows):
+        row, start, limit = rows[run.key], run.start, np.nan if run.case.limit is None else run.case.limit.load_factor
         ratio = run.load_factor / limit if limit > 0 and np.isfinite(limit) else np.nan
-        names = {"start": start.name, "family": start.family, "seed": start.seed}
-        records.append({**row, **names, "load_ratio": ratio, "dissipation_scaled": row["dissipation"] * scale})
+        names = {"start": start.name, "family": start.family, "seed": start.seed, "friction_number": number}
+        found = {"load_ratio": ratio, "shakedown_limit": limit, "dissipation_scaled": row["dissipation"] * scale}
+        records.append({**row, **names, **found})
     table = pd.DataFrame(records, columns=list(_COLUMNS)).astype({name: _TYPES.get(name, "float64") for name in _COLUMNS})
-    table.attrs = {"shakedown_limit": float(limit), "missing": len(runs) - len(records)}
+    table.attrs = {"missing": len(runs) - len(records)}
     return table
+
+
+def _checked_shard(shard: object) -> slice:
+    """Which of all runs a part of them has."""
+    part = listed("shard", shard)
+    if len(part) != 2:
+        raise ModelError(f"shard: {shown(shard)}; give (k, n), the k-th of n parts")
+    count = whole_number("shard n", part[1], least=1)
+    return slice(whole_number("shard k", part[0], least=1, most=count) - 1, None, count)
 
 
 def _limit(system: ContactSystem, cycle: LoadCycle, friction: Array) -> ShakedownLimit | None:

@@ -21,14 +21,14 @@ from .starts import Start, root_mean_square, slip_below
 
 __all__ = ["Case", "Run", "execute"]
 
-_BATCH = 16  # runs in one task of an executor: the arrays of the contact are sent once for all of them
+_BATCH = 16  # runs in one task of an executor: the arrays of their contact are sent once for all of them
 
 Row = dict[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """The input that all runs of a study share.
+    """The input that all runs of a study at one friction share.
 
     Attributes
     ----------
@@ -52,19 +52,20 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One transient: the key of its content, its start and its load factor."""
+    """One transient: the key of its content, its case, its start and its load factor."""
 
     key: str
+    case: Case
     start: Start
     load_factor: float
 
     @classmethod
-    def of(cls, case: bytes, load_factor: float, start: Start) -> "Run":
+    def of(cls, case: Case, digest: bytes, load_factor: float, start: Start) -> "Run":
         """The run whose key is a digest of its content; a safe slip enters by its definition, because solvers may find different ones."""
         state = start.state
         arrays = () if state is None else (state.slip, state.gap, state.bonded_q, state.bonded_p, state.next_corner)
         content = _digest(*arrays, load_factor, start.slip, start.safe_multiple, start.overload)
-        return cls(hashlib.sha256(case + content).hexdigest()[:40], start, load_factor)
+        return cls(hashlib.sha256(digest + content).hexdigest()[:40], case, start, load_factor)
 
 
 def _digest(*values: ArrayLike | None) -> bytes:
@@ -72,19 +73,19 @@ def _digest(*values: ArrayLike | None) -> bytes:
     return hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).digest()
 
 
-def execute(case: Case, runs: Sequence[Run], executor: Executor | None) -> Generator[tuple[Row, bool]]:
+def execute(runs: Sequence[Run], executor: Executor | None) -> Generator[tuple[Row, bool]]:
     """Follow runs, here or by an executor, and yield their rows as they finish, in any order; closing the iterator cancels the others.
 
     Each row comes with whether it is a result of the run: it is not where the executor lost the run.
     """
     if executor is None:
-        yield from ((_follow(case, [run])[0], True) for run in runs)
+        yield from ((_follow([run])[0], True) for run in runs)
         return
     futures: dict[Future[list[Row]], Sequence[Run]] = {}
     try:
         for batch in (runs[first : first + _BATCH] for first in range(0, len(runs), _BATCH)):
             try:
-                future = executor.submit(_follow, case, batch)
+                future = executor.submit(_follow, batch)
             except Exception as error:  # also in the middle, from a pool whose processes have died
                 if not futures:
                     raise ModelError(f"executor: {executor!r} takes no runs ({type(error).__name__}: {error}); give one that is open") from error
@@ -103,10 +104,10 @@ def execute(case: Case, runs: Sequence[Run], executor: Executor | None) -> Gener
             future.cancel()
 
 
-def _follow(case: Case, runs: Sequence[Run]) -> list[Row]:
+def _follow(runs: Sequence[Run]) -> list[Row]:
     """Follow runs one after the other with one BLAS thread, so that the rows do not depend on the machine, except for the seconds."""
     with _libraries().limit(limits=1):
-        return [_row(case, run) for run in runs]
+        return [_row(run) for run in runs]
 
 
 @cache
@@ -114,8 +115,8 @@ def _libraries() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def _row(case: Case, run: Run) -> Row:
-    began, start, slip = time.perf_counter(), run.start, np.zeros(case.system.slip_shape)
+def _row(run: Run) -> Row:
+    began, case, start, slip = time.perf_counter(), run.case, run.start, np.zeros(run.case.system.slip_shape)
     try:
         given = slip_below(case.limit, start, case.system, case.cycle, case.friction, run.load_factor)
         slip = slip if given is None else given
@@ -148,4 +149,7 @@ def _failed(run: Run, error: str, seconds: float = np.nan) -> Row:
 
 
 def _input(run: Run) -> Row:
-    return {"key": run.key, "start": run.start.name, "load_factor": run.load_factor}
+    f = run.case.friction
+    mean, spread = (f.mean(), f.std()) if np.ptp(f) > 0 else (f[0], 0.0)  # without rounding
+    numbers = {"friction": float(mean), "friction_std": float(spread), "load_factor": run.load_factor}
+    return {"key": run.key, "start": run.start.name} | numbers

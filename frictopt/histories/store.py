@@ -7,7 +7,7 @@ import os
 import sqlite3
 import warnings
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
@@ -16,10 +16,12 @@ import pandas as pd
 
 from ..errors import StoreError
 
-__all__ = ["TYPES", "DamagedRows", "Store", "read_store"]
+__all__ = ["TYPES", "DamagedRows", "Store", "merge_stores", "read_store"]
 
 _COLUMNS: dict[str, type] = {
     "key": str,
+    "friction": float,
+    "friction_std": float,
     "load_factor": float,
     "start": str,
     "amplitude": float,
@@ -39,7 +41,7 @@ TYPES = {name: {str: "str", float: "float64", int: "Int64"}[kind] for name, kind
 """Types of the columns in a DataFrame."""
 _DECLARED = ", ".join(f"{name} { {str: 'text', float: 'real', int: 'integer'}[kind] }" for name, kind in _COLUMNS.items())
 _SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer, PRIMARY KEY (key)) WITHOUT ROWID"
-_VERSION = 3  # of what the columns mean
+_VERSION = 4  # of what the columns mean
 _MAGIC, _APPLICATION = b"SQLite format 3\0", b"FriO"  # first bytes of a file of sqlite, and bytes 68 to 71 of a store
 _PATIENCE = 60  # seconds to wait for another writer
 
@@ -177,6 +179,24 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
     with closing(Store(path, make=False)) as store:
         rows = store.read()
     return pd.DataFrame(list(rows.values()), columns=list(_COLUMNS)).astype(TYPES)
+
+
+def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike[str]]) -> int:
+    """Write all runs of some stores into one, which may exist and keeps its own runs; the number of runs it holds then.
+
+    Raises
+    ------
+    StoreError
+        A file is not a store or is damaged, or the rows cannot be written.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for part in parts:
+        with closing(Store(part, make=False)) as store:
+            found |= store.read()
+    with closing(Store(into)) as store:
+        for row in found.values():
+            store.write(row)
+        return len(store.read())
 
 
 def _checked_path(path: str | os.PathLike[str], make: bool) -> Path:

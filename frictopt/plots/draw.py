@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # matplotlib need not be installed
 
 __all__ = ["draw", "plot_study"]
 
-_NEEDED = ("load_factor", "load_ratio", "family", "outcome", "dissipation")
+_NEEDED = ("friction", "friction_std", "friction_number", "load_factor", "load_ratio", "family", "outcome", "dissipation")
 
 
 def draw(result: object, ax: "Axes | AxesArray | None" = None) -> "Axes | AxesArray":
@@ -46,7 +46,7 @@ def plot_study(table: "Table", ax: "Axes | None" = None) -> "Axes | AxesArray":
     Parameters
     ----------
     table
-        What `dissipation_study` or `read_store` returned, or rows of it.
+        What `dissipation_study` returned, or rows of it.
     ax
         matplotlib axes to draw in; None: those of a new figure.
 
@@ -72,5 +72,5 @@ def plot_study(table: "Table", ax: "Axes | None" = None) -> "Axes | AxesArray":
     ('log', ['none'])
     """
     if any(name not in getattr(table, "columns", ()) for name in _NEEDED):
-        raise ModelError(f"table: give the DataFrame of dissipation_study or read_store, with the columns {', '.join(_NEEDED)}")
+        raise ModelError(f"table: give the DataFrame of dissipation_study, with the columns {', '.join(_NEEDED)}")
     return draw(Runs(table), ax)

@@ -4,24 +4,41 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from .picture import Runs, picture
-from .style import BLACK, legend, new_axes, series
+from .style import BLACK, SERIES, legend, new_axes, series
 
 __all__: list[str] = []
 
 
 @picture.register
 def _study(study: Runs, ax: Axes | None = None) -> Axes:
-    """Steady dissipation against the load, over lambda_2 where that is finite; families of starts have each a look."""
+    """Steady dissipation against the load, over lambda_2 where that is finite; a look for each family of starts, of several frictions a colour each."""
     (axes,) = new_axes(ax)
     table = study.table
     runs = table[table["outcome"] != "FAILED"]
     slips = runs["dissipation"] > 0
     low, high = (runs.loc[slips, "dissipation"].min() / 3, runs.loc[slips, "dissipation"].max() * 3) if slips.any() else (0.1, 10.0)
     bounded = bool(np.isfinite(runs["load_ratio"]).all())
-    for number, (family, rows) in enumerate(runs.groupby("family", sort=False)):
+    families, frictions = ({name: k for k, name in enumerate(table[column].unique())} for column in ("family", "friction_number"))
+    several = len(frictions) > 1
+    for (family, friction), rows in runs.groupby(["family", "friction_number"], sort=False):
         at = np.where(rows["dissipation"] > 0, rows["dissipation"], low / 2)
-        look = {"color": series(number)["color"], "marker": series(number)["marker"], "markersize": 5, "mfc": "none"}
-        axes.plot(rows["load_ratio" if bounded else "load_factor"], at, linestyle="none", label=family, **look)
+        look = {"color": series(frictions[friction] if several else families[family])["color"], "marker": series(families[family])["marker"]}
+        axes.plot(
+            rows["load_ratio" if bounded else "load_factor"],
+            at,
+            linestyle="none",
+            markersize=5,
+            mfc="none",
+            label=None if several else family,
+            **look,
+        )
+    if several:
+        for family, number in families.items():
+            axes.plot([], [], color=BLACK, marker=series(number)["marker"], linestyle="none", mfc="none", label=family)
+        for friction, number in list(frictions.items())[: len(SERIES)]:
+            row = table[table["friction_number"] == friction].iloc[0]
+            scattered = rf" $\pm$ {row['friction_std']:.2g}" if row["friction_std"] > 0 else ""
+            axes.plot([], [], color=series(number)["color"], lw=3, label=f"$f$ = {row['friction']:.4g}{scattered}")
     axes.axhline(low, color=BLACK, lw=0.6)
     axes.set(yscale="log", ylim=(low / 4, high), ylabel="work of friction per cycle, $W$\n(force times length per depth)")
     axes.annotate("$W = 0$", (1, low / 2), (5, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va="center")
@@ -30,5 +47,5 @@ def _study(study: Runs, ax: Axes | None = None) -> Axes:
         axes.axvline(1, color=BLACK, lw=0.8, linestyle="--")
     if len(runs) < len(table):
         axes.set_title(f"{len(table) - len(runs)} of {len(table)} runs failed")
-    legend(axes, "start")
+    legend(axes, "start and friction" if several else "start")
     return axes

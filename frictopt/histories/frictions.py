@@ -1,0 +1,32 @@
+"""The frictions of a study: numbers, fields over the nodes, and distributions from which the nodes draw."""
+
+from typing import Any
+
+import numpy as np
+
+from ..contact import friction_coefficients
+from ..contact.checks import LARGEST_SEED, Array, frozen, whole_number
+from ..errors import ModelError
+
+__all__ = ["friction_fields"]
+
+
+def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
+    """(N,) coefficients of each friction: of one, or of a list of numbers, fields and distributions; see `dissipation_study`."""
+    several = np.iterable(friction) and not isinstance(friction, str | bytes)
+    items = list(friction) if several else [friction]
+    if not items:
+        raise ModelError("friction: empty; give at least one coefficient")
+    if several and len(items) == nodes > 1 and not any(np.iterable(item) or hasattr(item, "rvs") for item in items):
+        raise ModelError(
+            f"friction: {nodes} numbers for {nodes} nodes, one friction of all nodes or {nodes} frictions; give [friction] or np.c_[friction]"
+        )
+    if any(hasattr(item, "rvs") for item in items) and rng is None:
+        raise ModelError("rng: None, and friction has a distribution; give a seed, so that the study can be repeated")
+    generator = None if rng is None else _generator(rng)
+    drawn = [item.rvs(size=nodes, random_state=generator) if hasattr(item, "rvs") else item for item in items]
+    return [frozen(friction_coefficients(item[0] if np.shape(item) == (1,) else item, nodes)) for item in drawn]
+
+
+def _generator(rng: object) -> np.random.Generator:
+    return rng if isinstance(rng, np.random.Generator) else np.random.default_rng(whole_number("rng", rng, least=0, most=LARGEST_SEED))
