@@ -97,11 +97,12 @@ def dissipation_study(
     DataFrame
         One row for each run, ordered by friction, load factor and start as given. Columns: friction, the number or the mean over the nodes;
         friction_std, its standard deviation over the nodes; friction_number, its place in the list; load_factor; load_ratio, over the shakedown limit
-        (NaN if that is not finite); shakedown_limit, at this friction (NaN if no solver proves one); start, family, seed, see `Start`; amplitude, root mean square of the initial slip; outcome, the name of an `Outcome`, or
-        "FAILED"; dissipation, work of friction per cycle in the steady state; dissipation_scaled, `W E* / P^2` with P the total normal force of the
-        mean load (NaN if the system does not know its `E_star`, and in three dimensions); first_cycle, work in the first cycle; largest_share, that
-        of the node that dissipates most; cycles followed; slipping and open, numbers of nodes; residual; engine; seconds; error, the text for a run
-        that failed, else empty. `attrs` holds "missing", the number of runs without a row in the table of an error. With xarray installed,
+        (NaN if that is not finite); shakedown_limit, at this friction (NaN if no solver proves one); start, family, seed, see `Start`; amplitude,
+        root mean square of the initial slip; outcome, the name of an `Outcome`, or "FAILED"; dissipation, work of friction per cycle in the steady
+        state; dissipation_scaled, `W E* / P^2` with P the total normal force of the mean load (NaN if the system does not know its `E_star`, and in
+        three dimensions); first_cycle, work in the first cycle; largest_share, that of the node that dissipates most; cycles followed; slipping and
+        open, numbers of nodes; residual; engine; seconds; error, the text for a run that failed, else empty. `attrs` holds "missing", the number of
+        runs without a row in the table of an error. With xarray installed,
         `table.set_index(["friction", "load_factor", "start"]).to_xarray()` is a Dataset.
 
     Raises

@@ -11,7 +11,7 @@ __all__: list[str] = []
 
 @picture.register
 def _study(study: Runs, ax: Axes | None = None) -> Axes:
-    """Steady dissipation against the load, over lambda_2 where that is finite; a look for each family of starts, of several frictions a colour each."""
+    """Steady dissipation against the load, over a finite lambda_2; a look for each family of starts, a colour for each of several frictions."""
     (axes,) = new_axes(ax)
     table = study.table
     runs = table[table["outcome"] != "FAILED"]
