@@ -1,4 +1,4 @@
-"""Frequency and damping with amplitude: Jenkins' element, a published oscillator, closed forms of rods and cylinders, Masing's rule."""
+"""Frequency and damping with amplitude: Jenkins' element, a published oscillator, closed forms of rods, cylinders and spheres, Masing's rule."""
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ import frictopt as fo
 from frictopt.reference import foundation_rod, half_plane_contact, rod_dissipation
 from meshes import wedge
 from systems import linprog_limit
+from worn import sphere
 
 COLUMNS = "load_factor displacement stiffness frequency work damping least_damping most_damping least_frequency most_frequency".split()
 
@@ -100,6 +101,24 @@ def test_the_cylinder_of_cattaneo_and_mindlin():
     assert curve.work == pytest.approx(exact, rel=0.02)
     assert curve.exponent == pytest.approx(np.gradient(np.log(exact), np.log(x)), rel=0.02)
     assert 3 < curve.exponent[0] < 3.6  # 3 at small amplitude
+
+
+@pytest.mark.slow
+def test_the_sphere_of_mindlin_and_deresiewicz():
+    """Its far end is free; the glued one, all of the grid, is what the compliance tells of."""
+    system, cycle, f, _ = sphere(16, 1.1)
+    ball = fo.reference.SphereContact(P=2 / 3, R=1.0, E=1.0, nu=0.0, f=f)
+    S = fo.reference.half_space_contact(16, 1.1, R=1.0, E=1.0, nu=0.0)["S"]
+    far = np.kron(np.eye(3), np.ones((system.nodes, 1)))
+    glued = np.linalg.inv(far.T @ S @ far)[[2, 0]][:, [2, 0]]  # displacements under P and Q
+    held = fo.ContactSystem(system.S, system.points, dict(system.bonded), gap=system.gap, width=system.width, compliance=glued)
+    x = np.array([0.6, 0.75, 0.9])
+    curve = fo.damping_curve(held, cycle, f, x * f * ball.P, range=False)
+    exact = np.array([ball.dissipation(Q) for Q in x * f * ball.P])
+    shear_modulus = ball.E / 2
+    assert curve.work == pytest.approx(exact, rel=0.04)
+    assert curve.displacement == pytest.approx(3 * f * ball.P / (4 * shear_modulus * ball.half_width) * (1 - (1 - x) ** (2 / 3)), rel=2e-3)
+    assert curve.damping == pytest.approx(exact / (2 * np.pi * x * f * ball.P * curve.displacement), rel=0.04)
 
 
 def masing(system, cycle, f, factor):
