@@ -64,6 +64,54 @@ def test_a_history_less_its_mean_is_what_the_load_factor_scales():
     assert still == fo.LoadCycle({"P": 3.0}, [{}, {}])
 
 
+def frechet(one, other):
+    """Discrete Frechet distance of two paths in the largest norm, by its definition."""
+    far = np.abs(one[:, None] - other[None]).max(axis=2)
+    reach = np.full(far.shape, np.inf)
+    for i, j in np.ndindex(far.shape):
+        before = min((reach[i - a, j - b] for a, b in ((1, 0), (0, 1), (1, 1)) if i >= a and j >= b), default=0.0)
+        reach[i, j] = max(far[i, j], before)
+    return reach[-1, -1]
+
+
+@pytest.mark.parametrize("cases", [1, 2, 3])
+def test_a_filtered_history_stays_within_the_tolerance_in_its_order(cases):
+    rng = np.random.default_rng(cases)
+    names = [f"load {k}" for k in range(cases)]
+    for _ in range(5):
+        path = np.cumsum(rng.normal(size=(60, cases)), axis=0) * [1.0, 30.0, 7.0][:cases]
+        cycle = fo.LoadCycle.from_history(pd.DataFrame(path, columns=names), mean={}, tolerance=0.1)
+        kept = np.array([[corner[name] for name in names] for corner in cycle.corners])
+        assert len(kept) < 40 and np.array_equal(kept[[0, -1]], path[[0, -1]])
+        size, fine = np.ptp(path, axis=0), np.linspace(0, 1, 21)[:-1, None]
+        paths = (
+            np.concatenate([(a + fine * (b - a)) / size for a, b in itertools.pairwise(points)] + [points[-1:] / size]) for points in (path, kept)
+        )
+        assert frechet(*paths) < 0.1 + 0.05  # the points along the straight ways are so far from each other
+
+
+def test_one_filtered_load_keeps_the_reversals_that_exceed_the_noise():
+    """Triangles between 0 and 1 with a small one, and noise of 2 % on 20,000 points."""
+    rng = np.random.default_rng(0)
+    turns = np.array([0.0, 1.0, 0.4, 0.6, 0.0, 1.0, 0.0])
+    time = np.linspace(0, 6, 20_001)
+    noisy = np.interp(time, np.arange(7), turns) + rng.uniform(-0.02, 0.02, len(time))
+    cycle = fo.LoadCycle.from_history(pd.DataFrame({"time": time, "sigma": noisy}), mean={}, tolerance=0.05)
+    assert [corner["sigma"] for corner in cycle.corners] == pytest.approx(turns, abs=0.04)
+    assert cycle.times == pytest.approx(np.arange(7), abs=0.15)
+    coarse = fo.LoadCycle.from_history(pd.DataFrame({"time": time, "sigma": noisy}), mean={}, tolerance=0.15)
+    assert [corner["sigma"] for corner in coarse.corners] == pytest.approx(turns[[0, 1, 4, 5, 6]], abs=0.04)
+
+
+def test_corners_are_called_by_their_loads_and_times():
+    days = pd.DataFrame({"day": pd.to_datetime(["2020-01-01", "2020-01-02"]), "P": [1.0, 3.0]})
+    assert fo.LoadCycle.from_history(days, time="day").corner_names == ("t = 2020-01-01 00:00:00: P = -1", "t = 2020-01-02 00:00:00: P = +1")
+    assert fo.LoadCycle({}, [{"P": 1.0}, {"P": 1.0}, {}]).corner_names == ("P = +1 (corner 0)", "P = +1 (corner 1)", "mean load")
+    assert fo.LoadCycle({}, [{"Q": 1.0}, {"Q": 1.0}], [{"P": -0.5}, {"P": 0.5}]).corner_names == ("Q = +1, P = -0.5 fixed", "Q = +1, P = +0.5 fixed")
+    with pytest.raises(fo.ModelError, match="times: 1 for 2 corners"):
+        fo.LoadCycle({}, [{"P": 1.0}, {}], times=[0.0])
+
+
 def test_no_answer_changes_by_the_points_left_out():
     """The limit of all points by another solver's program of all rows, and the steady state of a transient through all points."""
     contact = random_system(np.random.default_rng(5), 4, loads=("mean", "a", "b"))
@@ -88,6 +136,7 @@ def test_no_answer_changes_by_the_points_left_out():
         (pd.DataFrame({"a": [1.0, 2.0], "time": [1.0, np.nan]}), {}, r"history\['time'\]: the time decreases or is missing"),
         (pd.DataFrame([[1.0, 2.0]], columns=["a", "a"]), {}, "the column 'a' stands twice"),
         (pd.DataFrame([[1.0]]), {}, "history: load case name 0"),
+        (pd.DataFrame({"a": [1.0, 2.0]}), {"tolerance": -0.1}, "tolerance: -0.1"),
     ],
 )
 def test_bad_histories_are_refused(history, options, message):

@@ -1,13 +1,14 @@
 """Load cycles: a static load, the corners of a cyclic load, and a cyclic part that no load factor multiplies."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from dataclasses import dataclass, field
+from numbers import Real
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, checked_loads
+from .checks import Array, checked_loads, listed, shown
 from .history import history_corners, independent_corners
 from .system import ContactSystem, checked_system
 
@@ -35,12 +36,14 @@ class LoadCycle:
         The K parts of the cycle, one for each corner, that the load factor leaves as they are, load case name -> amplitude. None: none. With the same
         load at all corners the load factor is that of a static load: how large may it grow while the fixed part comes and goes? Transients begin at
         the mean load, so let it be one inside the fixed part.
+    times
+        The K times of the corners, numbers or dates, for pictures and names alone: friction knows no time. None: not known.
 
     Raises
     ------
     ModelError
-        No corner, fixed parts of another number, a name that is not a text, an amplitude that is not finite; and, when used, a load case that the
-        system lacks.
+        No corner, fixed parts or times of another number, a name that is not a text, an amplitude that is not finite, a time that is neither a number
+        nor a date; and, when used, a load case that the system lacks.
 
     Examples
     --------
@@ -61,6 +64,7 @@ class LoadCycle:
     mean: Mapping[str, float]
     corners: Sequence[Mapping[str, float]]
     fixed: Sequence[Mapping[str, float]] | None = None
+    times: Sequence[Any] | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mean", checked_loads("mean", self.mean))
@@ -71,6 +75,13 @@ class LoadCycle:
         if fixed is not None and len(fixed) != len(self.corners):
             raise ModelError(f"fixed: {len(fixed)} loads for {len(self.corners)} corners; give one for each, {{}} where there is none")
         object.__setattr__(self, "fixed", fixed if fixed and any(fixed) else None)
+        times = None if self.times is None else tuple(listed("times", self.times))
+        if times is not None and len(times) != len(self.corners):
+            raise ModelError(f"times: {len(times)} for {len(self.corners)} corners; give one for each")
+        for time in times or ():
+            if not (isinstance(time, Real) or hasattr(time, "isoformat")):
+                raise ModelError(f"times: {shown(time)} is neither a number nor a date")
+        object.__setattr__(self, "times", times)
 
     def __hash__(self) -> int:
         loads = self.mean, *self.corners, *(self.fixed or ())
@@ -79,6 +90,23 @@ class LoadCycle:
     def __repr__(self) -> str:
         fixed = "" if self.fixed is None else f", fixed={_text(self.fixed)}"
         return f"LoadCycle(mean={dict(self.mean)}, corners={_text(self.corners)}{fixed})"
+
+    @property
+    def corner_names(self) -> tuple[str, ...]:
+        """What each corner is called in pictures: its time where it is known, and its loads at load factor 1, without the mean load.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0, "Q": 0.5}], times=[0.0, 2.5]).corner_names
+        ('t = 0: sigma = -1', 't = 2.5: sigma = +1, Q = +0.5')
+        """
+        fixed = [{}] * len(self.corners) if self.fixed is None else self.fixed
+        names = [_name(corner, part) for corner, part in zip(self.corners, fixed, strict=True)]
+        if self.times is not None:
+            clock = [f"{time:g}" if isinstance(time, Real) else str(time) for time in self.times]
+            names = [f"t = {time}: {name}" for time, name in zip(clock, names, strict=True)]
+        return tuple(f"{name} (corner {k})" if names.count(name) > 1 else name for k, name in enumerate(names))
 
     @property
     def unscaled(self) -> tuple[Mapping[str, float], ...]:
@@ -91,7 +119,9 @@ class LoadCycle:
         return tuple(_sum(loads, corner, load_factor) for loads, corner in zip(unscaled, self.corners, strict=True))
 
     @classmethod
-    def from_history(cls, history: "pd.DataFrame", *, mean: Mapping[str, float] | None = None, time: str | None = None) -> Self:
+    def from_history(
+        cls, history: "pd.DataFrame", *, mean: Mapping[str, float] | None = None, time: str | None = None, tolerance: float = 0.0
+    ) -> Self:
         """The load cycle of a measured history, which is repeated again and again; at load factor 1 it is the history itself.
 
         Points on the straight segment between their neighbours are left out, because friction knows no time: no answer changes by that.
@@ -104,7 +134,10 @@ class LoadCycle:
             Static part of the loads, load case name -> amplitude, which the load factor leaves as it is: a corner is the row less the mean. Load
             cases that are not columns are constant. None: the middle between the least and the largest amplitude of each column.
         time
-            Name of the column with the time, by which the rows are sorted. None: the column "time", if there is one.
+            Name of the column with the time, by which the rows are sorted. None: the column "time", if there is one. The corners keep their times.
+        tolerance
+            Against noise, a share of the range of each load case: every measured load lies within it of the straight way between two corners kept, in
+            its order. One load case keeps its reversals of more than twice as much. 0: all turning points.
 
         Raises
         ------
@@ -120,8 +153,11 @@ class LoadCycle:
         LoadCycle(mean={'P': 5.0, 'sigma': 1.0}, corners=[{'sigma': -1.0}, {'sigma': 1.0}, {'sigma': -0.5}])
         >>> fo.LoadCycle.from_history(history[["sigma"]], mean={"P": 5.0}).corners[1]["sigma"]
         2.0
+        >>> fo.LoadCycle.from_history(history, tolerance=0.3).times  # the last row is not a reversal of 30 %, but it is the last
+        (0, 2, 3)
         """
-        return cls(*history_corners(history, mean, time))
+        static, corners, times = history_corners(history, mean, time, tolerance)
+        return cls(static, corners, times=times)
 
     @classmethod
     def vertices(cls, mean: Mapping[str, float], *loads: Mapping[str, Sequence[float]] | Sequence[Mapping[str, float]]) -> Self:
@@ -200,6 +236,12 @@ def _checked(name: str, loads: object) -> tuple[Mapping[str, float], ...]:
 def _sum(one: Mapping[str, float], other: Mapping[str, float], factor: float = 1.0) -> dict[str, float]:
     """One load plus a multiple of another."""
     return {**one, **{name: one.get(name, 0.0) + factor * amplitude for name, amplitude in other.items()}}
+
+
+def _name(corner: Mapping[str, float], fixed: Mapping[str, float]) -> str:
+    """The loads of a corner in words, those that are zero left out."""
+    parts = [f"{case} = {amplitude:+.4g}" for case, amplitude in corner.items() if amplitude]
+    return ", ".join([*parts, *(f"{case} = {amplitude:+.4g} fixed" for case, amplitude in fixed.items() if amplitude)]) or "mean load"
 
 
 def _text(loads: Sequence[Mapping[str, float]]) -> str:

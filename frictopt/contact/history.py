@@ -11,7 +11,7 @@ from .checks import Array, check_name, checked_loads, finite_array, finite_numbe
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["history_corners", "independent_corners", "turning_points"]
+__all__ = ["history_corners", "independent_corners", "reversals", "turning_points"]
 
 _ROUNDING = 4 * np.finfo(float).eps  # distance from the straight segment, over the largest amplitude of the load case, that counts as rounding
 _MOST_CORNERS = 100_000
@@ -44,8 +44,47 @@ def turning_points(loads: Array) -> list[int]:
     return [*kept, last] if last > 0 else kept
 
 
-def history_corners(history: object, mean: object, time: object) -> tuple[dict[str, float], list[dict[str, float]]]:
-    """Mean load and corners of a history, see `LoadCycle.from_history`."""
+def reversals(points: Array) -> list[int]:
+    """Numbers of those points (K, cases) that a load path keeps so that all others lie within 1 of it, in each load case and in their order.
+
+    In their order: one can walk along both paths at once, never back, and stay within 1 (the Frechet distance). So one load case keeps the reversals
+    of more than 2, whatever noise there is between them. A straight way that is too far from its points, or would go back, keeps the worst of them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from frictopt.contact.history import reversals
+    >>> reversals(np.array([[0.0], [3.0], [2.5], [9.0], [4.0], [4.5], [0.0]]))
+    [0, 3, 6]
+    """
+    kept, ways = {0, len(points) - 1}, [(0, len(points) - 1)]
+    while ways:
+        first, last = ways.pop()
+        if last - first > 1 and (worst := _worst(points[first : last + 1])) is not None:
+            kept.add(first + worst)
+            ways += [(first, first + worst), (first + worst, last)]
+    return sorted(kept)
+
+
+def _worst(points: Array) -> int | None:
+    """Number of the point that is farthest from the straight way from the first to the last one, or goes back most; None: all are within 1."""
+    way, part = points[-1] - points[0], points[1:-1] - points[0]
+    length = float(way @ way)
+    share = np.clip(part @ way / length, 0.0, 1.0) if length > 0 else np.zeros(len(part))
+    off = np.abs(part - np.multiply.outer(share, way)).max(axis=1)
+    moves = way != 0
+    ends = np.sort((part[:, moves, None] + [-1.0, 1.0]) / way[moves, None], axis=-1)  # shares of the way within 1 of each point
+    earliest, latest = ends[..., 0].max(axis=1, initial=0.0), ends[..., 1].min(axis=1, initial=1.0)
+    back = np.maximum.accumulate(earliest) - latest
+    if (back <= 0).all() and (np.abs(part[:, ~moves]) <= 1).all():
+        return None
+    return 1 + int(np.argmax(off if off.max() > 1 else back))
+
+
+def history_corners(
+    history: object, mean: object, time: object, tolerance: object
+) -> tuple[dict[str, float], list[dict[str, float]], list[object] | None]:
+    """Mean load, corners and their times, see `LoadCycle.from_history`."""
     import pandas as pd  # here, for only a history needs it
 
     if not isinstance(history, pd.DataFrame):
@@ -67,7 +106,13 @@ def history_corners(history: object, mean: object, time: object) -> tuple[dict[s
     varying = loads - np.array([static.get(name, 0.0) for name in cases])
     names = [name for name, column in zip(cases, varying.T, strict=True) if column.any()]
     points = varying[:, varying.any(axis=0)]
-    return static, [dict(zip(names, points[number].tolist(), strict=True)) for number in turning_points(points)]
+    if share := finite_number("tolerance", tolerance, least=0.0, below=1.0):
+        ranges = np.ptp(points, axis=0)
+        numbers = reversals(points / (share * np.where(ranges > 0, ranges, 1.0)))
+    else:
+        numbers = turning_points(points)
+    times = None if clock is None else history[clock].iloc[numbers].tolist()
+    return static, [dict(zip(names, points[number].tolist(), strict=True)) for number in numbers], times
 
 
 def independent_corners(loads: Sequence[object]) -> list[dict[str, float]]:
