@@ -11,10 +11,11 @@ copyright = "the frictopt developers"
 version = release = installed("frictopt")
 
 extensions = [
-    "myst_parser",
+    "myst_nb",  # runs the cells of the tutorial
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.viewcode",
+    "sphinx.ext.intersphinx",
     "sphinx.ext.githubpages",
     "numpydoc",
     "sphinx_gallery.gen_gallery",
@@ -23,6 +24,25 @@ extensions = [
 ]
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
+nb_execution_mode = "force"
+nb_execution_timeout = 300  # seconds of one cell, the compiler on a slow machine included
+nb_execution_raise_on_error = True
+nb_merge_streams = True
+
+# Names of other packages become links where the build may use the network: `sphinx -t online`, and on Read the Docs.
+online = tags.has("online") or "READTHEDOCS" in os.environ  # noqa: F821, tags is given by Sphinx
+intersphinx_mapping = {
+    "python": ("https://docs.python.org/3", None),
+    "numpy": ("https://numpy.org/doc/stable", None),
+    "scipy": ("https://docs.scipy.org/doc/scipy", None),
+    "pandas": ("https://pandas.pydata.org/docs", None),
+    "matplotlib": ("https://matplotlib.org/stable", None),
+    "skfem": ("https://scikit-fem.readthedocs.io/en/latest", None),
+}
+if not online:
+    intersphinx_mapping = {}
+linkcheck_allowed_redirects = {r".*": r".*"}
+linkcheck_anchors = False
 exclude_patterns = ["_build", "_templates", "tables", "gallery/*.py", "gallery/*.ipynb", "gallery/*.zip", "gallery/*.json", "sg_execution_times.rst"]
 math_number_all = False
 math_eqref_format = "({number})"
