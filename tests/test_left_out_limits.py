@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits.halves import half_of, mirrored
 from frictopt.limits.question import pose
+from frictopt.limits.reduced import half_of, mirrored
 from systems import mirrored as symmetric
 
 SYSTEMS = pytest.mark.parametrize("seed", range(12))

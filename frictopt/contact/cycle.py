@@ -201,8 +201,11 @@ class LoadCycle:
 
     def unscaled_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) reactions `q0, p0` of the closed, unslipped contact at the corners at load factor 0; (1, N) where nothing is fixed."""
-        q, p = zip(*(checked_system(system).closed_reaction(loads) for loads in self.unscaled), strict=True)
-        return np.array(q), np.array(p)
+        q, p = reactions(system, self.unscaled)
+        if not system.gap.any():
+            return q, p
+        shut, pressed = system.pressed(system.gap)
+        return q - shut, p - pressed
 
     def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean and what is fixed."""

@@ -277,10 +277,10 @@ class ContactSystem(Shown):
         q, p = self.reaction(loads)
         if not self.gap.any():
             return q, p
-        shut, pressed = self._pressed(self.gap)
+        shut, pressed = self.pressed(self.gap)
         return q - shut, p - pressed
 
-    def _pressed(self, overlap: Array) -> tuple[Array, Array]:
+    def pressed(self, overlap: Array) -> tuple[Array, Array]:
         """Reactions by which a closed contact without slip holds an overlap, (N,)."""
         return parted(self.S[:, -self.nodes :] @ overlap, self.tangents + 1)
 

@@ -10,8 +10,8 @@ from ..contact.tolerances import PARALLEL
 from ..errors import SolverError
 from ..limits import ShakedownLimit, guaranteed_limit
 from ..limits.admissible import AdmissibleSlips
-from ..limits.halves import mirrored
 from ..limits.question import LimitQuestion
+from ..limits.reduced import mirrored
 
 __all__ = ["RangeStarts"]
 

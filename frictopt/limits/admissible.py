@@ -15,9 +15,8 @@ import numpy as np
 
 from ..contact.checks import Array
 from ..solve.solvers import NoOptimum, solve
-from .loads import Loads
 from .program import SafeProgram, SlipClaim
-from .question import LimitQuestion
+from .question import LimitQuestion, Loads
 from .safe_set import Intervals
 
 __all__ = ["AdmissibleSlips", "admissible_problem"]

@@ -30,7 +30,7 @@ class Circles(SafeSet):
     def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None, spare: cp.Parameter | float) -> Rows:
         """See `SafeSet.stuck`."""
         task, c, loads = self._task, self.scaled, self._task.loads
-        nodes, unit, at = task.system.nodes, c.unit, c.unit[:, None]
+        nodes, unit, at = len(task.friction), c.unit, c.unit[:, None]
         lam = self._given if load_factor is None else task.load_unit * load_factor
         reserve = (0.0 if margin is None else task.mean_bound / unit * margin) - spare
         pressure = cp.Variable(nodes, name="pressure_change")  # one dense block of rows serves all corners
@@ -95,7 +95,7 @@ def helpless(task: LimitQuestion) -> tuple[Mechanism, str] | None:
 
     A node without a bound slips to and fro between two corners whose shears differ; one that nothing presses is lifted by a corner that pulls.
     """
-    q1, p1, nodes, points = task.loads.q1, task.loads.p1, np.arange(task.system.nodes), bare(task)
+    q1, p1, nodes, points = task.loads.q1, task.loads.p1, np.arange(len(task.friction)), bare(task)
     first = points.argmax(axis=0)
     apart = np.linalg.norm(q1 - q1[first, nodes], axis=-1) * points
     if task.loads.fixed:  # whose shears differ at load factor 0 too may meet at another one
@@ -117,8 +117,8 @@ def helpless(task: LimitQuestion) -> tuple[Mechanism, str] | None:
 
 def _unpressed(task: LimitQuestion) -> np.ndarray:
     """(K, N), or (1, N) where nothing is fixed, whether neither the load at load factor 0 nor any slip makes a pressure at the node."""
-    tangent, normal = np.split(np.sqrt(task.system.own_stiffness), [-task.system.nodes])
-    alone = (np.abs(task.system.B) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
+    tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
+    alone = (np.abs(task.B) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
     return np.asarray(alone & (np.abs(task.loads.p0) <= ROUNDING * task.force))
 
 

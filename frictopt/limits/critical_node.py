@@ -45,7 +45,7 @@ def critical_problem(safe: SafeProgram, aim: Aim) -> SafeProgram:
         rows = {"critical": off <= excess, "critical_from_below": off >= -excess}
     if aim is Aim.HIGHEST:
         rows["load_factor_at_most"] = lam <= cp.Parameter(nonneg=True, name="most_load_factor")
-    stuck = {} if task.loads.fixed else safe.v.stuck(lam, spare=cp.Parameter(task.system.nodes, name="spare", nonneg=True))
+    stuck = {} if task.loads.fixed else safe.v.stuck(lam, spare=cp.Parameter(len(task.friction), name="spare", nonneg=True))
     others = [row for row in safe.problem.constraints if row.label not in stuck or any(row is own for own in safe.own)]
     goal = {Aim.LEAST: cp.Minimize(lam), Aim.EXCESS: cp.Minimize(excess), Aim.HIGHEST: cp.Maximize(lam)}[aim]
     return replace(safe, problem=cp.Problem(goal, [*others, *(row.set_label(name) for name, row in {**stuck, **rows}.items())]))
@@ -53,7 +53,7 @@ def critical_problem(safe: SafeProgram, aim: Aim) -> SafeProgram:
 
 def set_node(program: SafeProgram, state: CriticalState) -> None:
     """Set the node that is critical."""
-    task, scaled, n = program.task, program.v.scaled, program.task.system.nodes
+    task, scaled, n = program.task, program.v.scaled, len(program.task.friction)
     unit, values = scaled.unit[state.node], program.problem.param_dict
     values["node_rows"].value = np.vstack([scaled.shear[state.node :: n].toarray(), scaled.normal[state.node]])
     values["node_at_zero"].value, values["node_rate"].value = state.at_zero / unit, state.rate * task.load_unit / unit

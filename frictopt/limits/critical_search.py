@@ -14,7 +14,6 @@ from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm
 from .critical_node import Aim, critical_problem, set_node
 from .critical_state import CriticalState
-from .loads import change
 from .program import SafeProgram
 from .question import LimitQuestion
 
@@ -148,7 +147,7 @@ class CriticalSearch:
 
         def claimed() -> NodeClaim:
             value, bound = least_excess()
-            slip = np.full(safe.task.system.slip_shape, np.nan)
+            slip = np.full(safe.task.loads.q1.shape[1:], np.nan)
             return NodeClaim(state, np.inf, slip, 0.0 if bound > RESIDUAL else abs(value - bound), how=NEVER)
 
         claim = self._solved(claimed, program)
@@ -168,7 +167,7 @@ def _claimed(program: SafeProgram, state: CriticalState, found: float) -> NodeCl
     """
     task, factor, slip = program.task, float(program.v.load_factor.value), program.slip
     load_factor = (factor if factor > ZERO_LOAD_FACTOR else 0.0) * task.load_unit
-    (q, p), node = change(task.system, slip), state.node
+    (q, p), node = task.change(slip), state.node
     off = float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max()) / task.force
     value, bound = StandardForm(program.problem).bounds
     gap = abs(value - bound) / max(abs(value), FLOOR)

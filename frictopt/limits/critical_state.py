@@ -20,8 +20,7 @@ import numpy as np
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..contact.tolerances import ROUNDING, TIE
-from .loads import Loads
-from .question import LimitQuestion
+from .question import LimitQuestion, Loads
 from .ruling_corners import ruling
 
 __all__ = ["CriticalState", "critical_states", "needed", "smallest_discs"]

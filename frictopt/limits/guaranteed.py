@@ -14,15 +14,13 @@ from ..contact.answers import LimitKind
 from ..contact.checks import Array, frozen, listed
 from ..contact.odd_values import warns_of_odd_values
 from ..errors import ModelError, SolverError
-from .closed_form import is_uncoupled
-from .closed_nodes import rest_of
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
 from .critical_state import critical_states
 from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
-from .halves import mirrored, sources
-from .loads import change
 from .own_constraints import SafeModel
+from .plain_limits import is_uncoupled
 from .question import LimitQuestion
+from .reduced import mirrored, rest_of, sources
 from .safe_set import SafeSet
 from .screening import load_factor_bounds
 from .shakedown import ShakedownModel, shakedown_problem
@@ -116,11 +114,11 @@ class GuaranteedModel(SafeModel):
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
         task = rest_of(task, shakedown.open) or task if shakedown.open.any() else task
-        n, least_found = task.system.nodes, shakedown.load_factor
+        n, least_found = len(task.friction), shakedown.load_factor
         states = critical_states(task)
         both = np.array([bool(own_states) for own_states in states])
         least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, ONE_CORNER).astype(object)
-        if not least_found > shakedown.least or is_uncoupled(task.system, task.friction):
+        if not least_found > shakedown.least or is_uncoupled(task):
             least[both], how[both] = least_found, NOT_NEEDED
             return self._result(task, shakedown, None, least, how, ())
         extended = self._shakedown._own(shakedown_problem, task, own) if own else None
@@ -134,7 +132,7 @@ class GuaranteedModel(SafeModel):
         best: NodeClaim | None = None
         claims: list[NodeClaim] = []
         pressure = (
-            task.loads.p0.min(axis=0) + change(task.system, np.nan_to_num(task.own(shakedown.slip)))[1]
+            task.loads.p0.min(axis=0) + task.change(np.nan_to_num(task.own(shakedown.slip)))[1]
         )  # where it is little, nodes are nearly critical
         for node in sorted(np.flatnonzero(both & ~images).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
             if self._simplify and bounds[node] >= least_found:
@@ -160,7 +158,7 @@ class GuaranteedModel(SafeModel):
     def _result(
         self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
     ) -> GuaranteedLimit:
-        uncoupled, coincide = is_uncoupled(task.system, task.friction), int((how == COINCIDE_ALONE).sum())
+        uncoupled, coincide = is_uncoupled(task), int((how == COINCIDE_ALONE).sum())
         if task.around is not None:
             rest, task = task, task.around
             closed, every_least, every_how = task.closed, np.full(task.system.nodes, np.inf), np.full(task.system.nodes, OPEN, dtype=object)

@@ -15,8 +15,9 @@ from ..contact.record import SolveRecord
 from ..contact.show import components, frame, places
 from ..errors import ModelError
 from ..solve.explain import Units, explain
+from .answered import Answered
 from .critical_search import LEFT_OUT, NodeClaim
-from .question import Answered, LimitQuestion
+from .question import LimitQuestion
 from .shakedown_result import ShakedownLimit
 
 __all__ = ["IMAGE", "NOT_NEEDED", "ONE_CORNER", "OPEN", "GuaranteedLimit", "left_out", "reason"]

@@ -9,7 +9,6 @@ from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..contact.diagnosis import growth_diagnosis, unscaled_diagnosis
 from ..contact.tolerances import GROWN, RESIDUAL
-from .loads import change
 from .question import LimitQuestion
 from .safe_slip import MarginClaim, solve_margin
 
@@ -32,9 +31,9 @@ def _carried(task: LimitQuestion, load_factor: float, slip: Array) -> bool:
     """Whether the slip that grows with the load keeps each node within its bound, up to a share of what acts on this node itself."""
     f, v, shape = task.friction, np.abs(slip.T.ravel()), slip.T.shape
     q1, p1 = load_factor * task.loads.q1, load_factor * task.loads.p1
-    sheared, pressed = (np.abs(task.system.A) @ v).reshape(shape).T, np.abs(task.system.B) @ v
+    sheared, pressed = (np.abs(task.A) @ v).reshape(shape).T, np.abs(task.B) @ v
     own = np.maximum(lengths(q1, p1), f * np.abs(p1)).max(axis=0) + lengths(sheared, pressed) + f * pressed
-    q, p = (cyclic_part + part for cyclic_part, part in zip((q1, p1), change(task.system, slip), strict=True))
+    q, p = (cyclic_part + part for cyclic_part, part in zip((q1, p1), task.change(slip), strict=True))
     lift = np.zeros((0, len(v))) if task.lift is None else task.lift
     opens = load_factor * task.loads.w1
     apart = (opens + lift @ slip.T.ravel() >= -RESIDUAL * (np.abs(opens) + np.abs(lift) @ v)).all()
@@ -43,7 +42,7 @@ def _carried(task: LimitQuestion, load_factor: float, slip: Array) -> bool:
 
 def growth(task: LimitQuestion, proof: MarginClaim) -> str:
     """Why the limit is infinite, in words, from the slip that grows with the load."""
-    slipped, rounding = change(task.system, proof.slip / proof.load_factor), GROWN * task.mean_bound / proof.load_factor
+    slipped, rounding = task.change(proof.slip / proof.load_factor), GROWN * task.mean_bound / proof.load_factor
     return growth_diagnosis(task.friction, (task.loads.q1, task.loads.p1), slipped, rounding)
 
 

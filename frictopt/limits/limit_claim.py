@@ -9,12 +9,12 @@ from ..contact.checks import Array
 from ..contact.tolerances import FLOOR, RESIDUAL
 from ..errors import ModelError
 from ..solve.standard_form import StandardForm
-from .halves import on_whole
 from .kinds import classify, growth
 from .mechanism import Mechanism
 from .own_constraints import OwnProgram, contradiction, is_unbounded
 from .program import SafeProgram
 from .question import LimitQuestion
+from .reduced import on_whole
 from .scaling import ScaledContact
 
 __all__ = ["LimitClaim", "certified", "judged", "judged_by_rows", "no_limit", "no_limit_under"]
@@ -54,7 +54,7 @@ def certified(task: LimitQuestion, scaled: ScaledContact, load_factor: float, sl
 
     At the least safe load factor more load helps, so that its mechanism has a negative drive.
     """
-    resistance, drive = motion.work(task.loads, task.most)
+    resistance, drive = task.work(motion)
     sense = -1 if least else 1
     if not sense * drive > 0:
         return LimitClaim(task, LimitKind.FINITE, load_factor, slip, motion, np.inf, np.inf)

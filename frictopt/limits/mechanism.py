@@ -12,7 +12,6 @@ from ..contact.coulomb import lengths
 from ..contact.parts import joined, parted
 from ..contact.show import places
 from ..contact.tolerances import SHARE
-from .loads import Loads
 
 __all__ = ["Mechanism"]
 
@@ -57,16 +56,6 @@ class Mechanism:
     def lift(self) -> Array:
         """(K, N) factors of the normal reactions in the mechanism's work: slip times friction, and opening."""
         return np.asarray(self.friction * self.size + self.opening)
-
-    def work(self, loads: Loads, most: Array | None = None) -> tuple[float, float]:
-        """Resistance of the loads at load factor 0 and drive of what a load factor of 1 adds, both as work on the mechanism.
-
-        A safe slip at load factor lam needs `lam * drive <= resistance`; slips of at most `most`, (N,), add the work that they do on `hold`.
-        """
-        held = 0.0 if most is None or self.hold is None else lengths(self.hold, most) @ most
-        press = np.zeros_like(loads.w1) if self.press is None else self.press
-        resistance = sum(np.sum(_over(part, load) * load) for part, load in ((self.slips, loads.q0), (self.lift, loads.p0), (press, loads.w0))) + held
-        return float(resistance), float(-np.sum(self.slips * loads.q1) - np.sum(self.lift * loads.p1) - np.sum(press * loads.w1))
 
     def stress(self, system: ContactSystem) -> Array:
         """(t N,) `A d + B^T l` less what the slip bound holds, ordered by component, which is zero for a true mechanism."""
@@ -120,8 +109,3 @@ class Mechanism:
         for k, corner in enumerate(cycle.corners):
             rows += [row(case, f"corner {k}", amplitude, load_factor, self.slips[k], self.lift[k]) for case, amplitude in corner.items()]
         return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
-
-
-def _over(parts: Array, load: Array) -> Array:
-    """What of a motion (K, ...) works on a load: that of each corner, or their sum where one row of the load stands for all of them."""
-    return parts if len(load) > 1 else parts.sum(axis=0, keepdims=True)

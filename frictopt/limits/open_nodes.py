@@ -8,7 +8,7 @@ the load and from v. With the reactions `r_k = r0 + lam r1_k` of the closed cont
 So C is a contact of its own, with the stiffness `S_CC - S_CO S_OO^-1 S_OC` and the reactions `r_C - S_CO S_OO^-1 r_O`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -87,23 +87,13 @@ def following(system: ContactSystem, opened: Booleans) -> OpenNodes | None:
     return OpenNodes(opened, give @ S[np.ix_(out, ~out)], give)
 
 
-def without(system: ContactSystem, nodes: OpenNodes) -> ContactSystem:
-    """The contact of the closed nodes."""
-    closed, out, S = ~nodes.opened, np.tile(nodes.opened, system.tangents + 1), system.S
+def without(system: ContactSystem, nodes: OpenNodes) -> Array:
+    """(m, m) stiffness of the closed nodes."""
+    out, S = np.tile(nodes.opened, system.tangents + 1), system.S
     kept = S[np.ix_(~out, ~out)] - S[np.ix_(~out, out)] @ nodes.follow
     values, vectors = np.linalg.eigh((kept + kept.T) / 2)  # what nothing resists any more is left as rounding of both signs
     kept = (vectors * np.where(values > NOTHING_LEFT * np.abs(S).max(), values, 0.0)) @ vectors.T
-    loads = {name: joined(*pair) for name, pair in system.bonded.items()}
-    return replace(
-        system,
-        S=(kept + kept.T) / 2,
-        points=system.points[closed],
-        bonded={name: r[~out] - r[out] @ nodes.follow for name, r in loads.items()},
-        gap=system.gap[closed],
-        frames=system.frames[closed],
-        contact=None if system.contact is None else system.contact[closed],
-        width=None if system.width is None else system.width[closed],
-    )
+    return np.asarray(kept + kept.T) / 2
 
 
 def border(system: ContactSystem, opened: Booleans, node: int, p: Array) -> str:

@@ -9,9 +9,9 @@ from ..contact.checks import Array, Booleans
 from ..contact.parts import joined
 from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
-from .closed_nodes import rest_of
 from .open_nodes import following
 from .question import LimitQuestion
+from .reduced import rest_of
 from .shakedown import ShakedownModel
 from .shakedown_result import ShakedownLimit
 

@@ -17,9 +17,8 @@ from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
 from ..solve.solvers import solve, solver_order
 from ..solve.standard_form import StandardForm, compiled, polish
-from .loads import cycle_loads
 from .program import SafeProgram, kind_of, safe_set
-from .question import LimitQuestion, pose, slip_bounds
+from .question import LimitQuestion, cycle_loads, pose, slip_bounds
 from .safe_set import SafeSet
 
 __all__ = ["Contradiction", "OwnProgram", "SafeModel", "contradiction", "is_unbounded"]
@@ -69,7 +68,7 @@ class SafeModel:
 
     def _set(self, task: LimitQuestion) -> SafeSet:
         known = self._sets if task.lift is None else {}
-        return known.get(task.system.nodes) or known.setdefault(task.system.nodes, safe_set(task))
+        return known.get(len(task.friction)) or known.setdefault(len(task.friction), safe_set(task))
 
     @cached_property
     def _v(self) -> SafeSet:

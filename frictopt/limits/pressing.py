@@ -56,7 +56,7 @@ class Pressing:
         motion = Mechanism(np.zeros(task.loads.q1.shape), opening, task.friction, program.v.held(program.rows))
         opened = float(motion.opening.sum()) * task.force
         self.motion = motion.scaled((1 - cap) / opened if opened > 0 and cap < 1 else 0.0)
-        resistance, drive = self.motion.work(task.loads, task.most)
+        resistance, drive = task.work(self.motion)
         defect = program.v.scaled.defect(task, self.motion, slip)
         gap = abs(cap + resistance - load_factor * drive - self.least) + defect  # a defect that closes the gap counts for slips like this one alone
         proves = opened > 0 or cap >= 1 - RESIDUAL  # multipliers that do not add up to one bound nothing

@@ -43,7 +43,7 @@ class SafeProgram:
         if task.whole is None:
             return self.v.left_out
         which = "mirror symmetry: v is odd" if task.lift is None else "nodes that are open under the mean load"
-        return f"{which}, {task.system.nodes} of {task.whole.system.nodes} nodes are in the program", *self.v.left_out
+        return f"{which}, {len(task.friction)} of {task.system.nodes} nodes are in the program", *self.v.left_out
 
     @cached_property
     def rows(self) -> Rows:
@@ -69,7 +69,7 @@ class SafeProgram:
         slip = self.v.scaled.slip @ self.v.traction.value
         if self.v.slide is not None and self.v.slide.value is not None:
             slip = slip + self.v.scaled.rigid @ self.v.slide.value
-        slip = slip.reshape(self.task.system.slip_shape, order="F")
+        slip = slip.reshape(self.task.loads.q1.shape[1:], order="F")
         if self.task.most is not None:
             slip[self.task.most == 0] = 0.0
         return self.task.within_bound(slip)

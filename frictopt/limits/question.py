@@ -7,22 +7,43 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients, referee
+from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, Booleans, check_shear, finite_array, flag, real_array
-from ..contact.coulomb import lengths
-from ..contact.cycle import reactions
+from ..contact.coulomb import lengths, off_law
+from ..contact.cycle import checked_cycle, reactions
 from ..contact.parts import joined, parted
-from ..contact.record import Attempt, SolveRecord, WithSlip
-from ..contact.show import Plotted, components, places
+from ..contact.record import Attempt, SolveRecord
+from ..contact.system import checked_system
 from ..contact.tolerances import BARE, CONDENSATION, RESIDUAL
 from ..errors import ModelError
-from .loads import Loads, cycle_loads
+from .mechanism import Mechanism
 from .open_nodes import OpenNodes
 
-__all__ = ["Answered", "LimitQuestion", "pose", "slip_bounds"]
+__all__ = ["LimitQuestion", "Loads", "cycle_loads", "pose", "slip_bounds", "units_of"]
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """Closed reactions of a load cycle, force: `q0` (K, N) or (K, N, 2) and `p0` (K, N) at load factor 0; what a load factor of 1 adds, `q1`, `p1`.
+
+    Of a contact without its O open nodes also their gaps where nothing slips, length: `w0` and `w1`, (K, O). Where all corners have the same at load
+    factor 0, `q0`, `p0` and `w0` have one row, (1, N) and (1, O).
+    """
+
+    q0: Array
+    p0: Array
+    q1: Array
+    p1: Array
+    w0: Array = field(default_factory=lambda: np.zeros((1, 0)))
+    w1: Array = field(default_factory=lambda: np.zeros((1, 0)))
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the corners differ at load factor 0."""
+        return len(self.q0) > 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,17 +52,19 @@ class LimitQuestion:
 
     Attributes
     ----------
-    system, cycle, loads
-        The contact, its load cycle and the cycle's reactions.
-    friction
-        (N,) coefficients of friction.
+    system, cycle
+        The whole contact and its load cycle.
+    loads, friction
+        The cycle's reactions and (N,) coefficients of friction, of the N nodes of the question.
+    A, B, stiffness
+        (t N, t N) shear and (N, t N) normal forces by slips of these nodes, and (M,) the size of their own stiffness, see `ContactSystem`.
     simplify
         Whether to leave out what cannot change the answer: half of a mirror-symmetric contact, corners that others stand for.
     most
         (N,) largest size of the slip; None for no bound.
     force, load_unit, mean_bound
-        Mean normal force at load factor 0, see `Loads`; unit of load factors, see `Loads.load_factor_unit`; mean friction bound at load factor 0,
-        the unit of margins (the mean normal force where there is no friction).
+        Mean normal force at load factor 0 (a force of the same size where there is none); load factor at which the cyclic reactions reach the mean
+        friction bound; and this bound at load factor 0, the unit of margins (`force` where there is no friction).
     opening
         Whether there is so little friction somewhere that keeping nodes closed needs rows of its own.
     started
@@ -58,6 +81,9 @@ class LimitQuestion:
     cycle: LoadCycle
     loads: Loads
     friction: Array
+    A: Array
+    B: Array
+    stiffness: Array
     simplify: bool
     most: Array | None
     force: float
@@ -77,7 +103,7 @@ class LimitQuestion:
     @property
     def closed(self) -> Booleans:
         """(N,) which nodes are closed."""
-        return np.ones(self.system.nodes, dtype=bool) if self.open is None else ~self.open.opened
+        return np.ones(len(self.friction), dtype=bool) if self.open is None else ~self.open.opened
 
     def check_load_factor(self, load_factor: float) -> None:
         """Check that the mean load is not lost in the rounding of the cyclic loads."""
@@ -91,10 +117,16 @@ class LimitQuestion:
     def reactions(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under a residual slip; none on open nodes."""
         if self.open is None:
-            return self.loads.under_slip(self.system, load_factor, slip)
+            q, p = self.change(slip)
+            return self.loads.q0 + q + load_factor * self.loads.q1, self.loads.p0 + p + load_factor * self.loads.p1
         r = self._at_corners(load_factor) + joined(*self.states(load_factor, slip)) @ self.system.S
         r[:, np.tile(self.open.opened, self.system.tangents + 1)] = 0.0
         return parted(r, self.system.tangents + 1)
+
+    def change(self, slip: Array) -> tuple[Array, Array]:
+        """Reactions `A v, B v` that a residual slip, (N,) or (N, 2), adds to those of the closed contact."""
+        v = slip.T.ravel()
+        return (self.A @ v).reshape(slip.T.shape).T, self.B @ v
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) slips and (K, N) gaps at the corners under a residual slip, which open nodes leave."""
@@ -143,9 +175,9 @@ class LimitQuestion:
         """How far the slip is from being safe: the largest violation of the contact law over the corners, and the excess over the slip bound."""
         if self.around is not None:
             return max(self.around.violation(load_factor, self.expanded(slip)), self.beyond(slip))
-        (v, w), (q, p) = self.states(load_factor, slip), self.reactions(load_factor, slip)
-        verdict = referee(self.system, self.bonded(load_factor), self.friction, v=v, w=w, q=q, p=p, force_scale=self.force)
-        return max(verdict.residual, self.beyond(slip))
+        (v, w), r = self.states(load_factor, slip), joined(*self.reactions(load_factor, slip))
+        off = off_law(self.system, self.friction, joined(*self.bonded(load_factor)), joined(v, w - self.system.gap), r, self.force)
+        return float(np.nan_to_num(max(off.max(), self.beyond(slip)), nan=np.inf))
 
     def bonded(self, load_factor: float) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) and (K, N) bonded reactions `q, p` at the corners."""
@@ -163,6 +195,18 @@ class LimitQuestion:
         gaps = self.loads.w0 + load_factor * self.loads.w1
         return gaps if self.lift is None else gaps + self.lift @ slip.T.ravel()
 
+    def work(self, motion: Mechanism) -> tuple[float, float]:
+        """Resistance of the loads at load factor 0 and drive of what a load factor of 1 adds, both as work on a mechanism.
+
+        A safe slip at load factor lam needs `lam * drive <= resistance`; slips within their bound add the work that they do on what it holds.
+        """
+        loads, lift = self.loads, motion.lift
+        press = np.zeros_like(loads.w1) if motion.press is None else motion.press
+        parts = (motion.slips, loads.q0, loads.q1), (lift, loads.p0, loads.p1), (press, loads.w0, loads.w1)
+        held = 0.0 if self.most is None or motion.hold is None else float(lengths(motion.hold, self.most) @ self.most)
+        at_zero = sum(float(np.sum((part if loads.fixed else part.sum(axis=0)) * load)) for part, load, _ in parts)
+        return at_zero + held, -sum(float(np.sum(part * load)) for part, _, load in parts)
+
     @property
     def said(self) -> str:
         """How many nodes are open, as the beginning of a reason."""
@@ -172,12 +216,23 @@ class LimitQuestion:
     @property
     def clearance(self) -> float:
         """Unit of margins as a gap, length: what the mean friction bound does to the mean normal stiffness."""
-        system = (self.whole or self).system
-        return self.mean_bound / (float(np.diag(system.C).mean()) or system.stiffness_scale)
+        return self.mean_bound / (float(np.diag(self.system.C).mean()) or self.system.stiffness_scale)
 
     def record(self, solver: str, attempts: tuple[Attempt, ...], residual: float, left_out: tuple[str, ...]) -> SolveRecord:
         """How the question was answered, now."""
         return SolveRecord(solver, attempts, residual, left_out, perf_counter() - self.started)
+
+
+def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
+    """Reactions of a load cycle on a system.
+
+    Raises
+    ------
+    ModelError
+        Wrong types, or load cases that the system does not have.
+    """
+    checked_system(system)
+    return Loads(*checked_cycle(cycle).unscaled_reactions(system), *cycle.corner_reactions(system))
 
 
 def pose(
@@ -191,13 +246,27 @@ def pose(
         Wrong types, load cases that the system does not have, bad friction, a mean load whose shear hides its pressure.
     """
     simplify, loads = flag("simplify", simplify), loads or cycle_loads(system, cycle)
-    f, force = friction_coefficients(friction, system.nodes), loads.force
+    f = friction_coefficients(friction, system.nodes)
+    return LimitQuestion(system, cycle, loads, f, system.A, system.B, system.own_stiffness, simplify, most, **units_of(loads, f))
+
+
+def units_of(loads: Loads, f: Array) -> dict[str, Any]:
+    """Force, load_unit, mean_bound and opening of a `LimitQuestion`.
+
+    Raises
+    ------
+    ModelError
+        A mean load whose shear hides its pressure.
+    """
+    sheared, p0, p1 = lengths(loads.q1, loads.p1), np.abs(loads.p0), np.abs(loads.p1)
+    force = float(p0.mean() or max(lengths(loads.q0, p0).mean(), sheared.mean(), p1.mean()) or 1.0)
+    demand = float(sheared.mean() + (f * p1).mean()) + float(p1[:, f == 0].sum()) / len(f)
+    bound, size = float((f * loads.p0).mean()), float((f * p0).mean())
+    load_unit = (size or force) / demand if demand > 0 else 1.0
+    mean_bound = bound if bound > CONDENSATION * size else force  # a shear alone leaves rounding
     for shear in loads.q0:
         check_shear(shear, force)
-    bound = float((f * loads.p0).mean())
-    mean_bound = bound if bound > CONDENSATION * float((f * np.abs(loads.p0)).mean()) else force  # a shear alone leaves rounding
-    opening = bool(f.min() < _LITTLE_FRICTION)
-    return LimitQuestion(system, cycle, loads, f, simplify, most, force, loads.load_factor_unit(f, force), mean_bound, opening)
+    return {"force": force, "load_unit": load_unit, "mean_bound": mean_bound, "opening": bool(f.min() < _LITTLE_FRICTION)}
 
 
 def slip_bounds(slip_bound: Any, nodes: int) -> Array | None:
@@ -217,52 +286,3 @@ def slip_bounds(slip_bound: Any, nodes: int) -> Array | None:
     if most.min() < 0:
         raise ModelError(f"slip_bound: {most.min():g}; it bounds the size of the slip, give a length >= 0, or None for no bound")
     return np.broadcast_to(most, (nodes,))
-
-
-class Answered(WithSlip, Plotted):
-    """Base of results that answer a limit question by a residual slip at a load factor."""
-
-    load_factor: float
-    slip: Array
-    _task: LimitQuestion
-
-    @property
-    def system(self) -> ContactSystem:
-        """The contact."""
-        return self._task.system
-
-    @property
-    def friction(self) -> Array:
-        """(N,) coefficients of friction."""
-        return self._task.friction
-
-    @property
-    def reactions(self) -> tuple[Array, Array]:
-        """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip at the load factor, force; NaN where it is not finite."""
-        if not np.isfinite(self.load_factor):
-            return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
-        return self._task.reactions(self.load_factor, self.slip)
-
-    @property
-    def open(self) -> Booleans:
-        """(N,) which nodes are open at all corners."""
-        return ~self._task.closed
-
-    @property
-    def state(self) -> ContactState | None:
-        """The state at the last corner, from which a transient at this load factor rests where the slip is safe; None where it is not finite."""
-        task = self._task
-        if not np.isfinite(self.load_factor) or not np.isfinite(self.slip).all():
-            return None
-        (v, w), (q, p) = task.states(self.load_factor, self.slip), task.bonded(self.load_factor)
-        return ContactState(v[-1], w[-1].clip(0.0), q[-1], p[-1])
-
-    @property
-    def traction_ratios(self) -> Array:
-        """(K, N) ratios `|q| / (f p)` at the corners under the slip; NaN where the pressure or the friction vanishes, or without a slip."""
-        return self._task.traction_ratios(*self.reactions)
-
-    def _places(self) -> dict[str, Any]:
-        """Columns of a table with one row for each node: node, its place, its slip, and whether it is open where one is."""
-        opened = {"open": self.open} if self.open.any() else {}
-        return {"node": range(self.system.nodes), **places(self.system), **components("slip", self.slip), **opened}

@@ -15,9 +15,9 @@ from ..contact.show import Plotted, frame
 from ..contact.system import checked_plane
 from ..contact.tolerances import ONE_SIDE, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
-from .closed_nodes import rest_of
 from .mechanism import Mechanism
 from .question import pose
+from .reduced import rest_of
 from .shakedown import shakedown_limit
 from .shakedown_result import ShakedownLimit
 
@@ -211,11 +211,11 @@ class _Search:
         reach, bound = limit.load_factor if np.isfinite(limit.load_factor) else 0.0, limit.bound
         if limit.open.any() and self._unit[0].whole is None:
             self._unit = [rest for task in self._unit if (rest := rest_of(task, limit.open))]
-        loads, nodes = limit._task.loads, limit._task.open
-        if reach <= ZERO_LOAD_FACTOR * loads.load_factor_unit(self._friction, loads.force):
+        nodes = limit._task.open
+        if reach <= ZERO_LOAD_FACTOR * limit._task.load_unit:
             reach = bound = 0.0
         motion = self._ruled(limit._motion if nodes is None else nodes.closed_part(limit._motion, self._system))
-        drives = [motion.work(unit.loads)[1] for unit in self._unit]
+        drives = [unit.work(motion)[1] for unit in self._unit]
         motion = motion if nodes is None else nodes.expanded(motion, self._friction)
         return _Point(limit, reach * np.array([first, second]), np.array(drives), float(bound), motion)
 

@@ -180,7 +180,7 @@ class Intervals(SafeSet):
 
     def __init__(self, task: LimitQuestion) -> None:
         super().__init__(task)
-        n, pressed = task.system.nodes, self.scaled.normal @ self.traction
+        n, pressed = len(task.friction), self.scaled.normal @ self.traction
         self._set = {name: cp.Parameter(n, name=name) for name in ("q_mean", "p_mean", "fp_mean", "forward", "backward", "opening")}
         self._set |= {name: cp.Parameter(n, name=name, nonneg=True) for name in ("friction", "clearance")}
         self.q, self.p = self._set["q_mean"] + self.shear, self._set["p_mean"] + pressed

@@ -15,12 +15,11 @@ from ..contact.tolerances import NO_MARGIN, RESIDUAL
 from ..errors import ModelError, SolverError
 from ..solve.solvers import Answer, NoOptimum, solve
 from ..solve.standard_form import StandardForm
-from .closed_nodes import rest_under_mean
-from .halves import half_of, on_whole
 from .mechanism import Mechanism
 from .own_constraints import OwnProgram, SafeModel, contradiction
 from .program import SafeProgram, posed
 from .question import LimitQuestion
+from .reduced import half_of, on_whole, rest_under_mean
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 
@@ -211,7 +210,7 @@ def _judged(program: SafeProgram, load_factor: float | None) -> MarginClaim:
     at = float(program.v.load_factor.value) * task.load_unit if load_factor is None else load_factor
     motion, slips = program.motion
     motion = motion.scaled((1 - cap) / slips if slips > 0 and cap < 1 else 0.0)
-    resistance, drive = motion.work(task.loads, task.most)
+    resistance, drive = task.work(motion)
     if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
         drive = min(drive, 0.0)
     off = program.v.scaled.defect(task, motion, slip)

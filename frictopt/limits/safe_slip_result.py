@@ -13,8 +13,9 @@ from ..contact.diagnosis import unscaled_diagnosis
 from ..contact.record import SolveRecord
 from ..contact.show import frame
 from ..solve.explain import Units, explain
+from .answered import Answered
 from .mechanism import Mechanism
-from .question import Answered, LimitQuestion
+from .question import LimitQuestion
 
 __all__ = ["SafeSlip"]
 

@@ -7,9 +7,10 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.sparse import csr_array
 
-from ..contact import ContactSystem
 from ..contact.checks import Array, frozen
+from ..contact.coulomb import lengths
 from ..contact.stiffness import slip_modes
+from ..contact.tolerances import NO_PRESSURE
 from .mechanism import Mechanism
 from .question import LimitQuestion
 
@@ -27,7 +28,7 @@ class ScaledContact:
     Attributes
     ----------
     unit
-        (N,) force unit of each node.
+        (N,) force unit of each node: its pressure under the mean load, or what else acts on it.
     shear, normal
         (t N, m), sparse, and (N, m), dimensionless, at most 1.
     slip
@@ -57,13 +58,13 @@ class ScaledContact:
         Counted for all slips whose tractions are, node by node, at most those of `slip`, or at most `1 + f` times the node's own pressure where
         that is more; and under a slip bound, for all rigid slides within it.
         """
-        system, tangents = task.system, task.system.tangents
+        tangents = task.system.tangents
         shear_unit = np.tile(self.unit, tangents)
         held = np.zeros(len(shear_unit)) if motion.hold is None else motion.hold.T.ravel()
         work = (shear_unit * motion.slips.sum(axis=0).T.ravel()) @ self.shear + (self.unit * motion.lift.sum(axis=0)) @ self.normal - held @ self.slip
         if task.lift is not None and motion.press is not None:
             work = work + motion.press.sum(axis=0) @ task.lift @ self.slip
-        carried = np.abs(system.A[self.loaded] @ slip.T.ravel()) / shear_unit[self.loaded]
+        carried = np.abs(task.A[self.loaded] @ slip.T.ravel()) / shear_unit[self.loaded]
         off = float(np.abs(work) @ (np.maximum(carried, 1.0 + np.tile(task.friction, tangents)[self.loaded]) / self.size))
         if task.most is not None and self.rigid.shape[1]:
             off += float(np.abs(held @ self.rigid) @ (np.abs(np.linalg.pinv(self.rigid)) @ np.tile(task.most, tangents)))
@@ -72,14 +73,17 @@ class ScaledContact:
 
 def scaled_contact(task: LimitQuestion) -> ScaledContact:
     """Choose unknowns and units for a contact under its loads."""
-    system, unit, stiffness = task.system, task.loads.units(task.force), task.system.own_stiffness[: -task.system.nodes]
-    rigid, compliance = rigid_slides(system)
-    each = np.tile(unit, system.tangents)[:, None]
+    loads, stiffness = task.loads, task.stiffness[: -len(task.friction)]
+    pressure = np.abs(loads.p0).max(axis=0)
+    acts = np.maximum(lengths(loads.q0, loads.p0).max(axis=0), np.maximum(lengths(loads.q1, loads.p1), np.abs(loads.p1)).max(axis=0))
+    unit = np.where(pressure > NO_PRESSURE * task.force, pressure, np.maximum(acts, NO_PRESSURE * task.force))
+    rigid, compliance = rigid_slides(task)
+    each = np.tile(unit, task.system.tangents)[:, None]
     loaded, basis = _balanced(each * rigid)
     forces = each * basis
     slip = compliance @ forces
-    slip = slip + compliance @ (forces - system.A @ slip)  # without most of its rounding
-    normal = system.B @ slip / unit[:, None]
+    slip = slip + compliance @ (forces - task.A @ slip)  # without most of its rounding
+    normal = task.B @ slip / unit[:, None]
     size = 1 / np.maximum(np.abs(normal).max(axis=0), 1.0)
     return ScaledContact(
         unit=frozen(unit),
@@ -92,12 +96,12 @@ def scaled_contact(task: LimitQuestion) -> ScaledContact:
     )
 
 
-def rigid_slides(system: ContactSystem) -> tuple[Array, Array]:
+def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     """Orthonormal slips that A does not resist, (t N, k), and the compliance (t N, t N) of forces that do no work on them, to slips free of them.
 
     Each node counts in units of its own stiffness, see `slip_modes`.
     """
-    slips, values, held = slip_modes(system.A, system.B, *np.split(system.own_stiffness, [-system.nodes]))
+    slips, values, held = slip_modes(task.A, task.B, *np.split(task.stiffness, [-len(task.friction)]))
     rigid, resisted = np.linalg.qr(slips[:, ~held])[0], slips[:, held]
     resisted = resisted - rigid @ (rigid.T @ resisted)
     return rigid, (resisted / values[held]) @ resisted.T

@@ -7,9 +7,9 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, Booleans
 from ..errors import FrictoptError
-from .closed_nodes import open_under_mean
 from .open_sets import OpenSetLimit, open_set_limit, with_states
 from .question import LimitQuestion, pose
+from .reduced import open_under_mean
 from .shakedown import ShakedownModel
 
 __all__ = ["best_open_set"]

@@ -16,14 +16,13 @@ from ..errors import ModelError
 from ..solve.explain import Units
 from ..solve.solvers import Answer, solve
 from .circles import helpless
-from .closed_nodes import rest_under_mean
-from .halves import half_of
 from .least_load import with_least_load
 from .limit_claim import LimitClaim, judged, judged_by_rows, no_limit, no_limit_under
 from .own_constraints import OwnProgram, SafeModel
-from .plain_limits import by_one_node, in_closed_form
+from .plain_limits import by_one_node, in_closed_form, is_uncoupled
 from .program import SafeProgram
 from .question import LimitQuestion
+from .reduced import half_of, rest_under_mean
 from .safe_set import SafeSet
 from .shakedown_result import ShakedownLimit, limit_result
 
@@ -92,7 +91,6 @@ class ShakedownModel(SafeModel):
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         self._compiled: dict[tuple[int, bool, bool], cp.Problem] = {}  # by what friction can change: half or whole, rows of opening, open nodes
-        self._half: ContactSystem | None = None
 
     def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own, or the slip that your objective chooses.
@@ -142,13 +140,12 @@ class ShakedownModel(SafeModel):
 
     def of_set(self, task: LimitQuestion) -> ShakedownLimit:
         """The limit with all nodes closed, or of the closed ones, see `rest_of`."""
-        known = in_closed_form(task) if self._simplify and self._solver is None and task.lift is None else None
-        return known or by_one_node(task, self._solver) or self._solved(self.program(self._smaller(task)))
-
-    def _smaller(self, task: LimitQuestion) -> LimitQuestion:
-        half = half_of(task, self._half)
-        self._half = self._half if half is task else half.system
-        return half
+        known = None
+        if task.system.tangents > 1:
+            known = by_one_node(task, self._solver)
+        elif self._simplify and self._solver is None and task.lift is None and is_uncoupled(task):
+            known = in_closed_form(task)
+        return known or self._solved(self.program(half_of(task)))
 
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
@@ -168,7 +165,7 @@ class ShakedownModel(SafeModel):
 
     def program(self, task: LimitQuestion) -> SafeProgram:
         """The program over safe slips; that of a plane contact is compiled once for all frictions."""
-        v, kind = self._set(task), (task.system.nodes, task.opening, task.lift is None)
+        v, kind = self._set(task), (len(task.friction), task.opening, task.lift is None)
         v.ask(task)
         if kind not in self._compiled or task.system.tangents > 1 or task.lift is not None or task.loads.fixed:
             self._compiled[kind] = shakedown_problem(v)

@@ -17,12 +17,13 @@ from ..contact.system import checked_plane
 from ..errors import ModelError
 from ..solve.explain import Units, explain
 from ..solve.solvers import Answer
+from .answered import Answered
 from .kinds import reason
 from .least_slip import LeastSlip, least_slip
 from .limit_claim import LimitClaim
 from .mechanism import Mechanism
 from .open_nodes import border
-from .question import Answered, LimitQuestion
+from .question import LimitQuestion
 
 __all__ = ["ShakedownLimit", "limit_result"]
 

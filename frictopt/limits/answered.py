@@ -1,0 +1,62 @@
+"""What the answers of limit questions have in common: the contact, its reactions and its state under a residual slip at a load factor."""
+
+from typing import Any
+
+import numpy as np
+
+from ..contact import ContactState, ContactSystem
+from ..contact.checks import Array, Booleans
+from ..contact.record import WithSlip
+from ..contact.show import Plotted, components, places
+from .question import LimitQuestion
+
+__all__ = ["Answered"]
+
+
+class Answered(WithSlip, Plotted):
+    """Base of results that answer a limit question by a residual slip at a load factor."""
+
+    load_factor: float
+    slip: Array
+    _task: LimitQuestion
+
+    @property
+    def system(self) -> ContactSystem:
+        """The contact."""
+        return self._task.system
+
+    @property
+    def friction(self) -> Array:
+        """(N,) coefficients of friction."""
+        return self._task.friction
+
+    @property
+    def reactions(self) -> tuple[Array, Array]:
+        """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip at the load factor, force; NaN where it is not finite."""
+        if not np.isfinite(self.load_factor):
+            return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
+        return self._task.reactions(self.load_factor, self.slip)
+
+    @property
+    def open(self) -> Booleans:
+        """(N,) which nodes are open at all corners."""
+        return ~self._task.closed
+
+    @property
+    def state(self) -> ContactState | None:
+        """The state at the last corner, from which a transient at this load factor rests where the slip is safe; None where it is not finite."""
+        task = self._task
+        if not np.isfinite(self.load_factor) or not np.isfinite(self.slip).all():
+            return None
+        (v, w), (q, p) = task.states(self.load_factor, self.slip), task.bonded(self.load_factor)
+        return ContactState(v[-1], w[-1].clip(0.0), q[-1], p[-1])
+
+    @property
+    def traction_ratios(self) -> Array:
+        """(K, N) ratios `|q| / (f p)` at the corners under the slip; NaN where the pressure or the friction vanishes, or without a slip."""
+        return self._task.traction_ratios(*self.reactions)
+
+    def _places(self) -> dict[str, Any]:
+        """Columns of a table with one row for each node: node, its place, its slip, and whether it is open where one is."""
+        opened = {"open": self.open} if self.open.any() else {}
+        return {"node": range(self.system.nodes), **places(self.system), **components("slip", self.slip), **opened}
