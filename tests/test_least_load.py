@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.histories.guarantee import _from_its_middle
-from frictopt.limits.limit_claim import certified
+from frictopt.limits.judge import certified
 from frictopt.limits.mechanism import Mechanism
 from frictopt.limits.question import pose
 from frictopt.limits.scaling import scaled_contact

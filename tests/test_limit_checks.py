@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import kinds
-from frictopt.limits.limit_claim import certified, no_limit
+from frictopt.contact.record import judged_by
+from frictopt.limits import no_limit as proofs
+from frictopt.limits.judge import certified
 from frictopt.limits.mechanism import Mechanism
 from frictopt.limits.question import pose
 from frictopt.limits.scaling import scaled_contact
@@ -254,9 +255,9 @@ def test_why_there_is_no_limit_is_said_with_the_error_of_its_proof_or_not_at_all
     task = pose(single(), fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5)
 
     def margins(*values):
-        states = iter(SimpleNamespace(margin=value, residual=1e-3, motion=None, slip=np.zeros((1, 2))) for value in values)
-        monkeypatch.setattr(kinds, "solve_margin", lambda *_: (SimpleNamespace(claim=next(states)), None))
-        return no_limit(task, None)
+        states = iter(SimpleNamespace(margin=value, record=judged_by(1e-3), _motion=None, slip=np.zeros((1, 2))) for value in values)
+        monkeypatch.setattr(proofs, "solve_margin", lambda *_: next(states))
+        return proofs.no_limit(task, None)
 
     nothing = margins(-1.0)
     assert nothing.kind is fo.LimitKind.NO_SAFE_SLIP and nothing.residual == 1e-3

@@ -1,16 +1,20 @@
 """What the answers of limit questions have in common: the contact, its reactions and its state under a residual slip at a load factor."""
 
-from typing import Any
+from dataclasses import replace
+from time import perf_counter
+from typing import Any, TypeVar
 
 import numpy as np
 
 from ..contact import ContactState, ContactSystem
 from ..contact.checks import Array, Booleans
-from ..contact.record import WithSlip
+from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, components, places
+from ..solve.solvers import Answer
+from .program import SafeProgram
 from .question import LimitQuestion
 
-__all__ = ["Answered"]
+__all__ = ["Answered", "answered"]
 
 
 class Answered(WithSlip, Plotted):
@@ -43,6 +47,12 @@ class Answered(WithSlip, Plotted):
         return ~self._task.closed
 
     @property
+    def _opened(self) -> str:
+        """How many nodes are open, as the beginning of a reason."""
+        opened = int(self.open.sum())
+        return f"with {opened} of {self.system.nodes} nodes open under the mean load: " if opened else ""
+
+    @property
     def state(self) -> ContactState | None:
         """The state at the last corner, from which a transient at this load factor rests where the slip is safe; None where it is not finite."""
         task = self._task
@@ -60,3 +70,13 @@ class Answered(WithSlip, Plotted):
         """Columns of a table with one row for each node: node, its place, its slip, and whether it is open where one is."""
         opened = {"open": self.open} if self.open.any() else {}
         return {"node": range(self.system.nodes), **places(self.system), **components("slip", self.slip), **opened}
+
+
+A = TypeVar("A", bound=Answered)
+
+
+def answered(answer: Answer[A], program: SafeProgram) -> A:
+    """The claim that has passed, with its program and how it was found."""
+    claim, seconds = answer.claim, perf_counter() - program.task.started
+    record = SolveRecord(answer.solver, answer.attempts, claim.residual, program.left_out, seconds)
+    return replace(claim, record=record, problem=program.problem, _units=program.units)  # type: ignore[type-var]

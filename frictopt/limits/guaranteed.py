@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from time import perf_counter
 from typing import Any
 
 import cvxpy as cp
@@ -13,6 +14,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, frozen, listed
 from ..contact.odd_values import warns_of_odd_values
+from ..contact.record import SolveRecord
 from ..errors import ModelError, SolverError
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
 from .critical_state import critical_states
@@ -178,11 +180,12 @@ class GuaranteedModel(SafeModel):
             node=None if best is None else best.node,
             corners=None if best is None else best.corners,
             skipped=int((how == LEFT_OUT).sum()),
-            record=task.record(
+            record=SolveRecord(
                 shakedown.record.solver if best is None else best.solver,
                 (*shakedown.record.attempts, *(attempt for claim in claims for attempt in claim.attempts)),
                 max([shakedown.residual, *(claim.residual for claim in claims)]),
                 left_out(how, len(claims)),
+                perf_counter() - task.started,
             ),
             constraints=shakedown.constraints,
             shakedown=shakedown,

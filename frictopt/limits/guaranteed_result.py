@@ -225,9 +225,7 @@ def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, c
     under = f" (slips obey {', '.join(shakedown.constraints)})" if shakedown.constraints else ""
     if best is not None:
         any_load = "" if best.above is None else f" at any load factor next above {least:.6g}"
-        return (
-            f"{shakedown._task.said}node {best.node} is {_bounds(best)}{any_load}{under}{_unloaded(best) * (not shakedown._task.loads.fixed)}{alone}"
-        )
+        return f"{shakedown._opened}node {best.node} is {_bounds(best)}{any_load}{under}{_unloaded(best) * (not shakedown._task.loads.fixed)}{alone}"
     if shakedown.kind is not LimitKind.FINITE:
         return shakedown.reason + alone
     why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is critical below it"

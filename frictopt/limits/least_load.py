@@ -11,50 +11,54 @@ Its dual is a mechanism of negative drive: the mean load does work on it, which 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from time import perf_counter
 
 import cvxpy as cp
 import numpy as np
 
 from ..contact.answers import LimitKind
 from ..contact.checks import Array
+from ..contact.record import judged_by
 from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
-from ..solve.solvers import Answer, solve
-from .limit_claim import LimitClaim, judged, judged_by_rows
+from ..solve.solvers import solve
+from .judge import judged, judged_by_rows
 from .program import SafeProgram
 from .question import LimitQuestion
+from .shakedown_result import ShakedownLimit
 
 __all__ = ["with_least_load"]
 
 
-def with_least_load(answer: Answer[LimitClaim], program: SafeProgram, solver: str | None) -> Answer[LimitClaim]:
-    """The answer of a program of the limit, with the least safe load factor: by one more program only if nothing at hand shows that it is 0.
+def with_least_load(limit: ShakedownLimit, program: SafeProgram, solver: str | None) -> ShakedownLimit:
+    """The limit that a program has given, with the least safe load factor: by one more program only if nothing at hand shows that it is 0.
 
     It is 0 if the slip of the limit, or no slip, is safe under the mean load; and if the cyclic load only narrows what is safe, as where the corners
     have the mean load in their hull. What stands in the variables and multipliers stays there. The least load factor is nan where no solver gave one
     that passes the checks.
     """
-    claim, own = answer.claim, bool(answer.claim.constraints)
-    if claim.kind is LimitKind.NO_SAFE_SLIP or claim.objective is not None:
-        return answer
-    slips = ([claim.slip] if claim.kind is LimitKind.FINITE else []) + ([] if own else [np.zeros_like(claim.slip)])
-    if (program.v.narrows and not own) or any(_excess_under_mean(claim.task, program, slip) <= RESIDUAL for slip in slips):
-        return replace(answer, claim=replace(claim, least=0.0))
+    own = bool(limit.constraints)
+    if limit.kind is LimitKind.NO_SAFE_SLIP or limit.objective is not None:
+        return limit
+    slips = ([limit.slip] if limit.kind is LimitKind.FINITE else []) + ([] if own else [np.zeros_like(limit.slip)])
+    if (program.v.narrows and not own) or any(_excess_under_mean(limit._task, program, slip) <= RESIDUAL for slip in slips):
+        return replace(limit, least=0.0)
     with _kept(program.problem):
         downward = program.downward
         try:
-            lower = solve(downward, lambda: _claimed(claim, downward), solver)
+            lower = solve(downward, lambda: _claimed(limit, downward), solver)
         except SolverError:  # rounding hides whether some slip is safe under the mean load: the limit stands, the least load factor is not known
-            return replace(answer, claim=replace(claim, least=np.nan))
-    claim = replace(claim, least=lower.claim.load_factor, residual=max(claim.residual, lower.claim.residual))
-    return replace(answer, claim=claim, attempts=(*answer.attempts, *lower.attempts))
+            return limit
+    attempts, seconds = (*limit.record.attempts, *lower.attempts), perf_counter() - program.task.started
+    record = replace(limit.record, attempts=attempts, residual=max(limit.residual, lower.claim.residual), seconds=seconds)
+    return replace(limit, least=lower.claim.load_factor, record=record)
 
 
-def _claimed(claim: LimitClaim, program: SafeProgram) -> LimitClaim:
+def _claimed(limit: ShakedownLimit, program: SafeProgram) -> ShakedownLimit:
     """The least load factor that stands in the program, judged by the referee and by its mechanism; 0 if its slip is safe under the mean load."""
     if (excess := _excess_under_mean(program.task, program, program.slip)) <= RESIDUAL:
-        return replace(claim, load_factor=0.0, residual=excess)
-    return judged_by_rows(program) if claim.constraints else judged(program, least=True)
+        return replace(limit, load_factor=0.0, record=judged_by(excess))
+    return judged_by_rows(program) if limit.constraints else judged(program, least=True)
 
 
 def _excess_under_mean(task: LimitQuestion, program: SafeProgram, slip: Array) -> float:

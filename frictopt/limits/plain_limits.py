@@ -1,22 +1,23 @@
 """Shakedown limits that need no program over all nodes: of uncoupled plane contacts, and where one node in space decides."""
 
 from dataclasses import replace
+from time import perf_counter
 from typing import TypeAlias
 
 import numpy as np
 
 from ..contact.answers import LimitKind
 from ..contact.checks import Array
+from ..contact.record import SolveRecord
 from ..contact.tolerances import NO_COUPLING, RESIDUAL
 from ..errors import SolverError
-from ..solve.solvers import Answer
 from .circles import helpless
-from .limit_claim import LimitClaim, certified
+from .judge import certified
 from .mechanism import Mechanism
 from .question import LimitQuestion
 from .safe_slip import solve_margin
 from .scaling import rigid_slides, scaled_contact
-from .shakedown_result import ShakedownLimit, limit_result
+from .shakedown_result import ShakedownLimit
 
 __all__ = ["by_one_node", "in_closed_form", "is_uncoupled"]
 
@@ -38,12 +39,11 @@ def in_closed_form(task: LimitQuestion) -> ShakedownLimit | None:
         return None
     scaled, (lower, upper) = scaled_contact(task), ends
     claim = certified(task, scaled, *upper)
-    if lower[0] > 0:
-        claim = replace(claim, residual=max(claim.residual, certified(task, scaled, *lower, least=True).residual))
-    if max(claim.residual, task.violation(*lower[:2])) > RESIDUAL:
+    residual = max(claim.residual, certified(task, scaled, *lower, least=True).residual if lower[0] > 0 else 0.0)
+    if max(residual, task.violation(*lower[:2])) > RESIDUAL:
         return None
     left_out = ("linear program: the contact is uncoupled (B = 0), the limit has a closed form",)
-    return limit_result(Answer(replace(claim, least=lower[0]), "closed form", ()), left_out, None, {})
+    return replace(claim, least=lower[0], record=SolveRecord("closed form", (), residual, left_out, perf_counter() - task.started))
 
 
 def _ends(task: LimitQuestion) -> tuple[End, End] | None:
@@ -104,14 +104,12 @@ def by_one_node(task: LimitQuestion, solver: str | None) -> ShakedownLimit | Non
     if found is None:
         return None
     motion, why = found
-    answer, program = solve_margin(task, 0.0, solver)
-    state = answer.claim
-    if state.exists:
-        claim = certified(task, program.v.scaled, 0.0, task.own(state.slip), motion)
-        claim = replace(claim, least=0.0, why=f"no residual slip is safe at any load factor above 0: {why}")
-    else:
-        unsafe = np.full(task.loads.q1.shape[1:], np.nan)
-        claim = LimitClaim(task, LimitKind.NO_SAFE_SLIP, np.nan, unsafe, state.motion, np.nan, state.residual)
-    if not claim.residual <= RESIDUAL:
-        raise SolverError(f"shakedown limit: the slip that is safe under the mean load violates the contact law by {claim.residual:.1e}")
-    return limit_result(Answer(claim, answer.solver, answer.attempts), program.left_out, None, {})
+    state = solve_margin(task, 0.0, solver)
+    if not state.exists:
+        unsafe = np.full(task.system.slip_shape, np.nan)
+        return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, state.record, state._task, state._motion)
+    limit = certified(task, scaled_contact(task), 0.0, task.own(state.slip), motion)
+    if not limit.residual <= RESIDUAL:
+        raise SolverError(f"shakedown limit: the slip that is safe under the mean load violates the contact law by {limit.residual:.1e}")
+    why = f"no residual slip is safe at any load factor above 0: {why}"
+    return replace(limit, least=0.0, _why=why, record=replace(state.record, residual=limit.residual))

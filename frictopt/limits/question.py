@@ -12,7 +12,6 @@ from ..contact.checks import Array, Booleans, check_shear, finite_array, flag, r
 from ..contact.coulomb import lengths, off_law
 from ..contact.cycle import checked_cycle, reactions
 from ..contact.parts import joined, parted
-from ..contact.record import Attempt, SolveRecord
 from ..contact.system import checked_system
 from ..contact.tolerances import BARE, CONDENSATION, RESIDUAL
 from ..errors import ModelError
@@ -208,19 +207,9 @@ class LimitQuestion:
         return at_zero + held, -sum(float(np.sum(part * load)) for part, _, load in parts)
 
     @property
-    def said(self) -> str:
-        """How many nodes are open, as the beginning of a reason."""
-        opened = int((~self.closed).sum())
-        return f"with {opened} of {self.system.nodes} nodes open under the mean load: " if opened else ""
-
-    @property
     def clearance(self) -> float:
         """Unit of margins as a gap, length: what the mean friction bound does to the mean normal stiffness."""
         return self.mean_bound / (float(np.diag(self.system.C).mean()) or self.system.stiffness_scale)
-
-    def record(self, solver: str, attempts: tuple[Attempt, ...], residual: float, left_out: tuple[str, ...]) -> SolveRecord:
-        """How the question was answered, now."""
-        return SolveRecord(solver, attempts, residual, left_out, perf_counter() - self.started)
 
 
 def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:

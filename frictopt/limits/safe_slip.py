@@ -1,7 +1,6 @@
 """Existence of a safe residual slip at a given load factor."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property, partial
 
 import cvxpy as cp
@@ -9,13 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_number, frozen, listed
+from ..contact.checks import finite_number, listed
 from ..contact.odd_values import warns_of_odd_values
-from ..contact.tolerances import NO_MARGIN, RESIDUAL
+from ..contact.record import judged_by
+from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
-from ..solve.solvers import Answer, NoOptimum, solve
+from ..solve.solvers import NoOptimum, solve
 from ..solve.standard_form import StandardForm
-from .mechanism import Mechanism
+from .answered import answered
 from .own_constraints import OwnProgram, SafeModel, contradiction
 from .program import SafeProgram, posed
 from .question import LimitQuestion
@@ -23,7 +23,7 @@ from .reduced import half_of, on_whole, rest_under_mean
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 
-__all__ = ["MarginClaim", "SafeSlipModel", "margin_problem", "safe_slip", "solve_margin"]
+__all__ = ["SafeSlipModel", "margin_problem", "safe_slip", "solve_margin"]
 
 _FAR = 1e3  # the proof that nothing is safe holds for slips at least `1 / _FAR / RESIDUAL` times as large as those of the loads
 
@@ -107,24 +107,10 @@ class SafeSlipModel(SafeModel):
         task = self._posed(friction, simplify=not own)
         task.check_load_factor(load_factor)
         extended = self._own(margin_problem, task, own, load_factor=load_factor) if own else None
-        answer, program = solve_margin(task, load_factor, self._solver, extended)
-        if not (own or answer.claim.exists or _closed_somewhere(task, self._solver)) and (rest := rest_under_mean(task)):
-            answer, program = solve_margin(rest, load_factor, self._solver)
-            task = rest.whole or task
-        state = answer.claim
-        return SafeSlip(
-            load_factor=load_factor,
-            exists=state.exists,
-            slip=frozen(state.slip),
-            margin=state.margin,
-            bound=state.bound,
-            record=task.record(answer.solver, answer.attempts, state.residual, program.left_out),
-            constraints=program.names,
-            problem=program.problem,
-            _task=task,
-            _motion=state.motion,
-            _units=program.units,
-        )
+        safe = solve_margin(task, load_factor, self._solver, extended)
+        if not (own or safe.exists or _closed_somewhere(task, self._solver)) and (rest := rest_under_mean(task)):
+            return solve_margin(rest, load_factor, self._solver)
+        return safe
 
 
 @warns_of_odd_values
@@ -182,30 +168,13 @@ def _closed_somewhere(task: LimitQuestion, solver: str | None) -> bool:
     if task.violation(0.0, np.zeros(task.system.slip_shape)) <= RESIDUAL:
         return True
     try:
-        return solve_margin(task, None, solver)[0].claim.exists
+        return solve_margin(task, None, solver).exists
     except SolverError:
         return True
 
 
-@dataclass(frozen=True, eq=False)
-class MarginClaim:
-    """Largest margin of a safe slip of the whole contact, with the mechanism of its multipliers, and what is known against it."""
-
-    load_factor: float
-    margin: float
-    slip: Array
-    motion: Mechanism
-    bound: float
-    residual: float
-
-    @property
-    def exists(self) -> bool:
-        """Whether the slip is safe."""
-        return bool(self.margin >= -max(NO_MARGIN, self.residual))
-
-
-def _judged(program: SafeProgram, load_factor: float | None) -> MarginClaim:
-    """Judge what stands in a program of the margin at a load factor, or (None) at the best one: by the slip, and by the mechanism or all rows."""
+def _judged(program: SafeProgram, load_factor: float | None) -> SafeSlip:
+    """The slip that stands in a program of the margin at a load factor, or (None) at the best one, judged by its reserve, and by its multipliers."""
     task, margin, slip, cap = program.task, float(program.v.margin.value), program.slip, program.cap("cap")
     at = float(program.v.load_factor.value) * task.load_unit if load_factor is None else load_factor
     motion, slips = program.motion
@@ -226,12 +195,10 @@ def _judged(program: SafeProgram, load_factor: float | None) -> MarginClaim:
     residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), program.violation), nan=np.inf))
     if load_factor is None and bound < -RESIDUAL:  # nothing is safe at any load factor: no more is asked, and the upper bound alone proves it
         residual = off / -bound / _FAR
-    return MarginClaim(at, margin, every, motion, bound, residual)
+    return SafeSlip(at, every, margin, float(bound), judged_by(residual), whole, motion, program.names)
 
 
-def solve_margin(
-    task: LimitQuestion, load_factor: float | None, solver: str | None, own: OwnProgram | None = None
-) -> tuple[Answer[MarginClaim], SafeProgram]:
+def solve_margin(task: LimitQuestion, load_factor: float | None, solver: str | None, own: OwnProgram | None = None) -> SafeSlip:
     """Largest margin of a safe slip at a load factor, or (None) at the best one; maybe under constraints of the user's own, in their program."""
     program = own or posed(half_of(task), partial(margin_problem, free_load_factor=load_factor is None), load_factor)
     try:
@@ -243,4 +210,4 @@ def solve_margin(
         raise
     if own:
         own.save()
-    return answer, program
+    return answered(answer, program)

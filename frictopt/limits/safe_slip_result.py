@@ -12,6 +12,7 @@ from ..contact.checks import Array
 from ..contact.diagnosis import unscaled_diagnosis
 from ..contact.record import SolveRecord
 from ..contact.show import frame
+from ..contact.tolerances import NO_MARGIN
 from ..solve.explain import Units, explain
 from .answered import Answered
 from .mechanism import Mechanism
@@ -28,8 +29,6 @@ class SafeSlip(Answered):
     ----------
     load_factor
         The load factor that was asked for.
-    exists
-        Whether a safe slip exists at it: the margin is not negative by more than 1e-12 or its own residual.
     slip
         (N,) or (N, 2) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe); within the slip bound.
         `largest_slip` is its size: compare it with what assembly can leave, and bound it by `slip_bound`.
@@ -64,16 +63,20 @@ class SafeSlip(Answered):
     """
 
     load_factor: float
-    exists: bool
     slip: Array = field(repr=False)
     margin: float
     bound: float
     record: SolveRecord
-    constraints: tuple[str, ...]
-    problem: cp.Problem | None = field(repr=False)
     _task: LimitQuestion = field(repr=False)
     _motion: Mechanism = field(repr=False)
-    _units: Units = field(repr=False)
+    constraints: tuple[str, ...] = ()
+    problem: cp.Problem | None = field(repr=False, default=None)
+    _units: Units = field(repr=False, default_factory=dict)
+
+    @property
+    def exists(self) -> bool:
+        """Whether a safe slip exists at the load factor: the margin is not negative by more than 1e-12 or its own residual."""
+        return bool(self.margin >= -max(NO_MARGIN, self.residual))
 
     @cached_property
     def reason(self) -> str:

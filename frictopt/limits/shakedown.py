@@ -1,6 +1,7 @@
 """The shakedown limit lambda_2: the load factor above which no residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987)."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import cvxpy as cp
@@ -13,18 +14,19 @@ from ..contact.answers import LimitKind
 from ..contact.checks import listed
 from ..contact.odd_values import warns_of_odd_values
 from ..errors import ModelError
-from ..solve.explain import Units
 from ..solve.solvers import Answer, solve
+from .answered import answered
 from .circles import helpless
+from .judge import judged, judged_by_rows
 from .least_load import with_least_load
-from .limit_claim import LimitClaim, judged, judged_by_rows, no_limit, no_limit_under
+from .no_limit import no_limit, no_limit_under
 from .own_constraints import OwnProgram, SafeModel
 from .plain_limits import by_one_node, in_closed_form, is_uncoupled
 from .program import SafeProgram
 from .question import LimitQuestion
 from .reduced import half_of, rest_under_mean
 from .safe_set import SafeSet
-from .shakedown_result import ShakedownLimit, limit_result
+from .shakedown_result import ShakedownLimit
 
 __all__ = ["ShakedownModel", "shakedown_limit", "shakedown_problem"]
 
@@ -145,7 +147,11 @@ class ShakedownModel(SafeModel):
             known = by_one_node(task, self._solver)
         elif self._simplify and self._solver is None and task.lift is None and is_uncoupled(task):
             known = in_closed_form(task)
-        return known or self._solved(self.program(half_of(task)))
+        if known:
+            return known
+        program = self.program(half_of(task))
+        answer = solve(program, lambda: judged(program), self._solver, no_optimum=lambda: no_limit(task, self._solver))
+        return self._result(answer, program)
 
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
@@ -171,28 +177,23 @@ class ShakedownModel(SafeModel):
             self._compiled[kind] = shakedown_problem(v)
         return SafeProgram(task, v, self._compiled[kind])
 
-    def _solved(self, program: SafeProgram) -> ShakedownLimit:
-        task = program.task
-        whole = task if task.around else task.whole or task
-        answer = solve(program, lambda: judged(program), self._solver, no_optimum=lambda: no_limit(whole, self._solver))
-        return self._result(program, answer, {})
-
     def _under(self, program: OwnProgram) -> ShakedownLimit:
         task, unit = program.task, program.objective_unit
 
-        def no_limit_here() -> LimitClaim | None:
+        def no_limit_here() -> ShakedownLimit | None:
             claim = no_limit(task, self._solver)
             return claim if claim is not None and claim.kind is LimitKind.NO_SAFE_SLIP else no_limit_under(program, self._solver)
 
         answer = solve(program, lambda: judged_by_rows(program, unit), self._solver, no_optimum=no_limit_here)
         program.save()
-        return self._result(program, answer, {"objective": unit or 1.0})
+        limit = self._result(answer, program)
+        return replace(limit, _units={**limit._units, "objective": unit or 1.0})
 
-    def _result(self, program: SafeProgram, answer: Answer[LimitClaim], units: Units) -> ShakedownLimit:
-        answer = with_least_load(answer, program, self._solver)
-        if answer.claim.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
-            program.v.load_factor.save_value(np.array(answer.claim.load_factor / program.task.load_unit))
-        return limit_result(answer, program.left_out, program.problem, {**program.units, **units})
+    def _result(self, answer: Answer[ShakedownLimit], program: SafeProgram) -> ShakedownLimit:
+        limit = with_least_load(answered(answer, program), program, self._solver)
+        if limit.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
+            program.v.load_factor.save_value(np.array(limit.load_factor / program.task.load_unit))
+        return limit
 
 
 @warns_of_odd_values

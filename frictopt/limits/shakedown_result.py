@@ -11,21 +11,19 @@ import pandas as pd
 
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, finite_number, frozen
+from ..contact.diagnosis import unscaled_diagnosis
 from ..contact.record import SolveRecord
 from ..contact.show import frame
 from ..contact.system import checked_plane
 from ..errors import ModelError
 from ..solve.explain import Units, explain
-from ..solve.solvers import Answer
 from .answered import Answered
-from .kinds import reason
 from .least_slip import LeastSlip, least_slip
-from .limit_claim import LimitClaim
 from .mechanism import Mechanism
 from .open_nodes import border
 from .question import LimitQuestion
 
-__all__ = ["ShakedownLimit", "limit_result"]
+__all__ = ["ShakedownLimit"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,8 +41,8 @@ class ShakedownLimit(Answered):
         safe slip and the corners press; then load factors are safe from `least` to `load_factor`, and below `least` the contact slips or opens for
         ever. Proven like the limit, also under a slip bound and constraints of your own. NaN where nothing is safe, where rounding
         hides it (`reason` says so), and with an objective.
-    kind, reason
-        Which of these it is, and why in words.
+    kind
+        Which of these it is.
     slip
         (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite. `largest_slip` is its size: compare
         it with what assembly can leave, and bound it by `slip_bound`. Open nodes, see `open`, have the one under the mean load.
@@ -85,18 +83,50 @@ class ShakedownLimit(Answered):
     """
 
     load_factor: float
-    least: float
     kind: LimitKind
-    reason: str
     slip: Array = field(repr=False)
     bound: float
     record: SolveRecord
-    constraints: tuple[str, ...]
-    objective: float | None
-    problem: cp.Problem | None = field(repr=False)
     _task: LimitQuestion = field(repr=False)
     _motion: Mechanism = field(repr=False)
-    _units: Units = field(repr=False)
+    least: float = np.nan
+    constraints: tuple[str, ...] = ()
+    objective: float | None = None
+    problem: cp.Problem | None = field(repr=False, default=None)
+    _units: Units = field(repr=False, default_factory=dict)
+    _why: str = field(repr=False, default="")  # there is no largest safe load factor; or a reason that stands for the usual one
+
+    @cached_property
+    def reason(self) -> str:
+        """Why it is so, in words."""
+        task, least, growth = self._task, self.least, self.kind is LimitKind.UNBOUNDED
+        if self._why and not growth:
+            return self._opened + self._why + self._border
+        within, more = ("", "") if task.most is None else (" within the slip bound", "a larger slip_bound may leave one; ")
+        slip, start, below = f"residual slip{within}", "", ""
+        slip += f" that obeys {', '.join(self.constraints)}" * bool(self.constraints)
+        if not self.load_factor > 0 or (least > 0 and not self.constraints):
+            more += unscaled_diagnosis(task.system, task.cycle, task.friction)
+        if not self.load_factor > 0:
+            return f"{self._opened}no {slip} is safe at any load factor{' above 0' * (self.kind is LimitKind.FINITE)}: {more}{self._border}"
+        if least > 0:
+            start, below = f" from {least:.6g} on", f"; none is safe below {least:.6g}" + ("" if self.constraints else f": {more}")
+        if np.isnan(least):
+            start = " from some on"
+            below = "; rounding hides from where on: take friction further from its critical value, or loads of like size"
+        if growth:
+            why = f"; {self._why}" if self._why else ""
+            return f"{self._opened}the shakedown limit is infinite: every load factor{start} has a safe {slip}{why}{below}"
+        return f"{self._opened}no {slip} is safe above it{'; the dual bound covers them' * bool(self.constraints)}{below}{self._border}"
+
+    @property
+    def _border(self) -> str:
+        """What it says of the mesh where a node beside open ones rules, see `border`."""
+        task = self._task
+        if task.open is None or self.kind is not LimitKind.FINITE:
+            return ""
+        moved = np.where(task.closed, self._motion.size + self._motion.opening, 0.0).sum(axis=0)
+        return border(task.system, task.open.opened, int(moved.argmax()), self.reactions[1])
 
     @cached_property
     def mechanism(self) -> pd.DataFrame:
@@ -156,16 +186,3 @@ class ShakedownLimit(Answered):
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
         value = self.load_factor if self.objective is None else self.objective
         explain("shakedown limit", self.problem, value, self._units, self.record.left_out, self.mechanism, file, self.reason)
-
-
-def limit_result(answer: Answer[LimitClaim], left_out: tuple[str, ...], problem: cp.Problem | None, units: Units) -> ShakedownLimit:
-    """The limit that is claimed, with how it was found."""
-    claim = answer.claim
-    task, why = claim.task, claim.why or reason(claim.task, claim.kind, (claim.least, claim.load_factor), claim.growth, claim.constraints)
-    if task.open is not None and claim.kind is LimitKind.FINITE:
-        moved = np.where(task.closed, claim.motion.size + claim.motion.opening, 0.0).sum(axis=0)
-        why += border(task.system, task.open.opened, int(moved.argmax()), task.reactions(claim.load_factor, claim.slip)[1])
-    why = task.said + why
-    record = task.record(answer.solver, answer.attempts, claim.residual, left_out)
-    found = claim.load_factor, claim.least, claim.kind, why, frozen(claim.slip), float(claim.bound), record
-    return ShakedownLimit(*found, claim.constraints, claim.objective, problem, task, claim.motion, units)
