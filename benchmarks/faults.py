@@ -167,6 +167,12 @@ FAULTS = (
           "if True:\n            return", "limit_checks guaranteed_solvers"),
     Fault("solve/solvers.py", "infeasible where one solver alone says so", "agreed = agreed and status is Status.NO_OPTIMUM", "pass",
           "limit_checks limit_kinds"),
+    Fault("solve/condensed.py", "defined variables cost nothing", "objective[self._kept] + define.T @ self._costs", "objective[self._kept]",
+          "interior_point"),
+    Fault("solve/interior_point.py", "infeasible and unbounded are one", 'return "PrimalInfeasible"', 'return "DualInfeasible"',
+          "interior_point"),
+    Fault("solve/cones.py", "steps leave their cones", "(aside - ahead).max(initial=0.0)", "(aside - ahead).min(initial=0.0)",
+          "interior_point"),
     Fault("solve/bounds.py", "the bound is the solution found", "bound = -float(info.mip_dual_bound) if whole else math.inf",
           "bound = float(problem.value)", "limit_checks"),
     # limits

@@ -6,7 +6,7 @@ from ..errors import ModelError
 from .checks import Array, frozen
 from .tolerances import CONDENSATION, RIGID
 
-__all__ = ["check_semi_definite", "in_series", "overlapping", "slip_modes", "symmetrised"]
+__all__ = ["check_semi_definite", "in_series", "overlapping", "symmetrised"]
 
 
 def symmetrised(name: str, matrix: Array) -> Array:
@@ -36,30 +36,6 @@ def check_semi_definite(name: str, S: Array) -> None:
             f"{name} has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); "
             "an elastic interface stores energy, so S must be positive semi-definite: check signs and the order of the nodes"
         ) from None
-
-
-def slip_modes(A: Array, B: Array, tangent: Array, normal: Array) -> tuple[Array, Array, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
-    """The slips that are orthogonal in their stress, their stiffness, and which of them the contact resists.
-
-    Each slip and each pressure counts in units of its own stiffness, so that a soft node beside stiff ones is not taken for a free one. A slip that
-    changes a pressure is resisted, however little, or S would not be positive semi-definite.
-
-    Parameters
-    ----------
-    A, B
-        (d N, d N) and (N, d N) parts of S that slips in d directions meet.
-    tangent, normal
-        (d N,) and (N,) sizes of the own stiffness of each slip and of each node's normal direction, > 0.
-
-    Returns
-    -------
-    slips, values, held
-        (d N, d N) slips in columns, length; (d N,) their stiffness with each slip in units of its own; (d N,) whether it is resisted.
-    """
-    root = np.sqrt(tangent)
-    values, vectors = np.linalg.eigh(A / np.outer(root, root))
-    pressed = np.abs(B / np.outer(np.sqrt(normal), root) @ vectors).max(axis=0)
-    return vectors / root[:, None], values, (values > RIGID) | ((values > 0) & (pressed > RIGID))
 
 
 def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array, Array]:

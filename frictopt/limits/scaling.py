@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import qr
+from scipy.linalg import eigh, qr
+from scipy.linalg.lapack import dpotri
 from scipy.sparse import csr_array
 
 from ..contact.checks import Array, frozen
 from ..contact.coulomb import lengths
-from ..contact.stiffness import slip_modes
-from ..contact.tolerances import NO_PRESSURE
+from ..contact.tolerances import NO_PRESSURE, RIGID
 from .mechanism import Mechanism
 from .question import LimitQuestion
 
@@ -80,8 +80,8 @@ def scaled_contact(task: LimitQuestion) -> ScaledContact:
     rigid, compliance = rigid_slides(task)
     each = np.tile(unit, task.system.tangents)[:, None]
     loaded, basis = _balanced(each * rigid)
-    forces = each * basis
-    slip = compliance @ forces
+    forces = csr_array(each * basis)
+    slip = (forces.T @ compliance).T
     slip = slip + compliance @ (forces - task.A @ slip)  # without most of its rounding
     normal = task.B @ slip / unit[:, None]
     size = 1 / np.maximum(np.abs(normal).max(axis=0), 1.0)
@@ -99,12 +99,20 @@ def scaled_contact(task: LimitQuestion) -> ScaledContact:
 def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     """Orthonormal slips that A does not resist, (t N, k), and the compliance (t N, t N) of forces that do no work on them, to slips free of them.
 
-    Each node counts in units of its own stiffness, see `slip_modes`.
+    Each slip and each pressure counts in units of its own stiffness, so that a soft node beside stiff ones is not taken for a free one. A slip that
+    changes a pressure is resisted, however little, or S would not be positive semi-definite.
     """
-    slips, values, held = slip_modes(task.A, task.B, *np.split(task.stiffness, [-len(task.friction)]))
-    rigid, resisted = np.linalg.qr(slips[:, ~held])[0], slips[:, held]
-    resisted = resisted - rigid @ (rigid.T @ resisted)
-    return rigid, (resisted / values[held]) @ resisted.T
+    tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
+    scaled, pressure = task.A / np.outer(tangent, tangent), task.B / np.outer(normal, tangent)
+    values, soft = eigh(scaled, subset_by_value=(-np.inf, RIGID))
+    held = (values > 0) & (np.abs(pressure @ soft).max(axis=0) > RIGID)
+    share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
+    compliance = np.tril(dpotri(np.linalg.cholesky(scaled + soft @ soft.T), lower=1)[0])  # in which soft slips have the stiffness 1 + value
+    compliance += np.tril(compliance, -1).T + (soft * share) @ soft.T
+    compliance /= np.outer(tangent, tangent)
+    rigid = np.linalg.qr(soft[:, ~held] / tangent[:, None])[0]
+    compliance -= rigid @ (rigid.T @ compliance)
+    return rigid, np.asarray(compliance - (compliance @ rigid) @ rigid.T)
 
 
 def _balanced(rigid: Array) -> tuple[np.ndarray[Any, np.dtype[np.intp]], Array]:

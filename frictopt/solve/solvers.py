@@ -13,6 +13,7 @@ from ..contact.checks import shown
 from ..contact.record import Attempt
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
+from .interior_point import InteriorPoint
 
 __all__ = [
     "LP_SOLVERS",
@@ -40,14 +41,17 @@ _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
         "HIGHS_IPM": {"highs_options": {"solver": "ipm", "ipm_iteration_limit": 200, **_HIGHS}},  # else it may go on for minutes
         "CLARABEL": _CLARABEL,
         "CLARABEL_DIRECT": {**_CLARABEL, "equilibrate_enable": False},
+        "INTERIOR_POINT": {},
         "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
         "HIGHS_MIP_LOOSE": {"highs_options": {**_HIGHS_MIP, **_LOOSE}},
     }
 )
 LP_SOLVERS = ("HIGHS", "CLARABEL", "HIGHS_IPM")
 """Solvers of the linear programs, in the order in which they are tried."""
-SOCP_SOLVERS = ("CLARABEL", "CLARABEL_DIRECT")
+SOCP_SOLVERS = ("CLARABEL", "CLARABEL_DIRECT", "INTERIOR_POINT")
 """Solvers of cone programs, convex quadratic ones among them, in the order in which they are tried: the second one takes the rows as they stand."""
+LARGE_SOCP_SOLVERS = ("INTERIOR_POINT", "CLARABEL", "CLARABEL_DIRECT")
+"""The same for large ones with a linear objective."""
 MILP_SOLVERS = ("HIGHS_MIP", "HIGHS_MIP_LOOSE")
 """Solvers of the mixed-integer programs (whose objectives count, so that a gap of 0.5 is none), in the order in which they are tried."""
 
@@ -58,9 +62,11 @@ class Kind(Enum):
     LP = "linear program"
     MILP = "mixed-integer program"
     SOCP = "cone program"
+    LARGE_SOCP = "large cone program"
 
 
-_SOLVERS = {Kind.LP: LP_SOLVERS, Kind.MILP: MILP_SOLVERS, Kind.SOCP: SOCP_SOLVERS}
+_SOLVERS = {Kind.LP: LP_SOLVERS, Kind.MILP: MILP_SOLVERS, Kind.SOCP: SOCP_SOLVERS, Kind.LARGE_SOCP: LARGE_SOCP_SOLVERS}
+_LARGE = 400  # unknowns from which on the own interior point is faster than Clarabel
 
 
 class NoOptimum(SolverError):
@@ -169,7 +175,7 @@ def solve(
         if not claim.residual <= tolerance:
             model.refine()
             claim = judged()
-            attempts.append(Attempt(name, f"refined on the {'active cones' if kind is Kind.SOCP else 'vertex'}", claim.residual))
+            attempts.append(Attempt(name, f"refined on the {'vertex' if kind is Kind.LP else 'active cones'}", claim.residual))
         if claim.residual <= tolerance:
             return Answer(claim, name, tuple(attempts))
     tried = "; ".join(f"{a.solver}: {a.outcome}, residual {a.residual:.1e}" for a in attempts)
@@ -198,14 +204,18 @@ def solver_order(solver: str | None, kind: Kind = Kind.LP) -> Sequence[str]:
 
 def _kind(problem: cp.Problem) -> Kind:
     """What a problem is, which says whom to ask."""
-    return Kind.MILP if problem.is_mixed_integer() else Kind.LP if problem.is_lp() else Kind.SOCP
+    if problem.is_mixed_integer() or problem.is_lp():
+        return Kind.MILP if problem.is_mixed_integer() else Kind.LP
+    large = problem.objective.expr.is_affine() and sum(variable.size for variable in problem.variables()) >= _LARGE
+    return Kind.LARGE_SOCP if large else Kind.SOCP
 
 
 def _run(problem: cp.Problem, name: str) -> tuple[Status, str]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # cvxpy warns of inaccurate answers; here the residual decides, and the status is recorded
         try:
-            problem.solve(solver=name.split("_")[0], warm_start=False, enforce_dpp=True, **_OPTIONS[name])
+            solver = InteriorPoint() if name == "INTERIOR_POINT" else name.split("_")[0]
+            problem.solve(solver=solver, warm_start=False, enforce_dpp=True, **_OPTIONS[name])
         except (cp.SolverError, ValueError, ArithmeticError) as error:
             return Status.FAILED, str(error).split("\n")[0]
     return _STATUS.get(problem.status, Status.FAILED), str(problem.status)

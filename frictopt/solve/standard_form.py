@@ -219,10 +219,10 @@ class _Active:
 
 def compiled(problem: cp.Problem) -> dict[str, Any]:
     """What cvxpy makes of a problem for the solver that solved it last, or for any."""
-    stats = problem.solver_stats
+    linear = problem.solver_stats is not None and problem.solver_stats.solver_name == "HIGHS"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the way that cvxpy takes with expressions of three dimensions
-        data: dict[str, Any] = problem.get_problem_data("CLARABEL" if stats is None else stats.solver_name, enforce_dpp=True)[0]
+        data: dict[str, Any] = problem.get_problem_data("HIGHS" if linear else "CLARABEL", enforce_dpp=True)[0]
     return data
 
 

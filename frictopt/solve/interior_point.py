@@ -1,0 +1,162 @@
+"""Cone programs of one dense block and many small cones, by an interior point on condensed normal equations.
+
+A contact in space has one dense block of rows, which says what pressures a slip makes, and a small cone for each node at each corner of the load
+cycle. With `min c'y` over the `s = h - A y` in cones, whose multipliers z are in cones too, and with W the scaling of s and z, a step solves::
+
+    A' z = u,   A y - W^2 z = v   by   (A' W^-2 A) y = u + A' W^-2 v
+
+so that whatever the number of cones there is one dense matrix of the size of y, one product and one Cholesky factorisation. Their errors are
+corrected in the equations on the left. The steps are those of Mehrotra on the homogeneous embedding, which also finds that there is no optimum
+(Andersen, Roos & Terlaky 2003).
+"""
+
+from dataclasses import dataclass
+from time import process_time
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from cvxpy.constraints import SOC
+from cvxpy.reductions.solvers.conic_solvers.clarabel_conif import CLARABEL
+from cvxpy.reductions.solvers.conic_solvers.conic_solver import ConicSolver
+from scipy.sparse import csr_array
+
+from ..contact.checks import Array
+from .condensed import Condensed
+from .cones import Cones, Scaling
+
+__all__ = ["InteriorPoint"]
+
+_STEPS = 100
+_ENOUGH = 1e-10  # errors with which it ends: of the rows, of the multipliers, and between the two objectives, over their sizes
+_WAITING = 5  # steps that do not halve the work of the cones after which rounding is all that is left
+_STAY = 0.99  # share of the way to the boundary of the cones
+_CORRECTIONS, _CORRECT = 3, 1e-13  # of the solution of the equations at most, and their error from which on none is needed
+
+
+class InteriorPoint(CLARABEL):  # type: ignore[misc]
+    """The solver in the order of rows and in the terms of Clarabel's, for `cvxpy.Problem.solve(solver=InteriorPoint())`."""
+
+    SUPPORTED_CONSTRAINTS = (*ConicSolver.SUPPORTED_CONSTRAINTS, SOC)
+
+    def name(self) -> str:
+        """Its name."""
+        return "INTERIOR_POINT"
+
+    def import_solver(self) -> None:
+        """Nothing to import."""
+
+    def supports_quad_obj(self) -> bool:
+        """Whether objectives may be quadratic: as cones only."""
+        return False
+
+    def solve_via_data(self, data: Any, warm_start: bool, verbose: bool, solver_opts: Any, solver_cache: Any = None) -> SimpleNamespace:
+        """See `ConicSolver`; nothing but the data counts."""
+        started, zero, dims = process_time(), data["dims"].zero, data["dims"]
+        sizes = np.array(dims.soc, dtype=int)
+        starts = dims.nonneg + np.cumsum(sizes) - sizes
+        groups = [np.arange(dims.nonneg)[:, None], *(starts[sizes == d][:, None] + np.arange(d) for d in np.unique(sizes))]
+        program = Condensed(csr_array(data["A"]), data["b"], data["c"], zero)
+        status, y, z, steps = _solved(program, Cones([group for group in groups if group.size]))
+        x, multipliers = program.whole(y, z)
+        found = {"x": x, "z": multipliers, "obj_val": float(data["c"] @ x), "status": status}
+        return SimpleNamespace(**found, iterations=steps, solve_time=process_time() - started)
+
+
+@dataclass(frozen=True)
+class _Point:
+    """A point of the embedding: y, s, z and its two numbers tau and kappa, one of which vanishes in the end."""
+
+    y: Array
+    s: Array
+    z: Array
+    tau: float
+    kappa: float
+
+    def moved(self, by: "_Point", step: float) -> "_Point":
+        parts = ((self.y, by.y), (self.s, by.s), (self.z, by.z), (self.tau, by.tau), (self.kappa, by.kappa))
+        return _Point(*(part + step * change for part, change in parts))  # type: ignore[arg-type]
+
+
+class _Residuals:
+    """By how much a point misses the equations of the embedding, and the mean work of its cones."""
+
+    def __init__(self, program: Condensed, point: _Point, degree: int) -> None:
+        h, c, y, s, z, tau, kappa = program.right, program.objective, point.y, point.s, point.z, point.tau, point.kappa
+        self.columns, self.rows = program.columns(z), program.rows(y) + s
+        self.dual, self.primal, self.gap = self.columns + c * tau, self.rows - h * tau, kappa + c @ y + h @ z
+        self.work = float(s @ z + kappa * tau) / (degree + 1)
+        sizes = max(1.0, float(np.abs(h).max())), max(1.0, float(np.abs(c).max())), max(1.0, abs(float(c @ y)) / tau)
+        lacks = float(np.abs(self.primal).max()) / sizes[0], float(np.abs(self.dual).max()) / sizes[1], abs(float(c @ y + h @ z)) / sizes[2]
+        self.error = max(lacks) / tau
+        self._pull, self._drop = -float(h @ z), -float(c @ y)
+
+    @property
+    def without_optimum(self) -> str:
+        """Clarabel's word for a program without an optimum where the point proves it; else none."""
+        if self._pull > 0 and np.abs(self.columns).max() <= _ENOUGH * self._pull:
+            return "PrimalInfeasible"
+        return "DualInfeasible" if self._drop > 0 and np.abs(self.rows).max() <= _ENOUGH * self._drop else ""
+
+
+def _solved(program: Condensed, cones: Cones) -> tuple[str, Array, Array, int]:
+    """Status in Clarabel's words, y, z, and the number of steps."""
+    at = _Point(np.zeros(len(program.objective)), cones.unit, cones.unit, 1.0, 1.0)
+    best, least, work, since, step = at, np.inf, np.inf, 0, 0
+    for step in range(_STEPS):
+        off = _Residuals(program, at, cones.degree)
+        if status := off.without_optimum:
+            return status, at.y, at.z, step
+        best, least = (at, off.error) if off.error < least else (best, least)
+        work, since = (off.work, 0) if off.work < work / 2 else (work, since + 1)
+        if least <= _ENOUGH or since == _WAITING or not np.isfinite(off.error):
+            break
+        newton = _Newton(program, cones, at, off)
+        ahead = newton.direction()
+        way = newton.direction((1 - min(1.0, newton.longest(ahead))) ** 3, ahead)
+        at = at.moved(way, min(1.0, _STAY * newton.longest(way)))
+    return "Solved" if least <= _ENOUGH else "AlmostSolved", best.y / best.tau, best.z / best.tau, step
+
+
+class _Newton:
+    """Newton's directions at a point."""
+
+    def __init__(self, program: Condensed, cones: Cones, at: _Point, off: _Residuals) -> None:
+        self._program, self._cones, self._at, self._off = program, cones, at, off
+        self._scaling = Scaling(cones, at.s, at.z)
+        self._factor = program.factor(self._scaling)
+        self._y, self._z = self._solve(-program.objective, program.right)
+        self._slope = at.kappa / at.tau + float((self._scaling.times(self._z) ** 2).sum())
+
+    def direction(self, share: float = 0.0, ahead: _Point | None = None) -> _Point:
+        """To the point whose cones all have this share of their mean work, with the curvature that the way ahead has met; by default to the end."""
+        at, off, scaling, cones, program = self._at, self._off, self._scaling, self._cones, self._program
+        work, number = cones.product(scaling.point, scaling.point) - share * off.work * cones.unit, at.kappa * at.tau - share * off.work
+        if ahead is not None:
+            work = work + cones.product(scaling.over(ahead.s), scaling.times(ahead.z))
+            number += ahead.kappa * ahead.tau
+        back = scaling.times(cones.quotient(scaling.point, work))
+        y, z = self._solve(-(1 - share) * off.dual, back - (1 - share) * off.primal)
+        tau = float((1 - share) * off.gap - number / at.tau + program.objective @ y + program.right @ z) / self._slope
+        y, z = y + tau * self._y, z + tau * self._z
+        s = tau * program.right - (1 - share) * off.primal - program.rows(y)  # by the rows: what the multipliers say of it has their rounding
+        return _Point(y, s, z, tau, -(number + at.kappa * tau) / at.tau)
+
+    def longest(self, way: _Point) -> float:
+        """The largest step that stays within the cones."""
+        at, scaling = self._at, self._scaling
+        numbers = [-value / change for value, change in ((at.tau, way.tau), (at.kappa, way.kappa)) if change < 0]
+        return min(scaling.longest(scaling.over(way.s)), scaling.longest(scaling.times(way.z)), *numbers)
+
+    def _solve(self, u: Array, v: Array) -> tuple[Array, Array]:
+        """The y and z with `A' z = u` and `A y - W^2 z = v`."""
+        program, over, times = self._program, self._scaling.over, self._scaling.times
+        y, z = np.zeros(len(u)), np.zeros(len(v))
+        enough = _CORRECT * max(float(np.abs(u).max()), float(np.abs(v).max()))
+        for _ in range(1 + _CORRECTIONS):
+            left, right = u - program.columns(z), v - program.rows(y) + times(times(z))
+            if max(float(np.abs(left).max()), float(np.abs(right).max())) <= enough:
+                break
+            more = program.solved(self._factor, left + program.columns(over(over(right))))
+            y, z = y + more, z + over(over(program.rows(more) - right))
+        return y, z

@@ -1,0 +1,91 @@
+"""The interior point for large cone programs: programs with known solutions, and limits in space against Clarabel."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.solve import solvers as policy
+from frictopt.solve.standard_form import StandardForm
+from spatial import cycle, random_contact, vectors
+
+
+def planted(rng, n, numbers, circles, defined):
+    """A program whose optimum is planted: slacks and multipliers that are complementary, of numbers and of cones of two dimensions."""
+    x, rows, total = cp.Variable(n), [], np.zeros(n)
+    z0 = rng.normal(size=n)
+    G = rng.normal(size=(defined, n))
+    g = cp.Variable(defined)
+    g0 = G @ z0 + 1.0
+    C, D = rng.normal(size=(numbers, n)), rng.normal(size=(numbers, defined))
+    active = rng.random(numbers) < 0.5
+    slack, multiplier = np.where(active, 0.0, rng.uniform(0.1, 2.0, numbers)), np.where(active, rng.uniform(0.1, 2.0, numbers), 0.0)
+    rows.append(C @ z0 + D @ g0 + slack - C @ x - D @ g >= 0)
+    total += (C + D @ G).T @ multiplier
+    for _ in range(circles):
+        d = int(rng.integers(2, 5))
+        A, B = rng.normal(size=(d, n)), rng.normal(size=(d, defined))
+        side = rng.normal(size=d - 1)
+        side /= np.linalg.norm(side)
+        room, by = [(np.r_[1.0, side], np.r_[1.0, -side]), (np.zeros(d), np.r_[1.5, side]), (np.r_[1.5, side], np.zeros(d))][int(rng.integers(3))]
+        s = A @ z0 + B @ g0 + rng.uniform(0.1, 2.0) * room - A @ x - B @ g
+        rows.append(cp.SOC(s[0], s[1:]))
+        total += (A + B @ G).T @ (rng.uniform(0.1, 2.0) * by)
+    of_g = rng.normal(size=defined)
+    return cp.Problem(cp.Maximize((total - G.T @ of_g) @ x + of_g @ g), [*rows, g == G @ x + 1.0]), float((total - G.T @ of_g) @ z0 + of_g @ g0)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_planted_optimum_is_found_with_multipliers_that_prove_it(seed):
+    rng = np.random.default_rng(seed)
+    problem, optimum = planted(rng, n=int(rng.integers(2, 12)), numbers=int(rng.integers(1, 20)), circles=int(rng.integers(4, 20)), defined=seed % 4)
+    policy._run(problem, "INTERIOR_POINT")
+    value, bound = StandardForm(problem).bounds
+    assert value == pytest.approx(optimum, rel=1e-8, abs=1e-8) and bound == pytest.approx(optimum, rel=1e-8, abs=1e-8)
+
+
+def test_programs_without_an_optimum_are_told():
+    x, g = cp.Variable(3), cp.Variable(2)
+    define, ball = g == np.array([[1.0, 2.0, 0.0], [0.0, 1.0, -1.0]]) @ x, cp.norm(x) <= 1
+    beyond = cp.Problem(cp.Maximize(x[0]), [define, ball, g[0] >= 3])
+    endless = cp.Problem(cp.Maximize(g[0]), [define, cp.norm(x[:2] - x[2]) <= 1])
+    assert [policy._run(problem, "INTERIOR_POINT")[0] for problem in (beyond, endless)] == [policy.Status.NO_OPTIMUM] * 2
+    assert (beyond.status, endless.status) == (cp.INFEASIBLE, cp.UNBOUNDED)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_limits_and_margins_in_space_are_those_of_clarabel(seed):
+    rng = np.random.default_rng(seed)
+    contact, friction = random_contact(rng, int(rng.integers(1, 9))), rng.uniform(0.1, 0.9)
+    most = rng.uniform(0.2, 1.0) if seed % 2 else None
+    ours, theirs = (fo.shakedown_limit(contact, cycle(), friction, slip_bound=most, solver=name) for name in ("INTERIOR_POINT", "CLARABEL"))
+    assert ours.kind is theirs.kind and ours.record.solver == "INTERIOR_POINT"
+    assert ours.load_factor == pytest.approx(theirs.load_factor, rel=1e-8, nan_ok=True)
+    assert ours.bound == pytest.approx(theirs.load_factor, rel=1e-8, nan_ok=True)
+    at = 0.5 if not np.isfinite(theirs.load_factor) else 1.3 * theirs.load_factor
+    safe, other = (fo.safe_slip(contact, cycle(), friction, at, slip_bound=most, solver=name) for name in ("INTERIOR_POINT", "CLARABEL"))
+    assert (
+        safe.exists == other.exists and safe.margin == pytest.approx(other.margin, abs=1e-8) and safe.bound == pytest.approx(other.margin, abs=1e-8)
+    )
+
+
+def test_large_programs_are_its_own_and_others_are_not(monkeypatch):
+    contact = random_contact(np.random.default_rng(3), 4)
+    small = fo.shakedown_limit(contact, cycle(), 0.4)
+    monkeypatch.setattr(policy, "_LARGE", 5)
+    large = fo.shakedown_limit(contact, cycle(), 0.4)
+    assert (small.record.solver, large.record.solver) == ("CLARABEL", "INTERIOR_POINT")
+    assert large.load_factor == pytest.approx(small.load_factor, rel=1e-8)
+
+
+def test_an_equation_that_defines_nothing_is_left_to_clarabel(monkeypatch):
+    """A node without friction has no circle but an equation, which keeps its shear at zero."""
+    rng = np.random.default_rng(1)
+    contact, friction = random_contact(rng, 4), np.array([0.0, 0.5, 0.6, 0.4])
+    cases = {name: r * np.tile(friction > 0, 3) if name in "abc" else r for name, r in vectors(contact).items()}
+    still = fo.ContactSystem(contact.S, contact.points, cases)
+    monkeypatch.setattr(policy, "_LARGE", 5)
+    limit = fo.shakedown_limit(still, cycle(), friction)
+    first = limit.record.attempts[0]
+    assert (first.solver, first.outcome) == ("INTERIOR_POINT", "an equation defines no variable of its own")
+    assert limit.record.solver == "CLARABEL" and limit.load_factor > 0 and limit.residual <= 1e-9
