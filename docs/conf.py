@@ -4,6 +4,7 @@ import os
 from importlib.metadata import version as installed
 
 os.environ.setdefault("TQDM_DISABLE", "1")
+os.environ["PYTHONWARNINGS"] = "error:::__main__"  # a cell of the tutorial that warns is an error
 
 project = "frictopt"
 author = "The frictopt developers"
@@ -28,6 +29,7 @@ nb_execution_mode = "force"
 nb_execution_timeout = 300  # seconds of one cell, the compiler on a slow machine included
 nb_execution_raise_on_error = True
 nb_merge_streams = True
+nb_output_stderr = "remove"  # progress, and the notice of the compiler
 
 # Names of other packages become links where the build may use the network: `sphinx -t online`, and on Read the Docs.
 online = tags.has("online") or "READTHEDOCS" in os.environ  # noqa: F821, tags is given by Sphinx
@@ -61,6 +63,7 @@ sphinx_gallery_conf = {
     "within_subsection_order": "FileNameSortKey",
     "remove_config_comments": True,
     "show_memory": False,
+    "thumbnail_size": (720, 504),
     "capture_repr": (),  # print what is to be seen
     "show_signature": False,
     "min_reported_time": 1e9,
@@ -86,4 +89,4 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": ["sphinx-version"],
 }
-html_sidebars = {name: [] for name in ("theory", "glossary", "checked", "performance", "size", "validity", "studies")}
+html_sidebars = {name: [] for name in ("theory", "glossary", "checked", "performance", "size", "validity", "studies", "faq", "help")}

@@ -22,3 +22,5 @@ limit.plot()
 # The corner nodes limit the load. The mechanism lists them with the corner of the cycle and the direction of slip.
 
 print(limit.mechanism.head())
+
+# sphinx_gallery_thumbnail_number = 2

@@ -27,3 +27,5 @@ cycle = fo.LoadCycle(mean={"press": 1.0}, corners=[{"stretch": 1.0}, {"stretch":
 limit = fo.shakedown_limit(model.condense(), cycle, friction=0.5)
 print(limit)
 limit.plot()
+
+# sphinx_gallery_thumbnail_number = 2

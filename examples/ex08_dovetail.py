@@ -23,3 +23,5 @@ for angle in (35, 45, 60):
     ax.plot(shares, limits["load_factor"], "o-", label=f"{angle} degrees")
 ax.set(xlabel="friction over the cotangent of the angle", ylabel="amplitude over mean of the pull")
 ax.legend()
+
+# sphinx_gallery_thumbnail_number = 2

@@ -37,3 +37,4 @@ for ratio in (0.9, 1.15):
 # Above the limit, the work of friction shows where the contact wears.
 
 steady.plot()
+# sphinx_gallery_thumbnail_number = 3
