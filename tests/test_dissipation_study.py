@@ -264,6 +264,17 @@ def test_runs_that_an_executor_loses_are_rows_that_say_so_and_are_not_kept(conta
     assert (other.outcome == "FAILED").all() and other.error.str.contains("CancelledError").all()
 
 
+def test_futures_that_cannot_be_cancelled_are_futures(contact, factors, table, monkeypatch):
+    """Those of Parsl."""
+
+    def no(_future):
+        raise NotImplementedError
+
+    monkeypatch.setattr(Future, "cancel", no)
+    other = fo.dissipation_study(contact, CYCLE, 0.4, factors, executor=Foreign(Future.set_result))
+    assert other.dissipation.tolist() == table.dissipation[table.family == "none"].tolist()
+
+
 NOTEBOOK = """
 import sys, types, warnings
 warnings.simplefilter("always")

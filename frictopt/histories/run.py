@@ -4,6 +4,7 @@ import hashlib
 import time
 from collections.abc import Generator, Sequence
 from concurrent.futures import Executor, Future, as_completed
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -101,7 +102,8 @@ def execute(runs: Sequence[Run], executor: Executor | None) -> Generator[tuple[R
                 )
     finally:
         for future in futures:
-            future.cancel()
+            with suppress(NotImplementedError):  # Parsl's futures
+                future.cancel()
 
 
 def _follow(runs: Sequence[Run]) -> list[Row]:

@@ -1,0 +1,252 @@
+"""The command line: `frictopt look`, `condense`, `limit`, `study` and `merge`, from files to limits, tables and pictures.
+
+Exit codes: 0 done, 2 bad input, 3 no answer that passes the checks, 4 a file that cannot be read or written, 130 interrupted.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import __version__
+from .contact.files import WRITERS, output
+from .errors import FrictoptError, ModelError, StoreError
+
+if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
+    import pandas as pd
+
+    from .contact import ContactSystem
+
+__all__ = ["main"]
+
+_KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "separated": "separated_limit", "onset": "onset"}
+_ROWS = 8  # of a table that is printed
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    asked = _parser().parse_args(arguments)
+    try:
+        asked.command(asked)
+    except KeyboardInterrupt as interrupt:
+        print("frictopt: interrupted", *getattr(interrupt, "__notes__", []), sep="\n", file=sys.stderr)
+        return 130
+    except (FrictoptError, OSError, ImportError) as error:
+        print(f"frictopt: error: {error}", file=sys.stderr)
+        return 2 if isinstance(error, ModelError) else 3 if isinstance(error, FrictoptError) and not isinstance(error, StoreError) else 4
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="frictopt", description="Decides whether a frictional contact will stop slipping.")
+    parser.add_argument("--version", action="version", version=f"frictopt {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def command(function: Any, about: str, example: str) -> argparse.ArgumentParser:
+        made = commands.add_parser(function.__name__.lstrip("_"), help=about, description=about, epilog=f"example: frictopt {example}")
+        made.set_defaults(command=function)
+        return made
+
+    look = command(_look, "what a file holds: a contact system, or a job of CalculiX", "look punch.npz --picture punch.png")
+    look.add_argument("file", help="SYSTEM.npz as ContactSystem.save writes it, a folder of Matrix Market files, or JOB.inp")
+    condense = command(
+        _condense,
+        "condense a job of CalculiX to a contact system",
+        "condense job.inp job.npz --contact N_PUNCH N_BLOCK --load P=N_TOP:pressure=1 Q=N_TOP:traction=1,0",
+    )
+    condense.add_argument("job", help="JOB.inp, beside the JOB.sti and JOB.dof that CalculiX writes")
+    condense.add_argument("system", help="SYSTEM.npz to be written")
+    condense.add_argument("--contact", nargs=2, required=True, metavar="SET", help="node sets of the faces of body 1 and body 2")
+    condense.add_argument("--load", nargs="+", required=True, metavar="CASE=SET:KIND=X[,Y]", help="KIND: traction, pressure, total or nodal")
+    limit = command(
+        _limit,
+        "a limit of a contact system: its load factor, its reason, its table and picture",
+        "limit punch.npz --mean P=1 --corners sigma=-1 sigma=1 --friction .4 --picture limit.png",
+    )
+    limit.add_argument("file", help="SYSTEM.npz, or a folder of Matrix Market files")
+    limit.add_argument("--kind", choices=_KINDS, default="shakedown", help="which limit (default: %(default)s)")
+    limit.add_argument("--mean", type=_loads, metavar="CASE=X[,CASE=X]", help="static load")
+    cycle = limit.add_mutually_exclusive_group(required=True)
+    cycle.add_argument("--corners", nargs="+", type=_loads, metavar="CASE=X[,CASE=X]", help="corners of the load cycle, in their order")
+    cycle.add_argument("--history", metavar="FILE", help="measured history instead: csv, xlsx or parquet, a column for each load case")
+    limit.add_argument("--tolerance", type=float, default=0.0, help="noise of the history, as a share of the range of each load case")
+    limit.add_argument("--friction", type=float, required=True, help="coefficient of friction")
+    study = command(_study, "the study of a file: many transients, as one table", "study study.toml --shard 3/50")
+    study.add_argument("file", help="STUDY.toml")
+    study.add_argument("--shard", type=_shard, metavar="K/N", help="follow the K-th of N parts, with a store of its own, without table and picture")
+    study.add_argument("--store", help="file that keeps each finished run (default: the store of STUDY.toml, else STUDY.sqlite)")
+    study.add_argument("--workers", type=_workers, default=1, help="number of processes (default: %(default)s)")
+    for one in (limit, study):
+        one.add_argument("--table", type=_output(*WRITERS), metavar="FILE", help=f"write the table: {', '.join(WRITERS)}")
+    for one in (look, limit, study):
+        one.add_argument("--picture", type=_output(), metavar="FILE", help="draw the picture: png, pdf, svg")
+    merge = command(_merge, "write the runs of several stores into one", "merge study.sqlite study.*-of-50.sqlite")
+    merge.add_argument("into", help="the store to be written, or added to")
+    merge.add_argument("parts", nargs="+", help="stores to read")
+    return parser
+
+
+def _look(asked: argparse.Namespace) -> None:
+    if Path(asked.file).suffix == ".inp":
+        from .fem import read_calculix
+
+        job = read_calculix(Path(asked.file).with_suffix(""))
+        print(job, *(f"faces that match: {len(pairs)} pairs" for pairs in job.matching_faces()), sep="\n")
+        print(f"next: frictopt condense {asked.file} SYSTEM.npz --contact SET_1 SET_2 --load CASE=SET:pressure=1")
+        return
+    system = _system(asked.file)
+    print(system, _sums(system).to_string(float_format="{:.5g}".format), sep="\n")
+    print(f"next: frictopt limit {asked.file} --mean CASE=1 --corners CASE=-1 CASE=1 --friction 0.5")
+    if asked.picture:
+        _draw(system, asked.picture)
+
+
+def _condense(asked: argparse.Namespace) -> None:
+    from .fem import condense, read_calculix
+
+    job = read_calculix(Path(asked.job).with_suffix(""))
+    loads: dict[str, Any] = {}
+    for text in asked.load:
+        case, face, kind, numbers = _load_parts(text)
+        loads[case] = loads.get(case, 0.0) + job.force(face, **{kind: numbers[0] if kind == "pressure" else numbers})
+    pairs = job.pairs(*asked.contact)
+    system = condense(job.K, loads, pairs, job.normals(pairs[:, 1]), job.unknowns, job.points, generalised=job.generalised)
+    system.save(asked.system)
+    print(system)
+
+
+def _limit(asked: argparse.Namespace) -> None:
+    from . import contact, limits, transients
+    from .histories.plan import read_table
+
+    system, question = _system(asked.file), _KINDS[asked.kind]
+    if asked.history:
+        cycle = contact.LoadCycle.from_history(read_table(asked.history), mean=asked.mean, tolerance=asked.tolerance)
+    else:
+        cycle = contact.LoadCycle(asked.mean or {}, asked.corners)
+    found = getattr(transients if asked.kind == "onset" else limits, question)(system, cycle, asked.friction)
+    table = found.to_frame()
+    print(found)
+    print(table.head(_ROWS).to_string(index=False, float_format="{:.5g}".format))
+    _written(asked.table, asked.picture, table, found)
+
+
+def _study(asked: argparse.Namespace) -> None:
+    from concurrent.futures import ProcessPoolExecutor
+    from contextlib import nullcontext
+    from multiprocessing import get_context
+
+    from .histories import dissipation_study
+    from .histories.plan import read_plan
+
+    question, files = read_plan(asked.file)
+    store = Path(asked.store or files["store"])
+    if asked.shard:
+        store = store.with_suffix(f".{asked.shard[0]}-of-{asked.shard[1]}{store.suffix}")
+    with nullcontext() if asked.workers == 1 else ProcessPoolExecutor(asked.workers, get_context("spawn")) as pool:
+        table = dissipation_study(**question, shard=asked.shard, executor=pool, store=store)
+    print(table.groupby(["friction", "load_factor", "outcome"]).size().rename("runs").reset_index().to_string(index=False))
+    print(f"kept in {store}")
+    if asked.shard is None:
+        from .plots.picture import Runs
+
+        _written(asked.table or files.get("table"), asked.picture or files.get("picture"), table, Runs(table))
+
+
+def _merge(asked: argparse.Namespace) -> None:
+    from .histories import merge_stores
+
+    print(f"{merge_stores(asked.into, asked.parts)} runs in {asked.into}")
+
+
+def _system(file: str | Path) -> "ContactSystem":
+    from .contact import ContactSystem
+
+    return ContactSystem.load(file)
+
+
+def _sums(system: "ContactSystem") -> "pd.DataFrame":
+    """The sum of the bonded reactions of each load case."""
+    import pandas as pd
+
+    names = ["q"] if system.tangents == 1 else ["q1", "q2"]
+    rows = {case: [*q.reshape(len(p), -1).sum(axis=0), p.sum(), p.min(), p.max()] for case, (q, p) in system.bonded.items()}
+    return pd.DataFrame.from_dict(rows, orient="index", columns=[*(f"sum of {name}" for name in names), "sum of p", "least p", "most p"])
+
+
+def _written(file: Path | None, picture: Path | None, table: "pd.DataFrame", result: object) -> None:
+    if file:
+        getattr(table, WRITERS[file.suffix])(file, index=False)
+    if picture:
+        _draw(result, picture)
+
+
+def _draw(result: object, file: Path) -> None:
+    from .plots.draw import draw
+
+    axes: Any = draw(result)
+    first = getattr(axes, "flat", [axes])[0]
+    try:
+        first.figure.savefig(file, bbox_inches="tight")
+    except ValueError as error:
+        raise ModelError(f"--picture: {error}") from error
+
+
+def _loads(text: str) -> dict[str, float]:
+    """Loads of one corner: "P=1,Q=-0.5"."""
+    pairs = [part.rpartition("=") for part in text.split(",")]
+    try:
+        return {name: float(value) for name, _, value in pairs if name or _refuse(text)}
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r}; give CASE=AMPLITUDE, several with commas between") from error
+
+
+def _refuse(text: str) -> bool:
+    raise ValueError(text)
+
+
+def _load_parts(text: str) -> tuple[str, str, str, list[float]]:
+    """Load case, node set, kind and numbers: "P=N_TOP:pressure=1"."""
+    case, _, rest = text.partition("=")
+    face, _, how = rest.rpartition(":")
+    kind, _, values = how.partition("=")
+    try:
+        numbers = [float(value) for value in values.split(",")]
+    except ValueError:
+        numbers = []
+    if not (case and face and numbers and kind in ("traction", "pressure", "total", "nodal")):
+        raise ModelError(f"--load: {text!r}; give CASE=SET:KIND=NUMBERS with the kind traction, pressure, total or nodal, such as P=N_TOP:pressure=1")
+    return case, face, kind, numbers
+
+
+def _shard(text: str) -> tuple[int, int]:
+    try:
+        part, count = (int(number) for number in text.split("/"))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r}; give K/N, such as 3/50") from error
+    if not 1 <= part <= count:
+        raise argparse.ArgumentTypeError(f"{text!r}; K goes from 1 to N")
+    return part, count
+
+
+def _workers(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r}; give a whole number of at least 1")
+    return int(text)
+
+
+def _output(*endings: str) -> Callable[[str], Path]:
+    """Checks a file to be written, before anything is computed."""
+
+    def checked(name: str) -> Path:
+        try:
+            return output(name, *endings)
+        except ModelError as error:
+            raise argparse.ArgumentTypeError(str(error)) from error
+
+    return checked
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,177 @@
+"""The command line: from files to the answers of the functions, and errors with their exit codes."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+import frictopt as fo
+from frictopt.__main__ import main
+from systems import CYCLE, random_system
+
+CONTACT = random_system(np.random.default_rng(3), 4)
+FLAT = Path(__file__).parent / "data" / "flat.inp"
+CORNERS = ["--mean", "mean=1", "--corners", *(f"cyclic={corner['cyclic']}" for corner in CYCLE.corners)]
+LIMIT = ["limit", "system.npz", "--friction", "0.4"]
+STUDY = """
+system = "system.npz"
+friction = {friction}
+load_factors = [0.5, 2.0]
+{files}
+
+[cycle]
+mean = {{ mean = 1.0 }}
+corners = [{corners}]
+
+[starts]
+no_slip = {{}}
+random_slips = {{ amplitudes = [0.1], count = 2 }}
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    CONTACT.save("system.npz")
+    yield tmp_path
+    plt.close("all")
+
+
+def study_file(friction="0.4", files="", name="study.toml"):
+    corners = ", ".join(f"{{ cyclic = {corner['cyclic']} }}" for corner in CYCLE.corners)
+    Path(name).write_text(STUDY.format(friction=friction, files=files, corners=corners))
+
+
+def same(table, other):
+    other = other.astype({"start": str, "family": str, "outcome": str, "engine": str})
+    pd.testing.assert_frame_equal(
+        table.drop(columns=["seconds", "error", "seed"]), other.drop(columns=["seconds", "error", "seed"]), check_dtype=False, rtol=1e-12
+    )
+
+
+@pytest.mark.parametrize("kind", ["shakedown", "guaranteed", "separated", "onset"])
+def test_a_limit_is_that_of_the_function_with_its_table_and_picture(kind, capsys):
+    assert main([*LIMIT, *CORNERS, "--kind", kind, "--table", "limit.csv", "--picture", "limit.png"]) == 0
+    question = {"shakedown": fo.shakedown_limit, "guaranteed": fo.guaranteed_limit, "separated": fo.separated_limit, "onset": fo.onset}[kind]
+    found = question(CONTACT, fo.LoadCycle({"mean": 1.0}, CYCLE.corners), 0.4)
+    assert capsys.readouterr().out.startswith(repr(found))
+    expected = found.to_frame()
+    pd.testing.assert_frame_equal(pd.read_csv("limit.csv"), expected, check_dtype=False)
+    assert plt.imread("limit.png").std() > 0
+
+
+def test_a_history_in_a_file_is_a_load_cycle(capsys):
+    time = np.linspace(0, 6, 301)
+    history = pd.DataFrame({"time": time, "mean": 1.0, "cyclic": np.sin(2 * np.pi * time / 3) + 0.01 * np.cos(300 * time)})
+    history.to_csv("loads.csv", index=False)
+    assert main([*LIMIT, "--history", "loads.csv", "--mean", "mean=1", "--tolerance", "0.05"]) == 0
+    cycle = fo.LoadCycle.from_history(pd.read_csv("loads.csv"), mean={"mean": 1.0}, tolerance=0.05)
+    assert len(cycle.corners) == 6 and capsys.readouterr().out.startswith(repr(fo.shakedown_limit(CONTACT, cycle, 0.4)))
+
+
+def test_a_job_of_calculix_becomes_a_system_and_is_looked_at(capsys, flat):
+    load = ["--load", "P=N_TOP:pressure=1", "Q=N_TOP:traction=1,0"]
+    assert main(["look", str(FLAT)]) == 0 and "faces that match: 26 pairs" in capsys.readouterr().out
+    assert main(["condense", str(FLAT), "flat.npz", "--contact", "N_CONTACT_PUNCH", "N_CONTACT_BLOCK", *load]) == 0
+    loads = {"P": flat.force("N_TOP", pressure=1.0), "Q": flat.force("N_TOP", traction=[1.0, 0.0])}
+    pairs = flat.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
+    expected = fo.condense(flat.K, loads, pairs, [0.0, 1.0], flat.unknowns, flat.points)
+    system = fo.ContactSystem.load("flat.npz")
+    assert np.allclose(system.S, expected.S, rtol=1e-9) and np.allclose(system.bonded["P"], expected.bonded["P"], atol=1e-9)
+    capsys.readouterr()
+    assert main(["look", "flat.npz"]) == 0
+    assert "P" in (said := capsys.readouterr().out) and "10" in said and "next: frictopt limit flat.npz" in said
+
+
+def test_a_study_in_a_file_is_that_of_the_function_and_its_parts_make_the_whole(capsys):
+    """Each part has a store of its own; merged, the study follows no run again."""
+    study_file("[0.3, 0.4]", 'store = "runs.sqlite"\ntable = "runs.csv"\npicture = "runs.png"')
+    for part in (1, 2):
+        assert main(["study", "study.toml", "--shard", f"{part}/2"]) == 0
+    assert not Path("runs.csv").exists()
+    assert main(["merge", "runs.sqlite", "runs.1-of-2.sqlite", "runs.2-of-2.sqlite"]) == 0
+    assert "20 runs in runs.sqlite" in capsys.readouterr().out
+    seconds = fo.read_store("runs.sqlite").seconds.sum()
+    assert main(["study", "study.toml"]) == 0
+    starts = fo.starts.no_slip() + fo.starts.random_slips(CONTACT, [0.1], 2)
+    expected = fo.dissipation_study(CONTACT, fo.LoadCycle({"mean": 1.0}, CYCLE.corners), [0.3, 0.4], [0.5, 2.0], starts, progress=False)
+    table = pd.read_csv("runs.csv")
+    same(table, expected)
+    assert table.seconds.sum() == pytest.approx(seconds) and plt.imread("runs.png").std() > 0
+
+
+def test_a_study_in_a_file_takes_a_distribution():
+    study_file('{ distribution = "norm", loc = 0.4, scale = 0.05, draws = 2, rng = 7 }')
+    assert main(["study", "study.toml", "--table", "runs.csv"]) == 0
+    starts = fo.starts.no_slip() + fo.starts.random_slips(CONTACT, [0.1], 2)
+    cycle = fo.LoadCycle({"mean": 1.0}, CYCLE.corners)
+    same(pd.read_csv("runs.csv"), fo.dissipation_study(CONTACT, cycle, [stats.norm(0.4, 0.05)] * 2, [0.5, 2.0], starts, rng=7, progress=False))
+
+
+BAD = {
+    "no file": (["look", "none.npz"], 2, "'none.npz' does not exist"),
+    "no job": (["look", "none.inp"], 2, "there is no"),
+    "load case": ([*LIMIT, "--corners", "other=1"], 2, "load case 'other': unknown"),
+    "history": ([*LIMIT, "--history", "system.npz"], 2, "give a file that ends in"),
+    "load": (["condense", str(FLAT), "x.npz", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP"], 2, "--load: 'P=N_TOP'"),
+    "no study": (["study", "none.toml"], 4, "No such file"),
+    "no TOML": (["study", "system.npz"], 2, "give a file in TOML"),
+    "no store": (["merge", "runs.sqlite", "system.npz"], 4, "is no store"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "code", "message"), BAD.values(), ids=BAD)
+def test_errors_are_said_without_a_traceback(arguments, code, message, capsys):
+    assert main(arguments) == code
+    said = capsys.readouterr().err
+    assert said.startswith("frictopt: error: ") and message in said and "Traceback" not in said
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [*LIMIT, "--corners", "cyclic"],
+        [*LIMIT, *CORNERS, "--table", "limit.doc"],
+        [*LIMIT, *CORNERS, "--picture", "nowhere/limit.png"],
+        ["study", "study.toml", "--shard", "4/3"],
+        ["study", "study.toml", "--workers", "0"],
+    ],
+)
+def test_bad_options_are_refused_before_anything_is_computed(arguments, capsys):
+    with pytest.raises(SystemExit) as end:
+        main(arguments)
+    assert end.value.code == 2 and f"{arguments[-1]!r}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("friction", "files", "message"),
+    [
+        ("0.4", "color = 1", "color; a study has"),
+        ("0.4", "store = 1", "store: 1"),
+        ("0.4", 'picture = "nowhere/p.png"', "no folder that exists"),
+        ('{ distribution = "nothing" }', "", "distribution 'nothing'"),
+        ('{ distribution = "norm", where = 1.0 }', "", "friction: "),
+    ],
+)
+def test_bad_studies_are_refused_by_name(friction, files, message, capsys):
+    study_file(friction, files)
+    assert main(["study", "study.toml"]) == 2 and message in capsys.readouterr().err
+
+
+def test_an_interrupt_ends_with_its_code(monkeypatch, capsys):
+    def interrupted(*_args, **_options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("frictopt.limits.shakedown_limit", interrupted)
+    assert main([*LIMIT, *CORNERS]) == 130 and "interrupted" in capsys.readouterr().err
+
+
+def test_help_imports_no_solver():
+    code = "import sys; from frictopt.__main__ import main\ntry: main(['--help'])\nfinally: print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0 and not {"cvxpy", "pandas", "scipy", "numba", "matplotlib", "skfem"} & set(done.stdout.split())
