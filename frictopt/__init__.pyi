@@ -36,7 +36,6 @@ from .fem import (
     write_paraview,
 )
 from .histories import (
-    DamagedRows,
     damping_curve,
     dissipation_range,
     dissipation_study,
@@ -49,6 +48,7 @@ from .histories import (
     worn_in,
 )
 from .limits import (
+    DesignModel,
     GuaranteedModel,
     LimitKind,
     SafeSlipModel,
@@ -81,7 +81,7 @@ __all__ = [
     "ContactModel",
     "ContactState",
     "ContactSystem",
-    "DamagedRows",
+    "DesignModel",
     "Displacement",
     "Expansion",
     "FrictoptError",

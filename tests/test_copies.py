@@ -29,6 +29,7 @@ TURNS = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}, {"Q": -1.0}])
 PUNCH, BLOCKS = fo.scenes.PunchOnHalfPlane(elements=4, growth=1.6).model(), fo.scenes.SquarePunch(elements=2, growth=2.0).model()
 FLAT = system(np.eye(2), np.zeros((2, 2)), 0.0, [1.0, 2.0], 1.0, 0.0)
 LIMIT = fo.shakedown_limit(*ASKED)
+DESIGN = fo.DesignModel(TWO, CYCLE, preloads=["other"], profile=True)
 EXAMPLES = [
     PAIR,
     PAD,
@@ -44,6 +45,7 @@ EXAMPLES = [
     LIMIT.least_slip(1.0),
     fo.safe_slip(*ASKED, 0.3),
     fo.guaranteed_limit(*ASKED),
+    DESIGN.solve(0.6, [DESIGN.preload == 0.2, DESIGN.profile == 0.1]),
     fo.required_friction(PAIR, CYCLE, 0.3),
     fo.safe_region(TWO, {"mean": 1.0}, ["cyclic", "other"], 0.6),
     fo.separated_limit(NODE, LIFTS, 0.5),

@@ -35,6 +35,7 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "SafeSlipModel": "margin",
     "guaranteed_limit": "guaranteed",
     "GuaranteedModel": "guaranteed",
+    "DesignModel": "design",
     "increments.FrozenBoundIncrement": "frozen",
     "increments.ExactIncrement": "coulomb",
     "increments.NewtonIncrement": "coulomb",

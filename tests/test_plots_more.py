@@ -115,3 +115,20 @@ def test_a_damping_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
         assert reach.ymin == pytest.approx(getattr(curve, f"least_{name}").min()) and reach.ymax == pytest.approx(
             getattr(curve, f"most_{name}").max()
         )
+
+
+def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_bound():
+    model = fo.DesignModel(PUNCH, PULL, preloads=["Q"], profile=True)
+    design = model.solve(F, [model.profile == 0.01 * PUNCH.x**2, model.preload == 0.1])
+    profile, ratio = design.plot()
+    (drawn,) = [line for line in profile.get_lines() if len(line.get_xdata()) == 5]
+    assert np.array_equal(drawn.get_xdata(), PUNCH.x) and np.allclose(drawn.get_ydata(), 0.01 * PUNCH.x**2)
+    assert f"{design.load_factor:.5g}" in profile.get_title() and "Q +0.1" in profile.get_title()
+    q, p = fo.shakedown_limit(design.system, design.cycle, F).system.closed_reaction(design.cycle.at(design.load_factor)[1])
+    q, p = q + PUNCH.A @ design.slip, p + PUNCH.B @ design.slip
+    assert np.allclose(joined(ratio, "corner 1")[1], q / (F * p), atol=1e-8)
+    bolts = fo.DesignModel(PUNCH, PULL, preloads=["Q", "P"])
+    assert bolts.solve(F, [bolts.preload == 0.1]).plot().get_ylabel() == "$q / (f p)$"
+    pad = fo.ContactSystem(np.eye(6), [[0, 0, 0], [1, 0, 0]], {"P": [0, 0, 0, 0, 1, 1], "X": [1, 1, 0, 0, 0, 0]})
+    solid = fo.DesignModel(pad, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), preloads=["P"])
+    assert "P +0.1" in solid.solve(F, [solid.preload == 0.1]).plot().get_title()

@@ -18,6 +18,8 @@ FIRST = fo.onset(*ASKED)
 LIMIT, LOWER, SAFE = fo.shakedown_limit(*ASKED), fo.guaranteed_limit(*ASKED), fo.safe_slip(*ASKED, 0.3)
 NEEDED = fo.required_friction(CONTACT, CYCLE, 0.3)
 REGION = fo.safe_region(CONTACT.with_bonded({"other": (np.array([0.1, 0.1]), np.ones(2))}), {"mean": 1.0}, ["cyclic", "other"], 0.6)
+MODEL = fo.DesignModel(CONTACT.with_bonded({"other": (np.array([0.1, 0.1]), np.ones(2))}), CYCLE, preloads=["other"], profile=True)
+DRAWN = MODEL.solve(0.6, [MODEL.preload == 0.2, MODEL.profile == 0.1])
 SLIP, SPAN, REST = LIMIT.least_slip(1.0), fo.dissipation_range(*ASKED, 0.8), fo.limit_after_protocol(*ASKED, scan=3)
 CURED, ORDER = fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.9}, samples=2), fo.order_preserving(CONTACT, 0.6)
 WORN = fo.wear(replace(CONTACT, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1)
@@ -45,6 +47,7 @@ MOVED = fo.increments.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.re
         ),
         (LOWER, [f"load_factor={LOWER.load_factor:.6g}", "proven=False", "node=0", f"largest_slip={np.abs(LOWER.slip).max():.6g}", "residual="]),
         (SAFE, ["exists=True", f"largest_slip={np.abs(SAFE.slip).max():.6g}", f"margin={SAFE.margin:.6g}", "residual="]),
+        (DRAWN, [f"load_factor={DRAWN.load_factor:.6g}", "bound=", "preload other=0.2", "profile=0.1 .. 0.1", "residual="]),
         (NEEDED, [f"required={NEEDED.required:.6g}", f"largest_slip={np.abs(NEEDED.slip).max():.6g}", "residual=", "reason=no residual slip"]),
         (REGION, ["loads=('cyclic', 'other')", f"sides={len(REGION.sides)}", "reason="]),
         (SLIP, ["load_factor=1", f"bound={SLIP.bound:.6g}", "residual="]),
@@ -75,12 +78,12 @@ def test_the_largest_slip_in_space_is_that_of_a_node():
     assert np.isnan(fo.shakedown_limit(node, cycle, 0.5).largest_slip)  # inf, no slip
 
 
-@pytest.mark.parametrize("result", [STEADY, PATH, LIMIT, LOWER, SAFE, NEEDED, REGION, MOVED], ids=lambda value: type(value).__name__)
+@pytest.mark.parametrize("result", [STEADY, PATH, LIMIT, LOWER, SAFE, NEEDED, REGION, MOVED, DRAWN], ids=lambda value: type(value).__name__)
 def test_every_result_has_a_record(result):
     record = result.record
     assert 0 < record.residual == result.residual < 1e-9 and record.solver and 0 < record.seconds < 600
     assert all(isinstance(text, str) for text in record.left_out) and all(isinstance(attempt, fo.results.Attempt) for attempt in record.attempts)
-    assert (len(record.attempts) > 0) is (result in (LIMIT, LOWER, SAFE, NEEDED, REGION, MOVED))
+    assert (len(record.attempts) > 0) is (result in (LIMIT, LOWER, SAFE, NEEDED, REGION, MOVED, DRAWN))
     assert pickle.loads(pickle.dumps(result)).record == record
 
 
@@ -102,7 +105,7 @@ def test_the_frame_of_a_steady_state_has_a_row_for_each_node():
     assert np.array_equal(table["open"], STEADY.open) and STEADY.open.any()
 
 
-@pytest.mark.parametrize("result", [LIMIT, LOWER, SAFE, MOVED], ids=lambda value: type(value).__name__)
+@pytest.mark.parametrize("result", [LIMIT, LOWER, SAFE, MOVED, DRAWN], ids=lambda value: type(value).__name__)
 def test_the_frame_of_a_limit_or_an_increment_has_a_row_for_each_node(result):
     table = result.to_frame()
     assert table["node"].tolist() == [0, 1] and np.array_equal(table["slip"], result.slip) and np.abs(result.slip).max() > 0

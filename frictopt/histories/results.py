@@ -1,7 +1,7 @@
 """What questions answer: the classes of all results, for `isinstance` and for type hints."""
 
 from ..contact import Attempt, Onset, OnsetEvent, OrderPreserving, SolveRecord, Verdict
-from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
+from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import LoadLoop, SteadyState, Trajectory
 from .damping import DampingCurve
 from .dissipation_range import DissipationRange
@@ -14,6 +14,7 @@ from .worn_in import WornIn
 __all__ = [
     "Attempt",
     "DampingCurve",
+    "Design",
     "DissipationRange",
     "GuaranteeCheck",
     "GuaranteedLimit",

@@ -1,6 +1,8 @@
 """Limits of a load cycle as linear programs: shakedown, safe residual slip, guaranteed limit, limit with open nodes."""
 
 from ..contact.answers import LimitKind
+from .design import DesignModel
+from .design_result import Design
 from .guaranteed import GuaranteedModel, guaranteed_limit
 from .guaranteed_result import GuaranteedLimit
 from .least_slip import LeastSlip
@@ -14,6 +16,8 @@ from .shakedown import ShakedownModel, shakedown_limit
 from .shakedown_result import ShakedownLimit
 
 __all__ = [
+    "Design",
+    "DesignModel",
     "GuaranteedLimit",
     "GuaranteedModel",
     "LeastSlip",

@@ -29,14 +29,14 @@ class Circles(SafeSet):
 
     def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None, spare: cp.Parameter | float) -> Rows:
         """See `SafeSet.stuck`."""
-        task, c, loads = self._task, self.scaled, self._task.loads
-        nodes, unit, at = len(task.friction), c.unit, c.unit[:, None]
+        task, loads, unit = self._task, self._task.loads, self.scaled.unit
+        nodes, at = len(task.friction), unit[:, None]
         lam = self._given if load_factor is None else task.load_unit * load_factor
         reserve = (0.0 if margin is None else task.mean_bound / unit * margin) - spare
         pressure = cp.Variable(nodes, name="pressure_change")  # one dense block of rows serves all corners
-        shear = cp.reshape(c.shear @ self.traction, (nodes, 2), order="F")
-        rows: dict[str, cp.Constraint] = {"pressures_of_slip": c.normal @ self.traction == pressure}
-        points = np.zeros(loads.p1.shape, dtype=bool) if margin is not None else bare(task)
+        shear = cp.reshape(self.shear, (nodes, 2), order="F")
+        rows: dict[str, cp.Constraint] = {"pressures_of_slip": self.pressure == pressure}
+        points = np.zeros(loads.p1.shape, dtype=bool) if margin is not None else bare(task, self.design is not None)
         self._pinned = _pinned(points, self._kept, task)
         q0, p0 = np.broadcast_to(loads.q0, loads.q1.shape), np.broadcast_to(loads.p0, loads.p1.shape)
         for k in self._kept:
@@ -84,10 +84,10 @@ class Circles(SafeSet):
         return (f"corners: {idle} of {corners} are within the hull of the others",) if idle else ()
 
 
-def bare(task: LimitQuestion) -> np.ndarray:
-    """(K, N) where the friction bound of a node vanishes at a corner, whatever the slip and the load factor."""
+def bare(task: LimitQuestion, designed: bool = False) -> np.ndarray:
+    """(K, N) where the friction bound of a node vanishes at a corner, whatever the slip, the load factor, and the design where there is one."""
     p1 = np.abs(task.loads.p1)
-    return np.asarray((task.friction == 0) | (_unpressed(task) & (p1 <= ROUNDING * p1.max(initial=0.0))))
+    return np.asarray((task.friction == 0) | (_unpressed(task) & (p1 <= ROUNDING * p1.max(initial=0.0)) & (not designed)))
 
 
 def helpless(task: LimitQuestion) -> tuple[Mechanism, str] | None:

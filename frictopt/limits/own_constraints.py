@@ -1,33 +1,27 @@
 """Constraints and objectives of the user's own in the programs over safe slips: expressions, rows, and what the multipliers prove."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import cvxpy as cp
 import numpy as np
-from cvxpy.reductions.dcp2cone.dcp2cone import Dcp2Cone
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, flag, shown
-from ..contact.record import Attempt
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
+from ..solve.explain import Units
 from ..solve.solvers import solve, solver_order
-from ..solve.standard_form import StandardForm, compiled, polish
+from ..solve.standard_form import StandardForm, polish
+from .own_rows import Bound, own_rows
 from .program import SafeProgram, kind_of, safe_set
 from .question import LimitQuestion, cycle_loads, pose, slip_bounds
 from .safe_set import SafeSet
 
 __all__ = ["Contradiction", "OwnProgram", "SafeModel", "contradiction", "is_unbounded"]
-
-_EQUATIONS, _AT_MOST, _AT_LEAST = (
-    (cp.constraints.Equality, cp.constraints.Zero),
-    (cp.constraints.Inequality, cp.constraints.NonPos),
-    cp.constraints.NonNeg,
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +34,31 @@ class OwnProgram(SafeProgram):
         Unit of its objective where that is the user's own, else None.
     variables
         The user's variables, and what they are in the well-scaled program.
+    bounds
+        Which rows bound what the user's constraints bound.
     """
 
     objective_unit: float | None = None
     variables: Sequence[tuple[cp.Variable, cp.Expression]] = ()
+    bounds: Sequence[Bound] = ()
+
+    @property
+    def unit(self) -> float:
+        """Unit of its objective."""
+        return self.task.load_unit if self.objective_unit is None else self.objective_unit
+
+    @property
+    def units(self) -> Units:
+        """See `SafeProgram.units`."""
+        return {**super().units, "objective": self.unit}
+
+    @property
+    def prices(self) -> dict[str, Array]:
+        """Rate of the objective as each constraint of the user's own gives way, in the user's units: >= 0; of an equation with its right side."""
+        found = dict[str, Array]()
+        for bound in self.bounds:
+            found[bound.name] = found.get(bound.name, 0.0) + bound.sign * self.unit * bound.multiplier
+        return found
 
     def save(self) -> None:
         """Put the values of a solution into the variables of the user."""
@@ -68,7 +83,10 @@ class SafeModel:
 
     def _set(self, task: LimitQuestion) -> SafeSet:
         known = self._sets if task.lift is None else {}
-        return known.get(len(task.friction)) or known.setdefault(len(task.friction), safe_set(task))
+        return known.get(len(task.friction)) or known.setdefault(len(task.friction), self._unknowns(task))
+
+    def _unknowns(self, task: LimitQuestion) -> SafeSet:
+        return safe_set(task)
 
     @cached_property
     def _v(self) -> SafeSet:
@@ -93,7 +111,7 @@ class SafeModel:
     @cached_property
     def p(self) -> cp.Expression:
         """(K, N) normal forces at the corners of the cycle, compression positive, force, an affine cvxpy expression for constraints of your own."""
-        change = cp.multiply(self._v.scaled.unit, self._v.scaled.normal @ self._v.traction)
+        change = cp.multiply(self._v.scaled.unit, self._v.pressure)
         return self._at_corners(self._loads.p0, self._loads.p1, cp.reshape(change, (1, change.size), order="F"))
 
     def _at_corners(self, mean: Array, cyclic: Array, change: cp.Expression) -> cp.Expression:
@@ -122,7 +140,7 @@ class SafeModel:
         if program is None or [*map(id, last)] != [*map(id, asked)]:
             program = _compiled(task, self._v, listing(self._v), constraints, objective)
             self._last = asked, program
-        return OwnProgram(task, self._v, program.problem, program.own, program.objective_unit, program.variables)
+        return replace(program, task=task)
 
 
 def _compiled(task: LimitQuestion, v: SafeSet, problem: cp.Problem, constraints: list[Any], objective: Any) -> OwnProgram:
@@ -133,95 +151,14 @@ def _compiled(task: LimitQuestion, v: SafeSet, problem: cp.Problem, constraints:
         if not isinstance(objective, cp.Expression) or objective.size != 1:
             raise ModelError(f"objective: {shown(objective)}; give a scalar cvxpy expression on slip, load_factor, q and p of the model")
         named["objective"] = goal <= cp.reshape(objective, (), order="C")
-    rows, variables = own_rows(named, known)
+    rows, variables, bounds = own_rows(named, known)
     if objective is None:
-        return OwnProgram(task, v, cp.Problem(problem.objective, [*problem.constraints, *rows]), tuple(rows), None, variables)
+        return OwnProgram(task, v, cp.Problem(problem.objective, [*problem.constraints, *rows]), tuple(rows), None, variables, bounds)
     scaled = next(scaled for variable, scaled in variables if variable is goal)
     (inner,) = scaled.variables()
     program = cp.Problem(cp.Maximize(inner), [*problem.constraints, *rows])
     inner.save_value(np.ones(()))
-    return OwnProgram(task, v, program, tuple(rows), float(scaled.value), variables)
-
-
-def own_rows(constraints: Mapping[str, Any], known: set[int]) -> tuple[list[cp.Constraint], list[tuple[cp.Variable, cp.Expression]]]:
-    """Well-scaled rows and cones that say what named constraints say (an equation is two rows), and their variables besides the known ones.
-
-    Constraints of abs, max, norms and the like bring variables of their own.
-
-    Raises
-    ------
-    ModelError
-        Not a cvxpy constraint, not convex, no linear or second-order cone program, or on unknowns of another model.
-    """
-    rows: list[cp.Constraint] = []
-    for name, constraint in constraints.items():
-        _check(name, constraint, known)
-        conic, _ = Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [constraint]))
-        for part in conic.constraints:
-            if not isinstance(part, (*_EQUATIONS, _AT_MOST, _AT_LEAST, cp.SOC)):
-                raise ModelError(
-                    f"{name}: it needs a {type(part).__name__} cone; the multipliers of linear rows and second-order cones prove the answer: "
-                    "give linear constraints, or such of abs, max, min and norms of vectors, in space for each node: cp.norm(model.slip, 2, axis=1)"
-                )
-            if isinstance(part, cp.SOC):
-                rows.append(part.set_label(constraint.label or name))
-                continue
-            signs = (1, -1) if isinstance(part, _EQUATIONS) else (-1,) if isinstance(part, _AT_LEAST) else (1,)
-            rows += [(sign * part.expr <= 0).set_label(constraint.label or name) for sign in signs]
-    return _scaled(rows, known)
-
-
-def _scaled(rows: list[cp.Constraint], known: set[int]) -> tuple[list[cp.Constraint], list[tuple[cp.Variable, cp.Expression]]]:
-    """The rows and cones divided by their size, which spreads from the unknowns of the model to the other variables."""
-    problem = cp.Problem(cp.Minimize(0), rows)
-    form, columns = StandardForm(problem), compiled(problem)["param_prob"].var_id_to_col
-    size, constant = abs(form.matrix.toarray()), np.abs(form.right)
-    others = [variable for variable in problem.variables() if variable.id not in known]
-    at = {variable.id: slice(columns[variable.id], columns[variable.id] + variable.size) for variable in others}
-    unit = np.ones(size.shape[1])
-    for place in at.values():
-        unit[place] = 0.0  # not known yet
-    for _ in others:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            reach = np.where((size > 0) & (unit == 0), (size @ unit)[:, None] / size, 0.0).max(axis=0, initial=0.0)
-        unit = np.where(unit == 0, reach, unit)
-    unit = np.where(unit == 0, 1.0, unit)
-    sizes = np.linalg.norm(size * unit, axis=1)
-    sizes = np.where(sizes > 0, sizes, np.where(constant > 0, constant, 1.0))
-    own = {v.id: cp.multiply(unit[at[v.id]].reshape(v.shape, order="F"), cp.Variable(v.shape, name=v.name())) for v in others}
-    swap = {id(variable): own[variable.id] for variable in others}
-    parts = np.split(sizes, np.cumsum([row.size for row in form.rows])[:-1])
-    scaled = [_over(row, part, swap).set_label(row.label) for row, part in zip(form.rows, parts, strict=True)]
-    return scaled, [(variable, own[variable.id]) for variable in others]
-
-
-def _over(row: cp.Constraint, sizes: Array, swap: Mapping[int, cp.Expression]) -> cp.Constraint:
-    """A row over its size, a cone over its largest one, with other variables."""
-    if not isinstance(row, cp.SOC):
-        return row.expr.tree_copy(swap) / sizes.reshape(row.shape, order="F") <= 0
-    bound, vectors = (part.tree_copy(swap) for part in row.args)
-    largest = sizes.reshape(row.num_cones(), -1).max(axis=1)
-    across = largest if vectors.ndim == 1 else largest[:, None] if row.axis == 1 else largest[None, :]
-    return cp.SOC(bound / largest.reshape(bound.shape), vectors / (across if vectors.ndim > 1 else largest[0]), axis=row.axis)
-
-
-def _check(name: str, constraint: Any, known: set[int]) -> None:
-    if not isinstance(constraint, cp.Constraint):
-        raise ModelError(
-            f"{name}: {shown(constraint)}; give a cvxpy constraint on slip, load_factor, q and p of the model, such as model.slip <= 1e-3"
-        )
-    if not constraint.is_dcp(dpp=True):
-        raise ModelError(
-            f"{name}: not convex (an objective: not concave) by the rules of DCP, or not affine in its parameters (DPP); change it so that it is"
-        )
-    for variable in constraint.variables():
-        if variable.id not in known and variable.name() in ("load_factor", "margin", "traction", "slide"):
-            raise ModelError(f"{name}: it is on the {variable.name()} of another model; use the expressions of the model that solves")
-        if any(variable.attributes.values()):
-            raise ModelError(f"{name}: variable {variable.name()} has attributes; give a plain one, and its bounds as constraints")
-    for parameter in constraint.parameters():
-        if parameter.value is None:
-            raise ModelError(f"{name}: parameter {parameter.name()} has no value; give it one before solving")
+    return OwnProgram(task, v, program, tuple(rows), float(scaled.value), variables, [bound for bound in bounds if bound.row.label != "objective"])
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,15 +171,17 @@ class Contradiction:
         That of a solution, and the least that the multipliers prove: above 0, the rows contradict each other (Farkas's lemma).
     ruling
         Names of the rows with multipliers.
-    residual, attempts
-        Distance of value and bound where they do not prove an excess, and the solver runs.
+    residual
+        Distance of value and bound where they do not prove an excess.
+    z
+        The variables of the solution, in the order of the program's columns.
     """
 
     value: float
     bound: float
     ruling: frozenset[str]
     residual: float
-    attempts: tuple[Attempt, ...] = ()
+    z: Array
 
 
 def contradiction(problem: cp.Problem, solver: str | None) -> Contradiction:
@@ -282,7 +221,8 @@ class _Relaxed:
         form = StandardForm(self.problem)
         value, bound = (-side for side in form.bounds)
         ruling = frozenset(label for label, y in zip(self.labels, form.y, strict=True) if y > RESIDUAL)
-        return Contradiction(value, bound, ruling, 0.0 if bound > RESIDUAL else abs(value - bound))
+        z = next(variable.value for variable in self.problem.variables() if variable.name() == "z")
+        return Contradiction(value, bound, ruling, 0.0 if bound > RESIDUAL else abs(value - bound), z)
 
 
 def _least_excess(form: StandardForm, right: Array, objective: Array | None, solver: str | None) -> Contradiction:

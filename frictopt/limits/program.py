@@ -15,6 +15,7 @@ from ..solve.explain import Units
 from ..solve.solvers import Kind
 from ..solve.standard_form import polish
 from .circles import Circles
+from .design_loads import DesignLoads
 from .mechanism import Mechanism
 from .question import LimitQuestion
 from .safe_set import Intervals, Rows, SafeSet
@@ -53,7 +54,8 @@ class SafeProgram:
     @property
     def units(self) -> Units:
         """Units of its unknowns."""
-        return {"load_factor": self.task.load_unit, "margin": self.task.mean_bound, "traction": self.v.scaled.traction_unit}
+        design = {} if self.v.design is None else {"design": self.v.design.unit}
+        return {"load_factor": self.task.load_unit, "margin": self.task.mean_bound, "traction": self.v.scaled.traction_unit, **design}
 
     def refine(self) -> None:
         """Move the solution that stands in the problem onto its active rows and cones."""
@@ -112,9 +114,9 @@ def kind_of(system: ContactSystem) -> Kind:
     return Kind.LP if system.tangents == 1 else Kind.SOCP
 
 
-def safe_set(task: LimitQuestion) -> SafeSet:
+def safe_set(task: LimitQuestion, design: DesignLoads | None = None) -> SafeSet:
     """Unknowns and rows of the safe slips of a contact in the plane or in space; friction is set by `SafeSet.ask`."""
-    return (Intervals if task.system.tangents == 1 else Circles)(task)
+    return (Intervals if task.system.tangents == 1 else Circles)(task, design)
 
 
 def posed(task: LimitQuestion, listing: Callable[[SafeSet], cp.Problem], load_factor: float | None = None) -> SafeProgram:

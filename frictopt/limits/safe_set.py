@@ -14,6 +14,7 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array
+from .design_loads import DesignLoads
 from .mechanism import Mechanism
 from .question import LimitQuestion
 from .ruling_corners import Ruling, ruling, ruling_loads
@@ -31,6 +32,8 @@ class SafeSet(ABC):
     ----------
     task
         The contact, its loads and its slip bound `|v| <= most`; friction is set by `ask`.
+    design
+        Loads of the mean state that are unknowns too; None for none.
 
     Attributes
     ----------
@@ -42,8 +45,8 @@ class SafeSet(ABC):
         Unknowns of the programs that have them.
     """
 
-    def __init__(self, task: LimitQuestion) -> None:
-        self.scaled, self._most = scaled_contact(task), task.most
+    def __init__(self, task: LimitQuestion, design: DesignLoads | None = None) -> None:
+        self.scaled, self._most, self.design = scaled_contact(task), task.most, design
         rigid = self.scaled.rigid.shape[1]
         self.traction, self.slide = cp.Variable(len(self.scaled.loaded), name="traction"), cp.Variable(rigid, name="slide") if rigid else None
         self.load_factor, self.margin = cp.Variable(name="load_factor"), cp.Variable(name="margin")
@@ -90,8 +93,15 @@ class SafeSet(ABC):
 
     @property
     def shear(self) -> cp.Expression:
-        """(t N,) what the slip adds to the shear forces, by component, in the units of the nodes, an affine cvxpy expression."""
-        return self.scaled.shear @ self.traction
+        """(t N,) what slip and design add to the shear forces, by component, in the units of the nodes, an affine cvxpy expression."""
+        shear = self.scaled.shear @ self.traction
+        return shear if self.design is None else shear + self.design.shear(self.scaled.unit) @ self.design.amounts
+
+    @property
+    def pressure(self) -> cp.Expression:
+        """(N,) what slip and design add to the normal forces, in the units of the nodes, an affine cvxpy expression."""
+        pressure = self.scaled.normal @ self.traction
+        return pressure if self.design is None else pressure + self.design.pressure(self.scaled.unit) @ self.design.amounts
 
     @cached_property
     def _reach(self) -> Array:
@@ -173,14 +183,15 @@ class Intervals(SafeSet):
     Attributes
     ----------
     q, p, fp
-        (N,) shear force q0 + A v, normal force p0 + B v and friction bound f (p0 + B v) of the nodes under the mean load, cvxpy expressions.
+        (N,) shear force q0 + A v, normal force p0 + B v and friction bound f (p0 + B v) of the nodes under the mean load, with what a design adds,
+        cvxpy expressions.
     forward, backward, opening
         (N,) cyclic load at the corners that rule the rows, see `ruling_loads`.
     """
 
-    def __init__(self, task: LimitQuestion) -> None:
-        super().__init__(task)
-        n, pressed = len(task.friction), self.scaled.normal @ self.traction
+    def __init__(self, task: LimitQuestion, design: DesignLoads | None = None) -> None:
+        super().__init__(task, design)
+        n, pressed = len(task.friction), self.pressure
         self._set = {name: cp.Parameter(n, name=name) for name in ("q_mean", "p_mean", "fp_mean", "forward", "backward", "opening")}
         self._set |= {name: cp.Parameter(n, name=name, nonneg=True) for name in ("friction", "clearance")}
         self.q, self.p = self._set["q_mean"] + self.shear, self._set["p_mean"] + pressed
@@ -200,7 +211,7 @@ class Intervals(SafeSet):
 
     def _of_corners(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
         """The rows of a cycle of which a part is fixed."""
-        task, unit, shear, pressed = self._task, self.scaled.unit, self.shear, self.scaled.normal @ self.traction
+        task, unit, shear, pressed = self._task, self.scaled.unit, self.shear, self.pressure
         lam = self._given if load_factor is None else task.load_unit * load_factor
         rows: dict[str, cp.Constraint] = {}
         for (name, (sense, weight, constant, rate)), at in zip(_slacks(task).items(), self._ruling, strict=True):

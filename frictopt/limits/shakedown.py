@@ -1,7 +1,6 @@
 """The shakedown limit lambda_2: the load factor above which no residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987)."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import cvxpy as cp
@@ -187,8 +186,7 @@ class ShakedownModel(SafeModel):
 
         answer = solve(program, lambda: judged_by_rows(program, unit), self._solver, no_optimum=no_limit_here)
         program.save()
-        limit = self._result(answer, program)
-        return replace(limit, _units={**limit._units, "objective": unit or 1.0})
+        return self._result(answer, program)
 
     def _result(self, answer: Answer[ShakedownLimit], program: SafeProgram) -> ShakedownLimit:
         limit = with_least_load(answered(answer, program), program, self._solver)

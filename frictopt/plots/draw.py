@@ -31,7 +31,7 @@ def draw(result: object, ax: "Axes | AxesArray | None" = None) -> "Axes | AxesAr
         import matplotlib.pyplot  # noqa: F401
     except ImportError as error:
         raise ImportError("plots need matplotlib: python -m pip install 'frictopt[figures]'") from error
-    from . import bodies, damping, limits, region, searches, spatial, study, transients, wear  # noqa: F401  each registers its pictures
+    from . import bodies, damping, design, limits, region, searches, spatial, study, transients, wear  # noqa: F401  each registers its pictures
     from .style import screen
 
     with nullcontext() if ax is not None else screen():

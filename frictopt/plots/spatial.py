@@ -10,7 +10,7 @@ from ..contact import ContactSystem, Onset
 from ..contact.checks import Array, Booleans
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..limits import GuaranteedLimit, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
+from ..limits import Design, GuaranteedLimit, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import SteadyState
 from .style import BLACK, GREY, SERIES, AxesArray, new_axes
 
@@ -37,7 +37,7 @@ def limiting_face(axes: Axes, limit: ShakedownLimit | GuaranteedLimit | Required
     return _finished(axes)
 
 
-def safe_slip_face(axes: Axes, safe: SafeSlip) -> Axes:
+def safe_slip_face(axes: Axes, safe: SafeSlip | Design) -> Axes:
     """Shear over friction bound under the slip, at the corner with the least reserve; the slip as arrows."""
     q, p = safe.reactions
     corner = int(np.argmin((safe.friction * p - np.linalg.norm(q, axis=-1))[:, ~safe.open].min(axis=1)))

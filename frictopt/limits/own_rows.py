@@ -1,0 +1,120 @@
+"""Rows and cones of constraints of the user's own, well scaled, and what their multipliers are in the user's units."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+from cvxpy.reductions.dcp2cone.dcp2cone import Dcp2Cone
+
+from ..contact.checks import Array, shown
+from ..errors import ModelError
+from ..solve.standard_form import StandardForm, compiled
+
+__all__ = ["Bound", "own_rows"]
+
+_EQUATIONS, _AT_MOST, _AT_LEAST = (
+    (cp.constraints.Equality, cp.constraints.Zero),
+    (cp.constraints.Inequality, cp.constraints.NonPos),
+    cp.constraints.NonNeg,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """A row of what a constraint of the user's own bounds, with its name, 1 (-1: the row takes it from below), and the size it was divided by."""
+
+    name: str
+    sign: int
+    row: cp.Constraint
+    size: Array
+
+    @property
+    def multiplier(self) -> Array:
+        """Multiplier of the row in the user's units."""
+        dual = np.asarray(self.row.dual_value[0] if isinstance(self.row, cp.SOC) else self.row.dual_value)
+        return np.asarray(dual / self.size.reshape(dual.shape, order="F"))
+
+
+def own_rows(constraints: Mapping[str, Any], known: set[int]) -> tuple[list[cp.Constraint], list[tuple[cp.Variable, cp.Expression]], list[Bound]]:
+    """Well-scaled rows and cones that say what named constraints say (an equation is two rows), and their variables besides the known ones.
+
+    Constraints of abs, max, norms and the like bring variables and rows of their own; the last rows bound what the constraint itself bounds.
+
+    Raises
+    ------
+    ModelError
+        Not a cvxpy constraint, not convex, no linear or second-order cone program, or on unknowns of another model.
+    """
+    rows: list[cp.Constraint] = []
+    last: list[tuple[int, str, int]] = []
+    for name, constraint in constraints.items():
+        _check(name, constraint, known)
+        conic, _ = Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [constraint]))
+        called = name if any(constraint.label == other for _, other, _ in last) else constraint.label or name
+        for part in conic.constraints:
+            if not isinstance(part, (*_EQUATIONS, _AT_MOST, _AT_LEAST, cp.SOC)):
+                raise ModelError(
+                    f"{name}: it needs a {type(part).__name__} cone; the multipliers of linear rows and second-order cones prove the answer: "
+                    "give linear constraints, or such of abs, max, min and norms of vectors, in space for each node: cp.norm(model.slip, 2, axis=1)"
+                )
+            cone = isinstance(part, cp.SOC)
+            signs = (1, -1) if isinstance(part, _EQUATIONS) else (-1,) if isinstance(part, _AT_LEAST) else (1,)
+            rows += [row.set_label(called) for row in ([part] if cone else [sign * part.expr <= 0 for sign in signs])]
+        last += [(len(rows) - len(signs) + k, called, sign if len(signs) > 1 else 1) for k, sign in enumerate(signs)]
+    scaled, sizes, variables = _scaled(rows, known) if rows else ([], [], [])
+    return scaled, variables, [Bound(name, sign, scaled[k], sizes[k]) for k, name, sign in last]
+
+
+def _scaled(rows: list[cp.Constraint], known: set[int]) -> tuple[list[cp.Constraint], list[Array], list[tuple[cp.Variable, cp.Expression]]]:
+    """The rows and cones divided by their size, which spreads from the unknowns of the model to the other variables; with these sizes."""
+    problem = cp.Problem(cp.Minimize(0), rows)
+    form, columns = StandardForm(problem), compiled(problem)["param_prob"].var_id_to_col
+    size, constant = abs(form.matrix.toarray()), np.abs(form.right)
+    others = [variable for variable in problem.variables() if variable.id not in known]
+    at = {variable.id: slice(columns[variable.id], columns[variable.id] + variable.size) for variable in others}
+    unit = np.ones(size.shape[1])
+    for place in at.values():
+        unit[place] = 0.0  # not known yet
+    for _ in others:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reach = np.where((size > 0) & (unit == 0), (size @ unit)[:, None] / size, 0.0).max(axis=0, initial=0.0)
+        unit = np.where(unit == 0, reach, unit)
+    unit = np.where(unit == 0, 1.0, unit)
+    sizes = np.linalg.norm(size * unit, axis=1)
+    sizes = np.where(sizes > 0, sizes, np.where(constant > 0, constant, 1.0))
+    own = {v.id: cp.multiply(unit[at[v.id]].reshape(v.shape, order="F"), cp.Variable(v.shape, name=v.name())) for v in others}
+    swap = {id(variable): own[variable.id] for variable in others}
+    of = dict(zip(map(id, form.rows), np.split(sizes, np.cumsum([row.size for row in form.rows])[:-1]), strict=True))
+    largest = [of[id(row)].reshape(row.num_cones(), -1).max(axis=1) if isinstance(row, cp.SOC) else of[id(row)] for row in rows]
+    scaled = [_over(row, part, swap).set_label(row.label) for row, part in zip(rows, largest, strict=True)]
+    return scaled, largest, [(variable, own[variable.id]) for variable in others]
+
+
+def _over(row: cp.Constraint, largest: Array, swap: Mapping[int, cp.Expression]) -> cp.Constraint:
+    """A row over its size, a cone over its largest one, with other variables."""
+    if not isinstance(row, cp.SOC):
+        return row.expr.tree_copy(swap) / largest.reshape(row.shape, order="F") <= 0
+    bound, vectors = (part.tree_copy(swap) for part in row.args)
+    across = largest if vectors.ndim == 1 else largest[:, None] if row.axis == 1 else largest[None, :]
+    return cp.SOC(bound / largest.reshape(bound.shape), vectors / (across if vectors.ndim > 1 else largest[0]), axis=row.axis)
+
+
+def _check(name: str, constraint: Any, known: set[int]) -> None:
+    if not isinstance(constraint, cp.Constraint):
+        raise ModelError(
+            f"{name}: {shown(constraint)}; give a cvxpy constraint on slip, load_factor, q and p of the model, such as model.slip <= 1e-3"
+        )
+    if not constraint.is_dcp(dpp=True):
+        raise ModelError(
+            f"{name}: not convex (an objective: not concave) by the rules of DCP, or not affine in its parameters (DPP); change it so that it is"
+        )
+    for variable in constraint.variables():
+        if variable.id not in known and variable.name() in ("load_factor", "margin", "traction", "slide", "design"):
+            raise ModelError(f"{name}: it is on the {variable.name()} of another model; use the expressions of the model that solves")
+        if any(variable.attributes.values()):
+            raise ModelError(f"{name}: variable {variable.name()} has attributes; give a plain one, and its bounds as constraints")
+    for parameter in constraint.parameters():
+        if parameter.value is None:
+            raise ModelError(f"{name}: parameter {parameter.name()} has no value; give it one before solving")

@@ -1,0 +1,313 @@
+"""The best design in the plane: against numbers found elsewhere, closed forms, linear programs by scipy, and the limit of the design built in."""
+
+import io
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import frictopt as fo
+from systems import CYCLE, corner_rows, random_system
+from test_contact_stiffness import collocation, punch
+
+PULL = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+SHEAR = fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}])
+
+
+def best(contact, scenarios, preloads, profile, upper):
+    """Largest load factor by scipy, from all corners and raw unknowns: slips of each scenario, amplitudes, depths, load factor.
+
+    Rows `(a, right)` mean `a @ (amplitudes, depths) <= right`.
+    """
+    n, count = contact.nodes, len(scenarios)
+    added = [np.reshape(contact.bonded[name], (2, n)) for name in preloads]
+    if profile:
+        added += [np.array([-contact.B.T[:, i], -contact.C[:, i]]) for i in range(n)]
+    rows, right = [], []
+    for s, (cycle, friction, shares) in enumerate(scenarios):
+        acting = [shares.get(name, 1.0) for name in preloads] + [1.0] * (len(added) - len(preloads))
+        f = np.broadcast_to(friction, n)
+        given, sides = corner_rows(contact, cycle, f)
+        for k in range(len(cycle.corners)):
+            closed = np.column_stack([-contact.B, -cycle.corner_reactions(contact)[1][k]])
+            kinds = [
+                (given[0, k], sides[0, k], -1.0, f),
+                (given[1, k], sides[1, k], 1.0, f),
+                (closed, cycle.mean_reaction(contact)[1], 0.0, 1.0 + 0 * f),
+            ]
+            for block, side, way, weight in kinds:
+                row = np.zeros((n, count * n + len(added) + 1))
+                row[:, s * n : (s + 1) * n], row[:, -1] = block[:, :-1], block[:, -1]
+                for j, (q, p) in enumerate(added):
+                    row[:, count * n + j] = acting[j] * (way * q - weight * p)
+                rows.append(row)
+                right.append(side)
+    for a, side in upper:
+        rows.append(np.r_[np.zeros(count * n), a, 0.0][None])
+        right.append([side])
+    tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+    bounds = [(None, None)] * (rows[0].shape[1] - 1) + [(0, None)]
+    answer = linprog(np.r_[np.zeros(len(bounds) - 1), -1.0], np.vstack(rows), np.concatenate(right), bounds=bounds, options=tight)
+    return answer.status, answer.x[-1] if answer.status == 0 else np.nan
+
+
+def asked(seed):
+    """A random contact, its scenarios, and the bounds of its design as rows for scipy and as constraints."""
+    rng = np.random.default_rng(seed)
+    nodes, profile, bolts = int(rng.integers(1, 6)), bool(rng.integers(2)), ["one", "two"][: int(rng.integers(0 if seed % 2 else 1, 3))]
+    profile = profile or not bolts
+    contact = random_system(rng, nodes, loads=("mean", "cyclic", "other", "one", "two"))
+    scenarios = [(CYCLE, rng.uniform(0.1, 1.0), {})]
+    if rng.random() < 0.4:
+        cycle = fo.LoadCycle({"mean": 1.2}, [{"other": 1.0}, {"cyclic": 0.5, "other": -1.0}, {}])
+        scenarios.append((cycle, rng.uniform(0.1, 1.0, nodes), {name: rng.uniform(0.7, 1.2) for name in bolts}))
+    model = fo.DesignModel(contact, CYCLE, preloads=bolts, profile=profile, scenarios=scenarios[1:])
+    size, depth, budget = len(bolts) + profile * nodes, rng.uniform(0.0, 0.5), rng.uniform(0.1, 1.0)
+    weights = rng.uniform(0.5, 1.5, len(bolts))
+    upper = [(way * row, depth) for row in np.eye(size)[len(bolts) :] for way in (1, -1)]
+    constraints = [cp.abs(model.profile) <= depth] if profile else []
+    if bolts:
+        upper += [(-row, 0.0) for row in np.eye(size)[: len(bolts)]] + [(np.r_[weights, np.zeros(size - len(bolts))], budget)]
+        constraints += [model.preload >= 0, weights @ model.preload <= budget]
+    return model, scenarios, constraints, best(contact, scenarios, bolts, profile, upper)
+
+
+@pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.slow) for part in range(1, 5))])
+def test_random_contacts_have_the_design_of_a_plain_linear_program_and_it_holds(part):
+    """Built in and asked anew it has the same limit, which no scenario is below."""
+    found = 0
+    for seed in range(15 + 50 * (part - 1) if part else 0, 15 + 50 * part):
+        model, scenarios, constraints, (status, value) = asked(seed)
+        if status != 0:
+            with pytest.raises(fo.ModelError, match=r"constraints|load_factor: it grows"):
+                model.solve(scenarios[0][1], constraints)
+            continue
+        design, found = model.solve(scenarios[0][1], constraints), found + 1
+        assert design.load_factor == pytest.approx(value, rel=1e-7, abs=1e-8) and design.bound == pytest.approx(value, rel=1e-7, abs=1e-8)
+        assert design.residual <= 1e-9
+        anew = [fo.shakedown_limit(design.system, cycle, friction).load_factor for cycle, friction in design.scenarios]
+        assert min(anew) == pytest.approx(design.load_factor, rel=1e-8, abs=1e-8)
+        built = fo.safe_slip(design.system, design.cycle, design.friction, 0.999 * design.load_factor)
+        assert built.exists and built.margin >= -1e-9
+    assert found > 7
+
+
+def test_the_paper_s_punch_with_a_free_profile_and_with_three_shapes():
+    system = fo.scenes.PunchOnHalfPlane(elements=64).condense()
+    model = fo.DesignModel(system, PULL, profile=True)
+    design = model.solve(0.5, [model.profile <= 0.1, model.profile >= -0.1])
+    assert round(fo.shakedown_limit(system, PULL, 0.5).load_factor, 3) == 0.970 and round(design.load_factor, 3) == 1.508
+    shapes, c = system.x[:, None] ** [2, 4, 6], cp.Variable(3)
+    design = model.solve(0.5, [model.profile == shapes @ c, cp.abs(model.profile) <= 1.0])
+    assert round(design.load_factor, 3) == 1.686
+    assert design.profile == pytest.approx(shapes @ c.value, abs=1e-9) and np.abs(design.profile).max() == pytest.approx(1.0, abs=1e-9)
+    assert model.profile.value == pytest.approx(design.profile, abs=1e-12)
+    again = fo.shakedown_limit(design.system, design.cycle, 0.5)
+    assert again.load_factor == pytest.approx(design.load_factor, rel=1e-10)
+    q, p = design.reactions
+    assert model.q.value == pytest.approx(q, abs=1e-9) and model.p.value == pytest.approx(p, abs=1e-9) and p.min() >= -1e-9
+
+
+@pytest.mark.parametrize(
+    ("cells", "limits"), [(40, (0.20096, 0.24004, 0.28016, 0.29539, 0.29539)), (80, (0.20060, 0.23973, 0.27990, 0.29518, 0.29518))]
+)
+def test_a_hollow_face_of_a_rigid_punch_on_a_rough_half_plane(cells, limits):
+    model = fo.DesignModel(system := punch(cells, 0.02), PULL, profile=True)
+    deepest = cp.Parameter(nonneg=True)
+    for depth, limit in zip((0.0, 0.1, 0.3, 1.0, 3.0), limits, strict=True):
+        deepest.value = depth
+        found = model.solve(0.3, [model.profile >= 0, model.profile <= deepest])
+        assert found.load_factor == pytest.approx(limit, abs=4e-4)
+    assert found.profile[np.abs(system.x) < 0.5].mean() > found.profile[np.abs(system.x) > 0.8].mean()
+
+
+def test_the_best_profile_under_shear_carries_gross_slip():
+    hard = punch(40, 0.02)
+    free, K = np.kron(np.eye(2), np.ones((40, 1))), np.linalg.inv(collocation(40, 0.02)[2])
+    shear = (K @ free @ np.linalg.inv(free.T @ K @ free))[:, 0]
+    system, cycle = hard.with_bonded({"Q": shear}), fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    model = fo.DesignModel(system, cycle, profile=True)
+    design = model.solve(0.3, [cp.abs(model.profile) <= 3.0])
+    assert fo.shakedown_limit(system, cycle, 0.3).load_factor < 0.295 and design.load_factor == pytest.approx(0.3, rel=1e-8)
+
+
+def uncoupled(shares, shears, names=("one", "two")):
+    n = len(shears)
+    bonded = {name: (np.zeros(n), share) for name, share in zip(names, shares, strict=True)}
+    return fo.ContactSystem.from_blocks(np.eye(n), np.zeros((n, n)), np.eye(n), np.arange(n), {**bonded, "Q": (shears, np.zeros(n))})
+
+
+def test_two_bolts_even_the_loads_of_the_nodes_out():
+    """Nodes of shear s and a bolt each: within a budget b the best amplitudes are as the shears, and the limit is f b / sum(s)."""
+    shears, f, budget = np.array([1.0, 0.4]), 0.3, 5.0
+    model = fo.DesignModel(uncoupled(np.eye(2), shears), SHEAR, preloads=["one", "two"])
+    design = model.solve(f, [(cp.sum(model.preload) <= budget).set_label("budget"), model.preload >= 0])
+    assert design.load_factor == pytest.approx(f * budget / 1.4, rel=1e-9)
+    assert design.preload.to_numpy() == pytest.approx(budget * shears / 1.4) and list(design.preload.index) == ["one", "two"]
+    assert design.prices["budget"] == pytest.approx(f / 1.4) and design.prices["constraints[1]"] == pytest.approx([0.0, 0.0], abs=1e-9)
+    spread = model.solve(f, [cp.sum(model.preload) <= budget, model.preload[0] <= 2.0])
+    assert spread.load_factor == pytest.approx(f * 2.0, rel=1e-9)
+
+
+def test_nodes_between_two_bolts_have_the_limit_of_the_weakest():
+    """min over the nodes of f p(b) / |s|, on a fine grid of what the bolts share."""
+    rng = np.random.default_rng(2)
+    shares, shears, f = rng.uniform(0.1, 1.0, (2, 6)), rng.normal(size=6), rng.uniform(0.2, 0.6, 6)
+    model = fo.DesignModel(uncoupled(shares, shears), SHEAR, preloads=["one", "two"])
+    design = model.solve(f, [cp.sum(model.preload) == 1.0, model.preload >= 0])
+    part = np.linspace(0.0, 1.0, 20001)[:, None]
+    expected = (f * (part * shares[0] + (1 - part) * shares[1]) / np.abs(shears)).min(axis=1).max()
+    assert design.load_factor == pytest.approx(expected, abs=1e-4) and design.load_factor >= expected - 1e-12
+
+
+def test_one_bolt_alone_is_linear_and_least_of_all_that_carry_a_load():
+    contact = random_system(np.random.default_rng(4), 4)
+    cycle = fo.LoadCycle({}, CYCLE.corners)
+    model, most = fo.DesignModel(contact, cycle, preloads=["mean"]), cp.Parameter(nonneg=True)
+    limits = []
+    for most.value in (1.0, 2.5, 7.0):
+        limits.append(model.solve(0.5, [model.preload <= most]).load_factor / most.value)
+    assert limits == pytest.approx([limits[0]] * 3, rel=1e-9)
+    least = model.solve(0.5, [model.load_factor >= 3.0], objective=-model.preload[0])
+    assert least.preload["mean"] == pytest.approx(3.0 / limits[0], rel=1e-9) and least.objective == pytest.approx(-3.0 / limits[0], rel=1e-9)
+    assert least.bound == pytest.approx(least.objective, rel=1e-8) and least.prices["constraints[0]"] == pytest.approx(1 / limits[0], rel=1e-8)
+
+
+def test_scatter_of_bolts_is_safe_between_its_corners():
+    """Bolts that may lose a fifth: a design for all four combinations holds at any, and a design without thought of it at fewer."""
+    contact = random_system(rng := np.random.default_rng(9), 4, loads=("mean", "cyclic", "one", "two"))
+    scatter = [(CYCLE, 0.4, {"one": a, "two": b}) for a in (0.8, 1.0) for b in (0.8, 1.0)]
+    model = fo.DesignModel(contact, CYCLE, preloads=["one", "two"], scenarios=scatter)
+    design = model.solve(0.4, [cp.norm1(model.preload) <= 1.0])
+    least = np.inf
+    for a, b in [*rng.uniform(0.8, 1.0, (6, 2)), *[(a, b) for a in (0.8, 1.0) for b in (0.8, 1.0)]]:
+        mean = {"mean": 1.0, "one": a * design.preload["one"], "two": b * design.preload["two"]}
+        least = min(least, fo.shakedown_limit(contact, fo.LoadCycle(mean, CYCLE.corners), 0.4).load_factor)
+    assert least == pytest.approx(design.load_factor, rel=1e-8)
+    calm = fo.DesignModel(contact, CYCLE, preloads=["one", "two"])
+    assert design.load_factor < 0.99 * calm.solve(0.4, [cp.norm1(calm.preload) <= 1.0]).load_factor
+
+
+def moved(model, constraints, values):
+    for parameter, value in values.items():
+        parameter.value = value
+    return model.solve(0.5, constraints)
+
+
+def test_prices_are_slopes_in_the_units_of_the_user():
+    contact = random_system(np.random.default_rng(1), 4, loads=("mean", "cyclic", "one", "two"))
+    for stiff, force in ((1.0, 1.0), (1e9, 1e4)):
+        loads = {name: (force * q, force * p) for name, (q, p) in contact.bonded.items()}
+        system = fo.ContactSystem.from_blocks(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads)
+        model = fo.DesignModel(system, CYCLE, preloads=["one", "two"], profile=True)
+        depth, budget, tilt = cp.Parameter(nonneg=True), cp.Parameter(), cp.Parameter()
+        constraints = [
+            cp.abs(model.profile) <= depth,
+            (cp.norm1(model.preload) <= budget).set_label("budget"),
+            system.x @ model.profile == tilt,
+            cp.NonNeg(0.1 * depth - model.profile[1]),
+        ]
+        start = {depth: 0.2 * force / stiff, budget: 0.5, tilt: 0.05 * force / stiff}
+
+        design = moved(model, constraints, start)
+        rates = {"budget": design.prices["budget"], "tilt": design.prices["constraints[2]"]}
+        rates["depth"] = design.prices["constraints[0]"].sum() + 0.1 * design.prices["constraints[3]"]
+        for name, parameter in (("depth", depth), ("budget", budget), ("tilt", tilt)):
+            up, down = (moved(model, constraints, {**start, parameter: (1 + step) * start[parameter]}) for step in (1e-5, -1e-5))
+            slope = (up.load_factor - down.load_factor) / (2e-5 * start[parameter])
+            assert rates[name] == pytest.approx(slope, rel=1e-4, abs=1e-6 * abs(slope)), name
+        assert rates["budget"] > 0 and rates["depth"] > 0 and abs(rates["tilt"]) > 0
+
+
+def test_above_the_limit_of_a_design_every_start_slips_and_below_its_safe_slip_rests():
+    contact = random_system(np.random.default_rng(3), 3, loads=("mean", "cyclic", "one"))
+    model = fo.DesignModel(contact, CYCLE, preloads=["one"], profile=True)
+    design = model.solve(0.4, [cp.abs(model.preload) <= 0.5, cp.abs(model.profile) <= 0.1])
+    asked = design.system, design.cycle, 0.4
+    rest = fo.steady_state(*asked, 0.999 * design.load_factor, initial_slip=design.slip)
+    assert rest.outcome is fo.Outcome.SHAKEDOWN and rest.dissipation == 0 and rest.slip == pytest.approx(design.slip, abs=1e-12)
+    for start in np.random.default_rng(0).normal(size=(6, 3)):
+        assert fo.steady_state(*asked, 1.001 * design.load_factor, initial_slip=start).outcome is not fo.Outcome.SHAKEDOWN
+
+
+def test_a_profile_is_in_the_gap_and_what_it_adds_is_an_overlap():
+    contact = random_system(np.random.default_rng(6), 3)
+    model = fo.DesignModel(contact.with_gap([0.0, 0.02, 0.0]), CYCLE, profile=True)
+    design = model.solve(0.4, [model.profile == np.array([0.05, -0.01, -0.03])])
+    assert design.system.gap.tolist() == pytest.approx([0.05, 0.01, 0.0]) and design.cycle.mean["profile"] == 1.0
+    q, p = contact.reaction({"mean": 1.0})
+    total = np.array([0.05, 0.01, -0.03])
+    assert design.system.closed_reaction(design.cycle.mean)[0] == pytest.approx(q - contact.B.T @ total)
+    assert design.system.closed_reaction(design.cycle.mean)[1] == pytest.approx(p - contact.C @ total)
+    table = design.to_frame()
+    assert table["profile"].tolist() == pytest.approx([0.05, -0.01, -0.03]) and "slip" in table
+    design.explain(printed := io.StringIO())
+    assert "best design" in printed.getvalue() and "constraints[0]" in printed.getvalue()
+
+
+def test_more_friction_never_lowers_the_load_factor_and_a_fixed_part_and_a_slip_bound_count():
+    contact = random_system(np.random.default_rng(8), 3, loads=("mean", "cyclic", "one"))
+    cycle = fo.LoadCycle({"mean": 1.0}, CYCLE.corners, fixed=[{"mean": -0.2}, {"mean": 0.3}])
+    model = fo.DesignModel(contact, cycle, preloads=["one"], profile=True, slip_bound=0.1, scenarios=[(cycle, 0.6), (CYCLE, 0.7)])
+    bounds, last = [cp.abs(model.preload) <= 0.3, cp.abs(model.profile) <= 0.05], 0.0
+    for f in (0.3, 0.4, 0.5, 0.55):
+        design = model.solve(f, bounds)
+        anew = [fo.shakedown_limit(design.system, one, friction, slip_bound=0.1).load_factor for one, friction in design.scenarios]
+        assert min(anew) == pytest.approx(design.load_factor, rel=1e-8) and design.load_factor >= last - 1e-9
+        assert len(design.slips) == 3 and all(np.abs(slip).max() <= 0.1 for slip in design.slips)
+        last = design.load_factor
+
+
+def test_designs_without_bounds_are_named_with_the_direction_in_which_they_grow():
+    model = fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
+    with pytest.raises(fo.ModelError, match=r"load_factor: it grows without end with the design: .*preload\['two'\] has no upper bound"):
+        model.solve(0.5)
+    with pytest.raises(fo.ModelError, match=r"preload\['one'\] has no upper bound"):
+        model.solve(0.5, [model.preload[1] == 3.0], objective=model.preload[0])
+    pulling = fo.DesignModel(uncoupled(-np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
+    with pytest.raises(fo.ModelError, match=r"preload\['one'\] has no lower bound, preload\['two'\] has no lower bound"):
+        pulling.solve(0.5)
+    contact = random_system(np.random.default_rng(0), 2)
+    shaped = fo.DesignModel(contact, CYCLE, profile=True)
+    with pytest.raises(fo.ModelError, match=r"profile\[\d\] has no lower bound"):
+        shaped.solve(0.5)
+    pressing = fo.DesignModel(contact, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), preloads=["cyclic"])
+    with pytest.raises(fo.ModelError, match="load_factor: it grows without end whatever the design"):
+        pressing.solve(0.5, [cp.abs(pressing.preload) <= 0.1])
+
+
+def test_designs_that_cannot_be_name_the_constraints_that_contradict():
+    model = fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
+    low, high = (model.preload[0] <= 1.0).set_label("strength"), (model.preload[0] >= 2.0).set_label("seal")
+    with pytest.raises(fo.ModelError, match=r"^strength, seal: they contradict each other"):
+        model.solve(0.5, [low, model.preload[1] <= 5.0, high])
+    with pytest.raises(fo.ModelError, match=r"^strength, constraints\[1\]: no design is safe at any load factor under these"):
+        model.solve(0.5, [low, model.load_factor >= 0.6])
+    with pytest.raises(fo.ModelError, match="another model"):
+        model.solve(0.5, [fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one"]).preload <= 1.0])
+    with pytest.raises(fo.ModelError, match=r"constraints\[0\]: not convex"):
+        model.solve(0.5, [cp.norm(model.preload) >= 1.0])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, "preloads, profile: none"),
+        ({"preloads": ["bolt"]}, "load case 'bolt': unknown"),
+        ({"preloads": ["mean", "mean"]}, "name each load case once"),
+        ({"profile": 1}, "profile: "),
+        ({"profile": True, "scenarios": [CYCLE]}, r"scenarios\[0\]: "),
+        ({"profile": True, "scenarios": [(CYCLE, -1.0)]}, "friction"),
+        ({"profile": True, "scenarios": [(CYCLE, 0.5, {"bolt": 0.9})]}, r"scenarios\[0\]: shares of \['bolt'\]"),
+    ],
+)
+def test_bad_models_are_refused(options, message):
+    with pytest.raises(fo.ModelError, match=message):
+        fo.DesignModel(random_system(np.random.default_rng(0), 2), CYCLE, **options)
+
+
+def test_a_load_case_of_the_name_of_an_overlap_is_refused():
+    contact = random_system(np.random.default_rng(0), 2, loads=("mean", "cyclic", "profile"))
+    with pytest.raises(fo.ModelError, match="profile: the system has a load case 'profile'"):
+        fo.DesignModel(contact, CYCLE, profile=True)
