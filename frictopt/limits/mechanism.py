@@ -97,15 +97,20 @@ class Mechanism:
         return table.sort_values(["share", "node", "corner"], ascending=[False, True, True], ignore_index=True)
 
     def load_rates(self, system: ContactSystem, cycle: LoadCycle, load_factor: float) -> pd.DataFrame:
-        """Rate of the limit with every amplitude of the load cycle (for a mechanism of unit drive): columns load, part, amplitude, rate."""
+        """Rate of the limit with the amplitudes of all load cases in the mean load, and of those of the corners (for a mechanism of unit drive)."""
 
         def row(case: str, part: str, amplitude: float, factor: float, slips: Array, lift: Array) -> dict[str, Any]:
             q, p = system.bonded[case]
             return {"load": case, "part": part, "amplitude": amplitude, "rate": factor * float(np.sum(slips * q) + lift @ p)}
 
-        rows = [row(case, "mean", amplitude, 1.0, self.slips.sum(axis=0), self.lift.sum(axis=0)) for case, amplitude in cycle.mean.items()]
+        net = self.slips.sum(axis=0), self.lift.sum(axis=0)
+        rows = [row(case, "mean", cycle.mean.get(case, 0.0), 1.0, *net) for case in dict.fromkeys([*cycle.mean, *system.bonded])]
         for k, fixed in enumerate(cycle.fixed or ()):
             rows += [row(case, f"fixed {k}", amplitude, 1.0, self.slips[k], self.lift[k]) for case, amplitude in fixed.items()]
         for k, corner in enumerate(cycle.corners):
             rows += [row(case, f"corner {k}", amplitude, load_factor, self.slips[k], self.lift[k]) for case, amplitude in corner.items()]
         return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
+
+    def interference_rate(self, system: ContactSystem) -> Array:
+        """(N,) rate of the limit with an interference at each node (for a mechanism of unit drive)."""
+        return np.asarray(system.S[-system.nodes :] @ joined(self.slips.sum(axis=0), self.lift.sum(axis=0)))

@@ -143,13 +143,26 @@ class ShakedownLimit(Answered):
 
     @cached_property
     def load_rates(self) -> pd.DataFrame:
-        """Rate of the limit with each amplitude of the load cycle: columns load, part ("mean" or "corner k"), amplitude, rate.
+        """Rate of the limit with each amplitude of the load cycle: columns load, part ("mean", "fixed k" or "corner k"), amplitude, rate.
 
-        NaN without a finite limit, and with constraints of your own, for those may change with the loads.
+        The mean part has all load cases of the system, those of no amplitude too: which bolt to tighten is the row with the largest rate. NaN without
+        a finite limit, and with constraints of your own, for those may change with the loads.
         """
-        load_factor = np.nan if self.constraints else self.load_factor
-        rates = self._motion.load_rates(self.system, self._task.cycle, load_factor)
-        return rates.assign(rate=np.nan) if self.constraints else rates
+        rates = self._motion.load_rates(self.system, self._task.cycle, self.load_factor)
+        return rates if self._rated else rates.assign(rate=np.nan)
+
+    @cached_property
+    def interference_rate(self) -> Array:
+        """(N,) rate of the limit with an interference at each node, 1 over length; minus that with material taken off there, a profile.
+
+        NaN where `load_rates` are. For a load case that is an interference see also `load_rates`.
+        """
+        rate = self._motion.interference_rate(self.system)
+        return frozen(rate if self._rated else np.full_like(rate, np.nan))
+
+    @property
+    def _rated(self) -> bool:
+        return bool(np.isfinite(self.load_factor)) and not self.constraints
 
     def least_slip(self, load_factor: float) -> LeastSlip:
         """Proven lower bound of the slip in every cycle at a load factor, from every start; it is positive above the limit.

@@ -1,0 +1,95 @@
+"""Rates of the limit with loads and interferences, from the mechanism alone, against differences of limits asked anew."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import frictopt as fo
+from spatial import cycle as spatial_cycle
+from spatial import random_contact
+from systems import CYCLE, random_system
+
+STEP = 1e-6
+
+
+def agrees(rate, limit, asked, slack=1e-4):
+    """The rate is between the slopes on both sides: a kink has a rate between. `asked(step)` is the limit after a step."""
+    sides = []
+    for step in (-STEP, STEP):
+        moved = asked(step)
+        assume(moved.open.tolist() == limit.open.tolist())
+        sides.append((moved.load_factor - limit.load_factor) * np.sign(step))
+    room = slack * STEP * (1 + limit.load_factor + abs(rate)) + 1e-10 * limit.load_factor
+    assert min(sides) - room <= STEP * rate <= max(sides) + room
+
+
+def all_rates_agree(contact, cycle, ask, limit, slack=1e-4):
+    def limit_with(system, case, by):
+        return ask(system, fo.LoadCycle({**cycle.mean, case: cycle.mean.get(case, 0.0) + by}, cycle.corners, cycle.fixed))
+
+    rates = limit.load_rates[limit.load_rates["part"] == "mean"].set_index("load")
+    assert sorted(rates.index) == sorted(contact.bonded)
+    for case, row in rates.iterrows():
+        assert row["amplitude"] == cycle.mean.get(case, 0.0)
+        agrees(row["rate"], limit, lambda by, case=case: limit_with(contact, case, by), slack)
+    for node in range(contact.nodes):
+        shaped = contact.with_interference({"fit": np.eye(contact.nodes)[node]})
+        agrees(limit.interference_rate[node], limit, lambda by, shaped=shaped: limit_with(shaped, "fit", by), slack)
+    taken = contact.with_gap(contact.gap + STEP * np.arange(contact.nodes))
+    lost = ask(taken, cycle).load_factor - limit.load_factor
+    assert lost <= -STEP * limit.interference_rate @ np.arange(contact.nodes) + 1e-4 * STEP * contact.nodes**2  # concave
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(1, 4),
+    f=st.floats(0.1, 1.0),
+    most=st.sampled_from([None, 0.05]),
+    fixed=st.booleans(),
+    coupling=st.sampled_from([0.0, 0.5]),
+)
+def test_in_the_plane(seed, nodes, f, most, fixed, coupling):
+    contact = random_system(np.random.default_rng(seed), nodes, loads=("mean", "cyclic", "bolt"), coupling=coupling)
+    cycle = fo.LoadCycle(CYCLE.mean, CYCLE.corners, fixed=[{"mean": 0.2, "bolt": 0.1}, {}] if fixed else None)
+    limit = fo.shakedown_limit(contact, cycle, f, slip_bound=most)
+    assume(1e-2 < limit.load_factor < np.inf and limit.least == 0)
+    all_rates_agree(contact, cycle, lambda system, loads: fo.shakedown_limit(system, loads, f, slip_bound=most), limit)
+
+
+@settings(max_examples=4, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 3), f=st.floats(0.2, 1.0), most=st.sampled_from([None, 0.1]))
+def test_in_space(seed, nodes, f, most):
+    contact = random_contact(np.random.default_rng(seed), nodes)
+    limit = fo.shakedown_limit(contact, spatial_cycle(), f, slip_bound=most)
+    assume(1e-2 < limit.load_factor < np.inf and limit.least == 0)
+    all_rates_agree(contact, spatial_cycle(), lambda system, loads: fo.shakedown_limit(system, loads, f, slip_bound=most), limit, 1e-3)
+
+
+@settings(max_examples=4, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_with_open_nodes(seed):
+    rng = np.random.default_rng(seed)
+    contact = random_system(rng, 4).with_gap([0.0, 0.0, 3.0, 0.0])
+    limit = fo.shakedown_limit(contact, CYCLE, 0.5)
+    assume(limit.open.any() and 1e-2 < limit.load_factor < np.inf and limit.least == 0)
+    all_rates_agree(contact, CYCLE, lambda system, loads: fo.shakedown_limit(system, loads, 0.5), limit)
+
+
+def test_the_bolt_with_the_largest_rate_presses_the_node_that_limits():
+    """Uncoupled nodes: the limit f p / |q| of the weakest, which a bolt raises by f / |q| per force on it, and the other one not at all."""
+    bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "one": ([0.0, 0.0], [1.0, 0.0]), "two": ([0.0, 0.0], [0.0, 1.0]), "Q": ([1.0, 0.4], [0.0, 0.0])}
+    contact = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), 3 * np.eye(2), [0, 1], bonded)
+    limit = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), 0.3)
+    rates = limit.load_rates.set_index(["part", "load"])["rate"]
+    assert rates["mean"].to_dict() == pytest.approx({"P": 0.3, "one": 0.3, "two": 0.0, "Q": 0.0})
+    assert limit.interference_rate == pytest.approx([0.9, 0.0])
+
+
+def test_there_are_none_without_a_finite_limit():
+    contact = random_system(np.random.default_rng(0), 2)
+    pressing = fo.shakedown_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), 0.5)
+    pulled = fo.shakedown_limit(contact, fo.LoadCycle({"mean": -1.0}, [{"cyclic": 1.0}]), 0.5)
+    for limit in (pressing, pulled):
+        assert not np.isfinite(limit.load_factor) and np.isnan(limit.interference_rate).all() and limit.load_rates["rate"].isna().all()
