@@ -1,8 +1,9 @@
 """Steps towards periodic orbits with more or less work of friction, over the slips of the nodes that stay locked.
 
 The work of a periodic orbit depends on its start only through the locked slips. A step is a linear program: the change of the locked slips, within a
-trust region, that changes the work most, while every locked node stays within its bound at every event. All other motions follow, because the orbit
-stays periodic. The answer is only proposed; the transient from it decides.
+trust region, that changes the work most, while every locked node stays within its bound at every event. In space four tangents stand for its friction
+circle, one of them at the shear itself. All other motions follow, because the orbit stays periodic. The answer is only proposed; the transient from
+it decides.
 """
 
 import numpy as np
@@ -10,7 +11,9 @@ from scipy.optimize import linprog
 
 from ..contact.checks import Array
 from ..contact.tolerances import STAYING
-from ..transients.exact import ExactPath, ReturnMap
+from ..transients.begin import Transient
+from ..transients.exact import ReturnMap
+from .increment_map import IncrementMap
 
 __all__ = ["Ascent"]
 
@@ -30,10 +33,11 @@ class Ascent:
         (N,) largest slip of the changed orbit at the last corner, length; None for no bound.
     """
 
-    def __init__(self, path: ExactPath, cycle: ReturnMap, sense: int, most: Array | None) -> None:
-        n, self._most, self._before = path.nodes, most, cycle.before[: path.nodes]
-        follow = _followed(cycle)
-        self._slip = follow[:n]
+    def __init__(self, path: Transient, cycle: ReturnMap | IncrementMap, sense: int, most: Array | None) -> None:
+        tangents, n = path.system.tangents, path.nodes
+        self._most, self._before = most, cycle.before[:-n].reshape(tangents, n)
+        follow = _followed(cycle, tangents)
+        self._slip = follow[:-n].reshape(tangents, n, -1)
         self._gain = sense * (cycle.work_gradient @ follow)
         self._bounds = _bounds(path, cycle, follow) if self._gain.any() else None
 
@@ -48,27 +52,28 @@ class Ascent:
         Returns
         -------
         change, gain
-            (N,) change of the slip, length, and by how much the work then changes in first order, >= 0; None where no node is locked, nothing changes
-            the work, or the slip exceeds its bound already.
+            (N,) or (N, 2) change of the slip, length, and by how much the work then changes in first order, >= 0; None where no node is locked,
+            nothing changes the work, or the slip exceeds its bound already.
         """
         if self._bounds is None:
             return None
         rows, right = self._bounds
         if self._most is not None:
             unit = np.maximum(self._most, radius)
-            bound = self._slip / unit[:, None]
-            rows = np.vstack([rows, -bound, bound])
-            right = np.concatenate([right, (self._most - self._before) / unit, (self._most + self._before) / unit])
+            for way in _tangents(self._before):
+                rows = np.vstack([rows, -np.einsum("tn,tnx->nx", way / unit, self._slip)])
+                right = np.concatenate([right, (self._most - (way * self._before).sum(axis=0)) / unit])
         near = radius * np.abs(rows).sum(axis=1) > right  # no change within the region meets the other rows
         answer = linprog(-self._gain / np.abs(self._gain).max(), -radius * rows[near], right[near], bounds=(-1.0, 1.0), options={"presolve": False})
         if answer.status != 0:
             return None
-        return radius * (self._slip @ answer.x), radius * float(self._gain @ answer.x)
+        change = radius * (self._slip @ answer.x)
+        return change[0] if len(change) == 1 else change.T, radius * float(self._gain @ answer.x)
 
 
-def _followed(cycle: ReturnMap) -> Array:
-    """(2N, L) changes of the state of a periodic orbit with the slips of its L locked nodes."""
-    locked = np.r_[cycle.locked, np.zeros_like(cycle.locked)]
+def _followed(cycle: ReturnMap | IncrementMap, tangents: int) -> Array:
+    """(M, L) changes of the state of a periodic orbit with the L slips of its locked nodes."""
+    locked = np.r_[np.tile(cycle.locked, tangents), np.zeros_like(cycle.locked)]
     follow = np.zeros((len(locked), int(locked.sum())))
     follow[locked] = np.eye(follow.shape[1])
     others = ~locked & (cycle.derivative != 0).any(axis=1)
@@ -78,20 +83,30 @@ def _followed(cycle: ReturnMap) -> Array:
     return follow
 
 
-def _bounds(path: ExactPath, cycle: ReturnMap, follow: Array) -> tuple[Array, Array]:
+def _bounds(path: Transient, cycle: ReturnMap | IncrementMap, follow: Array) -> tuple[Array, Array]:
     """Rows of `rows @ change + reserve >= 0`, and the reserves: bounds of locked nodes at their tightest events, over the node's bound there."""
     n, nodes, f, S = path.nodes, np.flatnonzero(cycle.locked), path.friction, path.system.S
-    q, p = np.split(cycle.r, 2, axis=2)
-    size = 1e-3 * float(np.abs(p).mean())
+    q, p = cycle.r[..., :-n].reshape(*cycle.r.shape[:2], -1, n), cycle.r[..., -n:]
+    stiffness, size = S[:-n].reshape(-1, n, len(S)), 1e-3 * float(np.abs(p).mean())
     rows, right = [], []
-    for sense in (1, -1):
-        reserve = (f * p + sense * q).min(axis=1)[:, nodes]
+    for ways in _tangents(q):
+        reserve = (f * p - (ways * q).sum(axis=2)).min(axis=1)[:, nodes]
         tightest = np.argsort(reserve, axis=0, kind="stable")[:_TIGHTEST]
         for stretch in np.unique(tightest):
             column = np.flatnonzero((tightest == stretch).any(axis=0))
-            chosen = nodes[column]
+            chosen, way = nodes[column], ways[stretch, 0]
             scale = (f * np.abs(p[stretch].mean(axis=0)))[chosen] + size
-            own = f[chosen, None] * S[n + chosen] + sense * S[chosen]
+            own = f[chosen, None] * S[-n:][chosen] - np.einsum("tn,tnm->nm", way[:, chosen], stiffness[:, chosen])
             rows.append(cycle.motion_derivative(stretch, own) @ follow / scale[:, None])
             right.append(np.maximum(reserve[stretch, column], 0.0) / scale)
     return np.vstack(rows), np.concatenate(right)
+
+
+def _tangents(q: Array) -> list[Array]:
+    """Unit vectors (..., t, N) at which tangents touch the bounds of vectors (..., t, N): both ways in the plane; in space along each, and round."""
+    if q.shape[-2] == 1:
+        return [-np.ones_like(q), np.ones_like(q)]
+    size = np.linalg.norm(q, axis=-2, keepdims=True)
+    along = np.where(size > 0, q / np.where(size > 0, size, 1.0), [[1.0], [0.0]])
+    across = np.stack([-along[..., 1, :], along[..., 0, :]], axis=-2)
+    return [along, across, -along, -across]

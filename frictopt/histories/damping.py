@@ -50,7 +50,7 @@ class DampingCurve(Shown, Plotted):
     natural_frequency
         Frequency of the glued contact, at amplitude zero.
     guaranteed_limit, shakedown_limit
-        Load factors below which the damping is zero from every start, and above which it is from none; NaN for a guaranteed limit in space.
+        Load factors below which the damping is zero from every start, and above which it is from none.
     residual
         Largest residual of the steady states. At most 1e-9.
 
@@ -101,6 +101,7 @@ def damping_curve(
     *,
     natural_frequency: float | None = None,
     range: bool = True,
+    steps: int | None = None,
 ) -> DampingCurve:
     """Frequency and damping of a joint at rising amplitudes of a load, by quasi-static steady cycles (Festjens et al. 2013, Allen et al. 2016).
 
@@ -120,14 +121,16 @@ def damping_curve(
     natural_frequency
         Frequency of the glued contact, in cycles per unit of time, if the load is that of a mass-normalised mode. None: the compliance has it.
     range
-        Whether to search the residual slips for the least and the most damping, for contacts in the plane. It is zero up to the guaranteed limit,
-        which is not searched.
+        Whether to search the residual slips for the least and the most damping. It is zero up to the guaranteed limit, which is not searched.
+        In space it takes hundreds of transients in increments for each load factor.
+    steps
+        Number of increments from corner to corner. None: the exact path in the plane, 20 in space.
 
     Raises
     ------
     ModelError
         Bad input: corners that are not opposed, a load that does no work on the glued bodies, neither compliance nor natural frequency, or two that
-        contradict each other, a range in space.
+        contradict each other.
     NoContinuation
         No steady state is found at a load factor, for example because the bodies slide off, or the contact ratchets.
     SolverError
@@ -147,20 +150,18 @@ def damping_curve(
     factors = np.array(finite_numbers("load_factors", load_factors, least=0.0))
     if not len(factors) or not (np.diff(factors, prepend=0.0) > 0).all():
         raise ModelError(f"load_factors: {factors.tolist()}; give load factors that rise, the first one above 0")
-    if searched and system.tangents > 1:
-        raise ModelError("range: True for a contact in space; residual slips are searched in the plane alone, say range=False")
     system, compliance = _with_compliance(system, direction, natural_frequency)
     safe = shakedown_limit(system, cycle, f).load_factor
-    guaranteed = guaranteed_limit(system, cycle, f).load_factor if system.tangents == 1 else np.nan
+    guaranteed = guaranteed_limit(system, cycle, f).load_factor
     rows, spans, residual = [], [], 0.0
     for factor in factors:
-        states = [steady_state(system, cycle, f, factor, progress=False)]
+        states = [steady_state(system, cycle, f, factor, steps=steps, progress=False)]
         rows.append(_measured(states[0], direction, compliance))
         residual = max(residual, states[0].residual)
         spans.append([np.nan] * 4)
         if searched:
             if not factor <= guaranteed:
-                found = dissipation_range(system, cycle, f, factor)
+                found = dissipation_range(system, cycle, f, factor, steps=steps)
                 residual = max(residual, found.residual)
                 states += found.steady_states
             seen = np.array([rows[-1], *(_measured(state, direction, compliance) for state in states[1:] if state.outcome is not Outcome.RATCHETING)])

@@ -1,4 +1,4 @@
-"""The range of steady dissipation that searches over the starts find: an inner estimate of the true one, made of exact steady states."""
+"""The range of steady dissipation that searches over the starts find: an inner estimate of the true one, made of steady states that occur."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.show import Plotted, Shown, frame
-from ..contact.system import checked_plane
+from ..contact.system import checked_system
 from ..contact.tolerances import LEVEL
 from ..errors import NoContinuation, SolverError
 from ..limits import shakedown_limit
@@ -34,11 +34,11 @@ class DissipationRange(Shown, Plotted):
     Attributes
     ----------
     least, most
-        Least and largest work of friction per cycle, force times length per depth.
+        Least and largest work of friction per cycle, force times length per depth, in space force times length.
     least_start, worst_start
-        (N,) residual slips that lead to them, for `steady_state`, length.
+        (N,) or (N, 2) residual slips that lead to them, for `steady_state`, length.
     least_state, most_state
-        Their steady states.
+        Their steady states. In space `step_error` tells what the increments leave, of the work over itself.
     transients
         Number of transients followed.
     levels
@@ -46,7 +46,7 @@ class DissipationRange(Shown, Plotted):
     residual
         Largest residual of the steady states of `least` and `most`. At most 1e-9.
     problem
-        The linear program of admissible slips, solved last for one of the starts; None where there was none to solve.
+        The program of admissible slips, solved last for one of the starts; None where there was none to solve.
 
     Examples
     --------
@@ -101,16 +101,22 @@ class DissipationRange(Shown, Plotted):
 
 
 def dissipation_range(
-    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float, *, slip_bound: ArrayLike | None = None
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: ArrayLike,
+    load_factor: float,
+    *,
+    slip_bound: ArrayLike | None = None,
+    steps: int | None = None,
 ) -> DissipationRange:
     """Find the least and the most that the contact dissipates per steady cycle, over all residual slips that it may start with.
 
-    Exact transients start from extreme slips: those that the contact can hold under the mean load or at a corner and that go furthest along the
-    changes of the load, stretched or squeezed, or unload an end of the contact (a linear program each); from no slip, from the slip that is safe at
-    the shakedown limit, and, if slip stops from all of these, from the witness of the guaranteed limit. From the best of them, sequential linear
-    programming goes on over the slips of the nodes that stay locked, on which alone the work depends. Each step is judged by an exact transient.
-    Such steps end at a local extreme. So starts around the best end, one and two spreads of its slips away, are followed too, and the search goes on
-    from those with more work.
+    Transients, exact in the plane and in increments in space, start from extreme slips: those that the contact can hold under the mean load or at a
+    corner and that go furthest along the changes of the load, stretched, squeezed or turned, or unload an end of the contact (a linear program each,
+    in space a cone program); from no slip, from the slip that is safe at the shakedown limit, and, if slip stops from all of these, from the witness
+    of the guaranteed limit. From the best of them, sequential linear programming goes on over the slips of the nodes that stay locked, on which alone
+    the work depends, by the derivative of a cycle. Each step is judged by a transient. Such steps end at a local extreme. So starts around the best
+    end, one and two spreads of its slips away, are followed too, and the search goes on from those with more work.
 
     The result is an inner estimate, which no theorem closes: other starts may have more work. Orbits on which nodes open are counted
     but not searched from.
@@ -125,6 +131,8 @@ def dissipation_range(
         Load factor, >= 0.
     slip_bound
         Largest residual slip `abs(v)` of the starts, one or one per node, length; None for no bound. A slide of the whole body counts.
+    steps
+        Number of increments from corner to corner. None: the exact path in the plane, 20 in space.
 
     Raises
     ------
@@ -147,16 +155,16 @@ def dissipation_range(
     >>> worst.dissipation == span.most
     True
     """
-    most = slip_bounds(slip_bound, checked_plane(system).nodes)
+    bound = slip_bounds(slip_bound, checked_system(system).nodes)
     f = np.array(friction_coefficients(friction, system.nodes))
-    task = pose(system, cycle, f, most=most)
+    task = pose(system, cycle, f, most=bound)
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     try:
-        limit = shakedown_limit(system, cycle, task.friction, slip_bound=most)
+        limit = shakedown_limit(system, cycle, task.friction, slip_bound=bound)
     except SolverError:
         limit = None
     starts = RangeStarts(task, load_factor, limit)
-    runs = Search(system, cycle, task.friction, load_factor, most)
+    runs = Search(system, cycle, f, load_factor, bound, steps)
     followed = [runs.follow(name, slip) for name, slip in (starts.simple() | starts.under_mean_load | starts.at_corners()).items()]
     if not any(orbit.work > 0 for orbit in followed):
         followed += [runs.follow(name, slip) for name, slip in starts.witness().items()]
@@ -168,17 +176,17 @@ def dissipation_range(
     ends = _searched(runs, levels)
     orbits = [orbit for orbit in (*followed, *ends) if orbit.state is not None]
     low, high = min(orbits, key=lambda orbit: orbit.work), max(orbits, key=lambda orbit: orbit.work)
-    assert low.state is not None and high.state is not None
+    least, most = (runs.told(orbit) for orbit in (low, high))
     return DissipationRange(
-        least=low.work,
-        most=high.work,
+        least=least.dissipation,
+        most=most.dissipation,
         least_start=frozen(low.start),
         worst_start=frozen(high.start),
-        least_state=low.state,
-        most_state=high.state,
+        least_state=least,
+        most_state=most,
         transients=runs.transients,
         levels=tuple(orbit.work for orbit in runs.levels(ends or levels)),
-        residual=max(low.state.residual, high.state.residual),
+        residual=max(least.residual, most.residual),
         problem=starts.problem,
         _orbits=tuple(replace(orbit, path=None) for orbit in (*followed, *ends)),  # paths are large
     )

@@ -1,6 +1,6 @@
 """The least excursion of the load that brings a contact to rest."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,6 +13,7 @@ from ..contact.show import Plotted, Shown
 from ..errors import ModelError
 from .load_steps import LoadStep
 from .protocols import REST, TransientsAfter, first_change
+from .starts import smooth, smooth_modes, spread
 
 __all__ = ["LeastExcursion", "least_excursion"]
 
@@ -30,7 +31,7 @@ class LeastExcursion(Shown, Plotted):
     loads
         The load at which the excursion turns, load case name -> amplitude; None if none does.
     start
-        (N,) the start that is hardest to bring to rest, length: of the starts tried, the last one that needed more.
+        (N,), in space (N, 2), the start that is hardest to bring to rest, length: of the starts tried, the last one that needed more.
     sampled
         Number of sampled starts that were brought to rest by it as well.
     tried
@@ -80,6 +81,7 @@ def least_excursion(
     samples: int = 25,
     scan: int = 20,
     tolerance: float = 1e-3,
+    steps: int | None = None,
 ) -> LeastExcursion:
     """Find the least excursion from the mean load and back after which the contact comes to rest.
 
@@ -105,6 +107,8 @@ def least_excursion(
         Number of steps.
     tolerance
         Width of the last interval of shares.
+    steps
+        As in `limit_after_protocol`.
 
     Raises
     ------
@@ -126,7 +130,7 @@ def least_excursion(
     >>> fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": 5.0}).share
     inf
     """
-    transients = TransientsAfter(system, cycle, friction, start)
+    transients = TransientsAfter(system, cycle, friction, start, steps)
     load_factor, largest = finite_number("load_factor", load_factor, least=0.0), checked_loads("excursion", excursion)
     if not any(largest.values()):
         raise ModelError("excursion: no load changes; give load case name -> change of its amplitude")
@@ -134,7 +138,7 @@ def least_excursion(
     samples, scan = whole_number("samples", samples, least=0), whole_number("scan", scan, least=1)
     tolerance = finite_number("tolerance", tolerance, above=0.0, below=1.0)
     if transients.worst:
-        transients.starts += _sampled(np.random.default_rng(0), transients.starts, samples)
+        transients.starts += _sampled(np.random.default_rng(0), system, max(spread(start) for start in transients.starts), samples)
     tried: list[tuple[float, str]] = []
 
     def turning(share: float) -> LoadStep:
@@ -165,8 +169,8 @@ def least_excursion(
     )
 
 
-def _sampled(rng: np.random.Generator, starts: Sequence[Array], count: int) -> list[Array]:
-    """Random slips of the size of the largest start, from a tenth to ten times, half of them smooth along the interface."""
-    size, nodes = max(float(np.ptp(start)) for start in starts), len(starts[0])
-    slips = [rng.normal(size=nodes) if number % 2 else np.cumsum(rng.normal(size=nodes)) for number in range(count)]
-    return [size * 10 ** rng.uniform(*_DECADES) * slip / max(float(np.ptp(slip)), np.finfo(float).tiny) for slip in slips]
+def _sampled(rng: np.random.Generator, system: ContactSystem, size: float, count: int) -> list[Array]:
+    """Random slips whose spread is from a tenth of a size to ten times, half of them smooth along the interface."""
+    modes = smooth_modes(system)
+    slips = [rng.normal(size=system.slip_shape) if number % 2 else smooth(rng, modes, system) for number in range(count)]
+    return [size * 10 ** rng.uniform(*_DECADES) * slip / max(spread(slip), np.finfo(float).tiny) for slip in slips]

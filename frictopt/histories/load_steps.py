@@ -3,13 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, checked_loads, finite_number, frozen
-from ..contact.system import checked_plane
-from ..transients.exact import ExactPath
+from ..contact.parts import joined, parted
+from ..contact.system import checked_system
+from ..transients.begin import Transient
+from ..transients.paths import path_of
 
 __all__ = ["LoadStep", "assemble", "assembled_slip"]
 
@@ -50,7 +51,7 @@ class LoadStep:
         return f"LoadStep(loads={dict(self.loads)}, cyclic={dict(self.cyclic)})"
 
     def reactions(self, system: ContactSystem, load_factor: float) -> Array:
-        """Bonded reactions `[q, p]` (2N,) at a load factor, force per depth.
+        """Bonded reactions `[q, p]` at a load factor, in the order of S: (2N,), force per depth; (3N,), force, in space.
 
         Raises
         ------
@@ -58,12 +59,12 @@ class LoadStep:
             Not a contact system, load cases that it does not have, or a bad load factor.
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)
-        checked_plane(system)
-        return np.concatenate(system.reaction(self.loads)) + load_factor * np.concatenate(system.reaction(self.cyclic))
+        checked_system(system)
+        return joined(*system.reaction(self.loads)) + load_factor * joined(*system.reaction(self.cyclic))
 
 
-def assembled_slip(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Array:
-    """Slip (N,) under the mean load that assembly leaves: the mean load grows from a millionth of itself, and nothing has slipped before.
+def assembled_slip(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None) -> Array:
+    """Slip under the mean load that assembly leaves: the mean load grows from a millionth of itself, and nothing has slipped before.
 
     Parameters
     ----------
@@ -71,6 +72,13 @@ def assembled_slip(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike)
         The contact and its load cycle, of which only the mean load counts.
     friction
         Coefficient of friction, one or one per node.
+    steps
+        Number of increments in which the load grows. None: the exact path in the plane, 20 in space.
+
+    Returns
+    -------
+    Array
+        (N,), in space (N, 2), length.
 
     Raises
     ------
@@ -88,12 +96,12 @@ def assembled_slip(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike)
     >>> fo.starts.assembled_slip(pair, cycle, friction=0.6).round(9)
     array([-0.2,  0. ])
     """
-    path = ExactPath(system, cycle, friction, 0.0)
+    path = path_of(system, cycle, friction, 0.0, steps=steps)
     assemble(path)
-    return frozen(path.state.u[: path.nodes])
+    return frozen(parted(path.state.u, system.tangents + 1)[0])
 
 
-def assemble(path: ExactPath) -> None:
+def assemble(path: Transient) -> None:
     """Follow a path that has not begun through assembly, to the mean load."""
     path.follow_to(_ASSEMBLED_FROM * path.mean, "the segment to the load at which assembly begins")
     path.follow_to(path.mean, "the segment to the mean load")

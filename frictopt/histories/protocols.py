@@ -12,11 +12,11 @@ from ..contact.answers import Outcome
 from ..contact.checks import Array, finite_array, finite_number, frozen, listed, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.show import Plotted, Shown
-from ..contact.system import checked_plane
+from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import shakedown_limit
 from ..limits.question import pose
-from ..transients.exact import ExactPath
+from ..transients.paths import path_of
 from ..transients.steady import settled
 from .load_steps import LoadStep, assemble
 from .range_starts import RangeStarts
@@ -35,7 +35,9 @@ class TransientsAfter:
     system, cycle, friction
         The contact, its load cycle, and coefficients of friction.
     start
-        "assembled", "worst", or a slip (N,).
+        "assembled", "worst", or a slip, (N,) or (N, 2).
+    steps
+        Number of increments, see `path_of`.
 
     Raises
     ------
@@ -43,15 +45,14 @@ class TransientsAfter:
         Bad input.
     """
 
-    def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, start: str | ArrayLike) -> None:
-        self.system, self.cycle = checked_plane(system), checked_cycle(cycle)
+    def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, start: str | ArrayLike, steps: int | None) -> None:
+        self.system, self.cycle, self.steps = checked_system(system), checked_cycle(cycle), steps
         self.friction = np.array(friction_coefficients(friction, system.nodes))
         self.assembled, self.worst = (isinstance(start, str) and start == name for name in ("assembled", "worst"))
         if isinstance(start, str) and not (self.assembled or self.worst):
-            raise ModelError(f"start: {start!r}; give 'assembled', 'worst' or a slip, (N,)")
-        self.starts = (
-            [np.zeros(system.nodes)] if self.assembled else list(self._extreme()) if self.worst else [finite_array("start", start, (system.nodes,))]
-        )
+            raise ModelError(f"start: {start!r}; give 'assembled', 'worst' or a slip, {'(N,)' if system.tangents == 1 else '(N, 2)'}")
+        given = [np.zeros(system.slip_shape)] if self.assembled else [] if self.worst else [finite_array("start", start, system.slip_shape)]
+        self.starts = given or list(self._extreme())
         self.count, self.residual = 0, 0.0
 
     def _extreme(self) -> Iterator[Array]:
@@ -75,7 +76,7 @@ class TransientsAfter:
 
     def outcome(self, load_factor: float, protocol: Sequence[LoadStep], start: Array) -> str:
         """The same from one start."""
-        path = ExactPath(self.system, self.cycle, self.friction, load_factor, start)
+        path = path_of(self.system, self.cycle, self.friction, load_factor, start, self.steps)
         steps = [step.reactions(self.system, load_factor) for step in protocol]
         if steps:
             path.check_near("protocol", steps)
@@ -121,7 +122,7 @@ class LimitAfterProtocol(Shown, Plotted):
     shakedown_limit
         lambda_2, which no protocol exceeds while all nodes stay closed.
     starts
-        (S, N) the starts, length; slip goes on from the first one at `upper`.
+        (S, N), in space (S, N, 2), the starts, length; slip goes on from the first one at `upper`.
     tried
         DataFrame, one row for each load factor tried: load_factor; ratio, it over lambda_2; outcome, "rest", "slip" or "UNDECIDED" where a transient
         has no result.
@@ -178,6 +179,7 @@ def limit_after_protocol(
     up_to: float | None = None,
     scan: int = 25,
     tolerance: float = 1e-4,
+    steps: int | None = None,
 ) -> LimitAfterProtocol:
     """Find the load factor up to which a contact comes to rest, for how it is assembled and what is done to it before its load cycle.
 
@@ -194,13 +196,15 @@ def limit_after_protocol(
         Loads that are visited after the start, at the mean load, and before the cycle; the load returns to the mean load in the end.
     start
         "assembled": the mean load grows from a millionth of itself, without slip. "worst": from each extreme slip that the contact can hold under the
-        mean load, of which the first that keeps slipping decides. Or a residual slip (N,), length.
+        mean load, of which the first that keeps slipping decides. Or a residual slip, (N,) or in space (N, 2), length.
     up_to
         Largest load factor tried; None: the shakedown limit.
     scan
         Number of load factors tried before the bisection.
     tolerance
         Width of the last interval, over the largest load factor tried.
+    steps
+        Number of increments from load to load. None: the exact path in the plane, 20 in space.
 
     Raises
     ------
@@ -222,11 +226,11 @@ def limit_after_protocol(
     >>> [round(limit.ratio, 2) for limit in (worst, unloaded, assembled)]
     [0.54, 0.85, 1.0]
     """
-    steps = listed("protocol", protocol)
-    for step in steps:
+    visits = listed("protocol", protocol)
+    for step in visits:
         if not isinstance(step, LoadStep):
             raise ModelError(f"protocol: a {type(step).__name__} among its steps; give LoadStep(loads, cyclic)")
-    transients = TransientsAfter(system, cycle, friction, start)
+    transients = TransientsAfter(system, cycle, friction, start, steps)
     limit = shakedown_limit(system, cycle, friction).load_factor
     scan, tolerance = whole_number("scan", scan, least=1), finite_number("tolerance", tolerance, above=0.0, below=1.0)
     if up_to is None and not 0 < limit < np.inf:
@@ -235,7 +239,7 @@ def limit_after_protocol(
     tried: dict[float, str] = {}
 
     def slips(load_factor: float) -> bool:
-        tried[load_factor] = transients.rests(load_factor, steps)
+        tried[load_factor] = transients.rests(load_factor, visits)
         return tried[load_factor] != REST
 
     grid = largest * np.arange(1, scan + 1) / scan

@@ -1,4 +1,4 @@
-"""Search over the starts for more or less steady dissipation: exact transients from given starts, and from where linear programs point."""
+"""Search over the starts for more or less steady dissipation: transients from given starts, and from where linear programs point."""
 
 from dataclasses import dataclass, replace
 
@@ -7,12 +7,19 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import Outcome
 from ..contact.checks import Array
+from ..contact.parts import parted
 from ..contact.tolerances import LEVEL, WORK_GAIN
 from ..errors import NoContinuation, SolverError
-from ..transients import SteadyState
+from ..transients import SteadyState, steady_state
+from ..transients.begin import Transient
 from ..transients.exact import ExactPath, return_map
-from ..transients.steady import settled
+from ..transients.paths import path_of
+from ..transients.steady import MOST_CYCLES, settled
+from ..transients.stepped import SteppedPath
 from .ascent import Ascent
+from .increment_map import increment_map
+from .range_starts import shortened
+from .starts import spread
 
 __all__ = ["Orbit", "Search"]
 
@@ -20,6 +27,7 @@ _FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
 _LEAST = 1e-5  # last one, over the first
 _TRANSIENTS = 20  # of one climb
 _AROUND = 16  # starts around an end
+_CYCLES = 200  # of a transient in increments, after which it is given up: far starts take thousands
 _STOPPED = f"stopped after {_TRANSIENTS} transients"
 
 
@@ -32,7 +40,7 @@ class Orbit:
     name
         Name of the start that the search began with.
     start
-        (N,) slip from which the steady state is reached, length.
+        (N,) or (N, 2) slip from which the steady state is reached, length.
     state
         The steady state; None where the transient has no result.
     end
@@ -45,7 +53,7 @@ class Orbit:
     start: Array
     state: SteadyState | None
     end: str
-    path: ExactPath | None = None
+    path: ExactPath | SteppedPath | None = None
 
     @property
     def work(self) -> float:
@@ -62,10 +70,14 @@ class Search:
         The contact, its load cycle, (N,) coefficients of friction and the load factor.
     most
         (N,) bound of the starts' slip, length; None for none.
+    steps
+        Number of increments, see `path_of`.
     """
 
-    def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: Array, load_factor: float, most: Array | None) -> None:
-        self._system, self._cycle, self._friction, self._load_factor, self._most = system, cycle, friction, load_factor, most
+    def __init__(
+        self, system: ContactSystem, cycle: LoadCycle, friction: Array, load_factor: float, most: Array | None, steps: int | None = None
+    ) -> None:
+        self._asked, self._most, self._steps = (system, cycle, friction, load_factor), most, steps
         self.transients = 0
         self._extremes: list[float] = []  # works of the local extremes so far
 
@@ -73,19 +85,24 @@ class Search:
         """The steady state that one start leads to."""
         self.transients += 1
         try:
-            path = ExactPath(self._system, self._cycle, self._friction, self._load_factor, start)
+            path = path_of(*self._asked, start, self._steps)
             path.start()
-            state, path = settled(path)
-            return Orbit(name, start, state, "followed", path)
+            state, after = settled(path, _CYCLES if path.steps else MOST_CYCLES)
+            return Orbit(name, start, state, "followed", after)
         except (NoContinuation, SolverError) as error:
             return Orbit(name, start, None, f"{type(error).__name__}: {error}")
+
+    def told(self, orbit: Orbit) -> SteadyState:
+        """The steady state of an orbit, in increments with their error."""
+        assert orbit.state is not None
+        return steady_state(*self._asked, initial_slip=orbit.start, steps=self._steps, progress=False) if orbit.state.steps else orbit.state
 
     def around(self, orbit: Orbit) -> list[Orbit]:
         """Orbits from random starts around that of an orbit, within one and two spreads of its slips."""
         assert orbit.path is not None
         rng, size = np.random.default_rng(0), _spread(orbit.start, orbit.path)
-        starts = [orbit.start + (1 + number % 2) * size * rng.uniform(-1, 1, len(orbit.start)) for number in range(_AROUND)]
-        return [self.follow(f"around {orbit.name}", start if self._most is None else np.clip(start, -self._most, self._most)) for start in starts]
+        starts = [orbit.start + (1 + number % 2) * size * rng.uniform(-1, 1, orbit.start.shape) for number in range(_AROUND)]
+        return [self.follow(f"around {orbit.name}", start if self._most is None else shortened(start, self._most)) for start in starts]
 
     def climb(self, orbit: Orbit, sense: int) -> Orbit:
         """The orbit with more (sense 1) or less (sense -1) work that steps of linear programs lead to."""
@@ -96,11 +113,12 @@ class Search:
             if path is None or orbit.state is None or orbit.state.outcome is not Outcome.CYCLIC_SLIP or orbit.state.period > 1:
                 return replace(orbit, end="no slip that repeats in every cycle: not searched from")
             try:
-                cycle = return_map(path)
-            except NoContinuation as error:
+                cycle = return_map(path) if isinstance(path, ExactPath) else increment_map(path)
+            except (NoContinuation, SolverError) as error:
                 return replace(orbit, end=f"no derivative: {error}")
+            before, _ = parted(cycle.before, path.system.tangents + 1)
             if not radius:
-                radius = _FIRST * _spread(cycle.before[: path.nodes], path)
+                radius = _FIRST * _spread(before, path)
                 smallest = _LEAST * radius
             better, ascent = None, Ascent(path, cycle, sense, self._most)
             while better is None:
@@ -110,7 +128,7 @@ class Search:
                 if step is None or not step[1] > WORK_GAIN * orbit.work or radius < smallest:
                     self._extremes.append(orbit.work)
                     return replace(orbit, end="local extreme")
-                tried = self.follow(orbit.name, cycle.before[: path.nodes] + step[0])
+                tried = self.follow(orbit.name, before + step[0])
                 better = tried if sense * (tried.work - orbit.work) > WORK_GAIN * orbit.work else None
                 radius *= 2.0 if better else 0.25
             orbit = better
@@ -128,6 +146,6 @@ class Search:
         return levels
 
 
-def _spread(slip: Array, path: ExactPath) -> float:
+def _spread(slip: Array, path: Transient) -> float:
     """Largest less least slip; the slip scale of the mean load where all are the same."""
-    return float(np.ptp(slip)) or path.force / path.system.stiffness_scale
+    return spread(slip) or path.force / path.system.stiffness_scale

@@ -6,14 +6,15 @@ from functools import cached_property
 import numpy as np
 
 from ..contact.checks import Array
+from ..contact.coulomb import lengths
 from ..contact.tolerances import PARALLEL
-from ..errors import SolverError
+from ..errors import ModelError, SolverError
 from ..limits import ShakedownLimit, guaranteed_limit
 from ..limits.admissible import AdmissibleSlips
 from ..limits.question import LimitQuestion
 from ..limits.reduced import mirrored
 
-__all__ = ["RangeStarts"]
+__all__ = ["RangeStarts", "shortened"]
 
 _BEYOND = 3.0, 10.0  # multiples of the extreme slips from which nodes open on the way to the mean load
 
@@ -35,12 +36,12 @@ class RangeStarts:
 
     @property
     def problem(self) -> object:
-        """The linear program of the last admissible slip."""
+        """The program of the last admissible slips; None before there are some."""
         return self._slips.problem
 
     def simple(self) -> dict[str, Array]:
         """No slip, and the slip that is safe at the shakedown limit."""
-        starts = {"no slip": np.zeros(self._task.system.nodes)}
+        starts = {"no slip": np.zeros(self._task.system.slip_shape)}
         if self._limit is not None and np.isfinite(self._limit.load_factor):
             starts["safe at the shakedown limit"] = self._limit.slip
         return starts
@@ -69,20 +70,23 @@ class RangeStarts:
         """Multiples of the extreme slips under the mean load, as far as the slip bound allows: more than the closed contact can hold."""
         most = self._task.most
         multiples = {f"{factor:g} x {name}": factor * slip for name, slip in self.under_mean_load.items() for factor in _BEYOND}
-        return multiples if most is None else {name: np.clip(slip, -most, most) for name, slip in multiples.items()}
+        return multiples if most is None else {name: shortened(slip, most) for name, slip in multiples.items()}
 
     def witness(self) -> dict[str, Array]:
         """The witness of the guaranteed limit, from which slip goes on just above it."""
         task = self._task
         try:
             lower = guaranteed_limit(task.system, task.cycle, task.friction, slip_bound=task.most)
-        except SolverError:
-            return {}
+        except (ModelError, SolverError):
+            return {}  # in space it is not known where a part of the cycle is fixed
         return {"witness of the guaranteed limit": lower.slip} if np.isfinite(lower.load_factor) else {}
 
     @cached_property
     def _directions(self) -> Mapping[str, Array]:
-        """Directions of slip (N,): along the changes of the load, stretched and squeezed, and those that unload an end of the contact."""
+        """Directions of slip, (N,) or (N, 2): along the changes of the load, stretched and squeezed, and those that unload an end of the contact.
+
+        In space it stretches along both tangents, turns about the normal, and has four ends, between the tangents.
+        """
         system, q1 = self._task.system, self._task.loads.q1
         changes: dict[str, Array] = {}
         for k, step in enumerate(np.roll(q1, -1, axis=0) - q1):
@@ -90,6 +94,21 @@ class RangeStarts:
             units = [step / size, -step / size] if size > 0 else []
             if units and not any(np.abs(units[0] - other).max() <= PARALLEL for other in changes.values()):
                 changes |= {f"along the load after corner {k}": units[0], f"against the load after corner {k}": units[1]}
-        x = system.x - system.x.mean()
-        ends = {"left end unloaded": -system.B[0]} | ({} if mirrored(self._task) else {"right end unloaded": -system.B[-1]})
-        return changes | {"stretched": x, "squeezed": -x} | ends
+        if system.tangents == 1:
+            x = system.x - system.x.mean()
+            ends = {"left end unloaded": -system.B[0]} | ({} if mirrored(self._task) else {"right end unloaded": -system.B[-1]})
+            return changes | {"stretched": x, "squeezed": -x} | ends
+        x, y = np.einsum("nij,nj->in", system.frames[:, :2], system.points - system.points.mean(axis=0))
+        still = np.zeros_like(x)
+        ways = {"stretched along tangent 1": (x, still), "stretched along tangent 2": (still, y), "turned": (-y, x)}
+        ways |= {f"node {node} unloaded": -system.B[node].reshape(2, -1) for node in sorted({int(z.argmax()) for z in (x + y, x - y, y - x, -x - y)})}
+        fields = {name: np.transpose(way) for name, way in ways.items()}
+        return (
+            changes | fields | {f"{name}, reversed": -fields[name] for name in ("stretched along tangent 1", "stretched along tangent 2", "turned")}
+        )
+
+
+def shortened(slip: Array, most: Array) -> Array:
+    """A slip, (N,) or (N, 2), cut to lengths of at most `most`, (N,)."""
+    size = lengths(slip, most)
+    return np.asarray((slip.T * np.minimum(1.0, most / np.where(size > 0, size, 1.0))).T)

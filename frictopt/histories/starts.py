@@ -9,14 +9,15 @@ from numpy.typing import ArrayLike
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, check_text, finite_array, finite_number, finite_numbers, frozen, whole_number
 from ..contact.portable import Portable
-from ..contact.system import checked_plane
+from ..contact.system import checked_system
+from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
 from ..limits import ShakedownLimit, safe_slip, shakedown_limit
 from .load_steps import LoadStep, assembled_slip
 
 __all__ = ["LoadStep", "Start", "assembled_slip", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips"]
 
-_MODES = 6  # Chebyshev polynomials that make up a smooth slip
+_MODES = 6  # degree of the Chebyshev polynomials that make up a smooth slip
 _MOST = 100_000  # slips of a kind and amplitude; more would fill the memory
 
 
@@ -133,7 +134,8 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     """Random residual slips: for each amplitude `count` smooth ones and as many rough ones.
 
     Smooth ones are sums of the Chebyshev polynomials 1 to 6 along the interface with normally distributed coefficients, rough ones are independent
-    from node to node; both have zero mean, because the mean only slides one body along the other.
+    from node to node; both have zero mean, because the mean only slides one body along the other. In space both slips of a node are sums of products
+    of such polynomials in its coordinates, of degree 1 to 6 in all.
 
     Parameters
     ----------
@@ -158,21 +160,41 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     >>> [start.name for start in fo.starts.random_slips(rod, amplitudes=[0.1], count=2)]
     ['smooth 0.1 #0', 'smooth 0.1 #1', 'rough 0.1 #2', 'rough 0.1 #3']
     """
-    if checked_plane(system).nodes < 2:
-        raise ModelError("system: one node; a slip of one node is a number, give it by given_slips")
+    if checked_system(system).nodes < 2:
+        raise ModelError("system: one node; its slip has no shape, give it by given_slips")
     whole_number("count", count, least=1, most=_MOST)
     whole_number("seed", seed, least=0, most=LARGEST_SEED)
-    position = np.interp(system.x, [system.x[0], system.x[-1]], [-1.0, 1.0])
-    modes = np.polynomial.chebyshev.chebvander(position, _MODES)[:, 1:]
+    modes = smooth_modes(system)
     starts: list[Start] = []
     for amplitude in finite_numbers("amplitudes", amplitudes, least=0.0):
         for family in ("smooth", "rough"):
             for number in range(seed + len(starts), seed + len(starts) + count):
                 rng = np.random.default_rng(number)
-                slip = modes @ rng.normal(size=_MODES) if family == "smooth" else rng.normal(size=system.nodes)
-                slip = slip - slip.mean()
+                slip = smooth(rng, modes, system) if family == "smooth" else rng.normal(size=system.slip_shape)
+                slip = slip - slip.mean(axis=0)
                 starts.append(Start(family, f"{family} {amplitude:g} #{number}", frozen(slip * amplitude / root_mean_square(slip)), seed=number))
     return starts
+
+
+def smooth_modes(system: ContactSystem) -> Array:
+    """(N, modes) products of Chebyshev polynomials in the coordinates of the nodes, of degree 1 to 6 in all."""
+    places = system.x[:, None] if system.tangents == 1 else system.points
+    low, wide = places.min(axis=0), np.ptp(places, axis=0)
+    along = wide > ROUNDING * wide.max()  # not across a flat face
+    axes = [np.polynomial.chebyshev.chebvander(x, _MODES).T for x in (2 * (places - low)[:, along] / wide[along] - 1).T]
+    degrees = [powers for powers in np.ndindex(*[_MODES + 1] * len(axes)) if 0 < sum(powers) <= _MODES]
+    products = [np.prod([axis[power] for axis, power in zip(axes, powers, strict=True)], axis=0) for powers in degrees]
+    return np.reshape(products, (-1, system.nodes)).T
+
+
+def smooth(rng: np.random.Generator, modes: Array, system: ContactSystem) -> Array:
+    """A sum of modes with normally distributed coefficients, (N,) or (N, 2)."""
+    return modes @ rng.normal(size=(modes.shape[1], *system.slip_shape[1:]))
+
+
+def spread(slip: Array) -> float:
+    """Largest difference of two nodes' slips along a tangent."""
+    return float(np.ptp(slip, axis=0).max())
 
 
 def overloads(load_factors: Iterable[float]) -> list[Start]:

@@ -13,37 +13,43 @@ from dataclasses import replace
 import cvxpy as cp
 import numpy as np
 
+from ..contact import LoadCycle
 from ..contact.checks import Array
+from ..contact.coulomb import lengths
 from ..solve.solvers import NoOptimum, solve
-from .program import SafeProgram, SlipClaim
+from .program import SafeProgram, SlipClaim, safe_set
 from .question import LimitQuestion, Loads
-from .safe_set import Intervals
+from .safe_set import SafeSet
 
 __all__ = ["AdmissibleSlips", "admissible_problem"]
 
 
-def admissible_problem(v: Intervals) -> cp.Problem:
-    """The slip admissible under one load that goes furthest in a direction, in dimensionless tractions."""
+def admissible_problem(v: SafeSet) -> cp.Problem:
+    """The slip admissible under the load of `v` at load factor 0 that goes furthest in a direction, in dimensionless tractions."""
     along = cp.Parameter(v.traction.size, name="direction") @ v.traction
-    rows = {"no_forward_slip": v.q + v.fp >= 0, "no_backward_slip": v.fp - v.q >= 0, "no_opening": v.p >= 0}
-    return v.problem(cp.Maximize(along), rows)
+    return v.problem(cp.Maximize(along), v.stuck(None))
 
 
 class AdmissibleSlips:
-    """The furthest admissible slips of one contact, compiled once for all loads and directions.
+    """The furthest admissible slips of one contact under one load after the other.
 
     Parameters
     ----------
     task
         The contact, its load cycle, friction and slip bound.
+
+    Attributes
+    ----------
+    problem
+        The program of the last load; None before there is one.
     """
 
     def __init__(self, task: LimitQuestion) -> None:
-        self._task, self._v = task, Intervals(task)
-        self.problem = admissible_problem(self._v)
+        self._task, self._v = replace(task, cycle=LoadCycle(task.cycle.mean, [{}]), simplify=False), safe_set(task)
+        self.problem: cp.Problem | None = None
 
     def furthest(self, q: Array, p: Array, directions: Mapping[str, Array]) -> dict[str, Array]:
-        """For each direction, (N,), the slip (N,) that is admissible under the closed reactions q, p (N,) and goes furthest in it, length.
+        """For each direction, (N,) or (N, 2), the slip that is admissible under the closed reactions q, p and goes furthest in it, length.
 
         Directions in which the admissible slips have no end are left out, and all where no slip is admissible.
 
@@ -52,12 +58,12 @@ class AdmissibleSlips:
         SolverError
             No solver gave an answer that passes the checks.
         """
-        none = np.zeros((1, len(q)))
-        task = replace(self._task, loads=Loads(q[None], p[None], none, none))
-        self._v.ask(task)
+        task = replace(self._task, loads=Loads(q[None], p[None], np.zeros_like(q)[None], np.zeros_like(p)[None]))
+        self._v.ask(task, 0.0)
+        self.problem = admissible_problem(self._v)
         found = {}
         for name, direction in directions.items():
-            along = direction @ self._v.scaled.slip
+            along = direction.T.ravel() @ self._v.scaled.slip
             self.problem.param_dict["direction"].value = along / (np.abs(along).max(initial=0.0) or 1.0)
             vertex = _Vertex(task, self._v, self.problem)
             try:
@@ -74,5 +80,5 @@ class _Vertex(SafeProgram):
         """The slip that stands in the problem, and by how much it is not admissible or the furthest."""
         slip = self.slip
         q, p = self.task.reactions(0.0, slip)
-        excess = float((np.abs(q) - self.task.friction * p).max()) / self.task.force
+        excess = float((lengths(q, p) - self.task.friction * p).max()) / self.task.force
         return SlipClaim(slip, max(excess, self.task.beyond(slip)))

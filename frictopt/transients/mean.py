@@ -7,7 +7,8 @@ from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.parts import parted
 from .begin import OPEN
 from .exact import ExactPath
-from .stepped import SteppedPath, step_counts
+from .paths import path_of
+from .stepped import SteppedPath
 
 __all__ = ["mean_state", "open_at_rest"]
 
@@ -44,11 +45,7 @@ def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -
 
 
 def _settled(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> ExactPath | SteppedPath:
-    path: ExactPath | SteppedPath
-    if system.tangents == 1:
-        path = ExactPath(system, cycle, friction, 0.0)
-    else:
-        path = SteppedPath(system, cycle, friction, 0.0, None, None, "newton", step_counts(None)[0])
+    path = path_of(system, cycle, friction, 0.0)
     path.start()
     return path
 

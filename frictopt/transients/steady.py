@@ -1,6 +1,7 @@
 """The steady state of a transient: whether it stops slipping, and if not, how much it dissipates per cycle."""
 
 from time import perf_counter
+from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +17,7 @@ from ..contact.record import SolveRecord
 from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import NoContinuation, SolverError
+from .begin import Transient
 from .cycles import Run, Settled
 from .exact.path import ExactPath
 from .judge import returns_after
@@ -23,6 +25,8 @@ from .outcome import SteadyState
 from .stepped import SteppedPath, doubts, step_counts
 
 __all__ = ["reported", "settled", "steady_state"]
+
+P = TypeVar("P", bound=Transient)
 
 MOST_CYCLES = 2000
 """Number of cycles after which the search for a steady state gives up, unless another one is asked for."""
@@ -125,8 +129,8 @@ def steady_state(
         return reported(runs[0], found, max(errors))
 
 
-def settled(path: ExactPath, most_cycles: int = MOST_CYCLES) -> tuple[SteadyState, ExactPath]:
-    """The steady state that cycles lead to from where an exact path is, and a path on it, at the last corner.
+def settled(path: P, most_cycles: int = MOST_CYCLES) -> tuple[SteadyState, P]:
+    """The steady state that cycles lead to from where a transient is, and a transient on it, at the last corner; of increments without their error.
 
     Raises
     ------
@@ -137,8 +141,7 @@ def settled(path: ExactPath, most_cycles: int = MOST_CYCLES) -> tuple[SteadyStat
     """
     run = Run(path, most_cycles)
     found = run.settled()
-    assert isinstance(found.path, ExactPath)
-    return reported(run, found, 0.0), found.path
+    return reported(run, found, np.inf if path.steps else 0.0), cast(P, found.path)
 
 
 def reported(run: Run, found: Settled, step_error: float) -> SteadyState:

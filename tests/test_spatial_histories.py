@@ -1,0 +1,149 @@
+"""What follows from many transients, in space: the answers of the plane, closed forms of one node, and finite differences."""
+
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.histories.ascent import _tangents
+from frictopt.histories.increment_map import increment_map
+from frictopt.histories.starts import LoadStep, smooth_modes
+from frictopt.transients.paths import path_of
+from frictopt.transients.steady import settled
+from spatial import cycle, random_contact, single
+from studies.validation.fuzz.embedded import embedded
+from systems import CYCLE, FIRST_PAIR, random_system, system
+
+PAIR = system(*FIRST_PAIR)
+SOLID, _ = embedded(PAIR, np.random.default_rng(13))
+
+
+@pytest.mark.parametrize(("seed", "ratio"), [(0, 1.2), (1, 0.9), (2, 1.2)])
+def test_the_derivative_of_a_cycle_of_increments_is_that_of_differences(seed, ratio):
+    rng = np.random.default_rng(seed)
+    contact = random_contact(rng, 4)
+    load_factor = ratio * fo.shakedown_limit(contact, cycle(), 0.5).load_factor
+    path = path_of(contact, cycle(), 0.5, load_factor, 0.3 * rng.normal(size=(4, 2)), 5)
+    path.start()
+    state, path = settled(path)
+    assert state.outcome is fo.Outcome.CYCLIC_SLIP and np.isinf(state.step_error)
+    one = increment_map(path)
+    assert one.locked.any() and not one.locked.all()
+    for slip in np.eye(12)[:8]:
+        ends = []
+        for size in (1e-6, -1e-6):
+            other = copy(path)
+            u = path.state.u + size * slip
+            other.state = path.state._replace(u=u, r=path.bonded + contact.S @ u)
+            ends.append(other.cycle_on(1))
+        u, work = ((getattr(ends[0], name) - getattr(ends[1], name)) / 2e-6 for name in ("u", "work"))
+        assert one.derivative @ slip == pytest.approx(u[-1], abs=1e-7)
+        assert one.work_gradient @ slip == pytest.approx(work.sum(), abs=1e-7)
+
+
+def test_tangents_touch_the_bound_where_the_shear_points():
+    q = np.array([[[3.0, 0.0], [4.0, 0.0]]])
+    ways = np.array(_tangents(q))
+    assert (ways * q).sum(axis=2).max(axis=0).tolist() == [[5.0, 0.0]]
+    assert np.linalg.norm(ways, axis=2) == pytest.approx(np.ones((4, 1, 2))) and ways.sum(axis=0) == pytest.approx(np.zeros((1, 2, 2)))
+
+
+def test_a_node_that_is_assembled_slips_by_what_friction_lacks():
+    """Unit stiffness, shear (3, 4), bound 2: it slips against the shear by 5 - 2."""
+    node = single(friction_bound=4.0)
+    loads = fo.LoadCycle({"P": 1.0, "X": 3.0, "Y": 4.0}, [{"X": 1.0}, {"X": -1.0}])
+    assert fo.starts.assembled_slip(node, loads, 0.5) == pytest.approx(-3.0 * np.array([[0.6, 0.8]]), abs=1e-5)
+    assert fo.starts.assembled_slip(node, loads, 2.0) == pytest.approx(np.zeros((1, 2)))
+
+
+def test_assembly_leaves_what_the_exact_path_leaves_in_the_plane():
+    for seed in range(3):
+        flat = random_system(np.random.default_rng(seed), 4, coupling=1.0)
+        q, p = flat.bonded["mean"]
+        flat = flat.with_bonded({**flat.bonded, "mean": (7 * q, p)})
+        solid, along = embedded(flat, np.random.default_rng(seed))
+        slip = fo.starts.assembled_slip(flat, CYCLE, 0.4)
+        assert fo.starts.assembled_slip(solid, CYCLE, 0.4) == pytest.approx(slip[:, None] * along, abs=1e-7 * np.abs(slip).max())
+
+
+@pytest.mark.parametrize(("start", "steps"), [("worst", ()), ("worst", [LoadStep({"mean": 0.2})]), ("assembled", ())])
+def test_limits_after_protocols_are_those_of_the_plane(start, steps):
+    plane, space = (
+        fo.limit_after_protocol(contact, CYCLE, 0.6, start=start, protocol=steps, scan=2, tolerance=0.05, **options)
+        for contact, options in ((PAIR, {}), (SOLID, {"steps": 2}))
+    )
+    assert space.load_factor == pytest.approx(plane.load_factor, abs=0.06 * plane.shakedown_limit)
+    assert space.starts.shape[1:] == (2, 2) and space.residual <= 1e-9
+
+
+def test_the_least_excursion_is_that_of_the_plane():
+    plane, space = (
+        fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"mean": -0.95}, samples=2, scan=4, tolerance=0.1, **options)
+        for contact, options in ((PAIR, {}), (SOLID, {"steps": 2}))
+    )
+    assert 0 < space.share < 1 and space.share == pytest.approx(plane.share, abs=0.11) and space.sampled == 2
+
+
+def test_the_range_is_that_of_the_plane():
+    """In the plane by the exact path and by increments, and in space, where slips across the plane have no part in the least and the most work."""
+    plane, steps, space = (
+        fo.dissipation_range(contact, CYCLE, 0.6, 0.65, **options) for contact, options in ((PAIR, {}), (PAIR, {"steps": 6}), (SOLID, {"steps": 6}))
+    )
+    for found in (steps, space):
+        assert found.most == pytest.approx(plane.most, rel=0.03) and found.least == plane.least == 0.0
+        assert 0 < found.most_state.step_error < 0.1 and found.residual <= 1e-9
+    reached = fo.steady_state(SOLID, CYCLE, 0.6, 0.65, initial_slip=space.worst_start, steps=6)
+    assert reached.dissipation == space.most and "local extreme" in set(space.to_frame()["end"])
+
+
+@pytest.mark.slow
+def test_the_search_in_space_finds_more_than_its_starts_and_no_sample_more():
+    rng = np.random.default_rng(5)
+    contact, loads = random_contact(rng, 2), cycle(2)
+    load_factor = 1.4 * fo.shakedown_limit(contact, loads, 0.5).load_factor
+    span = fo.dissipation_range(contact, loads, 0.5, load_factor, steps=2)
+    table = span.to_frame()
+    assert span.most > table.loc[table["end"] == "followed", "dissipation"].max()
+    for number in range(8):
+        start = 10.0 ** rng.uniform(-1, 1) * rng.normal(size=(2, 2))
+        state = fo.steady_state(contact, loads, 0.5, load_factor, initial_slip=start, steps=2)
+        assert span.least * (1 - 1e-3) <= state.dissipation <= span.most * (1 + 1e-3), number
+
+
+@pytest.mark.slow
+def test_a_bound_on_the_slip_holds_for_the_starts_of_the_range():
+    contact, loads = random_contact(np.random.default_rng(5), 2), cycle(2)
+    load_factor = 1.4 * fo.shakedown_limit(contact, loads, 0.5).load_factor
+    free, bound = (fo.dissipation_range(contact, loads, 0.5, load_factor, slip_bound=most, steps=2) for most in (None, 0.2))
+    assert np.linalg.norm(bound.worst_start, axis=1).max() <= 0.2 * (1 + 1e-9) < np.linalg.norm(free.worst_start, axis=1).max()
+    assert bound.most <= free.most
+
+
+@pytest.mark.slow
+def test_a_damping_curve_has_the_range_of_the_plane():
+    curves = [fo.damping_curve(replace(contact, compliance=10.0 * np.eye(2)), CYCLE, 0.6, [0.3, 0.8], steps=6) for contact in (PAIR, SOLID)]
+    plane, space = (curve.to_frame().drop(columns="exponent").to_numpy() for curve in curves)
+    assert space == pytest.approx(plane, rel=2e-3, abs=1e-12)
+    assert curves[1].guaranteed_limit == pytest.approx(curves[0].guaranteed_limit, rel=1e-7)
+
+
+def test_random_slips_are_smooth_and_rough_without_a_slide():
+    grid = np.stack(np.meshgrid(np.linspace(0, 3, 12), np.linspace(-1, 1, 12), [1e-17]), axis=-1).reshape(-1, 3)
+    contact = fo.ContactSystem(np.eye(3 * 144), grid, {"P": np.ones(3 * 144)})
+    starts = fo.starts.random_slips(contact, [0.1, 2.0], 3)
+    assert len(starts) == 12 and smooth_modes(contact).shape == (144, 27)
+    for start in starts:
+        assert start.slip.shape == (144, 2) and start.slip.mean(axis=0) == pytest.approx(np.zeros(2), abs=1e-12)
+        assert np.sqrt((start.slip**2).mean()) == pytest.approx(float(start.name.split()[1]))
+        field = start.slip.reshape(12, 12, 2)
+        assert (np.abs(np.diff(field, axis=0)).mean() < 0.9 * np.abs(start.slip).mean()) == (start.family == "smooth")
+
+
+def test_a_study_in_space_takes_random_starts():
+    contact, loads = random_contact(np.random.default_rng(5), 2), cycle(2)
+    limit = fo.shakedown_limit(contact, loads, 0.5).load_factor
+    starts = fo.starts.random_slips(contact, [0.1], 1)
+    table = fo.dissipation_study(contact, loads, 0.5, [1.4 * limit], starts, progress=False)
+    assert table["outcome"].tolist() == ["CYCLIC_SLIP"] * 2 and not table["error"].any()
