@@ -4,14 +4,11 @@ from .contact import (
     ContactState,
     ContactSystem,
     LoadCycle,
-    order_preserving,
-    referee,
 )
 from .contact.answers import Outcome
 from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, SolverError, StoreError
 from .fem import (
     Body,
-    BodyFields,
     BodyForce,
     BoltPreload,
     Centrifugal,
@@ -57,7 +54,6 @@ from .limits import (
     required_friction,
     safe_region,
     safe_slip,
-    safe_vertices,
     separated_limit,
     shakedown_limit,
 )
@@ -73,7 +69,6 @@ __version__: str
 
 __all__ = [
     "Body",
-    "BodyFields",
     "BodyForce",
     "BoltPreload",
     "Centrifugal",
@@ -113,7 +108,6 @@ __all__ = [
     "march",
     "modal_load",
     "onset",
-    "order_preserving",
     "plot_study",
     "read_abaqus",
     "read_ansys",
@@ -121,13 +115,11 @@ __all__ = [
     "read_mesh",
     "read_nastran",
     "read_store",
-    "referee",
     "reference",
     "required_friction",
     "results",
     "safe_region",
     "safe_slip",
-    "safe_vertices",
     "scenes",
     "separated_limit",
     "shakedown_limit",

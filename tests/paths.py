@@ -32,7 +32,7 @@ def judged(path):
     time, u, r, _, _ = states(path)
     loaded = time >= 0
     u, r, load = u[loaded], r[loaded], bonded_at(path, time[loaded])
-    return fo.referee(
+    return fo.reference.referee(
         path.system,
         (load[:, :n], load[:, n:]),
         path.friction,

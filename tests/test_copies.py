@@ -40,7 +40,7 @@ EXAMPLES = [
     fo.starts.Start(family="own", name="one", slip=[0.5, 0.0]),
     fo.onset(*ASKED),
     fo.onset(*ASKED).slip,
-    fo.order_preserving(PAIR, 0.6),
+    fo.reference.order_preserving(PAIR, 0.6),
     LIMIT,
     LIMIT.least_slip(1.0),
     fo.safe_slip(*ASKED, 0.3),

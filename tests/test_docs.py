@@ -25,7 +25,7 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "ContactSystem": "reactions",
     "condense": "condensation",
     "BoltPreload": "bolt",
-    "referee": "coulomb",
+    "reference.referee": "coulomb",
     "LoadCycle": "cycle",
     "onset": "onset",
     "shakedown_limit": "shakedown",

@@ -118,7 +118,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "march 3D": (fo.march, {**ASKED_3D, "load_factor": 0.5, "initial_slip": [[0.0, 0.1]], "cycles": 1, "engine": "newton", "steps": 2}),
     "onset 3D": (fo.onset, ASKED_3D),
     "referee 3D": (
-        fo.referee,
+        fo.reference.referee,
         {"system": NODE_3D, "bonded": ([[0.1, 0.1]], [1.0]), "friction": 0.5, "v": [[0.0, 0.1]], "w": [0.0], "q": [[0.1, 0.2]], "p": [1.0]},
     ),
     "safe_slip 3D": (fo.safe_slip, {**ASKED_3D, "load_factor": 0.5}),
@@ -174,10 +174,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         fo.limit_after_protocol,
         {**ASKED, "protocol": [fo.starts.LoadStep({"mean": 0.5})], "start": SLIP, "scan": 3, "tolerance": 0.1},
     ),
-    "order_preserving": (fo.order_preserving, {"system": CONTACT, "friction": FRICTION}),
+    "order_preserving": (fo.reference.order_preserving, {"system": CONTACT, "friction": FRICTION}),
     "onset": (fo.onset, ASKED),
     "referee": (
-        fo.referee,
+        fo.reference.referee,
         {
             "system": CONTACT,
             "bonded": BONDED,
@@ -216,7 +216,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "FrozenBoundIncrement": (fo.increments.FrozenBoundIncrement, {"system": CONTACT, "friction": FRICTION}),
     "FrozenBoundIncrement.solve": (fo.increments.FrozenBoundIncrement(CONTACT, FRICTION).solve, INCREMENT),
     "complementarity_problem": (fo.increments.complementarity_problem, {"system": CONTACT, "friction": FRICTION, **INCREMENT}),
-    "safe_vertices": (fo.safe_vertices, {**ASKED, "load_factor": 0.1, "directions": [[1.0, 0.0]]}),
+    "safe_vertices": (fo.starts.safe_vertices, {**ASKED, "load_factor": 0.1, "directions": [[1.0, 0.0]]}),
     "ExactPath": (ExactPath, {**ASKED, "load_factor": 0.5}),
     "Start": (fo.starts.Start, {"family": "given", "name": "one"}),
     "SteadyState.fretting_table": (fo.steady_state(**STEADY).fretting_table, {"stress": np.ones((1, 2)), "strain": np.ones((1, 2))}),
@@ -227,7 +227,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "plot_study": (fo.plot_study, {"table": fo.dissipation_study(CONTACT, CYCLE, FRICTION, [0.5], progress=False)}),
 }
 LABELS = {"argument", "file", "executor"}  # arguments that are no input of the problem: a word for messages, a stream, somebody else's object
-MADE_BY_US = {"BodyFields", "LimitKind", "Outcome"}  # by answers, and not by users
+MADE_BY_US = {"LimitKind", "Outcome"}  # by answers, and not by users
 NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes
 OTHER_WORDS = {  # an error may speak of what stands in a file, of node sets, of load cases, or of pairs that a projection does not go with
     *(("MatrixJob.force", "where"), ("MatrixJob.pairs", "first"), ("MatrixJob.pairs", "second"), ("condense", "projection")),

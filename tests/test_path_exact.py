@@ -91,7 +91,7 @@ def test_a_thousand_cycles_do_not_drift(punch, paper_cycle):
     drift = state.r - path.bonded - path.system.S @ state.u
     assert np.abs(drift).max() < 1e-11 * path.force
     closed = path.corners[-1]
-    verdict = fo.referee(
+    verdict = fo.reference.referee(
         path.system, (closed[:n], closed[n:]), 0.7, v=state.u[:n], w=state.u[n:], q=state.r[:n], p=state.r[n:], force_scale=path.force
     )
     assert verdict.residual < 1e-11

@@ -62,7 +62,7 @@ def test_below_critical_friction_one_state_of_each_increment_is_admissible_and_t
             assert len(states) == 1
             (state,) = states
             seen |= set(state.status)
-            verdict = fo.referee(system, (q, p), 0.25, v=state.v, w=state.w, q=state.q, p=state.p, previous_slip=v, force_scale=1.0)
+            verdict = fo.reference.referee(system, (q, p), 0.25, v=state.v, w=state.w, q=state.q, p=state.p, previous_slip=v, force_scale=1.0)
             assert verdict.residual < 1e-12
             v = state.v
     assert seen == {0, 1, -1, None}

@@ -21,7 +21,7 @@ REGION = fo.safe_region(CONTACT.with_bonded({"other": (np.array([0.1, 0.1]), np.
 MODEL = fo.DesignModel(CONTACT.with_bonded({"other": (np.array([0.1, 0.1]), np.ones(2))}), CYCLE, preloads=["other"], profile=True)
 DRAWN = MODEL.solve(0.6, [MODEL.preload == 0.2, MODEL.profile == 0.1])
 SLIP, SPAN, REST = LIMIT.least_slip(1.0), fo.dissipation_range(*ASKED, 0.8), fo.limit_after_protocol(*ASKED, scan=3)
-CURED, ORDER = fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.9}, samples=2), fo.order_preserving(CONTACT, 0.6)
+CURED, ORDER = fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.9}, samples=2), fo.reference.order_preserving(CONTACT, 0.6)
 WORN = fo.wear(replace(CONTACT, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1)
 MOVED = fo.increments.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.reaction({"mean": 1.0, "cyclic": 1.0}))
 

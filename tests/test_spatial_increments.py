@@ -26,7 +26,7 @@ def test_random_increments_pass_the_referee():
         contact, f, slip, load = random_increment(rng)
         found = fo.increments.NewtonIncrement(contact, f).solve(slip, load)
         state = {"v": found.slip, "w": found.gap, "q": found.q, "p": found.p}
-        assert fo.referee(contact, load, f, **state, previous_slip=slip).residual <= 1e-9
+        assert fo.reference.referee(contact, load, f, **state, previous_slip=slip).residual <= 1e-9
         assert np.array_equal(found.slip[found.status == 0], slip[found.status == 0])
         counts += np.bincount(found.status, minlength=3)
     assert counts.min() > 30  # sticking, slipping and open nodes all occur

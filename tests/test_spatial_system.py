@@ -46,8 +46,8 @@ STATE = {"v": [[-0.3, 0.0]], "w": [0.0], "q": [[0.5, 0.0]], "p": [1.0]}
 )
 def test_the_referee_sees_each_violation(line, size, change):
     bonded = NODE.reaction({"P": 1.0, "X": 0.8})
-    assert fo.referee(NODE, bonded, 0.5, **STATE, previous_slip=[[0.0, 0.0]]).residual < 1e-15
-    verdict = fo.referee(NODE, bonded, 0.5, **({"previous_slip": [[0.0, 0.0]]} | STATE | change))
+    assert fo.reference.referee(NODE, bonded, 0.5, **STATE, previous_slip=[[0.0, 0.0]]).residual < 1e-15
+    verdict = fo.reference.referee(NODE, bonded, 0.5, **({"previous_slip": [[0.0, 0.0]]} | STATE | change))
     assert getattr(verdict, line) == pytest.approx(size)
 
 
@@ -55,7 +55,7 @@ def test_the_referee_takes_many_states_at_once():
     bonded = NODE.reaction({"P": 1.0, "X": 0.8})
     many = {name: np.array([value, value]) for name, value in STATE.items()}
     many["q"][1] *= 1.2
-    assert fo.referee(NODE, bonded, 0.5, **many, previous_slip=[[0.0, 0.0]]).bound == pytest.approx(0.1)
+    assert fo.reference.referee(NODE, bonded, 0.5, **many, previous_slip=[[0.0, 0.0]]).bound == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(("place", "step", "across", "allowed"), [(1e3, 1e-9, 0.0, 1e-12), (1.0, 1e-8, 2e-15, 3e-15), (0.0, 1e-5, 1e-12, 1.1e-12)])
@@ -63,7 +63,7 @@ def test_a_small_slip_is_not_blamed_for_rounding_across_it(place, step, across, 
     before = place * (1 + np.pi / 10)
     v = before + np.array([[0.6 * step - 0.8 * across, 0.8 * step + 0.6 * across]])
     q = np.array([[-0.3, -0.4]])
-    verdict = fo.referee(NODE, (q - v, [1.0]), 0.5, v=v, w=[0.0], q=q, p=[1.0], previous_slip=[[before, before]], force_scale=1.0)
+    verdict = fo.reference.referee(NODE, (q - v, [1.0]), 0.5, v=v, w=[0.0], q=q, p=[1.0], previous_slip=[[before, before]], force_scale=1.0)
     assert verdict.direction < allowed and verdict.bound < 1e-15
 
 
@@ -73,7 +73,7 @@ def test_slip_in_a_wrong_direction_counts_by_what_mends_it(step, angle):
     """The state is mended by no slip, by turning q, or by turning the slip; the last two cost the same angle."""
     slip = step * np.array([np.cos(angle), np.sin(angle)])
     q = np.array([[-0.5, 0.0]])
-    verdict = fo.referee(NODE, (q - slip, [1.0]), 0.5, v=[slip], w=[0.0], q=q, p=[1.0], previous_slip=[[0.0, 0.0]], force_scale=1.0)
+    verdict = fo.reference.referee(NODE, (q - slip, [1.0]), 0.5, v=[slip], w=[0.0], q=q, p=[1.0], previous_slip=[[0.0, 0.0]], force_scale=1.0)
     turned, across = 2 * 0.5 * np.sin(angle / 2), step * np.sin(min(angle, np.pi / 2))
     assert verdict.direction == pytest.approx(min(step, turned, across), rel=1e-6)
 

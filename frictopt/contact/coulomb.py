@@ -123,9 +123,9 @@ def referee(
     >>> import frictopt as fo
     >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     >>> bonded = node.reaction({"P": 1.0, "Q": 0.8})
-    >>> fo.referee(node, bonded, 0.5, v=[0.0], w=[0.0], q=[0.8], p=[1.0])  # stuck beyond its bound
+    >>> fo.reference.referee(node, bonded, 0.5, v=[0.0], w=[0.0], q=[0.8], p=[1.0])  # stuck beyond its bound
     Verdict(residual=0.3, equilibrium=0, contact=0, bound=0.3, direction=0)
-    >>> fo.referee(node, bonded, 0.5, v=[-0.3], w=[0.0], q=[0.5], p=[1.0]).residual < 1e-12
+    >>> fo.reference.referee(node, bonded, 0.5, v=[-0.3], w=[0.0], q=[0.5], p=[1.0]).residual < 1e-12
     True
     """
     f = friction_coefficients(friction, checked_system(system).nodes)

@@ -40,7 +40,7 @@ class OrderPreserving(Shown):
     --------
     >>> import frictopt as fo
     >>> punch = fo.scenes.PunchOnHalfPlane(elements=16).condense()
-    >>> fo.order_preserving(punch, friction=0.43).to_frame().query("not holds")["node"].tolist()
+    >>> fo.reference.order_preserving(punch, friction=0.43).to_frame().query("not holds")["node"].tolist()
     [1, 15]
     """
 
@@ -82,9 +82,9 @@ def order_preserving(system: ContactSystem, friction: ArrayLike) -> OrderPreserv
     --------
     >>> import frictopt as fo
     >>> punch = fo.scenes.PunchOnHalfPlane(elements=16).condense()
-    >>> fo.order_preserving(punch, friction=0.3)
+    >>> fo.reference.order_preserving(punch, friction=0.3)
     OrderPreserving(holds=True, largest_friction=0.428576)
-    >>> fo.order_preserving(punch, friction=0.7).holds
+    >>> fo.reference.order_preserving(punch, friction=0.7).holds
     False
     """
     f = friction_coefficients(friction, checked_plane(system).nodes)

@@ -1,4 +1,4 @@
-"""What questions answer: the classes of all results, for `isinstance` and for type hints."""
+"""What questions answer: the classes of all results, for `isinstance` and for type hints; and the warning of a store of results."""
 
 from ..contact import Attempt, Onset, OnsetEvent, OrderPreserving, SolveRecord, Verdict
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
@@ -8,11 +8,13 @@ from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
 from .guarantee import GuaranteeCheck
 from .protocols import LimitAfterProtocol
+from .store import DamagedRows
 from .wear_history import WearHistory
 from .worn_in import WornIn
 
 __all__ = [
     "Attempt",
+    "DamagedRows",
     "DampingCurve",
     "Design",
     "DissipationRange",

@@ -12,10 +12,10 @@ from ..contact.portable import Portable
 from ..contact.system import checked_system
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
-from ..limits import ShakedownLimit, safe_slip, shakedown_limit
+from ..limits import ShakedownLimit, safe_slip, safe_vertices, shakedown_limit
 from .load_steps import LoadStep, assembled_slip
 
-__all__ = ["LoadStep", "Start", "assembled_slip", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips"]
+__all__ = ["LoadStep", "Start", "assembled_slip", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips", "safe_vertices"]
 
 _MODES = 6  # degree of the Chebyshev polynomials that make up a smooth slip
 _MOST = 100_000  # slips of a kind and amplitude; more would fill the memory

@@ -57,7 +57,7 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
     ... )
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> fo.safe_vertices(system, cycle, friction=0.5, load_factor=0.3, directions=[[1.0, 0.0], [0.0, 1.0]]).shape
+    >>> fo.starts.safe_vertices(system, cycle, friction=0.5, load_factor=0.3, directions=[[1.0, 0.0], [0.0, 1.0]]).shape
     (2, 2)
     """
     factor = finite_number("load_factor", load_factor, least=0.0)

@@ -1,10 +1,11 @@
-"""Closed-form solutions of frictional contact: pure functions with citation and units, which the tests compare the package with.
+"""What answers are compared with: closed-form solutions of frictional contact with citation and units, and the referee of any state.
 
 Limits and dissipation of a load that swings between two corners: bonded reactions `r0 + lam * s * r1` with `s = -1, +1`, tangential parts
 `q0, q1` along +x, normal parts `p0, p1` positive in compression. A limit is finite, inf (no load factor is too large) or nan (nothing is safe, not
 even `lam = 0`). A dissipation is the work of friction in one cycle of the steady state.
 """
 
+from ..contact import order_preserving, referee
 from ._arrays import ContactArrays
 from .bonded_corner import CornerMode, bonded_corner
 from .bounds import gross_slip_bound, patch_limit
@@ -36,7 +37,9 @@ __all__ = [
     "half_plane_influence",
     "half_space_contact",
     "masing_dissipation",
+    "order_preserving",
     "patch_limit",
+    "referee",
     "rod_dissipation",
     "rod_end_displacement",
     "single_node_dissipation",

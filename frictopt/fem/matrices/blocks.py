@@ -4,9 +4,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TypeAlias
 
+import numpy as np
+
 from ...errors import ModelError
 
-__all__ = ["Block", "blocks", "fields", "number", "parameters", "text_of"]
+__all__ = ["Block", "blocks", "fields", "members_of", "number", "parameters", "text_of", "thickness"]
 
 Block: TypeAlias = tuple[str, dict[str, str], list[str]]  # keyword and names of parameters without blanks, data lines
 
@@ -64,3 +66,19 @@ def number(field: str) -> float:
 def parameters(options: Mapping[str, str]) -> str:
     """Parameters as a deck has them."""
     return ", ".join(f"{name}={value}" if value else name for name, value in options.items())
+
+
+def thickness(lines: list[str]) -> float:
+    """The first entry of a section, which plane elements take as their thickness."""
+    try:
+        return number((fields(lines[0]) or ["1"])[0]) if lines else 1.0
+    except ValueError:
+        return np.nan
+
+
+def members_of(lines: list[str], generate: bool) -> list[list[str]]:
+    """Members of a set, numbers or names of other sets."""
+    if not generate:
+        return [[field] for line in lines for field in fields(line)]
+    ranges = [[int(field) for field in fields(line)] for line in lines]
+    return [[str(n)] for first, last, *step in ranges for n in range(first, last + 1, *step)]

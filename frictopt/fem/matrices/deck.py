@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,11 +14,13 @@ from ...contact.checks import Array, finite_array, frozen, shown
 from ...contact.show import Shown
 from ...errors import ModelError
 from ..ordering import Integers
-from .blocks import Block, blocks, fields, number, parameters
+from .blocks import Block, blocks, fields, members_of, number, parameters, thickness
 from .constraints import CONSTRAINING, Constraints, constraints_of
 from .kinds import CORNERS, FACELESS, LINES, PLANES, SHAPES, node_count, shape_of
 
 __all__ = ["Deck", "deck_of_points", "read_deck"]
+
+Solids: TypeAlias = list[tuple[str, list[list[int]]]]  # blocks of elements: their type, and number and nodes of each
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -165,6 +168,21 @@ def _check_directions(path: Path, keyword: str, options: Mapping[str, str], line
         )
 
 
+def _with_nodes(solids: Solids, row: Mapping[int, int]) -> tuple[tuple[str, Integers, Integers], ...]:
+    """Elements of each block: type, numbers, and rows of their nodes."""
+    return tuple(
+        (kind, _frozen([r[0] for r in rows]), _rows(row, [n for r in rows for n in r[1:]], f"elements {kind}").reshape(len(rows), -1))
+        for kind, rows in solids
+        if rows
+    )
+
+
+def _of_plane(sections: list[tuple[str, float]], solids: Solids, sets: Mapping[str, Integers]) -> tuple[float, ...]:
+    """Thicknesses of the sections that hold plane elements."""
+    plane = [n for kind, rows in solids if kind.startswith(("CPE", "CPS")) for n, *_ in rows]
+    return tuple(dict.fromkeys(t for name, t in sections if plane and (not name or np.isin(sets.get(name, []), plane).any())))
+
+
 def read_deck(path: Path) -> Deck:
     """Read a deck and the files that it includes; keywords that neither name, join nor constrain nodes are passed over.
 
@@ -178,7 +196,7 @@ def read_deck(path: Path) -> Deck:
     """
     nodes: dict[int, list[float]] = {}
     members: dict[str, dict[str, list[str]]] = {"NSET": {}, "ELSET": {}, "SURFACE": {}}
-    solids: list[tuple[str, list[list[int]]]] = []
+    solids: Solids = []
     sections: list[tuple[str, float]] = []
     constraining: list[Block] = []
     faces: dict[str, list[list[str]]] = {}
@@ -191,47 +209,39 @@ def read_deck(path: Path) -> Deck:
                 found = _elements(options["TYPE"], lines)
                 solids.append((options["TYPE"], [list(map(int, row)) for row in found]))
             elif keyword in ("NSET", "ELSET"):
-                found = _members(lines, "GENERATE" in options)
+                found = members_of(lines, "GENERATE" in options)
             elif keyword == "SURFACE" and options.get("TYPE") == "NODE":
-                found = _members([line.split(",")[0] for line in lines], False)  # a weight may follow
+                found = members_of([line.split(",")[0] for line in lines], False)  # a weight may follow
                 members["SURFACE"][options["NAME"]] = [row[0] for row in found]
             elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT") == "ELEMENT":
                 found = [row for row in map(fields, lines) if re.fullmatch("S[1-6]", row[-1])]
                 faces.setdefault(options["NAME"], []).extend(found)
             elif keyword in ("SOLIDSECTION", "NODALTHICKNESS"):
-                sections.append((options["ELSET"], _thickness(lines)) if keyword == "SOLIDSECTION" else ("", np.nan))
+                sections.append((options["ELSET"], thickness(lines)) if keyword == "SOLIDSECTION" else ("", np.nan))
             elif keyword in CONSTRAINING:
                 constraining.append((keyword, options, lines))
             else:
                 continue
         except (KeyError, ValueError, IndexError) as error:
             raise ModelError(f"deck {path.name}: the block *{keyword} {parameters(options)} cannot be read ({error}); repair it") from error
-        for kind, where in (("NSET", ("NODE", "NSET")), ("ELSET", ("ELEMENT", "ELSET"))):
-            if keyword in where and kind in options:
+        for kind, first in (("NSET", "NODE"), ("ELSET", "ELEMENT")):
+            if keyword in (kind, first) and kind in options:
                 members[kind].setdefault(options[kind], []).extend(row[0] for row in found)
     if not nodes:
         raise ModelError(f"deck {path.name}: no nodes; give the input deck of the job")
     row = {name: i for i, name in enumerate(nodes)}
     sets = {name: _rows(row, _resolved(members["NSET"], name), f"node set {name}") for name in members["NSET"]}
     element_sets = {name: _frozen(_resolved(members["ELSET"], name)) for name in members["ELSET"]}
-    plane = [n for kind, rows in solids if kind.startswith(("CPE", "CPS")) for n, *_ in rows]
-    thick = [t for name, t in sections if plane and (not name or np.isin(element_sets.get(name, []), plane).any())]
     surfaces = {name: _rows(row, _resolved(members["NSET"] | {"": own}, ""), f"surface {name}") for name, own in members["SURFACE"].items()}
     return Deck(
         numbers=_frozen(list(nodes)),
         points=frozen([(*point, 0.0, 0.0, 0.0)[:3] for point in nodes.values()]),
         sets=MappingProxyType(sets),
-        elements=tuple(
-            (kind, _frozen([r[0] for r in rows]), _rows(row, [n for r in rows for n in r[1:]], f"elements {kind}").reshape(len(rows), -1))
-            for kind, rows in solids
-            if rows
-        ),
+        elements=_with_nodes(solids, row),
         element_sets=MappingProxyType(element_sets),
-        thicknesses=tuple(dict.fromkeys(thick)),
+        thicknesses=_of_plane(sections, solids, element_sets),
         constraints=constraints_of(constraining, row, sets | surfaces),
-        surfaces={
-            name: tuple((_frozen(_resolved(members["ELSET"] | {"": row[:1]}, "")), int(row[1][1])) for row in own) for name, own in faces.items()
-        },
+        surfaces={k: tuple((_frozen(_resolved(members["ELSET"] | {"": row[:1]}, "")), int(row[1][1])) for row in own) for k, own in faces.items()},
     )
 
 
@@ -252,22 +262,6 @@ def _elements(kind: str, lines: list[str]) -> list[list[str]]:
     if len(flat) % size:
         raise ValueError(f"{len(flat)} numbers, {size} an element")
     return [flat[i : i + size] for i in range(0, len(flat), size)]
-
-
-def _thickness(lines: list[str]) -> float:
-    """The first entry of a section, which plane elements take as their thickness."""
-    try:
-        return number((fields(lines[0]) or ["1"])[0]) if lines else 1.0
-    except ValueError:
-        return np.nan
-
-
-def _members(lines: list[str], generate: bool) -> list[list[str]]:
-    """Members of a set, numbers or names of other sets."""
-    if not generate:
-        return [[field] for line in lines for field in fields(line)]
-    ranges = [[int(field) for field in fields(line)] for line in lines]
-    return [[str(n)] for first, last, *step in ranges for n in range(first, last + 1, *step)]
 
 
 def _resolved(sets: Mapping[str, list[str]], name: str, above: tuple[str, ...] = ()) -> list[int]:

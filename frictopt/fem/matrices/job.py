@@ -83,8 +83,7 @@ class MatrixJob(Shown):
 
     def _answer(self) -> Mapping[str, object]:
         others = {"generalised": len(self.generalised)} if len(self.generalised) else {}
-        sets = sorted(self._known.sets) if self.deck else None
-        return {"unknowns": len(self.labels), "directions": self._directions, **others, "sets": sets}
+        return {"unknowns": len(self.labels), "directions": self._directions, **others, "sets": sorted(self._known.sets) if self.deck else None}
 
     @property
     def _directions(self) -> int:
