@@ -33,7 +33,7 @@ ALLOWED = {  # libraries beyond the standard one, by layer
     "scenes": {"numpy", "skfem"},
     "solve": {"numpy", "scipy", "cvxpy", "pandas"},
     "limits": {"numpy", "scipy", "cvxpy", "pandas"},
-    "transients": {"numpy", "scipy", "cvxpy", "pandas", "numba", "lazy_loader"},
+    "transients": {"numpy", "scipy", "cvxpy", "pandas", "numba", "lazy_loader", "xarray"},  # the last one where a Dataset is asked for
     "histories": {"numpy", "scipy", "pandas", "threadpoolctl"},
     "plots": {"numpy", "pandas", "skfem", "matplotlib", "mpl_toolkits"},  # the last one comes with matplotlib
 }

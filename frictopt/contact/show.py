@@ -57,11 +57,14 @@ class Plotted:
         return import_module("frictopt.plots.draw").draw(self, ax)  # here, for matplotlib is slow to import and need not be installed
 
 
-def frame(columns: Mapping[str, object], types: Mapping[str, str] | None = None) -> "pd.DataFrame":
-    """A pandas DataFrame with these columns; `types` names the types that pandas would not choose itself."""
+def frame(columns: Mapping[str, object], types: Mapping[str, str] | None = None, units: str | None = None) -> "pd.DataFrame":
+    """A pandas DataFrame with these columns; `types` names the types that pandas would not choose itself, `units` go to its `attrs`."""
     import pandas as pd  # imported here, because only tables need it
 
-    return pd.DataFrame(columns).astype(dict(types or {}))
+    table = pd.DataFrame(columns).astype(dict(types or {}))
+    if units is not None:
+        table.attrs["units"] = units
+    return table
 
 
 def components(name: str, values: Array) -> dict[str, Array]:

@@ -14,10 +14,10 @@ from .parts import joined
 
 __all__ = ["is_folder", "read", "read_folder", "values", "write"]
 
-_NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star", "compliance")
+_NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star", "compliance", "units")
 _BLOCKS = ("A", "B", "C", "x")  # of a folder
 _OPTIONAL = ("gap", "width")  # files of N rows in a folder
-_FORM = "frictopt contact system 5"
+_FORM = "frictopt contact system 6"
 _MOST_NODES = 20_000  # in a folder: S then takes 13 GB, which a short damaged file could ask for
 
 
@@ -56,9 +56,10 @@ def read(source: str | Path) -> dict[str, Any]:
     """The arguments of a contact system, from an archive."""
     arrays = _read_archive(source)
     cases, bonded = arrays.pop("cases").tolist(), arrays.pop("bonded")
-    modulus = arrays.pop("E_star")
+    modulus, units = arrays.pop("E_star"), arrays.pop("units")
     known = {name: array if array.size else None for name, array in arrays.items()}
-    return {**known, "E_star": modulus.item() if modulus.size else None, "bonded": dict(zip(cases, bonded, strict=True))}
+    known |= {name: array.item() if array.size else None for name, array in (("E_star", modulus), ("units", units))}
+    return {**known, "bonded": dict(zip(cases, bonded, strict=True))}
 
 
 def _digest(arrays: Mapping[str, np.ndarray]) -> np.ndarray:

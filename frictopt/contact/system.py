@@ -19,6 +19,7 @@ from .parts import check_order, checked_bonded, checked_frames, checked_width, c
 from .show import Shown, frame
 from .stiffness import check_semi_definite, in_series, overlapping, symmetrised
 from .tolerances import RIGID
+from .units import checked_units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -65,6 +66,9 @@ class ContactSystem(Shown):
     compliance
         (cases, cases) compliance of the load cases on the glued bodies, in the order of `bonded`: entry j, k is the displacement of load case j under
         the unit load k, that is the work of the unit load j in it. None: not known; only `displacements` needs it.
+    units
+        Names of the units of force and length, such as "N, mm", for the axes of pictures and `attrs["units"]` of tables; no number depends on them.
+        None: not known.
 
     Attributes
     ----------
@@ -104,6 +108,7 @@ class ContactSystem(Shown):
     width: Array | None = None
     E_star: float | None = None
     compliance: Array | None = None
+    units: str | None = None
     nodes: int = field(init=False)
     tangents: int = field(init=False)
     slip_shape: tuple[int, ...] = field(init=False)
@@ -133,6 +138,7 @@ class ContactSystem(Shown):
             "width": None if self.width is None else checked_width(self.width, n),
             "E_star": None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
             "compliance": None if L is None else symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
+            "units": checked_units(self.units),
             "nodes": n,
             "tangents": axes - 1,
             "slip_shape": (n,) if axes == 2 else (n, 2),
@@ -156,6 +162,7 @@ class ContactSystem(Shown):
         width: Any = None,
         E_star: float | None = None,
         compliance: Any = None,
+        units: str | None = None,
     ) -> Self:
         """A contact in the plane on a straight line, from the (N, N) blocks of its stiffness and the (N,) coordinates of its nodes on that line.
 
@@ -187,13 +194,15 @@ class ContactSystem(Shown):
         A, B, C = (finite_array(name, block, (n, n)) for name, block in zip("ABC", (A, B, C), strict=True))
         A, C = symmetrised("A", A), symmetrised("C", C)
         points = np.column_stack([line, np.zeros(n)])
-        return cls(np.block([[A, B.T], [B, C]]), points, bonded, gap=gap, contact=contact, width=width, E_star=E_star, compliance=compliance)
+        more = {"contact": contact, "width": width, "E_star": E_star, "compliance": compliance, "units": units}
+        return cls(np.block([[A, B.T], [B, C]]), points, bonded, gap=gap, **more)
 
     def _answer(self) -> Mapping[str, object]:
         names = [] if self.contact is None else list(dict.fromkeys(self.contact.tolist()))
         several = {"contacts": names} if len(names) > 1 else {}
         place = {"x": f"{self.x[0]:g} .. {self.x[-1]:g}"} if self.tangents == 1 else {"tangents": 2}
-        return {"nodes": self.nodes, **place, **several, "loads": sorted(self.bonded), "gap": bool(self.gap.any())}
+        units = {} if self.units is None else {"units": self.units}
+        return {"nodes": self.nodes, **place, **several, "loads": sorted(self.bonded), "gap": bool(self.gap.any()), **units}
 
     def to_frame(self) -> "pd.DataFrame":
         """A pandas DataFrame with one row for each node: node, contact and width where they are known, x (in the plane), gap, point and normal."""
@@ -205,7 +214,7 @@ class ContactSystem(Shown):
             columns["contact"] = self.contact
         for name, values in (("point", self.points), ("normal", self.normals)):
             columns |= {f"{name}_{axis}": column for axis, column in zip("xyz", values.T, strict=False)}
-        return frame(columns if self.width is None else {**columns, "width": self.width})
+        return frame(columns if self.width is None else {**columns, "width": self.width}, units=self.units)
 
     @property
     def x(self) -> Array:

@@ -52,6 +52,7 @@ def condense(
     contact: ArrayLike | None = None,
     width: Any = None,
     E_star: float | None = None,
+    units: str | None = None,
 ) -> ContactSystem:
     """Condense the stiffness matrix of any finite-element code to the contacts of its bodies, in the plane or in space.
 
@@ -94,8 +95,8 @@ def condense(
         (N,) names of the contact that each pair belongs to; None: one contact, "contact".
     width
         (N,) tributary lengths, in space areas; None: in the plane half the distances to the neighbours on the same contact, in space not known.
-    E_star
-        Contact modulus, see `ContactSystem`.
+    E_star, units
+        Contact modulus, and names of the units, see `ContactSystem`.
 
     Returns
     -------
@@ -153,7 +154,8 @@ def condense(
     check_forgotten(graph, interface, rows, where)
     _, body = connected_components(graph, directed=False)
     S, bonded, L = condensed(K, F, overlaps, interface, rows, where, names, graph, lambda node: f"node {node} of body {body[node]}", others)
-    return ContactSystem(S, x, bonded, gap=apart, frames=frames, contact=np.array(names), width=width, E_star=E_star, compliance=L)
+    known: dict[str, Any] = {"gap": apart, "frames": frames, "contact": np.array(names), "width": width, "E_star": E_star, "units": units}
+    return ContactSystem(S, x, bonded, compliance=L, **known)
 
 
 def condensed(

@@ -13,6 +13,7 @@ from ..contact import ContactSystem
 from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, listed_parts, shown
 from ..contact.parts import compliances, joined, parted
 from ..contact.show import Plotted, Shown
+from ..contact.units import checked_units
 from ..errors import ModelError, ModelWarning
 from .assembly import LOADS, Assembly, Load, nodes_of
 from .bodies import Body, Support
@@ -52,13 +53,14 @@ class ContactModel(Shown, Plotted):
         Of plane meshes "plane_strain" (None says so too), "plane_stress", or "axisymmetric": x is then the radius and x = 0 the axis, and stiffness,
         forces and widths (which are areas) are those of the whole circumference. Nothing twists or bends: slips are along the meridian. Of meshes in
         space "space" (or None).
+    units
+        Names of the units of force and length, such as "N, mm", for pictures and tables, see `ContactSystem`.
 
     Raises
     ------
     ModelError
         A body or boundary that is unknown, contacts of the same name, faces that do not meet (see `Contact`) or are all corners of other contacts,
-        flat facets of two bodies that lie on each other in no contact, a load case without loads, meshes of different dimensions or of another one
-        than the kinematics.
+        flat facets of two bodies that lie on each other in no contact, a load case without loads, meshes that do not fit each other or kinematics.
 
     Examples
     --------
@@ -85,6 +87,7 @@ class ContactModel(Shown, Plotted):
     loads: Mapping[str, Sequence[Load]]
     contacts: Sequence[Contact] = ()
     kinematics: Kinematics | None = None
+    units: str | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.bodies, Mapping) or not self.bodies:
@@ -110,6 +113,7 @@ class ContactModel(Shown, Plotted):
             "loads": MappingProxyType(loads),
             "contacts": contacts,
             "kinematics": kinematics,
+            "units": checked_units(self.units),
         }.items():
             object.__setattr__(self, name, value)
         _ = self._cases
@@ -139,8 +143,7 @@ class ContactModel(Shown, Plotted):
         Raises
         ------
         ModelError
-            Rigid motions that nothing prevents, supports on both nodes of a pair, a stiffness that cannot be factorised, or not accurately enough
-            (extreme materials, sizes or elements).
+            Rigid motions that nothing prevents, supports on both nodes of a pair, a stiffness that cannot be factorised accurately.
         """
         parts, (K, interface), (R, D) = self._parts, (self._parts.stiffness, self._parts.interface), self._parts.release
         names, points = [parts.names[number] for number in parts.contact], parts.points[interface.nodes]
@@ -153,12 +156,12 @@ class ContactModel(Shown, Plotted):
         overlaps = {name: overlap for name, (_, _, overlap) in self._cases.items() if overlap.any()}
         S, bonded, L = condensed(K, F, overlaps, interface, parts.free_rows, parts.points, names, node_graph(K, parts.free_rows), parts.called)
         L += pulls.T @ moved + moved.T @ (pulls - drawn) + force.T @ (D @ force)  # of moved supports, and of bolts that are cut
-        materials = {name: body.material for name, body in self.bodies.items()}
-        moduli = {name: one.E if self.kinematics == "plane_stress" else one.plane_modulus for name, one in materials.items()}
+        stress = self.kinematics == "plane_stress"
+        moduli = {name: body.material.E if stress else body.material.plane_modulus for name, body in self.bodies.items()}
         E_star = {1 / (1 / moduli[contact.body_1] + 1 / moduli[contact.body_2]) for contact in self.contacts}
-        modulus, contact = E_star.pop() if len(E_star) == 1 else None, np.array(names)
+        E, contact = E_star.pop() if len(E_star) == 1 else None, np.array(names)
         rigid = ContactSystem(
-            S, points, bonded, gap=parts.gap, frames=interface.frames, contact=contact, width=parts.width, E_star=modulus, compliance=L
+            S, points, bonded, gap=parts.gap, frames=interface.frames, contact=contact, width=parts.width, E_star=E, compliance=L, units=self.units
         )
         tangential, normal = self._springs
         return rigid.with_contact_stiffness(tangential=tangential, normal=normal)

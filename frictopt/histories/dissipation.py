@@ -177,7 +177,8 @@ def _table(numbers: Sequence[int], runs: Sequence[Run], rows: Mapping[str, Row])
         found = {"load_ratio": ratio, "shakedown_limit": limit, "dissipation_scaled": row["dissipation"] * scale}
         records.append({**row, **names, **found})
     table = pd.DataFrame(records, columns=list(_COLUMNS)).astype({name: _TYPES.get(name, "float64") for name in _COLUMNS})
-    table.attrs = {"missing": len(runs) - len(records)}
+    units = {} if case is None or case.system.units is None else {"units": case.system.units}
+    table.attrs = {"missing": len(runs) - len(records), **units}
     return table
 
 

@@ -76,7 +76,7 @@ class WornIn(Recorded, Plotted):
 
     def to_frame(self) -> "pd.DataFrame":
         """The DataFrame of the nodes: columns node, x, stick, depth; in space x, y, z."""
-        return frame({"node": range(len(self.depth)), **places(self.system), "stick": self.stick, "depth": self.depth})
+        return frame({"node": range(len(self.depth)), **places(self.system), "stick": self.stick, "depth": self.depth}, units=self.system.units)
 
     def _answer(self) -> Mapping[str, object]:
         numbers = {"nodes": len(self.depth), "stick": int(self.stick.sum()), "largest_depth": float(self.depth.max())}

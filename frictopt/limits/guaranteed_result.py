@@ -111,7 +111,7 @@ class GuaranteedLimit(Answered):
         lower bound of it.
         """
         found = {"load_factor": self._by_node, "how": self._how}
-        return frame({"node": range(len(self._how)), **places(self.system), **found, **components("slip", self.slip)})
+        return frame({"node": range(len(self._how)), **places(self.system), **found, **components("slip", self.slip)}, units=self.system.units)
 
     def witness_above_least(self, most: float) -> tuple[float, Array] | None:
         """Where the limit is `least`: a load factor above, at most `most`, and the safe slip that makes `node` critical there, length.

@@ -101,7 +101,7 @@ class SafeSlip(Answered):
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place and slip."""
-        return frame(self._places())
+        return frame(self._places(), units=self.system.units)
 
     def _answer(self) -> Mapping[str, Any]:
         return {name: getattr(self, name) for name in ("exists", "margin", "bound", "largest_slip", "residual", "reason")}

@@ -94,7 +94,9 @@ class SeparatedLimit(WithSlip, Plotted):
         """The DataFrame of the nodes: columns node, its place, slip, gap at the last corner, and open."""
         gap = np.full(self.system.nodes, np.nan) if self.state is None else self.state.gap
         slip = components("slip", self.slip)
-        table: pd.DataFrame = frame({"node": range(self.system.nodes), **places(self.system), **slip, "gap": gap, "open": self.open})
+        table: pd.DataFrame = frame(
+            {"node": range(self.system.nodes), **places(self.system), **slip, "gap": gap, "open": self.open}, units=self.system.units
+        )
         return table
 
     def _answer(self) -> Mapping[str, Any]:

@@ -189,7 +189,7 @@ class ShakedownLimit(Answered):
         """
         ratio = self.traction_ratios
         ratio = np.where(np.isnan(ratio), 0.0, ratio).max(axis=0) if np.isfinite(self.load_factor) else ratio[0]
-        return frame({**self._places(), "traction_ratio": ratio})
+        return frame({**self._places(), "traction_ratio": ratio}, units=self.system.units)
 
     def _answer(self) -> Mapping[str, Any]:
         chosen = () if self.objective is None else ("objective",)

@@ -3,6 +3,9 @@
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from ..contact.units import in_units
 from ..errors import ModelError
 from .picture import Runs, picture
 
@@ -28,14 +31,29 @@ def draw(result: object, ax: "Axes | AxesArray | None" = None) -> "Axes | AxesAr
         `ax` is not as many axes as the picture has panels.
     """
     try:
-        import matplotlib.pyplot  # noqa: F401
+        from matplotlib.text import Text
     except ImportError as error:
         raise ImportError("plots need matplotlib: python -m pip install 'frictopt[figures]'") from error
     from . import bodies, damping, design, limits, region, searches, spatial, study, transients, wear  # noqa: F401  each registers its pictures
     from .style import screen
 
     with nullcontext() if ax is not None else screen():
-        return picture(result, ax)
+        drawn = picture(result, ax)
+    if (units := _units(result)) is not None:
+        for text in np.ravel(np.asarray(drawn, dtype=object))[0].figure.findobj(Text):
+            text.set_text(in_units(text.get_text(), units))
+    return drawn
+
+
+def _units(result: object) -> str | None:
+    """The units of a result, those of its system or of what it holds; None if they are not known."""
+    if isinstance(result, Runs):
+        known: str | None = result.table.attrs.get("units")
+        return known
+    for name in ("units", "system", "limit", "least_state"):
+        if (part := getattr(result, name, None)) is not None:
+            return part if isinstance(part, str) else _units(part)
+    return None
 
 
 def plot_study(table: "Table", ax: "Axes | None" = None) -> "Axes | AxesArray":

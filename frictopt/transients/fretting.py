@@ -44,7 +44,7 @@ def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, st
             raise ModelError(f"stress, strain: {len(sigma)} and {len(epsilon)} states; give both at the same states, at least one")
         tension = np.maximum(sigma.max(axis=0), 0.0)
         columns[f"F2{unit}"], columns["SWT"] = tension * first, tension * np.ptp(epsilon, axis=0) / 2
-    table = frame(columns)
+    table = frame(columns, units=system.units)
     table.attrs["note"] = _NOTE if system.width is not None else f"nodal forces, not tractions: the system has no width; {_NOTE}"
     return table
 

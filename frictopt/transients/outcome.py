@@ -142,7 +142,7 @@ class SteadyState(Recorded, Plotted):
     def to_frame(self) -> "pd.DataFrame":
         """The DataFrame of the nodes: columns node, x, slip, open, dissipation (work of friction per cycle); in space x, y, z, slip1, slip2."""
         columns = {"node": range(len(self.gap)), **places(self.system), **components("slip", self.slip), "open": self.open}
-        return frame({**columns, "dissipation": self.dissipation_per_node})
+        return frame({**columns, "dissipation": self.dissipation_per_node}, units=self.system.units)
 
     def states(self) -> Trajectory:
         """All states of one period, from the last corner to the last corner: the first one, and one after each event or increment.

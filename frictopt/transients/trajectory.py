@@ -19,6 +19,7 @@ from .loop import LoadLoop
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 __all__ = ["Trajectory"]
 
@@ -200,13 +201,47 @@ class Trajectory(Shown, Plotted):
         return list(self.system.bonded).index(choice("case", case, self.system.bonded))
 
     def to_frame(self) -> "pd.DataFrame":
-        """The DataFrame of all states and nodes: columns state, time, node, x, slip, gap, q, p, status, work; in space y, z, slip1 .."""
+        """The DataFrame of all states and nodes: columns state, time, node, x, slip, gap, q, p, status, work; in space y, z, slip1 ..
+
+        The status is a word: "stick", "slip", "open"; in the plane "slip+" along the tangent and "slip-" against it.
+        """
         states, nodes = self.gap.shape
         state, node = np.repeat(np.arange(states), nodes), np.tile(np.arange(nodes), states)
         columns = {"state": state, "time": self.time[state], "node": node} | {name: place[node] for name, place in places(self.system).items()}
-        for name in ("slip", "gap", "q", "p", "status", "work"):
+        for name in ("slip", "gap", "q", "p", "work"):
             columns |= components(name, getattr(self, name).reshape(states * nodes, *self.system.slip_shape[1:] if name in ("slip", "q") else ()))
-        return frame(columns)
+        return frame({**columns, "status": self._words.ravel()}, units=self.system.units)
+
+    @property
+    def _words(self) -> NDArray[np.str_]:
+        """(T, N) status in words."""
+        words = ("stick", "slip+", "open", "slip-") if self.system.tangents == 1 else ("stick", "slip", "open")
+        return np.array(words)[self.status]
+
+    def to_xarray(self) -> "xr.Dataset":
+        """The states as a Dataset of xarray, which must be installed: slip, gap, q, p, status (in words) and work over state, node and tangent.
+
+        Coordinates are time, the places of the nodes, and the amplitudes of the load cases (case).
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+        >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+        >>> states = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0).states().to_xarray()
+        >>> round(float(states["slip"].sel(node=0).max()), 9)
+        0.5
+        """
+        import xarray as xr  # here, for it need not be installed
+
+        vectors = ("state", "node") if self.system.tangents == 1 else ("state", "node", "tangent")
+        data = {name: (vectors, getattr(self, name)) for name in ("slip", "q")}
+        data |= {name: (("state", "node"), getattr(self, name)) for name in ("gap", "p", "work")}
+        data["status"] = (("state", "node"), self._words)
+        coordinates = {"node": np.arange(self.system.nodes), "time": ("state", self.time), "case": list(self.system.bonded)}
+        coordinates |= {name: ("node", place) for name, place in places(self.system).items()}
+        coordinates["amplitude"] = (("state", "case"), self.amplitudes)
+        return xr.Dataset(data, coordinates, {} if self.system.units is None else {"units": self.system.units})
 
     def _answer(self) -> Mapping[str, object]:
         cycles = max(0, int(self.time[-1])) // self.corners
