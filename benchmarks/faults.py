@@ -255,6 +255,8 @@ FAULTS = (
     Fault("transients/increments/increment.py", "the slip before does not count", "joined(self.slip, gap)", "joined(slip, gap)",
           "increment_*"),
     # path
+    Fault("transients/exact/kernel.py", "a node at one bound sticks without being asked", "off = min(slack_forward, slack_backward)",
+          "off = max(slack_forward, slack_backward)", "path_exact"),
     Fault("transients/exact/kernel.py", "work by the pressure before", "0.5 * (before + state.r[nodes + node])", "before",
           "path_exact work_of_friction"),
     Fault("transients/exact/kernel.py", "work by six tenths of the two pressures", "f[node] * 0.5 * (before", "f[node] * 0.6 * (before",

@@ -406,6 +406,17 @@ def _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u):
 
 
 @njit(**_OPTIONS)
+def _plainly_right(f, status, r, u_rate, node, force):
+    """Whether a pressed node sticks off its bounds, or slips the way that it moves: `_wanted` is its status then, and costs more to ask."""
+    p = r[len(f) + node]
+    if status[node] == OPEN or not p > AT_BOUND * 1e-3 * force[node]:
+        return False
+    slack_forward, slack_backward = _slacks(f, r, node, len(f))
+    off = min(slack_forward, slack_backward) > AT_BOUND * (f[node] * p + 1e-3 * force[node])
+    return off if status[node] == STICK else status[node] * u_rate[node] >= 0.0
+
+
+@njit(**_OPTIONS)
 def _change_status(S, f, state, active, node, wanted):
     """Change the status of a node; returns its pivot share: 1 for stick; 0 if its rates would not be unique (then it sticks)."""
     if state.status[node] != STICK:
@@ -416,9 +427,9 @@ def _change_status(S, f, state, active, node, wanted):
 
 
 @_entry_point
-def settle(S, f, load_rate, state, active, force, u_rate, r_rate):
-    """Iterate on the signs of the rates until the statuses of all nodes at a bound agree with them."""
-    nodes = len(f)
+def settle(S, f, load_rate, state, active, force, u_rate, r_rate, known):
+    """Iterate on the signs of the rates until the statuses of all nodes at a bound agree with them; `known`: the rates are those of the statuses."""
+    nodes, status, r = len(f), state.status, state.r
     largest, stiffness = 0.0, 0.0
     for k in range(2 * nodes):
         largest = max(largest, abs(load_rate[k]))
@@ -428,9 +439,13 @@ def settle(S, f, load_rate, state, active, force, u_rate, r_rate):
     wanted = np.empty(nodes, dtype=np.int8)
     not_unique = False
     for iteration in range(_BLOCK + _SINGLE):
-        solve_rates(S, active, load_rate, u_rate, r_rate)
+        if iteration > 0 or not known:
+            solve_rates(S, active, load_rate, u_rate, r_rate)
         wrong = 0
         for node in range(nodes):
+            if _plainly_right(f, status, r, u_rate, node, force):
+                wanted[node] = status[node]
+                continue
             wanted[node], masked = _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u)
             if masked:
                 least = _own_least(S, load_rate, u_rate, node)
@@ -716,12 +731,12 @@ def follow(S, f, bonded, load_rate, state, active, proof, force, start, settled,
         `DONE` or the reason to stop, and the time of the stop.
     """
     u_rate, r_rate = np.empty_like(load_rate), np.empty_like(load_rate)
-    time = start
+    time, known = start, False
     for _ in range(1000 + 200 * len(f)):
         if settled:
             solve_rates(S, active, load_rate, u_rate, r_rate)
         else:
-            code = settle(S, f, load_rate, state, active, force, u_rate, r_rate)
+            code = settle(S, f, load_rate, state, active, force, u_rate, r_rate, known)
             if code != SETTLED:
                 return code, time
             if not prove(S, f, state, force, proof):
@@ -730,7 +745,7 @@ def follow(S, f, bonded, load_rate, state, active, proof, force, start, settled,
             if record.used[0] == len(record.time):
                 return FULL, time
             _add_row(record, state, time)
-        settled = False
+        settled, known = False, True
         _count_changes(state)
         step, node = _next_event(f, state, u_rate, r_rate, force)
         if step >= 1.0 - time:
