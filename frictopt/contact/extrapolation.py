@@ -6,9 +6,11 @@ from itertools import pairwise
 import numpy as np
 
 from .checks import Array
-from .tolerances import AFFINE_FIT, PERIODIC, ROUNDING
+from .tolerances import PERIODIC, RESIDUAL, ROUNDING
 
 __all__ = ["SLOW", "distance_left", "drift_text", "limit_of"]
+
+_AFFINE_FIT = 1e3 * RESIDUAL  # deviation of a state from the linear map fitted to all states: the fit divides by small differences
 
 SLOW = 1e-3
 """A drift that changes by a smaller share of itself from cycle to cycle needs more than ten thousand cycles to die out."""
@@ -34,7 +36,7 @@ def limit_of(iterates: Array) -> tuple[Array, list[tuple[Array, Array]]] | None:
     basis = left[:, kept]
     step = basis.T @ distances[1:].T @ right[kept].T / sizes[kept]
     off = np.abs(distances[1:].T - basis @ step @ basis.T @ distances[:-1].T).max(axis=0)
-    if np.any(off > PERIODIC + AFFINE_FIT * np.abs(distances[:-1]).max(axis=1)):
+    if np.any(off > PERIODIC + _AFFINE_FIT * np.abs(distances[:-1]).max(axis=1)):
         return None
     rates, vectors = np.linalg.eig(step)
     modes = basis @ vectors * np.linalg.solve(vectors, basis.T @ distances[-2])

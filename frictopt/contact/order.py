@@ -11,12 +11,14 @@ from .checks import Array, frozen
 from .coulomb import friction_coefficients
 from .show import Shown, frame
 from .system import ContactSystem, checked_plane
-from .tolerances import PULL
+from .tolerances import CONDENSATION
 
 if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["OrderPreserving", "order_preserving"]
+
+_PULL = CONDENSATION  # a stiffness between two nodes up to this share of the largest entry of A and B counts as none: the data have this error
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -89,7 +91,7 @@ def order_preserving(system: ContactSystem, friction: ArrayLike) -> OrderPreserv
     """
     f = friction_coefficients(friction, checked_plane(system).nodes)
     pull, coupling = -system.A, np.abs(system.B)
-    rounding = PULL * max(float(np.abs(system.A).max()), float(coupling.max()))
+    rounding = _PULL * max(float(np.abs(system.A).max()), float(coupling.max()))
     coupled = coupling > rounding
     shares = np.where(coupled, pull / np.where(coupled, coupling, 1.0), np.where(pull >= -rounding, np.inf, -np.inf))
     np.fill_diagonal(shares, np.inf)

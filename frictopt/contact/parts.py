@@ -7,10 +7,11 @@ import numpy as np
 
 from ..errors import ModelError
 from .checks import Array, check_name, finite_array, frozen, real_array, shown
-from .tolerances import ORTHONORMAL
+from .tolerances import CONDENSATION
 
 __all__ = ["check_order", "checked_bonded", "checked_frames", "checked_springs", "checked_width", "compliances", "joined", "parted"]
 
+_ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
 _SOFTEST = 1e-150  # stiffness of a spring, and largest compliance: the product of two larger numbers overflows
 
 
@@ -39,7 +40,7 @@ def checked_frames(frames: object, n: int, axes: int) -> Array:
         return frozen(np.tile(np.eye(axes), (n, 1, 1)))
     checked = finite_array("frames", frames, (n, axes, axes))
     errors = np.abs(checked @ checked.transpose(0, 2, 1) - np.eye(axes)).max(axis=(1, 2))
-    if errors.max() > ORTHONORMAL:
+    if errors.max() > _ORTHONORMAL:
         raise ModelError(f"frames: the directions of node {int(errors.argmax())} are not orthonormal; give unit tangents and the unit normal")
     return checked
 

@@ -7,12 +7,13 @@ from scipy.sparse import csr_matrix
 
 from ..contact.checks import Array, place
 from ..contact.course import runs
-from ..contact.tolerances import ASIDE
+from ..contact.tolerances import CONDENSATION
 from ..errors import ModelError
 from .interface import Interface
 
 __all__ = ["check_course", "check_sides", "frames_of", "half_widths"]
 
+_ASIDE = 1e3 * CONDENSATION  # share of its distance by which the neighbourhood of a node may lie on the wrong side: rounding of the coordinates
 _ALONG = 0.9  # share of x in a normal from which on the first tangent is taken from y
 
 
@@ -85,7 +86,7 @@ def check_sides(graph: csr_matrix, interface: Interface, points: Array, names: S
                 f"normals: those of contact {names[i]!r} point from body 1 into body 2, the first at {place(points[interface.nodes[i]])}; turn them "
                 "round, or exchange the columns of the pairs, and in the plane reverse the order of the pairs"
             )
-    near = ASIDE * np.linalg.norm(interface.opening @ inward, axis=1)
+    near = _ASIDE * np.linalg.norm(interface.opening @ inward, axis=1)
     around = pattern[interface.nodes].tocoo()
     heights = np.abs(np.sum(normals[around.row] * (points[around.col] - points[interface.nodes[around.row]]), axis=1))
     seen = np.bincount(around.row, heights, minlength=len(near)) > near  # springs along the face alone tell nothing

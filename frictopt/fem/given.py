@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, check_name, choice, finite_array, frozen, listed, place, shown, whole_array
-from ..contact.tolerances import SAME_POINT, SYMMETRY
+from ..contact.tolerances import CONDENSATION, SAME_POINT
 from ..errors import ModelError
 from .interface import Interface
 from .ordering import Integers
@@ -27,6 +27,8 @@ __all__ = [
     "same_point",
 ]
 
+_SYMMETRY = 10 * CONDENSATION  # asymmetry of a given stiffness, over its largest entry: other codes write ten digits or more
+
 
 def checked_stiffness(K: object) -> csr_matrix:
     """A square, finite, symmetric matrix."""
@@ -40,7 +42,7 @@ def checked_stiffness(K: object) -> csr_matrix:
     matrix.sum_duplicates()
     skew = (matrix - matrix.T).tocoo()
     worst = int(np.abs(skew.data).argmax()) if skew.nnz else 0
-    if skew.nnz and np.abs(skew.data[worst]) > SYMMETRY * np.abs(matrix.data).max():
+    if skew.nnz and np.abs(skew.data[worst]) > _SYMMETRY * np.abs(matrix.data).max():
         i, j = int(skew.row[worst]), int(skew.col[worst])
         raise ModelError(
             f"K: not symmetric, K[{i}, {j}] = {matrix[i, j]:g} but K[{j}, {i}] = {matrix[j, i]:g}; give both triangles of a symmetric stiffness, "
@@ -210,6 +212,6 @@ def checked_mass(M: csr_matrix | None, n: int) -> csr_matrix | None:
     """Check a mass matrix of n unknowns; None stays."""
     if M is None:
         return None
-    if not issparse(M) or M.shape != (n, n) or abs(M - M.T).max() > SYMMETRY * abs(M).max():
+    if not issparse(M) or M.shape != (n, n) or abs(M - M.T).max() > _SYMMETRY * abs(M).max():
         raise ModelError(f"M: {shown(M)}; give a symmetric sparse mass matrix of the size of the labels, {n}")
     return csr_matrix(M)

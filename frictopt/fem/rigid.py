@@ -6,12 +6,14 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from ..contact.checks import Array, place
-from ..contact.tolerances import EQUILIBRIUM, FREE_MOTION, SAME_POINT
+from ..contact.tolerances import CONDENSATION, EQUILIBRIUM, SAME_POINT
 from ..errors import ModelError
 from .interface import Interface
 from .ordering import NO_ROWS, Integers
 
 __all__ = ["assemblies", "balanced", "check_supports", "free_motions", "node_graph", "slips_of"]
+
+_FREE_MOTION = CONDENSATION  # a rigid motion is free if its forces, over the stiffness of the nodes it moves, are smaller: rounding of the stiffness
 
 
 def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
@@ -69,7 +71,7 @@ def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integer
         real = sizes > SAME_POINT * sizes[0]  # a single node cannot turn
         forces = np.linalg.qr(resistance[own].reshape(-1, rigid.shape[2]) @ (mixed[real].T / sizes[real]), mode="r")
         _, force, turn = np.linalg.svd(forces)
-        free = turn[np.pad(force, (0, len(turn) - len(force))) <= FREE_MOTION].T
+        free = turn[np.pad(force, (0, len(turn) - len(force))) <= _FREE_MOTION].T
         motions = (shapes @ (turned[:, real] @ free))[listed[own].ravel()]
         where = (np.repeat(unknowns[own][listed[own]], motions.shape[1]), np.tile(np.arange(motions.shape[1]), len(motions)))
         found.append(csr_matrix((motions.ravel(), where), shape=(K.shape[0], motions.shape[1])))
@@ -179,7 +181,7 @@ def _in_words(motions: csr_matrix, unknowns: Integers, points: Array) -> str:
     known = (unknowns > -2).ravel()  # the others follow
     parts = np.linalg.lstsq(basis[known], rows[known])[0]
     turns, sizes, mixed = np.linalg.svd(parts[d:] / np.linalg.norm(parts, axis=0))
-    turning = sizes > np.sqrt(FREE_MOTION)
+    turning = sizes > np.sqrt(_FREE_MOTION)
     turns, still = turns[:, : len(sizes)][:, turning], np.pad(~turning, (0, len(mixed) - len(sizes)), constant_values=True)
     shifts = np.linalg.qr((parts[:d] / np.linalg.norm(parts, axis=0)) @ mixed[still].T)[0]
     words = [f"move along {_axes(shifts, names[:d])}"] if shifts.shape[1] else []
@@ -190,7 +192,7 @@ def _in_words(motions: csr_matrix, unknowns: Integers, points: Array) -> str:
 
 def _axes(basis: Array, names: str) -> str:
     """The directions that an orthonormal basis spans: axes where it can, else its vectors."""
-    inside = np.linalg.norm(basis, axis=1) > 1 - np.sqrt(FREE_MOTION)
+    inside = np.linalg.norm(basis, axis=1) > 1 - np.sqrt(_FREE_MOTION)
     if inside.sum() == basis.shape[1]:
         return " and ".join(name for name, free in zip(names, inside, strict=True) if free)
     return " and ".join(place((vector * np.sign(vector[np.abs(vector).argmax()])).round(6) + 0.0) for vector in basis.T)

@@ -7,11 +7,12 @@ from scipy.linalg import LinAlgError, blas, lapack
 from scipy.sparse import csr_matrix
 
 from ..contact.checks import Array
-from ..contact.tolerances import NO_STIFFNESS
+from ..contact.tolerances import ROUNDING
 from .ordering import Integers
 
 __all__ = ["Elimination"]
 
+_NO_STIFFNESS = ROUNDING / 10  # stiffness of an unknown, over its own, up to which nothing is left of it when others are eliminated
 _COLUMNS = 128  # of what an elimination leaves: so many are added to the next front at once
 
 
@@ -46,7 +47,7 @@ class Elimination:
         front = np.where(front < 0, fronts, front)
         order = np.argsort(front, kind="stable")
         upper = _upper(K, order)
-        front, least = front[order], NO_STIFFNESS * np.abs(K.diagonal()[order])
+        front, least = front[order], _NO_STIFFNESS * np.abs(K.diagonal()[order])
         starts = np.r_[np.searchsorted(front, np.arange(fronts + 1)), len(order)]
         place = np.zeros(len(order), dtype=np.intp)
         waiting: list[list[tuple[Integers, Array]]] = [[] for _ in range(fronts + 1)]

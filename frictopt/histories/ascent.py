@@ -10,13 +10,14 @@ import numpy as np
 from scipy.optimize import linprog
 
 from ..contact.checks import Array
-from ..contact.tolerances import STAYING
+from ..contact.tolerances import CONDENSATION
 from ..transients.begin import Transient
 from ..transients.exact import ReturnMap
 from .increment_map import IncrementMap
 
 __all__ = ["Ascent"]
 
+_STAYING = CONDENSATION  # motions that a cycle changes by less than this share stay as they are: the data have this error
 _TIGHTEST = 2  # events whose bounds each locked node keeps in the program: the ones where it has least reserve
 
 
@@ -79,7 +80,7 @@ def _followed(cycle: ReturnMap | IncrementMap, tangents: int) -> Array:
     others = ~locked & (cycle.derivative != 0).any(axis=1)
     if others.any():
         own, locks = cycle.derivative[np.ix_(others, others)], cycle.derivative[np.ix_(others, locked)]
-        follow[others] = np.linalg.lstsq(np.eye(len(own)) - own, locks, rcond=STAYING)[0]
+        follow[others] = np.linalg.lstsq(np.eye(len(own)) - own, locks, rcond=_STAYING)[0]
     return follow
 
 

@@ -8,7 +8,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import Outcome
 from ..contact.checks import Array
 from ..contact.parts import parted
-from ..contact.tolerances import LEVEL, WORK_GAIN
+from ..contact.tolerances import LEVEL, RESIDUAL
 from ..errors import NoContinuation, SolverError
 from ..transients import SteadyState, steady_state
 from ..transients.begin import Transient
@@ -23,6 +23,7 @@ from .starts import spread
 
 __all__ = ["Orbit", "Search"]
 
+_WORK_GAIN = 100 * RESIDUAL  # a step that gains less work, relative, is none
 _FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
 _LEAST = 1e-5  # last one, over the first
 _TRANSIENTS = 20  # of one climb
@@ -125,11 +126,11 @@ class Search:
                 step = ascent.step(radius)
                 if self.transients >= limit:
                     return replace(orbit, end=_STOPPED)
-                if step is None or not step[1] > WORK_GAIN * orbit.work or radius < smallest:
+                if step is None or not step[1] > _WORK_GAIN * orbit.work or radius < smallest:
                     self._extremes.append(orbit.work)
                     return replace(orbit, end="local extreme")
                 tried = self.follow(orbit.name, before + step[0])
-                better = tried if sense * (tried.work - orbit.work) > WORK_GAIN * orbit.work else None
+                better = tried if sense * (tried.work - orbit.work) > _WORK_GAIN * orbit.work else None
                 radius *= 2.0 if better else 0.25
             orbit = better
             if any(abs(orbit.work - known) <= LEVEL * known for known in self._extremes):

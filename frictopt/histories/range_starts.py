@@ -7,7 +7,7 @@ import numpy as np
 
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
-from ..contact.tolerances import PARALLEL
+from ..contact.tolerances import ROUNDING
 from ..errors import ModelError, SolverError
 from ..limits import ShakedownLimit, guaranteed_limit
 from ..limits.admissible import AdmissibleSlips
@@ -16,6 +16,7 @@ from ..limits.reduced import mirrored
 
 __all__ = ["RangeStarts", "shortened"]
 
+_PARALLEL = ROUNDING  # directions of unit length that differ by less are one
 _BEYOND = 3.0, 10.0  # multiples of the extreme slips from which nodes open on the way to the mean load
 
 
@@ -92,7 +93,7 @@ class RangeStarts:
         for k, step in enumerate(np.roll(q1, -1, axis=0) - q1):
             size = float(np.linalg.norm(step))
             units = [step / size, -step / size] if size > 0 else []
-            if units and not any(np.abs(units[0] - other).max() <= PARALLEL for other in changes.values()):
+            if units and not any(np.abs(units[0] - other).max() <= _PARALLEL for other in changes.values()):
                 changes |= {f"along the load after corner {k}": units[0], f"against the load after corner {k}": units[1]}
         if system.tangents == 1:
             x = system.x - system.x.mean()

@@ -6,12 +6,14 @@ from scipy.optimize import linprog
 
 from ..contact import LoadCycle
 from ..contact.checks import Array
-from ..contact.tolerances import INSIDE, NO_COUPLING, ROUNDING
+from ..contact.tolerances import NO_COUPLING, ROUNDING
 from .mechanism import Mechanism
 from .question import LimitQuestion
 from .safe_set import Rows, SafeSet
 
 __all__ = ["Circles", "helpless"]
+
+_INSIDE = ROUNDING  # distance of a corner from the hull of the others, over its size, that counts as none
 
 
 class Circles(SafeSet):
@@ -157,10 +159,10 @@ def _amplitudes(cycle: LoadCycle) -> Array:
 
 def _inside(point: Array, others: Array) -> bool:
     """Whether a point is a mean of others, which is checked on the weights that a linear program finds."""
-    if np.abs(others.mean(axis=0) - point).max(initial=0.0) <= INSIDE:  # the plain mean, as of corners to and fro
+    if np.abs(others.mean(axis=0) - point).max(initial=0.0) <= _INSIDE:  # the plain mean, as of corners to and fro
         return True
     found = linprog(np.zeros(len(others)), A_eq=np.vstack([others.T, np.ones(len(others))]), b_eq=np.r_[point, 1.0])
     if found.status != 0:
         return False
     weights = np.maximum(found.x, 0.0)
-    return bool(np.abs(weights @ others / weights.sum() - point).max(initial=0.0) <= INSIDE)
+    return bool(np.abs(weights @ others / weights.sum() - point).max(initial=0.0) <= _INSIDE)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contact.checks import Array, frozen
 from ..contact.record import Attempt
-from ..contact.tolerances import COINCIDE, FLOOR, RESIDUAL, ZERO_LOAD_FACTOR
+from ..contact.tolerances import FLOOR, RESIDUAL, ZERO_LOAD_FACTOR
 from ..solve.explain import Units
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm
@@ -18,6 +18,8 @@ from .program import SafeProgram
 from .question import LimitQuestion
 
 __all__ = ["COINCIDE_ALONE", "LEFT_OUT", "NEVER", "SOLVED", "CriticalSearch", "NodeClaim"]
+
+_COINCIDE = 1e3 * RESIDUAL  # dimensionless load factors up to this cannot be told from zero: residuals move them so far
 
 SOLVED, NEVER, COINCIDE_ALONE, LEFT_OUT = "solved", "never critical", "only at the least safe load factor", "left out by its bound"
 
@@ -156,7 +158,7 @@ class CriticalSearch:
 
 def _next_to(task: LimitQuestion, ends: tuple[float, float]) -> tuple[float, float]:
     """A load factor that cannot be told from the least safe one, and its distance from it, small beside the interval of safe ones."""
-    step = COINCIDE * min(task.load_unit, ends[1] - ends[0])
+    step = _COINCIDE * min(task.load_unit, ends[1] - ends[0])
     return ends[0] + step, step
 
 

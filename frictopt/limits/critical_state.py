@@ -19,12 +19,13 @@ import numpy as np
 
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
-from ..contact.tolerances import ROUNDING, TIE
+from ..contact.tolerances import ROUNDING
 from .question import LimitQuestion, Loads
 from .ruling_corners import ruling
 
 __all__ = ["CriticalState", "critical_states", "needed", "smallest_discs"]
 
+_TIE = ROUNDING  # corners whose rows differ by less than this share rule together
 _SUBSETS = (0,), (0, 1), (0, 2), (0, 3), (0, 1, 2), (0, 1, 3), (0, 2, 3)  # of a new disc and three old ones that touch the smallest one
 _EXCHANGES = 4  # for each disc, at most; mostly three in all do
 
@@ -66,8 +67,8 @@ def critical_states(task: LimitQuestion) -> list[list[CriticalState]]:
         return _of_pairs(loads, f)
     (q0,), (p0,), (shear, bound) = loads.q0, loads.p0, needed(loads, f)
     size, q = (lengths(loads.q1, loads.p1) + f * np.abs(loads.p1)).max(axis=0), loads.q1 + shear
-    rules = lengths(q, loads.p1) - f * loads.p1 >= bound - TIE * size
-    cyclic = (bound > (-f * loads.p1).max(axis=0) + TIE * size) & (f > 0)
+    rules = lengths(q, loads.p1) - f * loads.p1 >= bound - _TIE * size
+    cyclic = (bound > (-f * loads.p1).max(axis=0) + _TIE * size) & (f > 0)
 
     def state(i: int) -> CriticalState:
         corners = tuple(np.flatnonzero(rules[:, i]).tolist())
@@ -82,7 +83,7 @@ def _of_pairs(loads: Loads, f: Array) -> list[list[CriticalState]]:
     """The critical states in the plane where the corners differ at load factor 0."""
     fp0, fp1 = f * loads.p0, f * loads.p1
     own = np.stack([loads.q0, fp0, loads.q1, fp1])
-    floor, rules = TIE * np.abs(own).max(axis=1), np.zeros((2, *fp1.shape), dtype=bool)
+    floor, rules = _TIE * np.abs(own).max(axis=1), np.zeros((2, *fp1.shape), dtype=bool)
     for which, sense in zip(rules, (1, -1), strict=True):
         which[ruling(-(sense * loads.q0 + fp0), -(sense * loads.q1 + fp1))] = True
     found: list[list[CriticalState]] = []

@@ -15,11 +15,13 @@ import numpy as np
 from ..contact import ContactSystem
 from ..contact.checks import Array, finite_array, frozen
 from ..contact.show import Plotted, Shown, frame
-from ..contact.tolerances import RESIDUAL, WEIGHT
+from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
 from .mechanism import Mechanism
 
 __all__ = ["LeastSlip", "least_slip"]
+
+_WEIGHT = ROUNDING  # weights of slip below this share of the stresses that they are sums of are zero
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,7 +116,7 @@ def least_slip(system: ContactSystem, motion: Mechanism, limit: float, load_fact
     g, h = slide @ system.A + lift @ system.B, slide @ system.B.T + lift @ system.C
     terms = float(((motion.size + motion.opening) @ (np.abs(system.A) + np.abs(system.B))).max())
     unbalanced = float(np.abs(g.sum(axis=0)).max()) / terms if terms > 0 else 0.0
-    g = np.where(np.abs(g) > WEIGHT * terms, g, 0.0)
+    g = np.where(np.abs(g) > _WEIGHT * terms, g, 0.0)
     weight, residual = np.abs(g).sum(axis=0) / 2, max(unbalanced, residual)
     if not residual <= RESIDUAL:
         raise SolverError(

@@ -11,9 +11,11 @@ from ..contact.checks import Array, Booleans
 from ..contact.coulomb import lengths
 from ..contact.parts import joined, parted
 from ..contact.show import places
-from ..contact.tolerances import SHARE
+from ..contact.tolerances import RESIDUAL
 
 __all__ = ["Mechanism"]
+
+_SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of its table: they have the error of the answer
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +81,7 @@ class Mechanism:
             along, opening = np.where(self.open, 0.0, along), np.where(self.open, touching.clip(0.0), opening)
         whole, parts = float(along.sum() + opening.sum()) or 1.0, []
         for size, slips in ((along, self.slips), (opening, np.zeros_like(self.slips))):
-            corner, node = np.nonzero(size > SHARE * whole)
+            corner, node = np.nonzero(size > _SHARE * whole)
             columns: dict[str, Any] = {
                 "node": node,
                 "contact": names[node],

@@ -15,11 +15,14 @@ import numpy as np
 from ..contact import ContactSystem
 from ..contact.checks import Array, Booleans
 from ..contact.parts import joined, parted
-from ..contact.tolerances import HELD, NOTHING_LEFT
+from ..contact.tolerances import CONDENSATION, ROUNDING
 from .mechanism import Mechanism
 
 __all__ = ["OpenNodes", "border", "following", "without"]
 
+# Smallest eigenvalue of the open nodes' stiffness, over the largest, with which they leave no body free: the data have this error.
+_HELD = CONDENSATION
+_NOTHING_LEFT = ROUNDING / 10  # eigenvalues below this share of the largest entry of S are none once nodes are condensed out
 _BESIDE = 2.0  # distances of the nearest node within which others are its neighbours
 
 
@@ -78,10 +81,10 @@ def following(system: ContactSystem, opened: Booleans) -> OpenNodes | None:
     """How open nodes follow the others; None if these, or nothing where all are open, do not hold them."""
     out, S = np.tile(opened, system.tangents + 1), system.S
     values, vectors = np.linalg.eigh(S[np.ix_(out, out)])
-    held = values > HELD * max(values[-1], np.finfo(float).tiny)
+    held = values > _HELD * max(values[-1], np.finfo(float).tiny)
     loads = [joined(*pair) for pair in system.bonded.values()]
     driven = [r[out] @ vectors[:, ~held] / (np.abs(r).max() or 1.0) for r in loads]  # a way aside that no load takes is no matter
-    if max(np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()) :, ~held])) > HELD:
+    if max(np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()) :, ~held])) > _HELD:
         return None
     give = (vectors[:, held] / values[held]) @ vectors[:, held].T
     return OpenNodes(opened, give @ S[np.ix_(out, ~out)], give)
@@ -92,7 +95,7 @@ def without(system: ContactSystem, nodes: OpenNodes) -> Array:
     out, S = np.tile(nodes.opened, system.tangents + 1), system.S
     kept = S[np.ix_(~out, ~out)] - S[np.ix_(~out, out)] @ nodes.follow
     values, vectors = np.linalg.eigh((kept + kept.T) / 2)  # what nothing resists any more is left as rounding of both signs
-    kept = (vectors * np.where(values > NOTHING_LEFT * np.abs(S).max(), values, 0.0)) @ vectors.T
+    kept = (vectors * np.where(values > _NOTHING_LEFT * np.abs(S).max(), values, 0.0)) @ vectors.T
     return np.asarray(kept + kept.T) / 2
 
 

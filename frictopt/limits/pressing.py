@@ -6,7 +6,7 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
-from ..contact.tolerances import NO_LEAST_PRESSURE, RESIDUAL
+from ..contact.tolerances import RESIDUAL
 from ..solve.solvers import Answer, solve
 from .mechanism import Mechanism
 from .program import SafeProgram, safe_set
@@ -15,6 +15,8 @@ from .ruling_corners import ruling
 from .safe_set import SafeSet
 
 __all__ = ["Pressing", "best_pressed", "pressing_problem"]
+
+_NO_LEAST_PRESSURE = RESIDUAL  # pressure, over the force scale, that counts as none: it has the error of an answer
 
 
 def pressing_problem(v: SafeSet, p: cp.Expression, share: Array) -> cp.Problem:
@@ -49,7 +51,7 @@ class Pressing:
         task, slip = program.task, program.slip
         q, p = task.reactions(load_factor, slip)
         self.least = float(min(p.min() / task.force, 1.0))
-        self.friction = float((lengths(q, p) / p).max()) if self.least > NO_LEAST_PRESSURE else np.inf
+        self.friction = float((lengths(q, p) / p).max()) if self.least > _NO_LEAST_PRESSURE else np.inf
         cap, rule = program.cap("cap"), ruling(-task.loads.p0, -task.loads.p1, load_factor)
         opening = np.zeros(task.loads.p1.shape)
         opening[rule] = np.maximum(program.rows["pressed"].dual_value, 0.0) / program.v.scaled.unit
@@ -65,7 +67,7 @@ class Pressing:
     @property
     def impossible(self) -> bool:
         """Whether no slip presses every node at every corner."""
-        return self.least < -NO_LEAST_PRESSURE
+        return self.least < -_NO_LEAST_PRESSURE
 
 
 def best_pressed(system: ContactSystem, cycle: LoadCycle, load_factor: float, most: Array | None) -> Answer[Pressing]:

@@ -10,7 +10,7 @@ import numpy as np
 from ..contact import ContactSystem
 from ..contact.checks import Array
 from ..contact.onset import reach
-from ..contact.tolerances import CARRIED
+from ..contact.tolerances import ROUNDING
 from ..solve.explain import Units
 from ..solve.solvers import Kind
 from ..solve.standard_form import polish
@@ -21,6 +21,8 @@ from .question import LimitQuestion
 from .safe_set import Intervals, Rows, SafeSet
 
 __all__ = ["SafeProgram", "SlipClaim", "kind_of", "posed", "safe_set"]
+
+_CARRIED = ROUNDING / 10  # excess over a circle, in mean normal forces, up to which a slip carries its load factor
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +134,8 @@ def carried(task: LimitQuestion, slip: Array, load_factor: float, sense: int) ->
     Circles count from rounding on: where a node carries nothing, what it can carry is lost in it.
     """
     (q, p), f, q1, p1 = task.reactions(load_factor, slip), task.friction, sense * task.loads.q1, sense * task.loads.p1
-    beyond = np.linalg.norm(q, axis=-1) - f * p > CARRIED * task.force
-    pulls = task.opening & (p < -CARRIED * task.force) & (p1 < 0)
+    beyond = np.linalg.norm(q, axis=-1) - f * p > _CARRIED * task.force
+    pulls = task.opening & (p < -_CARRIED * task.force) & (p1 < 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         back = np.where(beyond, reach(q, f * p, q1, f * p1), 0.0)
         shut = np.where(pulls, p / -p1, 0.0)
@@ -145,5 +147,5 @@ def _back_to_open(task: LimitQuestion, slip: Array, load_factor: float, sense: i
     """Change of the load factor, times its sense, at which open nodes that overlap only touch; 0 where none does."""
     rate = sense * task.loads.w1
     gap = task.gaps(load_factor, slip)
-    closes = (gap < -CARRIED * task.clearance) & (rate < 0)
+    closes = (gap < -_CARRIED * task.clearance) & (rate < 0)
     return float(np.where(closes, gap / np.where(closes, -rate, 1.0), 0.0).min(initial=0.0))

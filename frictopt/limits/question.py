@@ -13,13 +13,14 @@ from ..contact.coulomb import lengths, off_law
 from ..contact.cycle import checked_cycle, reactions
 from ..contact.parts import joined, parted
 from ..contact.system import checked_system
-from ..contact.tolerances import BARE, CONDENSATION, RESIDUAL
+from ..contact.tolerances import CONDENSATION, RESIDUAL
 from ..errors import ModelError
 from .mechanism import Mechanism
 from .open_nodes import OpenNodes
 
 __all__ = ["LimitQuestion", "Loads", "cycle_loads", "pose", "slip_bounds", "units_of"]
 
+_BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
 
@@ -153,7 +154,7 @@ class LimitQuestion:
     def traction_ratios(self, q: Array, p: Array) -> Array:
         """(K, N) ratios `|q| / (f p)` of reactions; NaN where the pressure or the friction vanishes."""
         bound = self.friction * p
-        pressed = bound > BARE * self.mean_bound
+        pressed = bound > _BARE * self.mean_bound
         return np.where(pressed, lengths(q, p) / np.where(pressed, bound, 1.0), np.nan)
 
     def within_bound(self, slip: Array) -> Array:

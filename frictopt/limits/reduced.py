@@ -15,13 +15,17 @@ from numpy.typing import NDArray
 
 from ..contact.checks import Array, Booleans
 from ..contact.parts import joined, parted
-from ..contact.tolerances import ASYMMETRY, ASYMMETRY_OF_LOADS
+from ..contact.tolerances import ROUNDING
 from ..errors import FrictoptError
 from .mechanism import Mechanism
 from .open_nodes import following, without
 from .question import LimitQuestion, Loads, units_of
 
 __all__ = ["half_of", "mirrored", "on_whole", "open_under_mean", "rest_of", "rest_under_mean", "sources"]
+
+# Of stiffness, over that of the two nodes, of friction, gap and slip, over their largest value: a half adds nothing to the error of the whole.
+_ASYMMETRY = ROUNDING / 10
+_ASYMMETRY_OF_LOADS = ROUNDING  # the same of reactions, which do not add up from one increment to the next
 
 
 def mirrored(task: LimitQuestion) -> bool:
@@ -34,10 +38,10 @@ def mirrored(task: LimitQuestion) -> bool:
     stiffness = np.outer(own, own)  # a soft node beside stiff ones has its own rounding
     pairs = [(A, np.flip(A), stiffness), (B, -np.flip(B), stiffness), (C, np.flip(C), stiffness)]
     pairs += [(part, part[::-1], part.max()) for part in (f, system.gap, f if task.most is None else task.most)]
-    if not all((np.abs(one - other) <= ASYMMETRY * scale).all() for one, other, scale in pairs):
+    if not all((np.abs(one - other) <= _ASYMMETRY * scale).all() for one, other, scale in pairs):
         return False
     for q, p in ((loads.q0, loads.p0), (loads.q1, loads.p1)):
-        scale = ASYMMETRY_OF_LOADS * max(np.abs(q).max(), np.abs(p).max())
+        scale = _ASYMMETRY_OF_LOADS * max(np.abs(q).max(), np.abs(p).max())
         if not max(np.abs(q + q[..., ::-1]).max(), np.abs(p - p[..., ::-1]).max()) <= scale:
             return False
     return True

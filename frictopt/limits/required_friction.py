@@ -13,7 +13,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, Booleans, finite_number, frozen, place
 from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, components, frame, places
-from ..contact.tolerances import PROVEN_FRICTION, WIDEST_PROOF
+from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
 from ..solve.solvers import Answer
 from .mechanism import Mechanism
@@ -24,6 +24,8 @@ from .safe_slip_result import SafeSlip
 
 __all__ = ["RequiredFriction", "required_friction"]
 
+_PROVEN_FRICTION = 100 * RESIDUAL  # share between the two friction coefficients of a proof that is tried first
+_WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part of the margin
 _LEAST_FRICTION, _MOST_FRICTION = 1e-6, 1e4  # which linear programs can tell from 0 and inf
 _TRIED = (1.0, 4.0, 16.0, 64.0)  # where nodes are open under the mean load, which depends on friction
 
@@ -139,10 +141,10 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         if least < _LEAST_FRICTION:
             raise SolverError(f"required friction: {least:.0e} is enough and 0 is not; no shear load of that size matters, take it as 0")
         least /= 4
-    root, step = brentq(asked.margin, least, most, rtol=1e-12, xtol=1e-300), PROVEN_FRICTION
+    root, step = brentq(asked.margin, least, most, rtol=1e-12, xtol=1e-300), _PROVEN_FRICTION
     while not (asked.proven(root * (1 + step), True) and asked.proven(root * (1 - step), False)):
         step *= 4
-        if step > WIDEST_PROOF:
+        if step > _WIDEST_PROOF:
             (less, more), smaller = asked.bracket(), "" if slip_bound is None else "smaller "
             raise SolverError(
                 f"required friction: no slip is safe with {less:g}, one of up to {asked.safe(more).largest_slip:.3g} is with {more:g}, and rounding "

@@ -13,7 +13,7 @@ from ..contact.checks import Array, check_name, checked_loads, finite_number, fr
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, frame
 from ..contact.system import checked_plane
-from ..contact.tolerances import ONE_SIDE, ZERO_LOAD_FACTOR
+from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
 from .mechanism import Mechanism
 from .question import pose
@@ -23,6 +23,7 @@ from .shakedown_result import ShakedownLimit
 
 __all__ = ["SafeRegion", "safe_region"]
 
+_ONE_SIDE = 10 * RESIDUAL  # a point this close to a line, over the distance of the line from zero, is on it: both have errors up to the residual
 _MOST_SIDES = 1000
 
 
@@ -31,8 +32,7 @@ class SafeRegion(Recorded, Plotted):
     """The amplitudes `(a, b)` of two loads at which some residual slip is safe.
 
     The region is convex, and holds all smaller amplitudes with any that it holds: both loads come back to zero, so that the mean load is in every
-    domain, and must be safe. Its border is a chain of straight sides from an amplitude of the
-    first load alone to one of the second load alone.
+    domain, and must be safe. Its border is a chain of straight sides from an amplitude of the first load alone to one of the second load alone.
 
     Attributes
     ----------
@@ -232,14 +232,14 @@ class _Search:
 
     def between(self, one: _Point, other: _Point) -> list[_Side]:
         """The sides between two points of the border."""
-        if abs(one.beyond(other.at)) <= ONE_SIDE:
+        if abs(one.beyond(other.at)) <= _ONE_SIDE:
             return [_Side(one, other, one)]
-        if abs(other.beyond(one.at)) <= ONE_SIDE:
+        if abs(other.beyond(one.at)) <= _ONE_SIDE:
             return [_Side(one, other, other)]
         lines = np.array([one.line, other.line]) * self.unit
         corner = self.unit * np.linalg.solve(lines, [one.bound, other.bound])
         middle = self.ray(*np.maximum(corner, 0.0))
-        if middle.limit.load_factor >= 1 - ONE_SIDE:
+        if middle.limit.load_factor >= 1 - _ONE_SIDE:
             return [_Side(one, middle, one), _Side(middle, other, other)]
         return self.between(one, middle) + self.between(middle, other)
 
@@ -253,7 +253,7 @@ class _Search:
         rows = [(*np.where(free, 0.0, side.of.line) / (side.of.bound or 1.0), float(side.of.bound > 0)) for side in sides]
         errors = [abs(side.of.beyond(point.at)) for side in sides for point in (side.start, side.end)]
         residual = max((point.limit.residual for point in points), default=0.0)
-        if (error := max(errors, default=0.0)) > 2 * ONE_SIDE:
+        if (error := max(errors, default=0.0)) > 2 * _ONE_SIDE:
             raise SolverError(f"safe region: its sides and vertices differ by {error:.1e}; check for reactions of very different sizes")
         attempts = tuple(attempt for limit in self._limits for attempt in limit.record.attempts)
         seconds = perf_counter() - self._started
@@ -292,7 +292,7 @@ def _merged(sides: list[_Side]) -> list[_Side]:
     """Sides in a row that share a line are one, and those between the same two points are none."""
     merged: list[_Side] = []
     for side in sides:
-        if merged and max(abs(merged[-1].of.beyond(side.end.at)), abs(side.of.beyond(merged[-1].start.at))) <= ONE_SIDE:
+        if merged and max(abs(merged[-1].of.beyond(side.end.at)), abs(side.of.beyond(merged[-1].start.at))) <= _ONE_SIDE:
             merged[-1] = _Side(merged[-1].start, side.end, merged[-1].of)
         else:
             merged.append(side)

@@ -12,13 +12,15 @@ from ..contact.checks import Array
 from ..contact.diagnosis import unscaled_diagnosis
 from ..contact.record import SolveRecord
 from ..contact.show import frame
-from ..contact.tolerances import NO_MARGIN
+from ..contact.tolerances import ROUNDING
 from ..solve.explain import Units, explain
 from .answered import Answered
 from .mechanism import Mechanism
 from .question import LimitQuestion
 
 __all__ = ["SafeSlip"]
+
+_NO_MARGIN = ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,7 +78,7 @@ class SafeSlip(Answered):
     @property
     def exists(self) -> bool:
         """Whether a safe slip exists at the load factor: the margin is not negative by more than 1e-12 or its own residual."""
-        return bool(self.margin >= -max(NO_MARGIN, self.residual))
+        return bool(self.margin >= -max(_NO_MARGIN, self.residual))
 
     @cached_property
     def reason(self) -> str:

@@ -10,11 +10,13 @@ from scipy.sparse import csr_array
 
 from ..contact.checks import Array, frozen
 from ..contact.coulomb import lengths
-from ..contact.tolerances import NO_PRESSURE, RIGID
+from ..contact.tolerances import RESIDUAL, RIGID
 from .mechanism import Mechanism
 from .question import LimitQuestion
 
 __all__ = ["ScaledContact", "rigid_slides", "scaled_contact"]
+
+_NO_PRESSURE = 1e3 * RESIDUAL  # rows are scaled by the pressure of their node unless it is below this share of the mean one: an answer has its error
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +78,7 @@ def scaled_contact(task: LimitQuestion) -> ScaledContact:
     loads, stiffness = task.loads, task.stiffness[: -len(task.friction)]
     pressure = np.abs(loads.p0).max(axis=0)
     acts = np.maximum(lengths(loads.q0, loads.p0).max(axis=0), np.maximum(lengths(loads.q1, loads.p1), np.abs(loads.p1)).max(axis=0))
-    unit = np.where(pressure > NO_PRESSURE * task.force, pressure, np.maximum(acts, NO_PRESSURE * task.force))
+    unit = np.where(pressure > _NO_PRESSURE * task.force, pressure, np.maximum(acts, _NO_PRESSURE * task.force))
     rigid, compliance = rigid_slides(task)
     each = np.tile(unit, task.system.tangents)[:, None]
     loaded, basis = _balanced(each * rigid)

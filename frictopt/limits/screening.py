@@ -13,13 +13,16 @@ node j is 0.
 import numpy as np
 
 from ..contact.checks import Array
-from ..contact.tolerances import SCREENING, SETTLED, SPARE
+from ..contact.tolerances import CONDENSATION, RESIDUAL
 from .critical_state import needed
 from .question import LimitQuestion
 from .scaling import ScaledContact
 
 __all__ = ["load_factor_bounds"]
 
+_SETTLED = RESIDUAL  # change of a screening mechanism, over its size, that counts as none
+_SCREENING = CONDENSATION  # relative rounding of a screening bound, which feels the errors of the data
+_SPARE = 1e3 * RESIDUAL  # share by which a screening mechanism slips more than it must, so that it is admissible before it settles
 _MOST = 300  # iterations
 _MEANS = 3  # of slides in space; with more the bounds hardly rise
 _NEAR = 1e-2  # share of the largest slip that a smaller one counts as in these means, which settle then
@@ -44,10 +47,10 @@ def load_factor_bounds(scaled: ScaledContact, task: LimitQuestion) -> Array:
     for _ in range(_MOST):
         net = np.linalg.norm(slides.net(total), axis=0)
         size = unit * np.abs(total / unit).max(axis=0)
-        following = (1 + SPARE) * net + SETTLED * size
+        following = (1 + _SPARE) * net + _SETTLED * size
         np.fill_diagonal(following, -1.0)
         np.fill_diagonal(net, -1.0)
-        done = (net <= total).all(axis=0) & (np.abs(following - total) <= SETTLED * size).all(axis=0)
+        done = (net <= total).all(axis=0) & (np.abs(following - total) <= _SETTLED * size).all(axis=0)
         lost = ~(total.max(axis=0) < _LARGE)
         if (done | lost).all():
             break
@@ -60,8 +63,8 @@ def load_factor_bounds(scaled: ScaledContact, task: LimitQuestion) -> Array:
         driven = np.where(np.eye(n, dtype=bool), driven, others)
     resistance, drive, terms = held.sum(axis=(0, 1)), driven.sum(axis=0), np.abs(held).sum(axis=(0, 1))
     with np.errstate(divide="ignore", invalid="ignore"):
-        least = np.where(drive < 0, resistance / drive, np.inf) * (1 - SCREENING)
-    return np.asarray(np.where(done & (resistance < -SCREENING * terms), least, 0.0))
+        least = np.where(drive < 0, resistance / drive, np.inf) * (1 - _SCREENING)
+    return np.asarray(np.where(done & (resistance < -_SCREENING * terms), least, 0.0))
 
 
 def _work(d: Array, q: Array) -> Array:

@@ -18,7 +18,7 @@ from ..contact.diagnosis import unscaled_diagnosis
 from ..contact.record import Attempt, SolveRecord, WithSlip
 from ..contact.show import Plotted, components, frame, places
 from ..contact.system import checked_system
-from ..contact.tolerances import ONE_LIMIT
+from ..contact.tolerances import RESIDUAL
 from ..solve.bounds import BoundStatus
 from ..solve.explain import Units, explain
 from .open_nodes import border
@@ -28,6 +28,7 @@ from .separated_sets import best_open_set
 
 __all__ = ["SeparatedLimit", "separated_limit"]
 
+_ONE_LIMIT = 1e3 * RESIDUAL  # relative distance of limit and bound up to which they are one: mixed-integer programs are solved to a part of it
 _RANGE, _WIDER, _ROUNDS = 2.0, 4.0, 4  # load factors that the bound covers, over the limit; how much wider where a state comes to their end
 _MOST_BOOLEANS = 40  # above which a bound takes more than seconds
 
@@ -155,7 +156,7 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
     nothing = tuple(frozen(np.full_like(load, np.nan)) for load in loads)
     bound = _bound(system, cycle, f, best, most_nodes)
     largest = np.nan if best is None else best.load_factor
-    proven = bool(largest == np.inf or bound.value <= largest * (1 + ONE_LIMIT) or (best is None and np.isnan(bound.value)))
+    proven = bool(largest == np.inf or bound.value <= largest * (1 + _ONE_LIMIT) or (best is None and np.isnan(bound.value)))
     known = best is not None and np.isfinite(largest)
     return SeparatedLimit(
         system=system,
@@ -210,14 +211,14 @@ def _bound(system: ContactSystem, cycle: LoadCycle, friction: Array, best: OpenS
     attempts: list[Attempt] = []
     for _ in range(_ROUNDS):
         model = SeparatedProblem(system, cycle, friction, up_to)
-        bounds, states, problem = model.search(largest * (1 - ONE_LIMIT), most_nodes)
+        bounds, states, problem = model.search(largest * (1 - _ONE_LIMIT), most_nodes)
         attempts.append(Attempt("HIGHS", f"load factors up to {up_to:.6g}: {bounds.status.value}", 0.0))
         value, why = np.inf, ""
         if bounds.status is BoundStatus.INFEASIBLE:
             value, why = (np.nan, "") if best is None else (np.inf, "it is outside of what the bound covers")
         elif states is not None and model.touches(states):
             why = "a big-M bound is active, so there is no upper bound"
-        elif bounds.bound < up_to * (1 - ONE_LIMIT):
+        elif bounds.bound < up_to * (1 - _ONE_LIMIT):
             value, why = max(bounds.bound, largest), "above it the mixed-integer program allows states that open and close in each cycle"
         elif bounds.status is not BoundStatus.OPTIMAL:
             why = "no bound, for the search tree has no nodes left; give more most_nodes"

@@ -9,9 +9,11 @@ import numpy as np
 import pandas as pd
 
 from ..contact.checks import Array
-from ..contact.tolerances import BINDING
+from ..contact.tolerances import RESIDUAL
 
 __all__ = ["Units", "explain"]
+
+_BINDING = 100 * RESIDUAL  # slack below which a row is printed as binding: solvers leave more than the residual before the polish
 
 Units: TypeAlias = Mapping[str, float | Array]
 
@@ -99,7 +101,7 @@ def _binding(constraint: cp.Constraint) -> str:
     if isinstance(constraint, cp.SOC):  # its arguments are the bounds and the vectors
         low, high = np.linalg.norm(high, axis=constraint.axis), low
     slack = np.atleast_1d(high - low)
-    return f", {int((slack < BINDING).sum())} of {slack.size} rows bind"
+    return f", {int((slack < _BINDING).sum())} of {slack.size} rows bind"
 
 
 def _size(shape: tuple[int, ...]) -> str:

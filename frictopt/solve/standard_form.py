@@ -10,10 +10,12 @@ from scipy.linalg import lstsq, null_space
 from scipy.sparse import csr_array
 
 from ..contact.checks import Array
-from ..contact.tolerances import NOT_UNIQUE, POLISHED, ROUNDING, STALLED
+from ..contact.tolerances import ROUNDING, STALLED
 
 __all__ = ["StandardForm", "compiled", "polish"]
 
+_NOT_UNIQUE = ROUNDING / 10  # singular directions of these equations, over the largest: there the solution stays as it is
+_POLISHED = 1e-3 * ROUNDING  # errors of the equations of active cones that no step makes smaller
 _STEPS = 8  # of Newton's method at most; mostly three do
 _GAPS = 4  # between ratios of multiplier to slack that are tried
 _REVISIONS = 4  # of the active rows and cones from one such gap
@@ -97,7 +99,7 @@ def polish(problem: cp.Problem) -> None:
     sides. The answer is the point that breaks the conditions of the whole program least; whether it is good enough is for a residual to say.
     """
     form = StandardForm(problem)
-    free = null_space(form.matrix[: form.zero].toarray(), rcond=NOT_UNIQUE) if form.zero else None
+    free = null_space(form.matrix[: form.zero].toarray(), rcond=_NOT_UNIQUE) if form.zero else None
     best = form.z, form.admissible(form.y)
     least = form.off(*best)
     with np.errstate(all="ignore"):  # a step of a wrong guess may go anywhere, and what it is off tells
@@ -196,10 +198,10 @@ class _Active:
                 best, least = (z, m), error
             elif least <= STALLED or not np.isfinite(error):
                 break
-            if error <= POLISHED:
+            if error <= _POLISHED:
                 break
             matrix = np.block([[-hessian, gradients.T], [gradients, np.zeros((len(m), len(m)))]])
-            step = lstsq(matrix, -np.r_[goal, values], cond=NOT_UNIQUE, lapack_driver="gelsy", check_finite=False)[0]
+            step = lstsq(matrix, -np.r_[goal, values], cond=_NOT_UNIQUE, lapack_driver="gelsy", check_finite=False)[0]
             z, m = z + (step[: len(goal)] if free is None else free @ step[: len(goal)]), step[len(goal) :]
         return best[0], self._multipliers(*best)
 

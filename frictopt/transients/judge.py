@@ -7,11 +7,15 @@ from itertools import pairwise
 import numpy as np
 
 from ..contact.extrapolation import distance_left
-from ..contact.tolerances import LEVEL, LITTLE, REPEATED, RESIDUAL, ROUNDING, SAFE, SAME_STATE
+from ..contact.tolerances import LEVEL, REPEATED, RESIDUAL, ROUNDING, SAME_STATE
 from .begin import Transient
 from .cycle import Cycle
 
 __all__ = ["at_rest", "returns_after", "slips", "work_error"]
+
+# A node's pressure below this share of the mean one is too little to judge its slip by: its bounds have the error of an answer.
+_LITTLE = 100 * RESIDUAL
+_SAFE = RESIDUAL / 10  # excess over the friction bound, in force scales, of a safe slip: a part of the same residual
 
 
 def at_rest(path: Transient, cycle: Cycle) -> Cycle | None:
@@ -21,7 +25,7 @@ def at_rest(path: Transient, cycle: Cycle) -> Cycle | None:
         return None
     r = loads + path.system.S @ u
     q, p = np.linalg.norm(r.reshape(len(r), -1, n)[:, :-1], axis=1), r[:, -n:]
-    if not (np.minimum(path.friction * p - q, p) >= -SAFE * path.scales.mean).all():
+    if not (np.minimum(path.friction * p - q, p) >= -_SAFE * path.scales.mean).all():
         return None
     none = np.zeros(n)
     return replace(cycle, change=0.0, work=none, slid=none, bonded=loads, u=np.tile(u, (len(r), 1)), r=r, previous=None)
@@ -38,7 +42,7 @@ def slips(path: Transient, cycle: Cycle, earlier: Cycle | None) -> bool | None:
         return False
     (mean, force, length), n, work = path.scales, path.nodes, cycle.work
     pressure, unit = cycle.r[:, -n:].max(axis=0), length * np.minimum(1.0, path.friction)
-    pressure, far = np.where(pressure > LITTLE * mean, pressure, mean), float(np.abs(cycle.after).max())  # slips lose digits to their own size
+    pressure, far = np.where(pressure > _LITTLE * mean, pressure, mean), float(np.abs(cycle.after).max())  # slips lose digits to their own size
     if np.any(work > max(RESIDUAL, ROUNDING * far) * np.minimum(pressure, force) * unit):
         return True
     in_doubt = work > RESIDUAL * np.minimum(pressure, mean) * (mean / force) * unit

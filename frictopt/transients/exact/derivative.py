@@ -16,11 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...contact.checks import Array, frozen
-from ...contact.tolerances import INSTANT
+from ...contact.tolerances import ROUNDING
 from .kernel import OPEN, STICK
 from .path import ExactPath
 
 __all__ = ["ReturnMap", "return_map"]
+
+_INSTANT = ROUNDING / 10  # stretches of a segment shorter than this share of it lie between events that happen at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +168,7 @@ class _Follower:
         turned = np.where(self.status == OPEN, OPEN, STICK).astype(np.int8)  # slipping nodes stick at the corner; the new direction says which slip
         self.stretch, self.status = self._stretch(turned, self.stretch.derivative()), turned
         sums = np.zeros((1, 2 * n))  # rows that give the gradient of the work with the base of this stretch
-        for k in np.flatnonzero(length > INSTANT):
+        for k in np.flatnonzero(length > _INSTANT):
             base = self.stretch.base
             self._event(status[k], drive)
             if self.stretch.base is not base:

@@ -9,7 +9,7 @@ from ...contact.coulomb import off_law
 from ...contact.diagnosis import mean_load_diagnosis, pressing
 from ...contact.history import turning_points
 from ...contact.system import checked_plane
-from ...contact.tolerances import NO_DRIVE, RESTART
+from ...contact.tolerances import NO_DRIVE, RESIDUAL
 from ...errors import NoContinuation
 from ..begin import Transient
 from ..cycle import Cycle
@@ -34,6 +34,7 @@ from .rate import find_rates, rate_problem
 
 __all__ = ["ExactPath", "turning_corners"]
 
+_RESTART = RESIDUAL / 10  # residual of a state that a path may restart from: the cycle from there adds its own
 _ROWS = 256  # events that the record holds before they are moved to the history
 
 
@@ -171,7 +172,7 @@ class ExactPath(Transient):
         r = self.bonded + self._S @ u
         r[bare] = 0.0
         copy.state = copy.state._replace(u=u, r=r)
-        return copy if off_law(self.system, self.friction, self.bonded, u, r, self.force).max() <= RESTART else None
+        return copy if off_law(self.system, self.friction, self.bonded, u, r, self.force).max() <= _RESTART else None
 
     def recorded(self, rows: int = _ROWS) -> "ExactPath":
         """A copy at the same load and state that keeps the states at all events from here on, so many at a time; 0: none."""

@@ -12,11 +12,13 @@ import numpy as np
 from scipy.optimize import linprog
 
 from ...contact.checks import Array
-from ...contact.tolerances import CONDENSATION, DISTINCT, PIVOT, RESIDUAL, ROUNDING
+from ...contact.tolerances import CONDENSATION, RESIDUAL, ROUNDING
 from .kernel import OPEN, STICK, State, at_bound
 
 __all__ = ["RateProblem", "Solutions", "find_rates", "rate_problem"]
 
+_PIVOT = 10 * ROUNDING  # pivots of Lemke's tableau up to this count as zero: a pivot adds its rounding to that of the entries
+_DISTINCT = 1e3 * RESIDUAL  # two solutions of a rate problem differ by more: each has errors up to the residual
 _TRIED = 8  # number of pairs up to which all statuses are tried
 _STARTS = 3  # covering vectors tried by Lemke's method
 _SEARCHED = 16  # number of pairs up to which a second solution is searched for; with more, the event counts as unproven
@@ -130,7 +132,7 @@ def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
     for z in candidates:
         rates = problem.u_rate @ np.r_[z * scale / stiffness, 1.0]
         size = max(float(np.abs(rates).max()), scale / stiffness)
-        if _solves(M, c, z) and all(np.abs(rates - other).max() > DISTINCT * size for _, other in found):
+        if _solves(M, c, z) and all(np.abs(rates - other).max() > _DISTINCT * size for _, other in found):
             found.append((problem.statuses(z, before), rates))
     return Solutions(found[:2], complete)
 
@@ -183,7 +185,7 @@ def _search(M: Array, c: Array, programs: int) -> tuple[list[Array], bool]:
         if answer.status != 0:
             return found, False
         z = answer.x
-        if _solves(M, c, z) and all(np.abs(z - other).max() > DISTINCT * (1.0 + np.abs(z).max()) for other in found):
+        if _solves(M, c, z) and all(np.abs(z - other).max() > _DISTINCT * (1.0 + np.abs(z).max()) for other in found):
             found.append(z)
             if len(found) == 2:
                 return found, True
@@ -216,7 +218,7 @@ def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
             z[basis] = tableau[:, -1]
             return z[n : 2 * n]
         entering = leaving + n if leaving < n else leaving - n
-        positive = np.flatnonzero(tableau[:, entering] > PIVOT)
+        positive = np.flatnonzero(tableau[:, entering] > _PIVOT)
         if not len(positive):
             return None
         ratios = np.column_stack([tableau[positive, -1], tableau[positive, :n]]) / tableau[positive, entering][:, None]

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from ...contact import ContactSystem
 from ...contact.checks import Array
 from ...contact.system import checked_plane
-from ...contact.tolerances import NOT_CONVEX
+from ...contact.tolerances import ROUNDING
 from ...errors import NoContinuation, SolverError
 from ...solve.explain import explain
 from ...solve.solvers import NoOptimum, solve
@@ -33,6 +33,7 @@ from .increment import Increment, Posed
 
 __all__ = ["ComplementarityProblem", "complementarity_problem"]
 
+_NOT_CONVEX = ROUNDING  # negative eigenvalues up to this share of the largest entry are rounding
 _TITLE = "friction increment, complementarity"
 
 
@@ -91,7 +92,7 @@ class ComplementarityProblem:
     @property
     def convex(self) -> bool:
         """Whether the quadratic program is convex, up to rounding."""
-        return self.least_eigenvalue >= -NOT_CONVEX * float(np.abs(self.matrix).max())
+        return self.least_eigenvalue >= -_NOT_CONVEX * float(np.abs(self.matrix).max())
 
     @cached_property
     def problem(self) -> cp.Problem:

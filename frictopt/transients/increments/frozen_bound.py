@@ -16,7 +16,7 @@ import numpy as np
 
 from ...contact.checks import Array
 from ...contact.record import Attempt
-from ...contact.tolerances import RESIDUAL, SETTLED_BOUND, SWEEP_OF_CONES
+from ...contact.tolerances import RESIDUAL
 from ...errors import SolverError
 from ...solve.solvers import NoOptimum, solve
 from .increment import CORRECTIONS, FrictionIncrement, Increment, Posed
@@ -24,6 +24,8 @@ from .newton import Law, newton
 
 __all__ = ["FrozenBoundIncrement"]
 
+_SETTLED_BOUND = 1e4 * RESIDUAL  # change of the frozen bound from which on Newton's method makes the state exact
+_SWEEP_OF_CONES = 1e5 * RESIDUAL  # violation with which a cone program of a sweep may end: it only guides the next one
 _SWEEPS = 100  # programs for one increment at most
 
 
@@ -105,7 +107,7 @@ class FrozenBoundIncrement(FrictionIncrement):
         for sweep in range(1, _SWEEPS + 1):
             values["trial_reaction"].value, values["friction_bound"].value = posed.trial, bound
             try:
-                answer = solve(_Model(self.problem), partial(self._swept, posed.trial, bound), tolerance=SWEEP_OF_CONES)
+                answer = solve(_Model(self.problem), partial(self._swept, posed.trial, bound), tolerance=_SWEEP_OF_CONES)
             except NoOptimum as error:
                 raise SolverError(
                     f"friction increment: no state of rest with the friction bound frozen at {bound.sum():.3g} times the mean normal force in sum "
@@ -115,7 +117,7 @@ class FrozenBoundIncrement(FrictionIncrement):
             attempts += answer.attempts
             u = answer.claim.u
             step = law.friction * np.maximum((posed.trial + law.S @ u)[-n:], 0.0) - bound
-            settled = bool(np.abs(step).max() <= SETTLED_BOUND)
+            settled = bool(np.abs(step).max() <= _SETTLED_BOUND)
             state = newton(law, posed.trial, u) if settled else newton(law, posed.trial, u, CORRECTIONS)
             found = posed.result(state, answer.solver, tuple(attempts), self.problem, steps=sweep)
             if found.residual <= RESIDUAL:

@@ -18,7 +18,7 @@ from ...contact.parts import joined, parted
 from ...contact.record import Attempt, Recorded, SolveRecord
 from ...contact.show import components, frame
 from ...contact.system import checked_system
-from ...contact.tolerances import NO_FORCE
+from ...contact.tolerances import RESIDUAL
 from ...errors import ModelError, SolverError
 from ...solve.explain import explain
 from ..begin import OPEN
@@ -26,6 +26,8 @@ from ..sliding import check_sliding
 from .newton import Law, State
 
 __all__ = ["CORRECTIONS", "FrictionIncrement", "Increment", "Posed"]
+
+_NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
 
 CORRECTIONS = 4
 """Newton steps that make the solution of a program exact, and may correct the status of nodes where a solver's tolerance left it wrong."""
@@ -117,7 +119,7 @@ class Posed:
         self.bonded = finite_array("bonded q", q, shapes[0]), finite_array("bonded p", p, shapes[1])
         self.reactions = joined(*self.bonded) + system.S @ joined(self.slip, -system.gap)
         force = float(np.abs(self.bonded[1]).mean())
-        self.force = force if force > NO_FORCE * np.abs(self.reactions).max() else float(np.abs(self.reactions).mean()) or 1.0
+        self.force = force if force > _NO_FORCE * np.abs(self.reactions).max() else float(np.abs(self.reactions).mean()) or 1.0
         self.length = self.force / system.stiffness_scale
         self.trial = self.reactions / self.force
 

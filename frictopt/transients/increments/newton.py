@@ -17,11 +17,12 @@ from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
 from ...contact.checks import Array
-from ...contact.tolerances import NEWTON, RESIDUAL, ROUNDING, STALLED
+from ...contact.tolerances import RESIDUAL, ROUNDING, STALLED
 from ..begin import OPEN, SLIP, STICK
 
 __all__ = ["Law", "State", "by_friction", "newton"]
 
+_NEWTON = 1e-2 * ROUNDING  # dimensionless errors of the law from which on Newton's method is done
 _STEPS = 60  # Newton steps for one increment at most
 _HALVINGS = 6  # of a step in the line search
 _FIRST_SHARE, _LEAST_SHARE = 0.25, 1e-4  # of the friction, by which it grows from one state to the next
@@ -74,14 +75,14 @@ def by_friction(law: Law, trial: Array) -> State:
     return state
 
 
-def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, enough: float = NEWTON) -> State:
+def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, enough: float = _NEWTON) -> State:
     """The state that so many steps of Newton's method reach from motions u at most; whether it obeys the law is for the referee to say.
 
     It makes none where the error of u is small enough already. What its piece of the law lets vanish is zero in it, and slipping nodes are on their
     bound. In the plane slip against +x has the status -1.
     """
     best, steps = _piece(law, trial, u), 0
-    while steps < most and best.error > (NEWTON if steps else enough):
+    while steps < most and best.error > (_NEWTON if steps else enough):
         steps += 1
         direction, share, found = _step(law, best), 1.0, best
         for _ in range(_HALVINGS):
