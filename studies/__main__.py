@@ -3,7 +3,23 @@
 import sys
 from collections.abc import Sequence
 
-from . import damping, dissipation, first_look, guaranteed, increments, joint, limits, range, scenes, separation, size, spatial, validity, wear
+from . import (
+    damping,
+    design,
+    dissipation,
+    first_look,
+    guaranteed,
+    increments,
+    joint,
+    limits,
+    range,
+    scenes,
+    separation,
+    size,
+    spatial,
+    validity,
+    wear,
+)
 from .tables import Study
 from .validation import error_vs_time, left_out
 from .validation.extremes import study as extremes
@@ -12,7 +28,7 @@ from .validation.fuzz import study as fuzz
 __all__ = ["STUDIES", "main"]
 
 _MODULES = (
-    *(first_look, limits, scenes, guaranteed, separation, increments, dissipation, range, damping, wear, joint, spatial, size, validity),
+    *(first_look, limits, scenes, guaranteed, separation, increments, dissipation, range, damping, wear, design, joint, spatial, size, validity),
     *(left_out, error_vs_time, extremes, fuzz),
 )
 STUDIES: dict[str, Study] = {module.STUDY.name: module.STUDY for module in _MODULES}

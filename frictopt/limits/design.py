@@ -150,13 +150,13 @@ class DesignModel(SafeModel):
         return pose(self._system, cycle, friction, most=self._most, loads=cycle_loads(self._system, cycle)), shares
 
     @cached_property
-    def preload(self) -> cp.Expression | None:
+    def preload(self) -> Any:
         """(J,) amplitudes that the design adds to the mean load, in the order of `preloads`, an affine cvxpy expression; None without."""
         count = len(self._design.preloads)
         return self._design.values[:count] if count else None
 
     @cached_property
-    def profile(self) -> cp.Expression | None:
+    def profile(self) -> Any:
         """(N,) material taken off at the nodes, length, an affine cvxpy expression; None without."""
         return self._design.values[len(self._design.preloads) :] if self._shaped else None
 
@@ -205,7 +205,7 @@ class DesignModel(SafeModel):
 
     def _judged(self, program: OwnProgram) -> Design:
         """Judge the design that stands in a program: built in, by the contact law in every scenario, and by the multipliers of all rows."""
-        count, amounts = len(self._design.preloads), frozen(self._design.values.value)
+        count, amounts = len(self._design.preloads), frozen(self._design.values.value + 0.0)  # no -0
         preload, profile = amounts[:count], amounts[count:] if self._shaped else None
         every = [program, *(SafeProgram(task, v, program.problem) for (task, _), v in zip(self._others, self._more, strict=True))]
         named = dict(zip(self._design.preloads, preload.tolist(), strict=True))

@@ -1,0 +1,33 @@
+"""
+The best crown of a punch
+=========================
+
+How much material to take off a face, and where, so that it slips under no more than the largest load? One convex program, with its proof.
+"""
+
+import cvxpy as cp
+import matplotlib.pyplot as plt
+
+import frictopt as fo
+
+system = fo.scenes.PunchOnHalfPlane(elements=40).condense()
+cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+model = fo.DesignModel(system, cycle, profile=True)
+depth = cp.Parameter(nonneg=True)
+bounds = [model.profile >= 0, (model.profile <= depth).set_label("depth")]
+
+depths, limits = [0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5], []
+for depth.value in depths:
+    design = model.solve(0.5, bounds)
+    limits.append(design.load_factor)
+
+figure, ax = plt.subplots(layout="constrained")
+ax.plot(depths, limits, "o-")
+ax.set(xlabel="largest depth", ylabel=r"shakedown limit $\lambda_2$")
+
+# %%
+# The design with its profile is a contact like any other; the price of a constraint is what more depth would give.
+
+print(design, design.prices["depth"].sum())
+print(fo.guaranteed_limit(design.system, design.cycle, 0.5))
+design.plot()
