@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 
 import frictopt as fo
@@ -52,9 +53,16 @@ def _questions(parameters: Parameters) -> Iterator[tuple[str, Callable[[], tuple
         first = fo.onset(system, LOADS, friction)
         return first.slip.load_factor, f"the bonded contact slips first at x / a = {system.x[first.slip.node] / system.x[-1]:.3g}", first.residual
 
+    lower = fo.GuaranteedModel(system, LOADS)
+
     def guaranteed() -> tuple[float, str, float]:
-        limit = fo.guaranteed_limit(system, LOADS, friction)
-        return limit.load_factor, "above it slip goes on for ever from some residual slips", limit.residual
+        limit = lower.solve(friction)
+        zero = "no load is safe from every start: a large residual slip can take all force off the node at the edge"
+        return limit.load_factor, "above it slip goes on for ever from some residual slips" if limit.load_factor else zero, limit.residual
+
+    def after_overload() -> tuple[float, str, float]:
+        limit = lower.solve(friction).after_overload()
+        return limit.load_factor, "the same from slips no larger than one overload leaves", limit.residual
 
     def shakedown() -> tuple[float, str, float]:
         limit = fo.shakedown_limit(system, LOADS, friction)
@@ -62,9 +70,18 @@ def _questions(parameters: Parameters) -> Iterator[tuple[str, Callable[[], tuple
 
     yield "onset of slip", onset
     yield "guaranteed limit, lambda_1", guaranteed
+    yield "compiling what follows transients", _compile
+    yield "lambda_1 after one overload", after_overload
     yield "shakedown limit, lambda_2", shakedown
     for load_factor in parameters.load_factors:
         yield f"work of friction per cycle at load {load_factor:g}, W E* / P^2", partial(_steady, system, friction, load_factor)
+
+
+def _compile() -> tuple[float, str, float]:
+    """A transient of two nodes, so that the times of the others are their own."""
+    rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=2, EA=1.0, h=1.0))
+    fo.steady_state(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 0.1)
+    return np.nan, "once on a machine: the machine code is kept", 0.0
 
 
 def _steady(system: fo.ContactSystem, friction: float, load_factor: float) -> tuple[float, str, float]:
@@ -73,9 +90,15 @@ def _steady(system: fo.ContactSystem, friction: float, load_factor: float) -> tu
 
 
 def _summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    rows = [[row.question, f"{row.value:.4g}", row.meaning, f"{row.seconds:.2g} s"] for row in tables[ANSWERS.name].itertuples()]
+    rows = [
+        [row.question, "" if np.isnan(row.value) else f"{row.value:.4g}", row.meaning, f"{row.seconds:.2g} s"]
+        for row in tables[ANSWERS.name].itertuples()
+    ]
     head = f"A square punch on a half-plane, f = {tables[ANSWERS.name].attrs['parameters']['friction']:g}; loads are sigma / (P / 2a)."
-    more = "The first run on a machine waits for the compiler, once. All figures: python -m paper_figures (if interrupted, start it again)."
+    more = """Next:
+python -m studies                            lists the studies
+python -m studies dissipation --quick        between the two limits the start decides
+python -m paper_figures                      draws all figures (if interrupted, start it again)"""
     return "\n\n".join([head, markdown(["question", "value", "meaning", "time"], rows), more])
 
 
