@@ -89,4 +89,4 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": ["sphinx-version"],
 }
-html_sidebars = {name: [] for name in ("theory", "glossary", "checked", "performance", "size", "validity", "studies", "faq", "help")}
+html_sidebars = {name: [] for name in ("theory", "glossary", "checked", "performance", "size", "validity", "questions", "studies", "faq", "help")}

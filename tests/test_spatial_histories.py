@@ -147,3 +147,32 @@ def test_a_study_in_space_takes_random_starts():
     starts = fo.starts.random_slips(contact, [0.1], 1)
     table = fo.dissipation_study(contact, loads, 0.5, [1.4 * limit], starts, progress=False)
     assert table["outcome"].tolist() == ["CYCLIC_SLIP"] * 2 and not table["error"].any()
+
+
+def test_no_cycle_in_space_slips_less_than_is_proven():
+    """The states at the corners of cycles from random starts, against the weighted sum, and against the least sum of slips."""
+    found = 0
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        contact, loads = random_contact(rng, 3), cycle(2 + seed % 2)
+        limit = fo.shakedown_limit(contact, loads, 0.5)
+        for ratio in (1.01, 1.5):
+            least = limit.least_slip(ratio * limit.load_factor)
+            path = fo.march(contact, loads, 0.5, least.load_factor, cycles=2, initial_slip=rng.normal(size=(3, 2)), steps=4)
+            last = slice(-4 * len(loads.corners) + 3, None, 4)
+            slip, gap = path.slip[last], path.gap[last]
+            assert least.of(slip, gap) >= least.bound * (1 - 1e-9) and least.residual <= 1e-9
+            if not gap.any():
+                apart = np.linalg.norm(slip[:, None] - slip[None], axis=-1).max(axis=(0, 1))
+                assert least.weight @ apart >= least.bound and apart.sum() >= least.total > 0
+                found += 1
+    assert found > 6
+
+
+def test_the_least_slip_is_that_of_the_plane():
+    plane, space = (fo.shakedown_limit(contact, CYCLE, 0.6).least_slip(1.0) for contact in (PAIR, SOLID))
+    assert (space.bound, space.total) == pytest.approx((plane.bound, plane.total), rel=1e-7)
+    assert space.weight == pytest.approx(plane.weight, rel=1e-6)
+    table = space.to_frame()
+    assert table.columns.tolist() == ["node", "x", "y", "z", "weight", "alone", "g0_1", "g0_2", "g1_1", "g1_2"]
+    assert table["alone"].to_numpy() == pytest.approx(plane.to_frame()["alone"].to_numpy(), rel=1e-6)

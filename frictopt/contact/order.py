@@ -89,7 +89,7 @@ def order_preserving(system: ContactSystem, friction: ArrayLike) -> OrderPreserv
     >>> fo.reference.order_preserving(punch, friction=0.7).holds
     False
     """
-    f = friction_coefficients(friction, checked_plane(system).nodes)
+    f = friction_coefficients(friction, checked_plane(system, "in space slips have no order, ask guaranteed_limit").nodes)
     pull, coupling = -system.A, np.abs(system.B)
     rounding = _PULL * max(float(np.abs(system.A).max()), float(coupling.max()))
     coupled = coupling > rounding

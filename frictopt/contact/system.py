@@ -453,9 +453,9 @@ def checked_system(system: object) -> ContactSystem:
     return system
 
 
-def checked_plane(system: object) -> ContactSystem:
-    """Check that `system` is a contact system in the plane."""
+def checked_plane(system: object, instead: str) -> ContactSystem:
+    """Check that `system` is a contact system in the plane; `instead` is what answers in space, in words."""
     checked = checked_system(system)
     if checked.tangents != 1:
-        raise ModelError("system: a contact in space; this question is answered for contacts in the plane")
+        raise ModelError(f"system: a contact in space; this is answered for contacts in the plane; {instead}")
     return checked

@@ -3,7 +3,8 @@
 The mechanism of the limit weights the rows `n_r v >= b_r + lam c_r` of the safe slips by y_r >= 0 with `sum y_r n_r = 0`, `sum y_r c_r = 1` and
 `sum y_r b_r = -lambda_2`. At corner k of any cycle the state obeys the rows of that corner, whatever it slips in between. The weighted sum of all
 rows is therefore `sum_k g_k v_k + h_k w_k >= lam - lambda_2`, with g_k and h_k the weighted sums over the rows that corner k rules. As
-`sum_k g_k = 0`, a cycle in which no node slips or opens has nothing on the left.
+`sum_k g_k = 0`, a cycle in which no node slips or opens has nothing on the left. In space the rows are tangents of the friction circles, g_k and v_k
+have two components, and slips no further than D from each other lie in a circle of radius D / sqrt(3) (Jung 1901).
 """
 
 from collections.abc import Mapping
@@ -14,7 +15,9 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, finite_array, frozen
-from ..contact.show import Plotted, Shown, frame
+from ..contact.coulomb import lengths
+from ..contact.parts import joined, parted
+from ..contact.show import Plotted, Shown, components, frame, places
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
 from .mechanism import Mechanism
@@ -38,11 +41,13 @@ class LeastSlip(Shown, Plotted):
     bound
         `lam - lambda_2`, with the upper bound of lambda_2 that the multipliers prove.
     g
-        (K, N) weights of the slip at the corners, 1 over length. Their sum over the corners is zero: only slip from corner to corner counts.
+        (K, N) or (K, N, 2) weights of the slip at the corners, 1 over length. Their sum over the corners is zero: only slip from corner to corner
+        counts.
     h
         (K, N) weights of the gap `w` at the corners, 1 over length; idle while all nodes are closed.
     weight
-        (N,) largest value that a node's slip between corners adds to the sum, per unit of slip: half the sum over the corners of `abs(g)`.
+        (N,) what a node's slip between corners adds to the sum at most, per unit of slip: half the sum over the corners of `abs(g)`; in space that
+        sum over sqrt(3), where more than two corners weigh.
     system
         The contact.
     residual
@@ -73,7 +78,7 @@ class LeastSlip(Shown, Plotted):
 
     @property
     def total(self) -> float:
-        """Proven least sum over the nodes of the slip between corners (largest minus smallest) while all nodes are closed, length.
+        """Proven least sum over the nodes of the slip between corners (the largest distance of two) while all nodes are closed, length.
 
         Inf where no slip weighs anything and the bound is above 0: no cycle keeps all nodes closed.
         """
@@ -83,7 +88,7 @@ class LeastSlip(Shown, Plotted):
         return max(self.bound, 0.0) / largest
 
     def of(self, slip: Any, gap: Any = None) -> float:
-        """The sum that the bound is about, for slips (K, N) and gaps (K, N) at the corners of a cycle, length; None: all nodes are closed.
+        """The sum that the bound is about, for slips (K, N), in space (K, N, 2), and gaps (K, N) at the corners, length; None: all nodes are closed.
 
         Raises
         ------
@@ -97,14 +102,17 @@ class LeastSlip(Shown, Plotted):
     def to_frame(self) -> Any:
         """The nodes that must slip: no closed cycle exists in which all of them stick. Largest weight first.
 
-        Columns: node; x; weight; alone, the slip between corners that the node would need if no other one slipped, length; and `g0, g1, ...`, its
-        weights at the corners.
+        Columns: node; its place; weight; alone, the slip between corners that the node would need if no other one slipped, length; and `g0, g1, ...`,
+        its weights at the corners, in space both components of each.
         """
         nodes = np.flatnonzero(self.weight)
         nodes = nodes[np.argsort(-self.weight[nodes], kind="stable")]
         alone = max(self.bound, 0.0) / self.weight[nodes]
-        weights = {f"g{k}": row[nodes] for k, row in enumerate(self.g)}
-        return frame({"node": nodes, "x": self.system.x[nodes], "weight": self.weight[nodes], "alone": alone, **weights})
+        weights = {
+            name: column for k, row in enumerate(self.g) for name, column in components(f"g{k}_" if row.ndim > 1 else f"g{k}", row[nodes]).items()
+        }
+        where = {name: values[nodes] for name, values in places(self.system).items()}
+        return frame({"node": nodes, **where, "weight": self.weight[nodes], "alone": alone, **weights})
 
     def _answer(self) -> Mapping[str, Any]:
         return {name: getattr(self, name) for name in ("load_factor", "bound", "total", "residual")}
@@ -112,12 +120,15 @@ class LeastSlip(Shown, Plotted):
 
 def least_slip(system: ContactSystem, motion: Mechanism, limit: float, load_factor: float, residual: float) -> LeastSlip:
     """The bound that a mechanism of unit drive and the limit that it proves give at a load factor."""
-    slide, lift = motion.slips, motion.lift
-    g, h = slide @ system.A + lift @ system.B, slide @ system.B.T + lift @ system.C
-    terms = float(((motion.size + motion.opening) @ (np.abs(system.A) + np.abs(system.B))).max())
+    axes = system.tangents + 1
+    g, h = parted(joined(motion.slips, motion.lift) @ system.S, axes)
+    moved = motion.size + motion.opening
+    terms = float((np.tile(moved, axes - 1) @ np.abs(system.A) + moved @ np.abs(system.B)).max())
     unbalanced = float(np.abs(g.sum(axis=0)).max()) / terms if terms > 0 else 0.0
     g = np.where(np.abs(g) > _WEIGHT * terms, g, 0.0)
-    weight, residual = np.abs(g).sum(axis=0) / 2, max(unbalanced, residual)
+    sizes = lengths(g, h)
+    round_corners = (sizes > 0).sum(axis=0) > 2 if system.tangents > 1 else False
+    weight, residual = sizes.sum(axis=0) / np.where(round_corners, np.sqrt(3.0), 2.0), max(unbalanced, residual)
     if not residual <= RESIDUAL:
         raise SolverError(
             f"least slip: the multipliers of the limit are off by {residual:.1e} (tolerance {RESIDUAL:g}); check for reactions and stiffnesses of "

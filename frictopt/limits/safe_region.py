@@ -188,7 +188,8 @@ class _Search:
     """The rays of one region."""
 
     def __init__(self, system: ContactSystem, mean: Mapping[str, float], loads: Sequence[Any], friction: Any) -> None:
-        self._system, self._mean = checked_plane(system), dict(checked_loads("mean", mean))
+        self._system = checked_plane(system, "ask shakedown_limit for each proportion of the two loads")
+        self._mean = dict(checked_loads("mean", mean))
         self._friction = friction_coefficients(friction, system.nodes)
         pair = listed("loads", loads)
         if len(pair) != 2:

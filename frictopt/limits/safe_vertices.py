@@ -20,7 +20,7 @@ __all__ = ["safe_vertices"]
 
 @warns_of_odd_values
 def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, directions: Any) -> Array:
-    """Vertices of the safe slips at a load factor: for each direction, the safe slip whose tractions go furthest along it.
+    """Vertices of the safe slips at a load factor: for each direction, the safe slip whose tractions go furthest along it, with all nodes closed.
 
     Parameters
     ----------
@@ -37,7 +37,8 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     Returns
     -------
     Array
-        (d, N) or (d, N, 2) slips, length. d = 0 where no slip is safe; directions in which the safe slips have no end give none.
+        (d, N) or (d, N, 2) slips, length. d = 0 where no slip is safe with all nodes closed; directions in which the safe slips have no end give
+        none.
 
     Raises
     ------

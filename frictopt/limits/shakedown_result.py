@@ -14,7 +14,6 @@ from ..contact.checks import Array, finite_number, frozen
 from ..contact.diagnosis import unscaled_diagnosis
 from ..contact.record import SolveRecord
 from ..contact.show import frame
-from ..contact.system import checked_plane
 from ..errors import ModelError
 from ..solve.explain import Units, explain
 from .answered import Answered
@@ -180,7 +179,7 @@ class ShakedownLimit(Answered):
         if not np.isfinite(self.load_factor) or self.constraints or self._task.most is not None:
             asked = f"load factor {self.load_factor:g}" + (" under constraints on the slip" if np.isfinite(self.load_factor) else "")
             raise ModelError(f"least_slip: the limit ({asked}) bounds no slip from below; ask a finite limit without slip bound and constraints")
-        return least_slip(checked_plane(self.system), self._motion, self.bound, load_factor, self.residual)
+        return least_slip(self.system, self._motion, self.bound, load_factor, self.residual)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place, the slip that is safe at the limit, and the largest `|q| / (f p)` over the corners.

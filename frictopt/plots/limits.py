@@ -9,7 +9,7 @@ from ..contact.coulomb import lengths
 from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, open_nodes
 from .picture import picture
-from .spatial import FACE, first_slips, limiting_face, safe_slip_face
+from .spatial import FACE, first_slips, limiting_face, safe_slip_face, weight_map
 from .style import ALONG, BLACK, GREY, AxesArray, equals, legend, new_axes, no_lines
 
 __all__: list[str] = []
@@ -123,8 +123,9 @@ def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
 
 @picture.register
 def _least_slip(least: LeastSlip, ax: Axes | None = None) -> Axes:
-    """Weights of the slip at the corners (of many corners, lines of those with the largest)."""
-    (axes,) = new_axes(ax)
+    """Weights of the slip at the corners (of many corners, lines of those with the largest); in space a map of those between corners."""
+    in_space = least.system.tangents == 2
+    (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
     if least.bound <= 0:
         claim = "no slip is proven"
     else:
@@ -134,6 +135,8 @@ def _least_slip(least: LeastSlip, ax: Axes | None = None) -> Axes:
         else:
             claim += "no cycle keeps all nodes closed"
     axes.set_title(rf"$\lambda = {least.load_factor:.4g}$: {claim}")
+    if in_space:
+        return weight_map(axes, least)
     lines_or_band(axes, least.system, least.g, _corners(len(least.g)), np.argsort(-np.abs(least.g).sum(axis=1), kind="stable").tolist())
     axes.axhline(0, color=GREY, lw=0.6, zorder=0)
     axes.set_ylabel("weight $g$ of the slip (1 / length)")

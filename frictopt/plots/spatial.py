@@ -10,11 +10,11 @@ from ..contact import ContactSystem, Onset
 from ..contact.checks import Array, Booleans
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..limits import Design, GuaranteedLimit, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
+from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import SteadyState
 from .style import BLACK, GREY, SERIES, AxesArray, new_axes
 
-__all__ = ["FACE", "depth_map", "first_slips", "limiting_face", "safe_slip_face", "steady_map"]
+__all__ = ["FACE", "depth_map", "first_slips", "limiting_face", "safe_slip_face", "steady_map", "weight_map"]
 
 FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 _FACE = 25_000  # area that the points of a face share, points^2
@@ -61,6 +61,12 @@ def steady_map(steady: SteadyState, ax: Axes | AxesArray | None) -> Axes:
 def depth_map(axes: Axes, system: ContactSystem, depth: Array) -> None:
     """Depth worn off at each node, (N,)."""
     _map(axes, system, depth, "depth worn off (length)", float(depth.max()) or 1.0)
+
+
+def weight_map(axes: Axes, least: LeastSlip) -> Axes:
+    """Weight of the slip between corners of each node."""
+    _map(axes, least.system, least.weight, "weight of the slip between corners (1 / length)", float(least.weight.max()) or 1.0)
+    return _finished(axes)
 
 
 def first_slips(axes: Axes, onset: Onset) -> Axes:

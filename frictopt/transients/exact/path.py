@@ -108,7 +108,9 @@ class ExactPath(Transient):
         initial_state: ContactState | None = None,
         keep: bool = False,
     ) -> None:
-        super().__init__(checked_plane(system), cycle, friction, load_factor, initial_slip, initial_state)
+        super().__init__(
+            checked_plane(system, "follow it by march or steady_state, in increments"), cycle, friction, load_factor, initial_slip, initial_state
+        )
         nodes = self.nodes
         self._S, self.unit = np.ascontiguousarray(system.S), np.tile(self.scales.length, 2)
         self.turns = turning_corners(cycle, self.load_factor)

@@ -165,7 +165,7 @@ def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: Ar
     >>> fo.increments.complementarity_problem(system, 0.5, [0.0, 0.0], load).convex
     False
     """
-    owner = NewtonIncrement(checked_plane(system), friction)
+    owner = NewtonIncrement(checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"), friction)
     posed, n = Posed(owner, slip, bonded), system.nodes
     f, one, none = np.diag(owner.friction), np.eye(n), np.zeros((n, n))
     motion = np.block([[one, -one, none], [none, none, one]])  # u = motion z

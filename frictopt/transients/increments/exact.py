@@ -118,7 +118,7 @@ class ExactIncrement(FrictionIncrement):
 
     def __init__(self, system: ContactSystem, friction: ArrayLike, *, reach: float = 1e3) -> None:
         self._reach = finite_number("reach", reach, above=1.0)
-        super().__init__(checked_plane(system), friction)
+        super().__init__(checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"), friction)
 
     @cached_property
     def problem(self) -> cp.Problem:
