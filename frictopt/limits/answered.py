@@ -1,20 +1,16 @@
 """What the answers of limit questions have in common: the contact, its reactions and its state under a residual slip at a load factor."""
 
-from dataclasses import replace
-from time import perf_counter
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from ..contact import ContactState, ContactSystem
 from ..contact.checks import Array, Booleans
-from ..contact.record import SolveRecord, WithSlip
+from ..contact.record import WithSlip
 from ..contact.show import Plotted, components, places
-from ..solve.solvers import Answer
-from .program import SafeProgram
 from .question import LimitQuestion
 
-__all__ = ["Answered", "answered"]
+__all__ = ["Answered"]
 
 
 class Answered(WithSlip, Plotted):
@@ -70,13 +66,3 @@ class Answered(WithSlip, Plotted):
         """Columns of a table with one row for each node: node, its place, its slip, and whether it is open where one is."""
         opened = {"open": self.open} if self.open.any() else {}
         return {"node": range(self.system.nodes), **places(self.system), **components("slip", self.slip), **opened}
-
-
-A = TypeVar("A", bound=Answered)
-
-
-def answered(answer: Answer[A], program: SafeProgram) -> A:
-    """The claim that has passed, with its program and how it was found."""
-    claim, seconds = answer.claim, perf_counter() - program.task.started
-    record = SolveRecord(answer.solver, answer.attempts, claim.residual, program.left_out, seconds)
-    return replace(claim, record=record, problem=program.problem, _units=program.units)  # type: ignore[type-var]

@@ -17,9 +17,9 @@ from ..contact.tolerances import FLOOR, GROWN, RESIDUAL
 from ..errors import ModelError
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm, compiled
-from .answered import answered
 from .design_loads import PROFILE, built_in, design_loads
 from .design_result import Design
+from .judge import answered
 from .own_constraints import OwnProgram, SafeModel, contradiction, is_unbounded
 from .program import SafeProgram, carried, safe_set
 from .question import LimitQuestion, cycle_loads, pose

@@ -12,7 +12,7 @@ from ..contact.checks import Array
 from ..contact.onset import reach
 from ..contact.tolerances import ROUNDING
 from ..solve.explain import Units
-from ..solve.solvers import Kind
+from ..solve.solvers import LP, SOCP
 from ..solve.standard_form import polish
 from .circles import Circles
 from .design_loads import DesignLoads
@@ -111,9 +111,9 @@ class SlipClaim:
     residual: float
 
 
-def kind_of(system: ContactSystem) -> Kind:
+def kind_of(system: ContactSystem) -> str:
     """What the programs over its safe slips are."""
-    return Kind.LP if system.tangents == 1 else Kind.SOCP
+    return LP if system.tangents == 1 else SOCP
 
 
 def safe_set(task: LimitQuestion, design: DesignLoads | None = None) -> SafeSet:

@@ -222,7 +222,7 @@ def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
         Wrong types, or load cases that the system does not have.
     """
     checked_system(system)
-    return Loads(*checked_cycle(cycle).unscaled_reactions(system), *cycle.corner_reactions(system))
+    return Loads(*checked_cycle(cycle).unscaled_reactions(system), *reactions(system, cycle.corners))
 
 
 def pose(

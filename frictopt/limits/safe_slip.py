@@ -10,22 +10,18 @@ from numpy.typing import ArrayLike
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import finite_number, listed
 from ..contact.odd_values import warns_of_odd_values
-from ..contact.record import judged_by
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum, solve
-from ..solve.standard_form import StandardForm
-from .answered import answered
+from .judge import answered, judged_margin
 from .own_constraints import OwnProgram, SafeModel, contradiction
-from .program import SafeProgram, posed
+from .program import posed
 from .question import LimitQuestion
-from .reduced import half_of, on_whole, rest_under_mean
+from .reduced import half_of, rest_under_mean
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 
 __all__ = ["SafeSlipModel", "margin_problem", "safe_slip", "solve_margin"]
-
-_FAR = 1e3  # the proof that nothing is safe holds for slips at least `1 / _FAR / RESIDUAL` times as large as those of the loads
 
 
 def margin_problem(v: SafeSet, *, free_load_factor: bool = False) -> cp.Problem:
@@ -173,36 +169,11 @@ def _closed_somewhere(task: LimitQuestion, solver: str | None) -> bool:
         return True
 
 
-def _judged(program: SafeProgram, load_factor: float | None) -> SafeSlip:
-    """The slip that stands in a program of the margin at a load factor, or (None) at the best one, judged by its reserve, and by its multipliers."""
-    task, margin, slip, cap = program.task, float(program.v.margin.value), program.slip, program.cap("cap")
-    at = float(program.v.load_factor.value) * task.load_unit if load_factor is None else load_factor
-    motion, slips = program.motion
-    motion = motion.scaled((1 - cap) / slips if slips > 0 and cap < 1 else 0.0)
-    resistance, drive = task.work(motion)
-    if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
-        drive = min(drive, 0.0)
-    off = program.v.scaled.defect(task, motion, slip)
-    bound = cap + resistance - at * drive + off
-    if not slips > 0 and cap < 1 - RESIDUAL:  # multipliers that do not add up to one bound nothing
-        bound = np.inf
-    if program.own:
-        bound, off = StandardForm(program.problem).bounds[1], 0.0
-    gap = abs(bound - off - margin) + off  # a defect that closes the gap counts for slips like this one alone
-    whole, every, motion = on_whole(task, slip, motion)
-    asked, own = (whole, every) if task.lift is None else (task, slip)  # the reserve of closed nodes, and of gaps, is that of their own question
-    pull = float(-asked.reactions(at, own)[1].min() / asked.force) if margin >= 0 else 0.0
-    residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), program.violation), nan=np.inf))
-    if load_factor is None and bound < -RESIDUAL:  # nothing is safe at any load factor: no more is asked, and the upper bound alone proves it
-        residual = off / -bound / _FAR
-    return SafeSlip(at, every, margin, float(bound), judged_by(residual), whole, motion, program.names)
-
-
 def solve_margin(task: LimitQuestion, load_factor: float | None, solver: str | None, own: OwnProgram | None = None) -> SafeSlip:
     """Largest margin of a safe slip at a load factor, or (None) at the best one; maybe under constraints of the user's own, in their program."""
     program = own or posed(half_of(task), partial(margin_problem, free_load_factor=load_factor is None), load_factor)
     try:
-        answer = solve(program, lambda: _judged(program, load_factor), solver)
+        answer = solve(program, lambda: judged_margin(program, load_factor), solver)
     except NoOptimum:
         if own and (excess := contradiction(own.problem, solver)).bound > RESIDUAL:
             ruling = ", ".join(name for name in own.names if name in excess.ruling)

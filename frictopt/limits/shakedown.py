@@ -14,9 +14,8 @@ from ..contact.checks import listed
 from ..contact.odd_values import warns_of_odd_values
 from ..errors import ModelError
 from ..solve.solvers import Answer, solve
-from .answered import answered
 from .circles import helpless
-from .judge import judged, judged_by_rows
+from .judge import answered, judged, judged_by_rows
 from .least_load import with_least_load
 from .no_limit import no_limit, no_limit_under
 from .own_constraints import OwnProgram, SafeModel

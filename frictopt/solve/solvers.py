@@ -16,11 +16,12 @@ from ..errors import ModelError, SolverError
 from .interior_point import InteriorPoint
 
 __all__ = [
+    "LP",
     "LP_SOLVERS",
     "MILP_SOLVERS",
+    "SOCP",
     "Answer",
     "Claim",
-    "Kind",
     "Model",
     "NoOptimum",
     "Status",
@@ -56,16 +57,8 @@ MILP_SOLVERS = ("HIGHS_MIP", "HIGHS_MIP_LOOSE")
 """Solvers of the mixed-integer programs (whose objectives count, so that a gap of 0.5 is none), in the order in which they are tried."""
 
 
-class Kind(Enum):
-    """Kinds of problems, each with its own solvers."""
-
-    LP = "linear program"
-    MILP = "mixed-integer program"
-    SOCP = "cone program"
-    LARGE_SOCP = "large cone program"
-
-
-_SOLVERS = {Kind.LP: LP_SOLVERS, Kind.MILP: MILP_SOLVERS, Kind.SOCP: SOCP_SOLVERS, Kind.LARGE_SOCP: LARGE_SOCP_SOLVERS}
+LP, MILP, SOCP, LARGE_SOCP = "linear program", "mixed-integer program", "cone program", "large cone program"  # kinds, each with its own solvers
+_SOLVERS = {LP: LP_SOLVERS, MILP: MILP_SOLVERS, SOCP: SOCP_SOLVERS, LARGE_SOCP: LARGE_SOCP_SOLVERS}
 _LARGE = 400  # unknowns from which on the own interior point is faster than Clarabel
 
 
@@ -175,18 +168,18 @@ def solve(
         if not claim.residual <= tolerance:
             model.refine()
             claim = judged()
-            attempts.append(Attempt(name, f"refined on the {'vertex' if kind is Kind.LP else 'active cones'}", claim.residual))
+            attempts.append(Attempt(name, f"refined on the {'vertex' if kind == LP else 'active cones'}", claim.residual))
         if claim.residual <= tolerance:
             return Answer(claim, name, tuple(attempts))
     tried = "; ".join(f"{a.solver}: {a.outcome}, residual {a.residual:.1e}" for a in attempts)
     raise (NoOptimum if agreed else SolverError)(
-        f"{kind.value}: no answer within the tolerance {tolerance:g} ({tried}); check for reactions of very different sizes, "
+        f"{kind}: no answer within the tolerance {tolerance:g} ({tried}); check for reactions of very different sizes, "
         "for nodes without pressure under the mean load, for friction close to the critical value or so little that rounding hides its bounds, and "
         "for a coupling so weak that the limit is millions of times the mean load"
     )
 
 
-def solver_order(solver: str | None, kind: Kind = Kind.LP) -> Sequence[str]:
+def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
     """The solvers to try for a kind of problem: all of them, or the one that is asked for.
 
     Raises
@@ -202,12 +195,12 @@ def solver_order(solver: str | None, kind: Kind = Kind.LP) -> Sequence[str]:
     return (solver,)
 
 
-def _kind(problem: cp.Problem) -> Kind:
+def _kind(problem: cp.Problem) -> str:
     """What a problem is, which says whom to ask."""
     if problem.is_mixed_integer() or problem.is_lp():
-        return Kind.MILP if problem.is_mixed_integer() else Kind.LP
+        return MILP if problem.is_mixed_integer() else LP
     large = problem.objective.expr.is_affine() and sum(variable.size for variable in problem.variables()) >= _LARGE
-    return Kind.LARGE_SOCP if large else Kind.SOCP
+    return LARGE_SOCP if large else SOCP
 
 
 def _run(problem: cp.Problem, name: str) -> tuple[Status, str]:
