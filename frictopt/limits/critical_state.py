@@ -8,8 +8,8 @@ its own cyclic loads alone, and grows with the load factor::
 A safe slip leaves it `p0 + B v >= lam rho`. Where both are equal its shear is fixed, too: `q0 + A v = lam c`. The smallest disc that holds the discs
 with the centres `-q1_k` and the radii `-f p1_k` has the centre c and the radius `f rho`; in the plane they are intervals.
 
-Where a part of the cycle is fixed, which corners rule depends on the load factor. In the plane each two
-that do have a state of their own, affine in it.
+Where a part of the cycle is fixed, which corners rule depends on the load factor. In the plane each two that do have a state of their own, affine in
+it.
 """
 
 from dataclasses import dataclass

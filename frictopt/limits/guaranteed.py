@@ -134,9 +134,8 @@ class GuaranteedModel(SafeModel):
         bounds = load_factor_bounds(safe.v.scaled, task) if self._simplify else np.zeros(n)
         best: NodeClaim | None = None
         claims: list[NodeClaim] = []
-        pressure = (
-            task.loads.p0.min(axis=0) + task.change(np.nan_to_num(task.own(shakedown.slip)))[1]
-        )  # where it is little, nodes are nearly critical
+        # where the pressure is little, nodes are nearly critical
+        pressure = task.loads.p0.min(axis=0) + task.change(np.nan_to_num(task.own(shakedown.slip)))[1]
         for node in sorted(np.flatnonzero(both & ~images).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
             if self._simplify and bounds[node] >= least_found:
                 least[node] = bounds[node]
