@@ -39,7 +39,7 @@ class SafeRegion(Recorded, Plotted):
     loads
         Names of the two loads.
     vertices
-        (V, 2) amplitudes at the ends of the sides, from the first load alone to the second one; inf where there is no limit, empty where none is safe.
+        (V, 2) amplitudes at the ends of the sides, from the first load alone to the second; inf where there is no limit, empty where none is safe.
     sides
         One row for each side, between vertex and next vertex: columns a, b, bound. Amplitudes are safe if `a * first + b * second <= bound` for all
         sides; a, b and bound are works of the side's mechanism, scaled to `bound = 1` where the mean load has a resistance.
