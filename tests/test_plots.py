@@ -83,7 +83,7 @@ def test_onset_shows_the_bonded_contact_at_the_first_slip_and_circles_the_node(c
     q0, p0 = contact.reaction(cycle.mean)
     rows = [event for event in first.slips if event.node is not None]
     reactions = [contact.reaction({**cycle.mean, **{n: event.load_factor * a for n, a in cycle.corners[event.corner].items()}}) for event in rows]
-    names = [rf"corner {event.corner}, $\lambda = {event.load_factor:.4g}$" for event in rows]
+    names = [rf"{cycle.corner_names[event.corner]}, $\lambda = {event.load_factor:.4g}$" for event in rows]
     check_ratio(ax, contact, *zip(*reactions, strict=True), names)
     assert ax.get_xlabel().endswith("$x$ (length)")
     assert first.mean_admissible and np.allclose(q0 + 0 * p0, contact.bonded["mean"][0])
@@ -95,7 +95,7 @@ def test_a_shakedown_limit_shows_the_safe_slip_and_circles_the_mechanism(contact
     limit = fo.shakedown_limit(contact, cycle, F)
     ax = limit.plot()
     q, p = limit.reactions
-    check_ratio(ax, contact, q, p, [f"corner {k}" for k in range(len(cycle.corners))])
+    check_ratio(ax, contact, q, p, cycle.corner_names)
     mean = contact.reaction(cycle.mean)[0]
     swing = contact.reaction(cycle.corners[-1])[0]
     assert np.allclose(q[-1], mean + limit.load_factor * swing + contact.A @ limit.slip)
@@ -109,12 +109,15 @@ def test_a_shakedown_limit_shows_the_safe_slip_and_circles_the_mechanism(contact
 def test_a_guaranteed_limit_circles_the_node_on_both_its_bounds():
     limit = fo.guaranteed_limit(PAIR, CYCLE, F)
     ax = limit.plot()
-    check_ratio(ax, PAIR, *limit.reactions, ["corner 0", "corner 1"])
+    check_ratio(ax, PAIR, *limit.reactions, CYCLE.corner_names)
     assert limit.node == 0 and sorted(map(tuple, circles(ax)[:, :2].round(9))) == [(0.0, -1.0), (0.0, 1.0)]
-    for line in (labelled(ax)[f"corner {corner}"] for corner in (0, 1)):  # the circle is on the line of its colour
+    for line in (labelled(ax)[name] for name in CYCLE.corner_names):  # the circle is on the line of its colour
         (marks,) = [one for one in ax.collections if to_hex(one.get_edgecolor()[0]) == line.get_color().lower()]
         assert np.allclose(marks.get_offsets(), [(line.get_xdata()[0], line.get_ydata()[0])])
     assert f"{limit.load_factor:.5g}" in ax.get_title() and f"{limit.shakedown.load_factor:.5g}" in ax.get_title()
+    q, p = limit.reactions
+    forward, backward = (CYCLE.corner_names[int(np.argmin(sense * q[:, 0] - F * p[:, 0]))] for sense in (1, -1))
+    assert "node 0, $x = 0$" in ax.get_title() and f"forward slip at {forward}\nand of backward slip at {backward}" in ax.get_title()
     alone = fo.guaranteed_limit(system(1.0, 0.0, 0.0, 1.0, 0.5, 0.0), CYCLE, F)
     assert alone.node is None and not len(circles(alone.plot()))
 
@@ -126,7 +129,7 @@ def test_a_safe_slip_shows_its_reactions_and_its_slip(contact, cycle, share):
     safe = fo.safe_slip(contact, cycle, F, lam)
     upper, lower = safe.plot()
     q, p = safe.reactions
-    check_ratio(upper, contact, q, p, [f"corner {k}" for k in range(len(cycle.corners))])
+    check_ratio(upper, contact, q, p, cycle.corner_names)
     assert np.isclose((F * p - np.abs(q)).min() / (F * contact.bonded["mean"][1]).mean(), safe.margin, atol=1e-8)
     drawn = [line for line in lower.get_lines() if line.get_marker() == "."]
     assert np.array_equal(np.concatenate([line.get_ydata() for line in drawn]), safe.slip) and len(drawn) == parts(contact)
@@ -167,7 +170,7 @@ def test_of_many_corners_the_ruling_ones_have_lines_and_all_a_band():
     ends = band.get_paths()[0].vertices[:, 1]
     assert np.isclose(ends.max(), np.nanmax(ratio)) and np.isclose(ends.min(), np.nanmin(ratio))
     shares = limit.mechanism.groupby("corner")["share"].sum().nlargest(4)
-    drawn = {int(name.split()[1]) for name in labelled(ax) if name.startswith("corner")}
+    drawn = {MANY.corner_names.index(name) for name in labelled(ax) if name in MANY.corner_names}
     assert drawn == set(shares.index) and 0 < len(drawn) <= 4
     assert set(map(tuple, circles(ax)[:, :1].round(9))) == {(x,) for x in limit.mechanism.loc[limit.mechanism["corner"].isin(drawn), "x"]}
 
@@ -188,7 +191,7 @@ def test_a_steady_state_shows_slip_range_traction_and_work(contact, cycle):
     for corner in range(len(cycle.corners)):
         state = np.flatnonzero(path.time <= 199 * len(cycle.corners) + corner + 1)[-1]
         for name, reaction in (("q", path.q[state]), ("p", path.p[state])):
-            assert np.allclose(joined(force, f"${name}$, corner {corner}", parts(contact))[1], reaction / width, atol=1e-7)
+            assert np.allclose(joined(force, f"${name}$, {cycle.corner_names[corner]}", parts(contact))[1], reaction / width, atol=1e-7)
     assert force.get_ylabel().startswith("nodal force" if contact.width is None else "traction")
     assert slip.get_ylabel() == "slip range (length)" and work.get_ylabel().endswith("(force times length per depth)")
     assert work.get_xlabel().endswith("(length)")

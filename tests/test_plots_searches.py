@@ -33,7 +33,7 @@ def test_a_required_friction_shows_the_reactions_on_its_bounds_and_circles_the_m
     assert np.allclose(required.reactions, (q, p), rtol=1e-12)
     assert required.system is contact and required.load_factor == factor and 0 < required.required < F
     for corner, (shear, pressure) in enumerate(zip(q, p, strict=True)):
-        x, ratio = joined(ax, f"corner {corner}", parts(contact))
+        x, ratio = joined(ax, cycle.corner_names[corner], parts(contact))
         pressed = pressure > 1e-8 * np.abs(p).max()
         assert np.array_equal(x, contact.x) and np.allclose(ratio[pressed], (shear / (required.required * pressure))[pressed], rtol=1e-9)
     drawn, motion = circles(ax), required.mechanism

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.collections import TriMesh
 from matplotlib.quiver import Quiver
 
 import frictopt as fo
@@ -26,7 +27,7 @@ ALL = pytest.mark.parametrize(("contact", "axes"), CASES.values(), ids=CASES)
 def marks(ax):
     """The coloured points, the circles (None without) and the arrows (None without)."""
     arrows = [one for one in ax.collections if isinstance(one, Quiver)]
-    points = [one for one in ax.collections if one.get_array() is not None and one not in arrows]
+    points = [one for one in ax.collections if one.get_array() is not None and one not in arrows and not isinstance(one, TriMesh)]
     circles = [one for one in ax.collections if len(one.get_edgecolors()) and not len(one.get_facecolors()) and len(one.get_offsets())]
     assert len(points) == 1 and len(arrows) <= 1 and len(circles) <= 1
     return points[0], next(iter(circles), None), next(iter(arrows), None)

@@ -41,7 +41,7 @@ def lines_or_band(
 ) -> None:
     """Draw (K, N) values as a line for each corner; of more corners than there are looks, the ruling ones as lines and all of them as a band."""
     if len(values) > len(SERIES):
-        label: str | None = f"{names[0].rpartition('corner')[0]}all {len(values)} corners"
+        label: str | None = f"{names[0].partition(',')[0] + ', ' if names[0].startswith('$') else ''}all {len(values)} corners"
         known = np.isfinite(values)
         low, high = (np.where(known.any(axis=0), end(values, axis=0, where=known, initial=start), np.nan) for end, start in _ENDS)
         for _, nodes in parts(system):

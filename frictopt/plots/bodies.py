@@ -17,7 +17,7 @@ from ..scenes.scene import Scene
 from .picture import picture
 from .style import BLACK, legend, new_axes, series
 
-__all__ = ["draw_edges", "draw_mesh"]
+__all__ = ["draw_edges", "draw_mesh", "spread"]
 
 AnyAxes: TypeAlias = Any  # of matplotlib, in the plane or in space
 Mesh: TypeAlias = Any  # of scikit-fem
@@ -150,7 +150,7 @@ def _supports(axes: AnyAxes, model: ContactModel) -> None:
     named: set[str] = set()
     for support, nodes in zip(model.supports, model.held_nodes, strict=True):
         points = model.bodies[support.body].mesh.p[:, nodes]
-        chosen = points[:, _spread(points, _MOST_MARKS[len(points) - 2])]
+        chosen = points[:, spread(points, _MOST_MARKS[len(points) - 2])]
         held = support.directions or "xyz"[: len(points)]
         marker = "s" if len(held) == len(points) else {"x": ">", "y": "^", "z": "v"}.get(held, "D")
         label = None if held in named else f"held in {', '.join(held)}"
@@ -172,7 +172,7 @@ def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: s
 def _arrows(axes: AnyAxes, mesh: Mesh, nodes: Integers, force: Array, length: float, color: str) -> None:
     """Draw arrows of equal length along the loaded boundary: those that press end on it, the others begin there."""
     points, strength = mesh.p[:, nodes], np.linalg.norm(force, axis=0)
-    chosen = [node for node in _spread(points, _ARROWS) if strength[node] > 0]
+    chosen = [node for node in spread(points, _ARROWS) if strength[node] > 0]
     step = force[:, chosen] / strength[chosen] * length
     inward = mesh.p.mean(axis=1)[:, None] - points[:, chosen]
     tails = points[:, chosen] - np.where((step * inward).sum(axis=0) > 0, 1.0, 0.0) * step
@@ -185,7 +185,7 @@ def _arrows(axes: AnyAxes, mesh: Mesh, nodes: Integers, force: Array, length: fl
     axes.autoscale_view()
 
 
-def _spread(points: Array, most: int) -> list[int]:
+def spread(points: Array, most: int) -> list[int]:
     """Numbers of at most so many points, each as far as possible from those before it: on a straight side evenly spaced."""
     chosen = [int(points.sum(axis=0).argmin())]
     distance = np.linalg.norm(points - points[:, chosen], axis=0)

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.transforms import offset_copy
+from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
 from ..contact import ContactSystem, Onset
@@ -12,6 +13,7 @@ from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import SteadyState
+from .bodies import spread
 from .style import BLACK, GREY, SERIES, AxesArray, new_axes
 
 __all__ = ["FACE", "depth_map", "first_slips", "limiting_face", "safe_slip_face", "steady_map", "weight_map"]
@@ -19,6 +21,9 @@ __all__ = ["FACE", "depth_map", "first_slips", "limiting_face", "safe_slip_face"
 FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 _FACE = 25_000  # area that the points of a face share, points^2
 _LARGEST, _SMALLEST = 160.0, 6.0  # area of a point, points^2
+_FILLED = 4.0  # how much smaller points are on a filled face
+_FAR = 2.5  # times the edges at its corners: an edge that spans a hole or a notch of the face
+_MOST_ARROWS = 60
 _ARROW = 0.12  # of the longest arrow, widths of the axes
 _BETWEEN = 0.25  # distance of contacts that stand side by side, widths of the left one
 _LABELS = 30.0  # height of the labels of the axis below a map, points
@@ -94,6 +99,10 @@ def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: floa
     size = float(np.clip(_FACE / system.nodes / max(1, len(names)), _SMALLEST, _LARGEST))
     colours = colormaps["cividis"].with_extremes(bad=GREY)
     closed = np.ones(system.nodes, dtype=bool) if opened is None else ~opened
+    known = closed & np.isfinite(values)
+    if (mesh := _triangles(system, places, known)) is not None:
+        axes.tripcolor(mesh, np.where(known, values, 0.0), shading="gouraud", cmap=colours, vmin=0.0, vmax=most, zorder=0.5, rasterized=True)
+        size = max(_SMALLEST, size / _FILLED)
     shown = axes.scatter(places[closed, 0], places[closed, 1], c=values[closed], s=size, cmap=colours, vmin=0.0, vmax=most, plotnonfinite=True)
     axes.figure.colorbar(shown, ax=axes, label=name)
     if not closed.all():
@@ -107,6 +116,26 @@ def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: floa
     half = np.array([1.15, 1.4 if names else 1.15]) * np.maximum(half, 0.25 * half.max() or 1.0)  # nodes on a line get a map as well
     axes.set(xlim=middle[0] + half[0] * _ENDS, ylim=middle[1] + half[1] * _ENDS, aspect="equal")
     return places, size
+
+
+def _triangles(system: ContactSystem, places: Array, known: Booleans) -> Triangulation | None:
+    """Triangles between neighbours of one contact that have values; None where there are none."""
+    if np.linalg.matrix_rank(places - places.mean(axis=0), tol=_FLAT * float(np.ptp(places))) < 2:
+        return None
+    mesh = Triangulation(*places.T)
+    ends = mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]]
+    lengths = np.linalg.norm(places[ends[..., 0]] - places[ends[..., 1]], axis=-1)
+    at = [lengths[(mesh.triangles == node).any(axis=1)] for node in range(len(places))]
+    usual = np.array([np.median(own) if own.size else 0.0 for own in at])
+    far = lengths.max(axis=1) > _FAR * usual[mesh.triangles].max(axis=1)
+    apart = np.zeros(len(far), dtype=bool)
+    if system.contact is not None:
+        apart = (system.contact[mesh.triangles] != system.contact[mesh.triangles[:, :1]]).any(axis=1)
+    hidden = far | apart | ~known[mesh.triangles].all(axis=1)
+    if hidden.all():
+        return None
+    mesh.set_mask(hidden)
+    return mesh
 
 
 def _places(system: ContactSystem) -> tuple[Array, tuple[str, str], dict[str, Array]]:
@@ -150,7 +179,8 @@ def _arrows(axes: Axes, places: Array, slip: Array, name: str) -> None:
     longest = float(np.nanmax(np.linalg.norm(slip, axis=1), initial=0.0))
     if longest > 0:
         look = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "width": 0.007, "zorder": 3}
-        axes.quiver(*places.T, *slip.T, angles="xy", scale_units="width", scale=longest / _ARROW, **look)
+        few = sorted(spread(places.T, _MOST_ARROWS))
+        axes.quiver(*places[few].T, *slip[few].T, angles="xy", scale_units="width", scale=longest / _ARROW, **look)
         axes.plot([], [], linestyle="none", marker=r"$\rightarrow$", markersize=11, color=BLACK, label=f"{name}, longest {longest:.3g} (length)")
 
 

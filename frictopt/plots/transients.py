@@ -63,7 +63,8 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
     states = steady.states()
     count = len(steady.cycle.corners)
     corners = np.searchsorted(states.time, np.arange(1, count * steady.period + 1) + SIMULTANEOUS) - 1
-    names = [f"corner {corner % count}{', second cycle' if corner >= count else ''}" for corner in range(len(corners))]
+    called = steady.cycle.corner_names
+    names = [f"{called[corner % count]}{', second cycle' if corner >= count else ''}" for corner in range(len(corners))]
     width, unit = (1.0, "nodal force\n(force per depth)") if system.width is None else (system.width, "traction\n(force per area)")
     for name, look in _LOOKS.items():
         lines_or_band(force, system, getattr(states, name)[corners] / width, [f"${name}$, {corner}" for corner in names], **look)
