@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import ModelError
 from .checks import Array, checked_loads, listed, shown
 from .history import history_corners, independent_corners
+from .show import Plotted
 from .system import ContactSystem, checked_system
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ _SHOWN = 4  # corners in the text of a load cycle: those of two independent load
 
 
 @dataclass(frozen=True)
-class LoadCycle:
+class LoadCycle(Plotted):
     """A mean load and the corners of a closed cycle around it; between corners the load is linear in time.
 
     At load factor `lam` corner k carries the loads `mean + fixed[k] + lam * corners[k]`. Theory, eq. (5).

@@ -16,7 +16,7 @@ from . import storage
 from .checks import Array, Names, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array
 from .course import arc_length
 from .parts import check_order, checked_bonded, checked_frames, checked_width, compliances, joined, parted
-from .show import Shown, frame
+from .show import Plotted, Shown, frame
 from .stiffness import check_semi_definite, in_series, overlapping, symmetrised
 from .tolerances import RIGID
 from .units import checked_units
@@ -31,7 +31,7 @@ _SOFTER = 1e18  # than the bodies, which springs in some directions may be while
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactSystem(Shown):
+class ContactSystem(Shown, Plotted):
     """N node pairs of two elastic bodies, condensed to their interface (Flicek et al. 2015, section 2).
 
     Each pair has one normal and t tangents, t = 1 in the plane and 2 in space. The reactions `r = [q, p]` of body 2 on body 1 follow from the

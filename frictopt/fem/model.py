@@ -219,9 +219,8 @@ class ContactModel(Shown, Plotted):
             warn_of_open_nodes(w, r, float(np.abs(u).max()))
         u = parts.tied @ (R @ u + D @ force)
         moved = {name: u[parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]].T for name, first in parts.first_node.items()}
-        return body_fields(
-            parts.bodies, self.kinematics or "plane_strain", moved, expansions, parted(r, d), (v, w), parts.interface.frames, parts.sides
-        )
+        frames, kind = parts.interface.frames, self.kinematics or "plane_strain"
+        return body_fields(parts.bodies, kind, moved, expansions, parted(r, d), (v, w), frames, parts.sides, self.units)
 
     @property
     def held_nodes(self) -> tuple[Integers, ...]:

@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementVector, LinearForm
 
-from ..contact.checks import Array, frozen, shown, whole_number
+from ..contact.checks import Array, finite_number, frozen, shown, whole_number
 from ..contact.show import Plotted, Shown
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError, ModelWarning
@@ -51,6 +52,8 @@ class BodyFields(Shown, Plotted):
         Reactions of body 2 on body 1 in this field, `K u - F` at the nodes of body 1: those of the state; (N,), the shear (N, 2) in space.
     slip, gap
         Slip, in the shape of q, and gap (N,) of the state.
+    units
+        Names of the units of the model; None: not known.
 
     Examples
     --------
@@ -71,6 +74,7 @@ class BodyFields(Shown, Plotted):
     slip: Array
     gap: Array
     bodies: Mapping[str, Body]
+    units: str | None
     _frames: Array
     _sides: tuple[csr_matrix, csr_matrix]
 
@@ -98,6 +102,14 @@ class BodyFields(Shown, Plotted):
             return frozen(found[:, 0, 0] if d == 2 else found)
 
         return along(self.stress), along(self.strain)
+
+    def plot_deformed(self, ax: Any = None, *, scale: float | None = None) -> Any:
+        """Draw the bodies under their displacements, `scale` times enlarged (None: the largest is a tenth of the model), and as they were.
+
+        See `plot` for the argument and what may be raised.
+        """
+        factor = None if scale is None else finite_number("scale", scale, least=0.0)
+        return import_module("frictopt.plots.draw").draw(import_module("frictopt.plots.picture").Deformed(self, factor), ax)
 
     def vector(self, body: str) -> tuple[Any, Array]:
         """The displacement of a body as scikit-fem has it: the basis of its vector element, and the vector of its degrees of freedom.
@@ -191,6 +203,7 @@ def body_fields(
     motion: tuple[Array, Array],
     frames: Array,
     sides: tuple[csr_matrix, csr_matrix],
+    units: str | None,
 ) -> BodyFields:
     """Strains and stresses of displacements, body by body; `expansions` are free ones with amplitudes, the pairs q and p, and slip and gap."""
     strain, stress = {}, {}
@@ -199,7 +212,7 @@ def body_fields(
         strain[name], stress[name] = _strain_and_stress(body, kinematics, displacement[name], own)
     moved = {name: frozen(u) for name, u in displacement.items()}
     (q, p), (v, w) = (tuple(map(frozen, pair)) for pair in (reactions, motion))
-    return BodyFields(moved, stress, strain, q, p, v, w, bodies, frames, sides)
+    return BodyFields(moved, stress, strain, q, p, v, w, bodies, units, frames, sides)
 
 
 def _strain_and_stress(body: Body, kinematics: Kinematics, u: Array, expansions: Sequence[tuple[float, Expansion]]) -> tuple[Array, Array]:

@@ -1,6 +1,7 @@
 """Pictures of models: the meshes of their bodies, contacts, supports and loads; and of fields in the bodies."""
 
 import re
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import matplotlib.pyplot as plt
@@ -14,8 +15,8 @@ from ..errors import ModelError
 from ..fem import BodyFields, ContactModel, Pressure, Traction
 from ..fem.ordering import Integers
 from ..scenes.scene import Scene
-from .picture import picture
-from .style import BLACK, legend, new_axes, series
+from .picture import Deformed, picture
+from .style import BLACK, GREY, legend, new_axes, series
 
 __all__ = ["draw_edges", "draw_mesh", "spread"]
 
@@ -109,6 +110,35 @@ def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
     if ax is None:
         if not in_space:
             axes.figure.set_layout_engine("compressed")
+    return axes
+
+
+@picture.register
+def _deformed(wanted: Deformed, ax: AnyAxes | None = None) -> AnyAxes:
+    """Each body in its colour under its displacements, in space its surface; in grey its outline as it was."""
+    fields = wanted.fields
+    bodies = {name: body.mesh for name, body in fields.bodies.items()}
+    in_space = next(iter(bodies.values())).dim() == 3
+    axes = _axes(ax, in_space)
+    ends = np.array([[end(mesh.p, axis=1) for end in (np.min, np.max)] for mesh in bodies.values()])
+    size = float((ends[:, 1].max(axis=0) - ends[:, 0].min(axis=0)).max())
+    largest = max(float(np.linalg.norm(u, axis=0).max()) for u in fields.displacement.values())
+    scale = (0.1 * size / largest if largest > 0 else 1.0) if wanted.scale is None else wanted.scale
+    for number, (name, mesh) in enumerate(bodies.items()):
+        color, moved = series(number)["color"], replace(mesh, doflocs=mesh.doflocs + scale * fields.displacement[name])
+        if in_space:
+            _faces(axes, moved, mesh.boundary_facets(), facecolor=(color, 0.25), edgecolor=(color, 0.6), linewidth=0.3, label=name)
+        else:
+            draw_edges(axes, mesh, mesh.boundary_facets(), color=GREY, lw=0.8, zorder=0.4, label="as it was" if number == 0 else None)
+            draw_mesh(axes, moved, color, thin=0.2, label=name)
+    axes.set_title(f"displacements {scale:.4g} times enlarged; the largest is {largest:.4g} (length)")
+    _finish(axes, ends, 0.1 * size)
+    if ax is None:
+        if not in_space:
+            axes.figure.set_layout_engine("compressed")
+        axes.figure.legend(loc="outside right upper", handlelength=2.2)
+    else:
+        legend(axes)
     return axes
 
 

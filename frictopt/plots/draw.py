@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..contact.units import in_units
 from ..errors import ModelError
 from .picture import Runs, picture
 
@@ -31,17 +30,15 @@ def draw(result: object, ax: "Axes | AxesArray | None" = None) -> "Axes | AxesAr
         `ax` is not as many axes as the picture has panels.
     """
     try:
-        from matplotlib.text import Text
+        import matplotlib.pyplot  # noqa: F401
     except ImportError as error:
         raise ImportError("plots need matplotlib: python -m pip install 'frictopt[figures]'") from error
-    from . import bodies, damping, design, limits, region, searches, spatial, study, transients, wear  # noqa: F401  each registers its pictures
-    from .style import screen
+    from . import bodies, damping, design, given, limits, region, searches, spatial, status, study, transients, wear  # noqa: F401  each registers its pictures
+    from .style import name_units, screen
 
     with nullcontext() if ax is not None else screen():
         drawn = picture(result, ax)
-    if (units := _units(result)) is not None:
-        for text in np.ravel(np.asarray(drawn, dtype=object))[0].figure.findobj(Text):
-            text.set_text(in_units(text.get_text(), units))
+    name_units(np.ravel(np.asarray(drawn, dtype=object))[0], _units(result))
     return drawn
 
 

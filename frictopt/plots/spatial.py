@@ -16,13 +16,13 @@ from ..transients import SteadyState
 from .bodies import spread
 from .style import BLACK, GREY, SERIES, AxesArray, new_axes
 
-__all__ = ["FACE", "depth_map", "first_slips", "limiting_face", "safe_slip_face", "steady_map", "weight_map"]
+__all__ = ["FACE", "depth_map", "first_slips", "limiting_face", "places_of", "safe_slip_face", "steady_map", "weight_map"]
 
 FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 _FACE = 25_000  # area that the points of a face share, points^2
 _LARGEST, _SMALLEST = 160.0, 6.0  # area of a point, points^2
 _FILLED = 4.0  # how much smaller points are on a filled face
-_FAR = 2.5  # times the edges at its corners: an edge that spans a hole or a notch of the face
+_FAR = 1.8  # times the edges at its corners: an edge that spans a hole or a notch of the face
 _MOST_ARROWS = 60
 _ARROW = 0.12  # of the longest arrow, widths of the axes
 _BETWEEN = 0.25  # distance of contacts that stand side by side, widths of the left one
@@ -95,7 +95,7 @@ def _circles(axes: Axes, places: Array, size: float, name: str) -> None:
 
 def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: float, opened: Booleans | None = None) -> tuple[Array, float]:
     """Draw values of the nodes as coloured points, grey where there is none, open ones as rings; the (N, 2) places, and the area of a point."""
-    places, labels, names = _places(system)
+    places, labels, names = places_of(system)
     size = float(np.clip(_FACE / system.nodes / max(1, len(names)), _SMALLEST, _LARGEST))
     colours = colormaps["cividis"].with_extremes(bad=GREY)
     closed = np.ones(system.nodes, dtype=bool) if opened is None else ~opened
@@ -138,7 +138,7 @@ def _triangles(system: ContactSystem, places: Array, known: Booleans) -> Triangu
     return mesh
 
 
-def _places(system: ContactSystem) -> tuple[Array, tuple[str, str], dict[str, Array]]:
+def places_of(system: ContactSystem) -> tuple[Array, tuple[str, str], dict[str, Array]]:
     """(N, 2) places of the nodes, names of the axes, and of contacts that are not in one plane, which stand side by side, names with their places."""
     contacts = {} if system.contact is None else {name: np.flatnonzero(system.contact == name) for name in dict.fromkeys(system.contact.tolist())}
     try:

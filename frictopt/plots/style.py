@@ -7,12 +7,29 @@ from typing import Any, TypeAlias
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from ..contact.checks import shown
+from ..contact.units import in_units
 from ..errors import ModelError
 
-__all__ = ["ALONG", "BLACK", "GREY", "RC", "SERIES", "AxesArray", "Look", "equals", "legend", "new_axes", "no_lines", "screen", "series"]
+__all__ = [
+    "ALONG",
+    "BLACK",
+    "GREY",
+    "RC",
+    "SERIES",
+    "AxesArray",
+    "Look",
+    "equals",
+    "legend",
+    "name_units",
+    "new_axes",
+    "no_lines",
+    "screen",
+    "series",
+]
 
 AxesArray: TypeAlias = NDArray[np.object_]  # of matplotlib axes
 Look: TypeAlias = dict[str, Any]  # what matplotlib takes as keywords
@@ -94,6 +111,12 @@ def new_axes(ax: Axes | AxesArray | None, panels: int = 1, size: tuple[float, fl
 def legend(axes: Axes, title: str | None = None) -> None:
     """Legend beside the axes, where it covers no data."""
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), title=title, alignment="left", handlelength=2.2)
+
+
+def name_units(axes: Axes, units: str | None) -> None:
+    """Name the units in all texts of a picture."""
+    for text in [] if units is None else axes.figure.findobj(Text):
+        text.set_text(in_units(text.get_text(), units))
 
 
 def equals(name: str, value: float) -> str:

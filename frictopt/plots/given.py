@@ -1,0 +1,105 @@
+"""Pictures of what is given: a contact system with its bonded pressure, and a load cycle."""
+
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d import Axes3D
+
+from ..contact import ContactSystem, LoadCycle
+from ..errors import ModelError
+from .along import label_contacts, lines
+from .bodies import spread
+from .picture import picture
+from .style import BLACK, GREY, AxesArray, legend, new_axes, series
+
+__all__: list[str] = []
+
+_LENGTH = 0.1  # of a normal, over the size of the contact
+_MOST_NORMALS = 60
+_MOST_TICKS = 12  # corners that have a tick each
+
+
+@picture.register
+def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
+    """Points with their normals above, below the pressure that each unit load brings to the bonded contact (nodal forces where there is no width).
+
+    In space an axes for each load case, with its pressure as colours.
+    """
+    width, unit = (np.ones(system.nodes), "force") if system.width is None else (system.width, "force per area")
+    if system.tangents == 2:
+        return _in_space(system, width, unit, ax)
+    place, pressure = panels = new_axes(ax, 2, (6.4, 5.4), common_x=False)
+    few = spread(system.points.T, _MOST_NORMALS)
+    place.plot(*system.points.T, linestyle="none", marker=".", markersize=4, color=BLACK, label="node")
+    step = _LENGTH * float(np.ptp(system.points, axis=0).max() or 1.0)
+    look = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "width": 0.003, "color": series(0)["color"]}
+    place.quiver(*system.points[few].T, *(step * system.normals[few]).T, label="normal, into body 1", **look)
+    place.update_datalim(system.points + step * system.normals)
+    place.margins(0.05)
+    place.autoscale_view()
+    place.set(xlabel="$x$ (length)", ylabel="$y$ (length)", aspect="equal", adjustable="datalim")
+    legend(place)
+    for number, (case, (_, p)) in enumerate(system.bonded.items()):
+        look = series(number)
+        lines(pressure, system, p / width, label=f"{case} = 1", color=look["color"], linestyle=look["linestyle"], marker=".", markersize=3)
+    pressure.axhline(0, color=GREY, lw=0.6, zorder=0)
+    pressure.set_ylabel(f"bonded pressure\n({unit})" if system.width is not None else "bonded normal force\n(force per depth)")
+    label_contacts(pressure, system)
+    legend(pressure, "load case")
+    return np.array(panels)
+
+
+def _in_space(system: ContactSystem, width: Any, unit: str, ax: AxesArray | None) -> AxesArray:
+    cases = list(system.bonded)
+    if ax is None:
+        look = {"projection": "3d"}
+        columns = min(len(cases), 2)
+        figure = plt.figure(figsize=(4.8 * columns, 3.2 * -(-len(cases) // 2)), layout="constrained")
+        ax = np.array([figure.add_subplot(-(-len(cases) // 2), columns, number, **look) for number in range(1, len(cases) + 1)], dtype=object)
+    panels = np.ravel(np.asarray(ax, dtype=object))
+    if len(panels) != len(cases) or not all(isinstance(one, Axes3D) for one in panels):
+        raise ModelError(f"ax: give {len(cases)} matplotlib axes with projection='3d', one for each load case, or None")
+    step = _LENGTH * float(np.ptp(system.points, axis=0).max() or 1.0)
+    few = spread(system.points.T, _MOST_NORMALS)
+    for axes, case in zip(panels, cases, strict=True):
+        values = system.bonded[case][1] / width
+        shown = axes.scatter(*system.points.T, c=values, cmap="cividis", s=14, depthshade=False)
+        axes.quiver(*system.points[few].T, *(step * system.normals[few]).T, color=series(0)["color"], linewidth=0.6)
+        axes.set_title(f"{case} = 1; arrows: normals into body 1")
+        axes.auto_scale_xyz(*np.concatenate([system.points, system.points + step * system.normals]).T)
+        axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)", zlabel="$z$ (length)")
+        axes.set_aspect("equal")
+        axes.grid(False)
+        for axis, (low, high) in zip((axes.xaxis, axes.yaxis, axes.zaxis), (axes.get_xlim(), axes.get_ylim(), axes.get_zlim()), strict=True):
+            axis.set_major_locator(MaxNLocator(3 if high - low > 5 * step else 1))
+        axes.figure.colorbar(shown, ax=axes, shrink=0.6, pad=0.12, label=f"bonded {'normal force' if unit == 'force' else 'pressure'} ({unit})")
+    return panels
+
+
+@picture.register
+def _cycle(cycle: LoadCycle, ax: Axes | None = None) -> Axes:
+    """The amplitude of each load case at load factor 1 over the corners, or over their times, and its mean."""
+    (axes,) = new_axes(ax)
+    loads = [cycle.at(1.0)[-1], *cycle.at(1.0)]
+    count = len(cycle.corners)
+    at: Any = np.arange(count + 1) if cycle.times is None else cycle.times
+    loads = loads if cycle.times is None else loads[1:]
+    for number, case in enumerate(dict.fromkeys(name for load in (cycle.mean, *loads) for name in load)):
+        look = series(number)
+        values = [load.get(case, 0.0) for load in loads]
+        axes.plot(at, values, color=look["color"], linestyle=look["linestyle"], marker=look["marker"] if count <= _MOST_TICKS else None, label=case)
+        axes.axhline(cycle.mean.get(case, 0.0), color=look["color"], lw=0.6, linestyle=":")
+    axes.plot([], [], color=BLACK, lw=0.6, linestyle=":", label="mean")
+    if cycle.times is not None:
+        axes.set_xlabel("time")
+    elif count <= _MOST_TICKS:
+        axes.set_xlabel("corner, in its order")
+        axes.set_xticks(np.arange(count + 1), [str((corner - 1) % count) for corner in range(count + 1)])
+    else:
+        axes.set_xlabel("corners visited")
+    axes.set_ylabel("amplitude at load factor 1")
+    legend(axes, "load case")
+    return axes

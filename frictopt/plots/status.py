@@ -1,0 +1,144 @@
+"""What each node does over a transient: a picture over place and time, and an animation."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from ..contact.checks import Array, shown, whole_number
+from ..errors import ModelError
+from ..fem.ordering import Integers
+from ..transients import Trajectory
+from .along import label_contacts, parts
+from .picture import Status, picture
+from .spatial import FACE, places_of
+from .style import BLACK, GREY, SERIES, equals, legend, name_units, new_axes, screen
+
+__all__ = ["animate"]
+
+_CODES = (0, 1, -1, 2)
+_COLOURS = ("#DDDDDD", SERIES[0]["color"], SERIES[1]["color"], BLACK)
+_MOST_FRAMES = 1000
+_PER_SECOND = 12
+
+
+@picture.register
+def _status(wanted: Status, ax: Axes | None = None) -> Axes:
+    """Stick, slip and open of each node (across) over the corners visited (upwards); in space the nodes by number."""
+    states = wanted.states
+    (axes,) = new_axes(ax)
+    system, done = states.system, states.status[:-1] if states.engine == "path" else states.status[1:]
+    across, groups = (system.x, parts(system)) if system.tangents == 1 else (np.arange(system.nodes, dtype=float), [("", slice(None))])
+    colours, norm = ListedColormap(_COLOURS), BoundaryNorm(np.arange(-0.5, 4), 4)
+    for _, nodes in groups:
+        at = across[nodes]
+        half = np.diff(at, prepend=at[0], append=at[-1]) / 2
+        edges = np.concatenate([[at[0] - (half[1] if len(at) > 1 else 0.5)], at + np.append(half[1:-1], half[-2] if len(at) > 1 else 0.5)])
+        rows = np.select([done[:, nodes] == code for code in _CODES], range(4))
+        axes.pcolormesh(edges, states.time, rows, cmap=colours, norm=norm, rasterized=True)
+    axes.set_ylabel("corners visited (0: mean load)")
+    first = states.time[0] if states.time[0] >= 0 else 0.0
+    axes.set_ylim(first, states.time[-1])
+    if system.tangents == 1:
+        label_contacts(axes, system)
+    else:
+        axes.set_xlabel("number of the node")
+    axes.legend(handles=_patches(system.tangents, states.status), loc="upper left", bbox_to_anchor=(1.0, 1.02))
+    return axes
+
+
+def animate(states: Trajectory, path: object, frames: int) -> None:
+    """Write the animation of a transient, see `Trajectory.animate`."""
+    file = Path(path) if isinstance(path, str | Path) else None
+    if file is None or file.suffix.lower() != ".gif":
+        raise ModelError(f"path: {shown(path)}; give the name of a file that ends in .gif")
+    times = np.linspace(max(states.time[0], 0.0), states.time[-1], whole_number("frames", frames, least=2, most=_MOST_FRAMES))
+    rows = np.clip(np.searchsorted(states.time, times, side="right") - 1, 0, len(states.time) - 2)
+    status = states.status[rows if states.engine == "path" else rows + 1]
+    step = states.time[rows + 1] - states.time[rows]
+    share = np.divide(times - states.time[rows], step, out=np.zeros(len(times)), where=step > 0)
+    q, p = (_between(getattr(states, name), rows, share) for name in ("q", "p"))
+    loads = _between(states.amplitudes, rows, share)
+    titles = [_title(time, dict(zip(states.system.bonded, row, strict=True))) for time, row in zip(times, loads, strict=True)]
+    with screen():
+        try:
+            (_film_plane if states.system.tangents == 1 else _film_face)(states, status, q, p, titles, file)
+        except OSError as error:
+            raise ModelError(f"path: {str(file)!r} cannot be written ({error}); give a file in a folder that exists") from error
+
+
+def _between(values: Array, rows: Integers, share: Array) -> Array:
+    """States between rows, as the path is linear there."""
+    part = share.reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray((1 - part) * values[rows] + part * values[rows + 1])
+
+
+def _title(time: float, loads: Mapping[str, float]) -> str:
+    named = ", ".join(equals(name, value) for name, value in loads.items() if np.isfinite(value))
+    return f"{time:.2f} corners visited" + (f": {named}" if named else "")
+
+
+def _patches(tangents: int, status: NDArray[np.int8]) -> list[Patch]:
+    words = ("stick", "slip +", "slip -", "open") if tangents == 1 else ("stick", "slip", "", "open")
+    found = [number for number, code in enumerate(_CODES) if (status == code).any()]
+    return [Patch(facecolor=_COLOURS[number], edgecolor=GREY, label=words[number]) for number in found]
+
+
+def _colours(status: NDArray[np.int8]) -> list[str]:
+    return [_COLOURS[_CODES.index(code)] for code in status.tolist()]
+
+
+def _film_plane(states: Trajectory, status: NDArray[np.int8], q: Array, p: Array, titles: list[str], file: Path) -> None:
+    """Shear within the bounds of friction, each node in the colour of what it does."""
+    system, (axes,) = states.system, new_axes(None)
+    width = np.ones(system.nodes) if system.width is None else system.width
+    shear, bound = q / width, states.friction * p / width
+    upper, lower = (axes.plot(system.x, sign * bound[0], color=GREY, lw=0.8, label=name)[0] for sign, name in ((1, r"$\pm f p$"), (-1, None)))
+    (line,) = axes.plot(system.x, shear[0], color=BLACK, lw=0.8, label="$q$")
+    marks = axes.scatter(system.x, shear[0], c=_colours(status[0]), edgecolors=GREY, linewidths=0.4, s=22, zorder=3)
+    largest = 1.05 * float(np.quantile(np.abs(bound).max(axis=0), 0.95) or 1.0)  # at sharp corners tractions grow without end
+    axes.set(ylim=(-largest, largest), ylabel="shear force (force per depth)" if system.width is None else "shear traction (force per area)")
+    label_contacts(axes, system)
+    legend(axes)
+    axes.legend(handles=[*axes.get_legend_handles_labels()[0], *_patches(1, states.status)], loc="upper left", bbox_to_anchor=(1.0, 1.02))
+
+    def draw(frame: int) -> None:
+        line.set_ydata(shear[frame])
+        upper.set_ydata(bound[frame])
+        lower.set_ydata(-bound[frame])
+        marks.set_offsets(np.column_stack([system.x, shear[frame]]))
+        marks.set_facecolor(_colours(status[frame]))
+        axes.set_title(titles[frame])
+
+    _film(axes, draw, len(titles), file, system.units)
+
+
+def _film_face(states: Trajectory, status: NDArray[np.int8], q: Array, p: Array, titles: list[str], file: Path) -> None:
+    """The face seen along its normal: each node in the colour of what it does, its shear as an arrow."""
+    (axes,) = new_axes(None, size=FACE)
+    places, labels, _ = places_of(states.system)
+    longest = float(np.linalg.norm(q, axis=-1).max() or 1.0)
+    marks = axes.scatter(places[:, 0], places[:, 1], c=_colours(status[0]), edgecolors=GREY, linewidths=0.4, s=60)
+    arrows = axes.quiver(*places.T, *q[0].T, angles="xy", scale_units="width", scale=longest / 0.12, width=0.005, zorder=3)
+    axes.set(xlabel=f"{labels[0]} (length)", ylabel=f"{labels[1]} (length)", aspect="equal")
+    axes.margins(0.1)
+    axes.legend(handles=_patches(2, states.status), loc="upper left", bbox_to_anchor=(1.0, 1.02), title="arrows: shear")
+
+    def draw(frame: int) -> None:
+        marks.set_facecolor(_colours(status[frame]))
+        arrows.set_UVC(*q[frame].T)
+        axes.set_title(titles[frame])
+
+    _film(axes, draw, len(titles), file, states.system.units)
+
+
+def _film(axes: Axes, draw: object, frames: int, file: Path, units: str | None) -> None:
+    name_units(axes, units)
+    FuncAnimation(axes.figure, draw, frames=frames, cache_frame_data=False).save(file, writer=PillowWriter(fps=_PER_SECOND))  # type: ignore[arg-type]
+    plt.close(axes.figure)

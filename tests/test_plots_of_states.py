@@ -1,0 +1,132 @@
+"""Pictures of what is given and of what nodes do: they show the numbers, on axes that say what they are."""
+
+import itertools
+from dataclasses import replace
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.collections import PathCollection, QuadMesh, TriMesh
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from PIL import Image
+
+import frictopt as fo
+from frictopt.plots import spatial
+from spatial import cycle, random_contact
+from systems import CYCLE, random_system
+
+pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
+
+F = 0.5
+PLANE = replace(random_system(np.random.default_rng(3), 5), contact=["left", "left", "right", "right", "right"], width=[0.5, 1.0, 1.0, 2.0, 1.0])
+SPACE = random_contact(np.random.default_rng(4), 6)
+
+
+def slipping(contact, loads, **options):
+    return fo.steady_state(contact, loads, F, 1.5 * fo.shakedown_limit(contact, loads, F).load_factor, **options).states()
+
+
+def at(mesh, edges, place):
+    return int(np.searchsorted(edges, place)) - 1
+
+
+@pytest.mark.parametrize("in_space", [False, True])
+def test_the_status_of_each_node_stands_at_its_place_and_time(in_space):
+    states = slipping(SPACE, cycle(), steps=4) if in_space else slipping(PLANE, CYCLE)
+    ax = states.plot_status()
+    meshes = [one for one in ax.collections if isinstance(one, QuadMesh)]
+    assert len(meshes) == (1 if in_space else 2)
+    places = np.arange(6) if in_space else PLANE.x
+    code = {"stick": 0, "slip": 1, "slip+": 1, "slip-": 2, "open": 3}
+    table = states.to_frame()
+    middles = (states.time[1:] + states.time[:-1]) / 2
+    seen = 0
+    for interval, middle in enumerate(middles):
+        if states.time[interval + 1] - states.time[interval] < 1e-9:
+            continue
+        row = table[table.state == interval + (1 if in_space else 0)]  # an increment is that of its end, an event holds until the next one
+        for node, place in enumerate(places):
+            for mesh in meshes:
+                grid, values = mesh.get_coordinates(), mesh.get_array()
+                column, line = at(mesh, grid[0, :, 0], place), at(mesh, grid[:, 0, 1], middle)
+                if 0 <= column < values.shape[1]:
+                    assert values[line, column] == code[row.status.iloc[node]]
+                    seen += 1
+    assert seen == len(places) * np.count_nonzero(np.diff(states.time) >= 1e-9)
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert words == [word for word in ("stick", "slip +", "slip -", "slip", "open") if word.replace(" ", "") in set(table.status)]
+
+
+@pytest.mark.parametrize("in_space", [False, True])
+def test_an_animation_has_its_pictures(in_space, tmp_path):
+    states = slipping(SPACE, cycle(), steps=4) if in_space else slipping(PLANE, CYCLE)
+    states.animate(tmp_path / "cycle.gif", frames=3)
+    with Image.open(tmp_path / "cycle.gif") as film:
+        assert film.n_frames == 3
+        pictures = []
+        for number in range(3):
+            film.seek(number)
+            pictures.append(np.asarray(film.convert("RGB"), dtype=int))
+    assert all(np.abs(one - other).max() > 50 for one, other in itertools.pairwise(pictures)) and not plt.get_fignums()
+    for path, message in (("cycle.mp4", "ends in .gif"), (3, "ends in .gif"), (tmp_path / "none" / "cycle.gif", "cannot be written")):
+        with pytest.raises(fo.ModelError, match=message):
+            states.animate(path, frames=2)
+
+
+def test_a_system_shows_its_points_normals_and_bonded_pressure():
+    place, pressure = PLANE.plot()
+    assert np.array_equal(np.column_stack(place.get_lines()[0].get_data()), PLANE.points)
+    drawn = [line for line in pressure.get_lines() if line.get_marker() == "."]
+    values = np.concatenate([line.get_ydata() for line in drawn])
+    assert np.array_equal(values, np.concatenate([p / PLANE.width for _, p in PLANE.bonded.values()]))
+    assert pressure.get_ylabel() == "bonded pressure\n(force per area)"
+    panels = SPACE.plot()
+    assert len(panels) == len(SPACE.bonded)
+    for axes, (case, (_, p)) in zip(panels, SPACE.bonded.items(), strict=True):
+        (points,) = [one for one in axes.collections if isinstance(one, PathCollection)]
+        assert np.array_equal(points.get_array(), p) and axes.get_title().startswith(f"{case} = 1")
+    with pytest.raises(fo.ModelError, match="projection='3d'"):
+        SPACE.plot(plt.subplots()[1])
+
+
+def test_a_load_cycle_shows_each_load_at_its_corners_or_times():
+    loads = fo.LoadCycle({"P": 1.0}, [{"P": 0.5, "Q": -1.0}, {"Q": 1.0}])
+    ax = loads.plot()
+    drawn = {line.get_label(): line.get_ydata() for line in ax.get_lines() if not line.get_label().startswith("_")}
+    assert list(drawn["P"]) == [1.0, 1.5, 1.0] and list(drawn["Q"]) == [1.0, -1.0, 1.0]
+    assert [text.get_text() for text in ax.get_xticklabels()] == ["1", "0", "1"]
+    timed = fo.LoadCycle(loads.mean, loads.corners, times=[2.0, 7.0]).plot()
+    assert list(timed.get_lines()[0].get_xdata()) == [2.0, 7.0] and timed.get_xlabel() == "time"
+
+
+def test_deformed_bodies_stand_where_their_displacements_bring_them():
+    model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
+    fields = model.recover({"P": 1.0}, slip=np.zeros(5))
+    ax = fields.plot_deformed(scale=2.0)
+    ends = {line.get_label(): np.nanmin(line.get_ydata()) for line in ax.get_lines()}
+    mesh = fields.bodies["punch"].mesh
+    assert ends["punch"] == pytest.approx((mesh.p + 2.0 * fields.displacement["punch"])[1].min())
+    largest = max(np.linalg.norm(u, axis=0).max() for u in fields.displacement.values())
+    assert ax.get_title() == f"displacements 2 times enlarged; the largest is {largest:.4g} (length)"
+    space = fo.scenes.SquarePunch(elements=2).model()
+    ax = space.recover({"P": 1.0}, slip=np.zeros((9, 2))).plot_deformed()
+    assert len([one for one in ax.collections if isinstance(one, Poly3DCollection)]) == 2
+
+
+def test_a_filled_face_leaves_its_hole_out_and_joins_no_contacts():
+    """A ring: twice the area of the triangles is that of a regular polygon less that of its hole."""
+    angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    ring = np.concatenate([radius * np.column_stack([np.cos(angle), np.sin(angle)]) for radius in (2.0, 2.5, 3.0, 3.5)])
+    points = np.pad(ring, ((0, 0), (0, 1)))
+    S, loads = np.eye(3 * len(points)), {"P": np.repeat([0.0, 0.0, 1.0], len(points)), "Q": np.repeat([0.5, 0.0, 0.0], len(points))}
+    contact = fo.ContactSystem(S, points, loads)
+    ax = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F).plot()
+    (filled,) = [one for one in ax.collections if isinstance(one, TriMesh)]
+    assert filled.get_array().shape == (len(points),)
+    mesh = spatial._triangles(contact, ring, np.ones(len(points), dtype=bool))
+    corners = ring[mesh.get_masked_triangles()]
+    sides = corners[:, 1:] - corners[:, :1]
+    assert np.abs(np.linalg.det(sides)).sum() == pytest.approx(24 * np.sin(2 * np.pi / 24) * (3.5**2 - 2.0**2), rel=0.02)
+    halves = replace(contact, contact=["a"] * 48 + ["b"] * 48)
+    apart = spatial._triangles(halves, ring, np.ones(len(points), dtype=bool)).get_masked_triangles()
+    assert ((apart < 48).all(axis=1) | (apart >= 48).all(axis=1)).all()
