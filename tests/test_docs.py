@@ -79,6 +79,14 @@ def test_the_site_runs_the_code_of_a_tutorial_page_and_shows_its_pictures(page):
     assert body.endswith(f"{{nb-download}}`This page as a notebook <{page.stem}.ipynb>`\n")
 
 
+@pytest.mark.parametrize("page", sorted({*(DOCS / "api").glob("*.md")} - {DOCS / "api" / "index.md"}), ids=lambda page: page.stem)
+def test_a_page_of_the_reference_has_a_sentence_an_example_that_runs_and_a_link_to_theory(page, quiet):
+    body = text(page)
+    assert re.match(r"# .+\n\n[A-Z]", body) and re.search(r"\]\(\.\./(theory|checked|validity)\.md", body)
+    (code,) = re.findall(r"```python\n(.*?)```", body, re.DOTALL)
+    exec(code, {})
+
+
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_an_example_is_short_and_runs(path, quiet, monkeypatch):
     assert text(path).count("\n") <= 40
