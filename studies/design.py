@@ -37,7 +37,7 @@ class Parameters:
     flank_elements: int = 20
     relief: tuple[float, ...] = (0.0, 0.01, 0.03, 0.1, 0.3)
     lap_elements: int = 12  # along the lap
-    load_factors: tuple[float, ...] = (0.02, 0.05, 0.1, 0.2, 0.3, 0.4)
+    load_factors: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4)
 
 
 FULL = Parameters()
@@ -49,7 +49,7 @@ QUICK = Parameters(
     flank_elements=4,
     relief=(0.0, 0.1),
     lap_elements=6,
-    load_factors=(0.05, 0.2),
+    load_factors=(0.1, 0.2),
 )
 
 
