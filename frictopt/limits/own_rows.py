@@ -78,9 +78,10 @@ def _scaled(rows: list[cp.Constraint], known: set[int]) -> tuple[list[cp.Constra
     for place in at.values():
         unit[place] = 0.0  # not known yet
     for _ in others:
+        given = (size @ unit)[:, None]  # by its known part a row allows a variable this much, over its coefficient
         with np.errstate(divide="ignore", invalid="ignore"):
-            reach = np.where((size > 0) & (unit == 0), (size @ unit)[:, None] / size, 0.0).max(axis=0, initial=0.0)
-        unit = np.where(unit == 0, reach, unit)
+            least = np.where((size > 0) & (given > 0), given / size, np.inf).min(axis=0)
+        unit = np.where((unit == 0) & np.isfinite(least), least, unit)
     unit = np.where(unit == 0, 1.0, unit)
     sizes = np.linalg.norm(size * unit, axis=1)
     sizes = np.where(sizes > 0, sizes, np.where(constant > 0, constant, 1.0))
