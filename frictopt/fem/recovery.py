@@ -91,17 +91,27 @@ class BodyFields(Shown, Plotted):
         ModelError
             A side that is neither 1 nor 2.
         """
+        d, tangents = self._frames.shape[1], self._frames[:, :-1]
+        found = (np.einsum("nia,nab,njb->nij", tangents, tensors[:, :d, :d], tangents) for tensors in self.tensors_at_contact(side))
+        stress, strain = (frozen(one[:, 0, 0] if d == 2 else one) for one in found)
+        return stress, strain
+
+    def tensors_at_contact(self, side: int) -> tuple[Array, Array]:
+        """(N, 3, 3) stress and strain in x, y, z at the nodes of the contact, in body 1 (`side=1`) or at their places in body 2 (`side=2`).
+
+        Raises
+        ------
+        ModelError
+            A side that is neither 1 nor 2.
+        """
         projection = self._sides[whole_number("side", side, least=1, most=2) - 1]
-        d = self._frames.shape[1]
-        order = [[_COMPONENTS.index("".join(sorted(a + b))) for b in "xyz"[:d]] for a in "xyz"[:d]]
+        order = [[_COMPONENTS.index("".join(sorted(a + b))) for b in "xyz"] for a in "xyz"]
 
-        def along(fields: Mapping[str, Array]) -> Array:
-            tensors = (projection @ np.concatenate(list(fields.values()), axis=1).T)[:, order]
-            tangents = self._frames[:, :-1]
-            found = np.einsum("nia,nab,njb->nij", tangents, tensors, tangents)
-            return frozen(found[:, 0, 0] if d == 2 else found)
+        def tensors(fields: Mapping[str, Array]) -> Array:
+            rows = np.concatenate(list(fields.values()), axis=1)
+            return frozen((projection @ np.pad(rows, ((0, 6 - len(rows)), (0, 0))).T)[:, order])
 
-        return along(self.stress), along(self.strain)
+        return tensors(self.stress), tensors(self.strain)
 
     def plot_deformed(self, ax: Any = None, *, scale: float | None = None) -> Any:
         """Draw the bodies under their displacements, `scale` times enlarged (None: the largest is a tenth of the model), and as they were.

@@ -13,7 +13,8 @@ from ..contact.checks import Array, frozen
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, components, frame, places
 from ..contact.tolerances import SAME_STATE
-from ..errors import SolverError
+from ..errors import ModelError, SolverError
+from .critical_plane import worst_planes
 from .fretting import fretting_table
 from .loop import LoadLoop
 from .march import amplitudes_at, march
@@ -197,7 +198,15 @@ class SteadyState(Recorded, Plotted):
         """
         return self.states().loop(case)
 
-    def fretting_table(self, *, stress: ArrayLike | None = None, strain: ArrayLike | None = None) -> "pd.DataFrame":
+    def fretting_table(
+        self,
+        *,
+        stress: ArrayLike | None = None,
+        strain: ArrayLike | None = None,
+        fields: object = None,
+        side: int = 1,
+        constants: Mapping[str, float] | None = None,
+    ) -> "pd.DataFrame":
         """What frets where: one row for each node.
 
         Theory, eq. (22).
@@ -207,6 +216,12 @@ class SteadyState(Recorded, Plotted):
         stress, strain
             (M, N) stress and strain of one body along one tangent at the nodes of the contact, at M states of the steady cycle, as
             `BodyFields.at_contact` gives them; both or none.
+        fields, side
+            Instead of these, the fields of `ContactModel.recover` at the states of the steady cycle, all stress components of body `side`; or a list
+            of such lists, for the steady cycles of several residual slips: each parameter is then that of the worst of them, node by node.
+        constants
+            "findley" and "crossland", the weight of the largest normal and hydrostatic stress (0.3), and "fatemi_socie", that of the largest normal
+            stress, k over the yield stress (0).
 
         Returns
         -------
@@ -222,7 +237,9 @@ class SteadyState(Recorded, Plotted):
             - F1, Ruiz's first parameter: largest shear traction of the cycle times slip range (F1_force, of the nodal force, where there is no
               width);
             - F2 and SWT, where stress and strain are given: Ruiz's second parameter, largest tensile stress times F1; and that of Smith, Watson and
-              Topper on the plane normal to the tangent, largest tensile stress times half the range of the strain.
+              Topper on the plane normal to the tangent, largest tensile stress times half the range of the strain;
+            - SWT, Findley, Fatemi_Socie and Crossland, where fields are given, each on its critical plane, whatever its direction; `from` and `to`,
+              least and largest normal stress on that of SWT: pyLife reads them as a load collective, one cycle a node.
 
             `attrs["note"]` says which columns are a property of the mesh: at the corner of a complete contact tractions and stresses grow without end
             as elements shrink, and so do F1, F2 and SWT there.
@@ -237,7 +254,8 @@ class SteadyState(Recorded, Plotted):
         Notes
         -----
         F1 and F2: Ruiz, Boddington & Chen 1984, Experimental Mechanics 24, 208-217. SWT: Smith, Watson & Topper 1970, J. Materials 5, 767-778; for
-        fretting: Szolwinski & Farris 1996, Wear 198, 93-107.
+        fretting: Szolwinski & Farris 1996, Wear 198, 93-107. Findley 1959, J. Eng. Ind. 81, 301-306; Fatemi & Socie 1988, Fatigue Fract. Eng. Mater.
+        Struct. 11, 149-165; Crossland 1956, Int. Conf. Fatigue of Metals, London, 138-149.
 
         Examples
         --------
@@ -252,7 +270,15 @@ class SteadyState(Recorded, Plotted):
         2     2         0.0          0.0    0.0       0.0
         3     3         0.0          0.0    0.0       0.0
         """
-        return fretting_table(self.states(), self.dissipation_per_node, stress, strain)
+        if fields is not None and stress is not None:
+            raise ModelError("fields, stress: both; give the fields, which have the stress")
+        table = fretting_table(self.states(), self.dissipation_per_node, stress, strain)
+        if fields is None:
+            return table
+        planes = worst_planes(fields, side, constants)
+        if len(planes["SWT"]) != len(table):
+            raise ModelError(f"fields: those of a contact with {len(planes['SWT'])} nodes, this one has {len(table)}; give those of its model")
+        return table.assign(**planes)
 
     def _answer(self) -> Mapping[str, object]:
         last = "uniqueness" if self.engine == "path" else "step_error"
