@@ -8,7 +8,7 @@ import numpy as np
 from .checks import Array
 from .tolerances import PERIODIC, RESIDUAL, ROUNDING
 
-__all__ = ["SLOW", "distance_left", "drift_text", "limit_of"]
+__all__ = ["SLOW", "distance_left", "drift_text", "fixed_point", "limit_of"]
 
 _AFFINE_FIT = 1e3 * RESIDUAL  # deviation of a state from the linear map fitted to all states: the fit divides by small differences
 
@@ -27,9 +27,7 @@ def limit_of(iterates: Array) -> tuple[Array, list[tuple[Array, Array]]] | None:
 
     Returns None if no single linear map fits all distances, or if they do not decay monotonically: a rate is complex, negative or not below 1.
     """
-    steps = np.diff(iterates, axis=0)
-    moves = np.linalg.norm(steps, axis=1).min() > 0
-    limit = iterates[0] + (np.linalg.lstsq(np.diff(steps, axis=0).T, -steps[0], rcond=ROUNDING)[0] @ steps[:-1] if moves else 0.0)
+    limit = fixed_point(iterates)
     distances = iterates - limit
     left, sizes, right = np.linalg.svd(distances[:-1].T, full_matrices=False)
     kept = sizes > PERIODIC
@@ -51,6 +49,14 @@ def limit_of(iterates: Array) -> tuple[Array, list[tuple[Array, Array]]] | None:
     shares = shares if shares.max(initial=0.0) < 1 else np.ones_like(shares)
     before, after = (shares * np.cumsum(part, axis=1)[:, :-1] for part in (modes, modes * rates))
     return limit, list(zip(before.T, after.T, strict=True))
+
+
+def fixed_point(iterates: Array) -> Array:
+    """The fixed point of a map from some of its iterates (rows), by reduced-rank extrapolation; the first of them where one does not move."""
+    steps = np.diff(iterates, axis=0)
+    if not np.linalg.norm(steps, axis=1).min() > 0:
+        return np.asarray(iterates[0])
+    return np.asarray(iterates[0] + np.linalg.lstsq(np.diff(steps, axis=0).T, -steps[0], rcond=ROUNDING)[0] @ steps[:-1])
 
 
 def distance_left(changes: Sequence[float], rounding: float) -> float:

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..contact.answers import Outcome
-from ..contact.extrapolation import SLOW, distance_left, drift_text, limit_of
+from ..contact.extrapolation import SLOW, distance_left, drift_text, fixed_point, limit_of
 from ..contact.parts import parted
 from ..contact.tolerances import PERIODIC, REPEATED, RESIDUAL
 from ..errors import NoContinuation, SolverError
@@ -21,6 +21,10 @@ _NEAR = 100 * PERIODIC  # the affine map is also tested where it moves by so lit
 _AFFINE = 1e-3  # largest deviation from an affine map, over the change, that is accepted: a new event changes it by more
 _WINDOW = 12  # number of last cycles that an extrapolation uses
 _LEAST = 4  # cycles with the same events before the first extrapolation, and cycles in turn that show a return after two
+_CLOSE = 1e-2  # distance of a fixed point, in slip scales, from which on it is looked for: returns from further off tell little of it
+_GAIN = 4  # ratio of the changes in returns from one extrapolated fixed point and the next
+_SAME = 3e-8  # difference of the works at fixed points from two states of a transient, over their sum, up to which these are one
+_BETWEEN = (0.5, 0.1)  # shares of the way from the fixed point to the last state
 _MORE = 30  # cycles followed until the work repeats
 
 
@@ -59,6 +63,8 @@ class Run:
         Largest error of the balance of energy in a return.
     tried, pause
         Extrapolations that failed since the events last changed, and returns until the next one.
+    fixed
+        In increments a return from the last fixed point that was found.
     slow
         Sum of all later changes over the last one, where the transient went on from its limit.
     extrapolated
@@ -75,6 +81,7 @@ class Run:
     lost: float = 0.0
     tried: int = 0
     pause: int = 0
+    fixed: Cycle | None = None
     slow: float = 1.0
     extrapolated: bool = False
 
@@ -92,7 +99,7 @@ class Run:
             self.works, self.lost = self.works + latest.works, max(self.lost, latest.lost)
             self.last = [] if first else [*self.last[-_WINDOW:], latest]
             found = self.shown(latest)
-            if found is None and self.last and self.goes_on_at_limit():
+            if found is None and self.last and (self.goes_on_at_fixed_point() if self.path.steps else self.goes_on_at_limit()):
                 found = self.shown(self.last[-1])
             if found is not None:
                 return found
@@ -186,6 +193,49 @@ class Run:
         except (NoContinuation, SolverError):
             return False
         self.slow = distance_left([cycle.change for cycle in last[-3:]], REPEATED) / last[-1].change
+        self.path, self.last, self.extrapolated, self.tried, self.pause = proof, [proving], True, 0, 0
+        return True
+
+    def goes_on_at_fixed_point(self) -> bool:
+        """Go on from a fixed point of increments, if returns contract towards it.
+
+        Their map is not affine where slips turn, so that one extrapolation follows the other: each takes returns from the point that the one before
+        has found, which change less than a quarter as much. In the end a return comes back, while the last return of the transient itself came
+        closer, and so do returns from between. Where returns keep some slips as they are there are other fixed points nearby, so that a later state
+        of the transient must lead to the same works.
+        """
+        self.pause = max(self.pause - 1, 0)
+        if self.pause or len(self.last) < _LEAST:
+            return False
+        last, size, self.tried = self.last[-1], np.inf, self.tried + 1
+        limit = fixed_point(np.array([self.last[0].before, *(cycle.after for cycle in self.last)]))
+        if np.abs(limit - last.after).max() > _CLOSE:
+            return False
+        self.pause = _LEAST
+        try:
+            while (proof := self.path.at(limit)) is not None and (proving := self.follow(proof)).change > PERIODIC:
+                if not proving.change < min(size, last.change) / _GAIN:
+                    return False
+                size, states = proving.change, [proving.before, proving.after, *(self.follow(proof).after for _ in range(_LEAST))]
+                limit = fixed_point(np.array(states))
+            if proof is None:
+                return False
+            limit = proving.after
+            far = [np.linalg.norm(last.before - limit), np.linalg.norm(last.after - limit)]
+            for share in _BETWEEN:
+                probe = self.path.at(limit + share * (last.after - limit))
+                if probe is None:
+                    return False
+                between = self.follow(probe)
+                far += [np.linalg.norm(between.before - limit), np.linalg.norm(between.after - limit)]
+        except (NoContinuation, SolverError):
+            return False
+        earlier, self.fixed = self.fixed, proving
+        none = RESIDUAL * self.path.scales.mean * self.path.scales.length  # the work of a slip that counts as none
+        same = earlier is not None and bool((np.abs(proving.work - earlier.work) <= _SAME * proving.work.sum() + none).all())
+        if not same or not all(after < before for before, after in zip(far[::2], far[1::2], strict=True)):
+            return False
+        self.slow = distance_left([cycle.change for cycle in self.last[-3:]], REPEATED) / last.change
         self.path, self.last, self.extrapolated, self.tried, self.pause = proof, [proving], True, 0, 0
         return True
 
