@@ -19,7 +19,7 @@ limit = fo.shakedown_limit(system, cycle, friction=0.7)
 limit.plot()
 
 # %%
-# The corner nodes limit the load. The mechanism lists them with the corner of the cycle and the direction of slip.
+# The nodes at the edges limit the load. The mechanism lists them with the corner of the cycle and the direction of slip.
 
 print(limit.mechanism.head())
 

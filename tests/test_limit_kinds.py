@@ -87,5 +87,7 @@ def test_the_reason_of_a_witness_names_node_and_corners():
     contact = random_system(np.random.default_rng(3), 3)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.4)
     assert limit.node is not None
-    forward, backward = limit.corners
-    assert limit.reason.startswith(f"node {limit.node} is on its bound of forward slip at corner {forward} and of backward slip at corner {backward}")
+    forward, backward = (CYCLE.corner_names[corner] for corner in limit.corners)
+    assert limit.reason.startswith(
+        f"node {limit.node} is on its bound of forward slip at the corner ({forward}) and of backward slip at ({backward})"
+    )

@@ -255,6 +255,6 @@ def guaranteed_limit(
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> limit = fo.guaranteed_limit(system, cycle, friction=0.5)
     >>> round(limit.load_factor, 6), limit.reason
-    (0.45, 'node 0 is on its bound of forward slip at corner 0 and of backward slip at corner 1')
+    (0.45, 'node 0 is on its bound of forward slip at the corner (Q = -1) and of backward slip at (Q = +1)')
     """
     return GuaranteedModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)

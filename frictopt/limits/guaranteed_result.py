@@ -1,6 +1,6 @@
 """A guaranteed limit with its witness, and why it is what it is."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import IO, Any
@@ -225,19 +225,20 @@ def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, c
     under = f" (slips obey {', '.join(shakedown.constraints)})" if shakedown.constraints else ""
     if best is not None:
         any_load = "" if best.above is None else f" at any load factor next above {least:.6g}"
-        return f"{shakedown._opened}node {best.node} is {_bounds(best)}{any_load}{under}{_unloaded(best) * (not shakedown._task.loads.fixed)}{alone}"
+        bounds, unloaded = _bounds(best, shakedown._task.cycle.corner_names), _unloaded(best) * (not shakedown._task.loads.fixed)
+        return f"{shakedown._opened}node {best.node} is {bounds}{any_load}{under}{unloaded}{alone}"
     if shakedown.kind is not LimitKind.FINITE:
         return shakedown.reason + alone
     why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is critical below it"
     return f"lambda_1 is lambda_2, for {why}: {shakedown.reason}{alone}"
 
 
-def _bounds(best: NodeClaim) -> str:
-    """Where the node is on its bound."""
+def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
+    """Where the node is on its bound, by the loads of the corners."""
+    *first, last = (f"({names[corner]})" for corner in best.corners)
     if best.slip.ndim == 1:
-        return "on its bound of forward slip at corner {} and of backward slip at corner {}".format(*best.corners)
-    *first, last = map(str, best.corners)
-    return f"on its bound at corners {', '.join(first)} and {last}, from where it can slip {'around' if len(first) > 1 else 'to and fro'}"
+        return f"on its bound of forward slip at the corner {first[0]} and of backward slip at {last}"
+    return f"on its bound at the corners {', '.join(first)} and {last}, from where it can slip {'around' if len(first) > 1 else 'to and fro'}"
 
 
 def _unloaded(best: NodeClaim) -> str:
