@@ -94,3 +94,6 @@ def test_what_contradicts_and_what_grows_is_named():
         model.solve(0.5)
     with pytest.raises(fo.ModelError, match=r"^low, high: they contradict each other"):
         model.solve(0.5, [(cp.norm(model.preload) <= 1.0).set_label("low"), (model.preload[0] >= 2.0).set_label("high")])
+    shaped = fo.DesignModel(contact, cycle(), profile=True)
+    with pytest.raises(fo.ModelError, match="friction: node 1 has no friction, and the cyclic load shears it: no design is safe"):
+        shaped.solve([0.5, 0.0], [cp.abs(shaped.profile) <= 0.1])

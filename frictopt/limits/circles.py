@@ -92,17 +92,17 @@ def bare(task: LimitQuestion, designed: bool = False) -> np.ndarray:
     return np.asarray((task.friction == 0) | (_unpressed(task) & (p1 <= ROUNDING * p1.max(initial=0.0)) & (not designed)))
 
 
-def helpless(task: LimitQuestion) -> tuple[Mechanism, str] | None:
+def helpless(task: LimitQuestion, designed: bool = False) -> tuple[Mechanism, str] | None:
     """A motion that no slip helps against at any load factor above 0, and why; None where nothing is so plain.
 
     A node without a bound slips to and fro between two corners whose shears differ; one that nothing presses is lifted by a corner that pulls.
     """
-    q1, p1, nodes, points = task.loads.q1, task.loads.p1, np.arange(len(task.friction)), bare(task)
+    q1, p1, nodes, points = task.loads.q1, task.loads.p1, np.arange(len(task.friction)), bare(task, designed)
     first = points.argmax(axis=0)
     apart = np.linalg.norm(q1 - q1[first, nodes], axis=-1) * points
     if task.loads.fixed:  # whose shears differ at load factor 0 too may meet at another one
         apart = apart * (np.linalg.norm(task.loads.q0 - task.loads.q0[first, nodes], axis=-1) == 0)
-    pull = np.maximum(-p1, 0.0) * _unpressed(task)
+    pull = np.maximum(-p1, 0.0) * (_unpressed(task) & (not designed))
     moved = np.maximum(apart, pull)
     corner, node = np.unravel_index(int(moved.argmax()), moved.shape)
     if not moved[corner, node] > ROUNDING * max(float(np.abs(q1).max()), float(np.abs(p1).max())):

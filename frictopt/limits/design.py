@@ -17,6 +17,7 @@ from ..contact.tolerances import FLOOR, GROWN, RESIDUAL
 from ..errors import ModelError
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm, compiled
+from .circles import helpless
 from .design_loads import PROFILE, built_in, design_loads
 from .design_result import Design
 from .judge import answered
@@ -195,6 +196,9 @@ class DesignModel(SafeModel):
         {'bolt': 6.0}
         """
         task = self._posed(friction)
+        for asked in (task, *(other for other, _ in self._others)) if task.system.tangents > 1 else ():
+            if found := helpless(asked, designed=True):
+                raise ModelError(f"friction: {found[1]}: no design is safe at any load factor above 0; give friction to every node")
         for v, (other, _) in zip(self._more, self._others, strict=True):
             v.ask(replace(other, load_unit=task.load_unit))
             self._last = [], None
