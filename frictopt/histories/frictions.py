@@ -1,5 +1,6 @@
 """The frictions of a study: numbers, fields over the nodes, and distributions from which the nodes draw."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ __all__ = ["friction_fields"]
 
 def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
     """(N,) coefficients of each friction: of one, or of a list of numbers, fields and distributions; see `dissipation_study`."""
+    if isinstance(friction, Mapping):
+        raise ModelError(f"friction: a {type(friction).__name__}; give a coefficient, or a list of frictions")
     several = np.iterable(friction) and not isinstance(friction, str | bytes)
     items = list(friction) if several else [friction]
     if not items:
@@ -25,7 +28,8 @@ def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
         raise ModelError("rng: None, and friction has a distribution; give a seed, so that the study can be repeated")
     generator = None if rng is None else _generator(rng)
     drawn = [item.rvs(size=nodes, random_state=generator) if hasattr(item, "rvs") else item for item in items]
-    return [frozen(friction_coefficients(item[0] if np.shape(item) == (1,) else item, nodes)) for item in drawn]
+    column = all(isinstance(item, np.ndarray) and item.shape == (1,) for item in drawn)  # np.c_[...]
+    return [frozen(friction_coefficients(item[0] if column else item, nodes)) for item in drawn]
 
 
 def _generator(rng: object) -> np.random.Generator:

@@ -6,10 +6,10 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.checks import Array, finite_number, listed
+from ..contact.checks import Array, finite_number, listed, shown
 from ..errors import ModelError
 
-__all__ = ["CONSTANTS", "critical_planes", "worst_planes"]
+__all__ = ["CONSTANTS", "checked_constants", "critical_planes", "worst_planes"]
 
 CONSTANTS = {"findley": 0.3, "crossland": 0.3, "fatemi_socie": 0.0}
 """Weights of the largest normal (hydrostatic) stress; that of Fatemi and Socie is k over the yield stress, 1 / stress."""
@@ -25,23 +25,36 @@ class _Fields(Protocol):
     def tensors_at_contact(self, side: int) -> tuple[Array, Array]: ...
 
 
-def worst_planes(fields: object, side: int, constants: Mapping[str, float] | None) -> dict[str, Array]:
+def checked_constants(constants: object) -> dict[str, float]:
+    """All constants, those given in place of the usual ones.
+
+    Raises
+    ------
+    ModelError
+        No mapping, an unknown name, a number that is negative or not finite.
+    """
+    if constants is not None and not isinstance(constants, Mapping):
+        raise ModelError(f"constants: {shown(constants)}; give a mapping of some of {', '.join(CONSTANTS)}")
+    weights = dict(CONSTANTS)
+    for name, value in (constants or {}).items():
+        if name not in CONSTANTS:
+            raise ModelError(f"constants: {shown(name)} is unknown; give some of {', '.join(CONSTANTS)}")
+        weights[name] = finite_number(f"constants[{name!r}]", value, least=0.0)
+    return weights
+
+
+def worst_planes(fields: object, side: int, weights: Mapping[str, float]) -> dict[str, Array]:
     """Columns of a table from fields at the states of one cycle, or a list of such lists: at each node and for each parameter the worst cycle.
 
     Raises
     ------
     ModelError
-        No such fields, an unknown constant.
+        No such fields.
     """
     given = listed("fields", fields)
     cycles = [given] if given and isinstance(given[0], _Fields) else [listed("fields", cycle) for cycle in given]
     if not cycles or not all(cycle and all(isinstance(state, _Fields) for state in cycle) for cycle in cycles):
         raise ModelError("fields: give fields of ContactModel.recover at the states of a cycle, or a list of such lists, one for each steady cycle")
-    weights = dict(CONSTANTS)
-    for name, value in (constants or {}).items():
-        if name not in CONSTANTS:
-            raise ModelError(f"constants: {name!r} is unknown; give some of {', '.join(CONSTANTS)}")
-        weights[name] = finite_number(f"constants[{name!r}]", value, least=0.0)
     found = [_columns(cycle, side, weights) for cycle in cycles]
     worst = {name: np.max([one[name] for one in found], axis=0) for name in ("SWT", "Findley", "Fatemi_Socie", "Crossland")}
     first = np.argmax([one["SWT"] for one in found], axis=0)

@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.answers import Outcome
-from ..contact.checks import Array, frozen
+from ..contact.checks import Array, frozen, whole_number
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, components, frame, places
 from ..contact.tolerances import SAME_STATE
 from ..errors import ModelError, SolverError
-from .critical_plane import worst_planes
+from .critical_plane import checked_constants, worst_planes
 from .fretting import fretting_table
 from .loop import LoadLoop
 from .march import amplitudes_at, march
@@ -270,12 +270,14 @@ class SteadyState(Recorded, Plotted):
         2     2         0.0          0.0    0.0       0.0
         3     3         0.0          0.0    0.0       0.0
         """
+        body = whole_number("side", side, least=1, most=2)
+        weights = checked_constants(constants)
         if fields is not None and stress is not None:
             raise ModelError("fields, stress: both; give the fields, which have the stress")
         table = fretting_table(self.states(), self.dissipation_per_node, stress, strain)
         if fields is None:
             return table
-        planes = worst_planes(fields, side, constants)
+        planes = worst_planes(fields, body, weights)
         if len(planes["SWT"]) != len(table):
             raise ModelError(f"fields: those of a contact with {len(planes['SWT'])} nodes, this one has {len(table)}; give those of its model")
         return table.assign(**planes)
