@@ -11,9 +11,24 @@ from frictopt.transients.increments import ExactIncrement
 from .cases import random_case
 from .known import NotAsked, Wrong, same
 
-__all__ = ["Embedded", "embedded", "guaranteed", "increment", "limit", "safe_slip"]
+__all__ = [
+    "FRICTION_EVERY",
+    "Embedded",
+    "embedded",
+    "guaranteed",
+    "increment",
+    "least_slip",
+    "limit",
+    "required_friction",
+    "safe_slip",
+    "steady_state",
+]
 
 _SAME = 1e-7
+_FRICTION_PROVEN = 2e-5  # both sides of its proof are this close
+_EVERY = 8  # cases that are asked for a steady state
+FRICTION_EVERY = 4
+"""Cases that are asked for the required friction, which takes tens of safe slips."""
 _FRICTION = 0.5  # at most, for increments: with more, several states may obey the law
 
 
@@ -87,6 +102,47 @@ def safe_slip(subject: Embedded) -> tuple[float, bool]:
         raise NotAsked from error
     found = fo.safe_slip(subject.solid, case.cycle, case.friction, factor)
     same("the margin is", found.margin, plane.margin, _SAME, _SAME)
+    return found.residual, True
+
+
+def required_friction(subject: Embedded) -> tuple[float, bool]:
+    """The least friction that is enough at the load factor of the case."""
+    case, factor = subject.case, subject.load_factor
+    if case.seed % FRICTION_EVERY:
+        raise NotAsked
+    try:
+        plane = fo.required_friction(case.system, case.cycle, factor)
+    except fo.FrictoptError as error:
+        raise NotAsked from error
+    found = fo.required_friction(subject.solid, case.cycle, factor)
+    same("the required friction is", found.required, plane.required, _FRICTION_PROVEN)
+    return found.residual, True
+
+
+def least_slip(subject: Embedded) -> tuple[float, bool]:
+    """The proven sum of the weighted slips."""
+    if not (np.isfinite(subject.limit.load_factor) and subject.limit.load_factor > 0):
+        raise NotAsked
+    case, factor = subject.case, 1.5 * subject.limit.load_factor
+    found = fo.shakedown_limit(subject.solid, case.cycle, case.friction).least_slip(factor)
+    same("the bound is", found.bound, subject.limit.least_slip(factor).bound, _SAME * 10)
+    return found.residual, True
+
+
+def steady_state(subject: Embedded) -> tuple[float, bool]:
+    """The work of friction by as many increments."""
+    if not (np.isfinite(subject.limit.load_factor) and subject.limit.load_factor > 0) or subject.case.seed % _EVERY:
+        raise NotAsked
+    case, f = subject.case, np.minimum(subject.case.friction, _FRICTION)
+    factor, slip = min(subject.load_factor, 3 * subject.limit.load_factor), np.zeros(case.system.nodes) if case.start is None else case.start
+    options: dict[str, Any] = {"steps": 2, "most_cycles": 200}
+    try:
+        plane = fo.steady_state(case.system, case.cycle, f, factor, initial_slip=slip, **options)
+    except fo.FrictoptError as error:
+        raise NotAsked from error
+    found = fo.steady_state(subject.solid, case.cycle, f, factor, initial_slip=slip[:, None] * subject.along, **options)
+    force = float(np.abs(case.system.reaction(case.cycle.mean)).max()) + factor * float(np.abs(case.cycle.corner_reactions(case.system)).max())
+    same("the work is", found.dissipation, plane.dissipation, 1e-6, 1e-8 * force**2 / case.system.stiffness_scale)
     return found.residual, True
 
 

@@ -12,21 +12,22 @@ from frictopt.transients.increments import FrozenBoundIncrement, NewtonIncrement
 from ..extremes.space import polygon_limit
 from . import embedded
 from .checks import Finding, asked
-from .embedded import Embedded
-from .known import Wrong, same
+from .embedded import FRICTION_EVERY, Embedded
+from .known import NotAsked, Wrong, same
 
 __all__ = ["SPACE", "space_findings"]
 
 _NEAR = 1e-6  # relative distance from the limit within which it is not asked whether a safe slip exists
 _SAME = 1e-7
 _ROUNDING = 1e-14  # of a slip, over the slips before and after
+_FEW, _EVERY = 3, 16  # nodes at most, and cases, that are asked for what follows many transients
 
 
 class _Subject:
     """A random coupled contact with its load cycle, friction and slip."""
 
     def __init__(self, seed: int) -> None:
-        rng = np.random.default_rng(seed)
+        self.seed, rng = seed, np.random.default_rng(seed)
         n, scale, coupling = int(rng.integers(1, 11)), 10.0 ** rng.uniform(-9, 9), rng.uniform(0.0, 1.0)
         G = rng.normal(size=(3 * n, 3 * n))
         S = scale * (G @ G.T / (3 * n) + 10.0 ** rng.uniform(-3, 0) * np.eye(3 * n))
@@ -143,11 +144,102 @@ def _safe_start(subject: _Subject) -> tuple[float, bool]:
     return steady.residual, True
 
 
+def _turned(subject: _Subject) -> tuple[float, bool]:
+    """With the tangents of each node turned, and the nodes and the corners in another order."""
+    system, cycle, n, rng = subject.system, subject.cycle, subject.system.nodes, np.random.default_rng(subject.seed)
+    order, angle = rng.permutation(n), rng.uniform(0, 2 * np.pi, n)
+    c, s = np.diag(np.cos(angle)), np.diag(np.sin(angle))
+    turn = np.block([[c, -s, np.zeros((n, n))], [s, c, np.zeros((n, n))], [np.zeros((n, 2 * n)), np.eye(n)]])
+    turn = turn[np.r_[order, n + order, 2 * n + order]]
+    bonded = {name: turn @ np.r_[q.T.ravel(), p] for name, (q, p) in system.bonded.items()}
+    S = turn @ system.S @ turn.T
+    other = fo.ContactSystem((S + S.T) / 2, system.points[order], bonded, gap=system.gap[order])
+    corners, f = fo.LoadCycle(cycle.mean, cycle.corners[::-1]), subject.friction[order]
+    found = fo.shakedown_limit(other, corners, f)
+    for name in ("load_factor", "least"):
+        same(f"{name} is", getattr(found, name), getattr(subject.limit, name), _SAME, _SAME)
+    one, turned = fo.guaranteed_limit(system, cycle, subject.friction), fo.guaranteed_limit(other, corners, f)
+    same("the guaranteed limit is", turned.load_factor, one.load_factor, _SAME, _SAME)
+    return found.residual, True
+
+
+def _required(subject: _Subject) -> tuple[float, bool]:
+    """Slips are safe with a little more by the cones of this study, and none is with a little less."""
+    system, cycle, factor = subject.system, subject.cycle, subject.load_factor
+    if subject.seed % FRICTION_EVERY:
+        raise NotAsked
+    found = fo.required_friction(system, cycle, factor)
+    if not 0 < found.required < np.inf or found.open.any():
+        return found.residual, False
+    for share, enough in ((0.999, False), (1.001, True)):
+        f = np.full(system.nodes, share * found.required)
+        most, least = (polygon_limit(system, cycle, f, least=side) for side in (False, True))
+        if most is None or least is None or np.isinf(most):  # polygons leave more than circles do
+            return found.residual, False
+        if enough != (not np.isnan(most) and least * (1 - _SAME) <= factor <= most * (1 + _SAME)):
+            raise Wrong(f"{share:g} of the required friction {found.required:.9g} keeps {least:.9g} to {most:.9g} safe, asked is {factor:.9g}")
+    return found.residual, True
+
+
+def _least_slip(subject: _Subject) -> tuple[float, bool]:
+    """No cycle slips less; with open nodes this is said of cycles in which they carry nothing."""
+    value = subject.limit.load_factor
+    if not (np.isfinite(value) and value > 0) or subject.limit.open.any():
+        raise NotAsked
+    least = subject.limit.least_slip((1 + subject.share) * value)
+    corners = len(subject.cycle.corners)
+    path = fo.march(subject.system, subject.cycle, subject.friction, least.load_factor, initial_slip=subject.slip, cycles=2, steps=2)
+    slip, gap = (values[-2 * corners + 1 :: 2] for values in (path.slip, path.gap))
+    size = abs(least.bound) + least.load_factor + float(np.abs(least.g * slip).sum() + np.abs(least.h * gap).sum())
+    if least.of(slip, gap) < least.bound - _SAME * size:
+        raise Wrong(f"a cycle slips {least.of(slip, gap):.9g}, less than the bound {least.bound:.9g}")
+    return max(least.residual, path.residual), True
+
+
+def _range(subject: _Subject) -> tuple[float, bool]:
+    """Both ends are dissipated from their starts, and those of no slip and of the subject's own slip lie between."""
+    value = subject.limit.load_factor
+    if subject.system.nodes > _FEW or subject.seed % _EVERY or not (np.isfinite(value) and value > 0):
+        raise NotAsked
+    asked = subject.system, subject.cycle, subject.friction, subject.load_factor
+    span = fo.dissipation_range(*asked, steps=2)
+    for name, work, start in (("least", span.least, span.least_start), ("most", span.most, span.worst_start)):
+        same(f"{name} work", fo.steady_state(*asked, initial_slip=start, steps=2).dissipation, work, 1e-6, 1e-9 * span.most)
+    none = fo.steady_state(*asked, steps=2).dissipation
+    if not span.least * (1 - 1e-6) <= none <= span.most * (1 + 1e-6):
+        raise Wrong(f"no slip leads to the work {none:.9g}, outside {span.least:.9g} to {span.most:.9g}")
+    return span.residual, True
+
+
+def _protocol(subject: _Subject) -> tuple[float, bool]:
+    """From the subject's own slip it rests at the limit, and not above, as steady states say."""
+    value = subject.limit.load_factor
+    if subject.system.nodes > _FEW or subject.seed % (_EVERY // 2) or not (np.isfinite(value) and value > 0):
+        raise NotAsked
+    asked = subject.system, subject.cycle, subject.friction
+    one = fo.limit_after_protocol(*asked, start=subject.slip, scan=4, tolerance=0.05, steps=2)
+    for factor, rests in ((one.load_factor, True), (one.upper, False)):
+        if not 0 < factor < np.inf:
+            continue
+        try:
+            state = fo.steady_state(*asked, factor, initial_slip=subject.slip, steps=2)
+        except (fo.NoContinuation, fo.SolverError):
+            continue
+        if rests != (state.outcome is fo.Outcome.SHAKEDOWN):
+            raise Wrong(f"{state.outcome.name} at {factor:.9g}, between {one.load_factor:.9g} and {one.upper:.9g}")
+    return one.residual, True
+
+
 _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "limit, 3-D": _limit,
     "least safe load, 3-D": _least,
     "guaranteed limit, 3-D": _guaranteed,
     "safe slip, 3-D": _safe_slip,
+    "turned and renumbered, 3-D": _turned,
+    "required friction, 3-D": _required,
+    "least slip, 3-D": _least_slip,
+    "found range, 3-D": _range,
+    "practical limit, 3-D": _protocol,
     "increment, 3-D": partial(_increment, engine=NewtonIncrement),
     "increment by cones, 3-D": partial(_increment, engine=FrozenBoundIncrement),
     "steady state above the limit, 3-D": _steady,
@@ -157,6 +249,9 @@ _EMBEDDED: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "limit, plane in 3-D": embedded.limit,
     "guaranteed limit, plane in 3-D": embedded.guaranteed,
     "safe slip, plane in 3-D": embedded.safe_slip,
+    "required friction, plane in 3-D": embedded.required_friction,
+    "least slip, plane in 3-D": embedded.least_slip,
+    "steady state, plane in 3-D": embedded.steady_state,
     "increment, plane in 3-D": embedded.increment,
 }
 SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {**_SPACE, **_EMBEDDED}
