@@ -96,7 +96,7 @@ def test_a_study_in_a_file_is_that_of_the_function_and_its_parts_make_the_whole(
     assert not Path("runs.csv").exists()
     assert main(["merge", "runs.sqlite", "runs.1-of-2.sqlite", "runs.2-of-2.sqlite"]) == 0
     assert "20 runs in runs.sqlite" in capsys.readouterr().out
-    seconds = fo.read_store("runs.sqlite").seconds.sum()
+    seconds = fo.results.read_store("runs.sqlite").seconds.sum()
     assert main(["study", "study.toml"]) == 0
     starts = fo.starts.no_slip() + fo.starts.random_slips(CONTACT, [0.1], 2)
     expected = fo.dissipation_study(CONTACT, fo.LoadCycle({"mean": 1.0}, CYCLE.corners), [0.3, 0.4], [0.5, 2.0], starts, progress=False)

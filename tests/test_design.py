@@ -294,7 +294,7 @@ def test_designs_that_cannot_be_name_the_constraints_that_contradict():
     ("options", "message"),
     [
         ({}, "preloads, profile: none"),
-        ({"preloads": ["bolt"]}, "load case 'bolt': unknown"),
+        ({"preloads": ["bolt"]}, "preloads: 'bolt' is no load case"),
         ({"preloads": ["mean", "mean"]}, "name each load case once"),
         ({"profile": 1}, "profile: "),
         ({"profile": True, "scenarios": [CYCLE]}, r"scenarios\[0\]: "),

@@ -52,11 +52,11 @@ def test_kills_lose_no_finished_run(begin, tmp_path, undisturbed):
         known |= {driver.stdout.readline().strip() for _ in range(count)}
         driver.kill()
         driver.wait(timeout=PATIENCE)
-        kept = fo.read_store(tmp_path / "store")
+        kept = fo.results.read_store(tmp_path / "store")
         assert kept.key.is_unique and known <= set(kept.key)
     assert len(known) < len(undisturbed)
     same(killed_study.study(store=tmp_path / "store"), undisturbed)
-    assert len(fo.read_store(tmp_path / "store")) == len(undisturbed)
+    assert len(fo.results.read_store(tmp_path / "store")) == len(undisturbed)
 
 
 @pytest.mark.parametrize(("pool", "runs"), [((), 100), (("executor",), 100)])
@@ -68,7 +68,7 @@ def test_ctrl_c_ends_with_a_usable_table(begin, tmp_path, undisturbed, pool, run
     assert driver.returncode == -signal.SIGINT and "KeyboardInterrupt\ndissipation_study: " in errors
     table = pd.read_pickle(tmp_path / "table")
     assert len(kept) <= len(table) == len(undisturbed) - table.attrs["missing"] < len(undisturbed)
-    stored = fo.read_store(tmp_path / "store")
+    stored = fo.results.read_store(tmp_path / "store")
     assert len(table) - 1 <= len(stored) <= len(table)  # it may have been stopped on the way to the store
     keys = ["load_factor", "start"]
     same(table, undisturbed.set_index(keys).loc[pd.MultiIndex.from_frame(table[keys])].reset_index()[table.columns])
@@ -81,5 +81,5 @@ def test_runs_of_a_pool_whose_processes_die_are_rows_that_say_so_and_are_run_aga
     table = pd.read_pickle(tmp_path / "table")
     lost = table.outcome == "FAILED"
     assert lost.any() and table.error[lost].str.contains("BrokenProcessPool").all()
-    assert 20 <= (~lost).sum() == len(fo.read_store(tmp_path / "store"))
+    assert 20 <= (~lost).sum() == len(fo.results.read_store(tmp_path / "store"))
     same(killed_study.study(store=tmp_path / "store"), undisturbed)

@@ -59,7 +59,7 @@ def changed(file, statement, *values):
 
 def test_the_file_holds_every_run_with_all_its_digits(file, undisturbed):
     """To be read by anything that reads sqlite, among it pandas."""
-    table = fo.read_store(file)
+    table = fo.results.read_store(file)
     by_load = table.sort_values("load_factor", ignore_index=True)
     columns = [name for name in table.columns if name not in ("key", "seconds")]
     pd.testing.assert_frame_equal(by_load[columns], undisturbed[columns], check_exact=True)
@@ -76,7 +76,7 @@ def test_runs_that_failed_are_kept_with_their_error(tmp_path):
     pushed = fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}])
     tables = [fo.dissipation_study(wedge, pushed, 3.0, [5.0], store=tmp_path / "runs") for _ in range(2)]
     pd.testing.assert_frame_equal(*tables, check_exact=True)
-    kept = fo.read_store(tmp_path / "runs")
+    kept = fo.results.read_store(tmp_path / "runs")
     assert (
         kept.outcome.tolist() == ["FAILED"] and kept.error[0].startswith("NoContinuation") and kept[["dissipation", "cycles"]].isna().all(axis=None)
     )
@@ -89,7 +89,7 @@ def test_a_store_without_a_name_is_refused_and_one_at_home_is_found(tmp_path, mo
     with pytest.raises(fo.StoreError, match="store: ''"):
         study(store="")
     study(store="~/runs")
-    assert [path.name for path in tmp_path.iterdir()] == ["home"] and len(fo.read_store("~/runs")) == len(FACTORS)
+    assert [path.name for path in tmp_path.iterdir()] == ["home"] and len(fo.results.read_store("~/runs")) == len(FACTORS)
 
 
 def text(path):
@@ -111,7 +111,7 @@ def test_what_is_no_store_is_named_and_left_as_it_is(tmp_path, make):
     foreign = tmp_path / "foreign"
     make(foreign)
     before = foreign.stat(), foreign.read_bytes() if foreign.is_file() else None
-    for use in (lambda: study(store=foreign), lambda: fo.read_store(foreign)):
+    for use in (lambda: study(store=foreign), lambda: fo.results.read_store(foreign)):
         with pytest.raises(fo.StoreError, match=r"store: .*foreign.*give another name"):
             use()
     after = foreign.stat(), foreign.read_bytes() if foreign.is_file() else None
@@ -132,14 +132,14 @@ def test_files_beside_a_store_are_left_alone(tmp_path):
 @pytest.mark.parametrize("change", ["ALTER TABLE runs ADD COLUMN more real", "PRAGMA user_version = 2", "PRAGMA user_version = 0"])
 def test_a_store_of_another_version_is_refused(file, change):
     changed(file, change)
-    for use in (lambda: study(store=file), lambda: fo.read_store(file)):
+    for use in (lambda: study(store=file), lambda: fo.results.read_store(file)):
         with pytest.raises(fo.StoreError, match=r"runs\.sqlite' is of another version of frictopt"):
             use()
 
 
 def test_a_missing_store_is_not_made_by_reading(tmp_path):
     with pytest.raises(fo.StoreError, match="runs"):
-        fo.read_store(tmp_path / "runs")
+        fo.results.read_store(tmp_path / "runs")
     assert not list(tmp_path.iterdir())
 
 
@@ -167,13 +167,13 @@ def test_a_store_that_cannot_be_made_is_named(path, tmp_path, monkeypatch):
     ],
 )
 def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(file, undisturbed, followed, change):
-    victim = fo.read_store(file).query("dissipation > 0").key.iloc[0]
+    victim = fo.results.read_store(file).query("dissipation > 0").key.iloc[0]
     changed(file, f"UPDATE runs SET {change} WHERE key = ?", victim)
     with pytest.warns(DamagedRows, match=r"runs\.sqlite': 1 rows"):
-        assert len(fo.read_store(file)) == len(FACTORS) - 1
+        assert len(fo.results.read_store(file)) == len(FACTORS) - 1
     with pytest.warns(DamagedRows):
         same(study(store=file), undisturbed)
-    assert len(followed) == 1 and len(fo.read_store(file)) == len(FACTORS)
+    assert len(followed) == 1 and len(fo.results.read_store(file)) == len(FACTORS)
 
 
 @pytest.mark.slow
@@ -190,7 +190,7 @@ def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(fil
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", DamagedRows)
                 same(study(store=harmed), undisturbed)
-                assert len(fo.read_store(harmed)) >= len(FACTORS)
+                assert len(fo.results.read_store(harmed)) >= len(FACTORS)
         except fo.StoreError as error:
             told += 1
             assert "harmed.sqlite" in str(error)
@@ -250,7 +250,7 @@ def test_studies_that_write_by_turns_keep_each_run_once(undisturbed, tmp_path, m
         tables = [future.result() for future in [threads.submit(study, store=tmp_path / "runs") for _ in range(2)]]
     for made in tables:
         same(made, undisturbed)
-    kept = fo.read_store(tmp_path / "runs")
+    kept = fo.results.read_store(tmp_path / "runs")
     assert kept.key.is_unique and len(kept) == len(FACTORS)
 
 
@@ -259,7 +259,7 @@ def test_a_store_can_be_read_while_it_is_written(tmp_path, monkeypatch):
 
     def watched(self, row):
         write(self, row)
-        seen.append(len(fo.read_store(self.path)))
+        seen.append(len(fo.results.read_store(self.path)))
 
     monkeypatch.setattr(Store, "write", watched)
     study(store=tmp_path / "runs")

@@ -128,7 +128,7 @@ def test_a_study_started_again_runs_only_what_is_missing(contact, factors, start
     assert len(followed) == len(table) - 30
     pd.testing.assert_frame_equal(study(), study(), check_exact=True)
     assert not followed
-    assert len(fo.read_store(store)) == len(table)
+    assert len(fo.results.read_store(store)) == len(table)
     for change in ({"friction": 0.41}, {"system": contact.with_gap(0.01 * np.ones(4))}, {"cycle": fo.LoadCycle(CYCLE.mean, CYCLE.corners[::-1])}):
         study(starts=no_slip(), **change)
         assert len(followed) == len(factors)
@@ -175,7 +175,7 @@ def test_friction_is_an_axis_of_numbers_fields_and_distributions(contact, factor
         assert rows.dissipation.tolist() == [fo.steady_state(contact, CYCLE, f, factor).dissipation for factor in factors]
         assert rows.friction.to_numpy() == pytest.approx(np.mean(f)) and rows.friction_std.to_numpy() == pytest.approx(np.std(f))
         assert rows.shakedown_limit.to_numpy() == pytest.approx(fo.shakedown_limit(contact, CYCLE, f).load_factor, rel=1e-12)
-    kept = fo.read_store(tmp_path / "runs")
+    kept = fo.results.read_store(tmp_path / "runs")
     assert sorted(kept.friction) == sorted(table.friction) and sorted(kept.friction_std) == sorted(table.friction_std)
     column = fo.dissipation_study(contact, CYCLE, np.c_[[0.4, 0.5, 0.6, 0.7]], factors[2:])  # as many numbers as nodes
     assert column.friction.tolist() == [0.4, 0.5, 0.6, 0.7]
@@ -258,7 +258,7 @@ def test_runs_that_an_executor_loses_are_rows_that_say_so_and_are_not_kept(conta
     lost = part.outcome == "FAILED"
     assert lost.sum() == len(table) - 16 and part.error[lost].str.contains("link down").all()
     pd.testing.assert_frame_equal(results(part[~lost]), results(table[~lost]), check_exact=True)
-    assert len(fo.read_store(tmp_path / "runs")) == 16
+    assert len(fo.results.read_store(tmp_path / "runs")) == 16
     broken = Foreign(lambda future, rows: future.cancel() and future.set_running_or_notify_cancel())
     other = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=broken)
     assert (other.outcome == "FAILED").all() and other.error.str.contains("CancelledError").all()

@@ -308,10 +308,10 @@ def test_a_study_has_other_keys_with_another_fixed_part(tmp_path):
     store = tmp_path / "runs.sqlite"
     for one in (plain, cycle):
         with ThreadPoolExecutor(1) as executor:
-            table = fo.dissipation_study(contact, one, f, [0.1, 0.2], store=store, executor=executor, progress=False)
+            table = fo.dissipation_study(contact, one, [f], [0.1, 0.2], store=store, executor=executor, progress=False)
         alone = [fo.steady_state(contact, one, f, factor).dissipation for factor in (0.1, 0.2)]
         assert table["dissipation"].tolist() == pytest.approx(alone)
-    assert len(fo.read_store(store)) == 4
+    assert len(fo.results.read_store(store)) == 4
 
 
 def test_loads_between_corners_and_what_is_said_of_a_cycle():

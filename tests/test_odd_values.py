@@ -68,6 +68,7 @@ FRICTION, BONDED, SLIP = 0.6, (np.array([0.1, 0.1]), np.array([1.0, 1.0])), np.a
 WORN = replace(CONTACT, width=[1.0, 2.0])
 TWO_LOADS = CONTACT.with_bonded({"other": BONDED})
 REGION = fo.safe_region(TWO_LOADS, {"mean": 1.0}, ["cyclic", "other"], FRICTION)
+DESIGN = fo.DesignModel(TWO_LOADS, CYCLE, preloads=["other"])
 ASKED = {"system": CONTACT, "cycle": CYCLE, "friction": FRICTION}
 STEADY = {**ASKED, "load_factor": 0.5}
 SCENE = fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0)
@@ -147,6 +148,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "RoundedPunch": (condensed(fo.scenes.RoundedPunch), {"punch": SCENE}),
     "SafeSlipModel": (fo.SafeSlipModel, {"system": CONTACT, "cycle": CYCLE}),
     "ShakedownModel": (fo.ShakedownModel, {"system": CONTACT, "cycle": CYCLE}),
+    "DesignModel": (fo.DesignModel, {"system": TWO_LOADS, "cycle": CYCLE, "preloads": ["other"], "scenarios": [(CYCLE, FRICTION)]}),
+    "DesignModel.solve": (DESIGN.solve, {"friction": FRICTION, "constraints": [DESIGN.preload <= 0.1]}),
     "ShakedownModel.solve": (fo.ShakedownModel(CONTACT, CYCLE).solve, {"friction": FRICTION}),
     "condense": (
         fo.condense,
@@ -199,7 +202,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     ),
     "read_calculix": (fo.read_calculix, {"job": FLAT, "deck": f"{FLAT}.inp"}),
     "read_mesh": (fo.read_mesh, {"path": "none"}),
-    "read_store": (fo.read_store, {"path": "none"}),
+    "read_store": (fo.results.read_store, {"path": "none"}),
     "SafeRegion.contains": (REGION.contains, {"first": 0.1, "second": 0.1}),
     "required_friction": (fo.required_friction, {"system": CONTACT, "cycle": CYCLE, "load_factor": 0.1, "slip_bound": None}),
     "safe_region": (fo.safe_region, {"system": TWO_LOADS, "mean": {"mean": 1.0}, "loads": ["cyclic", "other"], "friction": FRICTION}),

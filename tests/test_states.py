@@ -73,7 +73,7 @@ def test_a_study_begins_from_a_state(rounded, paper_cycle, tmp_path):
         steady = fo.steady_state(rounded, paper_cycle, 0.6, row.load_factor, **begin)
         assert row.outcome == steady.outcome.name and row.dissipation == steady.dissipation
     assert table.amplitude[0] == pytest.approx(np.sqrt(np.mean(above.slip**2)))
-    assert len(fo.read_store(tmp_path / "runs")) == 4
+    assert len(fo.results.read_store(tmp_path / "runs")) == 4
 
 
 def one_node():

@@ -25,7 +25,7 @@ def tables(tmp_path_factory):
     folder = tmp_path_factory.mktemp("data")
     options = ["--quick", "--workers", "1", "--store", str(folder / "store"), "--data", str(folder / "tables")]
     assert studies.main(["dissipation", *options]) == 0
-    assert len(fo.read_store(folder / "store")) == 2 * 3 * STARTS
+    assert len(fo.results.read_store(folder / "store")) == 2 * 3 * STARTS
     return {name: pd.read_parquet(table.path(folder / "tables")) for name, table in TABLES.items()}
 
 

@@ -88,7 +88,7 @@ def dissipation_study(
         followed one by one in this process. A run that it loses is a row that says so, and is not kept in the store.
     store
         File that keeps each finished run by its content: a study that is started again computes only the missing runs. Several studies may share the
-        file on a disk of this machine. `read_store` reads it.
+        file on a disk of this machine. `results.read_store` reads it.
     progress
         Show count, rate and time left, on a terminal and in a notebook.
 

@@ -1,4 +1,4 @@
-"""What questions answer: the classes of all results, for `isinstance` and for type hints; and the warning of a store of results."""
+"""What questions answer: the classes of all results, for `isinstance` and for type hints; and how a store of them is read."""
 
 from ..contact import Attempt, Onset, OnsetEvent, OrderPreserving, SolveRecord, Verdict
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
@@ -8,7 +8,7 @@ from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
 from .guarantee import GuaranteeCheck
 from .protocols import LimitAfterProtocol
-from .store import DamagedRows
+from .store import DamagedRows, read_store
 from .wear_history import WearHistory
 from .worn_in import WornIn
 
@@ -38,4 +38,5 @@ __all__ = [
     "Verdict",
     "WearHistory",
     "WornIn",
+    "read_store",
 ]

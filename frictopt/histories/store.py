@@ -171,7 +171,7 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     store = Path(folder) / "runs.sqlite"
     ...     table = fo.dissipation_study(rod, cycle, 0.5, [1.0], store=store, progress=False)
-    ...     kept = fo.read_store(store)
+    ...     kept = fo.results.read_store(store)
     >>> kept[["load_factor", "outcome"]]
        load_factor      outcome
     0          1.0  CYCLIC_SLIP

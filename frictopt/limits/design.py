@@ -126,8 +126,8 @@ class DesignModel(SafeModel):
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, solver=solver)
         names, self._shaped = listed("preloads", preloads), flag("profile", profile)
-        for name in names:
-            system.reaction({name: 1.0})
+        if unknown := [name for name in names if not (isinstance(name, str) and name in system.bonded)]:
+            raise ModelError(f"preloads: {shown(unknown[0])} is no load case; this system has {shown(list(system.bonded))}")
         if len(set(names)) < len(names):
             raise ModelError(f"preloads: {shown(names)}; name each load case once")
         if self._shaped and PROFILE in system.bonded:
