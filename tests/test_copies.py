@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt import fem
 from frictopt.contact.portable import Portable
 from systems import CYCLE, FIRST_PAIR, system
 
@@ -108,7 +109,7 @@ def test_every_public_kind_of_result_is_among_the_examples():
     public = {kind for kind in vars(fo).values() if isinstance(kind, type) and issubclass(kind, Portable)}
     public |= {
         kind
-        for kind in (getattr(room, name) for room in (fo, fo.results) for name in room.__all__)
+        for kind in (getattr(room, name) for room in (fo, fo.results, fem) for name in room.__all__)
         if isinstance(kind, type) and issubclass(kind, Portable)
     }
     assert {type(result) for result in EXAMPLES} == public | {fo.starts.Start, fo.increments.Increment}

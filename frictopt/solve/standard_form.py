@@ -193,7 +193,7 @@ class _Active:
             values, gradients, hessian = self._equations(z, m)
             if free is not None:
                 gradients, hessian = gradients @ free, free.T @ hessian @ free
-            error = max(float(np.abs(goal + gradients.T @ m).max()), float(np.abs(values).max(initial=0.0)))
+            error = max(float(np.abs(goal + gradients.T @ m).max(initial=0.0)), float(np.abs(values).max(initial=0.0)))
             if error < least:
                 best, least = (z, m), error
             elif least <= STALLED or not np.isfinite(error):
