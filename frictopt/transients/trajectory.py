@@ -211,9 +211,9 @@ class Trajectory(Shown, Plotted):
         states, nodes = self.gap.shape
         state, node = np.repeat(np.arange(states), nodes), np.tile(np.arange(nodes), states)
         columns = {"state": state, "time": self.time[state], "node": node} | {name: place[node] for name, place in places(self.system).items()}
-        for name in ("slip", "gap", "q", "p", "work"):
+        for name in ("slip", "gap", "q", "p"):
             columns |= components(name, getattr(self, name).reshape(states * nodes, *self.system.slip_shape[1:] if name in ("slip", "q") else ()))
-        return frame({**columns, "status": self._words.ravel()}, units=self.system.units)
+        return frame({**columns, "status": self._words.ravel(), "work": self.work.ravel()}, units=self.system.units)
 
     @property
     def _words(self) -> NDArray[np.str_]:
