@@ -203,6 +203,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "read_calculix": (fo.read_calculix, {"job": FLAT, "deck": f"{FLAT}.inp"}),
     "read_mesh": (fo.read_mesh, {"path": "none"}),
     "read_store": (fo.results.read_store, {"path": "none"}),
+    "merge_stores": (fo.results.merge_stores, {"into": "all.sqlite", "parts": []}),
     "SafeRegion.contains": (REGION.contains, {"first": 0.1, "second": 0.1}),
     "required_friction": (fo.required_friction, {"system": CONTACT, "cycle": CYCLE, "load_factor": 0.1, "slip_bound": None}),
     "safe_region": (fo.safe_region, {"system": TWO_LOADS, "mean": {"mean": 1.0}, "loads": ["cyclic", "other"], "friction": FRICTION}),
@@ -242,6 +243,7 @@ OTHER_WORDS = {  # an error may speak of what stands in a file, of node sets, of
         ("read_calculix", "job"),
         ("read_mesh", "path"),
         ("read_store", "path"),
+        *(("merge_stores", argument) for argument in ("into", "parts")),
         ("safe_region", "loads"),
     ),
 }

@@ -8,7 +8,7 @@ from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
 from .guarantee import GuaranteeCheck
 from .protocols import LimitAfterProtocol
-from .store import DamagedRows, read_store
+from .store import DamagedRows, merge_stores, read_store
 from .wear_history import WearHistory
 from .worn_in import WornIn
 
@@ -38,5 +38,6 @@ __all__ = [
     "Verdict",
     "WearHistory",
     "WornIn",
+    "merge_stores",
     "read_store",
 ]

@@ -14,6 +14,7 @@ from typing import Any
 
 import pandas as pd
 
+from ..contact.checks import listed
 from ..errors import StoreError
 
 __all__ = ["TYPES", "DamagedRows", "Store", "merge_stores", "read_store"]
@@ -182,15 +183,43 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
 
 
 def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike[str]]) -> int:
-    """Write all runs of some stores into one, which may exist and keeps its own runs; the number of runs it holds then.
+    """Write all runs of some stores into one, which may exist and keeps its own runs.
+
+    Parameters
+    ----------
+    into
+        File of the store that takes them.
+    parts
+        Files that `dissipation_study` was given as `store`, such as those of its shards.
+
+    Returns
+    -------
+    int
+        The number of runs that the store holds then; a run that several parts hold counts once.
 
     Raises
     ------
+    ModelError
+        `parts` is no list.
     StoreError
         A file is not a store or is damaged, or the rows cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     parts = [Path(folder) / f"part{k}.sqlite" for k in (1, 2)]
+    ...     for k, part in enumerate(parts, 1):
+    ...         table = fo.dissipation_study(rod, cycle, 0.5, [0.5, 1.0], store=part, shard=(k, 2), progress=False)
+    ...     fo.results.merge_stores(Path(folder) / "runs.sqlite", parts)
+    2
     """
     found: dict[str, dict[str, Any]] = {}
-    for part in parts:
+    for part in listed("parts", parts):
         with closing(Store(part, make=False)) as store:
             found |= store.read()
     with closing(Store(into)) as store:
