@@ -40,6 +40,7 @@ from . import (
     shakedown_limit,
     shakedown_share,
     slip_plane,
+    space,
     spatial_limit,
     spatial_numerics,
     style,
@@ -89,6 +90,7 @@ FIGURES: dict[str, Script] = {
     "extremes": extremes,
     "scenes": scenes,
     "joint": joint,
+    "space": space,
     "spatial_limit": spatial_limit,
     "spatial_numerics": spatial_numerics,
 }

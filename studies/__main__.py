@@ -16,6 +16,7 @@ from . import (
     scenes,
     separation,
     size,
+    space,
     spatial,
     validity,
     wear,
@@ -28,8 +29,8 @@ from .validation.fuzz import study as fuzz
 __all__ = ["STUDIES", "main"]
 
 _MODULES = (
-    *(first_look, limits, scenes, guaranteed, separation, increments, dissipation, range, damping, wear, design, joint, spatial, size, validity),
-    *(left_out, error_vs_time, extremes, fuzz),
+    *(first_look, limits, scenes, guaranteed, separation, increments, dissipation, range, damping, wear, design),
+    *(joint, space, spatial, size, validity, left_out, error_vs_time, extremes, fuzz),
 )
 STUDIES: dict[str, Study] = {module.STUDY.name: module.STUDY for module in _MODULES}
 

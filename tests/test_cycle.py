@@ -107,6 +107,7 @@ def test_corners_are_called_by_their_loads_and_times():
     days = pd.DataFrame({"day": pd.to_datetime(["2020-01-01", "2020-01-02"]), "P": [1.0, 3.0]})
     assert fo.LoadCycle.from_history(days, time="day").corner_names == ("t = 2020-01-01 00:00:00: P = -1", "t = 2020-01-02 00:00:00: P = +1")
     assert fo.LoadCycle({}, [{"P": 1.0}, {"P": 1.0}, {}]).corner_names == ("P = +1 (corner 0)", "P = +1 (corner 1)", "mean load")
+    assert fo.LoadCycle({}, [{"x": 1.0, "y": 0.0}, {"x": 6e-17, "y": 1.0}]).corner_names == ("x = +1", "y = +1")
     assert fo.LoadCycle({}, [{"Q": 1.0}, {"Q": 1.0}], [{"P": -0.5}, {"P": 0.5}]).corner_names == ("Q = +1, P = -0.5 fixed", "Q = +1, P = +0.5 fixed")
     with pytest.raises(fo.ModelError, match="times: 1 for 2 corners"):
         fo.LoadCycle({}, [{"P": 1.0}, {}], times=[0.0])

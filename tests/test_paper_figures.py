@@ -20,7 +20,7 @@ NAMES = [
     *("scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"),
     *("guaranteed_limit", "slip_plane", "dissipation", "shakedown_share", "amplitude", "two_states"),
     *("dissipation_range", "least_slip", "limit_after_protocol", "separation", "damping_backbone", "damping_friction", "wear", "design"),
-    *("error_vs_time", "mesh_error", "extremes", "scenes", "joint", "spatial_limit", "spatial_numerics"),
+    *("error_vs_time", "mesh_error", "extremes", "scenes", "joint", "space", "spatial_limit", "spatial_numerics"),
 ]
 
 

@@ -12,6 +12,7 @@ from .checks import Array, checked_loads, listed, shown
 from .history import history_corners, independent_corners
 from .show import Plotted
 from .system import ContactSystem, checked_system
+from .tolerances import ROUNDING
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -243,8 +244,9 @@ def _sum(one: Mapping[str, float], other: Mapping[str, float], factor: float = 1
 
 
 def _name(corner: Mapping[str, float], fixed: Mapping[str, float]) -> str:
-    """The loads of a corner in words, those that are zero left out."""
-    parts = [f"{case} = {amplitude:+.4g}" for case, amplitude in corner.items() if amplitude]
+    """The loads of a corner in words, those that are zero but for rounding left out."""
+    least = ROUNDING * max(map(abs, corner.values()), default=0.0)
+    parts = [f"{case} = {amplitude:+.4g}" for case, amplitude in corner.items() if abs(amplitude) > least]
     return ", ".join([*parts, *(f"{case} = {amplitude:+.4g} fixed" for case, amplitude in fixed.items() if amplitude)]) or "mean load"
 
 

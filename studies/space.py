@@ -1,0 +1,158 @@
+"""Both limits in three dimensions: a square punch and a sphere against friction and mesh, and the work of friction from one limit to the other.
+
+Run with `python -m studies space [--quick]`. Bulk stress and shear of the square punch are in units of the mean pressure; the shear of the sphere, in
+units of its approach, moves its far end.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+import frictopt as fo
+
+from .tables import Study, Table, markdown, two_digits
+
+__all__ = ["FRICTION", "FULL", "LOADS", "MESH", "QUICK", "STUDY", "WORK", "Parameters"]
+
+LOADS: Mapping[str, tuple[tuple[int, int], ...]] = {
+    "straight shear": ((1, 0), (-1, 0)),
+    "turning shear": ((1, 0), (0, 1), (-1, 0), (0, -1)),
+}
+"""Corners of shear by name: parts along both axes."""
+
+_BULK = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the study varies."""
+
+    elements: int = 10  # along a side of the punch
+    frictions: tuple[float, ...] = (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.25, 1.5)
+    friction: float = 0.5
+    meshes: tuple[int, ...] = (4, 6, 8, 10, 14, 18)
+    cells: tuple[int, ...] = (9, 13, 17, 21, 25)  # along the diameter of the sphere's contact
+    work_elements: int = 3
+    ratios: tuple[float, ...] = (0.7, 0.8, 0.9, 0.97, 1.03, 1.1, 1.2, 1.35, 1.5)  # of the load factor to lambda_2
+    starts: int = 8  # random ones
+
+
+FULL = Parameters()
+QUICK = Parameters(elements=3, frictions=(0.2, 0.5), meshes=(3, 4), cells=(7, 9), work_elements=2, ratios=(0.95, 1.2), starts=2)
+
+
+def _punch(elements: int) -> tuple[fo.ContactSystem, dict[str, fo.LoadCycle]]:
+    system = fo.scenes.SquarePunch(elements=elements).condense()
+    shears = {name: fo.LoadCycle({"P": 1.0}, [{"Qx": x, "Qy": y} for x, y in corners]) for name, corners in LOADS.items()}
+    return system, {"bulk stress": _BULK, **shears}
+
+
+def _sphere(cells: int) -> tuple[fo.ContactSystem, dict[str, fo.LoadCycle]]:
+    arrays: dict[str, Any] = fo.reference.half_space_contact(cells=cells, half_length=1.1, R=1.0, E=1.0, nu=0.3)
+    system = fo.ContactSystem(**arrays)
+    return system, {name: fo.LoadCycle({"approach": 1.0}, [{"x": x, "y": y} for x, y in corners]) for name, corners in LOADS.items()}
+
+
+def _limits(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dict[str, float]:
+    shakedown, guaranteed = fo.shakedown_limit(system, cycle, friction), fo.guaranteed_limit(system, cycle, friction)
+    return {
+        "onset": fo.onset(system, cycle, friction).slip.load_factor,
+        "guaranteed": guaranteed.load_factor,
+        "shakedown": shakedown.load_factor,
+        "open": int(shakedown.open.sum()),
+        "residual": max(shakedown.residual, guaranteed.residual),
+    }
+
+
+def against_friction(parameters: Parameters) -> pd.DataFrame:
+    """One row for each load cycle and friction coefficient."""
+    system, cycles = _punch(parameters.elements)
+    asked = [(load, friction) for load in cycles for friction in parameters.frictions]
+    shown = tqdm(asked, desc="limits against friction", disable=None)
+    return pd.DataFrame([{"load": load, "friction": friction} | _limits(system, cycles[load], friction) for load, friction in shown])
+
+
+def against_mesh(parameters: Parameters) -> pd.DataFrame:
+    """One row for each contact, mesh and load cycle."""
+    asked = [("square punch", _punch, count) for count in parameters.meshes] + [("sphere", _sphere, count) for count in parameters.cells]
+    rows = []
+    for scene, contact, count in tqdm(asked, desc="limits against the mesh", disable=None):
+        system, cycles = contact(count)
+        for load, cycle in cycles.items():
+            rows.append({"scene": scene, "nodes": system.nodes, "load": load} | _limits(system, cycle, parameters.friction))
+    return pd.DataFrame(rows)
+
+
+def work_between(parameters: Parameters) -> pd.DataFrame:
+    """One row for each load factor of bulk stress: work from no slip, and the least and the most of all starts."""
+    system, _ = _punch(parameters.work_elements)
+    limit, guaranteed = (ask(system, _BULK, parameters.friction) for ask in (fo.shakedown_limit, fo.guaranteed_limit))
+    size = float(np.sqrt(np.mean(np.sum(limit.slip**2, axis=1))))  # of the safe slip at the limit
+    starts = [*fo.starts.no_slip(), *fo.starts.random_slips(system, [size], parameters.starts // 2)]
+    factors, rows = [ratio * limit.load_factor for ratio in parameters.ratios], []
+    table = fo.dissipation_study(system, _BULK, parameters.friction, factors, starts=starts)
+    for ratio, (_, runs) in zip(parameters.ratios, table.groupby("load_factor"), strict=True):
+        work, named = runs["dissipation"], {"ratio": ratio, "guaranteed": guaranteed.load_factor / limit.load_factor}
+        row = named | {"work": work[runs["start"] == "none"].iloc[0], "least": work.min(), "most": work.max(), "residual": runs["residual"].max()}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+_LIMITS = {
+    "onset": "load factor at the first slip of the bonded contact",
+    "guaranteed": "guaranteed limit lambda_1",
+    "shakedown": "shakedown limit lambda_2",
+    "open": "nodes that are open under the mean load",
+    "residual": "worst of both limits",
+}
+_LOAD = {"load": "bulk stress, or the shear of LOADS"}
+
+FRICTION = Table(
+    "space_friction",
+    "limits of a square punch at one friction",
+    _LOAD | {"friction": "coefficient of friction"} | _LIMITS,
+    full=FULL,
+    quick=QUICK,
+    compute=against_friction,
+)
+MESH = Table(
+    "space_mesh",
+    "limits of one contact on one mesh",
+    {"scene": '"square punch" or "sphere"', "nodes": "node pairs"} | _LOAD | _LIMITS,
+    full=FULL,
+    quick=QUICK,
+    compute=against_mesh,
+)
+WORK = Table(
+    "space_work",
+    "steady work of friction of a square punch under bulk stress at one load factor",
+    {
+        "ratio": "load factor over lambda_2",
+        "guaranteed": "lambda_1 over lambda_2",
+        "work": "work of friction per cycle from no slip",
+        "least": "least of all starts",
+        "most": "most of all starts",
+        "residual": "worst of all steady states",
+    },
+    full=FULL,
+    quick=QUICK,
+    compute=work_between,
+)
+
+
+def _report(tables: Mapping[str, pd.DataFrame]) -> str:
+    """Limits over the mesh, in Markdown."""
+    mesh = tables[MESH.name]
+    rows = [
+        [f"{scene}, {load}", str(row["nodes"]), *(two_digits(row[name]) for name in ("onset", "guaranteed", "shakedown"))]
+        for (scene, load), part in mesh.groupby(["scene", "load"], sort=False)
+        for _, row in part.iterrows()
+    ]
+    return markdown(["contact and load", "N", "onset", "lambda_1", "lambda_2"], rows)
+
+
+STUDY = Study("studies.space", __doc__, "coarse meshes, in seconds", (FRICTION, MESH, WORK), _report)
