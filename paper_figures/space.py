@@ -43,12 +43,13 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     rows = tables["work"]
     work.fill_between(rows["ratio"], rows["least"], rows["most"], color=GREY, alpha=0.4, lw=0, label="all starts")
     work.plot(rows["ratio"], rows["work"], label="no slip", **SERIES[0])
-    work.axvline(rows["guaranteed"].iloc[0], color=BLACK, linestyle="--", lw=0.8)
-    work.axvline(1.0, color=BLACK, lw=0.8)
+    for place, name in ((rows["guaranteed"].iloc[0], "guaranteed"), (1.0, "shakedown")):
+        line, words = _LIMITS[name]
+        work.axvline(place, color=BLACK, linestyle=line, lw=0.8, label=words)
     work.set_xlabel(r"load factor / $\lambda_2$")
     work.set_ylabel("work of friction per cycle")
-    work.set_ylim(0.0, 1.2 * rows["most"].max())
-    work.legend(loc="upper left")
+    work.set_ylim(0.0, 1.5 * rows["most"].max())  # room for the legend
+    work.legend(loc="upper left", ncols=2, columnspacing=1.0, handlelength=1.6, frameon=True, framealpha=1.0, edgecolor="none")
     for axes, letter in zip((friction, mesh, work), "abc", strict=True):
         panel_label(axes, letter)
     return figure
