@@ -195,15 +195,13 @@ def _draw(result: object, file: Path) -> None:
 
 def _loads(text: str) -> dict[str, float]:
     """Loads of one corner: "P=1,Q=-0.5"."""
-    pairs = [part.rpartition("=") for part in text.split(",")]
     try:
-        return {name: float(value) for name, _, value in pairs if name or _refuse(text)}
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"{text!r}; give CASE=AMPLITUDE, several with commas between") from error
-
-
-def _refuse(text: str) -> bool:
-    raise ValueError(text)
+        loads = {name: float(value) for name, _, value in (part.rpartition("=") for part in text.split(","))}
+    except ValueError:
+        loads = {}
+    if not loads or "" in loads:
+        raise argparse.ArgumentTypeError(f"{text!r}; give CASE=AMPLITUDE, several with commas between")
+    return loads
 
 
 def _load_parts(text: str) -> tuple[str, str, str, list[float]]:

@@ -203,11 +203,7 @@ class LoadCycle(Plotted):
 
     def unscaled_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) reactions `q0, p0` of the closed, unslipped contact at the corners at load factor 0; (1, N) where nothing is fixed."""
-        q, p = reactions(system, self.unscaled)
-        if not system.gap.any():
-            return q, p
-        shut, pressed = system.pressed(system.gap)
-        return q - shut, p - pressed
+        return system.shut(*reactions(system, self.unscaled))
 
     def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean and what is fixed."""
@@ -245,9 +241,12 @@ def _sum(one: Mapping[str, float], other: Mapping[str, float], factor: float = 1
 
 def _name(corner: Mapping[str, float], fixed: Mapping[str, float]) -> str:
     """The loads of a corner in words, those that are zero but for rounding left out."""
-    least = ROUNDING * max(map(abs, corner.values()), default=0.0)
-    parts = [f"{case} = {amplitude:+.4g}" for case, amplitude in corner.items() if abs(amplitude) > least]
-    return ", ".join([*parts, *(f"{case} = {amplitude:+.4g} fixed" for case, amplitude in fixed.items() if amplitude)]) or "mean load"
+    return ", ".join([*_amplitudes(corner), *(f"{amplitude} fixed" for amplitude in _amplitudes(fixed))]) or "mean load"
+
+
+def _amplitudes(loads: Mapping[str, float]) -> list[str]:
+    least = ROUNDING * max(map(abs, loads.values()), default=0.0)
+    return [f"{case} = {amplitude:+.4g}" for case, amplitude in loads.items() if abs(amplitude) > least]
 
 
 def _text(loads: Sequence[Mapping[str, float]]) -> str:

@@ -283,11 +283,14 @@ class ContactSystem(Shown, Plotted):
 
     def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
         """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0), from the bonded reactions and the initial gap."""
-        q, p = self.reaction(loads)
+        return self.shut(*self.reaction(loads))
+
+    def shut(self, q: Array, p: Array) -> tuple[Array, Array]:
+        """Bonded reactions, (..., N) or (..., N, 2) and (..., N), with every gap pressed shut."""
         if not self.gap.any():
             return q, p
-        shut, pressed = self.pressed(self.gap)
-        return q - shut, p - pressed
+        sheared, pressed = self.pressed(self.gap)
+        return q - sheared, p - pressed
 
     def pressed(self, overlap: Array) -> tuple[Array, Array]:
         """Reactions by which a closed contact without slip holds an overlap, (N,)."""

@@ -176,7 +176,8 @@ def dissipation_range(
     ends = _searched(runs, levels)
     orbits = [orbit for orbit in (*followed, *ends) if orbit.state is not None]
     low, high = min(orbits, key=lambda orbit: orbit.work), max(orbits, key=lambda orbit: orbit.work)
-    least, most = (runs.told(orbit) for orbit in (low, high))
+    least = runs.told(low)
+    most = least if high is low else runs.told(high)
     return DissipationRange(
         least=least.dissipation,
         most=most.dissipation,

@@ -21,10 +21,10 @@ import numpy as np
 
 from ..contact.checks import Array, frozen
 from ..contact.record import Attempt
-from ..contact.tolerances import FLOOR, RESIDUAL, ZERO_LOAD_FACTOR
+from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..solve.explain import Units
 from ..solve.solvers import solve
-from ..solve.standard_form import StandardForm
+from ..solve.standard_form import StandardForm, relative_gap
 from .critical_state import CriticalState
 from .program import SafeProgram
 from .question import LimitQuestion
@@ -220,8 +220,7 @@ def _claimed(program: SafeProgram, state: CriticalState, found: float) -> NodeCl
     (q, p), node = task.change(slip), state.node
     off = float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max()) / task.force
     value, bound = StandardForm(program.problem).bounds
-    gap = abs(value - bound) / max(abs(value), FLOOR)
-    residual = max(task.violation(load_factor, slip), off, gap, program.violation)
+    residual = max(task.violation(load_factor, slip), off, relative_gap(value, bound), program.violation)
     if not residual <= RESIDUAL and -bound * task.load_unit > found:
         return NodeClaim(state, -bound * task.load_unit, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
     return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)))

@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import checked_loads, flag, frozen, listed, shown
 from ..contact.record import judged_by
-from ..contact.tolerances import FLOOR, GROWN, RESIDUAL
+from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError
 from ..solve.solvers import solve
-from ..solve.standard_form import StandardForm, compiled
+from ..solve.standard_form import StandardForm, compiled, relative_gap
 from .circles import helpless
 from .design_loads import PROFILE, built_in, design_loads
 from .design_result import Design
@@ -221,9 +221,8 @@ class DesignModel(SafeModel):
         if system.tangents > 1:
             load_factor = max(0.0, min(carried(task, slip, load_factor, 1) for task, slip in zip(tasks, slips, strict=True)))
         value, bound = StandardForm(program.problem).bounds
-        gap = abs(bound - value) / max(abs(value), FLOOR)
         unsafe = max(task.violation(load_factor, slip) for task, slip in zip(tasks, slips, strict=True))
-        residual = float(np.nan_to_num(max(unsafe, gap, program.violation), nan=np.inf))
+        residual = float(np.nan_to_num(max(unsafe, relative_gap(value, bound), program.violation), nan=np.inf))
         return Design(
             load_factor=load_factor,
             objective=None if program.objective_unit is None else value * program.unit,

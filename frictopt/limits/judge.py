@@ -11,7 +11,7 @@ from ..contact.checks import Array
 from ..contact.record import SolveRecord, judged_by
 from ..contact.tolerances import FLOOR, RESIDUAL
 from ..solve.solvers import Answer
-from ..solve.standard_form import StandardForm
+from ..solve.standard_form import StandardForm, relative_gap
 from .answered import Answered
 from .mechanism import Mechanism
 from .program import SafeProgram
@@ -54,8 +54,8 @@ def judged_by_rows(program: SafeProgram, objective_unit: float | None = None) ->
     """Judge an answer under constraints, or with an objective in some unit, of the user's own by the multipliers of all rows, theirs too."""
     task, load_factor, slip = program.task, program.load_factor, program.slip
     value, bound = StandardForm(program.problem).bounds
-    gap = abs(bound - value) / max(abs(value), FLOOR)
-    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap, program.violation), nan=np.inf))
+    off = max(task.violation(load_factor, slip), relative_gap(value, bound), program.violation)
+    residual = float(np.nan_to_num(off, nan=np.inf))
     unit = task.load_unit if objective_unit is None else objective_unit
     motion, record = program.v.motion(program.rows)[0].scaled(unit), judged_by(residual)
     limit = ShakedownLimit(load_factor, LimitKind.FINITE, slip, bound * unit, record, task, motion, constraints=program.names)

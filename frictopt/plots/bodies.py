@@ -72,13 +72,7 @@ def _model(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
     for number, case in enumerate(model.loads, start=len(model.bodies)):
         _load(axes, model, case, length, series(number)["color"])
     _finish(axes, ends, length)
-    if ax is None:
-        if not in_space:
-            axes.figure.set_layout_engine("compressed")
-        axes.figure.legend(loc="outside right upper", handlelength=2.2)
-    else:
-        legend(axes)
-    return axes
+    return _named(axes, in_space, own=ax is None)
 
 
 @picture.register
@@ -133,12 +127,17 @@ def _deformed(wanted: Deformed, ax: AnyAxes | None = None) -> AnyAxes:
             draw_mesh(axes, moved, color, thin=0.2, label=name)
     axes.set_title(f"displacements {scale:.4g} times enlarged; the largest is {largest:.4g} (length)")
     _finish(axes, ends, 0.1 * size)
-    if ax is None:
-        if not in_space:
-            axes.figure.set_layout_engine("compressed")
-        axes.figure.legend(loc="outside right upper", handlelength=2.2)
-    else:
+    return _named(axes, in_space, own=ax is None)
+
+
+def _named(axes: AnyAxes, in_space: bool, *, own: bool) -> AnyAxes:
+    """The axes with their legend, beside them where the figure is our own."""
+    if not own:
         legend(axes)
+        return axes
+    if not in_space:
+        axes.figure.set_layout_engine("compressed")
+    axes.figure.legend(loc="outside right upper", handlelength=2.2)
     return axes
 
 

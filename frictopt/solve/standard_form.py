@@ -10,9 +10,9 @@ from scipy.linalg import lstsq, null_space
 from scipy.sparse import csr_array
 
 from ..contact.checks import Array
-from ..contact.tolerances import ROUNDING, STALLED
+from ..contact.tolerances import FLOOR, ROUNDING, STALLED
 
-__all__ = ["StandardForm", "compiled", "polish"]
+__all__ = ["StandardForm", "compiled", "polish", "relative_gap"]
 
 _NOT_UNIQUE = ROUNDING / 10  # singular directions of these equations, over the largest: there the solution stays as it is
 _POLISHED = 1e-3 * ROUNDING  # errors of the equations of active cones that no step makes smaller
@@ -22,6 +22,11 @@ _REVISIONS = 4  # of the active rows and cones from one such gap
 _LEAST_RATIO = 1e-12  # ratios below it, and above its inverse, are alike
 
 Integers = np.ndarray[Any, np.dtype[np.intp]]
+
+
+def relative_gap(value: float, bound: float) -> float:
+    """Distance of what multipliers prove from the value of a solution, over the latter, see `StandardForm.bounds`."""
+    return abs(bound - value) / max(abs(value), FLOOR)
 
 
 class StandardForm:
