@@ -56,6 +56,7 @@ def test_every_answer_is_right_or_an_error_that_says_what_to_do(seed, nodes):
         78,  # a guaranteed limit of 0, whose witness itself stops slipping just above
         250,  # slip that goes on below both limits, with a node that lifts off in each cycle
         1104,  # free sliding, in which HiGHS violates the plain rows
+        985000055,  # a node critical from 0 to a shakedown limit of 1e-8: in rational numbers, too
     ],
 )
 def test_cases_that_were_once_judged_wrong(seed):

@@ -27,7 +27,8 @@ __all__ = [
 ]
 
 _TIE = 1e-11  # corners whose rows differ by less than this share rule together
-_NONE = 1e-7  # dimensionless load factors up to this are rounding of 0
+_NONE = 1e-7  # dimensionless load factors up to this are rounding of 0, where safe ones reach further
+_SHARE = 1e-2  # of the length of the interval of safe load factors: what cannot be told apart where it is shorter
 _GAVE_UP = 1, 4  # statuses of linprog: out of time, numerical trouble
 _TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 2.0}
 
@@ -108,15 +109,16 @@ def least_on_both_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction
     slope, rate, level = _rows(system, cycle, friction)
     unit, least = float(np.abs(rate).max()) or 1.0, np.inf
     rows = np.column_stack([slope, -rate / unit])
-    lowest = _optimum(rows, level, (-np.inf, 0.0))
-    if lowest is None or np.isnan(lowest):
-        return None if lowest is None else least
+    lowest, most = _optimum(rows, level, (-np.inf, 0.0)), _optimum(np.column_stack([slope, rate / unit]), level, (0.0, np.inf))
+    if lowest is None or most is None or np.isnan(lowest):
+        return None if lowest is None or most is None else least
+    none = min(_NONE, _SHARE * (most + lowest))
     for node, corners in _to_and_fro(system.nodes, rate, np.asarray(friction)):
         equal = _both_bounds(system.nodes, node, corners)
         answer = _optimum(rows, level, (-np.inf, 0.0), equal)
-        if answer is not None and answer > lowest - _NONE:
+        if answer is not None and answer > lowest - none:
             highest = _optimum(np.column_stack([slope, rate / unit]), level, (0.0, 1.0 - lowest), equal)
-            answer = None if highest is None else answer if highest > _NONE - lowest else np.nan
+            answer = None if highest is None else answer if highest > none - lowest else np.nan
         if answer is None:
             return None
         least = least if np.isnan(answer) else min(least, -answer / unit)
