@@ -69,6 +69,8 @@ def test_a_uniform_pressure_gives_each_corner_its_share(tmp_path, kind):
     assert tied.force("TOP", pressure=1.0).sum() == pytest.approx(-1.0) and len(system.points) == 3 ** (d - 1)
     assert np.allclose(tied.normals(tied.pairs("CU", "CL")[:, 1]), np.eye(d)[-1]) and len(tied.normals("CU")) == 3 ** (d - 1)
     assert np.array_equal(job.with_linear_faces().labels, tied.labels)
+    rise = [along[:, 1] == d for along in (job.labels, tied.labels)]  # of both bodies but for the ends that are held
+    assert rise[1] @ tied.M @ rise[1] == pytest.approx(rise[0] @ job.M @ rise[0], rel=1e-9)
     assert [len(face) for face in tied.matching_faces()] == [3 ** (d - 1)]
 
 

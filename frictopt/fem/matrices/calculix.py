@@ -20,8 +20,8 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     """Read what CalculiX writes for a step of `*FREQUENCY, SOLVER=MATRIXSTORAGE`: `NAME.sti`, `NAME.mas`, `NAME.dof` and the deck `NAME.inp`.
 
     CalculiX writes one triangle of each matrix, without the displacements that `*BOUNDARY` holds or that follow others by a constraint, and no
-    loads: `MatrixJob.force` makes them, and knows the constraints. Displacements of nodes stand for the rotation of a `*RIGID BODY`; such a job has
-    no mass. Stiffness and mass of a plane job are divided by the thickness of its section. The contact itself must not be in the deck: each body
+    loads: `MatrixJob.force` makes them, and knows the constraints. Displacements of nodes stand for the rotation of a `*RIGID BODY`.
+    Stiffness and mass of a plane job are divided by the thickness of its section. The contact itself must not be in the deck: each body
     keeps its own nodes there.
 
     Parameters
@@ -58,8 +58,10 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     if deck is None and not path.exists():
         return MatrixJob(K, labels, M=M)
     written = read_deck(path)
-    K, kept, made = _of_the_deck(K, labels, written)
-    return MatrixJob(K, kept, made, M=M / written.thickness if M is not None and np.array_equal(kept, labels) else None)
+    T, labels, written = without_rotations(K, labels, written)
+    _check_plane(labels, written)
+    K, M = (None if part is None else csr_matrix(T.T @ part @ T) / written.thickness for part in (K, M))
+    return MatrixJob(K, labels, written, M=M)
 
 
 def _matrix(what: str, path: Path, dof: Path, n: int) -> csr_matrix:
@@ -73,9 +75,8 @@ def _matrix(what: str, path: Path, dof: Path, n: int) -> csr_matrix:
     return symmetric(what, row - 1, column - 1, value.astype(np.float64), n)
 
 
-def _of_the_deck(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[csr_matrix, Integers, Deck]:
-    """Stiffness per unit depth in displacements along the axes of the deck alone."""
-    K, labels, deck = without_rotations(K, labels, deck)
+def _check_plane(labels: Integers, deck: Deck) -> None:
+    """Check that plane elements have displacements in their plane alone."""
     thick = sorted({kind for kind, _, _ in deck.elements if kind.startswith(("CPS", "CPE"))})
     if thick and (labels[:, 1] == 3).any():
         raise ModelError(
@@ -83,4 +84,3 @@ def _of_the_deck(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[csr_matri
             "CPE elements with E (1 + 2 nu) / (1 + nu)^2 in place of E and nu / (1 + nu) in place of nu, which is the same in the plane; leave out "
             "trusses, beams and shells"
         )
-    return K / deck.thickness, labels, deck

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...contact.checks import Array, finite_array, frozen, shown
+from ...contact.checks import Array, finite_array, frozen, real_array, shown
 from ...contact.show import Shown
 from ...errors import ModelError
 from ..ordering import Integers
@@ -69,19 +69,24 @@ class Deck(Shown):
     def _answer(self) -> Mapping[str, object]:
         return {"nodes": len(self.numbers), "sets": sorted(self.sets), "elements": sorted({kind for kind, _, _ in self.elements})}
 
-    def nodes(self, name: str) -> Integers:
-        """Rows of `points` of the nodes of a set.
+    def nodes(self, where: str | ArrayLike) -> Integers:
+        """Rows of `points` of the nodes of a set; or the rows that are given, each once.
 
         Raises
         ------
         ModelError
-            The deck has no such node set, or it is empty.
+            The deck has no such node set, or it is empty; numbers that are no rows of `points`.
         """
-        if not isinstance(name, str) or name.upper() not in self.sets:
-            raise ModelError(f"node set {shown(name)}: unknown; this deck names {sorted(self.sets)}")
-        if not len(self.sets[name.upper()]):
-            raise ModelError(f"node set {name!r}: it has no nodes")
-        return self.sets[name.upper()]
+        if not isinstance(where, str):
+            raw = real_array("nodes", where)
+            if raw.ndim != 1 or not raw.size or not np.isin(raw, np.arange(len(self.points))).all() or len(np.unique(raw)) != len(raw):
+                raise ModelError(f"nodes: {shown(where)}; give the name of a node set or different rows of `points`")
+            return raw.astype(np.intp)
+        if where.upper() not in self.sets:
+            raise ModelError(f"node set {where!r}: unknown; this deck names {sorted(self.sets)}")
+        if not len(self.sets[where.upper()]):
+            raise ModelError(f"node set {where!r}: it has no nodes")
+        return self.sets[where.upper()]
 
     @property
     def thickness(self) -> float:

@@ -3,13 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from skfem import Mesh
 
-from ...contact.checks import Array, finite_array, finite_number, frozen, real_array, shown
+from ...contact.checks import Array, frozen, shown
 from ...contact.show import Shown
 from ...errors import ModelError
 from ..given import checked_mass, checked_stiffness
@@ -18,8 +19,9 @@ from ..rigid import node_graph
 from .deck import Deck, deck_of_points
 from .labels import checked_labels, displaced, rows_of_nodes
 from .matching import bodies_of, matching_faces, paired
-from .meshes import mesh_of, with_midsides
-from .outline import along, between, check_midsides, integrals, normals_at, tied
+from .meshes import file_path, mesh_of, with_midsides
+from .modes import printed_modes
+from .outline import acting, along, between, check_midsides, integrals, normals_at, tied
 
 __all__ = ["MatrixJob"]
 
@@ -40,7 +42,7 @@ class MatrixJob(Shown):
     deck
         Nodes, sets, elements and constraints, as a reader finds them; or number of a node -> its coordinates; None: not known.
     M
-        (n, n) mass matrix, symmetric and sparse, for `modal_load`; None: not known, as of `with_linear_faces`.
+        (n, n) mass matrix, symmetric and sparse, for `modal_load`; None: not known.
 
     Raises
     ------
@@ -179,7 +181,8 @@ class MatrixJob(Shown):
         True
         """
         facets = [between(self.mesh, self.nodes(side)) for side in faces or [side for pairs in self._matching() for side in pairs.T]]
-        return MatrixJob(*tied(self.K, self.labels, self._known, self.unknowns, *self._whole, facets))
+        T, labels, deck = tied(self.labels, self._known, self.unknowns, *self._whole, facets)
+        return MatrixJob(csr_matrix(T.T @ self.K @ T), labels, deck, M=None if self.M is None else csr_matrix(T.T @ self.M @ T))
 
     def _check_midsides(self, corners: Integers) -> None:
         if len(self._known.midsides):
@@ -198,20 +201,14 @@ class MatrixJob(Shown):
         ModelError
             The deck names no such set, or it is empty; numbers that are no rows of `points`.
         """
-        if isinstance(where, str):
-            return self._known.nodes(where)
-        raw = real_array("nodes", where)
-        if raw.ndim != 1 or not raw.size or not np.isin(raw, np.arange(len(self.points))).all() or len(np.unique(raw)) != len(raw):
-            raise ModelError(f"nodes: {shown(where)}; give the name of a node set or different rows of `points`")
-        return raw.astype(np.intp)
+        return self._known.nodes(where)
 
     def _corners(self, where: str | ArrayLike) -> Integers:
         return np.setdiff1d(self.nodes(where), self._known.midsides, assume_unique=True)
 
-    def _over(self, nodes: Integers) -> tuple[Array, ...]:
-        """Integrals over the outline between some nodes, of the nodes of the deck."""
-        mesh, origin = self._whole
-        return tuple(np.asarray(origin.T @ part) for part in integrals(mesh, between(self.mesh, nodes)))
+    def _over(self, nodes: Integers) -> tuple[Array, Array]:
+        forces, shares = integrals(self._whole[0], between(self.mesh, nodes))
+        return self._whole[1].T @ forces, self._whole[1].T @ shares
 
     def pairs(self, first: str | ArrayLike, second: str | ArrayLike) -> Integers:
         """(N, 2) pairs of corner nodes on two faces, each with the nearest one; in a plane job in the order of the face, body 1 on the left.
@@ -248,6 +245,27 @@ class MatrixJob(Shown):
         """
         return frozen(normals_at(self.mesh, self._corners(face), self._known.numbers))
 
+    def modes(self, path: str | Path) -> tuple[Array, Array]:
+        """Natural frequencies (m,), cycles per unit of time, and shapes (m, n) of the modes that CalculiX printed, for `modal_load`.
+
+        The file `NAME.dat` is that of a step of `*FREQUENCY` with `*NODE PRINT` of the displacements U of all nodes. Its deck has the nodes of this
+        job, with the contact glued: by `*TIE`, by equations, or by nodes that the bodies share.
+
+        Raises
+        ------
+        ModelError
+            A file that is missing or holds no modes, or none of a node of the matrix; unknowns that are no displacements.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> job = fo.read_calculix("tests/data/flat")
+        >>> frequencies, shapes = job.modes("tests/data/flat_glued.dat")
+        >>> frequencies.tolist(), shapes.shape
+        ([24757.59, 47452.97], (2, 964))
+        """
+        return printed_modes(file_path("modes", path), self.labels)
+
     def force(self, where: str | ArrayLike, *, traction: object = None, pressure: object = None, total: object = None, nodal: object = None) -> Array:
         """(n,) nodal forces of one load, said in one of four ways; on displacements that follow others they go to these, on held ones to the ground.
 
@@ -279,21 +297,4 @@ class MatrixJob(Shown):
         (-10.0, -1.0)
         """
         given = {name: v for name, v in (("traction", traction), ("pressure", pressure), ("total", total), ("nodal", nodal)) if v is not None}
-        if len(given) != 1:
-            raise ModelError(f"force: {' and '.join(given) or 'no load'}; give one of traction, pressure (force per area), total, nodal (force)")
-        if axisymmetric := sorted({kind for kind, _, _ in self._known.elements if kind.startswith("CAX")}):
-            raise ModelError(f"force: elements {axisymmetric[0]} are axisymmetric; give condense the nodal forces that belong to the code's matrix")
-        nodes, d = self.nodes(where), self._directions
-        forces = np.zeros((len(self.points), 3))
-        if nodal is not None:
-            forces[nodes, :d] = finite_array("nodal", nodal, (d,) if real_array("nodal", nodal).ndim == 1 else (len(nodes), d))
-        elif pressure is not None:
-            forces[:, :d] = -finite_number("pressure", pressure) * self._over(nodes)[0]
-        else:
-            ((name, value),), share = given.items(), self._over(nodes)[1]
-            forces[:, :d] = share * finite_array(name, value, (d,)) / (1.0 if total is None else share.sum())
-        present = np.zeros(forces.shape, dtype=bool)
-        present[:, :d] = self.unknowns >= 0
-        moved, values = self._known.constraints.passed_on(forces, present, self._known.numbers), np.zeros(len(self.labels))
-        values[self.unknowns[present[:, :d]]] = moved[present]
-        return frozen(values)
+        return frozen(acting(given, self.nodes(where), self._known, self.unknowns, len(self.labels), self._over))

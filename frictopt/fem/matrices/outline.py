@@ -1,13 +1,13 @@
 """Facets of the outline of a job: those between some nodes, what acts on them, and the nodes amid their edges, which follow the corners."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
 from skfem import Mesh
 
-from ...contact.checks import Array
+from ...contact.checks import Array, finite_array, finite_number, real_array
 from ...errors import ModelError
 from ..elements import facet_nodes
 from ..faces import lines_along
@@ -16,7 +16,7 @@ from ..midside import midside_ties
 from ..ordering import Integers
 from .deck import Deck
 
-__all__ = ["along", "between", "check_midsides", "integrals", "normals_at", "tied"]
+__all__ = ["acting", "along", "between", "check_midsides", "integrals", "normals_at", "tied"]
 
 
 def between(mesh: Mesh, nodes: Integers) -> Integers:
@@ -53,6 +53,41 @@ def integrals(mesh: Mesh, facets: Integers) -> tuple[Array, Array]:
     """Integrals over facets of each node's shape function times the outward normal, (nodes, d), and times 1, (nodes, 1)."""
     parts = boundary_forces(mesh, facets, lambda _, normals: np.concatenate([normals, np.ones((1, *normals.shape[1:]))]), "space").T
     return parts[:, :-1], parts[:, -1:]
+
+
+def acting(
+    given: Mapping[str, object],
+    nodes: Integers,
+    deck: Deck,
+    unknowns: Integers,
+    size: int,
+    over: Callable[[Integers], tuple[Array, Array]],
+) -> Array:
+    """(size,) nodal forces of a load that is said in one of four ways, see `MatrixJob.force`; `over` has the integrals between some nodes.
+
+    Raises
+    ------
+    ModelError
+        None or several of the four, values that are not finite, axisymmetric elements, forces of which it is not known where they go.
+    """
+    if len(given) != 1:
+        raise ModelError(f"force: {' and '.join(given) or 'no load'}; give one of traction, pressure (force per area), total, nodal (force)")
+    if axisymmetric := sorted({kind for kind, _, _ in deck.elements if kind.startswith("CAX")}):
+        raise ModelError(f"force: elements {axisymmetric[0]} are axisymmetric; give condense the nodal forces that belong to the code's matrix")
+    ((name, value),), d = given.items(), unknowns.shape[1]
+    forces = np.zeros((len(deck.points), 3))
+    if name == "nodal":
+        forces[nodes, :d] = finite_array("nodal", value, (d,) if real_array("nodal", value).ndim == 1 else (len(nodes), d))
+    elif name == "pressure":
+        forces[:, :d] = -finite_number("pressure", value) * over(nodes)[0]
+    else:
+        share = over(nodes)[1]
+        forces[:, :d] = share * finite_array(name, value, (d,)) / (share.sum() if name == "total" else 1.0)
+    present = np.zeros(forces.shape, dtype=bool)
+    present[:, :d] = unknowns >= 0
+    moved, values = deck.constraints.passed_on(forces, present, deck.numbers), np.zeros(size)
+    values[unknowns[present[:, :d]]] = moved[present]
+    return values
 
 
 def normals_at(mesh: Mesh, nodes: Integers, numbers: Integers) -> Array:
@@ -94,15 +129,15 @@ def check_midsides(whole: Mesh, origin: csr_matrix, facets: Integers, deck: Deck
 
 
 def tied(
-    K: csr_matrix, labels: Integers, deck: Deck, unknowns: Integers, whole: Mesh, origin: csr_matrix, faces: Sequence[Integers]
+    labels: Integers, deck: Deck, unknowns: Integers, whole: Mesh, origin: csr_matrix, faces: Sequence[Integers]
 ) -> tuple[csr_matrix, Integers, Deck]:
-    """Stiffness, labels and deck of a job in which the nodes amid the edges of some facets follow the corners, `u = T y`: `T^T K T`.
+    """(n, m) matrix T, labels and deck of a job in which the nodes amid the edges of some facets follow the corners: `u = T y`, `T^T K T`.
 
     The deck says so by equations, which take forces on these nodes to the corners.
 
     Parameters
     ----------
-    K, labels, deck, unknowns
+    labels, deck, unknowns
         Those of the job.
     whole, origin
         Its mesh with the nodes amid edges, and the (its nodes, nodes of the deck) matrix of its nodes.
@@ -130,11 +165,10 @@ def tied(
     follows = np.zeros(len(labels))
     follows[rows] = 1.0
     free = columns >= 0
-    T = diags(1 - follows) + csr_matrix((weight[free], (rows[free], columns[free])), shape=K.shape)
-    T = csr_matrix(T)[:, np.flatnonzero(follows == 0)]
+    T = diags(1 - follows) + csr_matrix((weight[free], (rows[free], columns[free])), shape=(len(labels),) * 2)
     terms: dict[tuple[int, int], list[tuple[int, int, float]]] = {}
     for i in range(len(node)):
         terms.setdefault((int(node[i]), int(axis[i])), []).append((int(corner[i]), int(other[i]), -float(weight[i])))
     equations = tuple(((*end, 1.0), *rest) for end, rest in terms.items())
     constraints = replace(deck.constraints, equations=(*deck.constraints.equations, *equations))
-    return csr_matrix(T.T @ K @ T), labels[follows == 0], replace(deck, constraints=constraints)
+    return csr_matrix(T)[:, np.flatnonzero(follows == 0)], labels[follows == 0], replace(deck, constraints=constraints)

@@ -18,7 +18,7 @@ __all__ = ["without_rotations"]
 
 
 def without_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[csr_matrix, Integers, Deck]:
-    """Stiffness, labels and deck in which displacements of some nodes of each rigid part stand for its rotation.
+    """(n, m) matrix T, labels and deck in which displacements of some nodes of each rigid part stand for its rotation: `u = T y`, `T^T K T`.
 
     A rotation is no displacement of a point, by which a condensation knows rigid motions. The displacements of a part are `u = R_1 a + R_2 b` by the
     displacement a and the rotation b of its reference. As many of them, u_c, as the rotation has unknowns give `b = R_2c^-1 (u_c - R_1c a)`.
@@ -37,7 +37,7 @@ def without_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[csr_
         Rotations of several parts without a node of their own, a reference that follows others, nodes that do not determine the rotation.
     """
     if not deck.constraints.rigid:
-        return K, labels, deck
+        return identity(len(labels), format="csr"), labels, deck
     deck = _with_rotation(labels, deck)
     constraints = deck.constraints
     place = {(int(node), int(direction) - 1): i for i, (node, direction) in enumerate(labels)}
@@ -66,9 +66,8 @@ def without_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[csr_
         pivots = [ends[i] for i in chosen]
         labels[rows[turns]] = [(deck.numbers[node], axis + 1) for node, axis in pivots]
         equations += [_following(pilots[i], [*pivots, *pilots[:3]], line) for i, line in zip(turns, np.hstack([back, moved]), strict=True)]
-    change = csr_matrix(change)[:, np.flatnonzero(kept)]
     constraints = replace(constraints, equations=(*constraints.equations, *equations))
-    return csr_matrix(change.T @ K @ change), labels[kept], replace(deck, constraints=constraints)
+    return csr_matrix(change)[:, np.flatnonzero(kept)], labels[kept], replace(deck, constraints=constraints)
 
 
 def _following(end: tuple[int, int], others: Sequence[tuple[int, int]], weights: Array) -> Equation:
