@@ -98,7 +98,7 @@ def test_a_run_that_fails_is_a_row_with_its_error():
     table = fo.dissipation_study(wedge, fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}]), 3.0, [1.0, 5.0])
     assert table.outcome.tolist() == ["SHAKEDOWN", "FAILED"]
     assert table.error[0] == ""
-    assert re.match(r"NoContinuation: the segment to corner 0: at 0\.6 of it no rates obey the law; nodes \[0\]", table.error[1])
+    assert re.match(r"NoContinuation: the segment to the corner \(push = \+1\): at 0\.6 of it no rates obey the law; nodes \[0\]", table.error[1])
     assert table.dissipation.isna().tolist() == [False, True] == table.cycles.isna().tolist()
 
 

@@ -192,7 +192,7 @@ def test_the_rates_with_the_fixed_amplitudes_are_differences_of_the_limit(seed):
             fixed = [{name: amplitude + by * (number == k) for name, amplitude in part.items()} for number, part in enumerate(cycle.fixed)]
             ends.append(by / step * (fo.shakedown_limit(contact, fo.LoadCycle(cycle.mean, cycle.corners, fixed), f).load_factor - limit.load_factor))
         slack = 1e-4 * step * (1 + limit.load_factor)
-        assert min(ends) - slack <= step * rates[f"fixed {k}"] <= max(ends) + slack
+        assert min(ends) - slack <= step * rates[f"fixed at {cycle.corner_names[k]}"] <= max(ends) + slack
 
 
 @settings(deadline=None, max_examples=8, derandomize=True)

@@ -29,7 +29,9 @@ def test_one_node_slips_as_much_as_the_closed_form_says():
         forward = (-(q0 + f * p0) + lam * abs(q1 + f * p1)) / (A + f * B)
         backward = (f * p0 - q0 - lam * abs(q1 - f * p1)) / (A - f * B)
         least = limit.least_slip(lam)
-        assert least.to_frame()["alone"].item() == pytest.approx(forward - backward, rel=1e-9)
+        table = least.to_frame()
+        assert table["alone"].item() == pytest.approx(forward - backward, rel=1e-9)
+        assert [table[f"g at {name}"].item() for name in CYCLE.corner_names] == least.g[:, 0].tolist()
         assert least.total == pytest.approx(forward - backward, rel=1e-9)
         assert least.of([[forward], [backward]]) == pytest.approx(least.bound, rel=1e-9)
 

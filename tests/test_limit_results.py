@@ -12,6 +12,7 @@ def test_a_mechanism_names_the_contacts_if_there_are_several(punch, paper_cycle)
     names = np.where(contact.x < 0, "left", "right")
     limits = [fo.shakedown_limit(replace(contact, contact=name), paper_cycle, 0.7) for name in (None, ["foot"] * contact.nodes, names)]
     *plain, named = (limit.mechanism for limit in limits)
-    assert all(list(table) == ["node", "x", "corner", "direction", "share"] for table in plain)
-    assert list(named) == ["node", "contact", "x", "corner", "direction", "share"] and set(named["contact"]) == {"left", "right"}
+    assert all(list(table) == ["node", "x", "corner", "loads", "direction", "share"] for table in plain)
+    assert list(named) == ["node", "contact", "x", "corner", "loads", "direction", "share"] and set(named["contact"]) == {"left", "right"}
     assert ((named["x"] < 0) == (named["contact"] == "left")).all() and named.drop(columns="contact").equals(plain[1])
+    assert (named["loads"] == np.array(["sigma = -1", "sigma = +1"])[named["corner"]]).all()

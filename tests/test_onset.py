@@ -28,7 +28,7 @@ def test_onset_over_a_cycle_of_both_senses(data, friction, expected):
     table = found.to_frame()
     for event, events in (("slip", [one.slip for one in alone]), ("separation", [one.separation for one in alone])):
         rows = table[table["event"] == event]
-        assert rows["corner"].tolist() == [0, 1]
+        assert rows["corner"].tolist() == [0, 1] and rows["loads"].tolist() == list(CYCLE.corner_names)
         assert rows["load_factor"].tolist() == [one.load_factor for one in events] and rows["sense"].tolist() == [one.sense for one in events]
         assert [None if pd.isna(node) else node for node in rows["node"]] == [one.node for one in events]
 

@@ -150,7 +150,7 @@ def test_wedging_has_no_or_two_continuations():
     """A = 1, B = 1/2, C = 1, f = 3 > A/|B| = 2 (Klarbring 1990): at its backward bound, a node pushed on jumps, one let go may stick or slip."""
     loads = {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])}
     contact = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[1.0]], [0], loads)
-    with pytest.raises(fo.NoContinuation, match=r"the segment to corner 0: at 0\.6 of it no rates obey the law; nodes \[0\]"):
+    with pytest.raises(fo.NoContinuation, match=r"the segment to the corner \(push = \+5\): at 0\.6 of it no rates obey the law; nodes \[0\]"):
         steady_state(contact, fo.LoadCycle({"mean": 1.0}, [{"push": 5.0}]), 3.0, 1.0)
     with pytest.raises(fo.NoContinuation, match=r"two sets of rates obey the law: nodes \[0\] may take the statuses \[0\] or \[-1\]"):
         steady_state(contact, fo.LoadCycle({"mean": 1.0}, [{"push": 3.0}, {"push": 0.0}]), 3.0, 1.0)

@@ -32,7 +32,7 @@ def test_a_limit_with_separation_shows_the_corners_of_the_path_from_its_state_an
     rows = [np.flatnonzero(path.time == corner)[-1] for corner in (1, 2)]
     q, p = path.q[rows], path.p[rows]
     for corner, closed in enumerate(path.gap[rows] <= 0):
-        x, ratio = joined(ax, f"corner {corner}")
+        x, ratio = joined(ax, PULL.corner_names[corner])
         assert np.array_equal(x, ROUNDED.x) and np.isnan(ratio[~closed]).all()
         assert np.allclose(ratio[closed], q[corner, closed] / (F * p[corner, closed]), atol=1e-9)
     assert ax.get_ylabel() == "$q / (f p)$"
@@ -82,7 +82,7 @@ def test_a_least_slip_shows_its_weights_and_what_they_prove():
     limit = fo.shakedown_limit(PAIR, CYCLE, F)
     least = limit.least_slip(1.5 * limit.load_factor)
     ax = least.plot()
-    drawn = np.array([joined(ax, f"corner {corner}")[1] for corner in (0, 1)])
+    drawn = np.array([joined(ax, name)[1] for name in CYCLE.corner_names])
     assert np.array_equal(drawn, least.g) and np.abs(drawn).sum(axis=0).max() / 2 == pytest.approx(least.weight.max())
     total = 0.5 * limit.load_factor / (np.abs(drawn).sum(axis=0).max() / 2)  # bound over the largest weight
     assert f"at least {0.5 * limit.load_factor:.4g};\n" in ax.get_title() and f"at least {total:.4g} in all" in ax.get_title()
@@ -126,7 +126,7 @@ def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_boun
     assert f"{design.load_factor:.5g}" in profile.get_title() and "Q +0.1" in profile.get_title()
     q, p = fo.shakedown_limit(design.system, design.cycle, F).system.closed_reaction(design.cycle.at(design.load_factor)[1])
     q, p = q + PUNCH.A @ design.slip, p + PUNCH.B @ design.slip
-    assert np.allclose(joined(ratio, "corner 1")[1], q / (F * p), atol=1e-8)
+    assert np.allclose(joined(ratio, PULL.corner_names[1])[1], q / (F * p), atol=1e-8)
     bolts = fo.DesignModel(PUNCH, PULL, preloads=["Q", "P"])
     assert bolts.solve(F, [bolts.preload == 0.1]).plot().get_ylabel() == "$q / (f p)$"
     pad = fo.ContactSystem(np.eye(6), [[0, 0, 0], [1, 0, 0]], {"P": [0, 0, 0, 0, 1, 1], "X": [1, 1, 0, 0, 0, 0]})

@@ -70,7 +70,7 @@ def test_a_limit_shows_the_ratio_at_the_first_corner_the_slip_and_the_nodes_of_t
     assert ax.get_title() == rf"shakedown limit $\lambda_2$ = {limit.load_factor:.5g}"
     assert [one.get_text() for one in ax.get_legend().get_texts()][-1] == "limiting node"
     (bar,) = [one for one in ax.figure.axes if one is not ax]
-    assert bar.get_ylabel() == "$|q| / (f p)$ at the first corner" and marks(ax)[0].get_clim() == (0, 1)
+    assert bar.get_ylabel() == f"$|q| / (f p)$ at {cycle().corner_names[0]}" and marks(ax)[0].get_clim() == (0, 1)
     names = ("position along the first tangent", "$x$") if contact is TURNED else ("$x$", "$y$")
     assert (ax.get_xlabel(), ax.get_ylabel()) == tuple(f"{name} (length)" for name in names)
 
@@ -83,7 +83,7 @@ def test_a_safe_slip_shows_the_corner_with_the_least_reserve(contact, axes, rati
     ax = safe.plot()
     at = [reaction(contact, cycle(), factor, corner, safe.slip) for corner in range(3)]
     (bar,) = [one for one in ax.figure.axes if one is not ax]
-    corner = int(bar.get_ylabel()[-1])
+    corner = cycle().corner_names.index(bar.get_ylabel().split(" at ")[1])
     reserves = [(F * p - q).min() for q, p in at]
     assert reserves[corner] == pytest.approx(min(reserves), abs=1e-8)
     q, p = at[corner]
@@ -100,7 +100,7 @@ def test_the_corner_with_the_least_reserve_is_that_of_the_least_f_p_less_q():
     two = fo.ContactSystem(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], loads)
     safe = fo.safe_slip(two, fo.LoadCycle({"mean": 1.0}, [{"first": 1.0}, {"second": 1.0}]), [0.1, 1.0], 1.0)
     ax = replace(safe, slip=np.zeros((2, 2))).plot()
-    assert min(reserves, key=lambda corner: min(reserves[corner])) == 0 and ax.figure.axes[1].get_ylabel() == "$|q| / (f p)$ at corner 0"
+    assert min(reserves, key=lambda corner: min(reserves[corner])) == 0 and ax.figure.axes[1].get_ylabel() == "$|q| / (f p)$ at first = +1"
     assert np.allclose(marks(ax)[0].get_array(), [0.8, 0.5])
 
 
@@ -139,7 +139,9 @@ def test_an_onset_shows_the_bonded_contact_at_the_first_slip_of_all_and_circles_
     assert max(most) == pytest.approx(1.0, rel=1e-9) and sorted(most)[1] < 0.999 and (p > 0.01).all()
     assert np.allclose(marks(ax)[1].get_offsets(), places[[np.argmax(q / p)]], atol=1e-14)
     (bar,) = [one for one in ax.figure.axes if one is not ax]
-    assert bar.get_ylabel() == rf"$|q| / (f p)$ at corner {corner}, $\lambda = {first.slip.load_factor:.4g}$" and marks(ax)[0].get_clim() == (0, 1)
+    assert bar.get_ylabel() == rf"$|q| / (f p)$ at {cycle().corner_names[corner]}, $\lambda = {first.slip.load_factor:.4g}$" and marks(ax)[
+        0
+    ].get_clim() == (0, 1)
     assert ax.get_title() == "bonded contact at the onset of slip"
     assert [one.get_text() for one in ax.get_legend().get_texts()] == ["node that slips first"]
 
@@ -190,3 +192,12 @@ def test_contacts_above_each_other_are_refused_and_their_transients_drawn():
         with pytest.raises(fo.ModelError, match="above each other"):
             result.plot()
     fo.march(stacked, cycle(), F, limit.load_factor, cycles=1, steps=2).plot()
+
+
+def test_a_guaranteed_limit_names_its_node_and_the_loads_at_which_it_is_on_its_bound():
+    limit = fo.guaranteed_limit(FLAT, cycle(), F)
+    ax, node = limit.plot(), limit.node
+    at = [reaction(FLAT, cycle(), limit.load_factor, corner, limit.slip) for corner in range(3)]
+    on = [name for name, (q, p) in zip(cycle().corner_names, at, strict=True) if abs(q[node] - F * p[node]) < 1e-7 * p.mean()]
+    place = ", ".join(f"{part:.3g}" for part in FLAT.points[node])
+    assert len(on) > 1 and ax.get_title().splitlines()[1:] == [f"node {node} at ({place}): on its bound at", "; ".join(on)]

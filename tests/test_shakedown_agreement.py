@@ -121,7 +121,7 @@ def test_rates_are_the_slopes_of_the_limit(punch, paper_cycle):
         found = []
         for change in (step, -step):
             mean, corners = dict(paper_cycle.mean), [dict(corner) for corner in paper_cycle.corners]
-            part = mean if row.part == "mean" else corners[int(row.part.split()[1])]
+            part = mean if row.part == "mean" else corners[paper_cycle.corner_names.index(row.part)]
             part[row.load] = part.get(row.load, 0.0) + change
             found.append(fo.shakedown_limit(contact, fo.LoadCycle(mean, corners), 0.7).load_factor)
         assert row.rate == pytest.approx(slope(*found), rel=1e-5, abs=1e-7)
@@ -132,7 +132,7 @@ def test_the_mechanism_is_a_proof(punch, paper_cycle):
     contact = punch(16)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.7)
     table = limit.mechanism
-    assert list(table.columns) == ["node", "x", "corner", "direction", "share"]
+    assert list(table.columns) == ["node", "x", "corner", "loads", "direction", "share"]
     assert table.share.sum() == pytest.approx(1.0, abs=1e-6) and (np.diff(table.share) <= 0).all()
     assert np.array_equal(table.x, contact.x[table.node])
     assert np.abs(stress_of(contact, table, 0.7)).max() < 1e-8 * np.abs(contact.A).max()

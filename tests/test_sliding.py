@@ -21,7 +21,8 @@ def test_a_punch_held_by_friction_alone_says_which_way_it_slides():
     for corner, along, demand in (({"Qx": -0.31}, "(-1, 0, 0)", 1.24), ({"Qx": 0.3, "Qy": 0.3}, "(0.707107, 0.707107, 0)", 1.697)):
         cycle = fo.LoadCycle({"P": 1.0}, [{"Qx": 0.1}, corner])
         told = (
-            f"load at corner 1 is beyond friction: body 1 (at 9 of 9 nodes) slides as a whole along {along}; the load drives it with {demand}, and "
+            f"load at the corner ({cycle.corner_names[1]}) is beyond friction: body 1 (at 9 of 9 nodes) slides as a whole along {along}; the load "
+            f"drives it with {demand}, and "
         )
         for ask in (fo.march, fo.steady_state):
             with pytest.raises(fo.NoContinuation, match=re.escape(told + "friction can hold f P = 1.2 at most")):

@@ -1,7 +1,9 @@
 """Load cycles: a static load, the corners of a cyclic load, and a cyclic part that no load factor multiplies."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Self
 
@@ -93,9 +95,9 @@ class LoadCycle(Plotted):
         fixed = "" if self.fixed is None else f", fixed={_text(self.fixed)}"
         return f"LoadCycle(mean={dict(self.mean)}, corners={_text(self.corners)}{fixed})"
 
-    @property
+    @cached_property
     def corner_names(self) -> tuple[str, ...]:
-        """What each corner is called in pictures: its time where it is known, and its loads at load factor 1, without the mean load.
+        """What each corner is called in pictures, tables and messages: its time, if known, and its loads at load factor 1, without the mean load.
 
         Examples
         --------
@@ -108,7 +110,8 @@ class LoadCycle(Plotted):
         if self.times is not None:
             clock = [f"{time:g}" if isinstance(time, Real) else str(time) for time in self.times]
             names = [f"t = {time}: {name}" for time, name in zip(clock, names, strict=True)]
-        return tuple(f"{name} (corner {k})" if names.count(name) > 1 else name for k, name in enumerate(names))
+        times = Counter(names)
+        return tuple(f"{name} (corner {k})" if times[name] > 1 else name for k, name in enumerate(names))
 
     @property
     def unscaled(self) -> tuple[Mapping[str, float], ...]:

@@ -142,10 +142,12 @@ class Onset(Shown, Plotted):
         return q0 + (factor * q1.T).T, p0 + (factor * p1.T).T
 
     def to_frame(self) -> "pd.DataFrame":
-        """The DataFrame of all events, by corner: columns corner, event, load_factor, node (NA if it never happens), sense."""
+        """The DataFrame of all events, by corner: columns corner and its loads, event, load_factor, node (NA if it never happens), sense."""
         kinds = self.slips, self.separations, *([self.touches] if self.touches else [])
         events = [event for corner in zip(*kinds, strict=True) for event in corner]
-        return frame({name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__}, {"node": "Int64"})
+        columns: dict[str, object] = {name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__}
+        loads = {"loads": [self.cycle.corner_names[event.corner] for event in events]}
+        return frame({"corner": columns["corner"], **loads, **columns}, {"node": "Int64"})
 
     def _answer(self) -> Mapping[str, object]:
         slips, opens = (f"{len(nodes)} of {len(self.friction)} nodes" for nodes in (self.mean_slips, self.mean_opens))

@@ -56,8 +56,8 @@ class RangeStarts:
         """The same at every corner."""
         loads, slips = self._task.loads, dict[str, Array]()
         corners = loads.q0 + self._load_factor * loads.q1, loads.p0 + self._load_factor * loads.p1
-        for k, (q, p) in enumerate(zip(*corners, strict=True)):
-            slips |= self._furthest(q, p, f"at corner {k}")
+        for name, q, p in zip(self._task.cycle.corner_names, *corners, strict=True):
+            slips |= self._furthest(q, p, f"at {name}")
         return slips
 
     def _furthest(self, q: Array, p: Array, place: str) -> dict[str, Array]:
@@ -90,11 +90,11 @@ class RangeStarts:
         """
         system, q1 = self._task.system, self._task.loads.q1
         changes: dict[str, Array] = {}
-        for k, step in enumerate(np.roll(q1, -1, axis=0) - q1):
+        for name, step in zip(self._task.cycle.corner_names, np.roll(q1, -1, axis=0) - q1, strict=True):
             size = float(np.linalg.norm(step))
             units = [step / size, -step / size] if size > 0 else []
             if units and not any(np.abs(units[0] - other).max() <= _PARALLEL for other in changes.values()):
-                changes |= {f"along the load after corner {k}": units[0], f"against the load after corner {k}": units[1]}
+                changes |= {f"along the load after {name}": units[0], f"against the load after {name}": units[1]}
         if system.tangents == 1:
             x = system.x - system.x.mean()
             ends = {"left end unloaded": -system.B[0]} | ({} if mirrored(self._task) else {"right end unloaded": -system.B[-1]})

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import ContactState, ContactSystem
+from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, Booleans
 from ..contact.record import WithSlip
 from ..contact.show import Plotted, components, places
@@ -24,6 +24,11 @@ class Answered(WithSlip, Plotted):
     def system(self) -> ContactSystem:
         """The contact."""
         return self._task.system
+
+    @property
+    def cycle(self) -> LoadCycle:
+        """The load cycle."""
+        return self._task.cycle
 
     @property
     def friction(self) -> Array:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import ContactSystem
+from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, frozen
 from ..contact.coulomb import lengths
 from ..contact.parts import joined, parted
@@ -21,6 +21,7 @@ from ..contact.show import Plotted, Shown, components, frame, places
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
 from .mechanism import Mechanism
+from .question import LimitQuestion
 
 __all__ = ["LeastSlip", "least_slip"]
 
@@ -48,8 +49,8 @@ class LeastSlip(Shown, Plotted):
     weight
         (N,) what a node's slip between corners adds to the sum at most, per unit of slip: half the sum over the corners of `abs(g)`; in space that
         sum over sqrt(3), where more than two corners weigh.
-    system
-        The contact.
+    system, cycle
+        The contact and its load cycle.
     residual
         Largest entry of the sum of g over the corners, which is zero for exact multipliers, over the largest stress that the mechanism's motions
         make one by one; or the residual of the limit if that is larger.
@@ -74,6 +75,7 @@ class LeastSlip(Shown, Plotted):
     h: Array = field(repr=False)
     weight: Array = field(repr=False)
     system: ContactSystem = field(repr=False)
+    cycle: LoadCycle = field(repr=False)
     residual: float
 
     @property
@@ -102,15 +104,14 @@ class LeastSlip(Shown, Plotted):
     def to_frame(self) -> Any:
         """The nodes that must slip: no closed cycle exists in which all of them stick. Largest weight first.
 
-        Columns: node; its place; weight; alone, the slip between corners that the node would need if no other one slipped, length; and `g0, g1, ...`,
-        its weights at the corners, in space both components of each.
+        Columns: node; its place; weight; alone, the slip between corners that the node would need if no other one slipped, length; and its
+        weight `g` at each corner, by the loads of the corner, in space both components, `g1` and `g2`.
         """
         nodes = np.flatnonzero(self.weight)
         nodes = nodes[np.argsort(-self.weight[nodes], kind="stable")]
         alone = max(self.bound, 0.0) / self.weight[nodes]
-        weights = {
-            name: column for k, row in enumerate(self.g) for name, column in components(f"g{k}_" if row.ndim > 1 else f"g{k}", row[nodes]).items()
-        }
+        corners = zip(self.cycle.corner_names, self.g, strict=True)
+        weights = {f"{name} at {loads}": column for loads, g in corners for name, column in components("g", g[nodes]).items()}
         where = {name: values[nodes] for name, values in places(self.system).items()}
         return frame({"node": nodes, **where, "weight": self.weight[nodes], "alone": alone, **weights})
 
@@ -118,9 +119,9 @@ class LeastSlip(Shown, Plotted):
         return {name: getattr(self, name) for name in ("load_factor", "bound", "total", "residual")}
 
 
-def least_slip(system: ContactSystem, motion: Mechanism, limit: float, load_factor: float, residual: float) -> LeastSlip:
+def least_slip(task: LimitQuestion, motion: Mechanism, limit: float, load_factor: float, residual: float) -> LeastSlip:
     """The bound that a mechanism of unit drive and the limit that it proves give at a load factor."""
-    axes = system.tangents + 1
+    system, axes = task.system, task.system.tangents + 1
     g, h = parted(joined(motion.slips, motion.lift) @ system.S, axes)
     moved = motion.size + motion.opening
     terms = float((np.tile(moved, axes - 1) @ np.abs(system.A) + moved @ np.abs(system.B)).max())
@@ -134,4 +135,4 @@ def least_slip(system: ContactSystem, motion: Mechanism, limit: float, load_fact
             f"least slip: the multipliers of the limit are off by {residual:.1e} (tolerance {RESIDUAL:g}); check for reactions and stiffnesses of "
             "very different sizes"
         )
-    return LeastSlip(load_factor, load_factor - limit, frozen(g), frozen(h), frozen(weight), system, residual)
+    return LeastSlip(load_factor, load_factor - limit, frozen(g), frozen(h), frozen(weight), system, task.cycle, residual)

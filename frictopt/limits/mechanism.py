@@ -1,5 +1,6 @@
 """What the multipliers of a safe-slip program mean: the slip mechanism, its bound on the load factor, and rates of the limit."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -69,11 +70,11 @@ class Mechanism:
         hold, press = (None if part is None else part * factor for part in (self.hold, self.press))
         return replace(self, slips=self.slips * factor, opening=self.opening * factor, hold=hold, press=press)
 
-    def table(self, system: ContactSystem) -> pd.DataFrame:
-        """One row for each motion, largest first.
+    def table(self, system: ContactSystem, corners: Sequence[str]) -> pd.DataFrame:
+        """One row for each motion, largest first; `corners` are the names of the K corners.
 
-        Columns node, contact (where there are several), x (x, y, z in space), corner, direction (+1 slip along +x, -1 against it, 0 opening, or
-        touching of an open node; in space slip1 and slip2, a unit vector, zero for an opening), share of all.
+        Columns node, contact (where there are several), x (x, y, z in space), corner and its loads, direction (+1 slip along +x, -1 against it, 0
+        opening, or touching of an open node; in space slip1 and slip2, a unit vector, zero for an opening), share of all.
         """
         names, along, opening = np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact), self.size, self.opening
         if self.open is not None:
@@ -87,6 +88,7 @@ class Mechanism:
                 "contact": names[node],
                 **{axis: place[node] for axis, place in places(system).items()},
                 "corner": corner,
+                "loads": [corners[k] for k in corner.tolist()],
             }
             sense = slips[corner, node]
             if system.tangents == 1:
@@ -108,9 +110,9 @@ class Mechanism:
         net = self.slips.sum(axis=0), self.lift.sum(axis=0)
         rows = [row(case, "mean", cycle.mean.get(case, 0.0), 1.0, *net) for case in dict.fromkeys([*cycle.mean, *system.bonded])]
         for k, fixed in enumerate(cycle.fixed or ()):
-            rows += [row(case, f"fixed {k}", amplitude, 1.0, self.slips[k], self.lift[k]) for case, amplitude in fixed.items()]
+            rows += [row(case, f"fixed at {cycle.corner_names[k]}", amplitude, 1.0, self.slips[k], self.lift[k]) for case, amplitude in fixed.items()]
         for k, corner in enumerate(cycle.corners):
-            rows += [row(case, f"corner {k}", amplitude, load_factor, self.slips[k], self.lift[k]) for case, amplitude in corner.items()]
+            rows += [row(case, cycle.corner_names[k], amplitude, load_factor, self.slips[k], self.lift[k]) for case, amplitude in corner.items()]
         return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
 
     def interference_rate(self, system: ContactSystem) -> Array:

@@ -128,7 +128,7 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         slip = asked.safe(0.0)
         why = f"none is needed: a residual slip{within} takes all shear off every node at every corner"
         still = Mechanism(np.zeros((1, *system.slip_shape)), np.zeros((1, system.nodes)), np.zeros(system.nodes))
-        motionless, record = still.table(system), asked.record((slip,), slip.residual)
+        motionless, record = still.table(system, ()), asked.record((slip,), slip.residual)
         return RequiredFriction(0.0, np.nan, slip.slip, motionless, why, system, cycle, load_factor, slip.open, _kept(slip), record)
     if not asked.proven(most, True):
         best = best_pressed(system, cycle, load_factor, slip_bounds(slip_bound, system.nodes))
@@ -175,7 +175,7 @@ def _kept(safe: SafeSlip) -> tuple[Array, Array]:
 
 def _never(best: Answer[Pressing], system: ContactSystem, cycle: LoadCycle, load_factor: float, within: str, started: float) -> RequiredFriction:
     """The answer that no friction is enough, from the slip that presses the nodes best."""
-    mechanism = best.claim.motion.table(system)
+    mechanism = best.claim.motion.table(system, cycle.corner_names)
     nodes = sorted(set(mechanism["node"]))
     named = [f"{x:.4g}" for x in system.x[nodes]] if system.tangents == 1 else [place(point) for point in system.points[nodes]]
     where = f"{'x =' if system.tangents == 1 else 'at'} {', '.join(named[:4])}{', ...' * (len(nodes) > 4)}"

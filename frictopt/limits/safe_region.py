@@ -199,6 +199,7 @@ class _Search:
         self.names, self.unit, self._started = (names[0], names[1]), np.ones(2), perf_counter()
         self._limits: list[ShakedownLimit] = []
         domains = (_domain(self._mean, self._parts, amplitudes) for amplitudes in ((1.0, 0.0), (0.0, 1.0)))
+        self._corners = _domain(self._mean, self._parts, (1.0, 1.0)).corner_names
         self._unit = [pose(system, domain, self._friction) for domain in domains]  # of the closed nodes, once a limit tells which are open
 
     def ray(self, first: float, second: float) -> _Point:
@@ -261,7 +262,7 @@ class _Search:
             loads=self.names,
             vertices=frozen(np.reshape(vertices, (-1, 2))),
             sides=pd.DataFrame(rows, columns=["a", "b", "bound"]),
-            mechanisms=tuple(side.of.motion.table(self._system) for side in sides),
+            mechanisms=tuple(side.of.motion.table(self._system, self._corners) for side in sides),
             unlimited=unlimited,
             reason=reason,
             record=SolveRecord(self._limits[0].record.solver, attempts, max(residual, error), self._limits[0].record.left_out, seconds),

@@ -99,7 +99,7 @@ class SafeSlip(Answered):
         A table like `ShakedownLimit.mechanism`: slips whose friction cannot take up the work of the loads, while no residual slip does work
         on them, or with a slip bound too little. Under constraints of your own such slips alone prove nothing: `bound` covers all.
         """
-        return None if self.exists or self.constraints else self._motion.table(self.system)
+        return None if self.exists or self.constraints else self._motion.table(self.system, self.cycle.corner_names)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place and slip."""
@@ -110,5 +110,5 @@ class SafeSlip(Answered):
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        motion = self._motion.table(self.system)
+        motion = self._motion.table(self.system, self.cycle.corner_names)
         explain("safe residual slip", self.problem, self.margin, self._units, self.record.left_out, motion, file, self.reason)

@@ -39,8 +39,8 @@ class SeparatedLimit(WithSlip, Plotted):
 
     Attributes
     ----------
-    system, friction
-        The contact, and (N,) coefficients of friction.
+    system, cycle, friction
+        The contact, its load cycle, and (N,) coefficients of friction.
     load_factor
         At it and down to `least` the contact rests with the nodes `open`. Inf: at every load factor from `least` on. NaN: no such state is known, see
         `reason`.
@@ -75,6 +75,7 @@ class SeparatedLimit(WithSlip, Plotted):
     """
 
     system: ContactSystem = field(repr=False)
+    cycle: LoadCycle = field(repr=False)
     friction: Array = field(repr=False)
     load_factor: float
     least: float
@@ -160,6 +161,7 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
     known = best is not None and np.isfinite(largest)
     return SeparatedLimit(
         system=system,
+        cycle=cycle,
         friction=frozen(f),
         load_factor=float(largest),
         least=np.nan if best is None else best.least,

@@ -129,8 +129,8 @@ class ShakedownLimit(Answered):
 
     @cached_property
     def mechanism(self) -> pd.DataFrame:
-        """Which nodes limit the load: columns node, x, corner, direction (+1 slips along +x), share of the total slip; largest first."""
-        return self._motion.table(self.system)
+        """Which nodes limit the load: columns node, x, corner, its loads, direction (+1 slips along +x), share of the total slip; largest first."""
+        return self._motion.table(self.system, self.cycle.corner_names)
 
     @cached_property
     def friction_rate(self) -> Array:
@@ -179,7 +179,7 @@ class ShakedownLimit(Answered):
         if not np.isfinite(self.load_factor) or self.constraints or self._task.most is not None:
             asked = f"load factor {self.load_factor:g}" + (" under constraints on the slip" if np.isfinite(self.load_factor) else "")
             raise ModelError(f"least_slip: the limit ({asked}) bounds no slip from below; ask a finite limit without slip bound and constraints")
-        return least_slip(self.system, self._motion, self.bound, load_factor, self.residual)
+        return least_slip(self._task, self._motion, self.bound, load_factor, self.residual)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place, the slip that is safe at the limit, and the largest `|q| / (f p)` over the corners.

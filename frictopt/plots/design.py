@@ -31,7 +31,7 @@ def _design(design: Design, ax: Axes | AxesArray | None = None) -> Axes | AxesAr
     *above, axes = panels = new_axes(ax, 1 + shaped, (ALONG[0], (1 + shaped) * ALONG[1]))
     panels[0].set_title(title)
     q, p = design.reactions
-    friction_ratio(axes, design.system, design.friction, q, p, [f"corner {corner}" for corner in range(len(q))], list(range(len(q))))
+    friction_ratio(axes, design.system, design.friction, q, p, design.cycle.corner_names, list(range(len(q))))
     legend(axes)
     if design.profile is None:
         return axes

@@ -1,11 +1,11 @@
 """Pictures of onset and limits: how far each node is from slip, and which nodes limit the load."""
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..contact import LoadCycle, Onset
+from ..contact import Onset
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
@@ -36,7 +36,7 @@ def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
         return first_slips(axes, onset)
     corners = list(nodes)
     first = corners.index(onset.slip.corner)
-    called = _corners(onset, len(onset.slips))
+    called = onset.cycle.corner_names
     names = [rf"{called[corner]}, $\lambda = {onset.slips[corner].load_factor:.4g}$" for corner in corners]
     q, p = (reaction[corners] for reaction in onset.reactions)
     ratio = friction_ratio(axes, onset.system, onset.friction, q, p, names, [first])
@@ -90,13 +90,11 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
         return no_lines(axes, limit.reason)
     ruling = [] if limit.corners is None else list(limit.corners)
     q, p = limit.reactions
-    if limit.node is not None and len(ruling) == 2 and not in_space:
-        forward, backward = (_corners(limit, len(q))[corner] for corner in ruling)
-        place = f"node {limit.node}, $x = {limit.system.x[limit.node]:.4g}$"
-        axes.set_title(f"{axes.get_title()}\n{place}: on the bound of forward slip at {forward}\nand of backward slip at {backward}")
+    if limit.node is not None:
+        axes.set_title(f"{axes.get_title()}\n{_on_its_bounds(limit.node, limit, ruling)}")
     if in_space:
         return limiting_face(axes, limit, limit.traction_ratios[0])
-    friction_ratio(axes, limit.system, limit.friction, q, p, _corners(limit, len(q)), ruling)
+    friction_ratio(axes, limit.system, limit.friction, q, p, limit.cycle.corner_names, ruling)
     label: str | None = f"node {limit.node}, on both bounds"
     for corner, sense in zip(ruling, (1, -1), strict=False):
         circle(axes, limit.system.x[limit.node], -sense, sense, _ONE_NODE, looks(len(q), ruling)[corner]["color"], label)
@@ -122,7 +120,7 @@ def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
         bound = limit.friction * p[0]
         ratio = np.full(limit.system.nodes, np.nan)
         return limiting_face(axes, limit, np.divide(lengths(q, p)[0], bound, out=ratio, where=bound > 0))
-    friction_ratio(axes, limit.system, limit.friction, q, p, _corners(limit, len(q)))
+    friction_ratio(axes, limit.system, limit.friction, q, p, limit.cycle.corner_names)
     open_nodes(axes, limit.system, limit.open)
     legend(axes)
     return axes
@@ -144,7 +142,7 @@ def _least_slip(least: LeastSlip, ax: Axes | None = None) -> Axes:
     axes.set_title(rf"$\lambda = {least.load_factor:.4g}$: {claim}")
     if in_space:
         return weight_map(axes, least)
-    lines_or_band(axes, least.system, least.g, _corners(least, len(least.g)), np.argsort(-np.abs(least.g).sum(axis=1), kind="stable").tolist())
+    lines_or_band(axes, least.system, least.g, least.cycle.corner_names, np.argsort(-np.abs(least.g).sum(axis=1), kind="stable").tolist())
     axes.axhline(0, color=GREY, lw=0.6, zorder=0)
     axes.set_ylabel("weight $g$ of the slip (1 / length)")
     label_contacts(axes, least.system)
@@ -167,7 +165,7 @@ def _safe_slip(safe: SafeSlip, ax: Axes | AxesArray | None = None) -> Axes | Axe
     upper, lower = new_axes(ax, 2, (6.4, 5.4))
     q, p = safe.reactions
     least = int(np.argmin((safe.friction * p - np.abs(q))[:, ~safe.open].min(axis=1)))
-    friction_ratio(upper, safe.system, safe.friction, q, p, _corners(safe, len(q)), [least])
+    friction_ratio(upper, safe.system, safe.friction, q, p, safe.cycle.corner_names, [least])
     open_nodes(upper, safe.system, safe.open)
     upper.set_xlabel("")
     upper.set_title(title)
@@ -179,11 +177,21 @@ def _safe_slip(safe: SafeSlip, ax: Axes | AxesArray | None = None) -> Axes | Axe
     return np.array([upper, lower])
 
 
+def _on_its_bounds(node: int, limit: GuaranteedLimit, corners: Sequence[int]) -> str:
+    """Where the critical node is, and the loads at which it is on its bounds."""
+    names = [limit.cycle.corner_names[corner] for corner in corners]
+    if limit.system.tangents == 1:
+        sides = [f"of {way} slip at {name}" for way, name in zip(("forward", "backward"), names, strict=True)]
+        return f"node {node}, $x = {limit.system.x[node]:.4g}$: on the bound " + "\nand ".join(sides)
+    place = ", ".join(f"{part:.3g}" for part in limit.system.points[node])
+    return f"node {node} at ({place}): on its bound at\n" + "; ".join(names)
+
+
 def _limiting(axes: Axes, result: ShakedownLimit | RequiredFriction, friction: Array) -> Axes:
     """Draw the shear over the friction bound at the corners, and circles at the nodes of the mechanism."""
     ruling = result.mechanism.groupby("corner")["share"].sum().sort_values(ascending=False).index.tolist()
     q, p = result.reactions
-    ratio = friction_ratio(axes, result.system, friction, q, p, _corners(result, len(q)), ruling)
+    ratio = friction_ratio(axes, result.system, friction, q, p, result.cycle.corner_names, ruling)
     label: str | None = "limiting node; area: share"
     for corner, look in looks(len(q), ruling).items():
         rows = result.mechanism[result.mechanism["corner"] == corner]
@@ -193,9 +201,3 @@ def _limiting(axes: Axes, result: ShakedownLimit | RequiredFriction, friction: A
     open_nodes(axes, result.system, result.open)
     legend(axes)
     return axes
-
-
-def _corners(result: Any, number: int) -> list[str]:
-    """Names of the corners: their loads, where the result knows its load cycle."""
-    cycle: LoadCycle | None = getattr(result, "cycle", None) or getattr(getattr(result, "_task", None), "cycle", None)
-    return list(cycle.corner_names) if cycle else [f"corner {corner}" for corner in range(number)]

@@ -32,8 +32,8 @@ _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of 
 
 
 def limiting_face(axes: Axes, limit: ShakedownLimit | GuaranteedLimit | RequiredFriction | SeparatedLimit, ratio: Array) -> Axes:
-    """Shear over friction bound at the first corner under the slip, the slip as arrows; nodes of the mechanism, or the critical one, are circled."""
-    places, size = _map(axes, limit.system, ratio, "$|q| / (f p)$ at the first corner", 1.0, limit.open)
+    """Shear over friction bound at one corner under the slip, the slip as arrows; nodes of the mechanism, or the critical one, are circled."""
+    places, size = _map(axes, limit.system, ratio, _ratio_at(limit.cycle.corner_names[0]), 1.0, limit.open)
     _arrows(axes, places, np.where(limit.open[:, None], np.nan, limit.slip), "residual slip")
     if isinstance(limit, GuaranteedLimit):
         _circles(axes, places[[] if limit.node is None else [limit.node]], size, "critical node")
@@ -47,7 +47,7 @@ def safe_slip_face(axes: Axes, safe: SafeSlip | Design) -> Axes:
     q, p = safe.reactions
     corner = int(np.argmin((safe.friction * p - np.linalg.norm(q, axis=-1))[:, ~safe.open].min(axis=1)))
     ratio = safe.traction_ratios[corner]
-    places, _ = _map(axes, safe.system, ratio, f"$|q| / (f p)$ at corner {corner}", max(1.0, float(np.nanmax(ratio, initial=0.0))), safe.open)
+    places, _ = _map(axes, safe.system, ratio, _ratio_at(safe.cycle.corner_names[corner]), max(1.0, float(np.nanmax(ratio, initial=0.0))), safe.open)
     _arrows(axes, places, np.where(safe.open[:, None], np.nan, safe.slip), "residual slip")
     return _finished(axes)
 
@@ -59,7 +59,7 @@ def steady_map(steady: SteadyState, ax: Axes | AxesArray | None) -> Axes:
     axes.set_title(f"{outcome}, work of friction per cycle {steady.dissipation:.4g}")
     work = steady.dissipation_per_node
     places, _ = _map(axes, steady.system, work, "work of friction per cycle (force times length)", float(work.max()) or 1.0)
-    _arrows(axes, places, steady.slip, "slip at the last corner")
+    _arrows(axes, places, steady.slip, f"slip at {steady.cycle.corner_names[-1]}")
     return _finished(axes)
 
 
@@ -83,10 +83,14 @@ def first_slips(axes: Axes, onset: Onset) -> Axes:
     np.divide(shear, bound, out=ratio, where=bound > zero)
     slips = (shear - bound >= -zero) & (np.maximum(shear, -bound) > zero)  # a node that carries nothing does not slip
     slips[first.node] = True
-    name = rf"$|q| / (f p)$ at corner {first.corner}, $\lambda = {first.load_factor:.4g}$"
+    name = rf"{_ratio_at(onset.cycle.corner_names[first.corner])}, $\lambda = {first.load_factor:.4g}$"
     places, size = _map(axes, system, ratio, name, max(1.0, float(np.nanmax(ratio, initial=0.0))))
     _circles(axes, places[slips], size, "node that slips first")
     return _finished(axes)
+
+
+def _ratio_at(corner: str) -> str:
+    return rf"$|q| / (f p)$ at {corner}"
 
 
 def _circles(axes: Axes, places: Array, size: float, name: str) -> None:

@@ -120,7 +120,7 @@ class Transient(ABC):
             raise ModelError("initial_slip, initial_state: both are given; a state has its own slip, give one of the two")
         else:
             self._start = self._standing(checked_state("initial_state", initial_state, system, len(self.corners)))
-        self.legs = [(corner, f"the segment to corner {number}") for number, corner in enumerate(self.corners)]
+        self.legs = [(corner, f"the segment to the corner ({name})") for corner, name in zip(self.corners, cycle.corner_names, strict=True)]
         begun = [(self.mean, "the segment from the initial slip to the mean load")]
         self.begun = begun if self.visited < 0 else self.legs[self.visited :] if self.visited > 0 else []
 
@@ -144,7 +144,7 @@ class Transient(ABC):
             corners = self._corners_at(overload)
             self.check_near("overload", corners)
             for number in self.turns if self.cycle.fixed is None else range(len(corners)):
-                self.follow_to(corners[number], f"the overload's segment to corner {number}")
+                self.follow_to(corners[number], f"the overload's segment to the corner ({self.cycle.corner_names[number]})")
 
     def _corners_at(self, load_factor: float) -> list[Array]:
         return [unscaled + load_factor * corner for unscaled, corner in zip(self._unscaled, self._cyclic, strict=True)]

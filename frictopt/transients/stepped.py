@@ -70,7 +70,8 @@ class SteppedPath(Transient):
 
         self._increment, self.steps = getattr(increments, ENGINES[engine])(system, self.friction), steps
         self.unit = np.tile(self.scales.length, system.tangents)
-        check_sliding(system, self.friction, {"the mean load": self.mean} | {f"the load at corner {k}": r for k, r in enumerate(self.corners)})
+        loads = {f"the load at the corner ({name})": r for name, r in zip(cycle.corner_names, self.corners, strict=True)}
+        check_sliding(system, self.friction, {"the mean load": self.mean} | loads)
         if not np.abs(self.mean[-self.nodes :]).max() > 0:
             raise ModelError("mean: the mean load has no normal reactions, and a transient starts from it; give `cycle.mean` a load that presses")
         u, r, opened = self._start
