@@ -1,9 +1,11 @@
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.contact.parts import joined
 from spatial import strip
 from systems import CYCLE, FIRST_PAIR, mirrored, system
 
@@ -133,3 +135,37 @@ def test_the_table_of_a_strip_in_plane_strain_is_that_of_the_plane_contact():
         assert np.allclose(tables[2][name] / size, tables[1][name], rtol=0, atol=1e-6 * most)
         assert np.allclose(tables[1][name], tables[0][name], rtol=0, atol=0.02 * most)
     assert np.allclose(tables[2]["tau_mean1"] / 0.7, tables[1]["tau_mean"], atol=1e-6) and np.allclose(tables[2]["tau_mean2"], 0, atol=1e-9)
+    tensors, extent = np.random.default_rng(0).normal(size=(2, 3, flat.nodes, 2, 2))  # across the plane and in shear whatever there is
+    one = plane.fretting_table(stress=tensors[:, :, 0, 0], strain=extent[:, :, 0, 0])
+    two = space.fretting_table(stress=tensors, strain=extent)
+    slips = one["slip_range"] > 1e-3 * one["slip_range"].max()
+    assert slips.any() and np.allclose(two["F2"] / 0.7, one["F2"], rtol=0, atol=1e-6 * one["F2"].max())
+    assert np.allclose(two["SWT"][slips], one["SWT"][slips], rtol=1e-5, atol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5, 2.0])
+def test_in_space_the_plane_of_swt_is_across_the_largest_slip(angle):
+    """Two nodes without coupling, of which one slips: to and fro along one direction, and round, where each two states are compared."""
+    way, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    q = np.array([[2.0], [0.1]])
+    loads = {"P": np.r_[np.zeros(4), 1.0, 1.0], "a": joined(q * way, np.zeros(2)), "b": joined(0.5 * q * across, np.zeros(2))}
+    contact = fo.ContactSystem(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], loads)
+    stress = np.array([[3.0 * np.outer(way, way) - 7.0 * np.outer(across, across)] * 2, [np.outer(across, across) - np.outer(way, way)] * 2])
+    strain = np.array([[0.2 * np.outer(way, way)] * 2, [9.0 * np.outer(across, across) - 0.1 * np.outer(way, way)] * 2])
+    for corners in ([{"a": 1.0}, {"a": -1.0}], [{"a": 1.0}, {"b": 1.0}, {"a": -1.0}, {"b": -1.0}]):
+        steady = fo.steady_state(contact, fo.LoadCycle({"P": 1.0}, corners), 0.5, 1.0, steps=4)
+        table, slip = steady.fretting_table(stress=stress, strain=strain), steady.states().slip[:, 0]
+        one, other = max(combinations(slip, 2), key=lambda pair: np.linalg.norm(pair[0] - pair[1]))
+        size = np.linalg.norm(one - other)
+        along = way if len(corners) == 2 else (one - other) / size
+        tension, extent = ((part[:, 0] @ along) @ along for part in (stress, strain))
+        assert size > 1.5 and table["slip_range"].to_numpy() == pytest.approx([size, 0.0], rel=1e-9)
+        assert table["SWT"][0] == pytest.approx(max(tension) * np.ptp(extent) / 2, rel=1e-6) and np.isnan(table["SWT"][1])
+        assert table["F2_force"].to_numpy() == pytest.approx([max(tension) * table["F1_force"][0], 0.0], rel=1e-6)
+
+
+def test_in_space_stress_along_one_tangent_is_not_enough():
+    contact = strip(0.7)[1]
+    steady = fo.steady_state(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.4, 1e-3, steps=1)
+    with pytest.raises(fo.ModelError, match="stress: shape"):
+        steady.fretting_table(stress=np.ones((2, contact.nodes)), strain=np.ones((2, contact.nodes)))

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array
 from ..contact.show import components, frame, places
+from ..contact.tolerances import COUNTS
 from ..errors import ModelError
 from .trajectory import Trajectory
 
@@ -23,14 +24,15 @@ def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, st
     system = states.system
     width, names, unit = (system.width, ("tau", "pressure"), "") if system.width is not None else (np.ones(system.nodes), ("q", "p"), "_force")
     closed = states.gap <= 0
-    slip = _range(np.where(closed, np.moveaxis(_axes(states.slip), -1, 0), np.nan))
+    furthest = _furthest(np.where(closed, np.moveaxis(_axes(states.slip), -1, 0), np.nan))
+    slip = np.linalg.norm(furthest, axis=0)
     columns: dict[str, ArrayLike] = {"node": np.arange(system.nodes)}
     if system.contact is not None:
         columns["contact"] = system.contact
     columns |= {**places(system), "slip_range": slip}
     for name, values in zip(names, (states.q, states.p), strict=True):
         part = np.moveaxis(_axes(values), -1, 0) / width
-        columns[f"{name}_amplitude"] = _range(part) / 2
+        columns[f"{name}_amplitude"] = np.linalg.norm(_furthest(part), axis=0) / 2
         columns |= components(f"{name}_mean", ((part.max(axis=1) + part.min(axis=1)) / 2).T.reshape(values.shape[1:]))
     columns["work"], columns["share"] = work, work / (work.sum() or 1.0)
     if system.width is not None:
@@ -39,11 +41,15 @@ def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, st
     if (stress is None) != (strain is None):
         raise ModelError("stress, strain: one of them alone; give both, as BodyFields.at_contact does, or none")
     if stress is not None:
-        sigma, epsilon = (finite_array(name, values, (None, system.nodes)) for name, values in (("stress", stress), ("strain", strain)))
+        shape = (None, system.nodes) if system.tangents == 1 else (None, system.nodes, 2, 2)
+        sigma, epsilon = (finite_array(name, values, shape) for name, values in (("stress", stress), ("strain", strain)))
         if len(sigma) != len(epsilon) or not len(sigma):
             raise ModelError(f"stress, strain: {len(sigma)} and {len(epsilon)} states; give both at the same states, at least one")
+        if system.tangents > 1:
+            way = furthest / np.where(slip > COUNTS * np.abs(states.slip).max(), slip, np.nan)
+            sigma, epsilon = (np.einsum("mnab,an,bn->mn", part, way, way) for part in (sigma, epsilon))
         tension = np.maximum(sigma.max(axis=0), 0.0)
-        columns[f"F2{unit}"], columns["SWT"] = tension * first, tension * np.ptp(epsilon, axis=0) / 2
+        columns[f"F2{unit}"], columns["SWT"] = np.nan_to_num(tension) * first, tension * np.ptp(epsilon, axis=0) / 2
     table = frame(columns, units=system.units)
     table.attrs["note"] = _NOTE if system.width is not None else f"nodal forces, not tractions: the system has no width; {_NOTE}"
     return table
@@ -54,12 +60,15 @@ def _axes(values: Array) -> Array:
     return values if values.ndim == 3 else values[..., None]
 
 
-def _range(values: Array) -> Array:
-    """(N,) largest distance of two of T vectors, (t, T, N), that are not NaN; 0 where there are none."""
-    found: Array = np.zeros(values.shape[2])
+def _furthest(values: Array) -> Array:
+    """(t, N) difference of those two of T vectors, (t, T, N), that are furthest apart and not NaN; 0 where there are none."""
+    found: Array = np.zeros((len(values), values.shape[2]))
     if len(values) == 1:
-        found = np.nan_to_num(np.fmax.reduce(values[0], axis=0) - np.fmin.reduce(values[0], axis=0))
+        found = np.nan_to_num(np.fmax.reduce(values, axis=1) - np.fmin.reduce(values, axis=1))
         return found
     for apart in range(1, values.shape[1]):
-        found = np.fmax(found, np.fmax.reduce(np.linalg.norm(values[:, apart:] - values[:, :-apart], axis=0), axis=0))
+        change = values[:, apart:] - values[:, :-apart]
+        size = np.nan_to_num(np.linalg.norm(change, axis=0), nan=0.0)
+        best = change[:, size.argmax(axis=0), np.arange(values.shape[2])]
+        found = np.where(size.max(axis=0) > np.linalg.norm(found, axis=0), best, found)
     return found

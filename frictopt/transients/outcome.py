@@ -214,8 +214,8 @@ class SteadyState(Recorded, Plotted):
         Parameters
         ----------
         stress, strain
-            (M, N) stress and strain of one body along one tangent at the nodes of the contact, at M states of the steady cycle, as
-            `BodyFields.at_contact` gives them; both or none.
+            (M, N), in space (M, N, 2, 2), stress and strain of one body along the tangents at the nodes of the contact, at M states of the steady
+            cycle, as `BodyFields.at_contact` gives them; both or none.
         fields, side
             Instead of these, the fields of `ContactModel.recover` at the states of the steady cycle, all stress components of body `side`; or a list
             of such lists, for the steady cycles of several residual slips: each parameter is then that of the worst of them, node by node.
@@ -237,7 +237,8 @@ class SteadyState(Recorded, Plotted):
             - F1, Ruiz's first parameter: largest shear traction of the cycle times slip range (F1_force, of the nodal force, where there is no
               width);
             - F2 and SWT, where stress and strain are given: Ruiz's second parameter, largest tensile stress times F1; and that of Smith, Watson and
-              Topper on the plane normal to the tangent, largest tensile stress times half the range of the strain;
+              Topper, largest tensile stress times half the range of the strain. Both are of the plane normal to the tangent, in space to the largest
+              slip, so that SWT is NaN where nothing slips (fields have it there, too);
             - SWT, Findley, Fatemi_Socie and Crossland, where fields are given, each on its critical plane, whatever its direction; `from` and `to`,
               least and largest normal stress on that of SWT: pyLife reads them as a load collective, one cycle a node.
 
