@@ -8,7 +8,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from spatial import random_contact
+from studies.validation.extremes.space import polygon_limit
+from studies.validation.fuzz.embedded import embedded
 from systems import lifts, linprog_limit, random_system, stress_of, system
+from test_open_nodes import open_in_space
 
 MEAN = {"mean": 1.0}
 CIRCLE = [{"x": float(np.cos(t)), "y": float(np.sin(t))} for t in np.arange(5)]
@@ -21,9 +25,9 @@ def random_region(seed, loads=("a", "b")):
     return contact, f, fo.safe_region(contact, MEAN, loads, f)
 
 
-def reach(region, direction):
+def reach(vertices, direction):
     """Largest factor of a direction in the polygon of the vertices, by its edges alone."""
-    vertices, factors = region.vertices, [np.inf]
+    factors = [np.inf]
     for one, other in itertools.pairwise(vertices):
         normal = np.array([other[1] - one[1], one[0] - other[0]])
         if normal @ direction > 0:
@@ -41,7 +45,7 @@ def test_the_polygon_is_the_limit_along_every_ray_by_another_program(seed, loads
         rng = np.random.default_rng(seed)
         rays = np.abs([*rng.normal(size=(6, 2)), [1.0, 0.0], [0.0, 1.0], *region.vertices])
         for ray in rays[np.abs(rays).max(axis=1) > 0]:
-            assert linprog_limit(contact, region.cycle(*ray), f)[1] == pytest.approx(reach(region, ray), rel=1e-7, abs=1e-9)
+            assert linprog_limit(contact, region.cycle(*ray), f)[1] == pytest.approx(reach(region.vertices, ray), rel=1e-7, abs=1e-9)
 
 
 @settings(max_examples=20, deadline=None)
@@ -88,6 +92,77 @@ def test_two_uncoupled_nodes_in_closed_form():
     assert np.allclose(region.vertices, [[0.5, 0.0], [0.5, 0.25], [0.0, 0.5]])
     assert np.allclose(region.sides, [[2.0, 0.0, 1.0], [1.0, 2.0, 1.0]])
     assert [set(table["node"]) for table in region.mechanisms] == [{0}, {1}]
+
+
+def test_a_load_without_room_leaves_the_other_one_its_limit():
+    """The mean load brings the first node to its bound; the second load shears the other one."""
+    loads = {"P": ([0.5, 0.0], [1.0, 1.0]), "a": ([1.0, 0.0], [0.0, 0.0]), "b": ([0.0, 1.0], [0.0, 0.0])}
+    contact = fo.ContactSystem.from_blocks(np.diag([0.0, 1.0]), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
+    region = fo.safe_region(contact, {"P": 1.0}, ["a", "b"], 0.5)
+    assert region.vertices == pytest.approx(np.array([[0.0, 0.0], [0.0, 0.5]]), abs=1e-9)
+    assert region.contains(0.0, 0.49) and not region.contains(0.0, 0.51) and not region.contains(1e-6, 0.1)
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 1e-3])
+def test_shear_along_both_tangents_of_a_node_is_safe_within_a_circle(tolerance):
+    node = fo.ContactSystem(np.eye(3), np.zeros((1, 3)), {"P": [0, 0, 2.0], "Q": [0.8, 0.6, 0], "R": [-1.2, 1.6, 0]})
+    region = fo.safe_region(node, {"P": 1.0}, ["Q", "R"], 0.5, tolerance=tolerance)
+    size = [1.0, 2.0]  # of both shears, across each other
+    assert np.linalg.norm(region.vertices * size, axis=1) == pytest.approx(1.0, abs=1e-8)
+    beyond = np.linalg.norm(region.outer * size, axis=1)
+    assert beyond.min() > 1 - 1e-8 and beyond.max() <= 1 / (1 - tolerance) and 0 < region.gap <= tolerance
+    normals = region.sides[["a", "b"]].to_numpy() / size
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0, abs=1e-8) and region.sides["bound"].to_numpy() == pytest.approx(1.0)
+    assert len(region.outer) == len(region.sides) + 1 == len(region.vertices) + 1
+    for angle in np.linspace(0, np.pi / 2, 7):
+        ray = np.array([np.cos(angle), np.sin(angle)]) / size
+        assert region.contains(*(1 - tolerance) * ray) and not region.contains(*(1 + 1e-7) * ray)
+    assert f"up to {region.gap:.1e} apart" in region.reason
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_polygon_of_a_plane_contact_in_space(seed):
+    rng = np.random.default_rng(seed)
+    flat = random_system(rng, int(rng.integers(1, 5)), loads=("mean", "a", "b"))
+    f = rng.uniform(0.2, 0.9, size=flat.nodes)
+    plane, space = (fo.safe_region(contact, MEAN, ["a", "b"], f) for contact in (flat, embedded(flat, rng)[0]))
+    assert plane.gap == 0 and np.array_equal(plane.vertices, plane.outer) and space.unlimited == plane.unlimited
+    for corner in plane.vertices:
+        assert reach(plane.vertices, corner) == pytest.approx(1.0, abs=1e-8)
+        assert reach(space.vertices, corner) >= 1 - space.gap - 1e-7 and reach(space.outer, corner) >= 1 - 1e-7
+    for corner in space.vertices:
+        assert reach(plane.vertices, corner) >= 1 - 1e-7
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_in_space_every_ray_ends_between_both_polygons(seed):
+    """By polygons around the circles, and raw slips."""
+    rng = np.random.default_rng(seed)
+    contact, f = random_contact(rng, 3), rng.uniform(0.3, 0.8, 3)
+    region = fo.safe_region(contact, {"mean": 1.0}, ["a", [{"b": 1.0}, {"c": -0.5}]], f, tolerance=0.02)
+    for ray in np.abs(rng.normal(size=(4, 2))):
+        limit = polygon_limit(contact, region.cycle(*ray), f)
+        assert reach(region.vertices, ray) * (1 - 1e-7) <= limit <= reach(region.outer, ray) * (1 + 1e-7)
+        assert reach(region.outer, ray) <= reach(region.vertices, ray) / (1 - region.gap) * (1 + 1e-7)
+
+
+def test_in_space_open_nodes_stay_open():
+    contact, _, limit = open_in_space(1)
+    region = fo.safe_region(contact, {"mean": 1.0}, ["a", [{"b": 0.7, "c": 0.2}]], 0.6, tolerance=0.05)
+    assert limit.open.any() and len(region.vertices) > 1 and region.gap <= 0.05
+    for ray in ([1.0, 0.3], [0.2, 1.0]):
+        other = fo.shakedown_limit(contact, region.cycle(*ray), 0.6).load_factor
+        assert reach(region.vertices, ray) * (1 - 1e-7) <= other <= reach(region.outer, ray) * (1 + 1e-7)
+
+
+def test_a_curved_region_is_drawn_with_both_polygons():
+    node = fo.ContactSystem(np.eye(3), np.zeros((1, 3)), {"P": [0, 0, 2.0], "Q": [1.0, 0, 0], "R": [0, 1.0, 0]})
+    region = fo.safe_region(node, {"P": 1.0}, ["Q", "R"], 0.5, tolerance=0.1)
+    lines = {line.get_label(): line for line in region.plot().get_lines()}
+    assert np.array_equal(np.transpose(lines["vertex, proven safe"].get_data()), region.vertices)
+    drawn = [line for name, line in lines.items() if name.startswith("side ")]
+    assert [line.get_xydata().tolist() for line in drawn] == [list(map(list, ends)) for ends in itertools.pairwise(region.outer.tolist())]
+    assert all("slips most" in line.get_label() for line in drawn)
 
 
 def test_directions_without_a_limit_are_named():

@@ -7,7 +7,8 @@ from .guaranteed import GuaranteedModel, guaranteed_limit
 from .guaranteed_result import GuaranteedLimit
 from .least_slip import LeastSlip
 from .required_friction import RequiredFriction, required_friction
-from .safe_region import SafeRegion, safe_region
+from .safe_region import safe_region
+from .safe_region_result import SafeRegion
 from .safe_slip import SafeSlipModel, safe_slip
 from .safe_slip_result import SafeSlip
 from .safe_vertices import safe_vertices

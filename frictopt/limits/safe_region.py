@@ -1,115 +1,42 @@
-"""The amplitudes of two loads that vary independently at which some residual slip is safe: a polygon, each side of which is a mechanism."""
+"""The amplitudes of two loads that vary independently at which some residual slip is safe, between two polygons: points reached, and mechanisms."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from itertools import pairwise
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..contact import ContactSystem, friction_coefficients
 from ..contact.checks import Array, check_name, checked_loads, finite_number, frozen, listed
-from ..contact.record import Recorded, SolveRecord
-from ..contact.show import Plotted, frame
-from ..contact.system import checked_plane
+from ..contact.coulomb import lengths
+from ..contact.record import SolveRecord
+from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
 from .mechanism import Mechanism
 from .question import pose
 from .reduced import rest_of
+from .safe_region_result import SafeRegion, beyond_chord, domain
 from .shakedown import shakedown_limit
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["SafeRegion", "safe_region"]
+__all__ = ["safe_region"]
 
 _ONE_SIDE = 10 * RESIDUAL  # a point this close to a line, over the distance of the line from zero, is on it: both have errors up to the residual
 _MOST_SIDES = 1000
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SafeRegion(Recorded, Plotted):
-    """The amplitudes `(a, b)` of two loads at which some residual slip is safe.
-
-    The region is convex, and holds all smaller amplitudes with any that it holds: both loads come back to zero, so that the mean load is in every
-    domain, and must be safe. Its border is a chain of straight sides from an amplitude of the first load alone to one of the second load alone.
-
-    Attributes
-    ----------
-    loads
-        Names of the two loads.
-    vertices
-        (V, 2) amplitudes at the ends of the sides, from the first load alone to the second; inf where there is no limit, empty where none is safe.
-    sides
-        One row for each side, between vertex and next vertex: columns a, b, bound. Amplitudes are safe if `a * first + b * second <= bound` for all
-        sides; a, b and bound are works of the side's mechanism, scaled to `bound = 1` where the mean load has a resistance.
-    mechanisms
-        For each side, which nodes limit the amplitudes: columns node, x, corner (of `cycle(a, b)`), direction, share, as in `ShakedownLimit`.
-    unlimited
-        Names of the loads whose amplitude has no limit.
-    reason
-        Why the region is what it is, in words.
-    record
-        How it was found. Its `residual` is the largest of: the residuals of the limits at all vertices, and the distance of each side from its two
-        vertices, relatively. At most 2e-8.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [2.0]), "Q": ([1.0], [0.0]), "R": ([0.0], [-1.0])})
-    >>> region = fo.safe_region(node, {"P": 1.0}, ["Q", "R"], friction=0.5)
-    >>> region.contains(0.5, 0.9), region.contains(0.5, 1.1)
-    (True, False)
-    """
-
-    loads: tuple[str, str]
-    vertices: Array
-    sides: pd.DataFrame = field(repr=False)
-    mechanisms: tuple[pd.DataFrame, ...] = field(repr=False)
-    unlimited: tuple[str, ...]
-    reason: str
-    record: SolveRecord
-    _mean: Mapping[str, float] = field(repr=False)
-    _parts: tuple[Sequence[Mapping[str, float]], Sequence[Mapping[str, float]]] = field(repr=False)
-
-    def contains(self, first: float, second: float) -> bool:
-        """Whether some residual slip is safe at these amplitudes, >= 0.
-
-        Raises
-        ------
-        ModelError
-            Amplitudes that are not finite or negative.
-        """
-        a, b = finite_number("first", first, least=0.0), finite_number("second", second, least=0.0)
-        return bool(len(self.vertices)) and bool((self.sides["a"] * a + self.sides["b"] * b <= self.sides["bound"]).all())
-
-    def cycle(self, first: float, second: float) -> LoadCycle:
-        """The vertices of the domain of loads at these amplitudes, as a load cycle for other functions.
-
-        Raises
-        ------
-        ModelError
-            Amplitudes that are not finite or negative.
-        """
-        amplitudes = finite_number("first", first, least=0.0), finite_number("second", second, least=0.0)
-        return _domain(self._mean, self._parts, amplitudes)
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row for each vertex: its two amplitudes."""
-        return frame({name: self.vertices[:, number] for number, name in enumerate(self.loads)})
-
-    def _answer(self) -> Mapping[str, Any]:
-        return {"loads": self.loads, "sides": len(self.sides), "unlimited": self.unlimited, "residual": self.residual, "reason": self.reason}
-
-
-def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequence[Any], friction: Any) -> SafeRegion:
+def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequence[Any], friction: Any, *, tolerance: float = 1e-3) -> SafeRegion:
     """Which amplitudes of two loads that vary independently around a mean load leave a safe residual slip.
 
-    The amplitudes and slips with `abs(q) <= f p` at all nodes for all loads of the domain are a polyhedron, and its shadow on the plane of the two
-    amplitudes is a convex polygon. Each shakedown limit along a ray gives a point of its border and, by its mechanism, a straight line that no
-    safe amplitudes are beyond. The next ray goes to the point where two neighbouring lines meet: if it is safe, it is a vertex, else its limit gives
-    a line between them. So all vertices and sides are found, by one linear program each, and each is proven by its slip and by its mechanism.
-    Theory, eq. (17).
+    The amplitudes and slips with `abs(q) <= f p` at all nodes for all loads of the domain are a convex set, and so is its shadow on the plane of the
+    two amplitudes. Each shakedown limit along a ray gives a point of its border and, by its mechanism, a straight line that no safe amplitudes are
+    beyond. The next ray goes to the point where two neighbouring lines meet: if it is safe, it is a vertex, else its limit gives a line between them.
+    In the plane the shadow is a polygon, and so all its vertices and sides are found, by one linear program each. In space it is curved, and rays by
+    cone programs go on until the points and the lines are two polygons within the tolerance. Theory, eq. (17).
 
     Parameters
     ----------
@@ -122,13 +49,15 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
         case name -> amplitude, for a load that varies within their hull and comes back to zero. The two share no load case.
     friction
         Coefficient of friction, one or one per node.
+    tolerance
+        In space the largest `SafeRegion.gap`; in the plane there is none.
 
     Raises
     ------
     ModelError
         Bad input.
     SolverError
-        No solver gave an answer that passes the checks, or vertex and side do not meet within the tolerance.
+        No solver gave an answer that passes the checks, or vertex and side do not meet within their errors.
 
     Examples
     --------
@@ -141,7 +70,7 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
     >>> region.sides[["a", "b", "bound"]].round(9).values.tolist()
     [[1.0, 0.5, 1.0]]
     """
-    search = _Search(system, mean, loads, friction)
+    search = _Search(system, mean, loads, friction, finite_number("tolerance", tolerance, above=0.0))
     first, second = search.ray(1.0, 0.0), search.ray(0.0, 1.0)
     limits = first.limit.load_factor, second.limit.load_factor
     if np.isnan(limits).any():
@@ -160,11 +89,17 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
 
 
 @dataclass(frozen=True, eq=False)
-class _Point:
-    """The end of a ray, and the line through it that no safe amplitudes are beyond: `line @ amplitudes <= bound`."""
+class _Corner:
+    """Where two sides meet."""
+
+    at: Array
+
+
+@dataclass(frozen=True, eq=False)
+class _Point(_Corner):
+    """The end of a ray, which is safe, and the line through it that no safe amplitudes are beyond: `line @ amplitudes <= bound`."""
 
     limit: ShakedownLimit
-    at: Array
     line: Array
     bound: float
     motion: Mechanism
@@ -176,18 +111,19 @@ class _Point:
 
 @dataclass(frozen=True, eq=False)
 class _Side:
-    """A side from the point `start` to the point `end`, both safe, on the line of `of`."""
+    """A side from `start` to `end`, safe points or what is a little beyond them, on the line of `of`."""
 
-    start: _Point
-    end: _Point
+    start: _Corner
+    end: _Corner
     of: _Point
 
 
 class _Search:
     """The rays of one region."""
 
-    def __init__(self, system: ContactSystem, mean: Mapping[str, float], loads: Sequence[Any], friction: Any) -> None:
-        self._system = checked_plane(system, "ask shakedown_limit for each proportion of the two loads")
+    def __init__(self, system: ContactSystem, mean: Mapping[str, float], loads: Sequence[Any], friction: Any, tolerance: float) -> None:
+        self._system = checked_system(system)
+        self._apart = 0.0 if self._system.tangents == 1 else tolerance
         self._mean = dict(checked_loads("mean", mean))
         self._friction = friction_coefficients(friction, system.nodes)
         pair = listed("loads", loads)
@@ -198,15 +134,16 @@ class _Search:
         names = [load if isinstance(load, str) else " ".join(sorted(set[str]().union(*part))) for load, part in zip(pair, parts, strict=True)]
         self.names, self.unit, self._started = (names[0], names[1]), np.ones(2), perf_counter()
         self._limits: list[ShakedownLimit] = []
-        domains = (_domain(self._mean, self._parts, amplitudes) for amplitudes in ((1.0, 0.0), (0.0, 1.0)))
-        self._corners = _domain(self._mean, self._parts, (1.0, 1.0)).corner_names
-        self._unit = [pose(system, domain, self._friction) for domain in domains]  # of the closed nodes, once a limit tells which are open
+        cycles = (domain(self._mean, self._parts, amplitudes) for amplitudes in ((1.0, 0.0), (0.0, 1.0)))
+        self._corners = domain(self._mean, self._parts, (1.0, 1.0)).corner_names
+        self._unit = [pose(system, cycle, self._friction) for cycle in cycles]  # of the closed nodes, once a limit tells which are open
 
     def ray(self, first: float, second: float) -> _Point:
         """The largest safe amplitudes in the proportion of those given."""
         if len(self._limits) > 2 * _MOST_SIDES:
-            raise SolverError(f"safe region: more than {_MOST_SIDES} sides; coarsen the contact, or ask for the limit of each proportion by itself")
-        cycle = _domain(self._mean, self._parts, (first, second))
+            advice = "coarsen the contact" if self._system.tangents == 1 else "give a larger tolerance"
+            raise SolverError(f"safe region: more than {_MOST_SIDES} sides; {advice}, or ask for the limit of each proportion by itself")
+        cycle = domain(self._mean, self._parts, (first, second))
         limit = shakedown_limit(self._system, cycle, self._friction)
         self._limits.append(limit)
         reach, bound = limit.load_factor if np.isfinite(limit.load_factor) else 0.0, limit.bound
@@ -218,27 +155,31 @@ class _Search:
         motion = self._ruled(limit._motion if nodes is None else nodes.closed_part(limit._motion, self._system))
         drives = [unit.work(motion)[1] for unit in self._unit]
         motion = motion if nodes is None else nodes.expanded(motion, self._friction)
-        return _Point(limit, reach * np.array([first, second]), np.array(drives), float(bound), motion)
+        return _Point(reach * np.array([first, second]), limit, np.array(drives), float(bound), motion)
 
     def _ruled(self, motion: Mechanism) -> Mechanism:
         """The same motions at the corners that rule them where both amplitudes are above zero: a ray of one load alone leaves the other's open."""
         (one, other), f, nodes = (unit.loads for unit in self._unit), motion.friction, np.arange(len(motion.friction))
-        q, p, w = one.q1 + other.q1, one.p1 + other.p1, one.w1 + other.w1
-        forward, backward, opening, press = (np.zeros_like(part) for part in (q, q, q, w))
-        forward[(-(q + f * p)).argmax(axis=0), nodes] = np.maximum(motion.slips, 0.0).sum(axis=0)
-        backward[(q - f * p).argmax(axis=0), nodes] = np.maximum(-motion.slips, 0.0).sum(axis=0)
+        q, p, w = (first + second for first, second in ((one.q1, other.q1), (one.p1, other.p1), (one.w1, other.w1)))
+        slips, sizes, opening, press = (np.zeros_like(part) for part in (q, p, p, w))
+        for slip, size in zip(motion.slips, motion.size, strict=True):
+            rules = (-(q * slip).reshape(*p.shape, -1).sum(axis=-1) - f * size * p).argmax(axis=0)
+            slips[rules, nodes] += slip
+            sizes[rules, nodes] += size
         opening[(-p).argmax(axis=0), nodes] = motion.opening.sum(axis=0)
         press[w.argmin(axis=0), np.arange(w.shape[1])] = 0.0 if motion.press is None else motion.press.sum(axis=0)
-        return Mechanism(forward - backward, opening + 2 * f * np.minimum(forward, backward), f, press=press)
+        return Mechanism(slips, opening + f * (sizes - lengths(slips, p)), f, press=press)
 
     def between(self, one: _Point, other: _Point) -> list[_Side]:
-        """The sides between two points of the border."""
+        """The sides between two points of the border; in space up to where their lines meet, once that is near enough to the chord."""
         if abs(one.beyond(other.at)) <= _ONE_SIDE:
             return [_Side(one, other, one)]
         if abs(other.beyond(one.at)) <= _ONE_SIDE:
             return [_Side(one, other, other)]
         lines = np.array([one.line, other.line]) * self.unit
         corner = self.unit * np.linalg.solve(lines, [one.bound, other.bound])
+        if beyond_chord(one.at, other.at, corner) < self._apart:
+            return [_Side(one, _Corner(corner), one), _Side(_Corner(corner), other, other)]
         middle = self.ray(*np.maximum(corner, 0.0))
         if middle.limit.load_factor >= 1 - _ONE_SIDE:
             return [_Side(one, middle, one), _Side(middle, other, other)]
@@ -247,12 +188,16 @@ class _Search:
     def region(self, sides: list[_Side], unlimited: tuple[str, ...], reason: str) -> SafeRegion:
         """The region with these sides."""
         free = np.array([name in unlimited for name in self.names])
-        points = [side.start for side in sides] + [side.end for side in sides[-1:]]
-        vertices = [np.where(free, np.inf, point.at) for point in ([] if free.all() else points[:1] if free.any() else points)]
-        if free.all():
-            vertices = [np.full(2, np.inf)]
+        ends = [side.start for side in sides] + [side.end for side in sides[-1:]]
+        reached = [part for side in sides for part in (side.start, side.of, side.end)] if self._apart else ends
+        points = [point for point in dict.fromkeys(reached) if isinstance(point, _Point)]
+        vertices, outer = (np.reshape([part.at for part in parts[: 1 if free.any() else None]], (-1, 2)) for parts in (points, ends))
+        if free.any():
+            vertices = outer = np.where(free, np.inf, vertices if len(vertices) else 0.0).reshape(1, 2)
+        gap = max((beyond_chord(one, other, end.at) for one, other in pairwise(vertices) for end in ends if not isinstance(end, _Point)), default=0.0)
         rows = [(*np.where(free, 0.0, side.of.line) / (side.of.bound or 1.0), float(side.of.bound > 0)) for side in sides]
-        errors = [abs(side.of.beyond(point.at)) for side in sides for point in (side.start, side.end)]
+        errors = [abs(side.of.beyond(end.at)) for side in sides for end in (side.start, side.end)]
+        reason += f"; between points and sides, up to {gap:.1e} apart, nothing is said" if gap else ""
         residual = max((point.limit.residual for point in points), default=0.0)
         if (error := max(errors, default=0.0)) > 2 * _ONE_SIDE:
             raise SolverError(f"safe region: its sides and vertices differ by {error:.1e}; check for reactions of very different sizes")
@@ -260,10 +205,12 @@ class _Search:
         seconds = perf_counter() - self._started
         return SafeRegion(
             loads=self.names,
-            vertices=frozen(np.reshape(vertices, (-1, 2))),
+            vertices=frozen(vertices),
+            outer=frozen(outer),
             sides=pd.DataFrame(rows, columns=["a", "b", "bound"]),
             mechanisms=tuple(side.of.motion.table(self._system, self._corners) for side in sides),
             unlimited=unlimited,
+            gap=gap,
             reason=reason,
             record=SolveRecord(self._limits[0].record.solver, attempts, max(residual, error), self._limits[0].record.left_out, seconds),
             _mean=self._mean,
@@ -280,13 +227,6 @@ def _part(name: str, load: Any) -> list[Mapping[str, float]]:
     if not any(corners):
         raise ModelError(f"{name}: no corners with a load; give the name of a load case, or a list of corners")
     return [{}, *corners]
-
-
-def _domain(mean: Mapping[str, float], parts: tuple[Sequence[Mapping[str, float]], ...], amplitudes: tuple[float, float]) -> LoadCycle:
-    scaled = [
-        [{case: factor * amplitude for case, amplitude in corner.items()} for corner in part] for factor, part in zip(amplitudes, parts, strict=True)
-    ]
-    return LoadCycle.vertices(mean, *scaled)
 
 
 def _merged(sides: list[_Side]) -> list[_Side]:

@@ -46,16 +46,17 @@ def _polygon(axes: Axes, region: SafeRegion) -> None:
     """Both loads have a limit."""
     axes.fill(*np.vstack([[0.0, 0.0], region.vertices]).T, **_INSIDE)
     few = len(region.sides) <= len(SERIES)
-    for number, ends in enumerate(pairwise(region.vertices)):
+    for number, ends in enumerate(pairwise(region.outer)):
         look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"]} if few else {"color": BLACK}
         all_sides = f"{len(region.sides)} sides, each a mechanism" if number == 0 else None
         axes.plot(*np.transpose(ends), **look, label=_limiting(region, number) if few else all_sides)
     axes.plot(*region.vertices.T, linestyle="none", marker="o", markersize=3, color=BLACK, clip_on=False, label="vertex, proven safe")
-    most = region.vertices.max(axis=0)
+    most = region.outer.max(axis=0)
     axes.set(xlim=(0.0, _MARGIN * most[0] or 1.0), ylim=(0.0, _MARGIN * most[1] or 1.0))
 
 
 def _limiting(region: SafeRegion, side: int) -> str:
     """The node with the largest share in the mechanism of a side."""
     first = region.mechanisms[side].iloc[0]
-    return f"side {side}: node {int(first['node'])}, $x = {first['x']:.4g}$, {'slips' if first['direction'] else 'opens'} most"
+    slips = first["direction"] if "direction" in first else first["slip1"] or first["slip2"]
+    return f"side {side}: node {int(first['node'])}, $x = {first['x']:.4g}$, {'slips' if slips else 'opens'} most"
