@@ -1,26 +1,27 @@
-"""Wear: depth and pressure of a cylinder over the cycles, work of friction over the cycles, and limits before and after."""
+"""Wear: depth and pressure of a cylinder over the cycles, work of friction, limits before and after; damping and limits of a lap joint."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from studies.tables import Table
-from studies.wear import HISTORY, LIMITS, PROFILES
+from studies.wear import HISTORY, LIFE, LIMITS, PROFILES
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label, plain_log
 
 __all__ = ["TABLES", "draw"]
 
-TABLES: Mapping[str, Table[Any]] = {"profiles": PROFILES, "history": HISTORY, "limits": LIMITS}
+TABLES: Mapping[str, Table[Any]] = {"profiles": PROFILES, "history": HISTORY, "limits": LIMITS, "life": LIFE}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: profiles; right: work of friction, and limits."""
-    figure = new_figure(WIDE, 120)
-    (depth, pressure), (work, limits) = figure.subplots(2, 2)
+    """Above: profiles; then work of friction, and limits; below: a lap joint."""
+    figure = new_figure(WIDE, 170)
+    (depth, pressure), (work, limits), joint = figure.subplots(3, 2)
     profiles = tables["profiles"]
     for (cycles, rows), look in zip(profiles.groupby("cycles"), SERIES, strict=False):
         line = {"color": look["color"], "linestyle": look["linestyle"], "label": f"{cycles:.3g}"}
@@ -49,6 +50,30 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     limits.set_ylabel("limit / load that wears")
     limits.set_ylim(bottom=0.0)
     limits.legend(loc="center right")
-    for axes, letter in zip((depth, pressure, work, limits), "abcd", strict=True):
+    _joint(joint, tables["life"])
+    for axes, letter in zip((depth, pressure, work, limits, *joint), "abcdef", strict=True):
         panel_label(axes, letter)
     return figure
+
+
+def _joint(panels: Sequence[Axes], life: pd.DataFrame) -> None:
+    """Damping and frequency, and both limits, of the lap joint over the cycles; the unworn joint at the left end."""
+    damping, limits = panels
+    first = float(life["cycles"].iloc[1])
+    cycles = life["cycles"].clip(lower=first / 2)
+    lines = damping.plot(cycles, 100 * life["damping"], label=r"damping ratio $\zeta$", **SERIES[0])
+    frequency = damping.twinx()
+    lines += frequency.plot(cycles, 100 * (life["frequency"] - 1), label="change of frequency", **SERIES[1])
+    damping.set_ylabel(r"damping ratio $\zeta$, %")
+    damping.set_ylim(bottom=0.0)
+    frequency.set_ylabel("change of frequency, %")
+    damping.legend(handles=lines, loc="upper right")
+    limits.plot(cycles, life["limit"], label=r"shakedown limit $\lambda_2$", **SERIES[0])
+    limits.plot(cycles, life["guaranteed"], label=r"guaranteed limit $\lambda_1$", **SERIES[1])
+    limits.axhline(1.0, color=BLACK, lw=0.6)
+    limits.set_ylim(0.0, 1.35)
+    limits.set_ylabel("limit / load that wears")
+    limits.legend(loc="upper left")
+    for axes in panels:
+        axes.set_xscale("log")
+        axes.set_xlabel("cycles of the lap joint (left end: none)")

@@ -1,7 +1,8 @@
-"""Wear of a cylinder and of a rounded punch: profiles and work of friction over the cycles, and limits before and after.
+"""Wear of a cylinder, a rounded punch and a lap joint: profiles, work of friction, damping and frequency over the cycles, limits before and after.
 
 Run with `python -m studies wear [--quick]`. The cylinder (Hertz, half-width of the contact 1) is sheared by shares of gross slip, the rounded punch
-is worn by the strain of the block above its shakedown limit; the coefficient of wear is 1e-3 in the units of each contact.
+is worn by the strain of the block above its shakedown limit, the lap joint by a pull of 1.6 of its limit; the coefficient of wear is 1e-3 in the
+units of each contact.
 """
 
 from collections.abc import Mapping
@@ -13,12 +14,14 @@ import pandas as pd
 
 import frictopt as fo
 
+from .damping import lap
 from .paper import LOADS
 from .tables import Study, Table, markdown, two_digits
 
-__all__ = ["FULL", "HISTORY", "LIMITS", "PROFILES", "QUICK", "STUDY", "Parameters"]
+__all__ = ["FULL", "HISTORY", "LIFE", "LIMITS", "PROFILES", "QUICK", "STUDY", "Parameters"]
 
 _FRICTION, _COEFFICIENT = 0.5, 1e-3
+_ABOVE = 1.6  # load of the lap joint, over its shakedown limit before wear
 _CYLINDER = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / pi, f=_FRICTION)
 
 
@@ -31,10 +34,12 @@ class Parameters:
     elements: int = 48  # of the rounded punch
     meshes: tuple[int, ...] = (16, 32, 64, 128, 256)  # nodes of the cylinder whose limit is asked
     profiles: int = 6
+    lap_elements: int = 32
+    lives: tuple[float, ...] = tuple(round(float(cycles)) for cycles in np.geomspace(30, 100_000, 15))  # load cycles of the lap joint
 
 
 FULL = Parameters()
-QUICK = Parameters(nodes=32, shares=(0.5, 0.7), elements=24, meshes=(16, 32, 64), profiles=4)
+QUICK = Parameters(lap_elements=8, lives=(100, 1000, 10_000), nodes=32, shares=(0.5, 0.7), elements=24, meshes=(16, 32, 64), profiles=4)
 
 
 def _cylinder(nodes: int) -> fo.ContactSystem:
@@ -92,6 +97,28 @@ def limits(parameters: Parameters) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def life(parameters: Parameters) -> pd.DataFrame:
+    """One row for each number of cycles of the lap joint, which goes on from the state of the row before."""
+    system, cycle = lap(parameters.lap_elements).condense(), fo.LoadCycle({"press": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
+    load = _ABOVE * fo.shakedown_limit(system, cycle, _FRICTION).load_factor
+    steady, done, rows = fo.steady_state(system, cycle, _FRICTION, load), 0.0, []
+    assert system.compliance is not None
+    glued = system.compliance[-1, -1]
+    for cycles in (0.0, *parameters.lives):
+        if cycles:
+            history = fo.wear(
+                steady.system, cycle, _FRICTION, load, coefficient=_COEFFICIENT, cycles=cycles - done, initial_state=steady.state, progress=False
+            )
+            steady, done = history.steady, cycles
+        swing = float(np.ptp(steady.displacement("pull"))) / 2
+        damping, frequency = steady.dissipation / (2 * pi * load * swing), np.sqrt(load * glued / swing)
+        limit, guaranteed = (ask(steady.system, cycle, _FRICTION) for ask in (fo.shakedown_limit, fo.guaranteed_limit))
+        found = {"cycles": cycles, "damping": damping, "frequency": frequency, "limit": limit.load_factor / load}
+        residual = max(steady.residual, limit.residual, guaranteed.residual)
+        rows.append({**found, "guaranteed": guaranteed.load_factor / load, "residual": residual})
+    return pd.DataFrame(rows)
+
+
 PROFILES = Table(
     "wear_profiles",
     "profiles of a cylinder at half of gross slip while it wears",
@@ -136,6 +163,21 @@ LIMITS = Table(
     QUICK,
     limits,
 )
+LIFE = Table(
+    "wear_life",
+    "damping, frequency and limits of a lap joint while it wears",
+    {
+        "cycles": "load cycles",
+        "damping": "damping ratio of the steady cycle",
+        "frequency": "its frequency, over that of the joint that is glued",
+        "limit": "shakedown limit of the worn joint, over the load that wears it",
+        "guaranteed": "guaranteed limit of the worn joint, over that load",
+        "residual": "largest residual of the steady state and both limits",
+    },
+    FULL,
+    QUICK,
+    life,
+)
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
@@ -143,7 +185,10 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
     rows = []
     for name, table in tables[HISTORY.name].groupby("contact", sort=False):
         rows.append([str(name), f"{table['cycles'].iloc[-1]:.3g}", two_digits(table["work_share"].max()), f"{table['largest_depth'].iloc[-1]:.3g}"])
-    return markdown(["contact", "cycles", "largest work over the first", "largest depth"], rows)
+    joint = tables[LIFE.name]
+    first, last = (", ".join(f"{name} {row[name]:.3g}" for name in ("damping", "frequency", "limit")) for row in (joint.iloc[0], joint.iloc[-1]))
+    contacts = markdown(["contact", "cycles", "largest work over the first", "largest depth"], rows)
+    return f"{contacts}\n\nlap joint: {first}; after {joint['cycles'].iloc[-1]:,.0f} cycles {last}"
 
 
-STUDY = Study(__name__, __doc__, "coarse meshes, in half a minute", (PROFILES, HISTORY, LIMITS), summary)
+STUDY = Study(__name__, __doc__, "coarse meshes, in half a minute", (PROFILES, HISTORY, LIMITS, LIFE), summary)
