@@ -168,6 +168,20 @@ def test_a_gap_that_recover_counts_twice_is_seen(monkeypatch):
     assert outcomes == [["answer"]] * 8 and len(told) >= 4 and all("displacements" in text for text in told)
 
 
+@pytest.mark.parametrize(
+    "ask",
+    [lambda seed: findings(random_case(seed), ["best design"]), lambda seed: space_findings(seed, ["best design, 3-D"])],
+    ids=["plane", "space"],
+)
+def test_designs_that_are_not_the_best_or_promise_too_much_are_seen(ask, monkeypatch):
+    honest, seeds = fo.DesignModel.solve, [seed for seed in range(0, 40, 4) if next(ask(seed)).result == "answer"]
+    none = lambda model, f, given: honest(model, f, [*given, model.profile == 0, model.preload == 0])  # noqa: E731
+    monkeypatch.setattr(fo.DesignModel, "solve", none)
+    assert [next(ask(seed)).result for seed in seeds].count("wrong") >= 2
+    monkeypatch.setattr(fo.DesignModel, "solve", lambda *args: replace(design := honest(*args), load_factor=0.01 + 1.01 * design.load_factor))
+    assert len(seeds) >= 5 and {next(ask(seed)).result for seed in seeds} == {"wrong"}
+
+
 def test_slip_that_goes_on_below_a_limit_that_is_too_high_is_seen(monkeypatch):
     honest = fo.guaranteed_limit
     monkeypatch.setattr(fo, "guaranteed_limit", lambda *args: replace(limit := honest(*args), load_factor=1.5 * limit.load_factor))

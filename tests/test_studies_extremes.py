@@ -105,4 +105,4 @@ def test_full_size_holds_all_that_is_asked_for():
     assert max(sizes.most_nodes) == 1000 and min(sizes.most_nodes) == 2 and sizes.corners == 1000 and sizes.cycles == 100_000
     assert max(sizes.gradings) >= 1e6
     names = {p.extreme for p in probes(extremes.QUICK.sizes)}
-    assert len(names) == 21
+    assert len(names) == 24

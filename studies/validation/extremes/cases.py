@@ -13,6 +13,7 @@ from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement
 
 from ...paper import LOADS
 from .. import oracles
+from .designs import design_probes
 from .guarantees import guarantee_probes
 from .probes import SHEAR, Answer, Probe, Sizes, nearly_separated
 from .ranges import range_probes
@@ -36,6 +37,7 @@ def probes(sizes: Sizes) -> Iterator[Probe]:
     yield from guarantee_probes(sizes)
     yield from separation_probes(sizes)
     yield from range_probes(sizes)
+    yield from design_probes(sizes)
     yield from space_probes(sizes)
 
 

@@ -13,6 +13,7 @@ from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement
 from .. import oracles
 from ..open_patterns import largest_with_open
 from .cases import Case
+from .designs import best_design
 from .guaranteed import followed, guaranteed, guaranteed_transformed
 from .known import Known, NotAsked, Wrong, same, transformed
 from .ranges import found_range, least_slip, limit_after_protocol
@@ -226,6 +227,7 @@ CHECKS: dict[str, Callable[[Known], tuple[float, bool]]] = {
     "guaranteed, transformed": guaranteed_transformed,
     "guarantee, followed": followed,
     "limit with separation": separated,
+    "best design": best_design,
     "least slip": least_slip,
     "found range": found_range,
     "practical limit": limit_after_protocol,

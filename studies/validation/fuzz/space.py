@@ -12,6 +12,7 @@ from frictopt.transients.increments import FrozenBoundIncrement, NewtonIncrement
 from ..extremes.space import polygon_limit
 from . import embedded
 from .checks import Finding, asked
+from .designs import judged_design
 from .embedded import FRICTION_EVERY, Embedded
 from .known import NotAsked, Wrong, same
 
@@ -181,6 +182,13 @@ def _required(subject: _Subject) -> tuple[float, bool]:
     return found.residual, True
 
 
+def _design(subject: _Subject) -> tuple[float, bool]:
+    """Preload and profile within bounds, built in and against other ones."""
+    if subject.seed % FRICTION_EVERY:
+        raise NotAsked
+    return judged_design(subject.system, subject.cycle, subject.friction, 1 / subject.system.stiffness_scale, subject.seed), True
+
+
 def _least_slip(subject: _Subject) -> tuple[float, bool]:
     """No cycle slips less; with open nodes this is said of cycles in which they carry nothing."""
     value = subject.limit.load_factor
@@ -237,6 +245,7 @@ _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "safe slip, 3-D": _safe_slip,
     "turned and renumbered, 3-D": _turned,
     "required friction, 3-D": _required,
+    "best design, 3-D": _design,
     "least slip, 3-D": _least_slip,
     "found range, 3-D": _range,
     "practical limit, 3-D": _protocol,

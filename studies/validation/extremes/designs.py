@@ -1,0 +1,52 @@
+"""The best profile for extreme input: a plain linear program asks the limit of the contact with the profile built in."""
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+
+import frictopt as fo
+
+from ...paper import LOADS
+from .. import oracles
+from .probes import Answer, Probe, Sizes
+
+__all__ = ["design_probes"]
+
+_LP = "plain linear program with the design built in, scipy"
+
+
+def design_probes(sizes: Sizes) -> Iterator[Probe]:
+    """All questions about the best profile: of the paper's punch, as deep as the extreme says, over its width times mean pressure over stiffness."""
+    punch = fo.scenes.PunchOnHalfPlane(elements=min(16, sizes.elements), growth=1.3)
+    system = punch.condense()
+    for depth in (0.0, 1e-9, 1e-3, 1.0, 1e3, 1e6):
+        yield _probe("depth of a profile", f"{depth:g}", system, 0.5, depth)
+    for friction in (1e-3, 0.1, 1.5, 3.0):
+        yield _probe("friction of a design", f"f = {friction:g}", system, friction, 0.1)
+    for force in (1e-15, 1e15):
+        for length in (1e-15, 1e15):
+            yield _probe("units of a design", f"force {force:g}, length {length:g}", _in_units(system, force, length), 0.5, 0.1 * length)
+
+
+def _in_units(system: fo.ContactSystem, force: float, length: float) -> fo.ContactSystem:
+    loads, unit = {name: (force * q, force * p) for name, (q, p) in system.bonded.items()}, force / length
+    return fo.ContactSystem.from_blocks(unit * system.A, unit * system.B, unit * system.C, length * system.x, loads)
+
+
+def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float, depth: float) -> Probe:
+    found: list[fo.results.Design] = []
+    return Probe(extreme, value, "best profile", partial(_ask, system, friction, depth, found), partial(_plain, friction, found), _LP)
+
+
+def _ask(system: fo.ContactSystem, friction: float, depth: float, found: list[Any]) -> Answer:
+    model = fo.DesignModel(system, LOADS, profile=True)
+    found.append(design := model.solve(friction, [cp.abs(model.profile) <= depth]))
+    return Answer(design.load_factor, design.residual, design.record.solver, max(len({attempt.solver for attempt in design.record.attempts}) - 1, 0))
+
+
+def _plain(friction: float, found: list[Any]) -> float | None:
+    design = found[-1]
+    return oracles.largest_load_factor(design.system, design.cycle, np.full(design.system.nodes, friction))
