@@ -1,4 +1,4 @@
-"""The shakedown limit at the paper's size against a bare HiGHS call on the same reduced matrices."""
+"""The shakedown limit at the paper's size against a bare HiGHS call on the same reduced matrices, and required friction against the limit."""
 
 import numpy as np
 import pytest
@@ -41,3 +41,15 @@ def test_sweep_of_50_against_single_solves(compare, system, cycle):
 def test_sweep_against_solving_from_scratch(compare, system, cycle):
     frictions = np.linspace(0.2, 1.5, 10)
     assert compare(lambda: fo.ShakedownModel(system, cycle).sweep(frictions), lambda: [fo.shakedown_limit(system, cycle, f) for f in frictions]) < 1.0
+
+
+@pytest.mark.parametrize("ratio", [0.5, 0.9, 1.05])
+def test_required_friction_against_the_limit(compare, system, cycle, ratio):
+    load_factor = ratio * fo.shakedown_limit(system, cycle, 0.7).load_factor
+    assert compare(lambda: fo.required_friction(system, cycle, load_factor), lambda: fo.shakedown_limit(system, cycle, 0.7)) < 6.0
+
+
+def test_required_friction_in_space_against_the_limit(compare, cycle):
+    system = fo.scenes.SquarePunch(elements=9).condense()
+    load_factor = 0.9 * fo.shakedown_limit(system, cycle, 0.7).load_factor
+    assert compare(lambda: fo.required_friction(system, cycle, load_factor), lambda: fo.shakedown_limit(system, cycle, 0.7), rounds=3) < 6.0

@@ -76,6 +76,7 @@ class SafeModel:
         self._most, self._simplify, self._solver = slip_bounds(slip_bound, system.nodes), flag("simplify", simplify), solver
         solver_order(solver, kind_of(system))
         self._sets: dict[int, SafeSet] = {}  # by the number of nodes: of the whole contact, and of its half
+        self._compiled: dict[tuple[int, bool], cp.Problem] = {}  # by what friction can change: half or whole, rows of opening
         self._last: tuple[list[object], OwnProgram | None] = [], None
 
     def _posed(self, friction: ArrayLike, simplify: bool = True) -> LimitQuestion:
@@ -87,6 +88,14 @@ class SafeModel:
 
     def _unknowns(self, task: LimitQuestion) -> SafeSet:
         return safe_set(task)
+
+    def _program(self, listing: Callable[[SafeSet], cp.Problem], task: LimitQuestion, load_factor: float | None = None) -> SafeProgram:
+        """The program over safe slips; that of a plane contact, of which no part of the cycle is fixed and no node open, is compiled once."""
+        v, kind = self._set(task), (len(task.friction), task.opening)
+        v.ask(task, load_factor)
+        if task.system.tangents > 1 or task.lift is not None or task.loads.fixed:
+            return SafeProgram(task, v, listing(v))
+        return SafeProgram(task, v, self._compiled.get(kind) or self._compiled.setdefault(kind, listing(v)))
 
     @cached_property
     def _v(self) -> SafeSet:

@@ -7,18 +7,17 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import brentq
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, Booleans, finite_number, frozen, place
 from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, components, frame, places
-from ..contact.tolerances import RESIDUAL
+from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
 from ..solve.solvers import Answer
 from .mechanism import Mechanism
 from .pressing import Pressing, best_pressed
-from .question import slip_bounds
+from .question import cycle_loads, slip_bounds
 from .safe_slip import SafeSlipModel
 from .safe_slip_result import SafeSlip
 
@@ -123,25 +122,26 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     """
     started, load_factor = perf_counter(), finite_number("load_factor", load_factor, least=0.0)
     asked, most = _Asked(SafeSlipModel(system, cycle, slip_bound=slip_bound), load_factor, started), 1.0
+    loads = cycle_loads(system, cycle)
     within = "" if slip_bound is None else " within the slip bound"
-    if asked.proven(0.0, True):
-        slip = asked.safe(0.0)
-        why = f"none is needed: a residual slip{within} takes all shear off every node at every corner"
-        still = Mechanism(np.zeros((1, *system.slip_shape)), np.zeros((1, system.nodes)), np.zeros(system.nodes))
-        motionless, record = still.table(system, ()), asked.record((slip,), slip.residual)
-        return RequiredFriction(0.0, np.nan, slip.slip, motionless, why, system, cycle, load_factor, slip.open, _kept(slip), record)
-    if not asked.proven(most, True):
+    q0, q1 = loads.q0, load_factor * loads.q1
+    alike = np.ptp(q0 + q1, axis=0).max() <= RESIDUAL * max(np.abs(q0).max(), np.abs(q1).max())  # else no slip takes the shear off at all corners
+    none_needed = alike and asked.proven(0.0, True)
+    if not (none_needed or asked.proven(most, True)):
         best = best_pressed(system, cycle, load_factor, slip_bounds(slip_bound, system.nodes))
         pressed = best.claim
         if pressed.impossible and not asked.enough_with_open_nodes():
             return _never(best, system, cycle, load_factor, within, started)
         most = asked.most if pressed.impossible else _enough(asked, pressed)
-    least = most
-    while not asked.proven(least, False):
-        if least < _LEAST_FRICTION:
-            raise SolverError(f"required friction: {least:.0e} is enough and 0 is not; no shear load of that size matters, take it as 0")
-        least /= 4
-    root, step = brentq(asked.margin, least, most, rtol=1e-12, xtol=1e-300), _PROVEN_FRICTION
+    root, step = 0.0 if none_needed else asked.root(most), _PROVEN_FRICTION
+    if root < _LEAST_FRICTION:
+        if not asked.proven(0.0, True):
+            raise SolverError(f"required friction: {_LEAST_FRICTION:.0e} is enough and 0 is not; no shear load of that size matters, take it as 0")
+        slip = asked.safe(0.0)
+        why = f"none is needed: a residual slip{within} takes all shear off every node at every corner"
+        still = Mechanism(np.zeros((1, *system.slip_shape)), np.zeros((1, system.nodes)), np.zeros(system.nodes))
+        motionless, record = still.table(system, ()), asked.record((slip,), slip.residual)
+        return RequiredFriction(0.0, np.nan, slip.slip, motionless, why, system, cycle, load_factor, slip.open, _kept(slip), record)
     while not (asked.proven(root * (1 + step), True) and asked.proven(root * (1 - step), False)):
         step *= 4
         if step > _WIDEST_PROOF:
@@ -212,12 +212,26 @@ class _Asked:
             self._found[friction] = self._model.solve(friction, self._load_factor)
         return self._found[friction]
 
-    def margin(self, friction: float) -> float:
-        """Its margin as a force: the unit of margins is the mean friction bound."""
-        try:
-            return self.safe(friction).margin * friction
-        except SolverError:  # within rounding of the root, or of a critical friction above which slips without end are safe: the proof decides
-            return 0.0
+    def root(self, most: float) -> float:
+        """The friction at which the margin vanishes, below one that is enough; less than the least friction where it does not.
+
+        By Newton's method: more friction adds to the reserve `f p - |q|`, weighted by its multipliers, their sum of p. A step that leaves what is
+        known, or is not half of the one before, is replaced by bisection.
+        """
+        friction, least, before = most, 0.0, np.inf
+        while friction >= _LEAST_FRICTION:
+            try:
+                safe = self.safe(friction)
+            except SolverError:  # within rounding of the root, or of a critical friction above which slips without end are safe: the proof decides
+                break
+            least, most = (least, friction) if safe.margin >= 0 else (friction, most)
+            step = -safe.margin / safe.friction_rate if safe.friction_rate > 0 else np.inf
+            if min(abs(step), most - least) <= ROUNDING * friction:
+                break
+            if not (least < friction + step < most and abs(step) < before / 2):
+                step = (least + most) / 2 - friction
+            friction, before = friction + step, abs(step)
+        return friction
 
     def proven(self, friction: float, exists: bool) -> bool:
         """Whether it is proven that a safe slip exists, or that none does."""
@@ -239,7 +253,7 @@ class _Asked:
     def bracket(self) -> tuple[float, float]:
         """The largest friction asked for that is proven to be too little, and the least that is proven to be enough."""
         exists = {friction: safe.exists for friction, safe in self._found.items()}
-        return max(f for f, enough in exists.items() if not enough), min(f for f, enough in exists.items() if enough)
+        return max((f for f, enough in exists.items() if not enough), default=0.0), min(f for f, enough in exists.items() if enough)
 
     def record(self, proofs: tuple[SafeSlip, ...], residual: float) -> SolveRecord:
         """How an answer with these proofs was found."""

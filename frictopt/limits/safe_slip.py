@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import finite_number, listed
+from ..contact.checks import Array, finite_number, listed
 from ..contact.odd_values import warns_of_odd_values
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum, solve
 from .judge import answered, judged_margin
 from .own_constraints import OwnProgram, SafeModel, contradiction
-from .program import posed
+from .program import SafeProgram, posed
 from .question import LimitQuestion
 from .reduced import half_of, rest_under_mean
 from .safe_set import SafeSet
@@ -69,6 +69,9 @@ class SafeSlipModel(SafeModel):
     -0.1
     """
 
+    _closing: float | Array = np.inf
+    """Friction with which some slip is known to be safe at some load factor, all nodes closed; it is so with more."""
+
     @cached_property
     def load_factor(self) -> cp.Expression:
         """The load factor that is given, a cvxpy expression for constraints of your own."""
@@ -102,11 +105,22 @@ class SafeSlipModel(SafeModel):
         load_factor, own = finite_number("load_factor", load_factor, least=0.0), listed("constraints", constraints)
         task = self._posed(friction, simplify=not own)
         task.check_load_factor(load_factor)
-        extended = self._own(margin_problem, task, own, load_factor=load_factor) if own else None
-        safe = solve_margin(task, load_factor, self._solver, extended)
-        if not (own or safe.exists or _closed_somewhere(task, self._solver)) and (rest := rest_under_mean(task)):
+        program = self._own(margin_problem, task, own, load_factor=load_factor) if own else self._program(margin_problem, half_of(task), load_factor)
+        safe = solve_margin(task, load_factor, self._solver, program)
+        if not (own or safe.exists or self._closed_somewhere(task)) and (rest := rest_under_mean(task)):
             return solve_margin(rest, load_factor, self._solver)
         return safe
+
+    def _closed_somewhere(self, task: LimitQuestion) -> bool:
+        """Whether some slip is safe with all nodes closed at some load factor; it is taken to be so where that cannot be told."""
+        if (task.friction >= self._closing).all() or task.violation(0.0, np.zeros(task.system.slip_shape)) <= RESIDUAL:
+            return True
+        try:
+            closed = solve_margin(task, None, self._solver).exists
+        except SolverError:
+            return True
+        self._closing = task.friction if closed else self._closing
+        return closed
 
 
 @warns_of_odd_values
@@ -159,26 +173,16 @@ def safe_slip(
     return SafeSlipModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction, load_factor)
 
 
-def _closed_somewhere(task: LimitQuestion, solver: str | None) -> bool:
-    """Whether some slip is safe with all nodes closed at some load factor; it is taken to be so where that cannot be told."""
-    if task.violation(0.0, np.zeros(task.system.slip_shape)) <= RESIDUAL:
-        return True
-    try:
-        return solve_margin(task, None, solver).exists
-    except SolverError:
-        return True
-
-
-def solve_margin(task: LimitQuestion, load_factor: float | None, solver: str | None, own: OwnProgram | None = None) -> SafeSlip:
-    """Largest margin of a safe slip at a load factor, or (None) at the best one; maybe under constraints of the user's own, in their program."""
-    program = own or posed(half_of(task), partial(margin_problem, free_load_factor=load_factor is None), load_factor)
+def solve_margin(task: LimitQuestion, load_factor: float | None, solver: str | None, program: SafeProgram | None = None) -> SafeSlip:
+    """Largest margin of a safe slip at a load factor, or (None) at the best one; in a program that is there already, or in one of its own."""
+    program = program or posed(half_of(task), partial(margin_problem, free_load_factor=load_factor is None), load_factor)
     try:
         answer = solve(program, lambda: judged_margin(program, load_factor), solver)
     except NoOptimum:
-        if own and (excess := contradiction(own.problem, solver)).bound > RESIDUAL:
-            ruling = ", ".join(name for name in own.names if name in excess.ruling)
+        if program.own and (excess := contradiction(program.problem, solver)).bound > RESIDUAL:
+            ruling = ", ".join(name for name in program.names if name in excess.ruling)
             raise ModelError(f"{ruling}: no residual slip, safe or not, obeys this at load factor {load_factor:g}; drop or relax it") from None
         raise
-    if own:
-        own.save()
+    if isinstance(program, OwnProgram):
+        program.save()
     return answered(answer, program)

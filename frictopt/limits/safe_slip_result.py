@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import IO, Any
 
 import cvxpy as cp
+import numpy as np
 import pandas as pd
 
 from ..contact.checks import Array
@@ -79,6 +80,11 @@ class SafeSlip(Answered):
     def exists(self) -> bool:
         """Whether a safe slip exists at the load factor: the margin is not negative by more than 1e-12 or its own residual."""
         return bool(self.margin >= -max(_NO_MARGIN, self.residual))
+
+    @property
+    def friction_rate(self) -> float:
+        """Rate of the margin with friction, the same at all nodes, in mean friction bounds as they are."""
+        return float(np.sum(self._motion.size * self.reactions[1]))
 
     @cached_property
     def reason(self) -> str:

@@ -6,7 +6,6 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
@@ -87,12 +86,6 @@ class ShakedownModel(SafeModel):
     0.502381
     """
 
-    def __init__(
-        self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
-    ) -> None:
-        super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        self._compiled: dict[tuple[int, bool, bool], cp.Problem] = {}  # by what friction can change: half or whole, rows of opening, open nodes
-
     def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own, or the slip that your objective chooses.
 
@@ -170,11 +163,7 @@ class ShakedownModel(SafeModel):
 
     def program(self, task: LimitQuestion) -> SafeProgram:
         """The program over safe slips; that of a plane contact is compiled once for all frictions."""
-        v, kind = self._set(task), (len(task.friction), task.opening, task.lift is None)
-        v.ask(task)
-        if kind not in self._compiled or task.system.tangents > 1 or task.lift is not None or task.loads.fixed:
-            self._compiled[kind] = shakedown_problem(v)
-        return SafeProgram(task, v, self._compiled[kind])
+        return self._program(shakedown_problem, task)
 
     def _under(self, program: OwnProgram) -> ShakedownLimit:
         task, unit = program.task, program.objective_unit
