@@ -3,7 +3,10 @@
 import os
 from importlib.metadata import version as installed
 
+import pyvista
+
 os.environ.setdefault("TQDM_DISABLE", "1")
+pyvista.BUILDING_GALLERY = pyvista.OFF_SCREEN = True
 os.environ["PYTHONWARNINGS"] = "error:::__main__"  # a cell of the tutorial that warns is an error
 
 project = "frictopt"
@@ -61,6 +64,7 @@ sphinx_gallery_conf = {
     "gallery_dirs": ["gallery"],
     "filename_pattern": r"/ex\d+_",
     "within_subsection_order": "FileNameSortKey",
+    "image_scrapers": ("matplotlib", "pyvista"),
     "remove_config_comments": True,
     "show_memory": False,
     "thumbnail_size": (720, 504),

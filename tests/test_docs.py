@@ -9,6 +9,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pytest
+import pyvista
 
 import frictopt as fo
 from paper_figures.__main__ import FIGURES
@@ -63,6 +64,8 @@ def text(path):
 def quiet(monkeypatch):
     """No figure is left open, no progress bar printed."""
     monkeypatch.setenv("TQDM_DISABLE", "1")
+    monkeypatch.setattr(pyvista, "OFF_SCREEN", True)
+    monkeypatch.setattr(pyvista.Plotter, "show", lambda scene: scene.close())  # a machine that tests need not draw in space
     with plt.rc_context({"backend": "agg"}):
         yield
     plt.close("all")

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..contact import ContactSystem
 from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, listed_parts, shown
 from ..contact.parts import compliances, joined, parted
-from ..contact.show import Plotted, Shown
+from ..contact.show import Shown
 from ..contact.units import checked_units
 from ..errors import ModelError, ModelWarning
 from .assembly import LOADS, Assembly, Load, nodes_of
@@ -26,6 +26,7 @@ from .loads import Expansion, Pressure, Traction
 from .ordering import Integers
 from .recovery import BodyFields, Recovery, body_fields, warn_of_open_nodes
 from .rigid import node_graph
+from .viewed import Viewed
 
 __all__ = ["ContactModel"]
 
@@ -35,7 +36,7 @@ COARSE = 4.0  # edges of body 1 that are so much longer than those of body 2 do 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactModel(Shown, Plotted):
+class ContactModel(Shown, Viewed):
     """Elastic bodies that meet along any number of faces, in the plane or in space as their meshes are.
 
     Parameters

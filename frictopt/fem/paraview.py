@@ -1,11 +1,12 @@
 """Files for ParaView: all bodies and the face of the contact in one, at one state or over a steady cycle."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 from xml.etree import ElementTree
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..contact import LoadCycle
@@ -18,22 +19,23 @@ from .model import ContactModel
 from .ordering import Integers
 from .recovery import BodyFields
 
-__all__ = ["write_paraview"]
+__all__ = ["Steady", "contact_face", "states_of", "write_paraview"]
 
 _CELLS = {2: "line", 3: "triangle", 4: "quad"}
 
 
 @runtime_checkable
-class _Steady(Protocol):
+class Steady(Protocol):
     """A steady state: its load cycle, the load factor, and its states."""
 
     cycle: LoadCycle
     load_factor: float
 
-    def states(self) -> Any: ...
+    def states(self) -> Any:
+        """Its states."""
 
 
-def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | _Steady, *, every: bool = False) -> None:
+def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | Steady, *, every: bool = False) -> None:
     """Write all bodies of a model and the face of its contact as one file that ParaView opens, at one state or over a steady cycle.
 
     The bodies have the fields displacement, stress, strain (symmetric tensors) and von_mises. The face of the contact, that of bodies 1, has the
@@ -75,18 +77,34 @@ def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | _
     if not isinstance(model, ContactModel):
         raise ModelError(f"model: a {type(model).__name__}; give the ContactModel that was condensed, of a scene its .model()")
     ending = ".vtm" if isinstance(result, BodyFields) else ".pvd"
-    if not isinstance(result, BodyFields | _Steady):
+    if not isinstance(result, BodyFields | Steady):
         raise ModelError(f"result: a {type(result).__name__}; give fields of ContactModel.recover, or a steady state")
     if file.suffix.lower() != ending:
         raise ModelError(f"path: {file.name!r}; give a file name that ends in {ending}")
     if isinstance(result, BodyFields):
         return _write_state(file, model, result, {})
-    states, entries = result.states(), []
+    entries = []
+    for number, (time, fields, more) in enumerate(states_of(model, result, every=every)):
+        part = file.with_suffix("") / f"{number:04d}.vtm"
+        _write_state(part, model, fields, more)
+        entries.append({"timestep": f"{time:.9g}", "part": "0", "file": part.relative_to(file.parent).as_posix()})
+    _write_list(file, "Collection", entries)
+
+
+def states_of(model: ContactModel, steady: Steady, *, every: bool) -> Iterator[tuple[float, BodyFields, dict[str, NDArray[Any]]]]:
+    """The states of a steady cycle, at its corners or all: corners visited since the last one, fields, and status and work at the contact.
+
+    Raises
+    ------
+    ModelError
+        The steady state is that of another model.
+    """
+    states = steady.states()
     last = np.append(np.diff(states.time) > SIMULTANEOUS, True)  # of the states of one time
     corner = np.abs(states.time - np.round(states.time)) <= SIMULTANEOUS
     before = 0
-    for number, state in enumerate(np.flatnonzero(last if every else last & corner).tolist()):
-        fields = model.recover(_loads(result.cycle, result.load_factor, states.time[state]), states.slip[state], states.gap[state])
+    for state in np.flatnonzero(last if every else last & corner).tolist():
+        fields = model.recover(_loads(steady.cycle, steady.load_factor, states.time[state]), states.slip[state], states.gap[state])
         off = max(np.abs(fields.q - states.q[state]).max(), np.abs(fields.p - states.p[state]).max())
         if off > EQUILIBRIUM * np.abs(states.p).max():
             raise ModelError(
@@ -96,11 +114,8 @@ def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | _
         way = np.ptp(states.slip[before : state + 1], axis=0).reshape(len(work), -1).max(axis=1)
         slipped = way > RESIDUAL * np.abs(states.slip).max()
         status = np.where(states.gap[state] > 0, 2, slipped).astype(np.int32)
-        more, before = {"status": status, "work": work, "work_density": work / model._parts.width}, state
-        part = file.with_suffix("") / f"{number:04d}.vtm"
-        _write_state(part, model, fields, more)
-        entries.append({"timestep": f"{states.time[state]:.9g}", "part": "0", "file": part.relative_to(file.parent).as_posix()})
-    _write_list(file, "Collection", entries)
+        yield float(states.time[state]), fields, {"status": status, "work": work, "work_density": work / model._parts.width}
+        before = state
 
 
 def _loads(cycle: LoadCycle, load_factor: float, time: float) -> dict[str, float]:
@@ -110,7 +125,7 @@ def _loads(cycle: LoadCycle, load_factor: float, time: float) -> dict[str, float
     return {name: (1 - share) * begin.get(name, 0.0) + share * end.get(name, 0.0) for name in {**begin, **end}}
 
 
-def _write_state(file: Path, model: ContactModel, fields: BodyFields, more: Mapping[str, Array]) -> None:
+def _write_state(file: Path, model: ContactModel, fields: BodyFields, more: Mapping[str, NDArray[Any]]) -> None:
     """Write one state, with more values at the nodes of the contact."""
     folder, entries = file.with_suffix(""), []
     try:
@@ -122,18 +137,27 @@ def _write_state(file: Path, model: ContactModel, fields: BodyFields, more: Mapp
         fields.save(part, name)
         entries.append({"index": str(i), "name": name, "file": part.relative_to(file.parent).as_posix()})
     part = folder / "contact.vtu"
-    cells, width, frames = _faces(model), model._parts.width, fields._frames
+    contact_face(model, fields, more).write(part)
+    entries.append({"index": str(len(entries)), "name": "contact", "file": part.relative_to(file.parent).as_posix()})
+    _write_list(file, "vtkMultiBlockDataSet", entries)
+
+
+def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[str, NDArray[Any]]) -> Any:
+    """The face of the contacts, that of bodies 1, with fields and more values at its nodes, as a mesh of meshio."""
+    cells = _faces(model)
+    points = _in_space(model._parts.points[model._parts.interface.nodes])
+    mesh = meshio_library().Mesh(points, [(_CELLS[own.shape[1]], own) for own in cells])
+    mesh.cell_data["contact"] = [np.full(len(own), number, dtype=np.int32) for number, own in enumerate(cells)]
+    if fields is None:
+        return mesh
+    width, frames = model._parts.width, fields._frames
     moved = np.concatenate([*fields.displacement.values()], axis=1).T
     vectors = {"displacement": fields._sides[0] @ moved, "normal": frames[:, -1]}
     for name, values in (("slip", fields.slip.T), ("shear", fields.q.T / width)):
         vectors[name] = np.einsum("tn,nta->na", np.atleast_2d(values), frames[:, :-1])
-    data = {name: _in_space(values) for name, values in vectors.items()} | {"gap": fields.gap, "pressure": fields.p / width}
-    points = _in_space(model._parts.points[model._parts.interface.nodes])
-    mesh = meshio_library().Mesh(points, [(_CELLS[own.shape[1]], own) for own in cells], point_data={**data, **more})
-    mesh.cell_data["contact"] = [np.full(len(own), number, dtype=np.int32) for number, own in enumerate(cells)]
-    mesh.write(part)
-    entries.append({"index": str(len(entries)), "name": "contact", "file": part.relative_to(file.parent).as_posix()})
-    _write_list(file, "vtkMultiBlockDataSet", entries)
+    mesh.point_data.update({name: _in_space(values) for name, values in vectors.items()})
+    mesh.point_data.update({"gap": fields.gap, "pressure": fields.p / width, **more})
+    return mesh
 
 
 def _faces(model: ContactModel) -> list[Integers]:

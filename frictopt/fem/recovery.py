@@ -26,7 +26,7 @@ from .matrices.meshes import meshio_library
 from .ordering import Integers
 from .rigid import node_graph
 
-__all__ = ["BodyFields", "Recovery", "body_fields", "warn_of_open_nodes"]
+__all__ = ["BodyFields", "Recovery", "body_fields", "in_meshio", "warn_of_open_nodes"]
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
 _VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")]
@@ -146,18 +146,7 @@ class BodyFields(Shown, Plotted):
         ModelError
             An unknown body, or a file that cannot be written.
         """
-        meshio = meshio_library()
-        from skfem.io.meshio import to_meshio  # here, for it imports meshio
-
-        mesh = self._body(body).mesh
-        d = mesh.dim()
-        data = {"displacement": np.pad(self.displacement[body].T, ((0, 0), (0, 3 - d)))}
-        for name, field in (("stress", self.stress[body]), ("strain", self.strain[body])):
-            data[name] = np.pad(field, ((0, 6 - len(field)), (0, 0)))[_VTK].T
-        xx, yy, zz, xy, yz, xz = data["stress"].T
-        data["von_mises"] = np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (xy**2 + yz**2 + xz**2))
-        whole = to_meshio(mesh, point_data=data, encode_cell_data=False)
-        whole.points = np.pad(mesh.p.T, ((0, 0), (0, 3 - d)))
+        meshio, whole = meshio_library(), self._in_meshio(body)
         try:
             whole.write(path)
         except (OSError, TypeError, ValueError, meshio.WriteError, meshio.ReadError) as error:
@@ -165,10 +154,32 @@ class BodyFields(Shown, Plotted):
                 f"path: {shown(path)} cannot be written ({error}); give a file name that ends in .vtu, in a folder that exists"
             ) from error
 
+    def _in_meshio(self, body: str) -> Any:
+        """The mesh of one body in space with its fields, of meshio."""
+        mesh = in_meshio(self._body(body).mesh)
+        d = len(self.displacement[body])
+        data = {"displacement": np.pad(self.displacement[body].T, ((0, 0), (0, 3 - d)))}
+        for name, field in (("stress", self.stress[body]), ("strain", self.strain[body])):
+            data[name] = np.pad(field, ((0, 6 - len(field)), (0, 0)))[_VTK].T
+        xx, yy, zz, xy, yz, xz = data["stress"].T
+        data["von_mises"] = np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (xy**2 + yz**2 + xz**2))
+        mesh.point_data.update(data)
+        return mesh
+
     def _body(self, name: str) -> Body:
         if not isinstance(name, str) or name not in self.bodies:
             raise ModelError(f"body: {shown(name)} is unknown; these fields have {sorted(self.bodies)}")
         return self.bodies[name]
+
+
+def in_meshio(mesh: Any) -> Any:
+    """A mesh of scikit-fem as one in space of meshio."""
+    meshio_library()
+    from skfem.io.meshio import to_meshio  # here, for it imports meshio
+
+    whole = to_meshio(mesh, encode_cell_data=False)
+    whole.points = np.pad(mesh.p.T, ((0, 0), (0, 3 - mesh.dim())))
+    return whole
 
 
 class Recovery:
