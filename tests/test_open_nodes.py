@@ -229,8 +229,18 @@ def test_what_is_said_of_a_rounded_punch(punch, paper_cycle):
     bounded = fo.shakedown_limit(contact, paper_cycle, 0.6, slip_bound=0.5 * limit.largest_slip)
     assert 0 < bounded.load_factor < limit.load_factor and np.abs(bounded.slip[~bounded.open]).max() <= 0.5 * limit.largest_slip * (1 + 1e-9)
     assert "open" not in fo.shakedown_limit(punch(8), paper_cycle, 0.6).to_frame()
-    with pytest.raises(fo.ModelError, match=r"verify: \d nodes are open"):
-        fo.guaranteed_limit(contact, paper_cycle, 0.6).verify()
+
+
+@pytest.mark.parametrize("seed", [3, 8, 12, 19])
+def test_transients_verify_a_guaranteed_limit_with_open_nodes(seed):
+    """Slip goes on from the witness just above it, and dies out from random slips just below."""
+    rng = np.random.default_rng(seed)
+    contact, friction = pulled_system(rng, int(rng.integers(2, 7))), float(rng.uniform(0.1, 1.0))
+    limit = fo.guaranteed_limit(contact, CYCLE, friction)
+    check = limit.verify(starts=10, moved=1)
+    above = check.runs[check.runs["start"] == "witness"]
+    assert limit.open.any() and limit.node is not None and check.persists and above["outcome"].tolist() == ["CYCLIC_SLIP"]
+    assert check.dies_out and not check.undecided and check.residual <= 1e-9 and set(check.runs["start"]) == {"witness", "moved witness", "random"}
 
 
 @pytest.mark.parametrize("seed", [1, 17])

@@ -2,13 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from ..contact import LoadCycle
+from ..contact import ContactState, LoadCycle
 from ..contact.answers import Outcome
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
+from ..contact.coulomb import lengths
 from ..contact.show import Plotted, Shown
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, safe_vertices
@@ -142,7 +144,7 @@ def _starts(
     rng: np.random.Generator, limit: GuaranteedLimit, cycle: LoadCycle, load_factor: float, count: int, size: float
 ) -> list[tuple[str, Array]]:
     """Kind and slip of each start."""
-    system, wanted = limit.system, int(_VERTICES * count)
+    system, wanted = limit.system, 0 if limit.open.any() else int(_VERTICES * count)
     directions = rng.normal(size=(wanted, *system.slip_shape))
     under_mean = 0.0 if limit.least == 0 else load_factor
     vertices = [
@@ -161,7 +163,9 @@ def _run(cycle: LoadCycle, limit: GuaranteedLimit, size: float, load_factor: flo
     outcome, dissipation, cycles, residual = NO_OUTCOME, np.nan, 0, np.nan
     try:
         steps = None if limit.system.tangents == 1 else _STEPS
-        steady = steady_state(limit.system, _from_its_middle(cycle, load_factor), limit.friction, 1.0, initial_slip=slip, steps=steps)
+        steady = steady_state(
+            limit.system, _from_its_middle(cycle, load_factor), limit.friction, 1.0, **_begin(limit, load_factor, slip), steps=steps
+        )
         dissipation, cycles, residual = steady.dissipation, steady.cycles, steady.residual
         outcome = steady.outcome.name if steady.work_error < 1 else NO_OUTCOME  # slip that has nearly died out has no work beside its error
     except NoContinuation:
@@ -176,6 +180,18 @@ def _run(cycle: LoadCycle, limit: GuaranteedLimit, size: float, load_factor: flo
         "cycles": cycles,
         "residual": residual,
     }
+
+
+def _begin(limit: GuaranteedLimit, load_factor: float, slip: Array) -> dict[str, Any]:
+    """What a transient begins from at the mean of the corners: a slip; where nodes are open and the others can hold it, the state that it leaves."""
+    task = limit._task
+    if not limit.open.any():
+        return {"initial_slip": slip}
+    v, w, q, p, *bonded = (
+        part.mean(axis=0) for part in (*task.states(load_factor, slip), *task.reactions(load_factor, slip), *task.bonded(load_factor))
+    )
+    held = (lengths(q, p) <= limit.friction * p).all() and (w[limit.open] >= 0).all()  # states are linear in the load
+    return {"initial_state": ContactState(v, w.clip(0.0), *bonded)} if held else {"initial_slip": v}
 
 
 def _from_its_middle(cycle: LoadCycle, load_factor: float) -> LoadCycle:

@@ -170,6 +170,9 @@ class GuaranteedLimit(Answered):
         and random slips of a tenth to a hundred times the size of the witness. If none of them slips for ever, this is evidence, not a proof. Where
         the mean load alone is not safe, half of them are next to the least safe load factor: nothing is said of load factors below it.
 
+        Where nodes are open, all starts below the limit are random. A slip that the closed nodes can hold begins with the others open as it leaves
+        them, any other one with all nodes closed. Starts from which nodes open and close in every cycle may slip for ever below the limit.
+
         Parameters
         ----------
         starts
@@ -187,7 +190,7 @@ class GuaranteedLimit(Answered):
         Raises
         ------
         ModelError
-            Bad input, a limit that is not finite, a contact without safe slip at any load above 0, or with open nodes.
+            Bad input, a limit that is not finite, or a contact without safe slip at any load above 0.
         SolverError
             A transient does not pass its checks.
 
@@ -202,11 +205,6 @@ class GuaranteedLimit(Answered):
         >>> check.dies_out, check.persists
         (True, True)
         """
-        if self.open.any():
-            raise ModelError(
-                f"verify: {int(self.open.sum())} nodes are open, and its starts are slips of closed contacts; follow `steady_state` from "
-                "`initial_state=limit.state`"
-            )
         verify = import_module("frictopt.histories.guarantee").verify  # here, for transients need the limits
         return verify(self, self._task.cycle, starts, moved, above, seed)
 
