@@ -326,7 +326,7 @@ def pivot_share(S, f, active, node, status):
     return _border(S, active, node, status * f[node], left, right) / S[node, node] if S[node, node] > 0.0 else 0.0
 
 
-@_entry_point
+@njit(**_OPTIONS)
 def solve_rates(S, active, load_rate, u_rate, r_rate):
     """Rates of `[v, w]` and `[q, p]` under the rate `load_rate` of the bonded reactions; written into `u_rate` and `r_rate`."""
     n, nodes = active.size[0], S.shape[0] // 2
@@ -426,7 +426,7 @@ def _change_status(S, f, state, active, node, wanted):
     return share
 
 
-@_entry_point
+@njit(**_OPTIONS)
 def settle(S, f, load_rate, state, active, force, u_rate, r_rate, known):
     """Iterate on the signs of the rates until the statuses of all nodes at a bound agree with them; `known`: the rates are those of the statuses."""
     nodes, status, r = len(f), state.status, state.r
@@ -731,7 +731,7 @@ def follow(S, f, bonded, load_rate, state, active, proof, force, start, settled,
         `DONE` or the reason to stop, and the time of the stop.
     """
     u_rate, r_rate = np.empty_like(load_rate), np.empty_like(load_rate)
-    time, known = start, False
+    time, known = start, settled
     for _ in range(1000 + 200 * len(f)):
         if settled:
             solve_rates(S, active, load_rate, u_rate, r_rate)
@@ -826,6 +826,7 @@ def compiled() -> None:
     notice.daemon = True
     notice.start()
     S, f, load = np.eye(2), np.ones(1), np.zeros(2)
+    S.flags.writeable = False  # as that of a system: numba compiles once more for an array of another kind
     state, active, proof = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1)), new_active_set(1), new_proof(1)
     begin_segment(S, f, state, active, proof)
     at_bound(f, state, 0, np.ones(1))

@@ -112,7 +112,7 @@ class ExactPath(Transient):
             checked_plane(system, "follow it by march or steady_state, in increments"), cycle, friction, load_factor, initial_slip, initial_state
         )
         nodes = self.nodes
-        self._S, self.unit = np.ascontiguousarray(system.S), np.tile(self.scales.length, 2)
+        self._S, self.unit = system.S, np.tile(self.scales.length, 2)
         self.turns = turning_corners(cycle, self.load_factor)
         self._least_drive = NO_DRIVE * np.tile(self.scales.mean, 2)
         compiled()
