@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -68,7 +68,7 @@ class LoadCycle(Plotted):
     mean: Mapping[str, float]
     corners: Sequence[Mapping[str, float]]
     fixed: Sequence[Mapping[str, float]] | None = None
-    times: Sequence[Any] | None = field(default=None, compare=False)
+    times: Sequence[object] | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mean", checked_loads("mean", self.mean))

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import wraps
 from inspect import signature
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from ..errors import ModelError, ModelWarning
 from .checks import finite_number, real_array
 
 __all__ = ["warns_of_odd_values"]
 
-F = TypeVar("F", bound=Callable[..., Any])
+F = TypeVar("F", bound=Callable[..., object])
 
 _OURS = "frictopt."  # rooms of the package, whose own questions are not the user's
 _ROUGH = 5.0  # largest coefficient of friction that is passed without a word: of dry metals it is 0.1 to 1.5, of rubber up to 4

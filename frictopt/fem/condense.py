@@ -50,7 +50,7 @@ def condense(
     gap: ArrayLike | None = None,
     interference: Mapping[str, ArrayLike] | None = None,
     contact: ArrayLike | None = None,
-    width: Any = None,
+    width: ArrayLike | None = None,
     E_star: float | None = None,
     units: str | None = None,
 ) -> ContactSystem:

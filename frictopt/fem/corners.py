@@ -10,13 +10,14 @@ from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, place
 from ..errors import ModelError
+from .contacts import Contact
 from .ordering import Integers
 
 __all__ = ["shares"]
 
 
 def shares(
-    contacts: Sequence[Any], contact: Integers, nodes: Integers, others: Integers, points: Array, widths: Array, near: float
+    contacts: Sequence[Contact], contact: Integers, nodes: Integers, others: Integers, points: Array, widths: Array, near: float
 ) -> tuple[Integers, csr_matrix]:
     """The pairs that are kept of N, and the (kept, N) matrix of the means that their relative motions stand for: so none follows from others.
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from skfem import Mesh
@@ -10,13 +9,14 @@ from skfem import Mesh
 from ..contact.checks import Array, place
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
+from .bodies import Body
 from .faces import facets_around, neighbours, normals_of
 from .ordering import Integers
 
 __all__ = ["check_touching"]
 
 
-def check_touching(bodies: Mapping[str, Any], joined: Mapping[tuple[str, str], list[Integers]]) -> None:
+def check_touching(bodies: Mapping[str, Body], joined: Mapping[tuple[str, str], list[Integers]]) -> None:
     """Check that two bodies are joined wherever a flat facet of one lies on a facet of the other.
 
     Facets that meet in a point or at an edge do not count, nor those whose nodes a contact of the two bodies joins. Curved faces are seen where the

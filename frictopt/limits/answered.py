@@ -1,7 +1,5 @@
 """What the answers of limit questions have in common: the contact, its reactions and its state under a residual slip at a load factor."""
 
-from typing import Any
-
 import numpy as np
 
 from ..contact import ContactState, ContactSystem, LoadCycle
@@ -67,7 +65,7 @@ class Answered(WithSlip, Plotted):
         """(K, N) ratios `|q| / (f p)` at the corners under the slip; NaN where the pressure or the friction vanishes, or without a slip."""
         return self._task.traction_ratios(*self.reactions)
 
-    def _places(self) -> dict[str, Any]:
+    def _places(self) -> dict[str, object]:
         """Columns of a table with one row for each node: node, its place, its slip, and whether it is open where one is."""
         opened = {"open": self.open} if self.open.any() else {}
         return {"node": range(self.system.nodes), **places(self.system), **components("slip", self.slip), **opened}

@@ -9,6 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 
 from ..contact import ContactSystem, LoadCycle
+from ..contact.checks import Array
 from ..errors import ModelError
 from .along import label_contacts, lines
 from .bodies import spread
@@ -52,7 +53,7 @@ def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
     return np.array(panels)
 
 
-def _in_space(system: ContactSystem, width: Any, unit: str, ax: AxesArray | None) -> AxesArray:
+def _in_space(system: ContactSystem, width: Array | float, unit: str, ax: AxesArray | None) -> AxesArray:
     cases = list(system.bonded)
     if ax is None:
         look = {"projection": "3d"}
