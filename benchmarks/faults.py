@@ -221,7 +221,6 @@ FAULTS = (
     Fault("limits/safe_region.py", "a ray without reach keeps its line", "reach = bound = 0.0", "reach = 0.0", "safe_region"),
     Fault("limits/safe_region.py", "sides and vertices that differ", "max(errors, default=0.0)) > 2 * _ONE_SIDE",
           "max(errors, default=0.0)) > 2e9 * _ONE_SIDE", "safe_region"),
-    Fault("limits/safe_region.py", "slips that meet at a corner press less", "+ f * (sizes - lengths(slips, p))", "", "safe_region"),
     Fault("limits/safe_region.py", "polygons nine times as far apart", "other.at, corner) < self._apart", "other.at, corner) < 9.0 * self._apart",
           "safe_region"),
     Fault("limits/safe_region_result.py", "a load without room frees the other one", "(at <= self.vertices", "(at <= 9e9 + self.vertices",

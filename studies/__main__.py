@@ -22,7 +22,7 @@ from . import (
     wear,
 )
 from .tables import Study
-from .validation import error_vs_time, left_out
+from .validation import error_vs_time, followed, left_out
 from .validation.extremes import study as extremes
 from .validation.fuzz import study as fuzz
 
@@ -30,7 +30,7 @@ __all__ = ["STUDIES", "main"]
 
 _MODULES = (
     *(first_look, limits, scenes, guaranteed, separation, increments, dissipation, range, damping, wear, design),
-    *(joint, space, spatial, size, validity, left_out, error_vs_time, extremes, fuzz),
+    *(joint, space, spatial, size, validity, left_out, followed, error_vs_time, extremes, fuzz),
 )
 STUDIES: dict[str, Study] = {module.STUDY.name: module.STUDY for module in _MODULES}
 

@@ -11,6 +11,7 @@ from frictopt.contact.parts import joined
 from frictopt.limits.critical_state import smallest_discs
 from frictopt.reference import smallest_circle, smallest_circle_limit
 from spatial import cycle, random_contact
+from studies.validation.followed import random_contact as centred
 from studies.validation.fuzz.embedded import embedded
 from systems import CYCLE, FIRST_PAIR, SECOND_PAIR, system
 from test_open_nodes import open_in_space
@@ -18,17 +19,6 @@ from test_open_nodes import open_in_space
 pytestmark = pytest.mark.filterwarnings("ignore:Solution may be inaccurate")  # of the cone programs that are compared with
 
 TIGHT = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
-
-
-def centred(seed, most=8, corners=None):
-    """A coupled contact of which the mean of the corners is the mean load, its cycle and friction."""
-    rng = np.random.default_rng(seed)
-    nodes, corners = int(rng.integers(1, most + 1)), corners or int(rng.integers(2, 6))
-    G = rng.normal(size=(3 * nodes, 3 * nodes))
-    loads = np.hstack([rng.normal(size=(corners, 2 * nodes)), 0.2 * rng.normal(size=(corners, nodes))])
-    bonded = {f"c{k}": load for k, load in enumerate(loads - loads.mean(axis=0))} | {"P": np.r_[np.zeros(2 * nodes), 1 + rng.random(nodes)]}
-    contact = fo.ContactSystem(G @ G.T / (3 * nodes) + 0.5 * np.eye(3 * nodes), rng.normal(size=(nodes, 3)), bonded)
-    return contact, fo.LoadCycle({"P": 1.0}, [{f"c{k}": 1.0} for k in range(corners)]), rng.uniform(0.2, 0.7, nodes)
 
 
 def state_of(q1, p1, f):
