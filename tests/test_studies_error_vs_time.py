@@ -82,13 +82,15 @@ def test_absent_rivals_are_left_out_and_failures_are_rows(monkeypatch):
 
 def test_every_computation_is_there_and_ours_all_answer(table):
     expected = {"condensation", "onset", "lambda_2", "lambda_1", "safe slip", "increment", "transient", "steady state"}
-    expected |= {"lambda_2, 3-D", "increment, 3-D", "transient, 3-D", "steady state, 3-D"}
-    assert set(table["computation"]) == expected
+    limits = ("lambda_2", "lambda_1", "safe slip", "required friction", "least slip")
+    expected |= {f"{name}, 3-D" for name in (*limits, "increment", "transient", "steady state")}
+    once = {"safe region, 3-D", "limit after protocol, 3-D"}
+    assert set(table["computation"]) == expected | once
     ours = table[table["rival"] == ""]
     assert (ours["result"] == "answer").all()
     assert ours.loc[ours["computation"].isin(expected - {"condensation", "onset"}), "residual"].lt(1e-9).mean() > 0.9
     for elements in QUICK.elements:
-        assert set(table.loc[table["nodes"] == elements + 1, "computation"]) == expected
+        assert set(table.loc[table["nodes"] == elements + 1, "computation"]) - once == expected
 
 
 def test_answers_of_frictopt_are_as_accurate_as_it_says(table):
@@ -98,6 +100,11 @@ def test_answers_of_frictopt_are_as_accurate_as_it_says(table):
     assert rows(table, "condensation", quantity="stiffness S")["error"].max() < 1e-12
     assert rows(table, "transient", method="frictopt, exact path")["error"].max() < 1e-12
     assert rows(table, "steady state", method="frictopt, proven")["error"].max() < 1e-10
+    for name, error in {"lambda_1": 1e-8, "safe slip": 1e-8, "required friction": 2e-5, "least slip": 1e-7}.items():
+        assert rows(table, f"{name}, 3-D")["error"].max() < error
+    region = rows(table, "safe region, 3-D")
+    assert (region["error"] <= region["setting"].astype(float)).all() and region["error"].is_monotonic_decreasing
+    assert rows(table, "limit after protocol, 3-D")["error"].max() < 1e-3
 
 
 def test_rivals_solve_the_same_problem_to_their_own_tolerance(table):

@@ -17,7 +17,7 @@ from .methods import Method, Question
 from .parameters import Parameters
 from .scenes import Scene
 
-__all__ = ["OPTIONS", "NodePrograms", "questions"]
+__all__ = ["OPTIONS", "NodePrograms", "exact_least", "questions"]
 
 Array = np.ndarray[Any, Any]
 
@@ -70,12 +70,17 @@ class NodePrograms:
         return found[0] * self.load_unit, found[1], found[2]
 
 
+def exact_least(system: fo.ContactSystem, friction: float) -> float:
+    """The upper bound under bulk stress in rational arithmetic, at the node that HiGHS finds."""
+    _, node, solver = NodePrograms.of(system, LOADS, friction).least({})
+    return exact_guaranteed_limit(system, LOADS, friction, node, highs_vertex(solver)).value
+
+
 def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
     """The upper bound on one mesh; HiGHS decides that no other node has a smaller load factor."""
     system, friction = scene.system, parameters.guaranteed_friction
     bare, model = NodePrograms.of(system, LOADS, friction), fo.GuaranteedModel(system, LOADS)
-    _, node, solver = bare.least({})
-    exact = exact_guaranteed_limit(system, LOADS, friction, node, highs_vertex(solver)).value
+    exact = exact_least(system, friction)
 
     def ours(method: str, run: Any) -> Method:
         return Method(method, "solver", "HIGHS", run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual)

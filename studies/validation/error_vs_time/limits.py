@@ -17,7 +17,7 @@ from .methods import Method, Question
 from .parameters import Parameters
 from .scenes import Scene
 
-__all__ = ["exact_limit", "exact_onset", "questions"]
+__all__ = ["exact_largest_margin", "exact_limit", "exact_onset", "questions"]
 
 Array = np.ndarray[Any, Any]
 
@@ -44,6 +44,13 @@ def exact_limit(system: fo.ContactSystem, friction: float) -> float:
     """Shakedown limit under bulk stress, in rational arithmetic."""
     slips, mean, cyclic, _ = safe_rows(system, LOADS, friction)
     return exact_shakedown_limit(system, LOADS, friction, _vertex(slips, -cyclic, mean)).value
+
+
+def exact_largest_margin(system: fo.ContactSystem, friction: float, load_factor: float) -> float:
+    """Largest margin of a safe slip under bulk stress, in rational arithmetic."""
+    slips, mean, cyclic, bound = safe_rows(system, LOADS, friction)
+    right = mean + Fraction(load_factor) * cyclic
+    return exact_margin(system, LOADS, friction, load_factor, _vertex(slips, np.full(len(right), -bound), right)).value
 
 
 def _vertex(slips: Any, last: Any, right: Any) -> Array:
@@ -82,9 +89,7 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
 
 def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
     system, friction, factor = scene.system, parameters.friction, parameters.margin_share * scene.limit
-    slips, mean, cyclic, bound = safe_rows(system, LOADS, friction)
-    right = mean + Fraction(factor) * cyclic
-    exact = exact_margin(system, LOADS, friction, factor, _vertex(slips, np.full(len(right), -bound), right)).value
+    exact = exact_largest_margin(system, friction, factor)
     ours = []
     for solver in LP_SOLVERS:
         run = partial(fo.safe_slip, system, LOADS, friction, factor, solver=solver)

@@ -40,6 +40,8 @@ class Parameters:
     space_friction: float = 0.5
     punch_elements: int = 4  # along a side of the square punch
     sphere_cells: tuple[int, ...] = (8, 12, 16, 20)  # across a sphere's contact
+    region_tolerances: tuple[float, ...] = (1e-1, 1e-2, 1e-3)
+    protocol_steps: tuple[int, ...] = (4, 8, 16)  # increments from corner to corner of limits after a protocol
 
 
 FULL = Parameters()
@@ -63,4 +65,6 @@ QUICK = Parameters(
     space_reference_steps=64,
     punch_elements=2,
     sphere_cells=(6, 12),
+    region_tolerances=(1e-1, 1e-2),
+    protocol_steps=(4, 16),
 )

@@ -20,11 +20,11 @@ from .parameters import Parameters
 from .scenes import Scene
 from .transients import CYCLES, last_work, start_slip
 
-__all__ = ["InSpace", "questions", "spheres", "turning"]
+__all__ = ["STEPS", "InSpace", "questions", "spheres", "turning"]
 
 Array = np.ndarray[Any, Any]
 
-_STEPS = "increments from corner to corner"
+STEPS = "increments from corner to corner"
 _TURNING = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
 _SHEAR = 0.8  # of the sphere, over the friction bound
 _RADIUS, _WIDTH = 5.0, 1.12  # of the sphere, and of the grid; in units of the contact's radius
@@ -183,16 +183,14 @@ def _steady(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     methods = []
     for steps in parameters.space_steps:
         run = partial(steady, steps=steps)
-        methods.append(
-            Method("frictopt, newton", _STEPS, f"{steps}", run, lambda made: abs(made.dissipation / exact - 1), lambda made: made.residual)
-        )
+        methods.append(Method("frictopt, newton", STEPS, f"{steps}", run, lambda made: abs(made.dissipation / exact - 1), lambda made: made.residual))
     reference = f"work in cycle {parameters.reference_cycles} of the plane's exact path"
     return Question("steady state, 3-D", "work in a cycle", _name(scene), scene.system.nodes, reference, methods)
 
 
 def _newton(march: Any, steps: int, exact: float) -> Method:
     run = partial(march, steps=steps)
-    return Method("frictopt, newton", _STEPS, f"{steps}", run, lambda made: abs(last_work(made) / exact - 1), lambda made: made.residual)
+    return Method("frictopt, newton", STEPS, f"{steps}", run, lambda made: abs(last_work(made) / exact - 1), lambda made: made.residual)
 
 
 def _name(scene: Scene) -> str:

@@ -9,7 +9,7 @@ from tqdm import tqdm
 
 from ...origin import machine
 from ...tables import Table
-from . import condensation, guaranteed, increments, limits, space, transients
+from . import condensation, guaranteed, increments, limits, space, space_answers, transients
 from .calls import first_and_second
 from .corner_law import corner_law
 from .methods import RIVALS, Question, absent, measured
@@ -29,9 +29,11 @@ def questions(parameters: Parameters) -> Iterator[Question]:
         yield from increments.questions(parameters, scene, elements)
         yield from transients.questions(parameters, scene, elements)
         yield from space.questions(parameters, scene, elements)
+        yield from space_answers.questions(parameters, scene, elements)
     yield from transients.cylinders(parameters)
     yield space.spheres(parameters)
     yield space.turning(parameters)
+    yield space_answers.amplitudes(parameters)
 
 
 def error_against_time(parameters: Parameters) -> pd.DataFrame:

@@ -1,0 +1,91 @@
+"""What else limits answer in three dimensions: of the plane scene as a contact in space, and safe amplitudes of a sphere in closed form."""
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+import frictopt as fo
+from frictopt.reference import half_space_contact, smallest_circle_limit
+
+from ...paper import LOADS
+from .guaranteed import exact_least
+from .limits import exact_largest_margin, exact_limit
+from .methods import Method, Question
+from .parameters import Parameters
+from .scenes import Scene
+from .space import STEPS, InSpace
+
+__all__ = ["amplitudes", "questions"]
+
+_ABOVE = 1.5  # load factor of the least slip, over the shakedown limit
+_PROVEN = 1e-4  # tolerance of a limit after protocol
+_HALF = 0.6  # of the side of the sphere's grid, over the radius of its contact: every node is pressed
+_RAYS = 64  # on which a region is compared with its closed form
+
+
+def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:
+    """Limits whose answers are those of the plane, and on the coarsest mesh one that follows transients."""
+    plane, friction = scene.system, parameters.friction
+    system = InSpace(plane, np.random.default_rng(parameters.seed).uniform(0, 2 * np.pi, plane.nodes)).system
+    name, n, vertex = f"{scene.name}, in space", plane.nodes, "vertex of the plane's linear program in rational arithmetic"
+
+    def method(run: Any, value: Any, exact: float, knob: str = "none", setting: str = "default") -> Method:
+        return Method("frictopt", knob, setting, run, lambda found: abs(value(found) / exact - 1), lambda found: found.residual)
+
+    rubbing = parameters.guaranteed_friction
+    run: Any = partial(fo.guaranteed_limit, system, LOADS, rubbing)
+    one = method(run, lambda limit: limit.load_factor, exact_least(plane, rubbing))
+    yield Question("lambda_1, 3-D", "upper bound", name, n, vertex, [one])
+
+    factor = parameters.margin_share * scene.limit
+    run = partial(fo.safe_slip, system, LOADS, friction, factor)
+    yield Question(
+        "safe slip, 3-D", "margin", name, n, vertex, [method(run, lambda safe: safe.margin, exact_largest_margin(plane, friction, factor))]
+    )
+
+    run = partial(fo.required_friction, system, LOADS, exact_limit(plane, friction))
+    one = method(run, lambda found: found.required, friction)
+    yield Question("required friction, 3-D", "coefficient", name, n, "the friction at which the plane's limit is that load factor", [one])
+
+    factor = _ABOVE * scene.limit
+    limit, exact = fo.shakedown_limit(system, LOADS, friction), fo.shakedown_limit(plane, LOADS, friction).least_slip(factor).bound
+    one = method(partial(limit.least_slip, factor), lambda least: least.bound, exact)
+    yield Question("least slip, 3-D", "bound, the limit given", name, n, "multipliers of the plane's limit", [one])
+
+    if elements == min(parameters.space_elements):
+        exact = fo.limit_after_protocol(plane, LOADS, friction, tolerance=_PROVEN).load_factor
+        ask, steps = partial(fo.limit_after_protocol, system, LOADS, friction, tolerance=_PROVEN), parameters.protocol_steps
+        methods = [method(partial(ask, steps=many), lambda found: found.load_factor, exact, STEPS, f"{many}") for many in steps]
+        yield Question("limit after protocol, 3-D", "load factor", name, n, f"exact paths of the plane, tolerance {_PROVEN:.0e}", methods)
+
+
+def amplitudes(parameters: Parameters) -> Question:
+    """Safe amplitudes of shear along both axes of a sphere, a curve: largest shortfall of the polygon of safe points, over its tolerance."""
+    arrays: Any = half_space_contact(min(parameters.sphere_cells), _HALF, 5.0, 1.0, 0.0)
+    system, friction = fo.ContactSystem(**arrays), parameters.space_friction
+    mean = {"approach": 1 / 5.0}
+    pressure = system.closed_reaction(mean)[1]
+
+    def shortfall(region: fo.results.SafeRegion) -> float:
+        found = []
+        for angle in np.linspace(0, np.pi / 2, _RAYS):
+            ray = np.array([np.cos(angle), np.sin(angle)])
+            q = region.cycle(*ray).corner_reactions(system)[0]
+            exact = smallest_circle_limit(pressure, q, friction)
+            reach = [_crossing(one, other, ray) for one, other in zip(region.vertices, region.vertices[1:], strict=False)]
+            found.append(1 - min(reach) / exact)
+        return float(np.max(np.abs(found)))
+
+    methods = []
+    for tolerance in parameters.region_tolerances:
+        run = partial(fo.safe_region, system, mean, ["x", "y"], friction, tolerance=tolerance)
+        methods.append(Method("frictopt", "tolerance", f"{tolerance:.0e}", run, shortfall, lambda region: region.residual))
+    return Question("safe region, 3-D", "amplitudes", "sphere on a half-space", system.nodes, "smallest circles, in closed form", methods)
+
+
+def _crossing(one: Any, other: Any, ray: Any) -> float:
+    """Where a ray from zero meets the line through two points, in multiples of the ray; inf where it is along the line."""
+    across = np.array([other[1] - one[1], one[0] - other[0]])
+    return float(across @ one / (across @ ray)) if across @ ray > 0 else np.inf
