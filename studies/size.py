@@ -61,7 +61,7 @@ def times_by_size(parameters: Parameters) -> pd.DataFrame:
 def _answered(scene: str, elements: int, limits: bool, transients: bool) -> list[dict[str, Any]]:
     """The rows of one size; everything is compiled by a small contact before."""
     with threadpool_limits(1):
-        _rows(scene, 4, limits, transients)
+        _rows(scene, 2, limits, transients)
         return _rows(scene, elements, limits, transients)
 
 

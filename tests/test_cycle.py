@@ -67,10 +67,13 @@ def test_a_history_less_its_mean_is_what_the_load_factor_scales():
 def frechet(one, other):
     """Discrete Frechet distance of two paths in the largest norm, by its definition."""
     far = np.abs(one[:, None] - other[None]).max(axis=2)
-    reach = np.full(far.shape, np.inf)
-    for i, j in np.ndindex(far.shape):
-        before = min((reach[i - a, j - b] for a, b in ((1, 0), (0, 1), (1, 1)) if i >= a and j >= b), default=0.0)
-        reach[i, j] = max(far[i, j], before)
+    reach = np.full((len(one) + 1, len(other) + 1), np.inf)
+    reach[0, 0] = 0.0
+    for total in range(2, len(one) + len(other) + 1):  # all pairs with this sum at once
+        i = np.arange(max(1, total - len(other)), min(len(one), total - 1) + 1)
+        j = total - i
+        before = np.minimum(np.minimum(reach[i - 1, j], reach[i, j - 1]), reach[i - 1, j - 1])
+        reach[i, j] = np.maximum(far[i - 1, j - 1], before)
     return reach[-1, -1]
 
 

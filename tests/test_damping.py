@@ -145,7 +145,7 @@ def test_the_rule_of_masing_holds_where_pressure_stays_and_not_where_it_varies()
 
 
 def test_a_joint_of_three_bodies_with_two_contacts():
-    system = wedge().condense()
+    system = wedge(jaws=(2, 3), wedge_up=3, wedge_across=3).condense()
     press, move, *_ = system.bonded
     cycle = opposed(move, {press: 1.0})
     limit = fo.shakedown_limit(system, cycle, 0.4).load_factor

@@ -73,11 +73,11 @@ def asked(seed):
     return model, scenarios, constraints, best(contact, scenarios, bolts, profile, upper)
 
 
-@pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.slow) for part in range(1, 5))])
+@pytest.mark.parametrize("part", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_random_contacts_have_the_design_of_a_plain_linear_program_and_it_holds(part):
     """Built in and asked anew it has the same limit, which no scenario is below."""
     found = 0
-    for seed in range(15 + 50 * (part - 1) if part else 0, 15 + 50 * part):
+    for seed in range(15, 65) if part else range(15):
         model, scenarios, constraints, (status, value) = asked(seed)
         if status != 0:
             with pytest.raises(fo.ModelError, match=r"constraints|load_factor: it grows"):

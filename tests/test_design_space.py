@@ -29,10 +29,10 @@ def best(contact, scenarios, preloads, profile, own):
     return problem.status, problem.value
 
 
-@pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.slow) for part in range(1, 4))])
+@pytest.mark.parametrize("part", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_random_contacts_have_the_design_of_a_plain_cone_program_and_it_holds(part):
     found = 0
-    for seed in range(10 + 30 * (part - 1) if part else 0, 10 + 30 * part):
+    for seed in range(10, 40) if part else range(10):
         rng = np.random.default_rng(seed)
         contact, bolts, profile = random_contact(rng, int(rng.integers(1, 5))), ["a", "b"][: seed % 3], bool(seed % 3 == 0 or seed % 2)
         loads = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0, "c": 0.2}, {"a": -1.0}, {"b": 0.7}])

@@ -98,27 +98,31 @@ def test_the_range_is_that_of_the_plane():
     assert reached.dissipation == space.most and "local extreme" in set(space.to_frame()["end"])
 
 
+@pytest.fixture(scope="module")
+def free():
+    """The range of all starts of two nodes, and what was asked."""
+    contact, loads = random_contact(np.random.default_rng(5), 2), cycle(2)
+    asked = contact, loads, 0.5, 1.4 * fo.shakedown_limit(contact, loads, 0.5).load_factor
+    return asked, fo.dissipation_range(*asked, steps=2)
+
+
 @pytest.mark.slow
-def test_the_search_in_space_finds_more_than_its_starts_and_no_sample_more():
-    rng = np.random.default_rng(5)
-    contact, loads = random_contact(rng, 2), cycle(2)
-    load_factor = 1.4 * fo.shakedown_limit(contact, loads, 0.5).load_factor
-    span = fo.dissipation_range(contact, loads, 0.5, load_factor, steps=2)
+def test_the_search_in_space_finds_more_than_its_starts_and_no_sample_more(free):
+    rng, (asked, span) = np.random.default_rng(6), free
     table = span.to_frame()
     assert span.most > table.loc[table["end"] == "followed", "dissipation"].max()
     for number in range(8):
         start = 10.0 ** rng.uniform(-1, 1) * rng.normal(size=(2, 2))
-        state = fo.steady_state(contact, loads, 0.5, load_factor, initial_slip=start, steps=2)
+        state = fo.steady_state(*asked, initial_slip=start, steps=2)
         assert span.least * (1 - 1e-3) <= state.dissipation <= span.most * (1 + 1e-3), number
 
 
 @pytest.mark.slow
-def test_a_bound_on_the_slip_holds_for_the_starts_of_the_range():
-    contact, loads = random_contact(np.random.default_rng(5), 2), cycle(2)
-    load_factor = 1.4 * fo.shakedown_limit(contact, loads, 0.5).load_factor
-    free, bound = (fo.dissipation_range(contact, loads, 0.5, load_factor, slip_bound=most, steps=2) for most in (None, 0.2))
-    assert np.linalg.norm(bound.worst_start, axis=1).max() <= 0.2 * (1 + 1e-9) < np.linalg.norm(free.worst_start, axis=1).max()
-    assert bound.most <= free.most
+def test_a_bound_on_the_slip_holds_for_the_starts_of_the_range(free):
+    asked, span = free
+    bound = fo.dissipation_range(*asked, slip_bound=0.2, steps=2)
+    assert np.linalg.norm(bound.worst_start, axis=1).max() <= 0.2 * (1 + 1e-9) < np.linalg.norm(span.worst_start, axis=1).max()
+    assert bound.most <= span.most
 
 
 @pytest.mark.slow

@@ -46,7 +46,7 @@ class Parameters:
 
 FULL = Parameters()
 QUICK = Parameters(
-    elements=(8, 16),
+    elements=(8,),
     repetitions=1,
     mesh_elements=(16, 40),
     mesh_gradings=(20.0,),
@@ -60,9 +60,9 @@ QUICK = Parameters(
     milp_elements=(8,),
     steady_cycles=(1, 2, 4),
     reference_cycles=40,
-    space_elements=(8, 16),
+    space_elements=(8,),
     space_steps=(4, 16),
-    space_reference_steps=64,
+    space_reference_steps=32,
     punch_elements=2,
     sphere_cells=(6, 12),
     region_tolerances=(1e-1, 1e-2),
