@@ -5,7 +5,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.histories.worn_in import _ends, _profile
-from worn import F, cylinder, on_edges, sphere
+from worn import F, cylinder, on_edges, sphere, sphere_of_rings
 
 CONTACT = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / np.pi, f=F)
 
@@ -95,6 +95,28 @@ def test_under_a_varying_force_wear_comes_ever_closer():
     assert apart[0] < 0.1 and apart[1] < 0.15 * apart[0] and apart[2] < 0.15 * apart[1]
 
 
+def test_the_sphere_in_space_converges_to_the_closed_form():
+    """On rings, of which the stick zone ends on an edge; half the rings, half the error."""
+    ball = fo.reference.SphereContact(P=2 / 3, R=1.0, E=1.0, nu=0.0, f=F)
+    errors = []
+    for count in (32, 64):
+        contact, cycle, f, load_factor = sphere_of_rings(count)
+        end, r = fo.worn_in(contact, cycle, f, load_factor), contact.points[:, 0]
+        assert contact.tangents == 2 and end.proven and end.stick.sum() == count
+        form, far = ball.worn_depth(r, load_factor), r[end.depth > 0].max()
+        errors.append([end.depth.max() / 0.094485 - 1, end.depth @ contact.width / 0.132157733 - 1])
+        assert far == pytest.approx(1.1361, rel=0.01) and np.abs(end.depth - form)[r > 0.85].max() < 0.06 * form.max()
+    coarse, fine = np.array(errors)
+    assert np.all(fine < 0.03) and np.all(fine > 0) and np.all(fine < 0.6 * coarse)
+
+
+def test_simulated_wear_of_the_sphere_on_rings():
+    contact, cycle, f, load_factor = sphere_of_rings(10)
+    end = fo.worn_in(contact, cycle, f, load_factor)
+    history = fo.wear(contact, cycle, f, load_factor, coefficient=1.0, steps=1, tolerance=0.01, cycles=1e4)
+    assert history.worn_in and np.abs(history.depth[-1] - end.depth).max() < 0.02 * end.depth.max()
+
+
 def test_the_sphere_in_space():
     contact, cycle, f, load_factor = sphere(10, 1.3)
     end = fo.worn_in(contact, cycle, f, load_factor)
@@ -104,7 +126,7 @@ def test_the_sphere_in_space():
 
 @pytest.mark.slow
 def test_the_sphere_wears_off_the_closed_forms_volume():
-    """In the mean over meshes: the stick zone is a number of square cells, and one percent of its radius is eleven of the volume."""
+    """In the mean over meshes of squares: the stick zone is a number of them, and one percent of its radius is eleven of the volume."""
     ball = fo.reference.SphereContact(P=2 / 3, R=1.0, E=1.0, nu=0.0, f=F)
     ratios = []
     for cells in (22, 24, 26, 28):

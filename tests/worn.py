@@ -1,6 +1,9 @@
 """Contacts that wear, for the tests."""
 
+from itertools import pairwise
+
 import numpy as np
+from scipy.special import ellipe, ellipk
 
 import frictopt as fo
 
@@ -41,10 +44,32 @@ def plain_rate(steady, coefficient):
 def sphere(cells, half_length):
     """A sphere under forces, whose contact has the radius 1 before wear, its load cycle, and the load factor at half of gross slip."""
     arrays = fo.reference.half_space_contact(cells, half_length, R=1.0, E=1.0, nu=0.0)
-    S, P = arrays["S"], 2 / 3
-    rigid = np.kron(np.eye(3), np.ones((len(S) // 3, 1)))
+    return held_by_forces(arrays["S"], arrays["points"], arrays["gap"], np.full(len(arrays["gap"]), (2 * half_length / cells) ** 2))
+
+
+def sphere_of_rings(stick, reach=1.3):
+    """The same with a node for each ring: without Poisson's ratio shear and slip are along the load, and the same all around.
+
+    So many rings are in the stick zone, which ends on an edge of them. Displacements in the middle of each ring, by those of discs.
+    """
+    edge = 0.5 ** (1 / 3) / stick * np.arange(int(np.ceil(reach / 0.5 ** (1 / 3) * stick)) + 1)
+    r, area = (edge[1:] + edge[:-1]) / 2, np.pi * np.diff(edge**2)
+
+    def of_disc(a):
+        inside, far = r < a, np.minimum(a / r, 1 - 1e-15) ** 2
+        outside = r * (ellipe(far) - (1 - far) * ellipk(far))
+        return 8 / np.pi * np.where(inside, a * ellipe(np.minimum(r / a, 1.0) ** 2), outside)  # of a uniform pressure of 1, E* = 1/2
+
+    flexibility = np.column_stack([of_disc(end) - (of_disc(begin) if begin else 0.0) for begin, end in pairwise(edge)]) / area
+    S = np.kron(np.eye(3), np.linalg.inv((flexibility + flexibility.T) / 2))
+    return held_by_forces(S, np.column_stack([r, 0 * r, 0 * r]), r**2 / 2, area)
+
+
+def held_by_forces(S, points, gap, width):
+    """A contact with a stiffness of its own, under forces on its far end, which is free, and the rest of what `sphere` returns."""
+    rigid, P = np.kron(np.eye(3), np.ones((len(gap), 1))), 2 / 3
     held = S @ rigid
-    shares = held @ np.linalg.inv(rigid.T @ held)  # of the nodes in a force on the far end, which is free
-    S, width = S - shares @ held.T, np.full(len(S) // 3, (2 * half_length / cells) ** 2)
-    system = fo.ContactSystem((S + S.T) / 2, arrays["points"], {"P": shares[:, 2], "Q": shares[:, 0]}, gap=arrays["gap"], width=width)
+    shares = held @ np.linalg.inv(rigid.T @ held)  # of the nodes in a force on the far end
+    S = S - shares @ held.T
+    system = fo.ContactSystem((S + S.T) / 2, points, {"P": shares[:, 2], "Q": shares[:, 0]}, gap=gap, width=width)
     return system, fo.LoadCycle({"P": P}, [{"Q": 1.0}, {"Q": -1.0}]), F, 0.5 * F * P
