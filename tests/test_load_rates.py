@@ -1,8 +1,8 @@
-"""Rates of the limit with loads and interferences, from the mechanism alone, against differences of limits asked anew."""
+"""Rates of both limits with loads and interferences, from multipliers alone, against differences of limits asked anew."""
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
@@ -77,6 +77,68 @@ def test_with_open_nodes(seed):
     all_rates_agree(contact, CYCLE, lambda system, loads: fo.shakedown_limit(system, loads, 0.5), limit)
 
 
+def guaranteed_rates_agree(contact, cycle, f, most=None, slack=1e-4):
+    """Rates with every amplitude, of the corners too, and with interferences; says whether a node is critical below the shakedown limit."""
+
+    def ask(system, mean, fixed, corners):
+        return fo.guaranteed_limit(system, fo.LoadCycle(mean, corners, fixed or None), f, slip_bound=most)
+
+    parts = [dict(cycle.mean)], [dict(part) for part in cycle.fixed or ()], [dict(corner) for corner in cycle.corners]
+    limit = ask(contact, *parts[0], *parts[1:])
+    assume(1e-2 < limit.load_factor < np.inf and limit.least == 0)
+    own = [(0, 0, case) for case in dict.fromkeys([*cycle.mean, *contact.bonded])]
+    own += [(kind, k, case) for kind in (1, 2) for k, loads in enumerate(parts[kind]) for case in loads]
+    assert len(limit.load_rates) == len(own)
+    for row, (kind, k, case) in zip(limit.load_rates.itertuples(), own, strict=True):
+
+        def moved(by, kind=kind, k=k, case=case):
+            other = [[dict(loads) for loads in part] for part in parts]
+            other[kind][k][case] = other[kind][k].get(case, 0.0) + by
+            return ask(contact, *other[0], *other[1:])
+
+        assert row.amplitude == parts[kind][k].get(case, 0.0)
+        agrees(row.rate, limit, moved, slack)
+    for node in range(contact.nodes):
+        shaped = contact.with_interference({"fit": np.eye(contact.nodes)[node]})
+        agrees(limit.interference_rate[node], limit, lambda by, shaped=shaped: ask(shaped, {**cycle.mean, "fit": by}, *parts[1:]), slack)
+    return limit.node is not None
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(2, 4),
+    f=st.floats(0.3, 0.8),
+    most=st.sampled_from([None, 0.3]),
+    fixed=st.booleans(),
+)
+@example(seed=8, nodes=2, f=0.6, most=None, fixed=True)  # rows of the critical node itself rule where a part is fixed
+@example(seed=12, nodes=4, f=0.6, most=0.3, fixed=True)
+def test_of_the_guaranteed_limit_in_the_plane(seed, nodes, f, most, fixed):
+    contact = random_system(np.random.default_rng(seed), nodes, loads=("mean", "cyclic", "bolt"), coupling=0.8)
+    guaranteed_rates_agree(contact, fo.LoadCycle(CYCLE.mean, CYCLE.corners, fixed=[{"mean": 0.2, "bolt": 0.1}, {}] if fixed else None), f, most)
+
+
+@settings(max_examples=6, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 3), f=st.floats(0.3, 0.8))
+@example(seed=4, nodes=2, f=0.6)  # three corners
+@example(seed=9, nodes=2, f=0.6)
+def test_of_the_guaranteed_limit_in_space(seed, nodes, f):
+    """Two opposed corners rule, or three."""
+    contact = random_contact(np.random.default_rng(seed), nodes)
+    guaranteed_rates_agree(contact, fo.LoadCycle({"mean": 1.0}, [{"a": 1.0, "b": 0.3}, {"a": -1.0, "c": 0.5}, {"b": 1.2}]), f, slack=1e-3)
+
+
+@settings(max_examples=6, deadline=None)
+@given(seed=st.integers(0, 10**6))
+@example(seed=1)
+@example(seed=2)
+def test_of_the_guaranteed_limit_with_open_nodes(seed):
+    contact = random_system(np.random.default_rng(seed), 4, coupling=0.8).with_gap([0.0, 0.0, 3.0, 0.0])
+    assume(fo.guaranteed_limit(contact, CYCLE, 0.5).open.any())
+    assert guaranteed_rates_agree(contact, CYCLE, 0.5) or seed > 2
+
+
 def test_the_bolt_with_the_largest_rate_presses_the_node_that_limits():
     """Uncoupled nodes: the limit f p / |q| of the weakest, which a bolt raises by f / |q| per force on it, and the other one not at all."""
     bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "one": ([0.0, 0.0], [1.0, 0.0]), "two": ([0.0, 0.0], [0.0, 1.0]), "Q": ([1.0, 0.4], [0.0, 0.0])}
@@ -93,3 +155,6 @@ def test_there_are_none_without_a_finite_limit():
     pulled = fo.shakedown_limit(contact, fo.LoadCycle({"mean": -1.0}, [{"cyclic": 1.0}]), 0.5)
     for limit in (pressing, pulled):
         assert not np.isfinite(limit.load_factor) and np.isnan(limit.interference_rate).all() and limit.load_rates["rate"].isna().all()
+    unloaded = fo.guaranteed_limit(random_system(np.random.default_rng(9), 3, coupling=1.0), CYCLE, 1.0)
+    assert unloaded.load_factor == 0  # and stays there
+    assert np.isnan(unloaded.interference_rate).all() and unloaded.load_rates["rate"].isna().all()

@@ -20,12 +20,14 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array, frozen
+from ..contact.coulomb import lengths
 from ..contact.record import Attempt
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..solve.explain import Units
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm, relative_gap
 from .critical_state import CriticalState
+from .mechanism import Mechanism
 from .program import SafeProgram
 from .question import LimitQuestion
 
@@ -84,6 +86,8 @@ class NodeClaim:
         The least load factor and the slip there, (N,) or (N, 2) (NaN where there is none).
     residual
         Its largest violation, or the distance from what the multipliers prove.
+    motion
+        How the load factor changes with the bonded reactions at each corner, by the multipliers, see `critical_motion`; None where it is not solved.
     solver, attempts, problem, units
         As for `GuaranteedLimit`.
     values
@@ -99,6 +103,7 @@ class NodeClaim:
     load_factor: float
     slip: Array
     residual: float
+    motion: Mechanism | None = None
     solver: str = ""
     attempts: tuple[Attempt, ...] = ()
     problem: cp.Problem | None = None
@@ -223,4 +228,28 @@ def _claimed(program: SafeProgram, state: CriticalState, found: float) -> NodeCl
     residual = max(task.violation(load_factor, slip), off, relative_gap(value, bound), program.violation)
     if not residual <= RESIDUAL and -bound * task.load_unit > found:
         return NodeClaim(state, -bound * task.load_unit, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
-    return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)))
+    return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)), critical_motion(program, state))
+
+
+def critical_motion(program: SafeProgram, state: CriticalState) -> Mechanism:
+    """The rates of a node's load factor with all reactions, as slips and lifts of either sign, from the multipliers of its solved program.
+
+    More room at the other nodes lowers the load factor: their part is the mechanism of their rows the other way round. That of the node itself
+    follows its bounds `|q_k| = f p_k` at its corners, which give its state: it is the sum of slips along or against `q_k` there, which open by
+    friction. What is across two opposed corners moves the state between them by its lever.
+    """
+    task, f, node, corners = program.task, program.task.friction, state.node, list(state.corners)
+    others, _ = program.v.motion(program.rows)
+    slips, lift = -others.slips * task.load_unit, -others.lift * task.load_unit
+    y = np.atleast_1d(program.rows["critical"].dual_value) * task.load_unit / program.v.scaled.unit[node]
+    q = task.reactions(float(program.v.load_factor.value) * task.load_unit, program.slip)[0][corners, node].reshape(len(corners), -1)
+    size = np.linalg.norm(q, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ways = np.column_stack([q / size[:, None], np.full(len(corners), -f[node])])
+        levers = (size.sum() - size) / ((len(corners) - 1) * size.sum())
+    shares = np.linalg.lstsq(ways.T, y, rcond=None)[0] if np.isfinite(ways).all() else np.full(len(corners), np.nan)
+    own = shares[:, None] * ways + levers[:, None] * (y - shares @ ways)
+    slips[corners, node] += own[:, :-1].reshape(slips[corners, node].shape)
+    lift[corners, node] += own[:, -1]
+    press = None if others.press is None else -others.press * task.load_unit
+    return Mechanism(slips, lift - f * lengths(slips, lift), f, press=press)

@@ -22,7 +22,7 @@ from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLi
 from .own_constraints import SafeModel
 from .plain_limits import is_uncoupled
 from .question import LimitQuestion
-from .reduced import mirrored, rest_of, sources
+from .reduced import mirrored, on_whole, rest_of, sources
 from .safe_set import SafeSet
 from .screening import load_factor_bounds
 from .shakedown import ShakedownModel, shakedown_problem
@@ -161,6 +161,7 @@ class GuaranteedModel(SafeModel):
         self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
     ) -> GuaranteedLimit:
         uncoupled, coincide = is_uncoupled(task), int((how == COINCIDE_ALONE).sum())
+        motion = shakedown._motion if best is None or best.motion is None else best.motion
         if task.around is not None:
             rest, task = task, task.around
             closed, every_least, every_how = task.closed, np.full(task.system.nodes, np.inf), np.full(task.system.nodes, OPEN, dtype=object)
@@ -168,6 +169,7 @@ class GuaranteedModel(SafeModel):
             least, how = every_least, every_how
             if best is not None:
                 above = None if best.above is None else (best.above[0], frozen(rest.expanded(best.above[1])))
+                motion = on_whole(rest, best.slip, motion)[2]
                 best = replace(
                     best, state=replace(best.state, node=int(np.flatnonzero(closed)[best.node])), slip=rest.expanded(best.slip), above=above
                 )
@@ -191,6 +193,7 @@ class GuaranteedModel(SafeModel):
             shakedown=shakedown,
             problem=shakedown.problem if best is None else best.problem,
             _task=task,
+            _motion=motion,
             _by_node=frozen(least),
             _how=tuple(how.tolist()),
             _units=shakedown._units if best is None else best.units,

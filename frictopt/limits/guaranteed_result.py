@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib import import_module
 from typing import IO, Any
 
@@ -17,6 +18,7 @@ from ..errors import ModelError
 from ..solve.explain import Units, explain
 from .answered import Answered
 from .critical_search import LEFT_OUT, NodeClaim
+from .mechanism import Mechanism
 from .question import LimitQuestion
 from .shakedown_result import ShakedownLimit
 
@@ -94,6 +96,7 @@ class GuaranteedLimit(Answered):
     shakedown: ShakedownLimit = field(repr=False)
     problem: cp.Problem | None = field(repr=False)
     _task: LimitQuestion = field(repr=False)
+    _motion: Mechanism = field(repr=False)
     _by_node: Array = field(repr=False)
     _how: tuple[str, ...] = field(repr=False)
     _units: Units = field(repr=False)
@@ -103,6 +106,26 @@ class GuaranteedLimit(Answered):
     def least(self) -> float:
         """The least safe load factor, see `ShakedownLimit.least`: below it no slip is safe, and slip or opening goes on from every start."""
         return self.shakedown.least
+
+    @cached_property
+    def load_rates(self) -> pd.DataFrame:
+        """Rate of the limit with each amplitude of the load cycle, as `ShakedownLimit.load_rates`: those of the critical state of `node`.
+
+        Where several nodes are critical first, such as mirror images, or its corners are more than needed, the limit has a kink, and this is the rate
+        of one. NaN where the limit is not finite or is `least`, and with constraints of your own.
+        """
+        rates = self._motion.load_rates(self.system, self.cycle, self.load_factor)
+        return rates if self._rated else rates.assign(rate=np.nan)
+
+    @cached_property
+    def interference_rate(self) -> Array:
+        """(N,) rate of the limit with an interference at each node, as `ShakedownLimit.interference_rate`; NaN where `load_rates` are."""
+        rate = self._motion.interference_rate(self.system)
+        return frozen(rate if self._rated else np.full_like(rate, np.nan))
+
+    @property
+    def _rated(self) -> bool:
+        return self.shakedown._rated if self.node is None else self.load_factor > self.least and not self.constraints
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place, load_factor, how it was found, and the slip of the witness.

@@ -142,7 +142,7 @@ class ShakedownLimit(Answered):
 
     @cached_property
     def load_rates(self) -> pd.DataFrame:
-        """Rate of the limit with each amplitude of the load cycle: columns load, part ("mean", "fixed k" or "corner k"), amplitude, rate.
+        """Rate of the limit with each amplitude of the load cycle: columns load, part ("mean", or the loads of a corner), amplitude, rate.
 
         The mean part has all load cases of the system, those of no amplitude too: which bolt to tighten is the row with the largest rate. NaN without
         a finite limit, and with constraints of your own, for those may change with the loads.
