@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from scipy.linalg.blas import dger
 from scipy.optimize import linprog
 
 from ...contact.checks import Array
@@ -104,12 +105,13 @@ def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: Arra
     E, R, Z = (np.array(vectors).reshape(-1, 2 * nodes) for vectors in (columns, rows, free))
     block = Z @ S @ Z.T
     loose = np.vstack([Z, np.unique(np.abs(E), axis=0)])
-    floating, sliding = (np.linalg.matrix_rank(part @ S @ part.T, tol=CONDENSATION * float(np.abs(S).max())) < len(part) for part in (Z, loose))
+    least = CONDENSATION * float(np.abs(S).max())
+    floating, sliding = (not _is_positive_definite(part @ S @ part.T - least * np.eye(len(part))) for part in (Z, loose))
     response = np.linalg.lstsq(block, Z @ np.column_stack([S @ E.T, load_rate]))[0] if len(Z) else np.zeros((0, len(E) + 1))
     u_rate = np.column_stack([E.T, np.zeros(2 * nodes)]) - Z.T @ response
     slack = R @ (S @ u_rate + np.outer(load_rate, np.eye(len(E) + 1)[-1]))
     at = np.array(node, dtype=np.intp), np.array(kind, dtype=np.int8)
-    return RateProblem(slack[:, :-1], slack[:, -1], *at, u_rate, frictionless, bool(floating), bool(sliding))
+    return RateProblem(slack[:, :-1], slack[:, -1], *at, u_rate, frictionless, floating, sliding)
 
 
 def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
@@ -204,14 +206,15 @@ def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
     n = len(c)
     if c.min(initial=0.0) >= 0:
         return np.zeros(n)
-    tableau = np.column_stack([np.eye(n), -M, -cover, c])  # columns: slacks, z, artificial, right-hand side
+    tableau = np.asfortranarray(np.column_stack([np.eye(n), -M, -cover, c]))  # columns: slacks, z, artificial, right-hand side
     basis = np.arange(n)
     row = int(np.argmin(c / cover))
     entering = 2 * n
     for _ in range(50 * (n + 1)):
         tableau[row] /= tableau[row, entering]
-        others = np.arange(n) != row
-        tableau[others] -= np.outer(tableau[others, entering], tableau[row])
+        others = tableau[:, entering].copy()
+        others[row] = 0.0
+        tableau = dger(-1.0, others, tableau[row], a=tableau, overwrite_a=1)
         leaving, basis[row] = basis[row], entering
         if leaving == 2 * n:
             z = np.zeros(2 * n + 1)
@@ -221,8 +224,9 @@ def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
         positive = np.flatnonzero(tableau[:, entering] > _PIVOT)
         if not len(positive):
             return None
-        ratios = np.column_stack([tableau[positive, -1], tableau[positive, :n]]) / tableau[positive, entering][:, None]
-        best = positive[ratios[:, 0] <= ratios[:, 0].min() + ROUNDING]
-        artificial = [i for i in best if basis[i] == 2 * n]
-        row = int(artificial[0]) if artificial else int(positive[np.lexsort(ratios.T[::-1])[0]])
+        ratios = tableau[positive, -1] / tableau[positive, entering]
+        artificial = [i for i in positive[ratios <= ratios.min() + ROUNDING] if basis[i] == 2 * n]
+        least = positive[ratios == ratios.min()]
+        order = np.lexsort((tableau[least, :n] / tableau[least, entering][:, None]).T[::-1])
+        row = int(artificial[0]) if artificial else int(least[order[0]])
     return None
