@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import IO, Any
+from typing import IO
 
 import cvxpy as cp
 import pandas as pd
@@ -94,7 +94,7 @@ class Design(Answered):
         """One row for each node: node, its place, its slip, and the profile where there is one."""
         return frame({**self._places(), **({} if self.profile is None else {"profile": self.profile})})
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         chosen = () if self.objective is None else ("objective",)
         shown = {name: getattr(self, name) for name in ("load_factor", *chosen, "bound", "largest_slip", "residual")}
         shaped = {} if self.profile is None else {"profile": f"{self.profile.min():.4g} .. {self.profile.max():.4g}"}

@@ -231,7 +231,7 @@ class GuaranteedLimit(Answered):
         verify = import_module("frictopt.histories.guarantee").verify  # here, for transients need the limits
         return verify(self, self._task.cycle, starts, moved, above, seed)
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {name: getattr(self, name) for name in ("load_factor", "least", "kind", "proven", "node", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:

@@ -115,7 +115,7 @@ class LeastSlip(Shown, Plotted):
         where = {name: values[nodes] for name, values in places(self.system).items()}
         return frame({"node": nodes, **where, "weight": self.weight[nodes], "alone": alone, **weights})
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {name: getattr(self, name) for name in ("load_factor", "bound", "total", "residual")}
 
 

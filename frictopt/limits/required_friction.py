@@ -80,7 +80,7 @@ class RequiredFriction(WithSlip, Plotted):
         """One row for each node: node, its place and the slip that is safe with the required friction."""
         return frame({"node": range(len(self.slip)), **places(self.system), **components("slip", self.slip)}, units=self.system.units)
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {name: getattr(self, name) for name in ("required", "bound", "largest_slip", "residual", "reason")}
 
 

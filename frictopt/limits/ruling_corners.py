@@ -1,16 +1,17 @@
 """The load side of the safe-slip inequalities in the plane: which corner rules each node."""
 
 from collections.abc import Mapping
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..contact.checks import Array
 from .question import LimitQuestion
 
 __all__ = ["Ruling", "ruling", "ruling_loads"]
 
-Integers: TypeAlias = np.ndarray[Any, np.dtype[np.intp]]
+Integers: TypeAlias = NDArray[np.intp]
 Ruling: TypeAlias = tuple[Integers, Integers]
 
 

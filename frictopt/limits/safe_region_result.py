@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -96,7 +95,7 @@ class SafeRegion(Recorded, Plotted):
         """One row for each vertex: its two amplitudes."""
         return frame({name: self.vertices[:, number] for number, name in enumerate(self.loads)})
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         curved = {"gap": self.gap} if self.gap else {}
         said = {"loads": self.loads, "sides": len(self.sides), "unlimited": self.unlimited, **curved}
         return said | {"residual": self.residual, "reason": self.reason}

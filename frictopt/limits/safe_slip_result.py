@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import IO, Any
+from typing import IO
 
 import cvxpy as cp
 import numpy as np
@@ -111,7 +111,7 @@ class SafeSlip(Answered):
         """One row for each node: node, its place and slip."""
         return frame(self._places(), units=self.system.units)
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {name: getattr(self, name) for name in ("exists", "margin", "bound", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:

@@ -1,9 +1,9 @@
 """The contact and its loads in the unknowns and units in which its programs are well scaled."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import eigh, qr
 from scipy.linalg.lapack import dpotri
 from scipy.sparse import csr_array
@@ -46,7 +46,7 @@ class ScaledContact:
     normal: Array
     slip: Array
     rigid: Array
-    loaded: np.ndarray[Any, np.dtype[np.intp]]
+    loaded: NDArray[np.intp]
     size: Array
 
     @property
@@ -117,7 +117,7 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     return rigid, np.asarray(compliance - (compliance @ rigid) @ rigid.T)
 
 
-def _balanced(rigid: Array) -> tuple[np.ndarray[Any, np.dtype[np.intp]], Array]:
+def _balanced(rigid: Array) -> tuple[NDArray[np.intp], Array]:
     """Basis of the nodal tractions that do no work on rigid slips (columns; each times its unit), and the rows that its columns load.
 
     Unit tractions at the loaded rows are balanced by forces at as many other rows as there are rigid slips.

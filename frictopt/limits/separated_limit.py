@@ -3,7 +3,7 @@
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import IO, Any
+from typing import IO
 
 import cvxpy as cp
 import numpy as np
@@ -101,7 +101,7 @@ class SeparatedLimit(WithSlip, Plotted):
         )
         return table
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         return {name: getattr(self, name) for name in ("load_factor", "least", "bound", "proven", "kind", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import IO, Any
+from typing import IO
 
 import cvxpy as cp
 import numpy as np
@@ -190,7 +190,7 @@ class ShakedownLimit(Answered):
         ratio = np.where(np.isnan(ratio), 0.0, ratio).max(axis=0) if np.isfinite(self.load_factor) else ratio[0]
         return frame({**self._places(), "traction_ratio": ratio}, units=self.system.units)
 
-    def _answer(self) -> Mapping[str, Any]:
+    def _answer(self) -> Mapping[str, object]:
         chosen = () if self.objective is None else ("objective",)
         return {name: getattr(self, name) for name in ("load_factor", "least", "kind", *chosen, "bound", "largest_slip", "residual", "reason")}
 

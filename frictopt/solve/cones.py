@@ -4,16 +4,16 @@ A number >= 0 is a cone of dimension 1. Vectors have the parts of all cones; tho
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from ..contact.checks import Array
 
 __all__ = ["Cones", "Scaling"]
 
-Integers = np.ndarray[Any, np.dtype[np.intp]]
+Integers = NDArray[np.intp]
 
 
 class Cones:

@@ -6,6 +6,7 @@ from typing import Any
 
 import cvxpy as cp
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import lstsq, null_space
 from scipy.sparse import csr_array
 
@@ -21,7 +22,7 @@ _GAPS = 4  # between ratios of multiplier to slack that are tried
 _REVISIONS = 4  # of the active rows and cones from one such gap
 _LEAST_RATIO = 1e-12  # ratios below it, and above its inverse, are alike
 
-Integers = np.ndarray[Any, np.dtype[np.intp]]
+Integers = NDArray[np.intp]
 
 
 def relative_gap(value: float, bound: float) -> float:
