@@ -135,10 +135,8 @@ IN_SPACE = {
     "limit, 3-D": ("shakedown_limit", lambda limit: replace(limit, load_factor=1.001 * limit.load_factor)),
     "least safe load, 3-D": ("shakedown_limit", lambda limit: replace(limit, least=1.001 * limit.least)),
     "limit, plane in 3-D": ("shakedown_limit", lambda limit: replace(limit, load_factor=1.001 * limit.load_factor)),
-    "guaranteed limit, 3-D": (
-        "guaranteed_limit",
-        lambda limit: limit if limit.to_frame()["how"].eq("left out by its bound").any() else replace(limit, load_factor=1.001 * limit.load_factor),
-    ),
+    "guaranteed limit, 3-D": ("guaranteed_limit", lambda limit: replace(limit, load_factor=1.001 * limit.load_factor)),
+    "safe region, plane in 3-D": ("safe_region", lambda region: replace(region, vertices=1.02 * region.vertices)),
     "guaranteed limit, plane in 3-D": ("guaranteed_limit", lambda limit: replace(limit, load_factor=1.001 * limit.load_factor)),
     "safe slip, plane in 3-D": ("safe_slip", lambda safe: replace(safe, margin=safe.margin + 1e-3)),
 }
@@ -153,10 +151,10 @@ def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
         found = honest(system, *args, **options)
         return lie(found) if system.tangents == 2 else found
 
-    outcomes = {seed: [finding.result for finding in space_findings(seed, [check])] for seed in range(12)}
+    outcomes = {seed: [finding.result for finding in space_findings(seed, [check])] for seed in range(3, 15)}
     monkeypatch.setattr(fo, name, told)
     assert all("wrong" not in results for results in outcomes.values())
-    assert any(finding.result == "wrong" for seed in range(12) for finding in space_findings(seed, [check]))
+    assert any(finding.result == "wrong" for seed in range(3, 15) for finding in space_findings(seed, [check]))
 
 
 def test_a_gap_that_recover_counts_twice_is_seen(monkeypatch):

@@ -20,12 +20,14 @@ __all__ = [
     "least_slip",
     "limit",
     "required_friction",
+    "safe_region",
     "safe_slip",
     "steady_state",
 ]
 
 _SAME = 1e-7
 _FRICTION_PROVEN = 2e-5  # both sides of its proof are this close
+_APART = 0.01  # of the two polygons of a region
 _EVERY = 8  # cases that are asked for a steady state
 FRICTION_EVERY = 4
 """Cases that are asked for the required friction, which takes tens of safe slips."""
@@ -116,6 +118,26 @@ def required_friction(subject: Embedded) -> tuple[float, bool]:
         raise NotAsked from error
     found = fo.required_friction(subject.solid, case.cycle, factor)
     same("the required friction is", found.required, plane.required, _FRICTION_PROVEN)
+    return found.residual, True
+
+
+def safe_region(subject: Embedded) -> tuple[float, bool]:
+    """The polygon of the plane lies between both polygons."""
+    case = subject.case
+    if case.seed % FRICTION_EVERY:
+        raise NotAsked
+    asked = {"mean": 1.0}, ["a", "b"], case.friction
+    try:
+        plane = fo.safe_region(case.system, *asked)
+    except fo.FrictoptError as error:
+        raise NotAsked from error
+    found = fo.safe_region(subject.solid, *asked, tolerance=_APART)
+    if (len(found.vertices) > 0, found.unlimited) != (len(plane.vertices) > 0, plane.unlimited):
+        raise Wrong(f"{found.reason}; in the plane {plane.reason}")
+    for name, points, region, share in (("safe point", found.vertices, plane, 1 - _SAME), ("vertex", plane.vertices, found, 1 - _APART - _SAME)):
+        for first, second in points[np.isfinite(points).all(axis=1)]:
+            if not region.contains(share * first, share * second):
+                raise Wrong(f"the {name} ({first:.9g}, {second:.9g}) is not safe in the other contact")
     return found.residual, True
 
 

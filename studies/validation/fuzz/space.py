@@ -9,6 +9,7 @@ import numpy as np
 import frictopt as fo
 from frictopt.transients.increments import FrozenBoundIncrement, NewtonIncrement
 
+from ..critical_in_space import least_critical
 from ..extremes.space import polygon_limit
 from . import embedded
 from .checks import Finding, asked
@@ -20,6 +21,7 @@ __all__ = ["SPACE", "space_findings"]
 
 _NEAR = 1e-6  # relative distance from the limit within which it is not asked whether a safe slip exists
 _SAME = 1e-7
+_CRITICAL, _ZERO = 1e-4, 1e-3  # accuracy of critical states by polygons, and guaranteed limits over the shakedown limit that are about 0
 _ROUNDING = 1e-14  # of a slip, over the slips before and after
 _FEW, _EVERY = 3, 16  # nodes at most, and cases, that are asked for what follows many transients
 
@@ -89,11 +91,16 @@ def _least(subject: _Subject) -> tuple[float, bool]:
 
 
 def _guaranteed(subject: _Subject) -> tuple[float, bool]:
-    """With every node's program solved, the corners the other way round, and one more within their hull."""
+    """By programs of this study for few nodes; with every node's program solved, the corners the other way round, and one more within their hull."""
     system, cycle, f = subject.system, subject.cycle, subject.friction
     limit = fo.guaranteed_limit(system, cycle, f)
     if len(cycle.corners) < 2:
         return limit.residual, False
+    top = limit.shakedown.load_factor
+    if system.nodes <= _FEW and limit.least == 0 and 0 < top < np.inf and not limit.open.any():
+        least = least_critical(system, cycle, f)  # at about 0 it may be critical at that load factor alone
+        if least is not None and max(limit.load_factor, min(least, top)) > _ZERO * top:
+            same("the guaranteed limit is", limit.load_factor, min(least, top), _CRITICAL)
     within = {name: 0.4 * value for name, value in cycle.corners[0].items()}  # the second corner is opposed to it
     other = fo.guaranteed_limit(system, fo.LoadCycle(cycle.mean, [within, *cycle.corners[::-1]]), f, simplify=False)
     same("the guaranteed limit is", limit.load_factor, other.load_factor, _SAME, _SAME)
@@ -259,6 +266,7 @@ _EMBEDDED: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "guaranteed limit, plane in 3-D": embedded.guaranteed,
     "safe slip, plane in 3-D": embedded.safe_slip,
     "required friction, plane in 3-D": embedded.required_friction,
+    "safe region, plane in 3-D": embedded.safe_region,
     "least slip, plane in 3-D": embedded.least_slip,
     "steady state, plane in 3-D": embedded.steady_state,
     "increment, plane in 3-D": embedded.increment,
