@@ -180,9 +180,10 @@ FAULTS = (
     Fault("solve/bounds.py", "the bound is the solution found", "bound = -float(info.mip_dual_bound) if whole else math.inf",
           "bound = float(problem.value)", "limit_checks"),
     # limits
-    Fault("limits/critical_search.py", "rates forget the node's own rows", "slips[corners, node] += own", "slips[corners, node] = own", "load_rates"),
+    Fault("limits/critical_search.py", "rates forget the node's own rows", "slips[corners, node] += own", "slips[corners, node] = own",
+          "load_rates::test_of_the_guaranteed_limit_in_the_plane"),
     Fault("limits/critical_search.py", "across opposed corners both levers are alike", "/ ((len(corners) - 1) * size.sum())", "* 0 + 0.5",
-          "load_rates"),
+          "load_rates::test_of_the_guaranteed_limit_in_space"),
     Fault("limits/critical_search.py", "distance of the node from its critical state not judged", "slip), off, relative_gap(value, bound),",
           "slip), relative_gap(value, bound),", _WITNESS),
     Fault("limits/critical_search.py", "duality gap not judged", "off, relative_gap(value, bound), program", "off, program", _WITNESS),

@@ -104,7 +104,7 @@ def guaranteed_rates_agree(contact, cycle, f, most=None, slack=1e-4):
     return limit.node is not None
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(2, 4),
@@ -119,7 +119,7 @@ def test_of_the_guaranteed_limit_in_the_plane(seed, nodes, f, most, fixed):
     guaranteed_rates_agree(contact, fo.LoadCycle(CYCLE.mean, CYCLE.corners, fixed=[{"mean": 0.2, "bolt": 0.1}, {}] if fixed else None), f, most)
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 3), f=st.floats(0.3, 0.8))
 @example(seed=4, nodes=2, f=0.6)  # three corners
 @example(seed=9, nodes=2, f=0.6)
@@ -129,7 +129,7 @@ def test_of_the_guaranteed_limit_in_space(seed, nodes, f):
     guaranteed_rates_agree(contact, fo.LoadCycle({"mean": 1.0}, [{"a": 1.0, "b": 0.3}, {"a": -1.0, "c": 0.5}, {"b": 1.2}]), f, slack=1e-3)
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(seed=st.integers(0, 10**6))
 @example(seed=1)
 @example(seed=2)

@@ -87,7 +87,7 @@ class NodeClaim:
     residual
         Its largest violation, or the distance from what the multipliers prove.
     motion
-        How the load factor changes with the bonded reactions at each corner, by the multipliers, see `critical_motion`; None where it is not solved.
+        How the load factor changes with the bonded reactions at each corner, see `critical_motion`; None where another node has less.
     solver, attempts, problem, units
         As for `GuaranteedLimit`.
     values
@@ -228,7 +228,8 @@ def _claimed(program: SafeProgram, state: CriticalState, found: float) -> NodeCl
     residual = max(task.violation(load_factor, slip), off, relative_gap(value, bound), program.violation)
     if not residual <= RESIDUAL and -bound * task.load_unit > found:
         return NodeClaim(state, -bound * task.load_unit, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
-    return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)), critical_motion(program, state))
+    motion = critical_motion(program, state) if load_factor < found else None
+    return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)), motion)
 
 
 def critical_motion(program: SafeProgram, state: CriticalState) -> Mechanism:
