@@ -17,9 +17,9 @@ __all__ = ["separation_probes"]
 _QUESTION, _LP = "limit with separation", "plain linear program with its open nodes, scipy"
 
 
-def separation_probes(_sizes: Sizes) -> Iterator[Probe]:
-    """All questions about the limit with separation: of a rounded punch of 9 nodes."""
-    punch = fo.scenes.PunchOnHalfPlane(elements=8, grading=3.0, growth=1.3).condense()
+def separation_probes(sizes: Sizes) -> Iterator[Probe]:
+    """All questions about the limit with separation: of a rounded punch of at most 9 nodes."""
+    punch = fo.scenes.PunchOnHalfPlane(elements=min(8, 3 * sizes.elements // 4), grading=3.0, growth=1.3).condense()
     for size in (1e-6, 1e-3, 1.0, 1e3, 1e6):
         yield _probe("rounding of the edge", f"{size:g}", _rounded(punch, size), 0.6)
     for friction in (1e-3, 0.1, 1.0):
