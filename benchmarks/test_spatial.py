@@ -42,7 +42,7 @@ def seconds(call, rounds=1):
 
 def ratio(ours, rival, record_property):
     record_property("ratio", ours / rival)
-    print(f"\n    ours {ours:.3f} s, rival {rival:.3f} s, ratio {ours / rival:.2f}")
+    print(f"\n    ours {ours:.3g} s, rival {rival:.3g} s, ratio {ours / rival:.2f}")
     return ours / rival
 
 
@@ -83,9 +83,9 @@ def test_increment_against_one_dense_solve(contact, record_property):
     assert ours < 0.2 and ratio(ours, seconds(lambda: np.linalg.solve(S, r), rounds=5), record_property) < 5.0
 
 
-@pytest.mark.parametrize(("elements", "most"), [(9, 8.0), (19, 5.0)])
-def test_increment_against_bare_sweeps(elements, most, record_property):
-    """Sweeps to 1e-12 alone, without a proof or a state."""
+@pytest.mark.parametrize("elements", [9, 19])
+def test_increment_against_bare_sweeps(elements, record_property):
+    """Sweeps over all nodes to 1e-12 alone, without a proof or a state."""
     contact = fo.scenes.SquarePunch(elements=elements).condense()
     factor = 0.9 * fo.shakedown_limit(contact, BULK, 0.5).load_factor
     increments, load = fo.increments.NewtonIncrement(contact, 0.5), contact.reaction({"P": 1.0, "sigma": -factor})
@@ -94,12 +94,12 @@ def test_increment_against_bare_sweeps(elements, most, record_property):
 
     def bare():
         u, r = np.zeros_like(trial), trial.copy()
-        sweep(law.S, law.friction, law.own, u, r, 1000, 1e-12)
+        sweep(law.S, law.friction, law.own, u, r, 1000, 1e-12, 1.0)
         return u
 
     assert (bare() != 0).any()
-    ours = seconds(lambda: increments.solve(zero, load), rounds=9)
-    assert ratio(ours, seconds(bare, rounds=9), record_property) < most
+    ours = seconds(lambda: increments.solve(zero, load), rounds=100)
+    assert ratio(ours, seconds(bare, rounds=100), record_property) < 1.5
 
 
 def test_memory_at_50000_unknowns(record_property):

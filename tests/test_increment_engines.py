@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from enumeration import admissible_states, distance, random_increment
-from frictopt.contact.parts import joined
+from frictopt.contact.parts import joined, parted
 from frictopt.errors import NoContinuation
 from frictopt.solve import solvers as policy
-from frictopt.transients.exact.kernel import sweep
+from frictopt.transients.exact.kernel import increment, sweep
 from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement
 from frictopt.transients.increments.newton import newton
 from spatial import random_contact
@@ -35,19 +35,65 @@ def test_one_node_slips_until_friction_balances(engine, sense):
 
 
 @settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 8), in_space=st.booleans(), lift=st.booleans())
-def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_space, lift):
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 8), in_space=st.booleans(), lift=st.booleans(), relax=st.sampled_from([1.0, 1.2]))
+def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_space, lift, relax):
     """Where the friction is far below the critical one, the state is the only one; nodes stick, slip, and open."""
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, nodes, coupling=0.2) if in_space else random_system(rng, nodes, coupling=0.2)
     law, loads = NewtonIncrement(contact, 0.2).law, list(contact.bonded)
     trial = joined(*contact.reaction({loads[0]: -1.0 if lift else 1.0, loads[1]: float(rng.uniform(0.0, 2.0))})) + 0.3 * rng.normal(size=len(law.S))
     u, r = np.zeros_like(trial), trial.copy()
-    sweep(law.S, law.friction, law.own, u, r, 20_000, 1e-14)
+    sweep(law.S, law.friction, law.own, u, r, 20_000, 1e-14, relax)
     state, scale = newton(law, trial, np.zeros_like(trial)), np.abs(trial).max()
     assert state.error < 1e-9 * scale
     assert np.allclose(r, trial + law.S @ u, atol=1e-11 * scale) and np.allclose(u, state.u, atol=1e-9 * scale)
     assert ((u != 0) == (state.u != 0)).all()
+
+
+def random_problem(seed, nodes, in_space, friction):
+    """A contact with gaps at some nodes, dimensionless, its law, and a draw of loads that press and shear it."""
+    rng = np.random.default_rng(seed)
+    contact = (random_contact if in_space else random_system)(rng, nodes, coupling=0.4)
+    contact = contact.with_gap(0.3 * rng.uniform(size=nodes) * (rng.uniform(size=nodes) < 0.4))
+    pressed = joined(*contact.reaction({next(iter(contact.bonded)): 1.0}))
+    return NewtonIncrement(contact, friction), lambda: pressed + rng.uniform(0.2, 1.0) * rng.normal(size=len(contact.S))
+
+
+@settings(max_examples=80, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 8), in_space=st.booleans(), friction=st.sampled_from([0.0, 0.2, 0.5, 2.0]))
+def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, friction):
+    """Also where the sweeps end far from any state: with so little stiffness of the tangents that they swing."""
+    engine, drawn = random_problem(seed, nodes, in_space, friction)
+    law, contact = engine.law, engine.system
+    for share in (1.0, 0.3):
+        u, r = np.zeros(len(law.S)), drawn()
+        load, forces, status = r.copy(), np.empty_like(r), np.empty(nodes, dtype=np.int8)
+        residual = increment(law.S, law.friction, law.own, share * law.own, u, r, forces, status)
+        if not np.abs(u).max() < 1e6:
+            assert residual > 1e-9
+            continue
+        axes, scale = contact.tangents + 1, contact.stiffness_scale
+        (v, w), (q, p), bonded = parted(u / scale, axes), parted(forces, axes), parted(load, axes)
+        shut = contact.with_gap(np.zeros(nodes))
+        verdict = fo.reference.referee(shut, bonded, friction, v=v, w=w, q=q, p=p, previous_slip=0 * v, force_scale=1.0)
+        assert verdict.residual == pytest.approx(residual, rel=1e-6, abs=1e-11)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 8), in_space=st.booleans(), friction=st.sampled_from([0.2, 0.8]))
+def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction):
+    """Open nodes go on from their gap, and reactions from those before; one by one each begins closed, from reactions of its own."""
+    engine, drawn = random_problem(seed, nodes, in_space, friction)
+    contact, loads = engine.system, [drawn() for _ in range(6)]
+    slip, u = np.zeros(contact.slip_shape), joined(np.zeros(contact.slip_shape), -contact.gap)
+    for load, (found, r, status) in zip(loads, engine.along(u, loads), strict=True):
+        (v, w), (q, p) = parted(found, contact.tangents + 1), parted(r, contact.tangents + 1)
+        state = {"v": v, "w": w + contact.gap, "q": q, "p": p}
+        assert fo.reference.referee(contact, parted(load, contact.tangents + 1), friction, **state, previous_slip=slip).residual < 1e-9
+        one = engine.solve(slip, parted(load, contact.tangents + 1))
+        if friction < 0.5:  # far below the critical one there is one state
+            assert np.allclose(one.slip, v, atol=1e-9) and np.allclose(one.gap, w + contact.gap, atol=1e-9) and (one.status == status).all()
+        slip = v
 
 
 @ENGINES

@@ -11,6 +11,7 @@ from ..errors import NoContinuation
 __all__ = ["check_sliding"]
 
 _DIRECTIONS = 64  # in space, corners of the polygon around the friction circle, which exceeds it by 0.12 % there
+_WITHIN, _PROJECTIONS = 0.99, 50  # of the friction, so that a projection comes to lie within it; at most
 _EVEN = 0.5  # a motion whose mean is at least so large a part of it is a slide, else a turn
 
 
@@ -19,8 +20,9 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
 
     A motion phi = (v, w) that strains nothing, S phi = 0, has the work `phi . r = phi . r^w` with the reactions of every state. Where `w >= f |v|`
     at all nodes, contact forces have no negative work in it (`p >= 0`, `|q| <= f p`). So a load with `phi . r^w < 0` has no state: this proves gross
-    sliding, turning over or lift-off, whatever the slip and the history. Two motions are tried: a slide of body 1 as a whole against the shear of
-    the load, and that of a linear program with a polygon around each friction circle.
+    sliding, turning over or lift-off, whatever the slip and the history. Where no forces within friction are found that balance the load, two
+    motions are tried: a slide of body 1 as a whole against the shear of the load, and that of a linear program with a polygon around each friction
+    circle.
 
     Parameters
     ----------
@@ -35,7 +37,8 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
         A load has no state.
     """
     V = system.rigid_motions
-    if not V.shape[1]:
+    loads = {name: load for name, load in loads.items() if not _balanced(V, friction, load)}
+    if not loads:
         return
     motions = V.reshape(-1, system.nodes, V.shape[1])
     v, w = motions[:-1], motions[-1]
@@ -59,6 +62,19 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
             reserve = float((lifted - friction * np.linalg.norm(slid, axis=0)).min())
             if phi @ load < -COUNTS * np.abs(phi) @ np.abs(load) and reserve >= -RESIDUAL * np.abs(phi).max():
                 raise NoContinuation(_sentence(system, name, load, phi))
+
+
+def _balanced(V: Array, friction: Array, load: Array) -> bool:
+    """Whether forces within friction are found that balance a load in all rigid motions: by projections on either condition in turn."""
+    r, less = load.reshape(-1, len(friction)), _WITHIN * friction
+    for _ in range(_PROJECTIONS):
+        q, p, size = r[:-1], r[-1], np.linalg.norm(r[:-1], axis=0)
+        if (size <= friction * p).all():
+            return True
+        nearest = np.where(size <= less * p, p, np.maximum(p + less * size, 0.0) / (1 + less**2))
+        r = np.vstack([q * np.minimum(1.0, less * nearest / np.where(size > 0, size, 1.0)), nearest])
+        r = r + (V @ (V.T @ (load - r.ravel()))).reshape(r.shape)
+    return False
 
 
 def _sentence(system: ContactSystem, name: str, load: Array, phi: Array) -> str:

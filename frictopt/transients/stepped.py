@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, whole_number
-from ..contact.parts import joined, parted
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN, STICK, Transient
 from .cycle import Cycle
@@ -86,18 +85,19 @@ class SteppedPath(Transient):
         NoContinuation, SolverError
             An increment has no valid answer.
         """
-        start, n, points = self.state.bonded, self.nodes, []
-        for step in range(1, self.steps + 1):
-            before, load = self.state, start + step / self.steps * (bonded - start) if step < self.steps else bonded
+        n, points, way = self.nodes, list[Point](), np.arange(1, self.steps + 1)[:, None] / self.steps
+        loads = [*(self.state.bonded + way * (bonded - self.state.bonded))[:-1], bonded]
+        states = self._increment.along(self.state.u, loads)
+        for step, load in enumerate(loads, 1):
             try:
-                new = self._increment.solve(parted(before.u, self.system.tangents + 1)[0], parted(load, self.system.tangents + 1))
+                u, r, status = next(states)
             except (NoContinuation, SolverError) as error:
                 raise type(error)(f"{where}, increment {step} of {self.steps}: {error}") from error
-            u, r = joined(new.slip, new.gap - self.system.gap), joined(new.q, new.p)
-            moved = np.linalg.norm((u - before.u).reshape(-1, n)[:-1], axis=0) * (new.status != OPEN)
+            before = self.state
+            moved = np.sqrt(((u - before.u)[:-n].reshape(-1, n) ** 2).sum(axis=0)) * (status != OPEN)
             bound = self.friction * (before.r + r)[-n:] / 2
-            self.events += int((new.status != before.status).sum())
-            self.state = Point(load, u, r, new.status, bound * moved, moved)
+            self.events += int((status != before.status).sum())
+            self.state = Point(load, u, r, status, bound * moved, moved)
             points.append(self.state)
         self.bonded, self.visited, self.unproven = bonded, self.visited + 1, self.events  # nothing is proven of any event
         return points

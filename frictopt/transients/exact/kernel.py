@@ -8,7 +8,7 @@ closes. Then new statuses are found. The file has five parts:
 2. statuses that agree with their rates, found by iteration on the signs of the rates;
 3. a proof that these rates are unique;
 4. the path along one segment;
-5. one increment of load by Gauss-Seidel, to begin Newton's method with.
+5. one increment of load by Gauss-Seidel.
 """
 
 # One file because numba decides by the file of the outermost function whether its compiled code is still valid. If a function or a constant were
@@ -40,6 +40,7 @@ __all__ = [
     "compiled",
     "deactivate",
     "follow",
+    "increment",
     "new_active_set",
     "new_proof",
     "new_record",
@@ -53,8 +54,8 @@ __all__ = [
     "sweep",
 ]
 
-STICK, OPEN = 0, 2
-"""Statuses of a node; +1 and -1 are slip along +x and against it."""
+STICK, SLIP, OPEN = 0, 1, 2
+"""Statuses of a node; slip against +x is -1."""
 
 SETTLED, UNSETTLED, NOT_UNIQUE = 0, 1, 2
 """Results of `settle`: rates that agree with the statuses; no such rates found; rates that agree, but may not be unique."""
@@ -70,6 +71,8 @@ _RATE = 10 * _ROUNDING  # rates of slack and slip below this share of the load r
 _PIVOT = _CONDENSATION  # pivots below this share of the unknown's own stiffness may be zero: then rates are not unique, and nothing is proven
 _BLOCK = 12  # iterations that change all wrong nodes at once; later ones change only the first wrong node (Murty 1974)
 _SINGLE = 200  # of these later iterations
+_SWEEPS, _AMONG, _ROUNDS = 4, 100, 10  # of an increment at most: over all nodes, then over those that move, in turn so often
+_RELAX = 1.2  # of sweeps over the nodes that move: half as many of them
 
 
 class State(NamedTuple):
@@ -758,11 +761,12 @@ def follow(S, f, bonded, load_rate, state, active, proof, force, start, settled,
     return STALLED, time
 
 
-# --- Increments by Gauss-Seidel ----------------------------------------------------------------------------------------------
+# --- 5. One increment of load --------------------------------------------------------------------------------------------------
+# The motions `u = [dv, w]` of an increment have t = 1 or 2 tangential parts at each node; its reactions are `r + S (u - start)`.
 
 
-@_entry_point
-def sweep(S, f, own, u, r, most, enough):
+@njit(**_OPTIONS)
+def sweep(S, f, own, u, r, most, enough, relax):
     """Gauss-Seidel on the projected law of one increment: the nodes one after the other, each with what it needs to obey it.
 
     Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998).
@@ -776,8 +780,15 @@ def sweep(S, f, own, u, r, most, enough):
         (M,) slip increments and gaps, and reactions; changed in place.
     most, enough
         Number of sweeps at most, and the largest correction of a force with which they end.
+    relax
+        Share of what a slip lacks by which it changes: with 1 the node obeys the law then, with a little more fewer sweeps do.
+
+    Returns
+    -------
+    float
+        The largest correction of a force in the last sweep.
     """
-    nodes, tangents = len(f), len(own) - 1
+    nodes, tangents, largest = len(f), len(own) - 1, np.inf
     wanted = np.empty(tangents)
     for _ in range(most):
         largest = 0.0
@@ -794,7 +805,8 @@ def sweep(S, f, own, u, r, most, enough):
                 size += (r[a * nodes + node] - own[a, node] * u[a * nodes + node]) ** 2
             share = 1.0 - bound / np.sqrt(size) if size > bound**2 else 0.0
             for a in range(tangents):
-                wanted[a] = share * (u[a * nodes + node] - r[a * nodes + node] / own[a, node])
+                before = u[a * nodes + node]
+                wanted[a] = before + relax * (share * (before - r[a * nodes + node] / own[a, node]) - before) if share > 0 else 0.0
             for a in range(tangents):
                 k = a * nodes + node
                 before, u[k] = u[k], wanted[a]
@@ -804,6 +816,121 @@ def sweep(S, f, own, u, r, most, enough):
                         r[j] += (u[k] - before) * S[k, j]
         if largest <= enough:
             break
+    return largest
+
+
+@njit(**_OPTIONS)
+def _sweep_moving(S, f, own, u, r):
+    """Sweeps over the nodes that move, among themselves: u is changed in place, r is not; returns the largest correction of the last one."""
+    axes, nodes = own.shape
+    moving = np.flatnonzero((u.reshape(axes, nodes) != 0.0).sum(axis=0))
+    part = np.concatenate((moving, moving + nodes, moving + 2 * nodes))[: axes * len(moving)].astype(np.uintp)  # without a sign: quicker
+    stiffness = np.empty((len(part), len(part)))
+    for i in range(len(part)):
+        for j in range(len(part)):
+            stiffness[i, j] = S[part[i], part[j]]
+    few, among = u[part], r[part]
+    largest = sweep(stiffness, f[moving], own[:, moving], few, among, _AMONG, 0.1 * _ROUNDING, _RELAX)
+    u[part] = few
+    return largest
+
+
+@_entry_point
+def increment(S, f, own, size, u, r, forces, status):
+    """One increment by sweeps over all nodes, then over those that move, in turn until the state obeys the law.
+
+    Parameters
+    ----------
+    S, f, own, size
+        See `sweep`, which takes `size` for its `own`: own tells sticking nodes from slipping ones, and open ones.
+    u, r
+        (M,) slip increments and gaps to begin with, and the reactions there; changed in place.
+    forces, status
+        (M,) and (N,): they take the reactions with slipping nodes exactly on their bound and open ones without any, and the statuses:
+        0 sticks, 1 slips, 2 is open.
+
+    Returns
+    -------
+    float
+        The residual of the state: the largest violation of the contact law, as `off_law` has it; inf where a number is not finite.
+    """
+    start, begun, off = u.copy(), r.copy(), np.inf
+    for _ in range(_ROUNDS):
+        last = sweep(S, f, size, u, r, _SWEEPS, _ROUNDING, 1.0) <= _ROUNDING
+        last = not _sweep_moving(S, f, size, u, r) <= _ROUNDING or last
+        _moved_to(S, start, begun, u, r)
+        if _take_piece(f, own, u, r, status):
+            _moved_to(S, start, begun, u, r)
+        off = _put_on_law(f, own, u, r, forces, status)
+        if last or off <= _ROUNDING:
+            break
+    return off
+
+
+@njit(**_OPTIONS)
+def _moved_to(S, start, begun, u, r):
+    """Write the reactions at motions u into r, from those at the start."""
+    r[:] = begun
+    for k in range(len(u)):
+        if u[k] != start[k]:
+            for j in range(len(r)):
+                r[j] += (u[k] - start[k]) * S[k, j]
+
+
+@njit(**_OPTIONS)
+def _take_piece(f, own, u, r, status):
+    """Take the piece of the law at hand: statuses, and motions that it lets vanish; returns whether one has changed."""
+    nodes, tangents, changed = len(f), len(own) - 1, False
+    for node in range(nodes):
+        k = tangents * nodes + node
+        pressed = r[k] - own[-1, node] * u[k]
+        slips = _pull(own, u, r, node) > f[node] * max(pressed, 0.0)
+        status[node] = OPEN if pressed <= 0 else SLIP if slips else STICK
+        for i in range(node, len(u), nodes):
+            exact = u[i] if status[node] != STICK else 0.0
+            if i == k:
+                exact = max(u[k], 0.0) if status[node] == OPEN else 0.0
+            if exact != u[i]:
+                u[i], changed = exact, True
+    return changed
+
+
+@njit(**_OPTIONS)
+def _put_on_law(f, own, u, r, forces, status):
+    """Reactions with slipping nodes on their bound and open ones without any; returns the residual of the law and of the equilibrium."""
+    nodes, tangents = len(f), len(own) - 1
+    off, total = 0.0, 0.0
+    for node in range(nodes):
+        k, pull = tangents * nodes + node, _pull(own, u, r, node)
+        bound, size, way, along = f[node] * r[k], 0.0, 0.0, 0.0
+        for i in range(node, k + 1, nodes):
+            forces[i] = r[i] if status[node] != OPEN else 0.0
+            if i != k and status[node] == SLIP:
+                forces[i] = bound * (r[i] - own[i // nodes, node] * u[i]) / pull
+            if i != k:
+                size, way, along = size + forces[i] ** 2, way + u[i] ** 2, along + u[i] * forces[i]
+            off, total = max(off, abs(forces[i] - r[i])), total + abs(forces[i]) + abs(u[i])
+        size, way, off = np.sqrt(size), np.sqrt(way), max(off, -forces[tangents * nodes + node])
+        if status[node] == STICK:
+            off = max(off, size - bound)
+        elif status[node] == SLIP and size > 0 and way > 0:
+            turned, across = 0.0, 0.0
+            for i in range(node, k, nodes):
+                turned += (forces[i] + size * u[i] / way) ** 2
+                across += (u[i] - min(along / size, 0.0) * forces[i] / size) ** 2
+            off = max(off, np.sqrt(min(turned, across)))
+        if tangents == 1 and status[node] == SLIP and r[node] > own[0, node] * u[node]:
+            status[node] = -1
+    return off if total < np.inf else np.inf
+
+
+@njit(**_OPTIONS)
+def _pull(own, u, r, node):
+    """Size of the shear force that a node would have if it did not slip, `|q - d dv|`."""
+    total, nodes = 0.0, own.shape[1]
+    for a in range(len(own) - 1):
+        total += (r[a * nodes + node] - own[a, node] * u[a * nodes + node]) ** 2
+    return np.sqrt(total)
 
 
 # --- The first compilation ---------------------------------------------------------------------------------------------------

@@ -1,29 +1,30 @@
 """One friction increment by sweeps over the nodes and Newton's method: the quick way, in the plane and in space."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...contact.checks import Array
 from ...contact.tolerances import RESIDUAL, ROUNDING
 from ...errors import SolverError
-from ..exact.kernel import sweep
+from ..exact.kernel import increment
 from .frozen_bound import FrozenBoundIncrement
-from .increment import FrictionIncrement, Increment, Posed
-from .newton import by_friction, newton
+from .increment import FrictionIncrement, Increment, Posed, force_scale
+from .newton import State, by_friction, newton
 
 __all__ = ["NewtonIncrement"]
 
-_SWEEPS = 100  # at most; where friction is high or most nodes slip, Newton's method goes on from where they end
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
 
 
 class NewtonIncrement(FrictionIncrement):
-    """One friction increment by Newton's method on the projected law, which begins where Gauss-Seidel sweeps over the nodes end.
+    """One friction increment by Gauss-Seidel sweeps over the nodes, and by Newton's method on the projected law, which begins where they end.
 
-    The sweeps alone often reach the state to rounding. Where Newton's method does not converge, it begins without motion, other constants of the
-    projection are tried, then states of less friction on the way, last a `FrozenBoundIncrement`.
+    The sweeps alone often reach the state to rounding; the solver of the record is "SWEEPS" then. Where Newton's method does not converge, it begins
+    without motion, other constants of the projection are tried, then states of less friction on the way, last a `FrozenBoundIncrement`.
     Where several states obey the law (above the critical friction) one of them is returned. Theory, eq. (4).
 
     Parameters
@@ -57,13 +58,37 @@ class NewtonIncrement(FrictionIncrement):
         tangent = np.maximum(np.linalg.eigvalsh(blocks)[:, -1], self.own[:-1].max(axis=0))
         return np.vstack([np.tile(tangent, (t, 1)), self.own[-1]])
 
+    def along(self, u: Array, loads: Sequence[Array]) -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
+        """States after several loads in turn, see `FrictionIncrement`; reactions and gaps go on from those before."""
+        n, gap, stress = self.system.nodes, self.system.gap, self.system.S @ u
+        for load in loads:
+            start, r = np.zeros_like(u), load + stress
+            force = force_scale(load[-n:], r)
+            length = force / self.system.stiffness_scale
+            start[-n:] = (u[-n:] + gap) / length
+            state, r = self._swept(start, r / force)
+            if state.error <= ROUNDING:
+                u = np.concatenate([u[:-n] + length * state.u[:-n], length * state.u[-n:] - gap])
+                stress, forces, status = force * r - load, force * state.r, state.status
+            else:
+                [(u, forces, status)] = super().along(u, [load])
+                stress = self.system.S @ u
+            yield u, forces, status
+
     def _solved(self, posed: Posed) -> Increment:
         """From where sweeps end; else from no motion, by c of nodes and of directions; then from the states of less friction."""
-        u, r = np.zeros_like(posed.trial), posed.trial.copy()
-        sweep(self.law.S, self.law.friction, self._sizes, u, r, _SWEEPS, ROUNDING)
-        start = u if np.isfinite(u).all() else np.zeros_like(u)
+        state, _ = self._swept(np.zeros_like(posed.trial), posed.trial.copy())
+        if state.error <= ROUNDING:
+            return posed.result(state, "SWEEPS", residual=state.error)
+        start = state.u if np.isfinite(state.u).all() else np.zeros_like(state.u)
         found = posed.result(newton(self.law, posed.trial, start, enough=ROUNDING), "NEWTON")
         return found if found.record.residual <= RESIDUAL else self._otherwise(posed, found.record.residual)
+
+    def _swept(self, u: Array, r: Array) -> tuple[State, Array]:
+        """What sweeps make of motions u and reactions r, which they change; the reactions of the state are on the law, those beside it are exact."""
+        forces, status = np.empty_like(r), np.empty(self.system.nodes, dtype=np.int8)
+        error = increment(self.law.S, self.law.friction, self.law.own, self._sizes, u, r, forces, status)
+        return State(u, forces, status, 0, error), r
 
     def _otherwise(self, posed: Posed, least: float) -> Increment:
         tangent = np.tile(self.own[:-1].mean(axis=0), (len(self.own) - 1, 1))

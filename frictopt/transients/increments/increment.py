@@ -1,7 +1,7 @@
 """One friction increment: the problem as posed, in dimensionless units, and the result that every way to solve it returns."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import IO, ClassVar
@@ -25,7 +25,7 @@ from ..begin import OPEN
 from ..sliding import check_sliding
 from .newton import Law, State
 
-__all__ = ["CORRECTIONS", "FrictionIncrement", "Increment", "Posed"]
+__all__ = ["CORRECTIONS", "FrictionIncrement", "Increment", "Posed", "force_scale"]
 
 _NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
 
@@ -97,6 +97,12 @@ class Increment(Recorded):
         explain(self._title, self.problem, None, self._units, (), None, file)
 
 
+def force_scale(bonded: Array, reactions: Array) -> float:
+    """The mean of normal bonded reactions (N,), or where there are next to none, of the reactions (M,) without motion."""
+    force = float(np.abs(bonded).sum()) / len(bonded)
+    return force if force > _NO_FORCE * np.abs(reactions).max() else float(np.abs(reactions).mean()) or 1.0
+
+
 class Posed:
     """One increment in units of the mean normal force and of the slip that this force makes.
 
@@ -117,20 +123,29 @@ class Posed:
             raise ModelError(f"bonded: not a pair; give (q, p), arrays of shapes {shapes[0]} and {shapes[1]}") from error
         self.owner, self.slip = owner, finite_array("slip", slip, shapes[0])
         self.bonded = finite_array("bonded q", q, shapes[0]), finite_array("bonded p", p, shapes[1])
-        self.reactions = joined(*self.bonded) + system.S @ joined(self.slip, -system.gap)
-        force = float(np.abs(self.bonded[1]).mean())
-        self.force = force if force > _NO_FORCE * np.abs(self.reactions).max() else float(np.abs(self.reactions).mean()) or 1.0
+        moved = joined(self.slip, -system.gap)
+        self.reactions = joined(*self.bonded) + (system.S @ moved if moved.any() else 0.0)
+        self.force = force_scale(self.bonded[1], self.reactions)
         self.length = self.force / system.stiffness_scale
         self.trial = self.reactions / self.force
 
-    def result(self, state: State, solver: str, attempts: tuple[Attempt, ...] = (), problem: cp.Problem | None = None, steps: int = 0) -> Increment:
-        """The state in the caller's units, with what the referee says of it; `steps` are those of the state, unless given."""
+    def result(
+        self,
+        state: State,
+        solver: str,
+        attempts: tuple[Attempt, ...] = (),
+        problem: cp.Problem | None = None,
+        steps: int = 0,
+        residual: float | None = None,
+    ) -> Increment:
+        """The state in the caller's units, with what the referee says of it unless that is known; `steps` are those of the state, unless given."""
         owner, system = self.owner, self.owner.system
         (dv, w), (q, p) = parted(state.u, system.tangents + 1), parted(self.force * state.r, system.tangents + 1)
         slip, gap = np.where(dv != 0, self.slip + self.length * dv, self.slip), self.length * np.maximum(w, 0.0)
-        u, before = joined(slip, gap - system.gap), joined(self.slip, gap)
-        errors = off_law(system, owner.friction, joined(*self.bonded), u, self.force * state.r, self.force, before)
-        residual = float(np.nan_to_num(errors, nan=np.inf, posinf=np.inf).max())
+        if residual is None:
+            u, before = joined(slip, gap - system.gap), joined(self.slip, gap)
+            errors = off_law(system, owner.friction, joined(*self.bonded), u, self.force * state.r, self.force, before)
+            residual = float(np.nan_to_num(errors, nan=np.inf, posinf=np.inf).max())
         units = dict.fromkeys(("slip_increment", "gap", "forward_slip", "backward_slip"), self.length)
         record = SolveRecord(solver, attempts, residual, (), perf_counter() - self._started)
         return Increment(slip, gap, q, p, state.status, steps or state.steps, record, problem, owner._title, units)
@@ -181,6 +196,14 @@ class FrictionIncrement(ABC):
         except SolverError:
             check_sliding(self.system, self.friction, {"friction increment: the load": joined(*posed.bonded)})
             raise
+
+    def along(self, u: Array, loads: Sequence[Array]) -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
+        """`u = [v, w - g0]` and reactions (M,), and status, after each of several loads (M,) in turn, from `u` on; errors are those of `solve`."""
+        axes = self.system.tangents + 1
+        for load in loads:
+            new = self.solve(parted(u, axes)[0], parted(load, axes))
+            u = joined(new.slip, new.gap - self.system.gap)
+            yield u, joined(new.q, new.p), new.status
 
     @property
     def problem(self) -> cp.Problem | None:
