@@ -255,3 +255,12 @@ def test_no_set_that_differs_by_a_node_that_rules_is_better_than_a_separated_lim
             other = best.open.copy()
             other[node] = ~other[node]
             assert not largest_in_space(contact, cycle, 0.6, other) > best.load_factor * (1 + 1e-4)
+
+
+def test_slides_that_only_open_gaps_are_as_small_as_they_can_be(paper_cycle):
+    """The interior point goes as far as a slide opens gaps; all solvers prove one limit, with slips of the size of those that the loads make."""
+    contact = fo.scenes.SquarePunch(elements=5).condense()
+    contact = contact.with_gap(4.0 * (contact.points[:, :2] ** 4).sum(axis=1))
+    one, other = (fo.shakedown_limit(contact, paper_cycle, 0.6, solver=solver) for solver in ("INTERIOR_POINT", "CLARABEL"))
+    assert one.open.any() and one.open.tolist() == other.open.tolist()
+    assert one.load_factor == pytest.approx(other.load_factor, rel=1e-8) and max(one.largest_slip, other.largest_slip) < 5.0

@@ -6,11 +6,12 @@ from functools import cached_property
 
 import cvxpy as cp
 import numpy as np
+from scipy.optimize import nnls
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
 from ..contact.onset import reach
-from ..contact.tolerances import ROUNDING
+from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..solve.explain import Units
 from ..solve.solvers import LP, SOCP
 from ..solve.standard_form import polish
@@ -72,11 +73,25 @@ class SafeProgram:
         """(N,) or (N, 2) slip of the solution, within its bound."""
         slip = self.v.scaled.slip @ self.v.traction.value
         if self.v.slide is not None and self.v.slide.value is not None:
-            slip = slip + self.v.scaled.rigid @ self.v.slide.value
+            slip = slip + self.v.scaled.rigid @ self._slide(self.v.slide)
         slip = slip.reshape(self.task.loads.q1.shape[1:], order="F")
         if self.task.most is not None:
             slip[self.task.most == 0] = 0.0
         return self.task.within_bound(slip)
+
+    def _slide(self, slide: cp.Variable) -> Array:
+        """The slide of the solution; where the gaps of open nodes alone feel it, the smallest one, for interior points go as far as gaps grow."""
+        row, found = self.rows.get("stays_open"), np.asarray(slide.value)
+        if row is None or self.own or self.task.most is not None:
+            return found
+        slide.save_value(np.zeros(len(found)))
+        opens, lack = self.v.opened_by_slides, row.expr.value - RESIDUAL / 10
+        columns, last = np.vstack([opens.T, lack]), np.eye(len(found) + 1)[-1]
+        *way, share = columns @ nnls(columns, last)[0] - last  # the problem of least distance of Lawson & Hanson
+        with np.errstate(divide="ignore", invalid="ignore"):
+            least = -np.array(way) / share
+        slide.save_value(least if (opens @ least >= lack - RESIDUAL / 10).all() else found)
+        return np.asarray(slide.value)
 
     @property
     def load_factor(self) -> float:

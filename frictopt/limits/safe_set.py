@@ -142,6 +142,12 @@ class SafeSet(ABC):
         return {"stays_open": gap >= reserve}
 
     @property
+    def opened_by_slides(self) -> Array:
+        """What unit slides do to the gaps of the rows by which open nodes stay open."""
+        (_, node), lift = self._closing, np.zeros((0, self.scaled.slip.shape[0])) if self._task.lift is None else self._task.lift
+        return np.asarray((lift / self._room(lift)[:, None])[node] @ self.scaled.rigid)
+
+    @property
     def _closing(self) -> Ruling:
         """Corners and open nodes of the rows by which these stay open."""
         return ruling(-self._task.loads.w0, -self._task.loads.w1, None if np.isnan(self._given) else self._given)

@@ -1,0 +1,39 @@
+"""The first answer of a contact that lifts off under the mean load, against that of the closed contact with the same stiffness."""
+
+import time
+
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_limits
+
+import frictopt as fo
+
+
+def spent(contact, cycle, opened):
+    """Processor time of the first answer, one thread."""
+    with threadpool_limits(1):
+        start = time.process_time()
+        limit = fo.shakedown_limit(contact, cycle, 0.6)
+        end = time.process_time()
+    assert limit.open.any() == opened and 0 < limit.load_factor < np.inf
+    return end - start
+
+
+def ratio(closed, gap, cycle, rounds, record_property):
+    """Medians over rounds by turns."""
+    lifted = closed.with_gap(gap)
+    times = np.median([[spent(lifted, cycle, True), spent(closed, cycle, False)] for _ in range(rounds)], axis=0)
+    record_property("ratio", times[0] / times[1])
+    print(f"\n    lifts off {times[0]:.3f} s, closed {times[1]:.3f} s, ratio {times[0] / times[1]:.2f}")
+    return times[0] / times[1]
+
+
+@pytest.mark.parametrize("steep", [2.0, 10.0])
+def test_the_plane_at_125_nodes(system, cycle, steep, record_property):
+    assert ratio(system, steep * system.x**4, cycle, 9, record_property) < 5.0
+
+
+@pytest.mark.parametrize("steep", [4.0])
+def test_space_at_400_nodes(cycle, steep, record_property):
+    contact = fo.scenes.SquarePunch(elements=19).condense()
+    assert ratio(contact, steep * (contact.points[:, :2] ** 4).sum(axis=1), cycle, 3, record_property) < 10.0
