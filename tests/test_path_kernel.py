@@ -53,3 +53,24 @@ def test_the_compilation_announces_itself_once_where_no_folder_can_be_written():
     """As from a read-only installation with a read-only home: numba is left the one kind of folder that does not exist here, within a zip archive."""
     found = run(TRANSIENT, NUMBA_CACHE_LOCATOR_CLASSES="ZipCacheLocator", NUMBA_OPT="0")
     assert found.stdout == "0.39314516129\nTrue\n" and found.stderr.count("frictopt: compiling") == 1
+
+
+STUDY = """
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+import frictopt as fo
+if __name__ == "__main__":
+    rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        table = fo.dissipation_study(rod, cycle, 0.5, [1.0 + number / 100 for number in range(20)], executor=pool, progress=False)
+    print(len(table), (table["outcome"] == "CYCLIC_SLIP").all())
+"""
+
+
+@pytest.mark.slow
+def test_a_study_by_several_processes_announces_the_compilation_once(tmp_path):
+    (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
+    call = f"import subprocess, sys; subprocess.run([sys.executable, {str(tmp_path / 'study.py')!r}], check=True)"
+    found = run(call, NUMBA_CACHE_DIR=str(tmp_path))
+    assert found.stdout == "20 True\n" and found.stderr.count("frictopt: compiling") == 1

@@ -18,6 +18,7 @@ from ..contact.checks import Array
 from ..errors import FrictoptError, ModelError
 from ..limits import ShakedownLimit
 from ..transients import steady_state
+from ..transients.exact.kernel import compiled
 from .starts import Start, root_mean_square, slip_below
 
 __all__ = ["Case", "Run", "execute"]
@@ -83,6 +84,8 @@ def execute(runs: Sequence[Run], executor: Executor | None) -> Generator[tuple[R
         yield from ((_follow([run])[0], True) for run in runs)
         return
     futures: dict[Future[list[Row]], Sequence[Run]] = {}
+    if any(run.case.system.tangents == 1 for run in runs):
+        compiled()  # once for all processes here
     try:
         for batch in (runs[first : first + _BATCH] for first in range(0, len(runs), _BATCH)):
             try:

@@ -15,6 +15,7 @@ closes. Then new statuses are found. The file has five parts:
 # imported from another file, an edit there would not take effect. For the same reason nothing is imported from the package.
 
 import sys
+from multiprocessing import parent_process
 from threading import Timer
 from typing import NamedTuple
 
@@ -945,13 +946,14 @@ def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
 
 
 def compiled() -> None:
-    """Compile all entry points, or load them from disk; prints a notice on stderr if this takes longer than a second."""
+    """Compile all entry points, or load them from disk; prints a notice on stderr if this takes longer than a second, but not in a worker."""
     if follow.signatures:
         return
     text = "frictopt: compiling the exact path; this takes some seconds, and only once where its machine code can be kept"
     notice = Timer(1.0, print, (text,), {"file": sys.stderr, "flush": True})
     notice.daemon = True
-    notice.start()
+    if parent_process() is None:
+        notice.start()
     S, f, load = np.eye(2), np.ones(1), np.zeros(2)
     S.flags.writeable = False  # as that of a system: numba compiles once more for an array of another kind
     state, active, proof = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1)), new_active_set(1), new_proof(1)
