@@ -49,8 +49,7 @@ def test_programs_without_an_optimum_are_told():
     define, ball = g == np.array([[1.0, 2.0, 0.0], [0.0, 1.0, -1.0]]) @ x, cp.norm(x) <= 1
     beyond = cp.Problem(cp.Maximize(x[0]), [define, ball, g[0] >= 3])
     endless = cp.Problem(cp.Maximize(g[0]), [define, cp.norm(x[:2] - x[2]) <= 1])
-    assert [policy._run(problem, "INTERIOR_POINT")[0] for problem in (beyond, endless)] == [policy.Status.NO_OPTIMUM] * 2
-    assert (beyond.status, endless.status) == (cp.INFEASIBLE, cp.UNBOUNDED)
+    assert [policy._run(problem, "INTERIOR_POINT") for problem in (beyond, endless)] == [cp.INFEASIBLE, cp.UNBOUNDED]
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -13,7 +13,7 @@ from frictopt.histories.guarantee import _from_its_middle
 from frictopt.limits.judge import certified
 from frictopt.limits.mechanism import Mechanism
 from frictopt.limits.question import pose
-from frictopt.limits.scaling import scaled_contact
+from frictopt.limits.safe_model import safe_set
 from systems import CYCLE, linprog_limit, on_both_bounds, random_system
 
 Z = [0.0, 0.0]
@@ -158,10 +158,10 @@ def test_a_least_load_factor_that_is_not_the_least_is_not_accepted():
     task = pose(TWO, PRESSING, 0.5)
     motion = Mechanism(np.array([[-1.0, 0.0], [1.0, 0.0]]), np.zeros((2, 2)), task.friction)
 
-    scaled = scaled_contact(task)
+    v = safe_set(task)
     for load_factor, right in ((1.25, True), (1.25 * (1 + 1e-8), False), (1.25 * (1 - 1e-8), False), (1.5, False)):
-        assert (certified(task, scaled, load_factor, np.zeros(2), motion, least=True).residual <= 1e-9) == right
-    assert certified(task, scaled, 1.25, np.zeros(2), motion).residual == np.inf  # its drive is negative: no limit from above
+        assert (certified(v, load_factor, np.zeros(2), motion, least=True).residual <= 1e-9) == right
+    assert certified(v, 1.25, np.zeros(2), motion).residual == np.inf  # its drive is negative: no limit from above
 
 
 def test_it_costs_no_program_where_the_mean_load_is_safe():
@@ -230,3 +230,15 @@ def test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so
     if np.isnan(limit.least):
         with pytest.raises(fo.SolverError, match="rounding hides"):
             fo.guaranteed_limit(contact, cycle, f)
+
+
+@pytest.mark.parametrize(("most", "least"), [(None, 0.0), (0.05, 0.86875), (0.0, 1.25)])
+@pytest.mark.parametrize("simplify", [True, False])
+def test_the_least_load_of_a_mirror_symmetric_pair_that_the_mean_load_alone_shears_too_much(most, least, simplify):
+    """Opposed slips of -a take 3 a off the shear 1 + 0.1 lam and give 0.1 a to the pressure 1 + lam, so that a = most rests from there on."""
+    loads = {"P": (np.zeros(2), np.ones(2)), "Q": ([1.0, -1.0], np.zeros(2))}
+    pair = fo.ContactSystem.from_blocks([[2.0, -1.0], [-1.0, 2.0]], [[0.1, 0.2], [-0.2, -0.1]], 2 * np.eye(2), [0.0, 1.0], loads)
+    cycle = fo.LoadCycle({"P": 1.0, "Q": 1.0}, [{"P": 1.0, "Q": 0.1}, {"P": 1.0, "Q": -0.1}])
+    limit = fo.shakedown_limit(pair, cycle, 0.5, slip_bound=most, simplify=simplify)
+    assert limit.load_factor == np.inf and limit.least == pytest.approx(least, abs=1e-9)
+    assert ("mirror" in str(limit.record.left_out)) == simplify

@@ -72,10 +72,10 @@ def test_a_middle_node_alone_limits_the_load():
 
 def test_what_is_not_symmetric_is_not_halved():
     contact, even, cycle = symmetric(np.random.default_rng(7), 5), np.full(5, 0.4), fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"other": 1.0}])
-    uneven, tilt, task = even + 1e-12 * np.arange(5), 1 + 1e-11 * np.arange(5), pose(contact, cycle, even, most=even)
+    uneven, tilt, task = even + 1e-12 * np.arange(5), 1 + 1e-11 * np.arange(5), pose(contact, cycle, even, slip_bound=even)
     assert mirrored(task) and half_of(replace(task, simplify=False)).whole is None
     q, p = contact.reaction({"mean": 1.0})
-    for change in ({"friction": uneven}, {"most": uneven}, {"loads": replace(task.loads, p0=p * tilt)}, {"loads": replace(task.loads, q0=q + 1e-11)}):
+    for change in ({"friction": uneven}, {"most": uneven}, {"p0": p * tilt}, {"q0": q + 1e-11}):
         assert not mirrored(replace(task, **change))
     A = contact.A + 1e-12 * np.diag([1.0, 0, 0, 0, 0]) * np.abs(contact.A).max()
     assert not mirrored(replace(task, system=fo.ContactSystem.from_blocks(A, contact.B, contact.C, contact.x, contact.bonded)))

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.limits.own_constraints import OwnProgram
 from frictopt.solve import solvers as policy
 from systems import CYCLE, linprog_limit, mirrored, on_both_bounds, random_system
 from test_slip_bound import freed
@@ -142,7 +141,7 @@ def test_a_wrong_answer_is_refused(monkeypatch):
         return answer
 
     monkeypatch.setattr(policy, "_run", drops)
-    monkeypatch.setattr(OwnProgram, "refine", lambda program: None)  # which would put the constraint back
+    monkeypatch.setattr(policy, "polish", lambda problem: None)  # which would put the constraint back
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         model.solve(0.4, constraints)
 

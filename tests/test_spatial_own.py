@@ -147,7 +147,7 @@ def test_no_friction_is_enough_in_space_where_no_slip_presses_a_node(seed):
     p0, p1 = cycle().mean_reaction(contact)[1], cycle().corner_reactions(contact)[1]
     rows = [p0 + load_factor * p + contact.B @ v >= least for p in p1] + [cp.abs(v) <= 0.1]
     bound = np.full(2, 0.1)
-    pressed = best_pressed(contact, cycle(), load_factor, bound).claim
+    pressed = best_pressed(contact, cycle(), load_factor, bound)[0]
     cp.Problem(cp.Maximize(least), [*rows[:-1], cp.norm(cp.reshape(v, (2, 2), order="F"), 2, axis=1) <= bound]).solve(solver="CLARABEL")
     force = float(np.abs(p0).mean())
     assert pressed.least == pytest.approx(min(least.value / force, 1.0), rel=1e-6) and pressed.residual <= 1e-9

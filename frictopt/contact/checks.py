@@ -18,7 +18,6 @@ __all__ = [
     "Booleans",
     "Names",
     "check_name",
-    "check_shear",
     "check_text",
     "checked_contact",
     "checked_loads",
@@ -39,7 +38,6 @@ __all__ = [
 ]
 
 _LARGEST = 1e150  # the square of a larger number overflows
-_MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need
 LARGEST_SEED = 2**63 - 1
 """Largest seed of a random choice: the largest whole number that a column of a table holds."""
 
@@ -177,17 +175,6 @@ def check_name(argument: str, name: object) -> None:
     """Check the name of a load case: a printable text."""
     if not isinstance(name, str) or not name or not name.isprintable():
         raise ModelError(f"{argument}: load case name {shown(name)}; give a printable text")
-
-
-def check_shear(q0: Array, force: float) -> None:
-    """Check that the mean load's normal forces, of the size of `force`, do not drown in the rounding of its shear forces, (N,) or (N, 2)."""
-    sizes = np.linalg.norm(q0.reshape(len(q0), -1), axis=1)
-    most = int(sizes.argmax())
-    if sizes[most] > _MOST_SHEAR * force:
-        raise ModelError(
-            f"mean: its shear force at node {most} is {sizes[most] / force:.1e} times the mean normal force {force:.3g}, and rounding of the one "
-            "hides the other; press the contact, or check the units of the load cases"
-        )
 
 
 def check_text(argument: str, value: object, meaning: str) -> None:

@@ -7,14 +7,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.show import Plotted, Shown, frame
-from ..contact.system import checked_system
 from ..contact.tolerances import LEVEL
 from ..errors import NoContinuation, SolverError
 from ..limits import shakedown_limit
-from ..limits.question import pose, slip_bounds
+from ..limits.question import pose
 from ..transients import SteadyState
 from .range_search import Orbit, Search
 from .range_starts import RangeStarts
@@ -155,9 +154,8 @@ def dissipation_range(
     >>> worst.dissipation == span.most
     True
     """
-    bound = slip_bounds(slip_bound, checked_system(system).nodes)
-    f = np.array(friction_coefficients(friction, system.nodes))
-    task = pose(system, cycle, f, most=bound)
+    task = pose(system, cycle, friction, slip_bound=slip_bound)
+    f, bound = np.array(task.friction), task.most
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     try:
         limit = shakedown_limit(system, cycle, task.friction, slip_bound=bound)

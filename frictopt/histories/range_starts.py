@@ -54,9 +54,9 @@ class RangeStarts:
 
     def at_corners(self) -> dict[str, Array]:
         """The same at every corner."""
-        loads, slips = self._task.loads, dict[str, Array]()
-        corners = loads.q0 + self._load_factor * loads.q1, loads.p0 + self._load_factor * loads.p1
-        for name, q, p in zip(self._task.cycle.corner_names, *corners, strict=True):
+        task, slips = self._task, dict[str, Array]()
+        corners = task.q0 + self._load_factor * task.q1, task.p0 + self._load_factor * task.p1
+        for name, q, p in zip(task.cycle.corner_names, *corners, strict=True):
             slips |= self._furthest(q, p, f"at {name}")
         return slips
 
@@ -88,7 +88,7 @@ class RangeStarts:
 
         In space it stretches along both tangents, turns about the normal, and has four ends, between the tangents.
         """
-        system, q1 = self._task.system, self._task.loads.q1
+        system, q1 = self._task.system, self._task.q1
         changes: dict[str, Array] = {}
         for name, step in zip(self._task.cycle.corner_names, np.roll(q1, -1, axis=0) - q1, strict=True):
             size = float(np.linalg.norm(step))

@@ -8,7 +8,7 @@ A slide of the whole body, where nothing resists one, has no part in it; a bound
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import cvxpy as cp
 import numpy as np
@@ -17,17 +17,17 @@ from ..contact import LoadCycle
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..solve.solvers import NoOptimum, solve
-from .program import SafeProgram, SlipClaim, safe_set
-from .question import LimitQuestion, Loads
+from .question import LimitQuestion
+from .safe_model import safe_set
 from .safe_set import SafeSet
 
-__all__ = ["AdmissibleSlips", "admissible_problem"]
+__all__ = ["AdmissibleSlips", "SlipClaim", "admissible_problem"]
 
 
 def admissible_problem(v: SafeSet) -> cp.Problem:
     """The slip admissible under the load of `v` at load factor 0 that goes furthest in a direction, in dimensionless tractions."""
     along = cp.Parameter(v.traction.size, name="direction") @ v.traction
-    return v.problem(cp.Maximize(along), v.stuck(None))
+    return v.program(cp.Maximize(along), v.stuck(None))
 
 
 class AdmissibleSlips:
@@ -58,27 +58,31 @@ class AdmissibleSlips:
         SolverError
             No solver gave an answer that passes the checks.
         """
-        task = replace(self._task, loads=Loads(q[None], p[None], np.zeros_like(q)[None], np.zeros_like(p)[None]))
+        task = replace(self._task, q0=q[None], p0=p[None], q1=np.zeros_like(q)[None], p1=np.zeros_like(p)[None])
         self._v.ask(task, 0.0)
         self.problem = admissible_problem(self._v)
         found = {}
         for name, direction in directions.items():
-            along = direction.T.ravel() @ self._v.scaled.slip
+            along = direction.T.ravel() @ self._v.to_slip
             self.problem.param_dict["direction"].value = along / (np.abs(along).max(initial=0.0) or 1.0)
-            vertex = _Vertex(task, self._v, self.problem)
             try:
-                found[name] = solve(vertex, vertex.claim).claim.slip
+                found[name] = solve(self.problem, lambda: _vertex(self._v))[0].slip
             except NoOptimum:
                 continue
         return found
 
 
-class _Vertex(SafeProgram):
-    """The problem with its load and direction set."""
+@dataclass(frozen=True, eq=False)
+class SlipClaim:
+    """A slip that stands in a program, and by how much it is not what was asked for."""
 
-    def claim(self) -> SlipClaim:
-        """The slip that stands in the problem, and by how much it is not admissible or the furthest."""
-        slip = self.slip
-        q, p = self.task.reactions(0.0, slip)
-        excess = float((lengths(q, p) - self.task.friction * p).max()) / self.task.force
-        return SlipClaim(slip, max(excess, self.task.beyond(slip)))
+    slip: Array
+    residual: float
+
+
+def _vertex(v: SafeSet) -> SlipClaim:
+    """The slip that stands in the problem, and by how much it is not admissible."""
+    task, slip = v.task, v.solved_slip
+    q, p = task.reactions(0.0, slip)
+    excess = float((lengths(q, p) - task.friction * p).max()) / task.force
+    return SlipClaim(slip, max(excess, task.beyond(slip)))

@@ -37,7 +37,7 @@ class Answered(WithSlip, Plotted):
     def reactions(self) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip at the load factor, force; NaN where it is not finite."""
         if not np.isfinite(self.load_factor):
-            return np.full_like(self._task.loads.q1, np.nan), np.full_like(self._task.loads.p1, np.nan)
+            return np.full_like(self._task.q1, np.nan), np.full_like(self._task.p1, np.nan)
         return self._task.reactions(self.load_factor, self.slip)
 
     @property

@@ -6,14 +6,16 @@ from scipy.optimize import linprog
 
 from ..contact import LoadCycle
 from ..contact.checks import Array
+from ..contact.onset import reach
 from ..contact.tolerances import NO_COUPLING, ROUNDING
 from .mechanism import Mechanism
 from .question import LimitQuestion
 from .safe_set import Rows, SafeSet
 
-__all__ = ["Circles", "helpless"]
+__all__ = ["Circles", "carried", "helpless"]
 
 _INSIDE = ROUNDING  # distance of a corner from the hull of the others, over its size, that counts as none
+_CARRIED = ROUNDING / 10  # excess over a circle, in mean normal forces, up to which a slip carries its load factor
 
 
 class Circles(SafeSet):
@@ -27,37 +29,37 @@ class Circles(SafeSet):
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """See `SafeSet.ask`."""
         super().ask(task, load_factor)
-        self._kept = _outer_corners(task.cycle) if task.simplify else list(range(len(task.loads.q1)))
+        self._kept = _outer_corners(task.cycle) if task.simplify else list(range(len(task.q1)))
 
-    def _stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None, spare: cp.Parameter | float) -> Rows:
+    def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None, spare: cp.Parameter | float = 0.0) -> Rows:
         """See `SafeSet.stuck`."""
-        task, loads, unit = self._task, self._task.loads, self.scaled.unit
+        task, unit = self.task, self.unit
         nodes, at = len(task.friction), unit[:, None]
         lam = self._given if load_factor is None else task.load_unit * load_factor
         reserve = (0.0 if margin is None else task.mean_bound / unit * margin) - spare
         pressure = cp.Variable(nodes, name="pressure_change")  # one dense block of rows serves all corners
         shear = cp.reshape(self.shear, (nodes, 2), order="F")
         rows: dict[str, cp.Constraint] = {"pressures_of_slip": self.pressure == pressure}
-        points = np.zeros(loads.p1.shape, dtype=bool) if margin is not None else bare(task, self.design is not None)
+        points = np.zeros(task.p1.shape, dtype=bool) if margin is not None else bare(task, self.design is not None)
         self._pinned = _pinned(points, self._kept, task)
-        q0, p0 = np.broadcast_to(loads.q0, loads.q1.shape), np.broadcast_to(loads.p0, loads.p1.shape)
+        q0, p0 = np.broadcast_to(task.q0, task.q1.shape), np.broadcast_to(task.p0, task.p1.shape)
         for k in self._kept:
-            q, p = q0[k] / at + lam * (loads.q1[k] / at) + shear, p0[k] / unit + lam * (loads.p1[k] / unit) + pressure
+            q, p = q0[k] / at + lam * (task.q1[k] / at) + shear, p0[k] / unit + lam * (task.p1[k] / unit) + pressure
             circles, first = np.flatnonzero(~points[k]), np.flatnonzero(self._pinned[k])
             bound = cp.multiply(task.friction, p) - reserve
             rows |= {f"friction_circle_{k}": cp.SOC(bound[circles], q[circles], axis=1)} if len(circles) else {}
             rows |= {f"no_shear_{k}": q[first] == 0} if len(first) else {}
             rows |= {f"no_opening_{k}": p >= reserve} if task.opening else {}
         self._circles = ~points
-        return rows
+        return rows if task.lift is None else {**rows, **self._apart(task.lift, load_factor, margin)}
 
-    def motion(self, rows: Rows) -> tuple[Mechanism, Array]:
+    def motion(self) -> tuple[Mechanism, float]:
         """See `SafeSet.motion`.
 
         Where the force multiplier of a circle exceeds its slip (a node that carries nothing), friction times the excess opens the node.
         """
-        task, unit = self._task, self.scaled.unit
-        slips, force, opening = np.zeros(task.loads.q1.shape), np.zeros(task.loads.p1.shape), np.zeros(task.loads.p1.shape)
+        task, unit, rows = self.task, self.unit, self.rows
+        slips, force, opening = np.zeros(task.q1.shape), np.zeros(task.p1.shape), np.zeros(task.p1.shape)
         for k in self._kept:
             if f"friction_circle_{k}" in rows:
                 force[k, self._circles[k]], slips[k, self._circles[k]] = rows[f"friction_circle_{k}"].dual_value
@@ -66,29 +68,37 @@ class Circles(SafeSet):
             if f"no_opening_{k}" in rows:
                 opening[k] = np.maximum(rows[f"no_opening_{k}"].dual_value, 0.0)
         size = np.linalg.norm(slips, axis=-1)
-        weight = (np.maximum(force, size) + opening).sum(axis=0) / unit
+        weight = float(((np.maximum(force, size) + opening) / unit).sum())
         opening = (opening + task.friction * np.maximum(force - size, 0.0)) / unit
-        return Mechanism(slips / unit[:, None], opening, task.friction, self.held(rows), self.pressed(rows)), weight
+        hold = None if task.most is None else self.held(task.most)
+        press = None if task.lift is None else self.pressed(task.lift)
+        return Mechanism(slips / unit[:, None], opening, task.friction, hold, press), weight
+
+    @property
+    def solved_load_factor(self) -> float:
+        """The load factor of the solution, >= 0, moved to what its slip carries."""
+        value = float(self.load_factor.value) * self.task.load_unit
+        return max(0.0, carried(self.task, self.solved_slip, value, 1 if isinstance(self.problem.objective, cp.Maximize) else -1))
 
     @property
     def narrows(self) -> bool:
         """Whether the corners have the mean load in their hull, and nothing is fixed."""
-        if self._task.loads.fixed:
+        if self.task.fixed:
             return False
-        points = _amplitudes(self._task.cycle)
+        points = _amplitudes(self.task.cycle)
         return _inside(np.zeros(points.shape[1]), points)
 
     @property
-    def left_out(self) -> tuple[str, ...]:
-        """See `SafeSet.left_out`."""
-        corners = len(self._task.loads.q1)
+    def idle(self) -> str:
+        """See `SafeSet.idle`."""
+        corners = len(self.task.q1)
         idle = corners - len(self._kept)
-        return (f"corners: {idle} of {corners} are within the hull of the others",) if idle else ()
+        return f"corners: {idle} of {corners} are within the hull of the others" if idle else ""
 
 
 def bare(task: LimitQuestion, designed: bool = False) -> np.ndarray:
     """(K, N) where the friction bound of a node vanishes at a corner, whatever the slip, the load factor, and the design where there is one."""
-    p1 = np.abs(task.loads.p1)
+    p1 = np.abs(task.p1)
     return np.asarray((task.friction == 0) | (_unpressed(task) & (p1 <= ROUNDING * p1.max(initial=0.0)) & (not designed)))
 
 
@@ -97,11 +107,11 @@ def helpless(task: LimitQuestion, designed: bool = False) -> tuple[Mechanism, st
 
     A node without a bound slips to and fro between two corners whose shears differ; one that nothing presses is lifted by a corner that pulls.
     """
-    q1, p1, nodes, points = task.loads.q1, task.loads.p1, np.arange(len(task.friction)), bare(task, designed)
+    q1, p1, nodes, points = task.q1, task.p1, np.arange(len(task.friction)), bare(task, designed)
     first = points.argmax(axis=0)
     apart = np.linalg.norm(q1 - q1[first, nodes], axis=-1) * points
-    if task.loads.fixed:  # whose shears differ at load factor 0 too may meet at another one
-        apart = apart * (np.linalg.norm(task.loads.q0 - task.loads.q0[first, nodes], axis=-1) == 0)
+    if task.fixed:  # whose shears differ at load factor 0 too may meet at another one
+        apart = apart * (np.linalg.norm(task.q0 - task.q0[first, nodes], axis=-1) == 0)
     pull = np.maximum(-p1, 0.0) * (_unpressed(task) & (not designed))
     moved = np.maximum(apart, pull)
     corner, node = np.unravel_index(int(moved.argmax()), moved.shape)
@@ -121,14 +131,14 @@ def _unpressed(task: LimitQuestion) -> np.ndarray:
     """(K, N), or (1, N) where nothing is fixed, whether neither the load at load factor 0 nor any slip makes a pressure at the node."""
     tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
     alone = (np.abs(task.B) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
-    return np.asarray(alone & (np.abs(task.loads.p0) <= ROUNDING * task.force))
+    return np.asarray(alone & (np.abs(task.p0) <= ROUNDING * task.force))
 
 
 def _pinned(points: np.ndarray, kept: list[int], task: LimitQuestion) -> np.ndarray:
     """(K, N) the first kept corner at which the circle of a node is a point, which keeps the shear at zero for all; and others of another shear."""
-    rows, q0, q1, nodes = np.zeros_like(points), task.loads.q0, task.loads.q1, np.arange(points.shape[1])
+    rows, q0, q1, nodes = np.zeros_like(points), task.q0, task.q1, np.arange(points.shape[1])
     rows[kept] = points[kept] & (np.cumsum(points[kept], axis=0) == 1)
-    if task.loads.fixed:
+    if task.fixed:
         first = rows.argmax(axis=0)
         other = sum(np.linalg.norm(q - q[first, nodes], axis=-1) for q in (q0, q1)) > 0
         rows[kept] |= (points & other)[kept]
@@ -166,3 +176,26 @@ def _inside(point: Array, others: Array) -> bool:
         return False
     weights = np.maximum(found.x, 0.0)
     return bool(np.abs(weights @ others / weights.sum() - point).max(initial=0.0) <= _INSIDE)
+
+
+def carried(task: LimitQuestion, slip: Array, load_factor: float, sense: int) -> float:
+    """The load factor, lowered (or raised: sense -1) in closed form to where the slip keeps every node within its circle at every corner.
+
+    Circles count from rounding on: where a node carries nothing, what it can carry is lost in it.
+    """
+    (q, p), f, q1, p1 = task.reactions(load_factor, slip), task.friction, sense * task.q1, sense * task.p1
+    beyond = np.linalg.norm(q, axis=-1) - f * p > _CARRIED * task.force
+    pulls = task.opening & (p < -_CARRIED * task.force) & (p1 < 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        back = np.where(beyond, reach(q, f * p, q1, f * p1), 0.0)
+        shut = np.where(pulls, p / -p1, 0.0)
+        touch = 0.0 if task.lift is None else _back_to_open(task, slip, load_factor, sense)
+    return load_factor + sense * float(min(np.where(np.isfinite(back), back, 0.0).min(), shut.min(), touch, 0.0))
+
+
+def _back_to_open(task: LimitQuestion, slip: Array, load_factor: float, sense: int) -> float:
+    """Change of the load factor, times its sense, at which open nodes that overlap only touch; 0 where none does."""
+    rate = sense * task.w1
+    gap = task.gaps(load_factor, slip)
+    closes = (gap < -_CARRIED * task.clearance) & (rate < 0)
+    return float(np.where(closes, gap / np.where(closes, -rate, 1.0), 0.0).min(initial=0.0))

@@ -28,8 +28,8 @@ from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm, relative_gap
 from .critical_state import CriticalState
 from .mechanism import Mechanism
-from .program import SafeProgram
 from .question import LimitQuestion
+from .safe_set import SafeSet
 
 __all__ = ["COINCIDE_ALONE", "LEFT_OUT", "NEVER", "SOLVED", "CriticalSearch", "NodeClaim"]
 
@@ -46,9 +46,9 @@ class Aim(Enum):
     HIGHEST = "largest load factor, up to a given one"
 
 
-def critical_problem(safe: SafeProgram, aim: Aim) -> SafeProgram:
+def critical_problem(safe: SafeSet, aim: Aim) -> cp.Problem:
     """The problem of one node at a time over the safe slips of a `shakedown_problem`; `set_node` sets its parameters."""
-    lam, traction, task = safe.v.load_factor, safe.v.traction, safe.task
+    lam, traction, task = safe.load_factor, safe.traction, safe.task
     axes = task.system.tangents + 1
     change = cp.Parameter((axes, traction.size), name="node_rows") @ traction  # [A v, B v] of the node
     off = change - cp.Parameter(axes, name="node_at_zero") - cp.Parameter(axes, name="node_rate") * lam
@@ -58,17 +58,17 @@ def critical_problem(safe: SafeProgram, aim: Aim) -> SafeProgram:
         rows = {"critical": off <= excess, "critical_from_below": off >= -excess}
     if aim is Aim.HIGHEST:
         rows["load_factor_at_most"] = lam <= cp.Parameter(nonneg=True, name="most_load_factor")
-    stuck = {} if task.loads.fixed else safe.v.stuck(lam, spare=cp.Parameter(len(task.friction), name="spare", nonneg=True))
-    others = [row for row in safe.problem.constraints if row.label not in stuck or any(row is own for own in safe.own)]
+    stuck = {} if task.fixed else safe.stuck(lam, spare=cp.Parameter(len(task.friction), name="spare", nonneg=True))
+    others = [row for row in safe.problem.constraints if row.label not in stuck or any(row is own for own in safe.own.rows)]
     goal = {Aim.LEAST: cp.Minimize(lam), Aim.EXCESS: cp.Minimize(excess), Aim.HIGHEST: cp.Maximize(lam)}[aim]
-    return replace(safe, problem=cp.Problem(goal, [*others, *(row.set_label(name) for name, row in {**stuck, **rows}.items())]))
+    return cp.Problem(goal, [*others, *(row.set_label(name) for name, row in {**stuck, **rows}.items())])
 
 
-def set_node(program: SafeProgram, state: CriticalState) -> None:
+def set_node(program: SafeSet, state: CriticalState) -> None:
     """Set the node that is critical."""
-    task, scaled, n = program.task, program.v.scaled, len(program.task.friction)
-    unit, values = scaled.unit[state.node], program.problem.param_dict
-    values["node_rows"].value = np.vstack([scaled.shear[state.node :: n].toarray(), scaled.normal[state.node]])
+    task, n = program.task, len(program.task.friction)
+    unit, values = program.unit[state.node], program.problem.param_dict
+    values["node_rows"].value = np.vstack([program.to_shear[state.node :: n].toarray(), program.to_pressure[state.node]])
     values["node_at_zero"].value, values["node_rate"].value = state.at_zero / unit, state.rate * task.load_unit / unit
     if "spare" in values:
         values["spare"].value = (np.arange(n) == state.node).astype(float)
@@ -134,9 +134,9 @@ class CriticalSearch:
 
     def __init__(self, solver: str | None) -> None:
         self._solver = solver
-        self._compiled: dict[Aim, tuple[cp.Problem, SafeProgram]] = {}
+        self._compiled: dict[Aim, tuple[cp.Problem, cp.Problem]] = {}
 
-    def solve(self, safe: SafeProgram, state: CriticalState, ends: tuple[float, float], found: float, *, expect_solution: bool) -> NodeClaim:
+    def solve(self, safe: SafeSet, state: CriticalState, ends: tuple[float, float], found: float, *, expect_solution: bool) -> NodeClaim:
         """The claim of one node that passes its checks, of a contact that is safe between two load factors; or that it is not below the one `found`.
 
         Whether the node is `expect_solution` to be critical anywhere decides only which of the problems comes first.
@@ -160,12 +160,12 @@ class CriticalSearch:
         least, (beyond, _) = ends[0], _next_to(safe.task, ends)
         return self._beyond_least(safe, claim, ends) if claim.load_factor <= (beyond if least > 0 else 0.0) else claim
 
-    def values_of(self, safe: SafeProgram, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
+    def values_of(self, safe: SafeSet, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
         """What stands in the variables for a claim, with the parameters of its program set."""
         self._program(safe, claim.state, Aim.LEAST)
         return claim.values
 
-    def _beyond_least(self, safe: SafeProgram, found: NodeClaim, ends: tuple[float, float]) -> NodeClaim:
+    def _beyond_least(self, safe: SafeSet, found: NodeClaim, ends: tuple[float, float]) -> NodeClaim:
         """The claim of a limit at the least safe load factor, if the node can be critical above it too; otherwise it is nowhere else.
 
         The load factors at which it can are an interval, for the problem is convex.
@@ -181,18 +181,18 @@ class CriticalSearch:
         nothing = np.full_like(found.slip, np.nan)
         return replace(found, load_factor=np.inf, slip=nothing, attempts=attempts, residual=highest.residual, how=COINCIDE_ALONE)
 
-    def _solved(self, claimed: Callable[[], NodeClaim], program: SafeProgram, never: Callable[[], NodeClaim | None] | None = None) -> NodeClaim:
-        answer = solve(program, claimed, self._solver, no_optimum=never)
-        return replace(answer.claim, solver=answer.solver, attempts=answer.attempts)
+    def _solved(self, claimed: Callable[[], NodeClaim], program: SafeSet, never: Callable[[], NodeClaim | None] | None = None) -> NodeClaim:
+        claim, record = solve(program.problem, claimed, self._solver, no_optimum=never)
+        return replace(claim, solver=record.solver, attempts=record.attempts)
 
-    def _program(self, safe: SafeProgram, state: CriticalState, aim: Aim) -> SafeProgram:
+    def _program(self, safe: SafeSet, state: CriticalState, aim: Aim) -> SafeSet:
         if aim not in self._compiled or self._compiled[aim][0] is not safe.problem:
             self._compiled[aim] = safe.problem, critical_problem(safe, aim)
-        program = replace(self._compiled[aim][1], task=safe.task)
+        program = safe.posed(self._compiled[aim][1], safe.own)
         set_node(program, state)
         return program
 
-    def _proof_of_absence(self, safe: SafeProgram, state: CriticalState) -> NodeClaim | None:
+    def _proof_of_absence(self, safe: SafeSet, state: CriticalState) -> NodeClaim | None:
         """Proof that no safe slip at any load factor makes the node critical; None where there is none."""
         program = self._program(safe, state, Aim.EXCESS)
 
@@ -202,7 +202,7 @@ class CriticalSearch:
 
         def claimed() -> NodeClaim:
             value, bound = least_excess()
-            slip = np.full(safe.task.loads.q1.shape[1:], np.nan)
+            slip = np.full(safe.task.q1.shape[1:], np.nan)
             return NodeClaim(state, np.inf, slip, 0.0 if bound > RESIDUAL else abs(value - bound), how=NEVER)
 
         claim = self._solved(claimed, program)
@@ -215,24 +215,24 @@ def _next_to(task: LimitQuestion, ends: tuple[float, float]) -> tuple[float, flo
     return ends[0] + step, step
 
 
-def _claimed(program: SafeProgram, state: CriticalState, found: float) -> NodeClaim:
+def _claimed(program: SafeSet, state: CriticalState, found: float) -> NodeClaim:
     """The claim that stands in a program, with the larger of the violations by its slip and the distance of what the multipliers prove.
 
     If it does not pass, but the multipliers prove that the node is not critical below the load factor `found`, the claim is that.
     """
-    task, factor, slip = program.task, float(program.v.load_factor.value), program.slip
+    task, factor, slip = program.task, float(program.load_factor.value), program.solved_slip
     load_factor = (factor if factor > ZERO_LOAD_FACTOR else 0.0) * task.load_unit
     (q, p), node = task.change(slip), state.node
     off = float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max()) / task.force
     value, bound = StandardForm(program.problem).bounds
-    residual = max(task.violation(load_factor, slip), off, relative_gap(value, bound), program.violation)
+    residual = max(task.violation(load_factor, slip), off, relative_gap(value, bound), program.own.violation)
     if not residual <= RESIDUAL and -bound * task.load_unit > found:
         return NodeClaim(state, -bound * task.load_unit, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
     motion = critical_motion(program, state) if load_factor < found else None
     return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)), motion)
 
 
-def critical_motion(program: SafeProgram, state: CriticalState) -> Mechanism:
+def critical_motion(program: SafeSet, state: CriticalState) -> Mechanism:
     """The rates of a node's load factor with all reactions, as slips and lifts of either sign, from the multipliers of its solved program.
 
     More room at the other nodes lowers the load factor: their part is the mechanism of their rows the other way round. That of the node itself
@@ -240,10 +240,10 @@ def critical_motion(program: SafeProgram, state: CriticalState) -> Mechanism:
     friction. What is across two opposed corners moves the state between them by its lever.
     """
     task, f, node, corners = program.task, program.task.friction, state.node, list(state.corners)
-    others, _ = program.v.motion(program.rows)
+    others, _ = program.motion()
     slips, lift = -others.slips * task.load_unit, -others.lift * task.load_unit
-    y = np.atleast_1d(program.rows["critical"].dual_value) * task.load_unit / program.v.scaled.unit[node]
-    q = task.reactions(float(program.v.load_factor.value) * task.load_unit, program.slip)[0][corners, node].reshape(len(corners), -1)
+    y = np.atleast_1d(program.rows["critical"].dual_value) * task.load_unit / program.unit[node]
+    q = task.reactions(float(program.load_factor.value) * task.load_unit, program.solved_slip)[0][corners, node].reshape(len(corners), -1)
     size = np.linalg.norm(q, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         ways = np.column_stack([q / size[:, None], np.full(len(corners), -f[node])])

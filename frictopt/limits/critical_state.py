@@ -20,8 +20,8 @@ import numpy as np
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..contact.tolerances import ROUNDING
-from .question import LimitQuestion, Loads
-from .ruling_corners import ruling
+from .question import LimitQuestion
+from .safe_set import ruling
 
 __all__ = ["CriticalState", "critical_states", "needed", "smallest_discs"]
 
@@ -48,9 +48,9 @@ class CriticalState:
     rate: Array
 
 
-def needed(loads: Loads, friction: Array) -> tuple[Array, Array]:
+def needed(task: LimitQuestion) -> tuple[Array, Array]:
     """(N,) or (N, 2) shear c and (N,) friction bound `f rho` that the cyclic loads of each node need, at load factor 1."""
-    q1, fp1 = loads.q1, friction * loads.p1
+    q1, fp1 = task.q1, task.friction * task.p1
     if q1.ndim == 3:
         return smallest_discs(-q1.transpose(1, 0, 2), -fp1.T)
     ahead, back = (-q1 - fp1).max(axis=0), (q1 - fp1).max(axis=0)
@@ -62,13 +62,13 @@ def critical_states(task: LimitQuestion) -> list[list[CriticalState]]:
 
     Where a part of the cycle is fixed, one for all pairs of corners that rule at some load factor and have different loads.
     """
-    f, loads = task.friction, task.loads
-    if loads.fixed:
-        return _of_pairs(loads, f)
-    (q0,), (p0,), (shear, bound) = loads.q0, loads.p0, needed(loads, f)
-    size, q = (lengths(loads.q1, loads.p1) + f * np.abs(loads.p1)).max(axis=0), loads.q1 + shear
-    rules = lengths(q, loads.p1) - f * loads.p1 >= bound - _TIE * size
-    cyclic = (bound > (-f * loads.p1).max(axis=0) + _TIE * size) & (f > 0)
+    f = task.friction
+    if task.fixed:
+        return _of_pairs(task)
+    (q0,), (p0,), (shear, bound) = task.q0, task.p0, needed(task)
+    size, q = (lengths(task.q1, task.p1) + f * np.abs(task.p1)).max(axis=0), task.q1 + shear
+    rules = lengths(q, task.p1) - f * task.p1 >= bound - _TIE * size
+    cyclic = (bound > (-f * task.p1).max(axis=0) + _TIE * size) & (f > 0)
 
     def state(i: int) -> CriticalState:
         corners = tuple(np.flatnonzero(rules[:, i]).tolist())
@@ -79,13 +79,13 @@ def critical_states(task: LimitQuestion) -> list[list[CriticalState]]:
     return [[state(i)] if cyclic[i] else [] for i in range(len(f))]
 
 
-def _of_pairs(loads: Loads, f: Array) -> list[list[CriticalState]]:
+def _of_pairs(task: LimitQuestion) -> list[list[CriticalState]]:
     """The critical states in the plane where the corners differ at load factor 0."""
-    fp0, fp1 = f * loads.p0, f * loads.p1
-    own = np.stack([loads.q0, fp0, loads.q1, fp1])
+    f, fp0, fp1 = task.friction, task.friction * task.p0, task.friction * task.p1
+    own = np.stack([task.q0, fp0, task.q1, fp1])
     floor, rules = _TIE * np.abs(own).max(axis=1), np.zeros((2, *fp1.shape), dtype=bool)
     for which, sense in zip(rules, (1, -1), strict=True):
-        which[ruling(-(sense * loads.q0 + fp0), -(sense * loads.q1 + fp1))] = True
+        which[ruling(-(sense * task.q0 + fp0), -(sense * task.q1 + fp1))] = True
     found: list[list[CriticalState]] = []
     for i, friction in enumerate(f):
         ends = product(*(np.flatnonzero(which[:, i]).tolist() for which in rules)) if friction > 0 else ()
@@ -94,7 +94,7 @@ def _of_pairs(loads: Loads, f: Array) -> list[list[CriticalState]]:
         for k, j in pairs:
             at_zero, rate = (
                 -np.array([q[k, i] + q[j, i] + fp[k, i] - fp[j, i], (q[k, i] - q[j, i] + fp[k, i] + fp[j, i]) / friction]) / 2
-                for q, fp in ((loads.q0, fp0), (loads.q1, fp1))
+                for q, fp in ((task.q0, fp0), (task.q1, fp1))
             )
             states.append(CriticalState(i, (k, j), at_zero, rate))
         found.append(states)

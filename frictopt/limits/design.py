@@ -15,15 +15,15 @@ from ..contact.checks import checked_loads, flag, frozen, listed, shown
 from ..contact.record import judged_by
 from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError
+from ..solve.contradiction import contradiction, is_unbounded
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm, compiled, relative_gap
-from .circles import helpless
-from .design_loads import PROFILE, built_in, design_loads
+from .circles import carried, helpless
+from .design_loads import PROFILE, DesignLoads, built_in, design_loads
 from .design_result import Design
 from .judge import answered
-from .own_constraints import OwnProgram, SafeModel, contradiction, is_unbounded
-from .program import SafeProgram, carried, safe_set
-from .question import LimitQuestion, cycle_loads, pose
+from .question import LimitQuestion, pose
+from .safe_model import SafeModel, safe_set
 from .safe_set import SafeSet
 
 __all__ = ["DesignModel", "design_problem"]
@@ -44,7 +44,7 @@ def design_problem(sets: Sequence[SafeSet]) -> cp.Problem:
     lam, rows = sets[0].load_factor, list[cp.Constraint]()
     for s, v in enumerate(sets):
         of = f", scenario {s}" if s else ""
-        rows += [row.set_label(row.label + of) for row in v.problem(cp.Maximize(lam), v.stuck(lam)).constraints]
+        rows += [row.set_label(row.label + of) for row in v.program(cp.Maximize(lam), v.stuck(lam)).constraints]
     return cp.Problem(cp.Maximize(lam), [*rows, (lam >= 0).set_label("load_factor_not_negative")])
 
 
@@ -113,6 +113,8 @@ class DesignModel(SafeModel):
     1.0
     """
 
+    _design: DesignLoads
+
     def __init__(
         self,
         system: ContactSystem,
@@ -135,11 +137,8 @@ class DesignModel(SafeModel):
         self._others = [self._scenario(s, names, given) for s, given in enumerate(listed("scenarios", scenarios))]
         if not (names or self._shaped):
             raise ModelError("preloads, profile: none, so nothing is to be chosen; name load cases, or give profile=True")
-        self._design = design_loads(system, names, self._shaped, self._posed(1.0).force)
+        self._design = design_loads(system, names, self._shaped, self._asked.force)
         self._more = [safe_set(task, self._design.shared(shares)) for task, shares in self._others]
-
-    def _unknowns(self, task: LimitQuestion) -> SafeSet:
-        return safe_set(task, self._design)
 
     def _scenario(self, s: int, preloads: Sequence[str], given: Any) -> tuple[LimitQuestion, Mapping[str, float]]:
         if not isinstance(given, tuple) or len(given) not in (2, 3):
@@ -148,7 +147,7 @@ class DesignModel(SafeModel):
         shares = checked_loads(f"scenarios[{s}]", shares)
         if unknown := sorted(set(shares) - set(preloads)):
             raise ModelError(f"scenarios[{s}]: shares of {shown(unknown)}; the preloads are {shown(list(preloads))}")
-        return pose(self._system, cycle, friction, most=self._most, loads=cycle_loads(self._system, cycle)), shares
+        return pose(self._asked.system, cycle, friction, slip_bound=self._asked.most), shares
 
     @cached_property
     def preload(self) -> Any:
@@ -195,55 +194,55 @@ class DesignModel(SafeModel):
         >>> design.preload.round(6).to_dict()
         {'bolt': 6.0}
         """
-        task = self._posed(friction)
+        task = self._asked.at(friction)
         for asked in (task, *(other for other, _ in self._others)) if task.system.tangents > 1 else ():
             if found := helpless(asked, designed=True):
                 raise ModelError(f"friction: {found[1]}: no design is safe at any load factor above 0; give friction to every node")
         for v, (other, _) in zip(self._more, self._others, strict=True):
             v.ask(replace(other, load_unit=task.load_unit))
-            self._last = [], None
-        program = self._own(lambda v: design_problem([v, *self._more]), task, listed("constraints", constraints), objective)
-        answer = solve(program, lambda: self._judged(program), self._solver, no_optimum=lambda: self._refused(program))
-        program.save()
+            self._compiled.clear()
+        program = self._program(lambda v: design_problem([v, *self._more]), task, listed("constraints", constraints), objective)
+        answer = solve(program.problem, lambda: self._judged(program), self._solver, no_optimum=lambda: self._refused(program))
+        program.own.save()
         return answered(answer, program)
 
-    def _judged(self, program: OwnProgram) -> Design:
+    def _judged(self, program: SafeSet) -> Design:
         """Judge the design that stands in a program: built in, by the contact law in every scenario, and by the multipliers of all rows."""
         count, amounts = len(self._design.preloads), frozen(self._design.values.value + 0.0)  # no -0
         preload, profile = amounts[:count], amounts[count:] if self._shaped else None
-        every = [program, *(SafeProgram(task, v, program.problem) for (task, _), v in zip(self._others, self._more, strict=True))]
+        every, unit = [program, *self._more], program.own.objective_unit or program.task.load_unit
         named = dict(zip(self._design.preloads, preload.tolist(), strict=True))
         acting = [named, *({name: a * shares.get(name, 1.0) for name, a in named.items()} for _, shares in self._others)]
-        system, cycles = built_in(self._system, [(one.task.cycle, loads) for one, loads in zip(every, acting, strict=True)], profile)
-        slips = [frozen(one.slip) for one in every]
-        tasks = tuple(pose(system, cycle, one.task.friction, most=self._most) for cycle, one in zip(cycles, every, strict=True))
-        load_factor = max(0.0, float(program.v.load_factor.value) * program.task.load_unit)
+        system, cycles = built_in(self._asked.system, [(one.task.cycle, loads) for one, loads in zip(every, acting, strict=True)], profile)
+        slips = [frozen(one.solved_slip) for one in every]
+        tasks = tuple(pose(system, cycle, one.task.friction, slip_bound=self._asked.most) for cycle, one in zip(cycles, every, strict=True))
+        load_factor = max(0.0, float(program.load_factor.value) * program.task.load_unit)
         if system.tangents > 1:
             load_factor = max(0.0, min(carried(task, slip, load_factor, 1) for task, slip in zip(tasks, slips, strict=True)))
         value, bound = StandardForm(program.problem).bounds
         unsafe = max(task.violation(load_factor, slip) for task, slip in zip(tasks, slips, strict=True))
-        residual = float(np.nan_to_num(max(unsafe, relative_gap(value, bound), program.violation), nan=np.inf))
+        residual = float(np.nan_to_num(max(unsafe, relative_gap(value, bound), program.own.violation), nan=np.inf))
         return Design(
             load_factor=load_factor,
-            objective=None if program.objective_unit is None else value * program.unit,
-            bound=bound * program.unit,
+            objective=None if program.own.objective_unit is None else value * unit,
+            bound=bound * unit,
             preload=pd.Series(preload, index=pd.Index(self._design.preloads, name="load", dtype=object), name="preload"),
             profile=profile,
             slip=slips[0],
             slips=tuple(slips),
-            prices=program.prices,
+            prices=program.own.prices(unit),
             record=judged_by(residual),
             problem=None,
             _tasks=tasks,
             _units={},
         )
 
-    def _refused(self, program: OwnProgram) -> None:
+    def _refused(self, program: SafeSet) -> None:
         """Say why there is no best design; None where that cannot be proven."""
         excess = contradiction(program.problem, self._solver)
         if excess.bound > RESIDUAL:
-            ruling = [name for name in program.names if name in excess.ruling]
-            safe = "no design is safe at any load factor" if excess.ruling - set(program.names) else "they contradict each other"
+            ruling = [name for name in program.own.names if name in excess.ruling]
+            safe = "no design is safe at any load factor" if excess.ruling - set(program.own.names) else "they contradict each other"
             raise ModelError(f"{', '.join(ruling)}: {safe} under these constraints; drop or relax one" if ruling else f"constraints: {safe}")
         growth = is_unbounded(program.problem, self._solver)
         if growth is None or excess.value > RESIDUAL:
@@ -251,7 +250,7 @@ class DesignModel(SafeModel):
         first = compiled(program.problem)["param_prob"].var_id_to_col[self._design.amounts.id]
         along = growth.z[first : first + self._design.amounts.size]
         grows = np.flatnonzero(np.abs(along) > GROWN * np.abs(along).max(initial=0.0))
-        goal = "load_factor" if program.objective_unit is None else "objective"
+        goal = "load_factor" if program.own.objective_unit is None else "objective"
         if not np.abs(along).max(initial=0.0) > GROWN:
             raise ModelError(f"{goal}: it grows without end whatever the design; bound it by a constraint, or give another objective")
         named = [f"{self._design.name(k)} has no {'upper' if along[k] > 0 else 'lower'} bound" for k in grows[:_NAMED]]

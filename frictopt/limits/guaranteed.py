@@ -19,10 +19,9 @@ from ..errors import ModelError, SolverError
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
 from .critical_state import critical_states
 from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
-from .own_constraints import SafeModel
-from .plain_limits import is_uncoupled
 from .question import LimitQuestion
 from .reduced import mirrored, on_whole, rest_of, sources
+from .safe_model import SafeModel
 from .safe_set import SafeSet
 from .screening import load_factor_bounds
 from .shakedown import ShakedownModel, shakedown_problem
@@ -76,7 +75,7 @@ class GuaranteedModel(SafeModel):
         self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        if system.tangents > 1 and self._loads.fixed:
+        if system.tangents > 1 and self._asked.fixed:
             raise ModelError(
                 "cycle: a part of it is fixed, of a contact in space, where the critical state of a node bends with the load factor; ask "
                 "`shakedown_limit`, or follow starts by `steady_state`"
@@ -112,7 +111,7 @@ class GuaranteedModel(SafeModel):
             No solver gave an answer that passes the checks.
         """
         own = listed("constraints", constraints)
-        task = self._posed(friction, simplify=False)
+        task = replace(self._asked.at(friction), simplify=False)
         shakedown = self._shakedown.solve(friction, own)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
@@ -121,28 +120,27 @@ class GuaranteedModel(SafeModel):
         states = critical_states(task)
         both = np.array([bool(own_states) for own_states in states])
         least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, ONE_CORNER).astype(object)
-        if not least_found > shakedown.least or is_uncoupled(task):
+        if not least_found > shakedown.least or task.uncoupled:
             least[both], how[both] = least_found, NOT_NEEDED
             return self._result(task, shakedown, None, least, how, ())
-        extended = self._shakedown._own(shakedown_problem, task, own) if own else None
-        safe = extended or self._shakedown.program(task)
+        safe = self._shakedown._program(shakedown_problem, task, own)
         values: Mapping[cp.Variable, Array] = {variable: variable.value for variable in safe.problem.variables()}
-        halves = self._simplify and not own and mirrored(task)  # a witness is not odd, but the least load factor of a node is that of its image
+        halves = self._asked.simplify and not own and mirrored(task)  # a witness is not odd, but the least load factor of a node is that of its image
         source = sources(n) if halves else np.arange(n)
         images = both & (source != np.arange(n))
         how[images] = IMAGE
-        bounds = load_factor_bounds(safe.v.scaled, task) if self._simplify else np.zeros(n)
+        bounds = load_factor_bounds(safe) if self._asked.simplify else np.zeros(n)
         best: NodeClaim | None = None
         claims: list[NodeClaim] = []
         # where the pressure is little, nodes are nearly critical
-        pressure = task.loads.p0.min(axis=0) + task.change(np.nan_to_num(task.own(shakedown.slip)))[1]
+        pressure = task.p0.min(axis=0) + task.change(np.nan_to_num(task.own(shakedown.slip)))[1]
         for node in sorted(np.flatnonzero(both & ~images).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
-            if self._simplify and bounds[node] >= least_found:
+            if self._asked.simplify and bounds[node] >= least_found:
                 least[node] = bounds[node]
                 continue
             for state in states[node]:
                 expect_solution = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
-                ends, below = (shakedown.least, shakedown.load_factor), least_found if self._simplify else np.inf
+                ends, below = (shakedown.least, shakedown.load_factor), least_found if self._asked.simplify else np.inf
                 claim = self._search.solve(safe, state, ends, below, expect_solution=expect_solution)
                 claims.append(claim)
                 if claim.load_factor < least[node] or state is states[node][0]:
@@ -153,14 +151,13 @@ class GuaranteedModel(SafeModel):
             values = self._search.values_of(safe, best)
         for variable, value in values.items():  # the last program solved need not be that of the answer
             variable.save_value(value)
-        if extended:
-            extended.save()
+        safe.own.save()
         return self._result(task, shakedown, best, np.where(images, least[source], least), how, tuple(claims))
 
     def _result(
         self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
     ) -> GuaranteedLimit:
-        uncoupled, coincide = is_uncoupled(task), int((how == COINCIDE_ALONE).sum())
+        uncoupled, coincide = task.uncoupled, int((how == COINCIDE_ALONE).sum())
         motion = shakedown._motion if best is None or best.motion is None else best.motion
         if task.around is not None:
             rest, task = task, task.around

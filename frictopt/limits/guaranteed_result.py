@@ -246,7 +246,7 @@ def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, c
     under = f" (slips obey {', '.join(shakedown.constraints)})" if shakedown.constraints else ""
     if best is not None:
         any_load = "" if best.above is None else f" at any load factor next above {least:.6g}"
-        bounds, unloaded = _bounds(best, shakedown._task.cycle.corner_names), _unloaded(best) * (not shakedown._task.loads.fixed)
+        bounds, unloaded = _bounds(best, shakedown._task.cycle.corner_names), _unloaded(best) * (not shakedown._task.fixed)
         return f"{shakedown._opened}node {best.node} is {bounds}{any_load}{under}{unloaded}{alone}"
     if shakedown.kind is not LimitKind.FINITE:
         return shakedown.reason + alone

@@ -10,91 +10,106 @@ from ..contact.answers import LimitKind
 from ..contact.checks import Array
 from ..contact.record import SolveRecord, judged_by
 from ..contact.tolerances import FLOOR, RESIDUAL
-from ..solve.solvers import Answer
 from ..solve.standard_form import StandardForm, relative_gap
 from .answered import Answered
 from .mechanism import Mechanism
-from .program import SafeProgram
-from .question import LimitQuestion
 from .reduced import on_whole
+from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
-from .scaling import ScaledContact
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["answered", "certified", "judged", "judged_by_rows", "judged_margin"]
+__all__ = ["answered", "certified", "defect", "judged", "judged_by_rows", "judged_margin"]
 
 _FAR = 1e3  # the proof that nothing is safe holds for slips at least `1 / _FAR / RESIDUAL` times as large as those of the loads
 
 
-def judged(program: SafeProgram, *, least: bool = False) -> ShakedownLimit:
+def judged(v: SafeSet, *, least: bool = False) -> ShakedownLimit:
     """The limit that stands in a program of the largest load factor, or of the least, with the residual of its proof."""
-    return certified(program.task, program.v.scaled, program.load_factor, program.slip, program.v.motion(program.rows)[0], least=least)
+    return certified(v, v.solved_load_factor, v.solved_slip, v.motion()[0], least=least)
 
 
-def certified(
-    task: LimitQuestion, scaled: ScaledContact, load_factor: float, slip: Array, motion: Mechanism, *, least: bool = False
-) -> ShakedownLimit:
+def certified(v: SafeSet, load_factor: float, slip: Array, motion: Mechanism, *, least: bool = False) -> ShakedownLimit:
     """Judge a limit by the referee, and from above by the mechanism, which is scaled to unit drive; or the least safe load factor, from below.
 
     At the least safe load factor more load helps, so that its mechanism has a negative drive.
     """
+    task, sense = v.task, -1 if least else 1
     resistance, drive = task.work(motion)
-    sense = -1 if least else 1
     if not sense * drive > 0:
         return ShakedownLimit(load_factor, LimitKind.FINITE, slip, np.inf, judged_by(np.inf), task, motion)
     motion = motion.scaled(sense / drive)
-    bound, off = resistance / drive, scaled.defect(task, motion, slip)
+    bound, off = resistance / drive, defect(v, motion, slip)
     gap = (abs(bound - load_factor) + off) / max(load_factor, FLOOR * task.load_unit)
-    task, slip, motion = on_whole(task, slip, motion)
+    if task.whole is not None:
+        task, slip, motion = on_whole(task, slip, motion)
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
     return ShakedownLimit(load_factor, LimitKind.FINITE, slip, float(bound + sense * off), judged_by(residual), task, motion)
 
 
-def judged_by_rows(program: SafeProgram, objective_unit: float | None = None) -> ShakedownLimit:
-    """Judge an answer under constraints, or with an objective in some unit, of the user's own by the multipliers of all rows, theirs too."""
-    task, load_factor, slip = program.task, program.load_factor, program.slip
-    value, bound = StandardForm(program.problem).bounds
-    off = max(task.violation(load_factor, slip), relative_gap(value, bound), program.violation)
+def defect(v: SafeSet, motion: Mechanism, slip: Array) -> float:
+    """By how much the work bound of a mechanism may be off because its stress is not exactly zero.
+
+    Counted for all slips whose tractions are, node by node, at most those of `slip`, or at most `1 + f` times the node's own pressure where
+    that is more; and under a slip bound, for all rigid slides within it.
+    """
+    task, tangents = v.task, v.task.system.tangents
+    shear_unit = np.tile(v.unit, tangents)
+    held = np.zeros(len(shear_unit)) if motion.hold is None else motion.hold.T.ravel()
+    work = (shear_unit * motion.slips.sum(axis=0).T.ravel()) @ v.to_shear + (v.unit * motion.lift.sum(axis=0)) @ v.to_pressure - held @ v.to_slip
+    if task.lift is not None and motion.press is not None:
+        work = work + motion.press.sum(axis=0) @ task.lift @ v.to_slip
+    carried = np.abs(task.A[v.loaded] @ slip.T.ravel()) / shear_unit[v.loaded]
+    off = float(np.abs(work) @ (np.maximum(carried, 1.0 + np.tile(task.friction, tangents)[v.loaded]) / v.size))
+    if task.most is not None and v.rigid.shape[1]:
+        off += float(np.abs(held @ v.rigid) @ (np.abs(np.linalg.pinv(v.rigid)) @ np.tile(task.most, tangents)))
+    return off
+
+
+def judged_by_rows(v: SafeSet) -> ShakedownLimit:
+    """Judge an answer under constraints, or with an objective, of the user's own by the multipliers of all rows, theirs too."""
+    task, load_factor, slip, unit = v.task, v.solved_load_factor, v.solved_slip, v.own.objective_unit or v.task.load_unit
+    value, bound = StandardForm(v.problem).bounds
+    off = max(task.violation(load_factor, slip), relative_gap(value, bound), v.own.violation)
     residual = float(np.nan_to_num(off, nan=np.inf))
-    unit = task.load_unit if objective_unit is None else objective_unit
-    motion, record = program.v.motion(program.rows)[0].scaled(unit), judged_by(residual)
-    limit = ShakedownLimit(load_factor, LimitKind.FINITE, slip, bound * unit, record, task, motion, constraints=program.names)
-    if objective_unit is None:
+    motion, record = v.motion()[0].scaled(unit), judged_by(residual)
+    limit = ShakedownLimit(load_factor, LimitKind.FINITE, slip, bound * unit, record, task, motion, constraints=v.own.names)
+    if v.own.objective_unit is None:
         return limit
     why = "no safe residual slip makes the objective larger; the load factor is the one that it chooses, no limit"
     return replace(limit, _why=why, objective=value * unit)
 
 
-def judged_margin(program: SafeProgram, load_factor: float | None) -> SafeSlip:
+def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     """The slip that stands in a program of the margin at a load factor, or (None) at the best one, judged by its reserve, and by its multipliers."""
-    task, margin, slip, cap = program.task, float(program.v.margin.value), program.slip, program.cap("cap")
-    at = float(program.v.load_factor.value) * task.load_unit if load_factor is None else load_factor
-    motion, slips = program.motion
+    task, margin, slip, cap = v.task, float(v.margin.value), v.solved_slip, v.cap("cap")
+    at = float(v.load_factor.value) * task.load_unit if load_factor is None else load_factor
+    motion, weight = v.motion()
+    slips = weight * task.mean_bound + (0.0 if motion.press is None else float(motion.press.sum()) * task.clearance)
     motion = motion.scaled((1 - cap) / slips if slips > 0 and cap < 1 else 0.0)
     resistance, drive = task.work(motion)
     if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
         drive = min(drive, 0.0)
-    off = program.v.scaled.defect(task, motion, slip)
+    off = defect(v, motion, slip)
     bound = cap + resistance - at * drive + off
     if not slips > 0 and cap < 1 - RESIDUAL:  # multipliers that do not add up to one bound nothing
         bound = np.inf
-    if program.own:
-        bound, off = StandardForm(program.problem).bounds[1], 0.0
+    if v.own.rows:
+        bound, off = StandardForm(v.problem).bounds[1], 0.0
     gap = abs(bound - off - margin) + off  # a defect that closes the gap counts for slips like this one alone
     whole, every, motion = on_whole(task, slip, motion)
     asked, own = (whole, every) if task.lift is None else (task, slip)  # the reserve of closed nodes, and of gaps, is that of their own question
     pull = float(-asked.reactions(at, own)[1].min() / asked.force) if margin >= 0 else 0.0
-    residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), program.violation), nan=np.inf))
+    residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), v.own.violation), nan=np.inf))
     if load_factor is None and bound < -RESIDUAL:  # nothing is safe at any load factor: no more is asked, and the upper bound alone proves it
         residual = off / -bound / _FAR
-    return SafeSlip(at, every, margin, float(bound), judged_by(residual), whole, motion, program.names)
+    return SafeSlip(at, every, margin, float(bound), judged_by(residual), whole, motion, v.own.names)
 
 
 A = TypeVar("A", bound=Answered)
 
 
-def answered(answer: Answer[A], program: SafeProgram) -> A:
+def answered(found: tuple[A, SolveRecord], v: SafeSet) -> A:
     """The claim that has passed, with its program and how it was found."""
-    claim, seconds = answer.claim, perf_counter() - program.task.started
-    record = SolveRecord(answer.solver, answer.attempts, claim.residual, program.left_out, seconds)
-    return replace(claim, record=record, problem=program.problem, _units=program.units)  # type: ignore[type-var]
+    claim, record = found
+    record = replace(record, left_out=v.left_out, seconds=perf_counter() - v.task.started)
+    return replace(claim, record=record, problem=v.problem, _units=v.units)  # type: ignore[type-var]

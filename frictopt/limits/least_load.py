@@ -23,50 +23,46 @@ from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
 from ..solve.solvers import solve
 from .judge import judged, judged_by_rows
-from .program import SafeProgram
 from .question import LimitQuestion
+from .safe_set import SafeSet
 from .shakedown_result import ShakedownLimit
 
 __all__ = ["with_least_load"]
 
 
-def with_least_load(limit: ShakedownLimit, program: SafeProgram, solver: str | None) -> ShakedownLimit:
+def with_least_load(limit: ShakedownLimit, v: SafeSet, solver: str | None) -> ShakedownLimit:
     """The limit that a program has given, with the least safe load factor: by one more program only if nothing at hand shows that it is 0.
 
-    It is 0 if the slip of the limit, or no slip, is safe under the mean load; and if the cyclic load only narrows what is safe, as where the corners
-    have the mean load in their hull. What stands in the variables and multipliers stays there. The least load factor is nan where no solver gave one
-    that passes the checks.
+    It is 0 if the slip of the limit, or no slip, is safe under the mean load; nan where no solver gave one that passes the checks. What stands in the
+    variables and multipliers stays there.
     """
-    own = bool(limit.constraints)
-    if limit.kind is LimitKind.NO_SAFE_SLIP or limit.objective is not None:
-        return limit
-    slips = ([limit.slip] if limit.kind is LimitKind.FINITE else []) + ([] if own else [np.zeros_like(limit.slip)])
-    if (program.v.narrows and not own) or any(_excess_under_mean(limit._task, program, slip) <= RESIDUAL for slip in slips):
+    slips = ([limit.slip] if limit.kind is LimitKind.FINITE else []) + ([] if limit.constraints else [np.zeros_like(limit.slip)])
+    if any(_excess_under_mean(limit._task, v, slip) <= RESIDUAL for slip in slips):
         return replace(limit, least=0.0)
-    with _kept(program.problem):
-        downward = program.downward
+    with _kept(v.problem):
+        downward = v.posed(cp.Problem(cp.Minimize(v.load_factor), v.problem.constraints), v.own)
         try:
-            lower = solve(downward, lambda: _claimed(limit, downward), solver)
+            lower, found = solve(downward.problem, lambda: _claimed(limit, downward), solver)
         except SolverError:  # rounding hides whether some slip is safe under the mean load: the limit stands, the least load factor is not known
             return limit
-    attempts, seconds = (*limit.record.attempts, *lower.attempts), perf_counter() - program.task.started
-    record = replace(limit.record, attempts=attempts, residual=max(limit.residual, lower.claim.residual), seconds=seconds)
-    return replace(limit, least=lower.claim.load_factor, record=record)
+    attempts, seconds = (*limit.record.attempts, *found.attempts), perf_counter() - v.task.started
+    record = replace(limit.record, attempts=attempts, residual=max(limit.residual, lower.residual), seconds=seconds)
+    return replace(limit, least=lower.load_factor, record=record)
 
 
-def _claimed(limit: ShakedownLimit, program: SafeProgram) -> ShakedownLimit:
+def _claimed(limit: ShakedownLimit, v: SafeSet) -> ShakedownLimit:
     """The least load factor that stands in the program, judged by the referee and by its mechanism; 0 if its slip is safe under the mean load."""
-    if (excess := _excess_under_mean(program.task, program, program.slip)) <= RESIDUAL:
+    if (excess := _excess_under_mean(v.task, v, v.solved_slip)) <= RESIDUAL:
         return replace(limit, load_factor=0.0, record=judged_by(excess))
-    return judged_by_rows(program) if limit.constraints else judged(program, least=True)
+    return judged_by_rows(v) if limit.constraints else judged(v, least=True)
 
 
-def _excess_under_mean(task: LimitQuestion, program: SafeProgram, slip: Array) -> float:
+def _excess_under_mean(task: LimitQuestion, v: SafeSet, slip: Array) -> float:
     """By how much a slip is not safe under the mean load alone, or violates the user's own rows there, if they are: then it stands in them."""
-    load_factor = program.v.load_factor
+    load_factor = v.load_factor
     value = load_factor.value
     load_factor.save_value(np.zeros(()))
-    excess = max(task.violation(0.0, slip), program.violation)
+    excess = max(task.violation(0.0, slip), v.own.violation)
     load_factor.save_value(value)
     return float(np.nan_to_num(excess, nan=np.inf))
 

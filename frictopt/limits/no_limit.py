@@ -11,9 +11,10 @@ from ..contact.diagnosis import growth_diagnosis
 from ..contact.record import judged_by
 from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError
+from ..solve.contradiction import contradiction, is_unbounded
 from .mechanism import Mechanism
-from .own_constraints import OwnProgram, contradiction, is_unbounded
 from .question import LimitQuestion
+from .safe_set import SafeSet
 from .safe_slip import solve_margin
 from .shakedown_result import ShakedownLimit
 
@@ -25,34 +26,34 @@ def no_limit(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
 
     The mechanism proves that nothing is safe. Without the loads at load factor 0, a safe slip grows with the load.
     """
-    loads, whole = task.loads, task.whole or task
+    whole = task.whole or task
     unsafe, existence = np.full(task.system.slip_shape, np.nan), solve_margin(task, None, solver)
     if existence.margin < -RESIDUAL:
         return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, existence.record, whole, existence._motion)
-    alone = replace(loads, q0=np.zeros_like(loads.q0), p0=np.zeros_like(loads.p0), w0=np.zeros_like(loads.w0))
+    none = {name: np.zeros_like(getattr(task, name)) for name in ("q0", "p0", "w0")}
     still = None if task.most is None else np.zeros_like(task.most)  # a bounded slip cannot grow with the load
-    cyclic = solve_margin(replace(task, loads=alone, most=still), task.load_unit, solver)
+    cyclic = solve_margin(replace(task, **none, most=still), task.load_unit, solver)
     if not (cyclic.margin >= -RESIDUAL and _carried(task, cyclic.load_factor, task.own(cyclic.slip))):
         return None
     slipped, rounding = whole.change(cyclic.slip / cyclic.load_factor), GROWN * whole.mean_bound / cyclic.load_factor
-    why = growth_diagnosis(whole.friction, (whole.loads.q1, whole.loads.p1), slipped, rounding)
+    why = growth_diagnosis(whole.friction, (whole.q1, whole.p1), slipped, rounding)
     return ShakedownLimit(np.inf, LimitKind.UNBOUNDED, unsafe, np.inf, cyclic.record, whole, cyclic._motion.scaled(0.0), _why=why)
 
 
 def _carried(task: LimitQuestion, load_factor: float, slip: Array) -> bool:
     """Whether the slip that grows with the load keeps each node within its bound, up to a share of what acts on this node itself."""
     f, v, shape = task.friction, np.abs(slip.T.ravel()), slip.T.shape
-    q1, p1 = load_factor * task.loads.q1, load_factor * task.loads.p1
+    q1, p1 = load_factor * task.q1, load_factor * task.p1
     sheared, pressed = (np.abs(task.A) @ v).reshape(shape).T, np.abs(task.B) @ v
     own = np.maximum(lengths(q1, p1), f * np.abs(p1)).max(axis=0) + lengths(sheared, pressed) + f * pressed
     q, p = (cyclic_part + part for cyclic_part, part in zip((q1, p1), task.change(slip), strict=True))
     lift = np.zeros((0, len(v))) if task.lift is None else task.lift
-    opens = load_factor * task.loads.w1
+    opens = load_factor * task.w1
     apart = (opens + lift @ slip.T.ravel() >= -RESIDUAL * (np.abs(opens) + np.abs(lift) @ v)).all()
     return bool(apart) and bool((np.maximum(lengths(q, p) - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
 
 
-def no_limit_under(program: OwnProgram, solver: str | None) -> ShakedownLimit | None:
+def no_limit_under(v: SafeSet, solver: str | None) -> ShakedownLimit | None:
     """The claim that a program with constraints of the user's own has no finite limit, and which of them rule; None where neither can be proven.
 
     Raises
@@ -60,18 +61,18 @@ def no_limit_under(program: OwnProgram, solver: str | None) -> ShakedownLimit | 
     ModelError
         An objective without a largest value.
     """
-    task, names = program.task, program.names
-    unsafe, still = np.full(task.system.slip_shape, np.nan), Mechanism(np.zeros_like(task.loads.q1), np.zeros_like(task.loads.p1), task.friction)
-    excess = contradiction(program.problem, solver)
+    task, names = v.task, v.own.names
+    unsafe, still = np.full(task.system.slip_shape, np.nan), Mechanism(np.zeros_like(task.q1), np.zeros_like(task.p1), task.friction)
+    excess = contradiction(v.problem, solver)
     if excess.bound > RESIDUAL:
         ruling = ", ".join(name for name in names if name in excess.ruling)
         why = f"no residual slip that is safe at any load factor obeys {ruling}: drop or relax them"
         record = judged_by(excess.residual)
         return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, record, task, still, constraints=names, _why=why)
-    growing = is_unbounded(program.problem, solver)
+    growing = is_unbounded(v.problem, solver)
     if growing is None or excess.value > RESIDUAL:
         return None
-    if program.objective_unit is not None:
+    if v.own.objective_unit is not None:
         raise ModelError("objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint")
     residual = max(excess.residual, growing.residual)
     return ShakedownLimit(np.inf, LimitKind.UNBOUNDED, unsafe, np.inf, judged_by(residual), task, still, constraints=names)

@@ -77,13 +77,13 @@ def with_states(limit: ShakedownLimit) -> OpenSetLimit:
 
 def _all_open(task: LimitQuestion) -> OpenSetLimit | None:
     """The load factors at which all nodes are open: where no gap closes at any corner."""
-    n, still, none = task.system.nodes, np.zeros(task.system.slip_shape), np.zeros_like(task.loads.p1)
+    n, still, none = task.system.nodes, np.zeros(task.system.slip_shape), np.zeros_like(task.p1)
     nodes = following(task.system, np.ones(n, dtype=bool))
     if nodes is None:
         return None
     opened = replace(task, open=nodes)
-    gap, rates = opened.states(0.0, still)[1], (-joined(task.loads.q1, task.loads.p1) @ nodes.give)[:, -n:]
-    rate = rates if task.loads.fixed else np.broadcast_to(rates.min(axis=0), rates.shape)
+    gap, rates = opened.states(0.0, still)[1], (-joined(task.q1, task.p1) @ nodes.give)[:, -n:]
+    rate = rates if task.fixed else np.broadcast_to(rates.min(axis=0), rates.shape)
     least = float(np.divide(-gap, rate, out=np.where(gap < 0, np.inf, 0.0), where=rate > 0).max())
     load_factor = float(np.divide(gap, -rate, out=np.full(gap.shape, np.inf), where=rate < 0).min())
     if not (least <= load_factor and np.isfinite(least)):
@@ -93,4 +93,4 @@ def _all_open(task: LimitQuestion) -> OpenSetLimit | None:
     if not residual <= RESIDUAL:
         raise SolverError(f"open set: the states at the limit violate the contact law by {residual:.1e} (tolerance {RESIDUAL:g})")
     ruling = int(gap.min(axis=0).argmin())
-    return OpenSetLimit(load_factor, least, nodes.opened, slip, gap.clip(0.0), np.zeros_like(task.loads.q1), none, residual, (ruling,), None)
+    return OpenSetLimit(load_factor, least, nodes.opened, slip, gap.clip(0.0), np.zeros_like(task.q1), none, residual, (ruling,), None)

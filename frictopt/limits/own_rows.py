@@ -1,7 +1,7 @@
-"""Rows and cones of constraints of the user's own, well scaled, and what their multipliers are in the user's units."""
+"""Constraints and objectives of the user's own as well-scaled rows and cones, and what their multipliers are in the user's units."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cvxpy as cp
@@ -12,7 +12,7 @@ from ..contact.checks import Array, shown
 from ..errors import ModelError
 from ..solve.standard_form import StandardForm, compiled
 
-__all__ = ["Bound", "own_rows"]
+__all__ = ["OwnRows", "extended"]
 
 _EQUATIONS, _AT_MOST, _AT_LEAST = (
     (cp.constraints.Equality, cp.constraints.Zero),
@@ -37,7 +37,75 @@ class Bound:
         return np.asarray(dual / self.size.reshape(dual.shape, order="F"))
 
 
-def own_rows(constraints: Mapping[str, Any], known: set[int]) -> tuple[list[cp.Constraint], list[tuple[cp.Variable, cp.Expression]], list[Bound]]:
+@dataclass(frozen=True, eq=False)
+class OwnRows:
+    """What constraints, and maybe an objective, of the user's own are in a program.
+
+    Attributes
+    ----------
+    rows
+        Their rows and cones.
+    variables
+        The user's variables, and what they are in the well-scaled program.
+    bounds
+        Which rows bound what the constraints bound.
+    objective_unit
+        Unit of the program's objective where that is the user's own, else None.
+    """
+
+    rows: Sequence[cp.Constraint] = ()
+    variables: Sequence[tuple[cp.Variable, cp.Expression]] = ()
+    bounds: Sequence[Bound] = ()
+    objective_unit: float | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Their names, each once."""
+        return tuple(dict.fromkeys(row.label for row in self.rows))
+
+    @property
+    def violation(self) -> float:
+        """Their largest violation."""
+        return max((float(np.max(row.violation())) for row in self.rows), default=0.0)
+
+    def prices(self, unit: float) -> dict[str, Array]:
+        """Rate of the objective, of a `unit`, as each constraint gives way, in the user's units: >= 0; of an equation with its right side."""
+        found = dict[str, Array]()
+        for bound in self.bounds:
+            found[bound.name] = found.get(bound.name, 0.0) + bound.sign * unit * bound.multiplier
+        return found
+
+    def save(self) -> None:
+        """Put the values of a solution into the variables of the user."""
+        for variable, scaled in self.variables:
+            variable.save_value(np.asarray(scaled.value))
+
+
+def extended(problem: cp.Problem, unknowns: Sequence[cp.Variable], constraints: Sequence[Any], objective: Any) -> tuple[cp.Problem, OwnRows]:
+    """A problem under constraints, and with an objective to be largest (None for its own), on `unknowns` of a model.
+
+    Raises
+    ------
+    ModelError
+        What is no cvxpy constraint or expression, not convex, no linear or cone program, or on unknowns of another model.
+    """
+    goal, known = cp.Variable(name="objective"), {variable.id for variable in (*problem.variables(), *unknowns)}
+    named = {f"constraints[{index}]": constraint for index, constraint in enumerate(constraints)}
+    if objective is not None:
+        if not isinstance(objective, cp.Expression) or objective.size != 1:
+            raise ModelError(f"objective: {shown(objective)}; give a scalar cvxpy expression on slip, load_factor, q and p of the model")
+        named["objective"] = goal <= cp.reshape(objective, (), order="C")
+    own = _own_rows(named, known)
+    if objective is None:
+        return cp.Problem(problem.objective, [*problem.constraints, *own.rows]), own
+    scaled = next(scaled for variable, scaled in own.variables if variable is goal)
+    (inner,) = scaled.variables()
+    program = cp.Problem(cp.Maximize(inner), [*problem.constraints, *own.rows])
+    inner.save_value(np.ones(()))
+    return program, replace(own, objective_unit=float(scaled.value), bounds=[bound for bound in own.bounds if bound.row.label != "objective"])
+
+
+def _own_rows(constraints: Mapping[str, Any], known: set[int]) -> OwnRows:
     """Well-scaled rows and cones that say what named constraints say (an equation is two rows), and their variables besides the known ones.
 
     Constraints of abs, max, norms and the like bring variables and rows of their own; the last rows bound what the constraint itself bounds.
@@ -64,7 +132,7 @@ def own_rows(constraints: Mapping[str, Any], known: set[int]) -> tuple[list[cp.C
             rows += [row.set_label(called) for row in ([part] if cone else [sign * part.expr <= 0 for sign in signs])]
         last += [(len(rows) - len(signs) + k, called, sign if len(signs) > 1 else 1) for k, sign in enumerate(signs)]
     scaled, sizes, variables = _scaled(rows, known) if rows else ([], [], [])
-    return scaled, variables, [Bound(name, sign, scaled[k], sizes[k]) for k, name, sign in last]
+    return OwnRows(scaled, variables, [Bound(name, sign, scaled[k], sizes[k]) for k, name, sign in last])
 
 
 def _scaled(rows: list[cp.Constraint], known: set[int]) -> tuple[list[cp.Constraint], list[Array], list[tuple[cp.Variable, cp.Expression]]]:

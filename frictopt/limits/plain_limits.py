@@ -9,27 +9,20 @@ import numpy as np
 from ..contact.answers import LimitKind
 from ..contact.checks import Array
 from ..contact.record import SolveRecord
-from ..contact.tolerances import NO_COUPLING, RESIDUAL
+from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
-from .circles import helpless
 from .judge import certified
 from .mechanism import Mechanism
 from .question import LimitQuestion
+from .rigid import rigid_slides
+from .safe_model import safe_set
 from .safe_slip import solve_margin
-from .scaling import rigid_slides, scaled_contact
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["by_one_node", "in_closed_form", "is_uncoupled"]
+__all__ = ["by_one_node", "in_closed_form"]
 
 End: TypeAlias = tuple[float, Array, Mechanism]
 """An end of the safe load factors, a slip that is safe there, and the mechanism that proves it (idle at load factor 0)."""
-
-
-def is_uncoupled(task: LimitQuestion) -> bool:
-    """Whether tangential motion does not change the friction bounds: f B is zero up to rounding, against A of the two nodes that it joins."""
-    tangents = task.system.tangents
-    stiffness = np.sqrt(np.diag(task.A).clip(0.0).reshape(tangents, -1).sum(axis=0))
-    return bool((np.abs(task.friction[:, None] * task.B) <= NO_COUPLING * np.outer(stiffness, np.tile(stiffness, tangents))).all())
 
 
 def in_closed_form(task: LimitQuestion) -> ShakedownLimit | None:
@@ -37,9 +30,9 @@ def in_closed_form(task: LimitQuestion) -> ShakedownLimit | None:
     ends = _ends(task)
     if ends is None:
         return None
-    scaled, (lower, upper) = scaled_contact(task), ends
-    claim = certified(task, scaled, *upper)
-    residual = max(claim.residual, certified(task, scaled, *lower, least=True).residual if lower[0] > 0 else 0.0)
+    v, (lower, upper) = safe_set(task), ends
+    claim = certified(v, *upper)
+    residual = max(claim.residual, certified(v, *lower, least=True).residual if lower[0] > 0 else 0.0)
     if max(residual, task.violation(*lower[:2])) > RESIDUAL:
         return None
     left_out = ("linear program: the contact is uncoupled (B = 0), the limit has a closed form",)
@@ -53,16 +46,16 @@ def _ends(task: LimitQuestion) -> tuple[End, End] | None:
     rigidly (a punch without supports, A 1 = 0) needs `sum s = 0` besides. Each of these needs is a row `lam drive <= resistance`. Holds where the
     largest load factor is finite and nothing of the cycle is fixed. (Klarbring, Ciavarella & Barber 2007: shakedown is guaranteed between both ends.)
     """
-    loads, friction = task.loads, task.friction
-    if friction.min() == 0 or loads.fixed:
+    friction = task.friction
+    if friction.min() == 0 or task.fixed:
         return None
     rigid, compliance = rigid_slides(task)
     floating = bool(rigid.size)
     if floating and (rigid.shape[1] > 1 or np.ptp(rigid) > 1e-6 / np.sqrt(len(friction))):
         return None
 
-    q0, bound = loads.q0[0], friction * loads.p0[0]
-    forward, backward = -(loads.q1 + friction * loads.p1), loads.q1 - friction * loads.p1
+    q0, bound = task.q0[0], friction * task.p0[0]
+    forward, backward = -(task.q1 + friction * task.p1), task.q1 - friction * task.p1
     rules = forward.argmax(axis=0), backward.argmax(axis=0)
     rise, fall = forward.max(axis=0), backward.max(axis=0)
     resistance, drive = 2 * bound, rise + fall
@@ -98,17 +91,13 @@ def _mechanism(which: int, rules: tuple[np.ndarray, np.ndarray], shape: tuple[in
     return Mechanism(slips[0] - slips[1], 2 * friction * slips.min(axis=0), friction)
 
 
-def by_one_node(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
-    """The limit 0 of a contact in space with a node that no load factor above 0 leaves at rest, or the proof that nothing is safe at 0; else None."""
-    found = helpless(task)
-    if found is None:
-        return None
-    motion, why = found
+def by_one_node(task: LimitQuestion, motion: Mechanism, why: str, solver: str | None) -> ShakedownLimit:
+    """The limit 0 of a contact in space with a node that is `helpless` at any load factor above 0, or the proof that nothing is safe at 0."""
     state = solve_margin(task, 0.0, solver)
     if not state.exists:
         unsafe = np.full(task.system.slip_shape, np.nan)
         return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, state.record, state._task, state._motion)
-    limit = certified(task, scaled_contact(task), 0.0, task.own(state.slip), motion)
+    limit = certified(safe_set(task), 0.0, task.own(state.slip), motion)
     if not limit.residual <= RESIDUAL:
         raise SolverError(f"shakedown limit: the slip that is safe under the mean load violates the contact law by {limit.residual:.1e}")
     why = f"no residual slip is safe at any load factor above 0: {why}"

@@ -2,17 +2,19 @@
 
 import cvxpy as cp
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
+from ..contact.record import SolveRecord
 from ..contact.tolerances import RESIDUAL
-from ..solve.solvers import Answer, solve
+from ..solve.solvers import solve
+from .judge import defect
 from .mechanism import Mechanism
-from .program import SafeProgram, safe_set
 from .question import pose
-from .ruling_corners import ruling
-from .safe_set import SafeSet
+from .safe_model import safe_set
+from .safe_set import SafeSet, ruling
 
 __all__ = ["Pressing", "best_pressed", "pressing_problem"]
 
@@ -29,7 +31,7 @@ def pressing_problem(v: SafeSet, p: cp.Expression, share: Array) -> cp.Problem:
     The bound is `|v| <= slip_bound`.
     """
     least = cp.Variable(name="least")
-    return v.problem(cp.Maximize(least), {"pressed": p >= cp.multiply(share, least), "cap": least <= 1})
+    return v.program(cp.Maximize(least), {"pressed": p >= cp.multiply(share, least), "cap": least <= 1})
 
 
 class Pressing:
@@ -47,20 +49,20 @@ class Pressing:
         The larger of the distance of `least` from the bound that `motion` proves, and the excess of its slip over the slip bound.
     """
 
-    def __init__(self, program: SafeProgram, load_factor: float) -> None:
-        task, slip = program.task, program.slip
+    def __init__(self, v: SafeSet, load_factor: float) -> None:
+        task, slip = v.task, v.solved_slip
         q, p = task.reactions(load_factor, slip)
         self.least = float(min(p.min() / task.force, 1.0))
         self.friction = float((lengths(q, p) / p).max()) if self.least > _NO_LEAST_PRESSURE else np.inf
-        cap, rule = program.cap("cap"), ruling(-task.loads.p0, -task.loads.p1, load_factor)
-        opening = np.zeros(task.loads.p1.shape)
-        opening[rule] = np.maximum(program.rows["pressed"].dual_value, 0.0) / program.v.scaled.unit
-        motion = Mechanism(np.zeros(task.loads.q1.shape), opening, task.friction, program.v.held(program.rows))
+        cap, rule = v.cap("cap"), ruling(-task.p0, -task.p1, load_factor)
+        opening = np.zeros(task.p1.shape)
+        opening[rule] = np.maximum(v.rows["pressed"].dual_value, 0.0) / v.unit
+        motion = Mechanism(np.zeros(task.q1.shape), opening, task.friction, None if task.most is None else v.held(task.most))
         opened = float(motion.opening.sum()) * task.force
         self.motion = motion.scaled((1 - cap) / opened if opened > 0 and cap < 1 else 0.0)
         resistance, drive = task.work(self.motion)
-        defect = program.v.scaled.defect(task, self.motion, slip)
-        gap = abs(cap + resistance - load_factor * drive - self.least) + defect  # a defect that closes the gap counts for slips like this one alone
+        off = defect(v, self.motion, slip)
+        gap = abs(cap + resistance - load_factor * drive - self.least) + off  # a defect that closes the gap counts for slips like this one alone
         proves = opened > 0 or cap >= 1 - RESIDUAL  # multipliers that do not add up to one bound nothing
         self.residual = float(np.nan_to_num(max(gap, task.beyond(slip)), nan=np.inf)) if proves else np.inf
 
@@ -70,16 +72,16 @@ class Pressing:
         return self.least < -_NO_LEAST_PRESSURE
 
 
-def best_pressed(system: ContactSystem, cycle: LoadCycle, load_factor: float, most: Array | None) -> Answer[Pressing]:
-    """The slip, of at most `most`, (N,), that presses the nodes best at a load factor.
+def best_pressed(system: ContactSystem, cycle: LoadCycle, load_factor: float, slip_bound: ArrayLike | None) -> tuple[Pressing, SolveRecord]:
+    """The slip, within its bound, that presses the nodes best at a load factor.
 
     Raises
     ------
     SolverError
         No solver gave an answer that passes the checks.
     """
-    task = pose(system, cycle, 0.0, most=most)
+    task = pose(system, cycle, 0.0, slip_bound=slip_bound)
     v = safe_set(task)
-    unit, p = v.scaled.unit, (task.loads.p0 + load_factor * task.loads.p1).min(axis=0)  # of the corner that rules
-    program = SafeProgram(task, v, pressing_problem(v, p / unit + v.scaled.normal @ v.traction, task.force / unit))
-    return solve(program, lambda: Pressing(program, load_factor))
+    p = (task.p0 + load_factor * task.p1).min(axis=0)  # of the corner that rules
+    v = v.posed(pressing_problem(v, p / v.unit + v.pressure, task.force / v.unit))
+    return solve(v.problem, lambda: Pressing(v, load_factor))

@@ -1,6 +1,6 @@
 """A limit problem as posed: system, load cycle and friction, checked, with the units in which it is solved."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
 
@@ -8,42 +8,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
-from ..contact.checks import Array, Booleans, check_shear, finite_array, flag, real_array
+from ..contact.checks import Array, Booleans, finite_array, flag, real_array
 from ..contact.coulomb import lengths, off_law
 from ..contact.cycle import checked_cycle, reactions
 from ..contact.parts import joined, parted
 from ..contact.system import checked_system
-from ..contact.tolerances import CONDENSATION, RESIDUAL
+from ..contact.tolerances import CONDENSATION, NO_COUPLING, RESIDUAL
 from ..errors import ModelError
 from .mechanism import Mechanism
 from .open_nodes import OpenNodes
 
-__all__ = ["LimitQuestion", "Loads", "cycle_loads", "pose", "slip_bounds", "units_of"]
+__all__ = ["LimitQuestion", "pose", "units_of"]
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
+_MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
-
-
-@dataclass(frozen=True, eq=False)
-class Loads:
-    """Closed reactions of a load cycle, force: `q0` (K, N) or (K, N, 2) and `p0` (K, N) at load factor 0; what a load factor of 1 adds, `q1`, `p1`.
-
-    Of a contact without its O open nodes also their gaps where nothing slips, length: `w0` and `w1`, (K, O). Where all corners have the same at load
-    factor 0, `q0`, `p0` and `w0` have one row, (1, N) and (1, O).
-    """
-
-    q0: Array
-    p0: Array
-    q1: Array
-    p1: Array
-    w0: Array = field(default_factory=lambda: np.zeros((1, 0)))
-    w1: Array = field(default_factory=lambda: np.zeros((1, 0)))
-
-    @property
-    def fixed(self) -> bool:
-        """Whether the corners differ at load factor 0."""
-        return len(self.q0) > 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +34,11 @@ class LimitQuestion:
     ----------
     system, cycle
         The whole contact and its load cycle.
-    loads, friction
-        The cycle's reactions and (N,) coefficients of friction, of the N nodes of the question.
+    friction
+        (N,) coefficients of friction of the N nodes of the question.
+    q0, p0, q1, p1
+        Closed reactions of the cycle on these nodes, force: (K, N) or (K, N, 2) and (K, N) at load factor 0, (1, N) where they are the same at all
+        corners; and what a load factor of 1 adds, (K, N) or (K, N, 2) and (K, N).
     A, B, stiffness
         (t N, t N) shear and (N, t N) normal forces by slips of these nodes, and (M,) the size of their own stiffness, see `ContactSystem`.
     simplify
@@ -75,12 +58,17 @@ class LimitQuestion:
         Of a question on the whole contact: its open nodes; None where all are closed.
     lift
         (O, t N) gaps of the open nodes by slips of the closed ones, ordered by component, of a question on these; else None.
+    w0, w1
+        (K, O) or (1, O), and (K, O) the same gaps where nothing slips, length: at load factor 0, and what a load factor of 1 adds.
     """
 
     system: ContactSystem
     cycle: LoadCycle
-    loads: Loads
     friction: Array
+    q0: Array
+    p0: Array
+    q1: Array
+    p1: Array
     A: Array
     B: Array
     stiffness: Array
@@ -94,6 +82,31 @@ class LimitQuestion:
     whole: "LimitQuestion | None" = None
     open: OpenNodes | None = None
     lift: Array | None = None
+    w0: Array = field(default_factory=lambda: np.zeros((1, 0)))
+    w1: Array = field(default_factory=lambda: np.zeros((1, 0)))
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the corners differ at load factor 0."""
+        return len(self.q0) > 1
+
+    def at(self, friction: ArrayLike) -> "LimitQuestion":
+        """The same question for another friction, of the whole contact with all nodes closed.
+
+        Raises
+        ------
+        ModelError
+            Bad friction.
+        """
+        f = friction_coefficients(friction, self.system.nodes)
+        return replace(self, friction=f, started=perf_counter(), **units_of(f, self.q0, self.p0, self.q1, self.p1))
+
+    @property
+    def uncoupled(self) -> bool:
+        """Whether tangential motion does not change the friction bounds: f B is zero up to rounding, against A of the two nodes that it joins."""
+        tangents = self.system.tangents
+        stiffness = np.sqrt(np.diag(self.A).clip(0.0).reshape(tangents, -1).sum(axis=0))
+        return bool((np.abs(self.friction[:, None] * self.B) <= NO_COUPLING * np.outer(stiffness, np.tile(stiffness, tangents))).all())
 
     @property
     def around(self) -> "LimitQuestion | None":
@@ -107,7 +120,7 @@ class LimitQuestion:
 
     def check_load_factor(self, load_factor: float) -> None:
         """Check that the mean load is not lost in the rounding of the cyclic loads."""
-        largest = load_factor / self.force * float(max(np.abs(self.loads.q1).max(), np.abs(self.loads.p1).max()))
+        largest = load_factor / self.force * float(max(np.abs(self.q1).max(), np.abs(self.p1).max()))
         if largest > _MOST_CYCLIC:
             raise ModelError(
                 f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean normal force {self.force:.3g} of the mean load, "
@@ -118,7 +131,7 @@ class LimitQuestion:
         """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under a residual slip; none on open nodes."""
         if self.open is None:
             q, p = self.change(slip)
-            return self.loads.q0 + q + load_factor * self.loads.q1, self.loads.p0 + p + load_factor * self.loads.p1
+            return self.q0 + q + load_factor * self.q1, self.p0 + p + load_factor * self.p1
         r = self._at_corners(load_factor) + joined(*self.states(load_factor, slip)) @ self.system.S
         r[:, np.tile(self.open.opened, self.system.tangents + 1)] = 0.0
         return parted(r, self.system.tangents + 1)
@@ -131,13 +144,16 @@ class LimitQuestion:
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) slips and (K, N) gaps at the corners under a residual slip, which open nodes leave."""
         if self.open is None:
-            return np.broadcast_to(slip, self.loads.q1.shape), np.zeros_like(self.loads.p1)
+            return np.broadcast_to(slip, self.q1.shape), np.zeros_like(self.p1)
         return self.open.states(self._at_corners(load_factor), slip)
 
     def expanded(self, slip: Array) -> Array:
-        """The slip of the whole contact whose closed nodes slip like this: open ones stand where they do at the first corner at load factor 0."""
-        if self.around is None:
+        """The slip of the whole contact: that of a half and its mirror image, or of the closed nodes, and of open ones at load factor 0, corner 0."""
+        if self.whole is None:
             return slip
+        if self.around is None:  # the middle node cannot slip
+            left = slip[: len(self.whole.friction) // 2]
+            return np.concatenate([left, np.zeros(len(slip) - len(left)), -left[::-1]])
         every = np.zeros(self.around.system.slip_shape)
         every[self.around.closed] = slip
         unloaded, _ = self.around.states(0.0, every)
@@ -148,8 +164,7 @@ class LimitQuestion:
         return slip if self.around is None else slip[self.around.closed]
 
     def _at_corners(self, load_factor: float) -> Array:
-        loads = self.loads
-        return joined(loads.q0, loads.p0) + load_factor * joined(loads.q1, loads.p1)
+        return joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1)
 
     def traction_ratios(self, q: Array, p: Array) -> Array:
         """(K, N) ratios `|q| / (f p)` of reactions; NaN where the pressure or the friction vanishes."""
@@ -173,8 +188,8 @@ class LimitQuestion:
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """How far the slip is from being safe: the largest violation of the contact law over the corners, and the excess over the slip bound."""
-        if self.around is not None:
-            return max(self.around.violation(load_factor, self.expanded(slip)), self.beyond(slip))
+        if self.whole is not None:
+            return max(self.whole.violation(load_factor, self.expanded(slip)), self.beyond(slip))
         (v, w), r = self.states(load_factor, slip), joined(*self.reactions(load_factor, slip))
         off = off_law(self.system, self.friction, joined(*self.bonded(load_factor)), joined(v, w - self.system.gap), r, self.force)
         return float(np.nan_to_num(max(off.max(), self.beyond(slip)), nan=np.inf))
@@ -182,7 +197,7 @@ class LimitQuestion:
     def bonded(self, load_factor: float) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) and (K, N) bonded reactions `q, p` at the corners."""
         q, p = reactions(self.system, self.cycle.unscaled)
-        return q + load_factor * self.loads.q1, p + load_factor * self.loads.p1
+        return q + load_factor * self.q1, p + load_factor * self.p1
 
     def reserve(self, load_factor: float, slip: Array) -> float:
         """The margin of a slip, see `SafeSlip.margin`."""
@@ -192,7 +207,7 @@ class LimitQuestion:
 
     def gaps(self, load_factor: float, slip: Array) -> Array:
         """(K, O) gaps of the open nodes by the slip of the closed ones, of a question on these."""
-        gaps = self.loads.w0 + load_factor * self.loads.w1
+        gaps = self.w0 + load_factor * self.w1
         return gaps if self.lift is None else gaps + self.lift @ slip.T.ravel()
 
     def work(self, motion: Mechanism) -> tuple[float, float]:
@@ -200,11 +215,10 @@ class LimitQuestion:
 
         A safe slip at load factor lam needs `lam * drive <= resistance`; slips within their bound add the work that they do on what it holds.
         """
-        loads, lift = self.loads, motion.lift
-        press = np.zeros_like(loads.w1) if motion.press is None else motion.press
-        parts = (motion.slips, loads.q0, loads.q1), (lift, loads.p0, loads.p1), (press, loads.w0, loads.w1)
+        press = np.zeros_like(self.w1) if motion.press is None else motion.press
+        parts = (motion.slips, self.q0, self.q1), (motion.lift, self.p0, self.p1), (press, self.w0, self.w1)
         held = 0.0 if self.most is None or motion.hold is None else float(lengths(motion.hold, self.most) @ self.most)
-        at_zero = sum(float(np.sum((part if loads.fixed else part.sum(axis=0)) * load)) for part, load, _ in parts)
+        at_zero = sum(float(np.sum((part if self.fixed else part.sum(axis=0)) * load)) for part, load, _ in parts)
         return at_zero + held, -sum(float(np.sum(part * load)) for part, _, load in parts)
 
     @property
@@ -213,34 +227,21 @@ class LimitQuestion:
         return self.mean_bound / (float(np.diag(self.system.C).mean()) or self.system.stiffness_scale)
 
 
-def cycle_loads(system: ContactSystem, cycle: LoadCycle) -> Loads:
-    """Reactions of a load cycle on a system.
+def pose(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simplify: bool = True, slip_bound: Any = None) -> LimitQuestion:
+    """Check a limit problem and pose it; `slip_bound` is one largest slip, or one per node, None for no bound.
 
     Raises
     ------
     ModelError
-        Wrong types, or load cases that the system does not have.
+        Wrong types, load cases that the system does not have, bad friction, a bad slip bound, a mean load whose shear hides its pressure.
     """
-    checked_system(system)
-    return Loads(*checked_cycle(cycle).unscaled_reactions(system), *reactions(system, cycle.corners))
+    loads = *checked_cycle(cycle).unscaled_reactions(checked_system(system)), *reactions(system, cycle.corners)
+    f, most = friction_coefficients(friction, system.nodes), None if slip_bound is None else _slip_bounds(slip_bound, system.nodes)
+    parts = system.A, system.B, system.own_stiffness
+    return LimitQuestion(system, cycle, f, *loads, *parts, flag("simplify", simplify), most, **units_of(f, *loads))
 
 
-def pose(
-    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simplify: bool = True, most: Array | None = None, loads: Loads | None = None
-) -> LimitQuestion:
-    """Check a limit problem and pose it; `loads` are the reactions of the cycle where they are known, `most` those of `slip_bounds`.
-
-    Raises
-    ------
-    ModelError
-        Wrong types, load cases that the system does not have, bad friction, a mean load whose shear hides its pressure.
-    """
-    simplify, loads = flag("simplify", simplify), loads or cycle_loads(system, cycle)
-    f = friction_coefficients(friction, system.nodes)
-    return LimitQuestion(system, cycle, loads, f, system.A, system.B, system.own_stiffness, simplify, most, **units_of(loads, f))
-
-
-def units_of(loads: Loads, f: Array) -> dict[str, Any]:
+def units_of(f: Array, q0: Array, p0: Array, q1: Array, p1: Array) -> dict[str, Any]:
     """Force, load_unit, mean_bound and opening of a `LimitQuestion`.
 
     Raises
@@ -248,27 +249,22 @@ def units_of(loads: Loads, f: Array) -> dict[str, Any]:
     ModelError
         A mean load whose shear hides its pressure.
     """
-    sheared, p0, p1 = lengths(loads.q1, loads.p1), np.abs(loads.p0), np.abs(loads.p1)
-    force = float(p0.mean() or max(lengths(loads.q0, p0).mean(), sheared.mean(), p1.mean()) or 1.0)
-    demand = float(sheared.mean() + (f * p1).mean()) + float(p1[:, f == 0].sum()) / len(f)
-    bound, size = float((f * loads.p0).mean()), float((f * p0).mean())
+    sheared, pressed, swung = lengths(q1, p1), np.abs(p0), np.abs(p1)
+    force = float(pressed.mean() or max(lengths(q0, p0).mean(), sheared.mean(), swung.mean()) or 1.0)
+    demand = float(sheared.mean() + (f * swung).mean()) + float(swung[:, f == 0].sum()) / len(f)
+    bound, size = float((f * p0).mean()), float((f * pressed).mean())
     load_unit = (size or force) / demand if demand > 0 else 1.0
     mean_bound = bound if bound > CONDENSATION * size else force  # a shear alone leaves rounding
-    for shear in loads.q0:
-        check_shear(shear, force)
+    if (held := lengths(q0, p0)).max() > _MOST_SHEAR * force:
+        raise ModelError(
+            f"mean: its shear force at node {int(held.max(axis=0).argmax())} is {held.max() / force:.1e} times the mean normal force {force:.3g}, "
+            "and rounding of the one hides the other; press the contact, or check the units of the load cases"
+        )
     return {"force": force, "load_unit": load_unit, "mean_bound": mean_bound, "opening": bool(f.min() < _LITTLE_FRICTION)}
 
 
-def slip_bounds(slip_bound: Any, nodes: int) -> Array | None:
-    """Check a slip bound, one or one per node, and return it as (N,); None for no bound.
-
-    Raises
-    ------
-    ModelError
-        Not real finite numbers, negative, or of a length other than 1 and N.
-    """
-    if slip_bound is None:
-        return None
+def _slip_bounds(slip_bound: Any, nodes: int) -> Array:
+    """Check a slip bound, one or one per node, and return it as (N,)."""
     shape = real_array("slip_bound", slip_bound).shape
     if shape not in ((), (nodes,)):
         raise ModelError(f"slip_bound: shape {shape}; give one length or one for each of the {nodes} nodes")

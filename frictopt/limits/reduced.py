@@ -19,7 +19,7 @@ from ..contact.tolerances import ROUNDING
 from ..errors import FrictoptError
 from .mechanism import Mechanism
 from .open_nodes import following, without
-from .question import LimitQuestion, Loads, units_of
+from .question import LimitQuestion, units_of
 
 __all__ = ["half_of", "mirrored", "on_whole", "open_under_mean", "rest_of", "rest_under_mean", "sources"]
 
@@ -30,7 +30,7 @@ _ASYMMETRY_OF_LOADS = ROUNDING  # the same of reactions, which do not add up fro
 
 def mirrored(task: LimitQuestion) -> bool:
     """Whether the contact is in the plane, mirror-symmetric with its friction, its loads and its slip bound, and has more than one node."""
-    system, loads = task.system, task.loads
+    system = task.system
     if system.tangents > 1 or system.nodes == 1 or task.lift is not None:
         return False
     A, B, C, f = system.A, system.B, system.C, task.friction
@@ -40,7 +40,7 @@ def mirrored(task: LimitQuestion) -> bool:
     pairs += [(part, part[::-1], part.max()) for part in (f, system.gap, f if task.most is None else task.most)]
     if not all((np.abs(one - other) <= _ASYMMETRY * scale).all() for one, other, scale in pairs):
         return False
-    for q, p in ((loads.q0, loads.p0), (loads.q1, loads.p1)):
+    for q, p in ((task.q0, task.p0), (task.q1, task.p1)):
         scale = _ASYMMETRY_OF_LOADS * max(np.abs(q).max(), np.abs(p).max())
         if not max(np.abs(q + q[..., ::-1]).max(), np.abs(p - p[..., ::-1]).max()) <= scale:
             return False
@@ -51,15 +51,15 @@ def half_of(task: LimitQuestion) -> LimitQuestion:
     """The question of the half in the units of the whole, where there is one and the question may be simplified; else the question as it is."""
     if not (task.simplify and mirrored(task)):
         return task
-    n, loads = len(task.friction), task.loads
+    n = len(task.friction)
     kept, middle = (n + 1) // 2, slice(n // 2, (n + 1) // 2)  # the middle is empty where the number of nodes is even
     A, B = (M[:kept, :kept] - M[:kept, ::-1][:, :kept] for M in (task.A, task.B))
     own = task.stiffness.reshape(2, n)[:, :kept]
     A[middle], A[:, middle] = 0.0, 0.0  # nothing couples its slip to the others, and nothing drives it
     A[middle, middle] = own[0, middle]
-    half = Loads(*(part[:, :kept] for part in (loads.q0, loads.p0, loads.q1, loads.p1)))
+    loads = {name: getattr(task, name)[:, :kept] for name in ("q0", "p0", "q1", "p1")}
     most = None if task.most is None else task.most[:kept]
-    return replace(task, loads=half, friction=task.friction[:kept], A=A, B=B, stiffness=own.ravel(), most=most, whole=task)
+    return replace(task, **loads, friction=task.friction[:kept], A=A, B=B, stiffness=own.ravel(), most=most, whole=task)
 
 
 def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
@@ -69,21 +69,26 @@ def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
         return None
     axes = task.system.tangents + 1
     out, count, n = np.tile(opened, axes), int(opened.sum()), int((~opened).sum())
-    at_zero, cyclic = joined(task.loads.q0, task.loads.p0), joined(task.loads.q1, task.loads.p1)
-    gaps = [parted(-load[:, out] @ nodes.give, axes)[1] for load in (at_zero, cyclic)]
-    carried = [part for load in (at_zero, cyclic) for part in parted(load[:, ~out] - load[:, out] @ nodes.follow, axes)]
-    loads, friction, S = Loads(*carried, *gaps), task.friction[~opened], without(task.system, nodes)
-    units = units_of(loads, friction)  # what would press the open nodes shut is no scale
+    at_zero, cyclic = joined(task.q0, task.p0), joined(task.q1, task.p1)
+    w0, w1 = (parted(-load[:, out] @ nodes.give, axes)[1] for load in (at_zero, cyclic))
+    q0, p0, q1, p1 = (part for load in (at_zero, cyclic) for part in parted(load[:, ~out] - load[:, out] @ nodes.follow, axes))
+    friction, S = task.friction[~opened], without(task.system, nodes)
+    units = units_of(friction, q0, p0, q1, p1)  # what would press the open nodes shut is no scale
     return replace(
         task,
-        loads=loads,
         friction=friction,
+        q0=q0,
+        p0=p0,
+        q1=q1,
+        p1=p1,
         A=S[:-n, :-n],
         B=S[-n:, :-n],
         stiffness=task.stiffness[~out],
         most=None if task.most is None else task.most[~opened],
         whole=replace(task, open=nodes, **units),
         lift=-nodes.follow[-count:, :-n],
+        w0=w0,
+        w1=w1,
         **units,
     )
 
@@ -109,7 +114,7 @@ def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[Limit
     share = np.where(sign == 0, 1.0, 0.5)
     hold = None if motion.hold is None else share * sign * motion.hold[source]
     expanded = Mechanism(share * sign * motion.slips[:, source], share * motion.opening[:, source], task.whole.friction, hold)
-    return task.whole, sign * slip[source], expanded
+    return task.whole, task.expanded(slip), expanded
 
 
 def rest_under_mean(task: LimitQuestion) -> LimitQuestion | None:

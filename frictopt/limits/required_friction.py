@@ -1,7 +1,7 @@
 """The least friction with which a load factor is safe."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
 
@@ -14,10 +14,9 @@ from ..contact.record import SolveRecord, WithSlip
 from ..contact.show import Plotted, components, frame, places
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
-from ..solve.solvers import Answer
 from .mechanism import Mechanism
 from .pressing import Pressing, best_pressed
-from .question import cycle_loads, slip_bounds
+from .question import pose
 from .safe_slip import SafeSlipModel
 from .safe_slip_result import SafeSlip
 
@@ -122,16 +121,15 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     """
     started, load_factor = perf_counter(), finite_number("load_factor", load_factor, least=0.0)
     asked, most = _Asked(SafeSlipModel(system, cycle, slip_bound=slip_bound), load_factor, started), 1.0
-    loads = cycle_loads(system, cycle)
+    task = pose(system, cycle, 1.0)
     within = "" if slip_bound is None else " within the slip bound"
-    q0, q1 = loads.q0, load_factor * loads.q1
+    q0, q1 = task.q0, load_factor * task.q1
     alike = np.ptp(q0 + q1, axis=0).max() <= RESIDUAL * max(np.abs(q0).max(), np.abs(q1).max())  # else no slip takes the shear off at all corners
     none_needed = alike and asked.proven(0.0, True)
     if not (none_needed or asked.proven(most, True)):
-        best = best_pressed(system, cycle, load_factor, slip_bounds(slip_bound, system.nodes))
-        pressed = best.claim
+        pressed, record = best_pressed(system, cycle, load_factor, slip_bound)
         if pressed.impossible and not asked.enough_with_open_nodes():
-            return _never(best, system, cycle, load_factor, within, started)
+            return _never(pressed, record, system, cycle, load_factor, within, started)
         most = asked.most if pressed.impossible else _enough(asked, pressed)
     root, step = 0.0 if none_needed else asked.root(most), _PROVEN_FRICTION
     if root < _LEAST_FRICTION:
@@ -173,16 +171,18 @@ def _kept(safe: SafeSlip) -> tuple[Array, Array]:
     return frozen(q), frozen(p)
 
 
-def _never(best: Answer[Pressing], system: ContactSystem, cycle: LoadCycle, load_factor: float, within: str, started: float) -> RequiredFriction:
+def _never(
+    best: Pressing, found: SolveRecord, system: ContactSystem, cycle: LoadCycle, load_factor: float, within: str, started: float
+) -> RequiredFriction:
     """The answer that no friction is enough, from the slip that presses the nodes best."""
-    mechanism = best.claim.motion.table(system, cycle.corner_names)
+    mechanism = best.motion.table(system, cycle.corner_names)
     nodes = sorted(set(mechanism["node"]))
     named = [f"{x:.4g}" for x in system.x[nodes]] if system.tangents == 1 else [place(point) for point in system.points[nodes]]
     where = f"{'x =' if system.tangents == 1 else 'at'} {', '.join(named[:4])}{', ...' * (len(nodes) > 4)}"
     why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes ({where}) at some corner; press them"
     unsafe, corners, closed = np.full(system.slip_shape, np.nan), len(cycle.corners), np.zeros(system.nodes, dtype=bool)
     forces = frozen(np.full((corners, *system.slip_shape), np.nan)), frozen(np.full((corners, system.nodes), np.nan))
-    record = SolveRecord(best.solver, best.attempts, best.claim.residual, (), perf_counter() - started)
+    record = replace(found, seconds=perf_counter() - started)
     return RequiredFriction(np.inf, np.inf, frozen(unsafe), mechanism, why, system, cycle, load_factor, closed, forces, record)
 
 

@@ -159,7 +159,7 @@ class _Search:
 
     def _ruled(self, motion: Mechanism) -> Mechanism:
         """The same motions at the corners that rule them where both amplitudes are above zero: a ray of one load alone leaves the other's open."""
-        (one, other), f, nodes = (unit.loads for unit in self._unit), motion.friction, np.arange(len(motion.friction))
+        (one, other), f, nodes = self._unit, motion.friction, np.arange(len(motion.friction))
         q, p, w = (first + second for first, second in ((one.q1, other.q1), (one.p1, other.p1), (one.w1, other.w1)))
         slips, sizes, opening, press = (np.zeros_like(part) for part in (q, p, p, w))
         for slip, size in zip(motion.slips, motion.size, strict=True):

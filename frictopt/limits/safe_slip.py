@@ -1,7 +1,8 @@
 """Existence of a safe residual slip at a given load factor."""
 
 from collections.abc import Sequence
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import cached_property
 
 import cvxpy as cp
 import numpy as np
@@ -12,12 +13,12 @@ from ..contact.checks import Array, finite_number, listed
 from ..contact.odd_values import warns_of_odd_values
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
+from ..solve.contradiction import contradiction
 from ..solve.solvers import NoOptimum, solve
 from .judge import answered, judged_margin
-from .own_constraints import OwnProgram, SafeModel, contradiction
-from .program import SafeProgram, posed
 from .question import LimitQuestion
 from .reduced import half_of, rest_under_mean
+from .safe_model import SafeModel, safe_set
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 
@@ -37,7 +38,7 @@ def margin_problem(v: SafeSet, *, free_load_factor: bool = False) -> cp.Problem:
     rows = {**v.stuck(lam, margin), "cap": margin <= 1}
     if lam is not None:
         rows["load_factor_not_negative"] = lam >= 0
-    return v.problem(cp.Maximize(margin), rows)
+    return v.program(cp.Maximize(margin), rows)
 
 
 class SafeSlipModel(SafeModel):
@@ -75,7 +76,7 @@ class SafeSlipModel(SafeModel):
     @cached_property
     def load_factor(self) -> cp.Expression:
         """The load factor that is given, a cvxpy expression for constraints of your own."""
-        return cp.Parameter(nonneg=True, name="load_factor")
+        return self._load
 
     @property
     def margin(self) -> cp.Expression:
@@ -103,10 +104,11 @@ class SafeSlipModel(SafeModel):
             No solver gave an answer that passes the checks.
         """
         load_factor, own = finite_number("load_factor", load_factor, least=0.0), listed("constraints", constraints)
-        task = self._posed(friction, simplify=not own)
+        task = self._asked.at(friction)
+        task = replace(task, simplify=False) if own else task
         task.check_load_factor(load_factor)
-        program = self._own(margin_problem, task, own, load_factor=load_factor) if own else self._program(margin_problem, half_of(task), load_factor)
-        safe = solve_margin(task, load_factor, self._solver, program)
+        asked = half_of(task) if task.system.tangents == 1 else task
+        safe = solve_margin(task, load_factor, self._solver, self._program(margin_problem, asked, own, load_factor=load_factor))
         if not (own or safe.exists or self._closed_somewhere(task)) and (rest := rest_under_mean(task)):
             return solve_margin(rest, load_factor, self._solver)
         return safe
@@ -173,16 +175,19 @@ def safe_slip(
     return SafeSlipModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction, load_factor)
 
 
-def solve_margin(task: LimitQuestion, load_factor: float | None, solver: str | None, program: SafeProgram | None = None) -> SafeSlip:
+def solve_margin(task: LimitQuestion, load_factor: float | None, solver: str | None, program: SafeSet | None = None) -> SafeSlip:
     """Largest margin of a safe slip at a load factor, or (None) at the best one; in a program that is there already, or in one of its own."""
-    program = program or posed(half_of(task), partial(margin_problem, free_load_factor=load_factor is None), load_factor)
+    v = program
+    if v is None:
+        v = safe_set(half_of(task) if task.system.tangents == 1 else task)
+        v.ask(v.task, load_factor)
+        v = v.posed(margin_problem(v, free_load_factor=load_factor is None))
     try:
-        answer = solve(program, lambda: judged_margin(program, load_factor), solver)
+        found = solve(v.problem, lambda: judged_margin(v, load_factor), solver)
     except NoOptimum:
-        if program.own and (excess := contradiction(program.problem, solver)).bound > RESIDUAL:
-            ruling = ", ".join(name for name in program.names if name in excess.ruling)
+        if v.own.rows and (excess := contradiction(v.problem, solver)).bound > RESIDUAL:
+            ruling = ", ".join(name for name in v.own.names if name in excess.ruling)
             raise ModelError(f"{ruling}: no residual slip, safe or not, obeys this at load factor {load_factor:g}; drop or relax it") from None
         raise
-    if isinstance(program, OwnProgram):
-        program.save()
-    return answered(answer, program)
+    v.own.save()
+    return answered(found, v)

@@ -1,6 +1,5 @@
 """Extreme residual slips among the safe ones."""
 
-from functools import partial
 from typing import Any
 
 import cvxpy as cp
@@ -9,10 +8,10 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, frozen
 from ..contact.odd_values import warns_of_odd_values
-from ..contact.system import checked_system
 from ..solve.solvers import NoOptimum, solve
-from .program import SafeProgram, SlipClaim, safe_set
+from .admissible import SlipClaim
 from .question import pose
+from .safe_model import safe_set
 from .shakedown import shakedown_problem
 
 __all__ = ["safe_vertices"]
@@ -62,29 +61,25 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     (2, 2)
     """
     factor = finite_number("load_factor", load_factor, least=0.0)
-    task = pose(checked_system(system), cycle, friction, simplify=False)
+    task = pose(system, cycle, friction, simplify=False)
     v = safe_set(task)
     v.ask(task)
     given = finite_array("directions", directions, (None, *system.slip_shape))
     directions = np.moveaxis(given.reshape(len(given), system.nodes, system.tangents), 2, 1).reshape(len(given), system.nodes * system.tangents)[
-        :, v.scaled.loaded
+        :, v.loaded
     ]
     direction = cp.Parameter(v.traction.size, name="direction")
     at = v.load_factor == factor / task.load_unit
-    vertex = _Vertex(task, v, cp.Problem(cp.Maximize(direction @ v.traction), [*shakedown_problem(v).constraints, at]))
+    problem = cp.Problem(cp.Maximize(direction @ v.traction), [*shakedown_problem(v).constraints, at])
+
+    def vertex() -> SlipClaim:
+        return SlipClaim(v.solved_slip, task.violation(factor, v.solved_slip))
+
     found = []
     for along in directions:
         direction.value = along / (np.abs(along).max(initial=0.0) or 1.0)
         try:
-            found.append(solve(vertex, partial(vertex.claim, factor)).claim.slip)
+            found.append(solve(problem, vertex)[0].slip)
         except NoOptimum:
             continue
     return frozen(np.array(found).reshape(-1, *system.slip_shape))
-
-
-class _Vertex(SafeProgram):
-    """The problem with its direction set."""
-
-    def claim(self, load_factor: float) -> SlipClaim:
-        """The slip that stands in the problem, and by how much it is not safe."""
-        return SlipClaim(self.slip, self.task.violation(load_factor, self.slip))

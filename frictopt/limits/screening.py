@@ -15,8 +15,7 @@ import numpy as np
 from ..contact.checks import Array
 from ..contact.tolerances import CONDENSATION, RESIDUAL
 from .critical_state import needed
-from .question import LimitQuestion
-from .scaling import ScaledContact
+from .safe_set import SafeSet
 
 __all__ = ["load_factor_bounds"]
 
@@ -29,20 +28,19 @@ _NEAR = 1e-2  # share of the largest slip that a smaller one counts as in these 
 _LARGE = 1e6  # a mechanism of this size is on its way to infinity
 
 
-def load_factor_bounds(scaled: ScaledContact, task: LimitQuestion) -> Array:
+def load_factor_bounds(v: SafeSet) -> Array:
     """(n,) lower bounds of the load factor at which each node can be critical; 0 where nothing is known, inf where it never can.
 
     Parameters
     ----------
-    scaled
-        Unknowns and units of the whole contact.
-    task
-        The question.
+    v
+        Unknowns, units and question of the whole contact.
     """
-    if task.loads.fixed:  # which corner rules depends on the load factor
+    task = v.task
+    if task.fixed:  # which corner rules depends on the load factor
         return np.zeros(len(task.friction))
-    n, unit, loads = len(task.friction), scaled.unit[:, None], task.loads
-    slides = _Slides(scaled, task)
+    n, unit = len(task.friction), v.unit[:, None]
+    slides = _Slides(v)
     total = -np.eye(n)  # columns: the mechanisms, each in units of the force of its nodes; rows: a
     for _ in range(_MOST):
         net = np.linalg.norm(slides.net(total), axis=0)
@@ -55,11 +53,11 @@ def load_factor_bounds(scaled: ScaledContact, task: LimitQuestion) -> Array:
         if (done | lost).all():
             break
         total = np.where(done | lost, total, following)
-    d, fa, (shear, bound) = slides.net(total) / unit, task.friction[:, None] * total / unit, needed(loads, task.friction)
-    held = np.array([_work(d, loads.q0[0]), fa * loads.p0[0][:, None]])
+    d, fa, (shear, bound) = slides.net(total) / unit, task.friction[:, None] * total / unit, needed(task)
+    held = np.array([_work(d, task.q0[0]), fa * task.p0[0][:, None]])
     driven = _work(d, shear) + total / unit * bound[:, None]
     if len(d) > 1:
-        others = np.max([-_work(d, q1) - fa * p1[:, None] for q1, p1 in zip(loads.q1, loads.p1, strict=True)], axis=0)
+        others = np.max([-_work(d, q1) - fa * p1[:, None] for q1, p1 in zip(task.q1, task.p1, strict=True)], axis=0)
         driven = np.where(np.eye(n, dtype=bool), driven, others)
     resistance, drive, terms = held.sum(axis=(0, 1)), driven.sum(axis=0), np.abs(held).sum(axis=(0, 1))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -75,15 +73,15 @@ def _work(d: Array, q: Array) -> Array:
 class _Slides:
     """The net slips d that balance given total slips a; where the body may slide as a whole, it does so until friction resists little."""
 
-    def __init__(self, scaled: ScaledContact, task: LimitQuestion) -> None:
-        (rows, m), rows_of_shear = scaled.shear.shape, scaled.shear.toarray()
-        n, others = len(scaled.unit), np.setdiff1d(np.arange(rows), scaled.loaded)
-        right = np.hstack([scaled.normal.T * task.friction, rows_of_shear[others].T])
-        solved = -np.linalg.solve(rows_of_shear[scaled.loaded].T, right)
+    def __init__(self, v: SafeSet) -> None:
+        task, (rows, m), rows_of_shear = v.task, v.to_shear.shape, v.to_shear.toarray()
+        n, others = len(v.unit), np.setdiff1d(np.arange(rows), v.loaded)
+        right = np.hstack([v.to_pressure.T * task.friction, rows_of_shear[others].T])
+        solved = -np.linalg.solve(rows_of_shear[v.loaded].T, right)
         self._follow, self._rigid, self._shape = np.zeros((rows, n)), np.zeros((rows, rows - m)), (rows // n, n, n)
-        self._follow[scaled.loaded] = solved[:, :n]
-        self._rigid[scaled.loaded], self._rigid[others] = solved[:, n:], np.eye(rows - m)
-        hold = np.tile(np.maximum(task.friction * task.loads.p0[0] / scaled.unit, 0.0), rows // n)
+        self._follow[v.loaded] = solved[:, :n]
+        self._rigid[v.loaded], self._rigid[others] = solved[:, n:], np.eye(rows - m)
+        hold = np.tile(np.maximum(task.friction * task.p0[0] / v.unit, 0.0), rows // n)
         self._hold = hold[:, None]
         median = rows == n and rows - m == 1 and bool(np.all(self._rigid != 0))
         self._slid = self._to_median if median else self._by_means if rows > max(n, m) else np.asarray

@@ -1,6 +1,7 @@
 """The shakedown limit lambda_2: the load factor above which no residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987)."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import cvxpy as cp
@@ -11,17 +12,17 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import listed
 from ..contact.odd_values import warns_of_odd_values
+from ..contact.record import SolveRecord
 from ..errors import ModelError
-from ..solve.solvers import Answer, solve
+from ..solve.solvers import solve
 from .circles import helpless
 from .judge import answered, judged, judged_by_rows
 from .least_load import with_least_load
 from .no_limit import no_limit, no_limit_under
-from .own_constraints import OwnProgram, SafeModel
-from .plain_limits import by_one_node, in_closed_form, is_uncoupled
-from .program import SafeProgram
+from .plain_limits import by_one_node, in_closed_form
 from .question import LimitQuestion
 from .reduced import half_of, rest_under_mean
+from .safe_model import SafeModel
 from .safe_set import SafeSet
 from .shakedown_result import ShakedownLimit
 
@@ -38,7 +39,7 @@ def shakedown_problem(v: SafeSet) -> cp.Problem:
     The rows of `v.stuck` are intervals in the plane, of the corners that rule them (`Intervals`), and circles in space (`Circles`).
     """
     lam = v.load_factor
-    return v.problem(cp.Maximize(lam), {**v.stuck(lam), "load_factor_not_negative": lam >= 0})
+    return v.program(cp.Maximize(lam), {**v.stuck(lam), "load_factor_not_negative": lam >= 0})
 
 
 class ShakedownModel(SafeModel):
@@ -123,27 +124,24 @@ class ShakedownModel(SafeModel):
         -0.3
         """
         own = listed("constraints", constraints)
-        task = self._posed(friction)
+        task = self._asked.at(friction)
         if own or objective is not None:
             if task.system.tangents > 1 and (found := helpless(task)):
                 raise ModelError(f"constraints: {found[1]}: nothing is safe at any load factor above 0, whatever they ask; leave them out")
-            return self._under(self._own(shakedown_problem, task, own, objective))
+            return self._under(self._program(shakedown_problem, task, own, objective))
         closed = self.of_set(task)
         limit = self.of_set(rest) if closed.kind is LimitKind.NO_SAFE_SLIP and (rest := rest_under_mean(task)) else closed
         return closed if limit.kind is LimitKind.NO_SAFE_SLIP else limit
 
     def of_set(self, task: LimitQuestion) -> ShakedownLimit:
         """The limit with all nodes closed, or of the closed ones, see `rest_of`."""
-        known = None
         if task.system.tangents > 1:
-            known = by_one_node(task, self._solver)
-        elif self._simplify and self._solver is None and task.lift is None and is_uncoupled(task):
-            known = in_closed_form(task)
-        if known:
+            if found := helpless(task):
+                return by_one_node(task, *found, self._solver)
+        elif task.simplify and self._solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
             return known
-        program = self.program(half_of(task))
-        answer = solve(program, lambda: judged(program), self._solver, no_optimum=lambda: no_limit(task, self._solver))
-        return self._result(answer, program)
+        v = self._program(shakedown_problem, half_of(task) if task.system.tangents == 1 else task)
+        return self._result(solve(v.problem, lambda: judged(v), self._solver, no_optimum=lambda: no_limit(task, self._solver)), v)
 
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
@@ -161,25 +159,23 @@ class ShakedownModel(SafeModel):
         own = listed("constraints", constraints)
         return pd.DataFrame([_row(friction, self.solve(friction, own)) for friction in listed("frictions", frictions)])
 
-    def program(self, task: LimitQuestion) -> SafeProgram:
-        """The program over safe slips; that of a plane contact is compiled once for all frictions."""
-        return self._program(shakedown_problem, task)
-
-    def _under(self, program: OwnProgram) -> ShakedownLimit:
-        task, unit = program.task, program.objective_unit
-
+    def _under(self, v: SafeSet) -> ShakedownLimit:
         def no_limit_here() -> ShakedownLimit | None:
-            claim = no_limit(task, self._solver)
-            return claim if claim is not None and claim.kind is LimitKind.NO_SAFE_SLIP else no_limit_under(program, self._solver)
+            claim = no_limit(v.task, self._solver)
+            return claim if claim is not None and claim.kind is LimitKind.NO_SAFE_SLIP else no_limit_under(v, self._solver)
 
-        answer = solve(program, lambda: judged_by_rows(program, unit), self._solver, no_optimum=no_limit_here)
-        program.save()
-        return self._result(answer, program)
+        found = solve(v.problem, lambda: judged_by_rows(v), self._solver, no_optimum=no_limit_here)
+        v.own.save()
+        return self._result(found, v)
 
-    def _result(self, answer: Answer[ShakedownLimit], program: SafeProgram) -> ShakedownLimit:
-        limit = with_least_load(answered(answer, program), program, self._solver)
+    def _result(self, found: tuple[ShakedownLimit, SolveRecord], v: SafeSet) -> ShakedownLimit:
+        limit = answered(found, v)
+        if v.narrows and limit.kind is not LimitKind.NO_SAFE_SLIP and not v.own.rows:
+            limit = replace(limit, least=0.0)
+        elif limit.kind is not LimitKind.NO_SAFE_SLIP and limit.objective is None:
+            limit = with_least_load(limit, v, self._solver)
         if limit.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
-            program.v.load_factor.save_value(np.array(limit.load_factor / program.task.load_unit))
+            v.load_factor.save_value(np.array(limit.load_factor / v.task.load_unit))
         return limit
 
 

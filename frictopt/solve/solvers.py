@@ -2,29 +2,26 @@
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
+from time import perf_counter
 from types import MappingProxyType
-from typing import Generic, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 import cvxpy as cp
 
 from ..contact.checks import shown
-from ..contact.record import Attempt
+from ..contact.record import Attempt, SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
 from .interior_point import InteriorPoint
+from .standard_form import polish
 
 __all__ = [
     "LP",
     "LP_SOLVERS",
     "MILP_SOLVERS",
     "SOCP",
-    "Answer",
     "Claim",
-    "Model",
     "NoOptimum",
-    "Status",
     "solve",
     "solver_order",
 ]
@@ -66,32 +63,8 @@ class NoOptimum(SolverError):
     """All solvers that were asked report that there is no optimum."""
 
 
-class Status(Enum):
-    """What a solver reports."""
-
-    OPTIMAL = "the solver reports an optimum"
-    NO_OPTIMUM = "the solver reports that the problem is infeasible or unbounded"
-    FAILED = "the solver stopped without an answer"
-
-
-_STATUS = {
-    cp.OPTIMAL: Status.OPTIMAL,
-    cp.OPTIMAL_INACCURATE: Status.OPTIMAL,  # whether it is good enough is for our own residual to say, as with every optimum
-    cp.INFEASIBLE: Status.NO_OPTIMUM,
-    cp.UNBOUNDED: Status.NO_OPTIMUM,
-    cp.settings.INFEASIBLE_OR_UNBOUNDED: Status.NO_OPTIMUM,
-}  # every other status is a failure
-
-
-class Model(Protocol):
-    """A problem with its parameters set."""
-
-    @property
-    def problem(self) -> cp.Problem:
-        """The cvxpy problem."""
-
-    def refine(self) -> None:
-        """Replace the solution that stands in the problem by the exact one of the same active constraints."""
+_OPTIMAL = cp.OPTIMAL, cp.OPTIMAL_INACCURATE  # whether it is good enough is for our own residual to say, as with every optimum
+_NO_OPTIMUM = cp.INFEASIBLE, cp.UNBOUNDED, cp.settings.INFEASIBLE_OR_UNBOUNDED  # every other outcome is a failure
 
 
 class Claim(Protocol):
@@ -105,29 +78,20 @@ class Claim(Protocol):
 C = TypeVar("C", bound=Claim)
 
 
-@dataclass(frozen=True)
-class Answer(Generic[C]):
-    """The claim that passed, the solver that made it, and all attempts in order."""
-
-    claim: C
-    solver: str
-    attempts: tuple[Attempt, ...]
-
-
 def solve(
-    model: Model,
+    problem: cp.Problem,
     judged: Callable[[], C],
     solver: str | None = None,
     *,
     tolerance: float = RESIDUAL,
     no_optimum: Callable[[], C | None] | None = None,
-) -> Answer[C]:
-    """Solve with the first solver whose answer passes, refined if need be; fall back to the next one otherwise.
+) -> tuple[C, SolveRecord]:
+    """Solve with the first solver whose answer passes, a linear or cone program polished if need be; fall back to the next one otherwise.
 
     Parameters
     ----------
-    model
-        A problem with its parameters set.
+    problem
+        With its parameters set.
     judged
         Turns what now stands in the problem's variables into a claim with its residual, recomputed independently of the solver.
     solver
@@ -139,8 +103,8 @@ def solve(
 
     Returns
     -------
-    Answer
-        With a claim of residual at most `tolerance`.
+    tuple
+        A claim of residual at most `tolerance`, and how it was found.
 
     Raises
     ------
@@ -151,26 +115,22 @@ def solve(
     SolverError
         No solver gave an answer that passes.
     """
-    attempts: list[Attempt] = []
-    agreed, kind = True, _kind(model.problem)
+    started, attempts, agreed, kind = perf_counter(), list[Attempt](), True, _kind(problem)
     for name in solver_order(solver, kind):
-        status, text = _run(model.problem, name)
-        if status is not Status.OPTIMAL:
-            reason = no_optimum() if status is Status.NO_OPTIMUM and no_optimum else None
-            attempts.append(Attempt(name, text, reason.residual if reason else float("inf")))
-            if reason:
-                return Answer(reason, name, tuple(attempts))
-            agreed = agreed and status is Status.NO_OPTIMUM
-            continue
-        agreed = False
-        claim = judged()
-        attempts.append(Attempt(name, text, claim.residual))
-        if not claim.residual <= tolerance:
-            model.refine()
-            claim = judged()
-            attempts.append(Attempt(name, f"refined on the {'vertex' if kind == LP else 'active cones'}", claim.residual))
-        if claim.residual <= tolerance:
-            return Answer(claim, name, tuple(attempts))
+        outcome = _run(problem, name)
+        if outcome not in _OPTIMAL:
+            claim = no_optimum() if outcome in _NO_OPTIMUM and no_optimum else None
+            attempts.append(Attempt(name, outcome, claim.residual if claim else float("inf")))
+            agreed = agreed and outcome in _NO_OPTIMUM
+        else:
+            agreed, claim = False, judged()
+            attempts.append(Attempt(name, outcome, claim.residual))
+            if not claim.residual <= tolerance and kind != MILP and problem.objective.expr.is_affine():
+                polish(problem)
+                claim = judged()
+                attempts.append(Attempt(name, f"refined on the {'vertex' if kind == LP else 'active cones'}", claim.residual))
+        if claim and claim.residual <= tolerance:
+            return claim, SolveRecord(name, tuple(attempts), claim.residual, (), perf_counter() - started)
     tried = "; ".join(f"{a.solver}: {a.outcome}, residual {a.residual:.1e}" for a in attempts)
     raise (NoOptimum if agreed else SolverError)(
         f"{kind}: no answer within the tolerance {tolerance:g} ({tried}); check for reactions of very different sizes, "
@@ -203,12 +163,13 @@ def _kind(problem: cp.Problem) -> str:
     return LARGE_SOCP if large else SOCP
 
 
-def _run(problem: cp.Problem, name: str) -> tuple[Status, str]:
+def _run(problem: cp.Problem, name: str) -> str:
+    """The status with which a solver ends, or its error."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # cvxpy warns of inaccurate answers; here the residual decides, and the status is recorded
         try:
             solver = InteriorPoint() if name == "INTERIOR_POINT" else name.split("_")[0]
             problem.solve(solver=solver, warm_start=False, enforce_dpp=True, **_OPTIONS[name])
         except (cp.SolverError, ValueError, ArithmeticError) as error:
-            return Status.FAILED, str(error).split("\n")[0]
-    return _STATUS.get(problem.status, Status.FAILED), str(problem.status)
+            return str(error).split("\n")[0]
+    return str(problem.status)

@@ -121,13 +121,13 @@ class ComplementarityProblem:
             )
         program, values = PosedProgram(self.problem, self._posed), self.problem.var_dict
         try:
-            answer = solve(
-                program,
+            found, record = solve(
+                self.problem,
                 lambda: program.claim(np.r_[values["forward_slip"].value - values["backward_slip"].value, values["gap"].value]),
             )
         except NoOptimum as error:
             raise NoContinuation(f"complementarity program: no state obeys the law under this load ({error})") from error
-        return replace(answer.claim, _title=_TITLE, record=replace(answer.claim.record, solver=answer.solver, attempts=answer.attempts))
+        return replace(found, _title=_TITLE, record=replace(found.record, solver=record.solver, attempts=record.attempts))
 
 
 def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> ComplementarityProblem:

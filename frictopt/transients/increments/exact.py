@@ -40,9 +40,6 @@ class PosedProgram:
     problem: cp.Problem
     posed: Posed
 
-    def refine(self) -> None:
-        """Leave the solution as it is: Newton's method has refined it."""
-
     def claim(self, u: ArrayLike) -> Increment:
         """The increment from motions u, dimensionless."""
         return self.posed.result(newton(self.posed.owner.law, self.posed.trial, np.asarray(u), CORRECTIONS), "", (), self.problem)
@@ -134,7 +131,7 @@ class ExactIncrement(FrictionIncrement):
         values["expected_status"].value = np.array([guess.status == status for status in _BOOLEANS.values()], dtype=np.float64)
         within = f"slip increments and gaps up to {largest * posed.length:.3g} and pressures up to {largest * posed.force:.3g}"
         try:
-            answer = solve(program, lambda: program.claim(self._motions()))
+            found, record = solve(self.problem, lambda: program.claim(self._motions()))
         except NoOptimum as error:
             if known:  # it disproves what the solvers say
                 raise SolverError(
@@ -145,11 +142,10 @@ class ExactIncrement(FrictionIncrement):
                 f"friction increment: no state obeys the law under this load with {within}; larger ones were not looked for (reach {self._reach:g}). "
                 "Reduce friction below the critical value, take another load, or give a larger reach"
             ) from error
-        found = answer.claim
         moved = max(np.abs(found.slip - posed.slip).max(), found.gap.max()) / posed.length
         if max(moved, found.p.max() / posed.force) >= _TOUCHES * largest:
             raise SolverError(f"mixed-integer increment: the state that was found touches {within}; give a larger reach than {self._reach:g}")
-        return replace(found, record=replace(found.record, solver=answer.solver, attempts=answer.attempts))
+        return replace(found, record=replace(found.record, solver=record.solver, attempts=record.attempts))
 
     def _guess(self, posed: Posed) -> State:
         """State by Newton's method, whether it obeys the law or not."""

@@ -48,16 +48,6 @@ class _Sweep:
     residual: float
 
 
-@dataclass
-class _Model:
-    """A program whose solution needs no more than its solver's accuracy."""
-
-    problem: cp.Problem
-
-    def refine(self) -> None:
-        """Leave the solution as it is: it only guides the next sweep."""
-
-
 class FrozenBoundIncrement(FrictionIncrement):
     """One friction increment by convex programs with frozen friction bound, compiled once.
 
@@ -107,19 +97,19 @@ class FrozenBoundIncrement(FrictionIncrement):
         for sweep in range(1, _SWEEPS + 1):
             values["trial_reaction"].value, values["friction_bound"].value = posed.trial, bound
             try:
-                answer = solve(_Model(self.problem), partial(self._swept, posed.trial, bound), tolerance=_SWEEP_OF_CONES)
+                swept, record = solve(self.problem, partial(self._swept, posed.trial, bound), tolerance=_SWEEP_OF_CONES)
             except NoOptimum as error:
                 raise SolverError(
                     f"friction increment: no state of rest with the friction bound frozen at {bound.sum():.3g} times the mean normal force in sum "
                     f"({error}); check the supports of the body and whether the load exceeds friction; where slip would raise the pressure enough "
                     "to hold it, another increment may find the state"
                 ) from error
-            attempts += answer.attempts
-            u = answer.claim.u
+            attempts += record.attempts
+            u = swept.u
             step = law.friction * np.maximum((posed.trial + law.S @ u)[-n:], 0.0) - bound
             settled = bool(np.abs(step).max() <= _SETTLED_BOUND)
             state = newton(law, posed.trial, u) if settled else newton(law, posed.trial, u, CORRECTIONS)
-            found = posed.result(state, answer.solver, tuple(attempts), self.problem, steps=sweep)
+            found = posed.result(state, record.solver, tuple(attempts), self.problem, steps=sweep)
             if found.residual <= RESIDUAL:
                 return found
             left = found.residual

@@ -1,0 +1,47 @@
+"""Slips that nothing resists, and the compliance and the tractions of what is left."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh, qr
+from scipy.linalg.lapack import dpotri
+
+from ..contact.checks import Array
+from ..contact.tolerances import RIGID
+from .question import LimitQuestion
+
+__all__ = ["balanced", "rigid_slides"]
+
+
+def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
+    """Orthonormal slips that A does not resist, (t N, k), and the compliance (t N, t N) of forces that do no work on them, to slips free of them.
+
+    Each slip and each pressure counts in units of its own stiffness, so that a soft node beside stiff ones is not taken for a free one. A slip that
+    changes a pressure is resisted, however little, or S would not be positive semi-definite.
+    """
+    tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
+    scaled, pressure = task.A / np.outer(tangent, tangent), task.B / np.outer(normal, tangent)
+    values, soft = eigh(scaled, subset_by_value=(-np.inf, RIGID))
+    held = (values > 0) & (np.abs(pressure @ soft).max(axis=0) > RIGID)
+    share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
+    compliance = np.tril(dpotri(np.linalg.cholesky(scaled + soft @ soft.T), lower=1)[0])  # in which soft slips have the stiffness 1 + value
+    compliance += np.tril(compliance, -1).T + (soft * share) @ soft.T
+    compliance /= np.outer(tangent, tangent)
+    rigid = np.linalg.qr(soft[:, ~held] / tangent[:, None])[0]
+    compliance -= rigid @ (rigid.T @ compliance)
+    return rigid, np.asarray(compliance - (compliance @ rigid) @ rigid.T)
+
+
+def balanced(rigid: Array) -> tuple[NDArray[np.intp], Array]:
+    """Basis of the nodal tractions that do no work on rigid slips (columns; each times its unit), and the rows that its columns load.
+
+    Unit tractions at the loaded rows are balanced by forces at as many other rows as there are rigid slips.
+    """
+    count, k = rigid.shape
+    if not k:
+        return np.arange(count), np.eye(count)
+    _, _, pivots = qr(rigid.T, pivoting=True)
+    balancing, loaded = pivots[:k], np.sort(pivots[k:])
+    basis = np.zeros((count, count - k))
+    basis[loaded, np.arange(count - k)] = 1.0
+    basis[balancing] = -np.linalg.solve(rigid[balancing].T, rigid[loaded].T)
+    return loaded, basis

@@ -1,0 +1,87 @@
+"""Why a program has no solution, or no largest one: by one more program, whose multipliers prove it."""
+
+from dataclasses import dataclass
+
+import cvxpy as cp
+import numpy as np
+
+from ..contact.checks import Array
+from ..contact.tolerances import RESIDUAL
+from .solvers import solve
+from .standard_form import StandardForm
+
+__all__ = ["Contradiction", "contradiction", "is_unbounded"]
+
+
+@dataclass(frozen=True, eq=False)
+class Contradiction:
+    """The least excess by which the rows and cones of a program cannot hold.
+
+    Attributes
+    ----------
+    value, bound
+        That of a solution, and the least that the multipliers prove: above 0, the rows contradict each other (Farkas's lemma).
+    ruling
+        Names of the rows with multipliers.
+    residual
+        Distance of value and bound where they do not prove an excess.
+    z
+        The variables of the solution, in the order of the program's columns.
+    """
+
+    value: float
+    bound: float
+    ruling: frozenset[str]
+    residual: float
+    z: Array
+
+
+def contradiction(problem: cp.Problem, solver: str | None) -> Contradiction:
+    """The least `e >= 0` by which all slacks but those of equations must be raised to be in their cones.
+
+    Raises
+    ------
+    SolverError
+        No solver gave an answer that passes the checks.
+    """
+    form = StandardForm(problem)
+    return _least_excess(form, form.right, None, solver)
+
+
+def is_unbounded(problem: cp.Problem, solver: str | None) -> Contradiction | None:
+    """Proof that a program that has a solution has no largest one, for its objective can grow while no slack falls; None if it cannot.
+
+    Raises
+    ------
+    SolverError
+        No solver gave an answer that passes the checks.
+    """
+    form = StandardForm(problem)
+    growing = _least_excess(form, np.zeros(len(form.right)), form.objective, solver)
+    return None if max(growing.bound, growing.value) > RESIDUAL else growing
+
+
+@dataclass(frozen=True, eq=False)
+class _Relaxed:
+    problem: cp.Problem
+    labels: list[str]
+
+    def claim(self) -> Contradiction:
+        form = StandardForm(self.problem)
+        value, bound = (-side for side in form.bounds)
+        ruling = frozenset(label for label, y in zip(self.labels, form.y, strict=True) if y > RESIDUAL)
+        z = next(variable.value for variable in self.problem.variables() if variable.name() == "z")
+        return Contradiction(value, bound, ruling, 0.0 if bound > RESIDUAL else abs(value - bound), z)
+
+
+def _least_excess(form: StandardForm, right: Array, objective: Array | None, solver: str | None) -> Contradiction:
+    """The least excess of slacks `right - matrix @ z`, and of `objective @ z >= 1` where there is an objective."""
+    z, excess = cp.Variable(form.matrix.shape[1], name="z"), cp.Variable(name="excess")
+    s, names = right - form.matrix @ z, np.array([row.label for row in form.rows for _ in range(row.size)])
+    rows, extra = [excess >= 0], [] if objective is None else [objective @ z + excess >= 1]
+    rows += [s[: form.zero] == 0] if form.zero else []
+    rows += [s[form.linear] + excess >= 0] if len(form.linear) else []
+    rows += [cp.SOC(s[cone[:, 0]] + excess, cp.reshape(s[cone[:, 1:].ravel()], cone[:, 1:].shape, order="C"), axis=1) for cone in form.cones]
+    labels = [*names[: form.zero], "", *names[form.linear], *([""] * len(extra)), *(names[i] for cone in form.cones for i in cone.ravel())]
+    model = _Relaxed(cp.Problem(cp.Minimize(excess), [*rows, *extra]), labels)
+    return solve(model.problem, model.claim, solver)[0]
