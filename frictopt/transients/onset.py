@@ -43,11 +43,11 @@ def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Onset
     >>> first.slip
     OnsetEvent(corner=0, event=slip, load_factor=0.5, node=0, sense=-1)
     >>> first.to_frame()
-       corner       event  load_factor  node  sense
-    0       0        slip          0.5     0     -1
-    1       0  separation          inf  <NA>      0
-    2       1        slip          0.5     0      1
-    3       1  separation          inf  <NA>      0
+       corner   loads       event  load_factor  node  sense
+    0       0  Q = +1        slip          0.5     0     -1
+    1       0  Q = +1  separation          inf  <NA>      0
+    2       1  Q = -1        slip          0.5     0      1
+    3       1  Q = -1  separation          inf  <NA>      0
     """
     f = np.array(friction_coefficients(friction, checked_system(system).nodes))
     first = onset_from(system, checked_cycle(cycle), f)
