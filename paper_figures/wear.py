@@ -65,8 +65,9 @@ def _joint(panels: Sequence[Axes], life: pd.DataFrame) -> None:
     frequency = damping.twinx()
     lines += frequency.plot(cycles, 100 * (life["frequency"] - 1), label="change of frequency", **SERIES[1])
     damping.set_ylabel(r"damping ratio $\zeta$, %")
-    damping.set_ylim(bottom=0.0)
+    damping.set_ylim(0.0, 160 * float(life["damping"].max()))
     frequency.set_ylabel("change of frequency, %")
+    frequency.set_ylim(top=0.5 * 100 * float(1 - life["frequency"].min()))
     damping.legend(handles=lines, loc="upper right")
     limits.plot(cycles, life["limit"], label=r"shakedown limit $\lambda_2$", **SERIES[0])
     limits.plot(cycles, life["guaranteed"], label=r"guaranteed limit $\lambda_1$", **SERIES[1])
@@ -74,6 +75,6 @@ def _joint(panels: Sequence[Axes], life: pd.DataFrame) -> None:
     limits.set_ylim(0.0, 1.35)
     limits.set_ylabel("limit / load that wears")
     limits.legend(loc="upper left")
-    for axes in panels:
+    for axes in (*panels, frequency):
         axes.set_xscale("log")
         axes.set_xlabel("cycles of the lap joint (left end: none)")

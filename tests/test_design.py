@@ -174,6 +174,17 @@ def test_one_bolt_alone_is_linear_and_least_of_all_that_carry_a_load():
     assert least.bound == pytest.approx(least.objective, rel=1e-8) and least.prices["constraints[0]"] == pytest.approx(1 / limits[0], rel=1e-8)
 
 
+@pytest.mark.parametrize("mean", [1.0, 1e-12])
+@pytest.mark.filterwarnings("ignore:friction")
+def test_a_bolt_on_a_joint_that_hardly_carries(mean):
+    """All friction is that of the bolt; slip takes its shear off, and the limit is `f (mean + bolt) / shear`."""
+    loads = {"P": ([0.0], [mean]), "bolt": ([-0.52999694], [0.1801059]), "Q": ([0.22466545], [0.0])}
+    node = fo.ContactSystem.from_blocks([[0.916534225]], [[-1.11894197e-07]], [[1.85041491]], [0.0], loads)
+    model = fo.DesignModel(node, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), preloads=["bolt"], profile=True)
+    design = model.solve(10.0, [cp.abs(model.preload) <= 0.2651997875936538, cp.abs(model.profile) <= 1.9171108287401726e-13])
+    assert design.load_factor == pytest.approx(10.0 * (mean + 0.1801059 * 0.2651997875936538) / 0.22466545, rel=1e-6)
+
+
 def test_scatter_of_bolts_is_safe_between_its_corners():
     """Bolts that may lose a fifth: a design for all four combinations holds at any, and a design without thought of it at fewer."""
     contact = random_system(rng := np.random.default_rng(9), 4, loads=("mean", "cyclic", "one", "two"))

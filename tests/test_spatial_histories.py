@@ -178,5 +178,13 @@ def test_the_least_slip_is_that_of_the_plane():
     assert (space.bound, space.total) == pytest.approx((plane.bound, plane.total), rel=1e-7)
     assert space.weight == pytest.approx(plane.weight, rel=1e-6)
     table = space.to_frame()
-    assert table.columns.tolist() == ["node", "x", "y", "z", "weight", "alone", *(f"g{way} at {name}" for name in CYCLE.corner_names for way in (1, 2))]
+    assert table.columns.tolist() == [
+        "node",
+        "x",
+        "y",
+        "z",
+        "weight",
+        "alone",
+        *(f"g{way} at {name}" for name in CYCLE.corner_names for way in (1, 2)),
+    ]
     assert table["alone"].to_numpy() == pytest.approx(plane.to_frame()["alone"].to_numpy(), rel=1e-6)

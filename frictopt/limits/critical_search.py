@@ -25,7 +25,7 @@ from ..contact.record import Attempt
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..solve.explain import Units
 from ..solve.solvers import solve
-from ..solve.standard_form import StandardForm, relative_gap
+from ..solve.standard_form import StandardForm
 from .critical_state import CriticalState
 from .mechanism import Mechanism
 from .question import LimitQuestion
@@ -224,10 +224,10 @@ def _claimed(program: SafeSet, state: CriticalState, found: float) -> NodeClaim:
     load_factor = (factor if factor > ZERO_LOAD_FACTOR else 0.0) * task.load_unit
     (q, p), node = task.change(slip), state.node
     off = float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max()) / task.force
-    value, bound = StandardForm(program.problem).bounds
-    residual = max(task.violation(load_factor, slip), off, relative_gap(value, bound), program.own.violation)
-    if not residual <= RESIDUAL and -bound * task.load_unit > found:
-        return NodeClaim(state, -bound * task.load_unit, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
+    form = StandardForm(program.problem)
+    residual, least = max(task.violation(load_factor, slip), off, form.gap, program.own.violation), -form.bounds[1] * task.load_unit
+    if not residual <= RESIDUAL and least > found:
+        return NodeClaim(state, least, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
     motion = critical_motion(program, state) if load_factor < found else None
     return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)), motion)
 

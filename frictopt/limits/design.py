@@ -17,7 +17,7 @@ from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError
 from ..solve.contradiction import contradiction, is_unbounded
 from ..solve.solvers import solve
-from ..solve.standard_form import StandardForm, compiled, relative_gap
+from ..solve.standard_form import StandardForm, compiled
 from .circles import carried, helpless
 from .design_loads import PROFILE, DesignLoads, built_in, design_loads
 from .design_result import Design
@@ -219,9 +219,10 @@ class DesignModel(SafeModel):
         load_factor = max(0.0, float(program.load_factor.value) * program.task.load_unit)
         if system.tangents > 1:
             load_factor = max(0.0, min(carried(task, slip, load_factor, 1) for task, slip in zip(tasks, slips, strict=True)))
-        value, bound = StandardForm(program.problem).bounds
+        form = StandardForm(program.problem)
+        value, bound = form.bounds
         unsafe = max(task.violation(load_factor, slip) for task, slip in zip(tasks, slips, strict=True))
-        residual = float(np.nan_to_num(max(unsafe, relative_gap(value, bound), program.own.violation), nan=np.inf))
+        residual = float(np.nan_to_num(max(unsafe, form.gap, program.own.violation), nan=np.inf))
         return Design(
             load_factor=load_factor,
             objective=None if program.own.objective_unit is None else value * unit,

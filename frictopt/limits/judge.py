@@ -10,7 +10,7 @@ from ..contact.answers import LimitKind
 from ..contact.checks import Array
 from ..contact.record import SolveRecord, judged_by
 from ..contact.tolerances import FLOOR, RESIDUAL
-from ..solve.standard_form import StandardForm, relative_gap
+from ..solve.standard_form import StandardForm
 from .answered import Answered
 from .mechanism import Mechanism
 from .reduced import on_whole
@@ -68,8 +68,8 @@ def defect(v: SafeSet, motion: Mechanism, slip: Array) -> float:
 def judged_by_rows(v: SafeSet) -> ShakedownLimit:
     """Judge an answer under constraints, or with an objective, of the user's own by the multipliers of all rows, theirs too."""
     task, load_factor, slip, unit = v.task, v.solved_load_factor, v.solved_slip, v.own.objective_unit or v.task.load_unit
-    value, bound = StandardForm(v.problem).bounds
-    off = max(task.violation(load_factor, slip), relative_gap(value, bound), v.own.violation)
+    form = StandardForm(v.problem)
+    (value, bound), off = form.bounds, max(task.violation(load_factor, slip), form.gap, v.own.violation)
     residual = float(np.nan_to_num(off, nan=np.inf))
     motion, record = v.motion()[0].scaled(unit), judged_by(residual)
     limit = ShakedownLimit(load_factor, LimitKind.FINITE, slip, bound * unit, record, task, motion, constraints=v.own.names)
@@ -94,7 +94,8 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     if not slips > 0 and cap < 1 - RESIDUAL:  # multipliers that do not add up to one bound nothing
         bound = np.inf
     if v.own.rows:
-        bound, off = StandardForm(v.problem).bounds[1], 0.0
+        form = StandardForm(v.problem)
+        bound, off = form.bounds[1], form.defect
     gap = abs(bound - off - margin) + off  # a defect that closes the gap counts for slips like this one alone
     whole, every, motion = on_whole(task, slip, motion)
     asked, own = (whole, every) if task.lift is None else (task, slip)  # the reserve of closed nodes, and of gaps, is that of their own question

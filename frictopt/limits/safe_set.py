@@ -72,7 +72,7 @@ class SafeSet(ABC):
     own: OwnRows
 
     def __init__(self, task: LimitQuestion, design: DesignLoads | None = None) -> None:
-        self.task, self.design = task, design
+        self.task, self.design, self.rows, self.own = task, design, {}, OwnRows()
         pressure, acts = np.abs(task.p0).max(axis=0), np.maximum(lengths(task.q1, task.p1), np.abs(task.p1)).max(axis=0)
         acts = np.maximum(lengths(task.q0, task.p0).max(axis=0), acts)
         self.unit = np.where(pressure > _NO_PRESSURE * task.force, pressure, np.maximum(acts, _NO_PRESSURE * task.force))

@@ -13,7 +13,7 @@ from scipy.sparse import csr_array
 from ..contact.checks import Array
 from ..contact.tolerances import FLOOR, ROUNDING, STALLED
 
-__all__ = ["StandardForm", "compiled", "polish", "relative_gap"]
+__all__ = ["StandardForm", "compiled", "polish"]
 
 _NOT_UNIQUE = ROUNDING / 10  # singular directions of these equations, over the largest: there the solution stays as it is
 _POLISHED = 1e-3 * ROUNDING  # errors of the equations of active cones that no step makes smaller
@@ -23,11 +23,6 @@ _REVISIONS = 4  # of the active rows and cones from one such gap
 _LEAST_RATIO = 1e-12  # ratios below it, and above its inverse, are alike
 
 Integers = NDArray[np.intp]
-
-
-def relative_gap(value: float, bound: float) -> float:
-    """Distance of what multipliers prove from the value of a solution, over the latter, see `StandardForm.bounds`."""
-    return abs(bound - value) / max(abs(value), FLOOR)
 
 
 class StandardForm:
@@ -74,11 +69,23 @@ class StandardForm:
         return y
 
     @property
+    def defect(self) -> float:
+        """By how much the bound of the multipliers may be off because they do not quite balance, for all z of the size of this one, or 1."""
+        return float(np.abs(self.matrix.T @ self.admissible(self.y) - self.objective) @ np.maximum(np.abs(self.z), 1.0))
+
+    @property
     def bounds(self) -> tuple[float, float]:
-        """The objective of z, and what the multipliers alone prove of the largest objective (of all z of the size of this one, or 1)."""
-        y = self.admissible(self.y)
-        defect = np.abs(self.matrix.T @ y - self.objective) @ np.maximum(np.abs(self.z), 1.0)
-        return float(self.objective @ self.z), float(self.right @ y + defect)
+        """The objective of z, and what the multipliers alone prove of the largest objective, with their defect."""
+        return float(self.objective @ self.z), float(self.right @ self.admissible(self.y)) + self.defect
+
+    @property
+    def gap(self) -> float:
+        """Distance of what the multipliers prove from the objective of z, over the latter.
+
+        Their defect counts by itself: no multipliers at all prove that no z of this size has a larger objective, and nothing of larger ones.
+        """
+        value, bound = self.bounds
+        return (abs(bound - self.defect - value) + self.defect) / max(abs(value), FLOOR)
 
     def off(self, z: Array, y: Array) -> float:
         """Largest violation of the optimality conditions: slacks, balance of the multipliers, and their work on the slacks."""
