@@ -112,7 +112,7 @@ def guaranteed_rates_agree(contact, cycle, f, most=None, slack=1e-4):
     most=st.sampled_from([None, 0.3]),
     fixed=st.booleans(),
 )
-@example(seed=8, nodes=2, f=0.6, most=None, fixed=True)  # rows of the critical node itself rule where a part is fixed
+@example(seed=8, nodes=4, f=0.6, most=None, fixed=True)  # rows of the critical node itself rule where a part is fixed
 @example(seed=12, nodes=4, f=0.6, most=0.3, fixed=True)
 def test_of_the_guaranteed_limit_in_the_plane(seed, nodes, f, most, fixed):
     contact = random_system(np.random.default_rng(seed), nodes, loads=("mean", "cyclic", "bolt"), coupling=0.8)
@@ -122,7 +122,7 @@ def test_of_the_guaranteed_limit_in_the_plane(seed, nodes, f, most, fixed):
 @settings(max_examples=3, deadline=None)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 3), f=st.floats(0.3, 0.8))
 @example(seed=4, nodes=2, f=0.6)  # three corners
-@example(seed=9, nodes=2, f=0.6)
+@example(seed=6, nodes=2, f=0.6)
 def test_of_the_guaranteed_limit_in_space(seed, nodes, f):
     """Two opposed corners rule, or three."""
     contact = random_contact(np.random.default_rng(seed), nodes)
