@@ -45,16 +45,17 @@ def test_no_multipliers_prove_less_than_the_optimum(seed, equations, by):
     assert form.bounds[1] >= best - 1e-7
 
 
-@pytest.mark.parametrize("share", [0.0, 0.1, 0.9])
-def test_a_share_of_the_multipliers_proves_no_share_of_the_optimum(share):
+@pytest.mark.parametrize("share", [0.1, 0.9])
+@pytest.mark.parametrize("multipliers", [0.0, 1e-9])
+def test_no_multipliers_prove_nothing_of_a_share_of_the_optimum(share, multipliers):
     """No z as small as this one has more: that is always so, and says nothing of larger ones."""
     z = cp.Variable(name="z")
     problem = cp.Problem(cp.Maximize(z), [z <= 2e9])
     problem.solve(solver="HIGHS")
     form = StandardForm(problem)
     assert form.gap < 1e-12
-    form.z, form.y = share * form.z, share * form.y
-    assert form.gap > 0.09
+    form.z, form.y = share * form.z, multipliers * form.y
+    assert form.gap > 0.1
 
 
 @settings(max_examples=30, deadline=None)
