@@ -67,6 +67,17 @@ def test_an_increment_is_that_of_the_plane(seed):
     assert np.abs(np.sum(found.slip * across, axis=1)).max() <= 1e-8 * force / solid.stiffness_scale
 
 
+@pytest.mark.parametrize("seed", [0, 3519, 17821, 21577])
+def test_several_slides_that_nothing_resists_leave_the_limit_of_the_plane(seed):
+    """The body slides along the plane, and nodes move freely across it. In all but the first LAPACK does not find these slides alone."""
+    A = [[2.0, -1.0, -1.0], [-1.0, 2.0, -1.0], [-1.0, -1.0, 2.0]]
+    bonded = {"P": (np.zeros(3), np.ones(3)), "Q": ([1.0, 0.5, -1.5], np.zeros(3))}
+    flat = fo.ContactSystem.from_blocks(A, np.zeros((3, 3)), np.eye(3), range(3), bonded)
+    solid, _ = embedded(flat, np.random.default_rng(seed))
+    loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    assert fo.shakedown_limit(solid, loads, 0.5).load_factor == pytest.approx(0.5 / 1.5, rel=1e-9)
+
+
 def test_the_unit_of_a_margin_without_pressure_is_that_of_the_plane():
     bonded = {"mean": ([0.6, -0.2], [0.0, 0.0]), "a": ([1.0, 0.3], [0.5, 0.4])}
     flat = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], bonded)
