@@ -24,6 +24,13 @@ def agrees(rate, limit, asked, slack=1e-4):
     assert min(sides) - room <= STEP * rate <= max(sides) + room
 
 
+def rates_of_fits_agree(contact, limit, ask, slack):
+    """`ask(system, fit)` is the limit of a system that has a load case "fit" under an amplitude of it more."""
+    for node in range(contact.nodes):
+        fitted = contact.with_interference({"fit": np.eye(contact.nodes)[node]})
+        agrees(limit.interference_rate[node], limit, lambda by, fitted=fitted: ask(fitted, by), slack)
+
+
 def all_rates_agree(contact, cycle, ask, limit, slack=1e-4):
     def limit_with(system, case, by):
         return ask(system, fo.LoadCycle({**cycle.mean, case: cycle.mean.get(case, 0.0) + by}, cycle.corners, cycle.fixed))
@@ -33,9 +40,7 @@ def all_rates_agree(contact, cycle, ask, limit, slack=1e-4):
     for case, row in rates.iterrows():
         assert row["amplitude"] == cycle.mean.get(case, 0.0)
         agrees(row["rate"], limit, lambda by, case=case: limit_with(contact, case, by), slack)
-    for node in range(contact.nodes):
-        shaped = contact.with_interference({"fit": np.eye(contact.nodes)[node]})
-        agrees(limit.interference_rate[node], limit, lambda by, shaped=shaped: limit_with(shaped, "fit", by), slack)
+    rates_of_fits_agree(contact, limit, lambda system, fit: limit_with(system, "fit", fit), slack)
     taken = contact.with_gap(contact.gap + STEP * np.arange(contact.nodes))
     lost = ask(taken, cycle).load_factor - limit.load_factor
     assert lost <= -STEP * limit.interference_rate @ np.arange(contact.nodes) + 1e-4 * STEP * contact.nodes**2  # concave
@@ -98,9 +103,7 @@ def guaranteed_rates_agree(contact, cycle, f, most=None, slack=1e-4):
 
         assert row.amplitude == parts[kind][k].get(case, 0.0)
         agrees(row.rate, limit, moved, slack)
-    for node in range(contact.nodes):
-        shaped = contact.with_interference({"fit": np.eye(contact.nodes)[node]})
-        agrees(limit.interference_rate[node], limit, lambda by, shaped=shaped: ask(shaped, {**cycle.mean, "fit": by}, *parts[1:]), slack)
+    rates_of_fits_agree(contact, limit, lambda system, fit: ask(system, {**cycle.mean, "fit": fit}, *parts[1:]), slack)
     return limit.node is not None
 
 

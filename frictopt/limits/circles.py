@@ -51,7 +51,7 @@ class Circles(SafeSet):
             rows |= {f"no_shear_{k}": q[first] == 0} if len(first) else {}
             rows |= {f"no_opening_{k}": p >= reserve} if task.opening else {}
         self._circles = ~points
-        return rows if task.lift is None else {**rows, **self._apart(task.lift, load_factor, margin)}
+        return {**rows, **self._apart(load_factor, margin)}
 
     def motion(self) -> tuple[Mechanism, float]:
         """See `SafeSet.motion`.
@@ -70,9 +70,7 @@ class Circles(SafeSet):
         size = np.linalg.norm(slips, axis=-1)
         weight = float(((np.maximum(force, size) + opening) / unit).sum())
         opening = (opening + task.friction * np.maximum(force - size, 0.0)) / unit
-        hold = None if task.most is None else self.held(task.most)
-        press = None if task.lift is None else self.pressed(task.lift)
-        return Mechanism(slips / unit[:, None], opening, task.friction, hold, press), weight
+        return Mechanism(slips / unit[:, None], opening, task.friction, self.held, self.pressed), weight
 
     @property
     def solved_load_factor(self) -> float:

@@ -43,7 +43,7 @@ class Intervals(SafeSet):
     def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None, spare: cp.Parameter | float = 0.0) -> Rows:
         """See `SafeSet.stuck`. A given load factor stands in the parameters."""
         task = self.task
-        apart = {} if task.lift is None else self._apart(task.lift, load_factor, margin)
+        apart = self._apart(load_factor, margin)
         if task.fixed:
             return {**self._of_corners(load_factor, margin), **apart}
         lam, reserve = 1.0 if load_factor is None else load_factor, (0.0 if margin is None else cp.multiply(self._set["clearance"], margin)) - spare
@@ -88,9 +88,7 @@ class Intervals(SafeSet):
                 motion[corner, node] = np.maximum(self.rows[name].dual_value, 0.0) / self.unit[node]
         forward, backward, opening = motions
         opening = opening + task.friction * 2 * np.minimum(forward, backward)
-        hold = None if task.most is None else self.held(task.most)
-        press = None if task.lift is None else self.pressed(task.lift)
-        return Mechanism(forward - backward, opening, task.friction, hold, press), float(motions.sum())
+        return Mechanism(forward - backward, opening, task.friction, self.held, self.pressed), float(motions.sum())
 
     @property
     def narrows(self) -> bool:

@@ -57,7 +57,7 @@ class Pressing:
         cap, rule = v.cap("cap"), ruling(-task.p0, -task.p1, load_factor)
         opening = np.zeros(task.p1.shape)
         opening[rule] = np.maximum(v.rows["pressed"].dual_value, 0.0) / v.unit
-        motion = Mechanism(np.zeros(task.q1.shape), opening, task.friction, None if task.most is None else v.held(task.most))
+        motion = Mechanism(np.zeros(task.q1.shape), opening, task.friction, v.held)
         opened = float(motion.opening.sum()) * task.force
         self.motion = motion.scaled((1 - cap) / opened if opened > 0 and cap < 1 else 0.0)
         resistance, drive = task.work(self.motion)

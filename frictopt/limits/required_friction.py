@@ -16,7 +16,6 @@ from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
 from .mechanism import Mechanism
 from .pressing import Pressing, best_pressed
-from .question import pose
 from .safe_slip import SafeSlipModel
 from .safe_slip_result import SafeSlip
 
@@ -121,11 +120,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     """
     started, load_factor = perf_counter(), finite_number("load_factor", load_factor, least=0.0)
     asked, most = _Asked(SafeSlipModel(system, cycle, slip_bound=slip_bound), load_factor, started), 1.0
-    task = pose(system, cycle, 1.0)
     within = "" if slip_bound is None else " within the slip bound"
-    q0, q1 = task.q0, load_factor * task.q1
-    alike = np.ptp(q0 + q1, axis=0).max() <= RESIDUAL * max(np.abs(q0).max(), np.abs(q1).max())  # else no slip takes the shear off at all corners
-    none_needed = alike and asked.proven(0.0, True)
+    none_needed = asked.sheared_alike and asked.proven(0.0, True)
     if not (none_needed or asked.proven(most, True)):
         pressed, record = best_pressed(system, cycle, load_factor, slip_bound)
         if pressed.impossible and not asked.enough_with_open_nodes():
@@ -205,6 +201,12 @@ class _Asked:
     def __init__(self, model: SafeSlipModel, load_factor: float, started: float) -> None:
         self._model, self._load_factor, self._started = model, load_factor, started
         self._found: dict[float, SafeSlip] = {}
+
+    @property
+    def sheared_alike(self) -> bool:
+        """Whether the corners shear each node alike: else no slip takes the shear off at all of them."""
+        q0, q1 = self._model._asked.q0, self._load_factor * self._model._asked.q1
+        return bool(np.ptp(q0 + q1, axis=0).max() <= RESIDUAL * max(np.abs(q0).max(), np.abs(q1).max()))
 
     def safe(self, friction: float) -> SafeSlip:
         """The slip that stays furthest inside the friction bounds."""

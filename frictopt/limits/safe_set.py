@@ -118,8 +118,7 @@ class SafeSet(ABC):
 
     def program(self, goal: cp.Maximize | cp.Minimize, rows: Rows) -> cp.Problem:
         """A problem of the rows by their names, and those of the slip bound."""
-        bounded = {} if self.task.most is None else self._bounded(self.task.most)
-        return cp.Problem(goal, [row.set_label(name) for name, row in {**rows, **bounded}.items()])
+        return cp.Problem(goal, [row.set_label(name) for name, row in {**rows, **self._bounded}.items()])
 
     def posed(self, problem: cp.Problem, own: OwnRows | None = None) -> Self:
         """The same unknowns and what was asked, with a program over them."""
@@ -202,9 +201,12 @@ class SafeSet(ABC):
         norms = np.linalg.norm(np.hstack([self.to_slip, self.rigid]), axis=1)
         return np.asarray(norms.reshape(-1, len(self.unit)).max(axis=0))
 
-    def _bounded(self, most: Array) -> Rows:
-        """Rows of the slip bound, in units of `_reach`."""
-        nodes, most = len(self._reach), most / self._reach
+    @property
+    def _bounded(self) -> Rows:
+        """Rows of the slip bound, in units of `_reach`; none without one."""
+        if self.task.most is None:
+            return {}
+        nodes, most = len(self._reach), self.task.most / self._reach
         slip = cp.multiply(1 / np.resize(self._reach, self.slip.size), self.slip)
         if slip.size == nodes:
             return {"forward_slip_bound": slip <= most, "backward_slip_bound": slip >= -most}
@@ -219,9 +221,11 @@ class SafeSet(ABC):
         room = np.max(sizes, axis=0)
         return np.where(room > 0, room, self.task.clearance)
 
-    def _apart(self, lift: Array, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
-        """Rows by which open nodes stay open, at the corners that rule them."""
-        task, (corner, node) = self.task, self._closing
+    def _apart(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
+        """Rows by which open nodes stay open, at the corners that rule them; none without open nodes."""
+        if self.task.lift is None:
+            return {}
+        task, lift, (corner, node) = self.task, self.task.lift, self._closing
         room = self._room(lift)[node]
         lam = self._given if load_factor is None else task.load_unit * load_factor
         reserve = 0.0 if margin is None else task.clearance / room * margin
@@ -234,14 +238,20 @@ class SafeSet(ABC):
         """Corners and open nodes of the rows by which these stay open."""
         return ruling(-self.task.w0, -self.task.w1, None if np.isnan(self._given) else self._given)
 
-    def pressed(self, lift: Array) -> Array:
-        """(K, O) forces that keep open nodes from touching: multipliers of their rows, at the corners that rule them."""
+    @property
+    def pressed(self) -> Array | None:
+        """(K, O) forces that keep open nodes from touching: multipliers of their rows, at the corners that rule them; None without open nodes."""
+        if self.task.lift is None:
+            return None
         press, (corner, node) = np.zeros(self.task.w1.shape), self._closing
-        press[corner, node] = np.maximum(self.rows["stays_open"].dual_value, 0.0) / self._room(lift)[node]
+        press[corner, node] = np.maximum(self.rows["stays_open"].dual_value, 0.0) / self._room(self.task.lift)[node]
         return press
 
-    def held(self, most: Array) -> Array:
-        """(N,) or (N, 2) forces by which the slip bound holds the nodes, along the tangents: multipliers of its rows."""
+    @property
+    def held(self) -> Array | None:
+        """(N,) or (N, 2) forces by which the slip bound holds the nodes, along the tangents: multipliers of its rows; None without a bound."""
+        if (most := self.task.most) is None:
+            return None
         if "forward_slip_bound" in self.rows:
             forward, backward = (np.maximum(self.rows[f"{way}_slip_bound"].dual_value, 0.0) for way in ("forward", "backward"))
             return np.asarray((forward - backward) / self._reach)

@@ -107,8 +107,7 @@ class SafeSlipModel(SafeModel):
         task = self._asked.at(friction)
         task = replace(task, simplify=False) if own else task
         task.check_load_factor(load_factor)
-        asked = half_of(task) if task.system.tangents == 1 else task
-        safe = solve_margin(task, load_factor, self._solver, self._program(margin_problem, asked, own, load_factor=load_factor))
+        safe = solve_margin(task, load_factor, self._solver, self._program(margin_problem, half_of(task), own, load_factor=load_factor))
         if not (own or safe.exists or self._closed_somewhere(task)) and (rest := rest_under_mean(task)):
             return solve_margin(rest, load_factor, self._solver)
         return safe
@@ -179,7 +178,7 @@ def solve_margin(task: LimitQuestion, load_factor: float | None, solver: str | N
     """Largest margin of a safe slip at a load factor, or (None) at the best one; in a program that is there already, or in one of its own."""
     v = program
     if v is None:
-        v = safe_set(half_of(task) if task.system.tangents == 1 else task)
+        v = safe_set(half_of(task))
         v.ask(v.task, load_factor)
         v = v.posed(margin_problem(v, free_load_factor=load_factor is None))
     try:

@@ -140,7 +140,7 @@ class ShakedownModel(SafeModel):
                 return by_one_node(task, *found, self._solver)
         elif task.simplify and self._solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
             return known
-        v = self._program(shakedown_problem, half_of(task) if task.system.tangents == 1 else task)
+        v = self._program(shakedown_problem, half_of(task))
         return self._result(solve(v.problem, lambda: judged(v), self._solver, no_optimum=lambda: no_limit(task, self._solver)), v)
 
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
