@@ -308,7 +308,7 @@ FAULTS = (
     Fault("transients/exact/derivative.py", "events in a cycle have no delay", "base[stops] += np.outer", "base[stops] += 0 * np.outer",
           "return_map"),
     # histories
-    Fault("transients/trajectory.py", "cycles begin one state late", "self.corners) + SIMULTANEOUS) - 1", "self.corners) + SIMULTANEOUS)", "march"),
+    Fault("transients/trajectory.py", "cycles begin one state late", "corners) + SIMULTANEOUS) - 1", "corners) + SIMULTANEOUS)", "march"),
     Fault("transients/trajectory.py", "energy by twice the loads", "(load[1:] + load[:-1]) / 2", "(load[1:] + load[:-1])", "march"),
     Fault("histories/run.py", "overload is not part of a run's key", "start.safe_multiple, start.overload)", "start.safe_multiple, None)",
           "dissipation_study"),

@@ -15,7 +15,7 @@ PAPER = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 def by_trajectory(contact, cycle, friction, factor, cycles):
     """The last cycle of a long transient from event to event, and the work of friction in it by the trapezoidal rule of -q dv."""
     path = fo.march(contact, cycle, friction, factor, cycles=cycles)
-    last = path.time >= path.time[-1] - path.corners
+    last = path.time >= path.time[-1] - len(path.cycle.corners)
     q, v = path.q[last], path.slip[last]
     return path, last, -((q[1:] + q[:-1]) / 2 * np.diff(v, axis=0)).sum(axis=0)
 

@@ -53,6 +53,8 @@ def test_the_status_of_each_node_stands_at_its_place_and_time(in_space):
                     assert values[line, column] == code[row.status.iloc[node]]
                     seen += 1
     assert seen == len(places) * np.count_nonzero(np.diff(states.time) >= 1e-9)
+    loads = "1: a = +1, 2: a = -1, 3: b = +0.7, c = +0.2" if in_space else "1: cyclic = -1, 2: cyclic = +1"
+    assert ax.get_ylabel() == f"corners visited\n(0: mean load, {loads})"
     words = [text.get_text() for text in ax.get_legend().get_texts()]
     assert words == [word for word in ("stick", "slip +", "slip -", "slip", "open") if word.replace(" ", "") in set(table.status)]
 
@@ -94,7 +96,7 @@ def test_a_load_cycle_shows_each_load_at_its_corners_or_times():
     ax = loads.plot()
     drawn = {line.get_label(): line.get_ydata() for line in ax.get_lines() if not line.get_label().startswith("_")}
     assert list(drawn["P"]) == [1.0, 1.5, 1.0] and list(drawn["Q"]) == [1.0, -1.0, 1.0]
-    assert [text.get_text() for text in ax.get_xticklabels()] == ["1", "0", "1"]
+    assert [text.get_text() for text in ax.get_xticklabels()] == ["Q = +1", "P = +0.5, Q = -1", "Q = +1"]
     timed = fo.LoadCycle(loads.mean, loads.corners, times=[2.0, 7.0]).plot()
     assert list(timed.get_lines()[0].get_xdata()) == [2.0, 7.0] and timed.get_xlabel() == "time"
 

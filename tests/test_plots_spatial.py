@@ -165,7 +165,8 @@ def test_a_trajectory_shows_loops_along_both_tangents_and_both_slips(contact):
         assert ax.get_xlabel() == f"slip $v_{axis}$ (length)" and ax.get_ylabel() == f"shear force $q_{axis}$ (force)"
     assert [text.get_text() for text in below.get_legend().get_texts()] == ["$v_1$, colours as above", "$v_2$, colours as above", "cycles"]
     assert [line.get_xdata()[0] for line in below.get_lines()[8:]] == [0, 3, 6]
-    assert below.get_xlabel() == "corners visited (0: mean load)" and below.get_ylabel() == "slip $v_1$, $v_2$ (length)"
+    assert below.get_xlabel() == "corners visited (0: mean load, 1: a = +1, 2: a = -1, 3: b = +0.7, c = +0.2)"
+    assert below.get_ylabel() == "slip $v_1$, $v_2$ (length)"
     assert sides[0].get_title() == "nodes with the most work of friction" and sides[0].get_legend() is not None
 
 

@@ -126,3 +126,18 @@ def test_of_a_gap_and_a_pressure_the_smaller_one_is_rounding():
     contact = one_node()
     pressed = fo.steady_state(contact, CYCLE, 0.5, 0.1, initial_state=fo.ContactState([0.0], [1e-15], [0.0], [1.0]))
     assert pressed.outcome is fo.Outcome.SHAKEDOWN and not pressed.state.gap.any()
+
+
+def test_a_state_names_the_corner_that_comes_next_by_its_loads(whole, rounded, paper_cycle):
+    for row in np.flatnonzero(whole.time >= 0).tolist():
+        state = whole.state_at(row)
+        loads = paper_cycle.corner_names[int(np.floor(whole.time[row] + 1e-9)) % 2]
+        assert state.next_loads == loads == paper_cycle.corner_names[state.next_corner] and f"next_corner={loads!r}" in repr(state)
+    cycle = fo.LoadCycle(paper_cycle.mean, paper_cycle.corners[::-1])
+    states = fo.steady_state(rounded, cycle, 0.6, 0.2).state, fo.shakedown_limit(rounded, cycle, 0.6).state
+    assert {state.next_loads for state in states} == {cycle.corner_names[0]} != {loads}
+    assert "next_corner=1)" in repr(fo.ContactState([0.0], [0.0], [0.0], [1.0], 1))
+    with pytest.raises(fo.ModelError, match="next_loads: .* is no text"):
+        fo.ContactState([0.0], [0.0], [0.0], [1.0], next_loads={"sigma": 1.0})
+    with pytest.raises(fo.ModelError, match=r"its next corner is 2 \(cyclic = \+1\), the load cycle has the corners 0 to 1"):
+        fo.march(one_node(), CYCLE, 0.5, 0.1, initial_state=fo.march(one_node(), THREE, 0.5, 0.1, cycles=1).state_at(-2))

@@ -17,7 +17,7 @@ def work_from_states(path):
     """(cycles, N) work of friction from reactions and slips alone, both linear from state to state: the integral of -q dv."""
     spent = -(path.q[1:] + path.q[:-1]) / 2 * np.diff(path.slip, axis=0)
     so_far = np.vstack([0 * spent[:1], np.cumsum(spent, axis=0)])
-    ends = np.searchsorted(path.time, np.arange(0, path.time[-1] + 0.5, path.corners) + 1e-9) - 1
+    ends = np.searchsorted(path.time, np.arange(0, path.time[-1] + 0.5, len(path.cycle.corners)) + 1e-9) - 1
     return np.diff(so_far[ends], axis=0)
 
 

@@ -30,8 +30,8 @@ class OnsetEvent(Shown):
 
     Attributes
     ----------
-    corner
-        Number of the corner, from 0.
+    corner, loads
+        Number of the corner, from 0, and its loads as `LoadCycle.corner_names` writes them.
     event
         "slip", "separation", or "touch" of an open node.
     load_factor
@@ -47,17 +47,19 @@ class OnsetEvent(Shown):
     >>> import frictopt as fo
     >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     >>> fo.onset(node, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}]), friction=0.5).separation
-    OnsetEvent(corner=0, event=separation, load_factor=inf, node=None, sense=0)
+    OnsetEvent(corner='Q = +2', event=separation, load_factor=inf, node=None, sense=0)
     """
 
     corner: int
+    loads: str
     event: str
     load_factor: float
     node: int | None
     sense: int | tuple[float, float]
 
     def _answer(self) -> Mapping[str, object]:
-        return vars(self)
+        shown = {name: value for name, value in vars(self).items() if name not in ("corner", "loads")}
+        return {"corner": repr(self.loads), **shown}
 
 
 @dataclass(frozen=True, repr=False)
@@ -145,14 +147,13 @@ class Onset(Shown, Plotted):
         """The DataFrame of all events, by corner: columns corner and its loads, event, load_factor, node (NA if it never happens), sense."""
         kinds = self.slips, self.separations, *([self.touches] if self.touches else [])
         events = [event for corner in zip(*kinds, strict=True) for event in corner]
-        columns: dict[str, object] = {name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__}
-        loads = {"loads": [self.cycle.corner_names[event.corner] for event in events]}
-        return frame({"corner": columns["corner"], **loads, **columns}, {"node": "Int64"})
+        return frame({name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__}, {"node": "Int64"})
 
     def _answer(self) -> Mapping[str, object]:
-        slips, opens = (f"{len(nodes)} of {len(self.friction)} nodes" for nodes in (self.mean_slips, self.mean_opens))
+        ruled = {} if self.mean_admissible else {"mean_slips": self.mean_slips, "mean_opens": self.mean_opens}
+        counts = {name: f"{len(nodes)} of {len(self.friction)} nodes" for name, nodes in ruled.items()}
         touch = {} if self.touch is None else {"touch": self.touch}
-        return {"slip": self.slip, "separation": self.separation, **touch, "mean_slips": slips, "mean_opens": opens, "reason": self.reason}
+        return {"slip": self.slip, "separation": self.separation, **touch, **counts, "reason": self.reason}
 
     def _repr_html_(self) -> str:
         return f"{self.to_frame().to_html(index=False)}<p>{escape(self.reason)}</p>"
@@ -174,10 +175,11 @@ def onset_from(system: ContactSystem, cycle: LoadCycle, friction: Array, state: 
     residual, still = 0.0, 0 if system.tangents == 1 else (0.0, 0.0)
     beginnings = (np.broadcast_to(part, one.shape) for part, one in zip(parts[:3], corners, strict=True))
     for corner, (q, p, w, q1, p1, w1) in enumerate(zip(*beginnings, *corners, strict=True)):
-        events[0].append(_first_slip(corner, system, (q, f * p), (q1, f * p1), floor))
-        events[1].append(OnsetEvent(corner, "separation", *_least(_reach_zero(p, p1, floor)), still))
+        called = corner, cycle.corner_names[corner]
+        events[0].append(_first_slip(called, system, (q, f * p), (q1, f * p1), floor))
+        events[1].append(OnsetEvent(*called, "separation", *_least(_reach_zero(p, p1, floor)), still))
         if state is not None and state.open.any():
-            events[2].append(OnsetEvent(corner, "touch", *_least(_reach_zero(w, w1, floor / system.stiffness_scale)), still))
+            events[2].append(OnsetEvent(*called, "touch", *_least(_reach_zero(w, w1, floor / system.stiffness_scale)), still))
         lam = min(part[-1].load_factor for part in events if part)
         lam = lam if np.isfinite(lam) else 0.0
         unit = max(lam, 1.0)  # the load itself may be too large for a number
@@ -214,7 +216,7 @@ def _rates(system: ContactSystem, cycle: LoadCycle, state: ContactState | None) 
     return tuple(found)
 
 
-def _first_slip(corner: int, system: ContactSystem, mean: tuple[Array, Array], rate: tuple[Array, Array], floor: float) -> OnsetEvent:
+def _first_slip(called: tuple[int, str], system: ContactSystem, mean: tuple[Array, Array], rate: tuple[Array, Array], floor: float) -> OnsetEvent:
     """First load factor at which a shear force reaches its bound; `mean` and `rate` are shear forces and bounds."""
     (q0, g0), (q1, g1) = mean, rate
     slack = g0 - lengths(q0, g0)
@@ -222,11 +224,11 @@ def _first_slip(corner: int, system: ContactSystem, mean: tuple[Array, Array], r
         both = _reach_zero(np.array([g0 + q0, g0 - q0]), np.array([g1 + q1, g1 - q1]), floor)
         load_factor, node = _least(both.min(axis=0))
         forward = node is not None and both[0, node] <= load_factor * (1 + SIMULTANEOUS)
-        return OnsetEvent(corner, "slip", load_factor, node, 0 if node is None else 1 if forward else -1)
+        return OnsetEvent(*called, "slip", load_factor, node, 0 if node is None else 1 if forward else -1)
     load_factor, node = _least(np.where(slack < -floor, 0.0, np.maximum(reach(q0, g0, q1, g1), 0.0)))
     q = np.zeros(2) if node is None else q0[node] + load_factor * q1[node]
     size = float(np.linalg.norm(q))
-    return OnsetEvent(corner, "slip", load_factor, node, (0.0 - float(q[0]) / size, 0.0 - float(q[1]) / size) if size > 0 else (0.0, 0.0))
+    return OnsetEvent(*called, "slip", load_factor, node, (0.0 - float(q[0]) / size, 0.0 - float(q[1]) / size) if size > 0 else (0.0, 0.0))
 
 
 def reach(q0: Array, g0: Array, q1: Array, g1: Array) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from .checks import Array, finite_array, real_array, whole_number
+from .checks import Array, finite_array, real_array, shown, whole_number
 from .show import Shown, components, frame
 from .system import ContactSystem
 
@@ -30,8 +30,9 @@ class ContactState(Shown):
         Slip v, (N,) along +x in the plane, (N, 2) along the tangents in space, and (N,) gap w (initial gap included, >= 0), length.
     bonded_q, bonded_p
         Bonded reactions of the load, as `ContactSystem.reaction` gives them, in the shape of `slip` and (N,): force per depth, in space force.
-    next_corner
-        Number of the corner that the load goes to next, in a straight line.
+    next_corner, next_loads
+        Number of the corner that the load goes to next, in a straight line; and what it is called, as `LoadCycle.corner_names` writes its loads.
+        None: its number.
 
     Raises
     ------
@@ -45,7 +46,7 @@ class ContactState(Shown):
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> before = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
     >>> before.state
-    ContactState(nodes=4, open=0, next_corner=0)
+    ContactState(nodes=4, open=0, next_corner='force = +1')
     >>> fo.steady_state(rod, cycle, friction=0.5, load_factor=0.4, initial_state=before.state).outcome.name
     'SHAKEDOWN'
     """
@@ -55,6 +56,7 @@ class ContactState(Shown):
     bonded_q: Array
     bonded_p: Array
     next_corner: int = 0
+    next_loads: str | None = None
 
     def __post_init__(self) -> None:
         slip = finite_array("slip", self.slip, (None,) if real_array("slip", self.slip).ndim < 2 else (None, 2))
@@ -65,6 +67,8 @@ class ContactState(Shown):
         if arrays["gap"].min() < 0:
             raise ModelError(f"gap: {arrays['gap'].min():g} at node {int(arrays['gap'].argmin())}; the bodies cannot overlap, give gap >= 0")
         corner = whole_number("next_corner", self.next_corner, least=0)
+        if self.next_loads is not None and not isinstance(self.next_loads, str):
+            raise ModelError(f"next_loads: {shown(self.next_loads)} is no text; give the loads of the corner as LoadCycle.corner_names writes them")
         for name, value in {"slip": slip, **arrays, "next_corner": corner}.items():
             object.__setattr__(self, name, value)
 
@@ -87,7 +91,11 @@ class ContactState(Shown):
         return frame({"node": range(len(self.slip)), **components("slip", self.slip), "gap": self.gap})
 
     def _answer(self) -> Mapping[str, object]:
-        return {"nodes": len(self.slip), "open": int(self.open.sum()), "next_corner": self.next_corner}
+        return {
+            "nodes": len(self.slip),
+            "open": int(self.open.sum()),
+            "next_corner": self.next_corner if self.next_loads is None else repr(self.next_loads),
+        }
 
 
 def checked_state(name: str, state: object, system: ContactSystem, corners: int) -> ContactState:
@@ -97,5 +105,6 @@ def checked_state(name: str, state: object, system: ContactSystem, corners: int)
     if state.slip.shape != system.slip_shape:
         raise ModelError(f"{name}: its slip has the shape {state.slip.shape}, that of the contact {system.slip_shape}; give a state of this contact")
     if state.next_corner >= corners:
-        raise ModelError(f"{name}: its next corner is {state.next_corner}, the load cycle has the corners 0 to {corners - 1}")
+        called = f" ({state.next_loads})" if state.next_loads else ""
+        raise ModelError(f"{name}: its next corner is {state.next_corner}{called}, the load cycle has the corners 0 to {corners - 1}")
     return state

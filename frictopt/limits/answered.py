@@ -58,7 +58,7 @@ class Answered(WithSlip, Plotted):
         if not np.isfinite(self.load_factor) or not np.isfinite(self.slip).all():
             return None
         (v, w), (q, p) = task.states(self.load_factor, self.slip), task.bonded(self.load_factor)
-        return ContactState(v[-1], w[-1].clip(0.0), q[-1], p[-1])
+        return ContactState(v[-1], w[-1].clip(0.0), q[-1], p[-1], next_loads=self.cycle.corner_names[0])
 
     @property
     def traction_ratios(self) -> Array:

@@ -172,7 +172,7 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
         kind=LimitKind.NO_SAFE_SLIP if best is None else LimitKind.FINITE if known else LimitKind.UNBOUNDED,
         reason=_reason(system, cycle, f, best, bound, proven),
         slip=frozen(best.slip[-1] if best is not None and known else np.full(system.slip_shape, np.nan)),
-        state=ContactState(best.slip[-1], best.gap[-1], *_last_load(system, cycle, largest)) if best is not None and known else None,
+        state=_last_state(best, system, cycle, largest) if best is not None and known else None,
         open=np.zeros(system.nodes, dtype=bool) if best is None else best.opened,
         reactions=(frozen(best.q), frozen(best.p)) if best is not None and known else (nothing[0], nothing[1]),
         record=SolveRecord("HIGHS", bound.attempts, 0.0 if best is None else best.residual, (), time.perf_counter() - began),
@@ -181,10 +181,11 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
     )
 
 
-def _last_load(system: ContactSystem, cycle: LoadCycle, load_factor: float) -> tuple[Array, Array]:
-    """Bonded reactions `q, p` (N,) at the last corner."""
+def _last_state(best: OpenSetLimit, system: ContactSystem, cycle: LoadCycle, load_factor: float) -> ContactState:
+    """The state at the last corner."""
     (q0, p0), (q1, p1) = reactions(system, cycle.unscaled[-1:]), cycle.corner_reactions(system)
-    return q0[0] + load_factor * q1[-1], p0[0] + load_factor * p1[-1]
+    load = q0[0] + load_factor * q1[-1], p0[0] + load_factor * p1[-1]
+    return ContactState(best.slip[-1], best.gap[-1], *load, next_loads=cycle.corner_names[0])
 
 
 @dataclass(frozen=True, eq=False)

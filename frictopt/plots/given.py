@@ -21,6 +21,7 @@ __all__: list[str] = []
 _LENGTH = 0.1  # of a normal, over the size of the contact
 _MOST_NORMALS = 60
 _MOST_TICKS = 12  # corners that have a tick each
+_ONE_LINE = 60  # characters of their names side by side
 
 
 @picture.register
@@ -97,8 +98,9 @@ def _cycle(cycle: LoadCycle, ax: Axes | None = None) -> Axes:
     if cycle.times is not None:
         axes.set_xlabel("time")
     elif count <= _MOST_TICKS:
-        axes.set_xlabel("corner, in its order")
-        axes.set_xticks(np.arange(count + 1), [str((corner - 1) % count) for corner in range(count + 1)])
+        axes.set_xlabel("corners in their order")
+        names = [cycle.corner_names[corner - 1] for corner in range(count + 1)]
+        axes.set_xticks(np.arange(count + 1), names, **({"rotation": 30, "ha": "right"} if len("".join(names)) > _ONE_LINE else {}))
     else:
         axes.set_xlabel("corners visited")
     axes.set_ylabel("amplitude at load factor 1")

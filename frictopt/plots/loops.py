@@ -10,9 +10,10 @@ from ..fem.ordering import Integers
 from ..transients import Trajectory
 from .style import GREY, series
 
-__all__ = ["cycle_lines", "loops", "most_work"]
+__all__ = ["corners_visited", "cycle_lines", "loops", "most_work"]
 
 _NODES = 3  # nodes whose loops are drawn
+_LONGEST = 60  # characters of the names of corners beside an axis
 _MOST_LINES = 50  # cycles of which each has its own line
 
 
@@ -30,14 +31,21 @@ def loops(axes: Axes, slip: Array, force: Array, names: Sequence[str]) -> None:
         axes.plot(slip[-1:, number], force[-1:, number], color=look["color"], marker="o", markersize=4, label=last)
 
 
+def corners_visited(path: Trajectory) -> str:
+    """The label of an axis of time, with the loads of the first corners as far as there is room."""
+    names = ", ".join(f"{number}: {name}" for number, name in enumerate(["mean load", *path.cycle.corner_names]))
+    return f"corners visited ({names if len(names) <= _LONGEST else '0: mean load'})"
+
+
 def cycle_lines(axes: Axes, path: Trajectory) -> bool:
     """Label the axis of time, which begins no earlier than the mean load, and draw a line at each of a few whole cycles; whether there are lines."""
-    axes.set_xlabel("corners visited (0: mean load)")
+    axes.set_xlabel(corners_visited(path))
     if (first := max(0.0, path.time[0])) < path.time[-1]:
         axes.set_xlim(first, path.time[-1])
-    cycles = int(path.time[-1]) // path.corners
+    corners = len(path.cycle.corners)
+    cycles = int(path.time[-1]) // corners
     if not 0 < cycles <= _MOST_LINES:
         return False
     for cycle in range(cycles + 1):
-        axes.axvline(cycle * path.corners, color=GREY, lw=0.5, label="cycles" if cycle == 0 else None)
+        axes.axvline(cycle * corners, color=GREY, lw=0.5, label="cycles" if cycle == 0 else None)
     return True

@@ -16,6 +16,7 @@ from ..errors import ModelError
 from ..fem.ordering import Integers
 from ..transients import Trajectory
 from .along import label_contacts, parts
+from .loops import corners_visited
 from .picture import Status, picture
 from .spatial import FACE, places_of
 from .style import BLACK, GREY, SERIES, equals, legend, name_units, new_axes, screen
@@ -42,7 +43,7 @@ def _status(wanted: Status, ax: Axes | None = None) -> Axes:
         edges = np.concatenate([[at[0] - (half[1] if len(at) > 1 else 0.5)], at + np.append(half[1:-1], half[-2] if len(at) > 1 else 0.5)])
         rows = np.select([done[:, nodes] == code for code in _CODES], range(4))
         axes.pcolormesh(edges, states.time, rows, cmap=colours, norm=norm, rasterized=True)
-    axes.set_ylabel("corners visited (0: mean load)")
+    axes.set_ylabel(corners_visited(states).replace(" (", "\n(", 1))
     first = states.time[0] if states.time[0] >= 0 else 0.0
     axes.set_ylim(first, states.time[-1])
     if system.tangents == 1:

@@ -123,7 +123,7 @@ def march(
     trajectory = Trajectory(
         system=system,
         friction=frozen(path.friction),
-        corners=len(cycle.corners),
+        cycle=cycle,
         status=status.astype(np.int8, copy=False),
         engine=way,
         step_error=error,

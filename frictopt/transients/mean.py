@@ -25,7 +25,7 @@ def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> 
     """
     path = _settled(system, cycle, friction)
     slip, _ = parted(path.state.u, system.tangents + 1)
-    return ContactState(slip, _gap(path), *system.reaction(cycle.mean))
+    return ContactState(slip, _gap(path), *system.reaction(cycle.mean), next_loads=cycle.corner_names[0])
 
 
 def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> NDArray[np.bool_]:

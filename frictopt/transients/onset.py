@@ -41,7 +41,7 @@ def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Onset
     >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0], [0, 0]], [[2, 0], [0, 2]], [0, 1], bonded)
     >>> first = fo.onset(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), friction=0.5)
     >>> first.slip
-    OnsetEvent(corner=0, event=slip, load_factor=0.5, node=0, sense=-1)
+    OnsetEvent(corner='Q = +1', event=slip, load_factor=0.5, node=0, sense=-1)
     >>> first.to_frame()
        corner   loads       event  load_factor  node  sense
     0       0  Q = +1        slip          0.5     0     -1

@@ -181,7 +181,7 @@ def reported(run: Run, found: Settled, step_error: float) -> SteadyState:
         load_factor=path.load_factor,
         slip=frozen(slip),
         gap=frozen(opening + gap),
-        state=ContactState(slip, np.maximum(opening + gap, 0.0), *load),
+        state=ContactState(slip, np.maximum(opening + gap, 0.0), *load, next_loads=path.cycle.corner_names[0]),
         open=np.asarray((cycle.u[:, -n:] + gap > 0).any(axis=0)),
         slipping=slips & (path.friction > 0) & (cycle.slid > max(ROUNDING * max(1.0, far), cycle.change) * path.scales.length),
         first_cycle=run.works[0],

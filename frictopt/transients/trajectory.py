@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact import ContactState, ContactSystem, Verdict, referee
+from ..contact import ContactState, ContactSystem, LoadCycle, Verdict, referee
 from ..contact.checks import Array, choice, frozen, whole_number
 from ..contact.parts import joined
 from ..contact.record import SolveRecord
@@ -37,8 +37,8 @@ class Trajectory(Shown, Plotted):
         The contact.
     friction
         (N,) coefficients of friction.
-    corners
-        Number of corners of the load cycle, K.
+    cycle
+        The load cycle.
     time
         (T,) number of corners visited: -1 at the artificial load that carries the initial slip, 0 at the mean load, k at the k-th corner, and
         linear between them. From an earlier state it begins at the number of the corner that came next.
@@ -79,7 +79,7 @@ class Trajectory(Shown, Plotted):
 
     system: ContactSystem
     friction: Array
-    corners: int
+    cycle: LoadCycle
     time: Array
     amplitudes: Array
     bonded_q: Array
@@ -158,8 +158,9 @@ class Trajectory(Shown, Plotted):
     @cached_property
     def cycle_work(self) -> Array:
         """(cycles, N) work of friction in each whole cycle."""
-        first = max(0, -(-int(np.ceil(self.time[0])) // self.corners) * self.corners)
-        ends = np.searchsorted(self.time, np.arange(first, self.time[-1] + 0.5, self.corners) + SIMULTANEOUS) - 1
+        corners = len(self.cycle.corners)
+        first = max(0, -(-int(np.ceil(self.time[0])) // corners) * corners)
+        ends = np.searchsorted(self.time, np.arange(first, self.time[-1] + 0.5, corners) + SIMULTANEOUS) - 1
         return frozen(np.diff(self.work[ends], axis=0))
 
     def state_at(self, number: int) -> ContactState:
@@ -173,8 +174,9 @@ class Trajectory(Shown, Plotted):
         row = whole_number("number", number, least=-len(self.time), most=len(self.time) - 1)
         if self.time[row] < 0:
             raise ModelError(f"number: {number}, a state on the way from the artificial load to the mean load; give one of time >= 0, or its slip")
-        corner = int(self.time[row] + SIMULTANEOUS) % self.corners
-        return ContactState(self.slip[row], np.maximum(self.gap[row], 0.0), self.bonded_q[row], self.bonded_p[row], corner)
+        corner = int(self.time[row] + SIMULTANEOUS) % len(self.cycle.corners)
+        load = self.bonded_q[row], self.bonded_p[row]
+        return ContactState(self.slip[row], np.maximum(self.gap[row], 0.0), *load, corner, self.cycle.corner_names[corner])
 
     def displacement(self, case: str) -> Array:
         """(T,) displacement of a load case, see `ContactSystem.displacements`; NaN where its amplitude is not known.
@@ -270,7 +272,7 @@ class Trajectory(Shown, Plotted):
         return xr.Dataset(data, coordinates, {} if self.system.units is None else {"units": self.system.units})
 
     def _answer(self) -> Mapping[str, object]:
-        cycles = max(0, int(self.time[-1])) // self.corners
+        cycles = max(0, int(self.time[-1])) // len(self.cycle.corners)
         size = {"states": len(self.time), "nodes": self.system.nodes, "cycles": cycles}
         error = {} if self.engine == "path" else {"step_error": self.step_error}
         return {**size, "work": float(self.work[-1].sum()), "engine": self.engine, "residual": self.residual, **error}
