@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr
+from scipy.linalg import eigh, qr
 from scipy.linalg.lapack import dpotri
 
 from ..contact.checks import Array
@@ -20,10 +20,8 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     """
     tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
     scaled, pressure = task.A / np.outer(tangent, tangent), task.B / np.outer(normal, tangent)
-    values = np.linalg.eigvalsh(scaled)
-    values = values[values <= RIGID]
-    # All vectors if any: what finds a few of them may not converge where several values are zero
-    soft = np.linalg.eigh(scaled)[1][:, : len(values)] if len(values) else np.zeros((len(scaled), 0))
+    values, soft = eigh(scaled + np.eye(len(scaled)), subset_by_value=(-np.inf, 1 + RIGID))  # LAPACK may fail where zero repeats, never at one
+    values -= 1
     held = (values > 0) & (np.abs(pressure @ soft).max(axis=0) > RIGID)
     share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
     compliance = np.tril(dpotri(np.linalg.cholesky(scaled + soft @ soft.T), lower=1)[0])  # in which soft slips have the stiffness 1 + value
