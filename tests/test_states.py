@@ -137,7 +137,7 @@ def test_a_state_names_the_corner_that_comes_next_by_its_loads(whole, rounded, p
     states = fo.steady_state(rounded, cycle, 0.6, 0.2).state, fo.shakedown_limit(rounded, cycle, 0.6).state
     assert {state.next_loads for state in states} == {cycle.corner_names[0]} != {loads}
     assert "next_corner=1)" in repr(fo.ContactState([0.0], [0.0], [0.0], [1.0], 1))
-    with pytest.raises(fo.ModelError, match="next_loads: .* is no text"):
+    with pytest.raises(fo.ModelError, match=r"next_loads: .* is no text"):
         fo.ContactState([0.0], [0.0], [0.0], [1.0], next_loads={"sigma": 1.0})
     with pytest.raises(fo.ModelError, match=r"its next corner is 2 \(cyclic = \+1\), the load cycle has the corners 0 to 1"):
         fo.march(one_node(), CYCLE, 0.5, 0.1, initial_state=fo.march(one_node(), THREE, 0.5, 0.1, cycles=1).state_at(-2))
