@@ -100,7 +100,9 @@ def _cycle(cycle: LoadCycle, ax: Axes | None = None) -> Axes:
     elif count <= _MOST_TICKS:
         axes.set_xlabel("corners in their order")
         names = [cycle.corner_names[corner - 1] for corner in range(count + 1)]
-        axes.set_xticks(np.arange(count + 1), names, **({"rotation": 30, "ha": "right"} if len("".join(names)) > _ONE_LINE else {}))
+        axes.set_xticks(np.arange(count + 1), names)
+        if len("".join(names)) > _ONE_LINE:
+            plt.setp(axes.get_xticklabels(), rotation=30, ha="right")
     else:
         axes.set_xlabel("corners visited")
     axes.set_ylabel("amplitude at load factor 1")
