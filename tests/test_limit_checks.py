@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.record import judged_by
+from frictopt.contact.record import SolveRecord
 from frictopt.limits import no_limit as proofs
 from frictopt.limits.judge import certified
 from frictopt.limits.mechanism import Mechanism
@@ -255,7 +255,7 @@ def test_why_there_is_no_limit_is_said_with_the_error_of_its_proof_or_not_at_all
     task = pose(single(), fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5)
 
     def margins(*values):
-        states = iter(SimpleNamespace(margin=value, record=judged_by(1e-3), _motion=None, slip=np.zeros((1, 2))) for value in values)
+        states = iter(SimpleNamespace(margin=value, record=SolveRecord(residual=1e-3), _motion=None, slip=np.zeros((1, 2))) for value in values)
         monkeypatch.setattr(proofs, "solve_margin", lambda *_: next(states))
         return proofs.no_limit(task, None)
 

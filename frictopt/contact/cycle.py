@@ -106,7 +106,15 @@ class LoadCycle(Plotted):
         ('t = 0: sigma = -1', 't = 2.5: sigma = +1, Q = +0.5')
         """
         fixed = [{}] * len(self.corners) if self.fixed is None else self.fixed
-        names = [_name(corner, part) for corner, part in zip(self.corners, fixed, strict=True)]
+        names = []
+        for corner, part in zip(self.corners, fixed, strict=True):
+            told = [
+                f"{case} = {amplitude:+.4g}{of}"
+                for loads, of in ((corner, ""), (part, " fixed"))
+                for case, amplitude in loads.items()
+                if abs(amplitude) > ROUNDING * max(map(abs, loads.values()))  # else it is zero but for rounding
+            ]
+            names.append(", ".join(told) or "mean load")
         if self.times is not None:
             clock = [f"{time:g}" if isinstance(time, Real) else str(time) for time in self.times]
             names = [f"t = {time}: {name}" for time, name in zip(clock, names, strict=True)]
@@ -240,16 +248,6 @@ def _checked(name: str, loads: object) -> tuple[Mapping[str, float], ...]:
 def _sum(one: Mapping[str, float], other: Mapping[str, float], factor: float = 1.0) -> dict[str, float]:
     """One load plus a multiple of another."""
     return {**one, **{name: one.get(name, 0.0) + factor * amplitude for name, amplitude in other.items()}}
-
-
-def _name(corner: Mapping[str, float], fixed: Mapping[str, float]) -> str:
-    """The loads of a corner in words, those that are zero but for rounding left out."""
-    return ", ".join([*_amplitudes(corner), *(f"{amplitude} fixed" for amplitude in _amplitudes(fixed))]) or "mean load"
-
-
-def _amplitudes(loads: Mapping[str, float]) -> list[str]:
-    least = ROUNDING * max(map(abs, loads.values()), default=0.0)
-    return [f"{case} = {amplitude:+.4g}" for case, amplitude in loads.items() if abs(amplitude) > least]
 
 
 def _text(loads: Sequence[Mapping[str, float]]) -> str:

@@ -6,10 +6,11 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import wraps
 from inspect import signature
+from numbers import Real
 from typing import TypeVar
 
 from ..errors import ModelError, ModelWarning
-from .checks import finite_number, real_array
+from .checks import real_array
 
 __all__ = ["warns_of_odd_values"]
 
@@ -30,13 +31,13 @@ def warns_of_odd_values(question: F) -> F:
         given = dict(zip(names, args, strict=False)) | kwargs
         with suppress(ModelError):  # what is no number is for the question to refuse
             friction = float(real_array("friction", given.get("friction", 0.0)).max(initial=0.0))
-            load_factor = finite_number("load_factor", given.get("load_factor", 1.0))
             if friction > _ROUGH:
                 text = f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent"
                 warnings.warn(text, ModelWarning, stacklevel=2)
-            if load_factor == 0 and getattr(given.get("cycle"), "fixed", None) is None:
-                text = "load_factor: 0; the corners of the cycle carry no load then, only the mean load acts"
-                warnings.warn(text, ModelWarning, stacklevel=2)
+        load_factor = given.get("load_factor")
+        if isinstance(load_factor, Real) and load_factor == 0 and getattr(given.get("cycle"), "fixed", None) is None:
+            text = "load_factor: 0; the corners of the cycle carry no load then, only the mean load acts"
+            warnings.warn(text, ModelWarning, stacklevel=2)
         return question(*args, **kwargs)
 
     return asked  # type: ignore[return-value]

@@ -7,7 +7,7 @@ import numpy as np
 from .checks import Array
 from .show import Shown
 
-__all__ = ["Attempt", "Recorded", "SolveRecord", "WithSlip", "judged_by"]
+__all__ = ["Attempt", "Recorded", "SolveRecord", "WithSlip"]
 
 
 @dataclass(frozen=True)
@@ -65,16 +65,11 @@ class SolveRecord:
     ('closed form', ('linear program: the contact is uncoupled (B = 0), the limit has a closed form',), True)
     """
 
-    solver: str
-    attempts: tuple[Attempt, ...] = field(repr=False)
-    residual: float
-    left_out: tuple[str, ...]
-    seconds: float
-
-
-def judged_by(residual: float) -> SolveRecord:
-    """The record of a claim that is judged, before it is known whether it passes."""
-    return SolveRecord("", (), residual, (), 0.0)
+    solver: str = ""
+    attempts: tuple[Attempt, ...] = field(repr=False, default=())
+    residual: float = np.inf
+    left_out: tuple[str, ...] = ()
+    seconds: float = 0.0
 
 
 class Recorded(Shown):

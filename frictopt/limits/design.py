@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import checked_loads, flag, frozen, listed, shown
-from ..contact.record import judged_by
+from ..contact.record import SolveRecord
 from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError
 from ..solve.contradiction import contradiction, is_unbounded
@@ -232,7 +232,7 @@ class DesignModel(SafeModel):
             slip=slips[0],
             slips=tuple(slips),
             prices=program.own.prices(unit),
-            record=judged_by(residual),
+            record=SolveRecord(residual=residual),
             problem=None,
             _tasks=tasks,
             _units={},

@@ -159,8 +159,8 @@ class GuaranteedModel(SafeModel):
     ) -> GuaranteedLimit:
         uncoupled, coincide = task.uncoupled, int((how == COINCIDE_ALONE).sum())
         motion = shakedown._motion if best is None or best.motion is None else best.motion
-        if task.around is not None:
-            rest, task = task, task.around
+        if task.whole is not None:  # of closed nodes: no half is asked
+            rest, task = task, task.whole
             closed, every_least, every_how = task.closed, np.full(task.system.nodes, np.inf), np.full(task.system.nodes, OPEN, dtype=object)
             every_least[closed], every_how[closed] = least, how
             least, how = every_least, every_how

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contact.answers import LimitKind
 from ..contact.checks import Array
-from ..contact.record import SolveRecord, judged_by
+from ..contact.record import SolveRecord
 from ..contact.tolerances import FLOOR, RESIDUAL
 from ..solve.standard_form import StandardForm
 from .answered import Answered
@@ -36,14 +36,14 @@ def certified(v: SafeSet, load_factor: float, slip: Array, motion: Mechanism, *,
     task, sense = v.task, -1 if least else 1
     resistance, drive = task.work(motion)
     if not sense * drive > 0:
-        return ShakedownLimit(load_factor, LimitKind.FINITE, slip, np.inf, judged_by(np.inf), task, motion)
+        return ShakedownLimit(load_factor, LimitKind.FINITE, slip, np.inf, SolveRecord(), task, motion)
     motion = motion.scaled(sense / drive)
     bound, off = resistance / drive, defect(v, motion, slip)
     gap = (abs(bound - load_factor) + off) / max(load_factor, FLOOR * task.load_unit)
     if task.whole is not None:
         task, slip, motion = on_whole(task, slip, motion)
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
-    return ShakedownLimit(load_factor, LimitKind.FINITE, slip, float(bound + sense * off), judged_by(residual), task, motion)
+    return ShakedownLimit(load_factor, LimitKind.FINITE, slip, float(bound + sense * off), SolveRecord(residual=residual), task, motion)
 
 
 def defect(v: SafeSet, motion: Mechanism, slip: Array) -> float:
@@ -71,7 +71,7 @@ def judged_by_rows(v: SafeSet) -> ShakedownLimit:
     form = StandardForm(v.problem)
     (value, bound), off = form.bounds, max(task.violation(load_factor, slip), form.gap, v.own.violation)
     residual = float(np.nan_to_num(off, nan=np.inf))
-    motion, record = v.motion()[0].scaled(unit), judged_by(residual)
+    motion, record = v.motion()[0].scaled(unit), SolveRecord(residual=residual)
     limit = ShakedownLimit(load_factor, LimitKind.FINITE, slip, bound * unit, record, task, motion, constraints=v.own.names)
     if v.own.objective_unit is None:
         return limit
@@ -103,7 +103,7 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), v.own.violation), nan=np.inf))
     if load_factor is None and bound < -RESIDUAL:  # nothing is safe at any load factor: no more is asked, and the upper bound alone proves it
         residual = off / -bound / _FAR
-    return SafeSlip(at, every, margin, float(bound), judged_by(residual), whole, motion, v.own.names)
+    return SafeSlip(at, every, margin, float(bound), SolveRecord(residual=residual), whole, motion, v.own.names)
 
 
 A = TypeVar("A", bound=Answered)
@@ -111,6 +111,9 @@ A = TypeVar("A", bound=Answered)
 
 def answered(found: tuple[A, SolveRecord], v: SafeSet) -> A:
     """The claim that has passed, with its program and how it was found."""
-    claim, record = found
-    record = replace(record, left_out=v.left_out, seconds=perf_counter() - v.task.started)
+    (claim, record), task, left_out = found, v.task, [v.idle] * bool(v.idle)
+    if task.whole is not None:
+        which = "mirror symmetry: v is odd" if task.lift is None else "nodes that are open under the mean load"
+        left_out = [f"{which}, {len(task.friction)} of {task.system.nodes} nodes are in the program", *left_out]
+    record = replace(record, left_out=tuple(left_out), seconds=perf_counter() - task.started)
     return replace(claim, record=record, problem=v.problem, _units=v.units)  # type: ignore[type-var]

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..contact.answers import LimitKind
 from ..contact.checks import Array
-from ..contact.record import judged_by
+from ..contact.record import SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
 from ..solve.solvers import solve
@@ -53,7 +53,7 @@ def with_least_load(limit: ShakedownLimit, v: SafeSet, solver: str | None) -> Sh
 def _claimed(limit: ShakedownLimit, v: SafeSet) -> ShakedownLimit:
     """The least load factor that stands in the program, judged by the referee and by its mechanism; 0 if its slip is safe under the mean load."""
     if (excess := _excess_under_mean(v.task, v, v.solved_slip)) <= RESIDUAL:
-        return replace(limit, load_factor=0.0, record=judged_by(excess))
+        return replace(limit, load_factor=0.0, record=SolveRecord(residual=excess))
     return judged_by_rows(v) if limit.constraints else judged(v, least=True)
 
 

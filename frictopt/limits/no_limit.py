@@ -8,7 +8,7 @@ from ..contact.answers import LimitKind
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..contact.diagnosis import growth_diagnosis
-from ..contact.record import judged_by
+from ..contact.record import SolveRecord
 from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError
 from ..solve.contradiction import contradiction, is_unbounded
@@ -67,7 +67,7 @@ def no_limit_under(v: SafeSet, solver: str | None) -> ShakedownLimit | None:
     if excess.bound > RESIDUAL:
         ruling = ", ".join(name for name in names if name in excess.ruling)
         why = f"no residual slip that is safe at any load factor obeys {ruling}: drop or relax them"
-        record = judged_by(excess.residual)
+        record = SolveRecord(residual=excess.residual)
         return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, record, task, still, constraints=names, _why=why)
     growing = is_unbounded(v.problem, solver)
     if growing is None or excess.value > RESIDUAL:
@@ -75,4 +75,4 @@ def no_limit_under(v: SafeSet, solver: str | None) -> ShakedownLimit | None:
     if v.own.objective_unit is not None:
         raise ModelError("objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint")
     residual = max(excess.residual, growing.residual)
-    return ShakedownLimit(np.inf, LimitKind.UNBOUNDED, unsafe, np.inf, judged_by(residual), task, still, constraints=names)
+    return ShakedownLimit(np.inf, LimitKind.UNBOUNDED, unsafe, np.inf, SolveRecord(residual=residual), task, still, constraints=names)

@@ -109,11 +109,6 @@ class LimitQuestion:
         return bool((np.abs(self.friction[:, None] * self.B) <= NO_COUPLING * np.outer(stiffness, np.tile(stiffness, tangents))).all())
 
     @property
-    def around(self) -> "LimitQuestion | None":
-        """The question on the whole contact where this one is on its closed nodes; else None."""
-        return None if self.lift is None else self.whole
-
-    @property
     def closed(self) -> Booleans:
         """(N,) which nodes are closed."""
         return np.ones(len(self.friction), dtype=bool) if self.open is None else ~self.open.opened
@@ -151,17 +146,17 @@ class LimitQuestion:
         """The slip of the whole contact: that of a half and its mirror image, or of the closed nodes, and of open ones at load factor 0, corner 0."""
         if self.whole is None:
             return slip
-        if self.around is None:  # the middle node cannot slip
+        if self.lift is None:  # the middle node cannot slip
             left = slip[: len(self.whole.friction) // 2]
             return np.concatenate([left, np.zeros(len(slip) - len(left)), -left[::-1]])
-        every = np.zeros(self.around.system.slip_shape)
-        every[self.around.closed] = slip
-        unloaded, _ = self.around.states(0.0, every)
+        every = np.zeros(self.system.slip_shape)
+        every[self.whole.closed] = slip
+        unloaded, _ = self.whole.states(0.0, every)
         return np.asarray(unloaded[0])
 
     def own(self, slip: Array) -> Array:
         """What a slip of the whole contact is on the nodes of the question: the inverse of `expanded`."""
-        return slip if self.around is None else slip[self.around.closed]
+        return slip if self.lift is None or self.whole is None else slip[self.whole.closed]
 
     def _at_corners(self, load_factor: float) -> Array:
         return joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1)

@@ -61,6 +61,8 @@ class SafeSet(ABC):
         (m,) row of `to_shear` that each traction acts on alone, and its entry there.
     traction, slide
         The unknowns: nodal tractions, and rigid slides, which no row feels but those that bound the slip.
+    shear, pressure
+        (t N,) and (N,) what slip and design add to the shear and normal forces, in the units of the nodes, affine cvxpy expressions.
     load_factor, margin
         Unknowns of the programs that have them.
     problem, rows, own
@@ -88,6 +90,11 @@ class SafeSet(ABC):
         self.rigid = rigid * (task.force / (task.stiffness[: len(rigid)] @ rigid**2))
         modes = self.rigid.shape[1]
         self.traction, self.slide = cp.Variable(len(self.loaded), name="traction"), cp.Variable(modes, name="slide") if modes else None
+        self.shear, self.pressure = self.to_shear @ self.traction, self.to_pressure @ self.traction
+        if design is not None:
+            self.shear, self.pressure = (
+                part + of_design(self.unit) @ design.amounts for part, of_design in ((self.shear, design.shear), (self.pressure, design.pressure))
+            )
         self.load_factor, self.margin = cp.Variable(name="load_factor"), cp.Variable(name="margin")
 
     @abstractmethod
@@ -118,7 +125,8 @@ class SafeSet(ABC):
 
     def program(self, goal: cp.Maximize | cp.Minimize, rows: Rows) -> cp.Problem:
         """A problem of the rows by their names, and those of the slip bound."""
-        return cp.Problem(goal, [row.set_label(name) for name, row in {**rows, **self._bounded}.items()])
+        bounded = {} if self.task.most is None else self._bounded(self.task.most)
+        return cp.Problem(goal, [row.set_label(name) for name, row in {**rows, **bounded}.items()])
 
     def posed(self, problem: cp.Problem, own: OwnRows | None = None) -> Self:
         """The same unknowns and what was asked, with a program over them."""
@@ -131,18 +139,6 @@ class SafeSet(ABC):
         """(t N,) slip by component, length, an affine cvxpy expression."""
         slip = self.to_slip @ self.traction
         return slip if self.slide is None else slip + self.rigid @ self.slide
-
-    @property
-    def shear(self) -> cp.Expression:
-        """(t N,) what slip and design add to the shear forces, by component, in the units of the nodes, an affine cvxpy expression."""
-        shear = self.to_shear @ self.traction
-        return shear if self.design is None else shear + self.design.shear(self.unit) @ self.design.amounts
-
-    @property
-    def pressure(self) -> cp.Expression:
-        """(N,) what slip and design add to the normal forces, in the units of the nodes, an affine cvxpy expression."""
-        pressure = self.to_pressure @ self.traction
-        return pressure if self.design is None else pressure + self.design.pressure(self.unit) @ self.design.amounts
 
     @property
     def solved_slip(self) -> Array:
@@ -180,15 +176,6 @@ class SafeSet(ABC):
         return max(float(self.rows[name].dual_value), 0.0)
 
     @property
-    def left_out(self) -> tuple[str, ...]:
-        """What it leaves out, in words."""
-        task, idle = self.task, (self.idle,) if self.idle else ()
-        if task.whole is None:
-            return idle
-        which = "mirror symmetry: v is odd" if task.lift is None else "nodes that are open under the mean load"
-        return f"{which}, {len(task.friction)} of {task.system.nodes} nodes are in the program", *idle
-
-    @property
     def units(self) -> Units:
         """Units of its unknowns, and of an objective of the user's own."""
         task, design = self.task, {} if self.design is None else {"design": self.design.unit}
@@ -201,12 +188,9 @@ class SafeSet(ABC):
         norms = np.linalg.norm(np.hstack([self.to_slip, self.rigid]), axis=1)
         return np.asarray(norms.reshape(-1, len(self.unit)).max(axis=0))
 
-    @property
-    def _bounded(self) -> Rows:
-        """Rows of the slip bound, in units of `_reach`; none without one."""
-        if self.task.most is None:
-            return {}
-        nodes, most = len(self._reach), self.task.most / self._reach
+    def _bounded(self, most: Array) -> Rows:
+        """Rows of the slip bound, in units of `_reach`."""
+        nodes, most = len(self._reach), most / self._reach
         slip = cp.multiply(1 / np.resize(self._reach, self.slip.size), self.slip)
         if slip.size == nodes:
             return {"forward_slip_bound": slip <= most, "backward_slip_bound": slip >= -most}

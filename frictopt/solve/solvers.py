@@ -115,7 +115,10 @@ def solve(
     SolverError
         No solver gave an answer that passes.
     """
-    started, attempts, agreed, kind = perf_counter(), list[Attempt](), True, _kind(problem)
+    started, attempts, agreed, linear_goal = perf_counter(), list[Attempt](), True, problem.objective.expr.is_affine()
+    kind = MILP if problem.is_mixed_integer() else LP if problem.is_lp() else SOCP
+    if kind == SOCP and linear_goal and sum(variable.size for variable in problem.variables()) >= _LARGE:
+        kind = LARGE_SOCP
     for name in solver_order(solver, kind):
         outcome = _run(problem, name)
         if outcome not in _OPTIMAL:
@@ -125,7 +128,7 @@ def solve(
         else:
             agreed, claim = False, judged()
             attempts.append(Attempt(name, outcome, claim.residual))
-            if not claim.residual <= tolerance and kind != MILP and problem.objective.expr.is_affine():
+            if not claim.residual <= tolerance and kind != MILP and linear_goal:
                 polish(problem)
                 claim = judged()
                 attempts.append(Attempt(name, f"refined on the {'vertex' if kind == LP else 'active cones'}", claim.residual))
@@ -153,14 +156,6 @@ def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
     if not isinstance(solver, str) or solver not in solvers:
         raise ModelError(f"solver: {shown(solver)}; give one of {solvers}, or None to try them in this order")
     return (solver,)
-
-
-def _kind(problem: cp.Problem) -> str:
-    """What a problem is, which says whom to ask."""
-    if problem.is_mixed_integer() or problem.is_lp():
-        return MILP if problem.is_mixed_integer() else LP
-    large = problem.objective.expr.is_affine() and sum(variable.size for variable in problem.variables()) >= _LARGE
-    return LARGE_SOCP if large else SOCP
 
 
 def _run(problem: cp.Problem, name: str) -> str:

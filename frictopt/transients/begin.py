@@ -101,9 +101,9 @@ class Transient(ABC):
         self.load_factor = finite_number("load_factor", load_factor, least=0.0)
         self.nodes = n = system.nodes
         self.friction = np.array(friction_coefficients(friction, n))
-        self.mean, *self._cyclic = joined(*reactions(system, [cycle.mean, *cycle.corners]))
-        self._unscaled = [self.mean] * len(self._cyclic) if cycle.fixed is None else list(joined(*reactions(system, cycle.unscaled)))
-        self.corners, self.turns = self._corners_at(self.load_factor), list(range(len(self._cyclic)))
+        self.mean, *cyclic = joined(*reactions(system, [cycle.mean, *cycle.corners]))
+        self._cyclic, self._unscaled = np.array(cyclic), self.mean if cycle.fixed is None else joined(*reactions(system, cycle.unscaled))
+        self.corners, self.turns = list(self._unscaled + self.load_factor * self._cyclic), list(range(len(cyclic)))
         largest = float(np.abs(self.corners).max())
         self.force = float(np.abs(self.mean[-n:]).mean()) or largest or 1.0
         self.largest = max(self.force, largest)
@@ -141,13 +141,10 @@ class Transient(ABC):
         for leg in self.begun:
             self.follow_to(*leg)
         if overload is not None:
-            corners = self._corners_at(overload)
+            corners = list(self._unscaled + overload * self._cyclic)
             self.check_near("overload", corners)
             for number in self.turns if self.cycle.fixed is None else range(len(corners)):
                 self.follow_to(corners[number], f"the overload's segment to the corner ({self.cycle.corner_names[number]})")
-
-    def _corners_at(self, load_factor: float) -> list[Array]:
-        return [unscaled + load_factor * corner for unscaled, corner in zip(self._unscaled, self._cyclic, strict=True)]
 
     def check_near(self, name: str, stress: ArrayLike) -> float:
         """Check that reactions (M,) are not so large that their rounding hides the loads; return their ratio to the loads.
