@@ -65,11 +65,14 @@ class Ascent:
                 rows = np.vstack([rows, -np.einsum("tn,tnx->nx", way / unit, self._slip)])
                 right = np.concatenate([right, (self._most - (way * self._before).sum(axis=0)) / unit])
         near = radius * np.abs(rows).sum(axis=1) > right  # no change within the region meets the other rows
-        answer = linprog(-self._gain / np.abs(self._gain).max(), -radius * rows[near], right[near], bounds=(-1.0, 1.0), options={"presolve": False})
+        box, cost = np.eye(len(self._gain)), np.r_[right[near], np.ones(2 * len(self._gain))]
+        balance = np.hstack([-radius * rows[near].T, box, -box])  # of the dual program, which has fewer rows: its multipliers are the changes
+        answer = linprog(cost, A_eq=balance, b_eq=self._gain / np.abs(self._gain).max(), options={"presolve": False})
         if answer.status != 0:
             return None
-        change = radius * (self._slip @ answer.x)
-        return change[0] if len(change) == 1 else change.T, radius * float(self._gain @ answer.x)
+        locked = radius * answer.eqlin.marginals
+        change = self._slip @ locked
+        return change[0] if len(change) == 1 else change.T, float(self._gain @ locked)
 
 
 def _followed(cycle: ReturnMap | IncrementMap, tangents: int) -> Array:
@@ -91,12 +94,12 @@ def _bounds(path: Transient, cycle: ReturnMap | IncrementMap, follow: Array) -> 
     stiffness, size = S[:-n].reshape(-1, n, len(S)), 1e-3 * float(np.abs(p).mean())
     rows, right = [], []
     for ways in _tangents(q):
-        reserve = (f * p - (ways * q).sum(axis=2)).min(axis=1)[:, nodes]
+        reserve = (f * p - (ways * q).sum(axis=2))[:, -1, nodes]
         tightest = np.argsort(reserve, axis=0, kind="stable")[:_TIGHTEST]
         for stretch in np.unique(tightest):
             column = np.flatnonzero((tightest == stretch).any(axis=0))
-            chosen, way = nodes[column], ways[stretch, 0]
-            scale = (f * np.abs(p[stretch].mean(axis=0)))[chosen] + size
+            chosen, way = nodes[column], ways[stretch, -1]
+            scale = (f * np.abs(p[stretch, -1]))[chosen] + size
             own = f[chosen, None] * S[-n:][chosen] - np.einsum("tn,tnm->nm", way[:, chosen], stiffness[:, chosen])
             rows.append(cycle.motion_derivative(stretch, own) @ follow / scale[:, None])
             right.append(np.maximum(reserve[stretch, column], 0.0) / scale)

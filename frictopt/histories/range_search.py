@@ -14,7 +14,7 @@ from ..transients import SteadyState, steady_state
 from ..transients.begin import Transient
 from ..transients.exact import ExactPath, return_map
 from ..transients.paths import path_of
-from ..transients.steady import MOST_CYCLES, settled
+from ..transients.steady import settled
 from ..transients.stepped import SteppedPath
 from .ascent import Ascent
 from .increment_map import increment_map
@@ -28,7 +28,7 @@ _FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
 _LEAST = 1e-5  # last one, over the first
 _TRANSIENTS = 20  # of one climb
 _AROUND = 16  # starts around an end
-_CYCLES = 200  # of a transient in increments, after which it is given up: far starts take thousands
+_CYCLES = 200  # of a transient, after which it is given up: some take thousands
 _STOPPED = f"stopped after {_TRANSIENTS} transients"
 
 
@@ -88,7 +88,7 @@ class Search:
         try:
             path = path_of(*self._asked, start, self._steps)
             path.start()
-            state, after = settled(path, _CYCLES if path.steps else MOST_CYCLES)
+            state, after = settled(path, _CYCLES)
             return Orbit(name, start, state, "followed", after)
         except (NoContinuation, SolverError) as error:
             return Orbit(name, start, None, f"{type(error).__name__}: {error}")
