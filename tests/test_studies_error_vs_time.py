@@ -84,7 +84,7 @@ def test_every_computation_is_there_and_ours_all_answer(table):
     expected = {"condensation", "onset", "lambda_2", "lambda_1", "safe slip", "increment", "transient", "steady state"}
     limits = ("lambda_2", "lambda_1", "safe slip", "required friction", "least slip")
     expected |= {f"{name}, 3-D" for name in (*limits, "increment", "transient", "steady state")}
-    once = {"safe region, 3-D", "limit after protocol, 3-D"}
+    once = {"safe region, 3-D", "limit after protocol, 3-D", "range of dissipation, 3-D"}
     assert set(table["computation"]) == expected | once
     ours = table[table["rival"] == ""]
     assert (ours["result"] == "answer").all()
@@ -105,6 +105,8 @@ def test_answers_of_frictopt_are_as_accurate_as_it_says(table):
     region = rows(table, "safe region, 3-D")
     assert (region["error"] <= region["setting"].astype(float)).all() and region["error"].is_monotonic_decreasing
     assert rows(table, "limit after protocol, 3-D")["error"].max() < 1e-3
+    ends = rows(table, "range of dissipation, 3-D")
+    assert ends["error"].is_monotonic_decreasing and ends["error"].iloc[-1] < 2e-3
 
 
 def test_rivals_solve_the_same_problem_to_their_own_tolerance(table):

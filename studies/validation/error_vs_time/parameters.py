@@ -41,7 +41,7 @@ class Parameters:
     punch_elements: int = 4  # along a side of the square punch
     sphere_cells: tuple[int, ...] = (8, 12, 16, 20)  # across a sphere's contact
     region_tolerances: tuple[float, ...] = (1e-1, 1e-2, 1e-3)
-    protocol_steps: tuple[int, ...] = (4, 8, 16)  # increments from corner to corner of limits after a protocol
+    search_steps: tuple[int, ...] = (4, 8, 16)  # increments from corner to corner of limits after a protocol and of ranges
 
 
 FULL = Parameters()
@@ -66,5 +66,5 @@ QUICK = Parameters(
     punch_elements=2,
     sphere_cells=(6, 12),
     region_tolerances=(1e-1, 1e-2),
-    protocol_steps=(4, 16),
+    search_steps=(4, 16),
 )

@@ -26,7 +26,7 @@ _RAYS = 64  # on which a region is compared with its closed form
 
 
 def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:
-    """Limits whose answers are those of the plane, and on the coarsest mesh one that follows transients."""
+    """Limits whose answers are those of the plane, and on the coarsest mesh two that follow transients."""
     plane, friction = scene.system, parameters.friction
     system = InSpace(plane, np.random.default_rng(parameters.seed).uniform(0, 2 * np.pi, plane.nodes)).system
     name, n, vertex = f"{scene.name}, in space", plane.nodes, "vertex of the plane's linear program in rational arithmetic"
@@ -56,9 +56,21 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
 
     if elements == min(parameters.space_elements):
         exact = fo.limit_after_protocol(plane, LOADS, friction, tolerance=_PROVEN).load_factor
-        ask, steps = partial(fo.limit_after_protocol, system, LOADS, friction, tolerance=_PROVEN), parameters.protocol_steps
+        ask, steps = partial(fo.limit_after_protocol, system, LOADS, friction, tolerance=_PROVEN), parameters.search_steps
         methods = [method(partial(ask, steps=many), lambda found: found.load_factor, exact, STEPS, f"{many}") for many in steps]
         yield Question("limit after protocol, 3-D", "load factor", name, n, f"exact paths of the plane, tolerance {_PROVEN:.0e}", methods)
+
+        asked = LOADS, friction, parameters.overload * scene.limit
+        span = fo.dissipation_range(plane, *asked)
+
+        def off(found: fo.results.DissipationRange) -> float:
+            return max(abs(found.least / span.least - 1), abs(found.most / span.most - 1))
+
+        methods = []
+        for many in steps:
+            run = partial(fo.dissipation_range, system, *asked, steps=many)
+            methods.append(Method("frictopt", STEPS, f"{many}", run, off, lambda found: found.residual))
+        yield Question("range of dissipation, 3-D", "least and most work", name, n, "the range that exact paths of the plane find", methods)
 
 
 def amplitudes(parameters: Parameters) -> Question:
