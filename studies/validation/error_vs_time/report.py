@@ -16,7 +16,7 @@ def report(tables: Mapping[str, pd.DataFrame]) -> str:
     error, corner = tables["error_vs_time"], tables["error_vs_time_law"]
     installed = ", ".join(f"{name} {number}" for name, number in error.attrs["rivals"].items())
     missing = ", ".join(error.attrs["absent"]) or "none"
-    head = f"{error.attrs['machine']}; medians; rivals: {installed}; not installed and skipped: {missing}."
+    head = f"{error.attrs['machine']}; medians of processor times; rivals: {installed}; not installed and skipped: {missing}."
     return "\n\n".join(["", head, fronts(error), calls(tables["error_vs_time_calls"]), law(corner)])
 
 

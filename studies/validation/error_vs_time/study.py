@@ -82,7 +82,7 @@ _ERROR = {
     "result": "'answer', or the error",
     "error": "relative error, at least 2.2e-16; inf without an answer",
     "residual": "residual that frictopt reports for its answer; NaN for rivals and closed forms",
-    "seconds": "run time, one thread: median of the repetitions; inf without an answer",
+    "seconds": "processor time, one thread: median of the repetitions; inf without an answer",
     "repetitions": "timed runs, after one that is not timed; fewer if a run takes long",
     "on_front": "no other method is as fast and as accurate, and better in one of the two; errors below 1e-12 count as equal",
     "ahead": "a rival on the front: frictopt has no answer as fast and as accurate",
@@ -90,8 +90,8 @@ _ERROR = {
 _CALLS = {
     "nodes": "node pairs of the interface",
     "call": "name of the call",
-    "first": "run time of the first call, its model built in it, s: median of the repetitions, one thread",
-    "second": "run time of another call on the same model, s; NaN if there is no model to keep",
+    "first": "processor time of the first call, its model built in it, s: median of the repetitions, one thread",
+    "second": "processor time of another call on the same model, s; NaN if there is no model to keep",
     "residual": "residual of the answer; NaN if nothing is solved",
 }
 _LAW = {
@@ -101,7 +101,7 @@ _LAW = {
     "corner_size": "element at the corner of the contact / a",
     "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
     "residual": "residual of the limit",
-    "seconds": "run time from the scene to the limit, first time, one thread",
+    "seconds": "processor time from the scene to the limit, first time, one thread",
     "expected": "exponent of the limit in the corner size: that of the sliding less that of the bonded corner (closed forms)",
     "exponent": "the same between this mesh and the one before; NaN for the coarsest",
     "error": "|exponent - expected|",
