@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
@@ -50,22 +50,33 @@ def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_sp
     assert ((u != 0) == (state.u != 0)).all()
 
 
-def random_problem(seed, nodes, in_space, friction):
-    """A contact with gaps at some nodes, dimensionless, its law, and a draw of loads that press and shear it."""
+def random_problem(seed, nodes, in_space, friction, unlike=0.0):
+    """A contact with gaps at some nodes, dimensionless, its law, and a draw of loads; `unlike` makes some ways to move soft."""
     rng = np.random.default_rng(seed)
     contact = (random_contact if in_space else random_system)(rng, nodes, coupling=0.4)
-    contact = contact.with_gap(0.3 * rng.uniform(size=nodes) * (rng.uniform(size=nodes) < 0.4))
+    units, bonded = np.exp(unlike * rng.normal(size=len(contact.S))), {name: joined(*pair) for name, pair in contact.bonded.items()}
+    gap = 0.3 * rng.uniform(size=nodes) * (rng.uniform(size=nodes) < 0.4)
+    contact = fo.ContactSystem(contact.S * np.outer(units, units), contact.points, bonded, gap=gap)
     pressed = joined(*contact.reaction({next(iter(contact.bonded)): 1.0}))
     return NewtonIncrement(contact, friction), lambda: pressed + rng.uniform(0.2, 1.0) * rng.normal(size=len(contact.S))
 
 
 @settings(max_examples=80, deadline=None)
-@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 8), in_space=st.booleans(), friction=st.sampled_from([0.0, 0.2, 0.5, 2.0]))
-def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, friction):
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(1, 8),
+    in_space=st.booleans(),
+    friction=st.sampled_from([0.0, 0.2, 0.5, 2.0]),
+    unlike=st.sampled_from([0.0, 1.0]),
+)
+@example(seed=228, nodes=3, in_space=False, friction=0.5, unlike=1.0)  # friction that does not oppose the slip is most of what is wrong
+@example(seed=1175, nodes=3, in_space=True, friction=2.0, unlike=1.0)  # the same in space
+@example(seed=792, nodes=3, in_space=True, friction=2.0, unlike=1.0)  # a node slips that is pulled, on twice what it lacks in pressure
+def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, friction, unlike):
     """Also where the sweeps end far from any state: with so little stiffness of the tangents that they swing."""
-    engine, drawn = random_problem(seed, nodes, in_space, friction)
+    engine, drawn = random_problem(seed, nodes, in_space, friction, unlike)
     law, contact = engine.law, engine.system
-    for share in (1.0, 0.3):
+    for share in (1.0, 0.6, 0.3):
         u, r = np.zeros(len(law.S)), drawn()
         load, forces, status = r.copy(), np.empty_like(r), np.empty(nodes, dtype=np.int8)
         residual = increment(law.S, law.friction, law.own, share * law.own, u, r, forces, status)

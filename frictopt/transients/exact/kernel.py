@@ -912,9 +912,9 @@ def _put_on_law(f, own, u, r, forces, status):
                 size, way, along = size + forces[i] ** 2, way + u[i] ** 2, along + u[i] * forces[i]
             off, total = max(off, abs(forces[i] - r[i])), total + abs(forces[i]) + abs(u[i])
         size, way, off = np.sqrt(size), np.sqrt(way), max(off, -forces[tangents * nodes + node])
-        if status[node] == STICK:
+        if status[node] != OPEN:
             off = max(off, size - bound)
-        elif status[node] == SLIP and size > 0 and way > 0:
+        if status[node] == SLIP and size > 0 and way > 0:
             turned, across = 0.0, 0.0
             for i in range(node, k, nodes):
                 turned += (forces[i] + size * u[i] / way) ** 2
