@@ -12,7 +12,7 @@ from ..errors import ModelError, SolverError
 from ..limits import ShakedownLimit, guaranteed_limit
 from ..limits.admissible import AdmissibleSlips
 from ..limits.question import LimitQuestion
-from ..limits.reduced import mirrored
+from ..limits.reduced import mirrors_of
 
 __all__ = ["RangeStarts", "shortened"]
 
@@ -96,8 +96,9 @@ class RangeStarts:
             if units and not any(np.abs(units[0] - other).max() <= _PARALLEL for other in changes.values()):
                 changes |= {f"along the load after {name}": units[0], f"against the load after {name}": units[1]}
         if system.tangents == 1:
-            x = system.x - system.x.mean()
-            ends = {"left end unloaded": -system.B[0]} | ({} if mirrored(self._task) else {"right end unloaded": -system.B[-1]})
+            x, mirrors = system.x - system.x.mean(), mirrors_of(self._task)
+            same = mirrors is not None and (mirrors.corner == np.arange(len(q1))).all()  # the image of a transient is one under the same loads
+            ends = {"left end unloaded": -system.B[0]} | ({} if same else {"right end unloaded": -system.B[-1]})
             return changes | {"stretched": x, "squeezed": -x} | ends
         x, y = np.einsum("nij,nj->in", system.frames[:, :2], system.points - system.points.mean(axis=0))
         still = np.zeros_like(x)

@@ -20,7 +20,7 @@ from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
 from .critical_state import critical_states
 from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
 from .question import LimitQuestion
-from .reduced import mirrored, on_whole, rest_of, sources
+from .reduced import mirrors_of, on_whole, rest_of
 from .safe_model import SafeModel
 from .safe_set import SafeSet
 from .screening import load_factor_bounds
@@ -125,8 +125,8 @@ class GuaranteedModel(SafeModel):
             return self._result(task, shakedown, None, least, how, ())
         safe = self._shakedown._program(shakedown_problem, task, own)
         values: Mapping[cp.Variable, Array] = {variable: variable.value for variable in safe.problem.variables()}
-        halves = self._asked.simplify and not own and mirrored(task)  # a witness is not odd, but the least load factor of a node is that of its image
-        source = sources(n) if halves else np.arange(n)
+        mirrors = mirrors_of(task) if self._asked.simplify and not own else None
+        source = np.arange(n) if mirrors is None else mirrors.source  # a witness is not its own image, but the node's image has its load factor
         images = both & (source != np.arange(n))
         how[images] = IMAGE
         bounds = load_factor_bounds(safe) if self._asked.simplify else np.zeros(n)

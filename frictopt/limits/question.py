@@ -16,6 +16,7 @@ from ..contact.system import checked_system
 from ..contact.tolerances import CONDENSATION, NO_COUPLING, RESIDUAL
 from ..errors import ModelError
 from .mechanism import Mechanism
+from .mirrors import Mirrors
 from .open_nodes import OpenNodes
 
 __all__ = ["LimitQuestion", "pose", "units_of"]
@@ -53,7 +54,9 @@ class LimitQuestion:
     started
         When it was posed, for the record.
     whole
-        Of a question on the half of a mirror-symmetric contact, or on its closed nodes: that on the whole one, see `half_of` and `rest_of`.
+        Of a question on a part of a mirror-symmetric contact, or on its closed nodes: that on the whole one, see `half_of` and `rest_of`.
+    mirrors
+        Of a question on a part of a mirror-symmetric contact: its images; else None.
     open
         Of a question on the whole contact: its open nodes; None where all are closed.
     lift
@@ -80,6 +83,7 @@ class LimitQuestion:
     opening: bool
     started: float = field(default_factory=perf_counter)
     whole: "LimitQuestion | None" = None
+    mirrors: Mirrors | None = None
     open: OpenNodes | None = None
     lift: Array | None = None
     w0: Array = field(default_factory=lambda: np.zeros((1, 0)))
@@ -143,12 +147,11 @@ class LimitQuestion:
         return self.open.states(self._at_corners(load_factor), slip)
 
     def expanded(self, slip: Array) -> Array:
-        """The slip of the whole contact: that of a half and its mirror image, or of the closed nodes, and of open ones at load factor 0, corner 0."""
+        """The slip of the whole contact: that of a part and its images, or of the closed nodes, and of open ones at load factor 0, corner 0."""
+        if self.mirrors is not None:
+            return self.mirrors.slip(slip)
         if self.whole is None:
             return slip
-        if self.lift is None:  # the middle node cannot slip
-            left = slip[: len(self.whole.friction) // 2]
-            return np.concatenate([left, np.zeros(len(slip) - len(left)), -left[::-1]])
         every = np.zeros(self.system.slip_shape)
         every[self.whole.closed] = slip
         unloaded, _ = self.whole.states(0.0, every)

@@ -1,7 +1,8 @@
-"""A question on fewer nodes, and what its answer means for the whole contact: the half of a mirror-symmetric one, or the closed nodes of an open one.
+"""A question on fewer nodes, and what its answer means for all: half or a quarter of a mirror-symmetric contact, or the closed nodes of an open one.
 
-Where contact, friction, loads and slip bound are mirror-symmetric, the mean of a safe slip and its mirror image is safe too. So a symmetric one is
-looked for: v and q are odd, p is even, and the left half of the nodes with the middle one has a question of its own. The middle node cannot slip.
+Where contact, friction, slip bound and the set of corners of the loads are mirror-symmetric, in one plane or in two, the mean of a safe slip and its
+mirror images is safe too, for safe slips are a convex set. So a symmetric one is looked for, and one of all nodes that are images of each other has a
+question of its own, see `Mirrors`, with the circles or intervals of all corners.
 
 Where nodes stay open, the question is asked of the closed ones, see `open_nodes`, under one more row for each open node: its gap stays >= 0 at every
 corner, which is affine in slip and load factor. All quantities are linear on the way from corner to corner, so no node opens or closes there: a safe
@@ -11,55 +12,72 @@ slip is a true state of rest.
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
 
+from ..contact import ContactSystem
 from ..contact.checks import Array, Booleans
 from ..contact.parts import joined, parted
 from ..contact.tolerances import ROUNDING
 from ..errors import FrictoptError
 from .mechanism import Mechanism
+from .mirrors import Integers, Mirrors, mirror_planes
 from .open_nodes import following, without
 from .question import LimitQuestion, units_of
 
-__all__ = ["half_of", "mirrored", "on_whole", "open_under_mean", "rest_of", "rest_under_mean", "sources"]
+__all__ = ["half_of", "mirrors_of", "on_whole", "open_under_mean", "rest_of", "rest_under_mean"]
 
-# Of stiffness, over that of the two nodes, of friction, gap and slip, over their largest value: a half adds nothing to the error of the whole.
+# Of stiffness, over that of the two nodes, of friction, gap and slip, over their largest value: a part adds nothing to the error of the whole.
 _ASYMMETRY = ROUNDING / 10
 _ASYMMETRY_OF_LOADS = ROUNDING  # the same of reactions, which do not add up from one increment to the next
 
 
-def mirrored(task: LimitQuestion) -> bool:
-    """Whether the contact is in the plane, mirror-symmetric with its friction, its loads and its slip bound, and has more than one node."""
-    system = task.system
-    if system.tangents > 1 or system.nodes == 1 or task.lift is not None:
-        return False
-    A, B, C, f = system.A, system.B, system.C, task.friction
-    own = np.sqrt(np.maximum(np.diag(A), np.diag(C)).clip(0.0))
-    stiffness = np.outer(own, own)  # a soft node beside stiff ones has its own rounding
-    pairs = [(A, np.flip(A), stiffness), (B, -np.flip(B), stiffness), (C, np.flip(C), stiffness)]
-    pairs += [(part, part[::-1], part.max()) for part in (f, system.gap, f if task.most is None else task.most)]
-    if not all((np.abs(one - other) <= _ASYMMETRY * scale).all() for one, other, scale in pairs):
-        return False
-    for q, p in ((task.q0, task.p0), (task.q1, task.p1)):
-        scale = _ASYMMETRY_OF_LOADS * max(np.abs(q).max(), np.abs(p).max())
-        if not max(np.abs(q + q[..., ::-1]).max(), np.abs(p - p[..., ::-1]).max()) <= scale:
-            return False
-    return True
+def mirrors_of(task: LimitQuestion) -> Mirrors | None:
+    """The mirror images that have stiffness, gap, friction, slip bound and loads of the contact, these maybe at other corners; None if none has."""
+    system, n, axes = task.system, task.system.nodes, task.system.tangents + 1
+    if n == 1 or task.lift is not None:
+        return None
+    found = Mirrors(np.zeros((0, axes)), np.arange(axes * n)[None], np.ones((1, axes * n)), np.arange(len(task.q1))[None], n)
+    parts = np.array([system.gap, task.friction, task.friction if task.most is None else task.most])
+    largest = parts.max(axis=1, keepdims=True)
+    for plane, place, sign in mirror_planes(system):
+        alike = (np.abs(parts[:, place[:n]] - parts) <= _ASYMMETRY * largest).all() and not (np.abs(found.planes @ plane) > ROUNDING).any()
+        corner = _corners_there(task, place, sign) if alike else None
+        if corner is not None and _as_stiff(system, place, sign):
+            found = found.and_in(plane, place, sign, corner)
+    return found if len(found.planes) else None
+
+
+def _corners_there(task: LimitQuestion, place: Integers, sign: Array) -> Integers | None:
+    """(K,) corner with the image of the loads of each corner; None where one has none."""
+    apart = np.zeros((len(task.q1),) * 2, dtype=bool)
+    for loads in (joined(task.q0, task.p0), joined(task.q1, task.p1)):
+        apart |= cdist(loads[:, place] * sign, loads, "chebyshev") > _ASYMMETRY_OF_LOADS * np.abs(loads).max()
+    corners = linear_sum_assignment(apart)
+    return None if apart[corners].any() else corners[1]
+
+
+def _as_stiff(system: ContactSystem, place: Integers, sign: Array) -> bool:
+    """Whether the stiffness of an image is that of the contact, entry by entry: a soft node beside stiff ones has its own rounding."""
+    axes, S = system.tangents + 1, system.S
+    own = np.tile(np.sqrt(np.diag(S).reshape(axes, -1).max(axis=0).clip(0.0)), axes)
+    return all(
+        (np.abs(S[np.ix_(place[rows], place)] * np.outer(sign[rows], sign) - S[rows]) <= _ASYMMETRY * np.outer(own[rows], own)).all()
+        for rows in np.arange(len(S)).reshape(axes, -1)
+    )
 
 
 def half_of(task: LimitQuestion) -> LimitQuestion:
-    """The question of the half in the units of the whole, where there is one and the question may be simplified; else the question as it is."""
-    if not (task.simplify and mirrored(task)):
+    """The question of the half or the quarter in the units of the whole, where there is one and the question may be simplified; else as it is."""
+    mirrors = mirrors_of(task) if task.simplify else None
+    if mirrors is None:
         return task
-    n = len(task.friction)
-    kept, middle = (n + 1) // 2, slice(n // 2, (n + 1) // 2)  # the middle is empty where the number of nodes is even
-    A, B = (M[:kept, :kept] - M[:kept, ::-1][:, :kept] for M in (task.A, task.B))
-    own = task.stiffness.reshape(2, n)[:, :kept]
-    A[middle], A[:, middle] = 0.0, 0.0  # nothing couples its slip to the others, and nothing drives it
-    A[middle, middle] = own[0, middle]
-    loads = {name: getattr(task, name)[:, :kept] for name in ("q0", "p0", "q1", "p1")}
-    most = None if task.most is None else task.most[:kept]
-    return replace(task, **loads, friction=task.friction[:kept], A=A, B=B, stiffness=own.ravel(), most=most, whole=task)
+    kept, A, B = mirrors.kept, mirrors.folded(task.A), mirrors.folded(task.B)
+    A[mirrors.times.ravel() == 0] = 0.0  # nothing is driven across a mirror plane
+    loads = {name: getattr(task, name)[:, kept] for name in ("q0", "p0", "q1", "p1")}
+    most = None if task.most is None else task.most[kept] / np.maximum(mirrors.times.max(axis=0), 1.0)
+    stiffness = task.stiffness.reshape(-1, len(task.friction))[:, kept].ravel()
+    return replace(task, **loads, friction=task.friction[kept], A=A, B=B, stiffness=stiffness, most=most, whole=task, mirrors=mirrors)
 
 
 def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
@@ -93,28 +111,12 @@ def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
     )
 
 
-def sources(nodes: int) -> NDArray[np.intp]:
-    """(N,) the node of the left half that each node is, or is the image of."""
-    return np.minimum(np.arange(nodes), np.arange(nodes)[::-1])
-
-
 def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[LimitQuestion, Array, Mechanism]:
-    """The question of the whole contact, with slip and mechanism of its half or of its closed nodes expanded to it; those of a whole one as they are.
-
-    Of a half, the two nodes of a pair share the motion. An image slips backward where its source slips forward. The middle node slips as far to and
-    fro, which is an opening.
-    """
+    """The question of the whole contact, with slip and mechanism of its part expanded to it; those of a whole one as they are."""
     if task.whole is None:
         return task, slip, motion
-    if (nodes := task.whole.open) is not None:
-        return task.whole, task.expanded(slip), nodes.expanded(motion, task.whole.friction)
-    n = len(task.whole.friction)
-    source = sources(n)
-    sign = np.sign(np.arange(n)[::-1] - np.arange(n)).astype(np.float64)
-    share = np.where(sign == 0, 1.0, 0.5)
-    hold = None if motion.hold is None else share * sign * motion.hold[source]
-    expanded = Mechanism(share * sign * motion.slips[:, source], share * motion.opening[:, source], task.whole.friction, hold)
-    return task.whole, task.expanded(slip), expanded
+    part = task.mirrors or task.whole.open
+    return task.whole, task.expanded(slip), motion if part is None else part.expanded(motion, task.whole.friction)
 
 
 def rest_under_mean(task: LimitQuestion) -> LimitQuestion | None:

@@ -20,6 +20,8 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     """
     tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
     scaled, pressure = task.A / np.outer(tangent, tangent), task.B / np.outer(normal, tangent)
+    idle = ~(scaled.any(axis=0) | (np.abs(pressure).max(axis=0) > RIGID))
+    scaled[idle, idle] = 1.0  # what nothing feels at all, such as slip across a mirror plane, is a slide by itself, so that the others stay exact
     values, soft = eigh(scaled + np.eye(len(scaled)), subset_by_value=(-np.inf, 1 + RIGID))  # LAPACK may fail where zero repeats, never at one
     values -= 1
     held = (values > 0) & (np.abs(pressure @ soft).max(axis=0) > RIGID)
@@ -27,7 +29,7 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     compliance = np.tril(dpotri(np.linalg.cholesky(scaled + soft @ soft.T), lower=1)[0])  # in which soft slips have the stiffness 1 + value
     compliance += np.tril(compliance, -1).T + (soft * share) @ soft.T
     compliance /= np.outer(tangent, tangent)
-    rigid = np.linalg.qr(soft[:, ~held] / tangent[:, None])[0]
+    rigid = np.hstack([np.linalg.qr(soft[:, ~held] / tangent[:, None])[0], np.eye(len(tangent))[:, idle]])
     compliance -= rigid @ (rigid.T @ compliance)
     return rigid, np.asarray(compliance - (compliance @ rigid) @ rigid.T)
 

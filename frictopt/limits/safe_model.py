@@ -32,15 +32,16 @@ class SafeModel:
         self._asked, self._solver = pose(system, cycle, 1.0, simplify=simplify, slip_bound=slip_bound), solver
         solver_order(solver, LP if system.tangents == 1 else SOCP)
         self._load = cp.Parameter(nonneg=True, name="load_unit")  # or the load factor, where it is given
-        self._sets: dict[int, SafeSet] = {}  # by the number of nodes: of the whole contact, and of its half
-        self._compiled: dict[tuple[int, bool], tuple[list[object], cp.Problem | None, OwnRows | None]] = {}  # by what friction can change
+        self._sets: dict[bytes, SafeSet] = {}  # by the mirror planes: of the whole contact, and of its parts
+        self._compiled: dict[tuple[bytes, bool], tuple[list[object], cp.Problem | None, OwnRows | None]] = {}  # by what friction can change
 
     def _set(self, task: LimitQuestion) -> SafeSet:
         if task.lift is not None:
             return safe_set(task, self._design)
-        if len(task.friction) not in self._sets:
-            self._sets[len(task.friction)] = safe_set(task, self._design)
-        return self._sets[len(task.friction)]
+        key = _planes(task)
+        if key not in self._sets:
+            self._sets[key] = safe_set(task, self._design)
+        return self._sets[key]
 
     @cached_property
     def _v(self) -> SafeSet:
@@ -88,7 +89,7 @@ class SafeModel:
         ModelError
             What is no cvxpy constraint or expression, not convex, no linear or cone program, or on unknowns of another model.
         """
-        v, asked, key = self._set(task), [*constraints, objective], (len(task.friction), task.opening)
+        v, asked, key = self._set(task), [*constraints, objective], (_planes(task), task.opening)
         v.ask(task, load_factor)
         self._load.value = task.load_unit if load_factor is None else load_factor
         once = task.system.tangents == 1 and task.lift is None and not task.fixed
@@ -100,6 +101,11 @@ class SafeModel:
             if once:
                 self._compiled[key] = asked, problem, own
         return v.posed(problem, own)
+
+
+def _planes(task: LimitQuestion) -> bytes:
+    """What tells the parts of one contact apart."""
+    return b"" if task.mirrors is None else task.mirrors.planes.tobytes()
 
 
 def safe_set(task: LimitQuestion, design: DesignLoads | None = None) -> SafeSet:

@@ -55,8 +55,8 @@ class ShakedownModel(SafeModel):
         Largest slip `|v|` that assembly can leave, one or one per node, length; None for no bound. A slide of the whole body counts:
         where nothing resists one, the program chooses it.
     simplify
-        Leave out what cannot change the answer: the linear program of an uncoupled plane contact, half of a mirror-symmetric one, in space corners
-        within the hull of the others. Corners that rule no node never have rows in the plane.
+        Leave out what cannot change the answer: the linear program of an uncoupled plane contact; the images of nodes of a contact that one or two
+        planes mirror, loads too; in space corners within the hull of the others. Corners that rule no node never have rows in the plane.
     solver
         One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL", "CLARABEL_DIRECT", "INTERIOR_POINT", which for large contacts comes first);
         by default each in this order until an answer passes.
