@@ -44,14 +44,14 @@ def test_a_count_may_be_a_million_and_a_seed_more():
     assert checks.whole_number("n", 2**63 - 1, least=0, most=checks.LARGEST_SEED) == 2**63 - 1
 
 
-@pytest.mark.parametrize("value", [2, 2.0, np.float32(2), np.array(2.0), np.array(2), Fraction(2), Decimal(2), np.longdouble(2)])
+@pytest.mark.parametrize("value", [2, 2.0, np.float32(2), np.array(2.0), np.array(2), Fraction(2), np.longdouble(2), np.ma.masked_array(2.0)])
 def test_real_numbers(value):
     found = checks.finite_number("a", value)
     assert type(found) is float and found == 2.0
 
 
-NO_NUMBERS = [True, np.array(True), "2", b"2", None, 2j, np.timedelta64(2), np.datetime64("2020-01-01"), pd.NA, np.ma.masked, np.ma.masked_array(2.0)]
-TOO_LARGE = [np.nan, -np.inf, 10**400, 10**5000, Decimal("sNaN"), Decimal("1e999"), 1e151]
+NO_NUMBERS = [True, np.array(True), "2", b"2", None, 2j, np.timedelta64(2), np.datetime64("2020-01-01"), pd.NA, np.ma.masked, Decimal(2)]
+TOO_LARGE = [np.nan, -np.inf, 10**400, 10**5000, 1e151]
 
 
 @pytest.mark.parametrize("value", [*NO_NUMBERS, *TOO_LARGE, [2.0], np.array([2.0]), csr_matrix([[2.0]]), {}, Unprintable()], ids=kind)
@@ -62,11 +62,9 @@ def test_what_is_no_real_number_is_refused(value):
 
 NO_ARRAYS = [
     MASKED,
-    ([MASKED],),
+    (MASKED,),
     b"AB",
     [b"A"],
-    bytearray(b"AB"),
-    memoryview(b"AB"),
     "12",
     ["1"],
     None,

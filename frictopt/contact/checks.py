@@ -2,7 +2,6 @@
 
 import copyreg
 from collections.abc import Collection, Mapping, Sequence
-from decimal import Decimal
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
@@ -46,8 +45,6 @@ Names: TypeAlias = NDArray[np.str_]
 Booleans: TypeAlias = NDArray[np.bool_]
 T = TypeVar("T")
 
-_UNFIT = np.ma.MaskedArray | bytearray | memoryview  # what numpy would silently convert to numbers
-
 
 def frozen(values: object) -> Array:
     """Return a read-only float64 copy."""
@@ -73,15 +70,12 @@ def real_array(name: str, values: object) -> Array:
     """Check that `values` is an array of real numbers (NaN and infinities included) and return it as float64."""
     if hasattr(values, "toarray"):
         raise ModelError(f"{name}: a sparse {type(values).__name__}; give a dense array, `.toarray()`")
+    if any(isinstance(part, np.ma.MaskedArray) for part in (values, *(values if isinstance(values, list | tuple) else ()))):
+        raise ModelError(f"{name}: a masked array; fill or drop masked numbers, which would count as they are")
     try:
-        unfit = isinstance(values, _UNFIT) or (isinstance(values, list | tuple) and _unfit(values))
-        raw = np.asarray(0.0 if unfit else values)
-    except (TypeError, ValueError, RecursionError) as error:
+        raw = np.asarray(values)
+    except (TypeError, ValueError) as error:
         raise ModelError(f"{name}: {shown(values)} is no array, or has rows of different lengths; give a rectangular array") from error
-    if unfit:
-        raise ModelError(f"{name}: a masked array or raw bytes; give numbers, and fill or drop masked ones")
-    if raw.dtype.kind == "c":
-        raise ModelError(f"{name}: complex numbers (dtype {raw.dtype}); give the real static quantity")
     if raw.dtype.kind not in "fiu":
         raise ModelError(f"{name}: {shown(values)} (dtype {raw.dtype}) is not numeric; give an array or a list of real numbers")
     with np.errstate(over="ignore"):  # extended precision may not fit; infinities are for the caller to refuse
@@ -90,12 +84,12 @@ def real_array(name: str, values: object) -> Array:
 
 def finite_number(name: str, value: object, *, least: float = -np.inf, above: float = -np.inf, below: float = np.inf) -> float:
     """Check that `value` is one real finite number with `value >= least`, `value > above` and `value < below`."""
-    scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 and not _unfit(value) else value
-    if isinstance(scalar, bool | np.timedelta64) or not isinstance(scalar, Real | Decimal):
+    scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if isinstance(scalar, bool | np.timedelta64) or not isinstance(scalar, Real):
         raise ModelError(f"{name}: {shown(value)} is not one real number")
     try:
         number = float(scalar)
-    except (ValueError, OverflowError) as error:
+    except OverflowError as error:
         raise ModelError(f"{name}: {shown(value)} is not one real number of at most {_LARGEST:g}") from error
     if not (abs(number) <= _LARGEST and number >= least and number > above and number < below):
         limits = [f"at least {least:g}"] * (least > -np.inf) + [f"above {above:g}"] * (above > -np.inf) + [f"below {below:g}"] * (below < np.inf)
@@ -110,7 +104,7 @@ def finite_numbers(name: str, values: object, *, least: float = -np.inf) -> list
 
 def listed(name: str, values: object) -> list[Any]:
     """Check that `values` is an iterable, but not a text, bytes, a mapping, a masked or a sparse array, and return it as a list."""
-    if isinstance(values, str | bytes | Mapping) or hasattr(values, "toarray") or not np.iterable(values) or _unfit(values):
+    if isinstance(values, str | bytes | Mapping) or hasattr(values, "toarray") or isinstance(values, np.ma.MaskedArray) or not np.iterable(values):
         raise ModelError(f"{name}: {shown(values)}; give a list")
     return list(values)
 
@@ -226,13 +220,6 @@ def shown(value: object) -> str:
     except Exception:  # an integer too long to print, or a foreign object whose repr fails
         text = f"an object of type {type(value).__name__}"
     return text if len(text) <= 80 else f"{text[:77]}..."
-
-
-def _unfit(values: object) -> bool:
-    """Whether lists hold, at any depth, a masked array or raw bytes."""
-    if isinstance(values, list | tuple):
-        return any(map(_unfit, values))
-    return isinstance(values, _UNFIT)
 
 
 def _text(shape: tuple[int | None, ...]) -> str:
