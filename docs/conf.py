@@ -3,10 +3,9 @@
 import os
 from importlib.metadata import version as installed
 
-import pyvista
+from sphinx.application import Sphinx
 
-os.environ.setdefault("TQDM_DISABLE", "1")
-pyvista.BUILDING_GALLERY = pyvista.OFF_SCREEN = True
+os.environ |= {"TQDM_DISABLE": "1", "PYVISTA_BUILDING_GALLERY": "true", "PYVISTA_OFF_SCREEN": "true"}  # also for the processes of `sphinx -j 2`
 os.environ["PYTHONWARNINGS"] = "error:::__main__"  # a cell of the tutorial that warns is an error
 
 project = "frictopt"
@@ -67,6 +66,7 @@ sphinx_gallery_conf = {
     "image_scrapers": ("matplotlib", "pyvista"),
     "remove_config_comments": True,
     "show_memory": False,
+    "parallel": True,  # as many processes as `sphinx -j` says
     "thumbnail_size": (720, 504),
     "capture_repr": (),  # print what is to be seen
     "show_signature": False,
@@ -94,3 +94,8 @@ html_theme_options = {
     "footer_end": ["sphinx-version"],
 }
 html_sidebars = {name: [] for name in ("theory", "glossary", "checked", "performance", "size", "validity", "questions", "studies", "faq", "help")}
+
+
+def setup(app: Sphinx) -> None:
+    """Pages may be read by several processes: this extension only copies files at the end, but does not say so."""
+    app.extensions["sphinx-mathjax-offline"].parallel_read_safe = True
