@@ -167,12 +167,16 @@ def _system(file: str | Path) -> "ContactSystem":
 
 
 def _sums(system: "ContactSystem") -> "pd.DataFrame":
-    """The sum of the bonded reactions of each load case."""
+    """The sum of the bonded reactions of each load case, zero where only rounding is left."""
     import pandas as pd
+
+    from .contact.tolerances import ROUNDING
 
     names = ["q"] if system.tangents == 1 else ["q1", "q2"]
     rows = {case: [*q.reshape(len(p), -1).sum(axis=0), p.sum(), p.min(), p.max()] for case, (q, p) in system.bonded.items()}
-    return pd.DataFrame.from_dict(rows, orient="index", columns=[*(f"sum of {name}" for name in names), "sum of p", "least p", "most p"])
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=[*(f"sum of {name}" for name in names), "sum of p", "least p", "most p"])
+    size = table.abs()
+    return table.where(size.gt(ROUNDING * size.max(axis=1), axis=0), 0.0)
 
 
 def _written(file: Path | None, picture: Path | None, table: "pd.DataFrame", result: object) -> None:

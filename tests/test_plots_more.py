@@ -1,5 +1,7 @@
 """Pictures of limits with separation, of ranges of dissipation and of least slips: what they show is what the result says."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from matplotlib.collections import PathCollection
@@ -115,6 +117,16 @@ def test_a_damping_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
         assert reach.ymin == pytest.approx(getattr(curve, f"least_{name}").min()) and reach.ymax == pytest.approx(
             getattr(curve, f"most_{name}").max()
         )
+
+
+@pytest.mark.parametrize("factors", [[0.3, 1.0, 4.0], [2000.0, 4000.0, 7000.0], [0.001, 10.0]])
+def test_the_load_factors_of_a_damping_curve_stand_beside_each_other_and_not_on_each_other(factors):
+    loads = fo.LoadCycle(PULL.mean, [{case: amplitude / factors[-1] for case, amplitude in corner.items()} for corner in PULL.corners])
+    ax = fo.damping_curve(PUNCH, loads, F, factors, range=False).plot()[1]
+    ax.figure.canvas.draw()
+    shown = [label.get_window_extent() for label in [*ax.get_xticklabels(), *ax.get_xticklabels(minor=True)] if label.get_text()]
+    shown = sorted((box.x0, box.x1) for box in shown if ax.bbox.x0 <= (box.x0 + box.x1) / 2 <= ax.bbox.x1)
+    assert len(shown) >= 3 and all(end < begin for (_, end), (begin, _) in pairwise(shown))
 
 
 def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_bound():

@@ -99,7 +99,8 @@ def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
         triangles = t.T if len(t) == 3 else np.concatenate([t[[0, 1, 2]].T, t[[0, 2, 3]].T])
         colours = axes.tripcolor(*body.mesh.p, triangles, stress[name], shading="gouraud", vmin=0.0, vmax=most, **look)
         draw_edges(axes, body.mesh, body.mesh.boundary_facets(), color=BLACK, lw=0.6)
-    axes.figure.colorbar(colours, ax=axes, extend="max", label="von Mises stress (force per area)")
+    place = {"shrink": 0.6, "pad": 0.12} if in_space else {}  # beside the labels of the axis z
+    axes.figure.colorbar(colours, ax=axes, extend="max", label="von Mises stress (force per area)", **place)
     _finish(axes, np.array([[end(body.mesh.p, axis=1) for end in (np.min, np.max)] for body in fields.bodies.values()]), 0.0)
     if ax is None:
         if not in_space:

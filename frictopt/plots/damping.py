@@ -1,13 +1,15 @@
 """Picture of frequency and damping against the amplitude."""
 
 import numpy as np
-from matplotlib.ticker import ScalarFormatter
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from ..histories import DampingCurve
 from .picture import picture
 from .style import BLACK, GREY, AxesArray, equals, legend, new_axes, series
 
 __all__: list[str] = []
+
+_PLAIN = 30  # load factors within it have plain numbers, not powers of ten
 
 
 @picture.register
@@ -25,9 +27,8 @@ def _damping_curve(curve: DampingCurve, ax: AxesArray | None = None) -> AxesArra
             if np.isfinite(limit) and limit > 0:
                 axes.axvline(limit, color=color, lw=0.8, linestyle="--", zorder=0, label=equals(title, limit))
         axes.set_xscale("log")
-    if curve.load_factor[-1] < 10 * curve.load_factor[0]:
-        for formatter in (damping.xaxis.set_major_formatter, damping.xaxis.set_minor_formatter):
-            formatter(ScalarFormatter())
+    if curve.load_factor[-1] < _PLAIN * curve.load_factor[0]:
+        damping.xaxis.set(major_locator=LogLocator(subs=(1, 2, 3, 5, 7)), major_formatter=ScalarFormatter(), minor_formatter=NullFormatter())
     frequency.axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0)
     frequency.set_ylabel("frequency (cycles per time)")
     damping.set(xlabel=r"load factor $\lambda$", ylabel=r"damping ratio $\zeta$")

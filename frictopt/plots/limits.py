@@ -109,7 +109,7 @@ def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the corners of the resting cycle; open nodes, which have none, are marked at zero."""
     in_space = limit.system.tangents == 2
     (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
-    title = equals(rf"{'limit with separation' if limit.proven else 'rests up to'}, $\lambda$", limit.load_factor)
+    title = equals(rf"{'limit with separation,' if limit.proven else 'rests up to'} $\lambda$", limit.load_factor)
     if not (limit.load_factor == np.inf or np.isnan(limit.bound)):
         title += f", bound {limit.bound:.5g}" if np.isfinite(limit.bound) else ", no bound"
     axes.set_title(title)

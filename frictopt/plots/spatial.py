@@ -22,6 +22,7 @@ FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 _FACE = 25_000  # area that the points of a face share, points^2
 _LARGEST, _SMALLEST = 160.0, 6.0  # area of a point, points^2
 _FILLED = 4.0  # how much smaller points are on a filled face
+_PLATE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}  # under names that arrows may cross
 _FAR = 1.8  # times the edges at its corners: an edge that spans a hole or a notch of the face
 _MOST_ARROWS = 60
 _ARROW = 0.12  # of the longest arrow, widths of the axes
@@ -108,17 +109,17 @@ def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: floa
         axes.tripcolor(mesh, np.where(known, values, 0.0), shading="gouraud", cmap=colours, vmin=0.0, vmax=most, zorder=0.5, rasterized=True)
         size = max(_SMALLEST, size / _FILLED)
     shown = axes.scatter(places[closed, 0], places[closed, 1], c=values[closed], s=size, cmap=colours, vmin=0.0, vmax=most, plotnonfinite=True)
-    axes.figure.colorbar(shown, ax=axes, label=name)
     if not closed.all():
         axes.scatter(places[~closed, 0], places[~closed, 1], s=0.6 * size, facecolors="none", edgecolors=GREY, linewidths=1.0, label="open node")
     if np.isnan(values[closed]).any():
         axes.scatter([], [], s=size, color=GREY, label="node without friction bound")
     axes.set(xlabel=f"{labels[0]} (length)", ylabel=f"{labels[1]} (length)")
     for contact, place in names.items():
-        axes.annotate(contact, (place[0], place[1]), xytext=(0.0, 8.0), textcoords="offset points", ha="center")
+        axes.annotate(contact, (place[0], place[1]), xytext=(0.0, 8.0), textcoords="offset points", ha="center", zorder=4, bbox=_PLATE)
     middle, half = (places.max(axis=0) + places.min(axis=0)) / 2, np.ptp(places, axis=0) / 2
     half = np.array([1.15, 1.4 if names else 1.15]) * np.maximum(half, 0.25 * half.max() or 1.0)  # nodes on a line get a map as well
     axes.set(xlim=middle[0] + half[0] * _ENDS, ylim=middle[1] + half[1] * _ENDS, aspect="equal")
+    axes.figure.colorbar(shown, ax=axes, label=name, shrink=min(1.0, max(0.5, 1.5 * half[1] / half[0])))  # no taller than a wide map
     return places, size
 
 

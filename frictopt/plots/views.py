@@ -25,7 +25,7 @@ _CONTACTS = {
     "work_density": "work per cycle (force times length per area)",
 }
 _GLASS = 0.25  # opacity of bodies through which contacts are seen
-_BAR = {"vertical": False, "fmt": "%.3g", "width": 0.4, "position_x": 0.56, "position_y": 0.03}
+_BAR = {"vertical": False, "fmt": "%.3g", "width": 0.38, "position_x": 0.55, "position_y": 0.9}
 _LOOK = {"cmap": "cividis", "lighting": False, "show_edges": True, "edge_color": GREY, "line_width": 0.5, "scalar_bar_args": _BAR}
 
 
@@ -58,6 +58,7 @@ def view(model: ContactModel, result: object, show: str, scale: float, plotter: 
     ends = [(grid[title].min(), grid[title].max()) for grid in coloured]
     for grid in coloured:
         scene.add_mesh(grid, scalars=title, clim=(min(low for low, _ in ends), max(high for _, high in ends)), **_LOOK)
+    scene.scalar_bars[title].SetTitle(f"{title}\n")  # above the numbers, not on them
     for grid in others:
         scene.add_mesh(grid, color=GREY, opacity=_GLASS)
     return scene
