@@ -81,7 +81,12 @@ def test_states_have_words_and_are_a_dataset():
 
 
 def test_a_study_is_a_dataset_by_its_axes():
-    table = fo.dissipation_study(CONTACT, CYCLE, [0.3, 0.4], [1.0, 2.0], progress=False)
-    data = table.set_index(["friction", "load_factor", "start"]).to_xarray()
-    work = data["dissipation"].sel(friction=0.4, load_factor=2.0, start="none")
-    assert dict(data.sizes) == {"friction": 2, "load_factor": 2, "start": 1} and float(work) == fo.steady_state(CONTACT, CYCLE, 0.4, 2.0).dissipation
+    """Also where one friction is a field with the mean of another."""
+    frictions = [0.3, 0.4, np.linspace(0.3, 0.5, CONTACT.nodes)]
+    table = fo.dissipation_study(CONTACT, CYCLE, frictions, [1.0, 2.0], progress=False)
+    data = table.set_index(["friction_number", "load_factor", "start"]).to_xarray()
+    assert dict(data.sizes) == {"friction_number": 3, "load_factor": 2, "start": 1}
+    assert np.allclose(data["friction"].sel(friction_number=2), 0.4)
+    for number, friction in enumerate(frictions):
+        work = data["dissipation"].sel(friction_number=number, load_factor=2.0, start="none")
+        assert float(work) == fo.steady_state(CONTACT, CYCLE, friction, 2.0).dissipation

@@ -103,7 +103,7 @@ def dissipation_study(
         three dimensions); first_cycle, work in the first cycle; largest_share, that of the node that dissipates most; cycles followed; slipping and
         open, numbers of nodes; residual; engine; seconds; error, the text for a run that failed, else empty. `attrs` holds "missing", the number of
         runs without a row in the table of an error. With xarray installed,
-        `table.set_index(["friction", "load_factor", "start"]).to_xarray()` is a Dataset.
+        `table.set_index(["friction_number", "load_factor", "start"]).to_xarray()` is a Dataset.
 
     Raises
     ------
