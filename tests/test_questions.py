@@ -17,24 +17,33 @@ B = 0.2 * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 A = np.array([[2.0, -0.5, 0.0], [-0.5, 2.0, -0.5], [0.0, -0.5, 2.0]])
 LOADS = {"mean": ([0, 0, 0], [1, -0.3, 1]), "cyclic": ([0.5, 0.2, 0.5], [0.1, 0, 0])}
 OPEN = fo.ContactSystem.from_blocks(A, B, A, [0.0, 1.0, 2.0], LOADS, width=[1.0] * 3, compliance=10.0 * np.eye(2))
-SOLIDS = [replace(embedded(flat, np.random.default_rng(13))[0], compliance=10.0 * np.eye(2)) for flat in (PAIR, OPEN)]
+SOLIDS = [replace(embedded(flat, np.random.default_rng(13))[0], compliance=10.0 * np.eye(2), width=[1.0] * flat.nodes) for flat in (PAIR, OPEN)]
 CONTACTS = {"plane": [PAIR], "space": SOLIDS[:1], "with open nodes": [OPEN, SOLIDS[1]]}
 PAGE = Path(__file__).parent.parent / "docs" / "questions.md"
 HEAD, _, *ROWS = [
     [cell.strip() for cell in line.strip("|").split("|")] for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("|")
 ]
+
+
+def _deep_profile(contact):
+    model = fo.DesignModel(contact, CYCLE, profile=True)
+    return model.solve(F, [model.profile >= 0, model.profile <= 1])
+
+
 ASKED = {
     "onset": lambda s, lam, steps: fo.onset(s, CYCLE, F),
     "shakedown_limit": lambda s, lam, steps: fo.shakedown_limit(s, CYCLE, F),
     "ShakedownLimit.least_slip": lambda s, lam, steps: fo.shakedown_limit(s, CYCLE, F).least_slip(1.2 * lam),
     "guaranteed_limit": lambda s, lam, steps: fo.guaranteed_limit(s, CYCLE, F),
     "GuaranteedLimit.verify": lambda s, lam, steps: fo.guaranteed_limit(s, CYCLE, F).verify(starts=1, moved=0),
+    "GuaranteedLimit.after_overload": lambda s, lam, steps: fo.guaranteed_limit(s, CYCLE, F).after_overload(),
     "separated_limit": lambda s, lam, steps: fo.separated_limit(s, CYCLE, F),
     "safe_slip": lambda s, lam, steps: fo.safe_slip(s, CYCLE, F, 0.5 * lam),
     "starts.safe_vertices": lambda s, lam, steps: fo.starts.safe_vertices(s, CYCLE, F, 0.5 * lam, np.ones((1, *s.slip_shape))),
     "required_friction": lambda s, lam, steps: fo.required_friction(s, CYCLE, 0.5 * lam),
     "safe_region": lambda s, lam, steps: fo.safe_region(s, {"mean": 1.0}, ["cyclic", [{"mean": 0.1}]], F),
     "reference.order_preserving": lambda s, lam, steps: fo.reference.order_preserving(s, F),
+    "DesignModel.solve": lambda s, lam, steps: _deep_profile(s),
     "march": lambda s, lam, steps: fo.march(s, CYCLE, F, 1.2 * lam, cycles=1, **steps),
     "steady_state": lambda s, lam, steps: fo.steady_state(s, CYCLE, F, 1.2 * lam, **steps),
     "SteadyState.loop": lambda s, lam, steps: fo.steady_state(s, CYCLE, F, 1.2 * lam, **steps).loop("cyclic"),
@@ -46,7 +55,9 @@ ASKED = {
     "least_excursion": lambda s, lam, steps: fo.least_excursion(
         s, CYCLE, F, 0.5 * lam, excursion={"mean": 0.5}, samples=0, scan=1, tolerance=0.5, **steps
     ),
+    "wear": lambda s, lam, steps: fo.wear(s, CYCLE, F, 1.2 * lam, coefficient=1e-3, cycles=1, progress=False, **steps),
     "starts.assembled_slip": lambda s, lam, steps: fo.starts.assembled_slip(s, CYCLE, F, **steps),
+    "starts.random_slips": lambda s, lam, steps: fo.starts.random_slips(s, [0.01], 1),
 }
 
 
