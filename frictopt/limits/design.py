@@ -22,6 +22,7 @@ from .circles import carried, helpless
 from .design_loads import PROFILE, DesignLoads, built_in, design_loads
 from .design_result import Design
 from .judge import answered
+from .own_rows import unknown
 from .question import LimitQuestion, pose
 from .safe_model import SafeModel, safe_set
 from .safe_set import SafeSet
@@ -73,7 +74,7 @@ class DesignModel(SafeModel):
     Attributes
     ----------
     load_factor
-        The load factor, an affine cvxpy expression, like all others.
+        The load factor, a cvxpy variable, like all others.
     preload
         (J,) amplitudes that the design adds to the mean load, in the order of `preloads`; None without.
     profile
@@ -151,14 +152,18 @@ class DesignModel(SafeModel):
 
     @cached_property
     def preload(self) -> Any:
-        """(J,) amplitudes that the design adds to the mean load, in the order of `preloads`, an affine cvxpy expression; None without."""
-        count = len(self._design.preloads)
-        return self._design.values[:count] if count else None
+        """(J,) amplitudes that the design adds to the mean load, in the order of `preloads`, a cvxpy variable; None without."""
+        return unknown("preload", (len(self._design.preloads),)) if self._design.preloads else None
 
     @cached_property
     def profile(self) -> Any:
-        """(N,) material taken off at the nodes, length, an affine cvxpy expression; None without."""
-        return self._design.values[len(self._design.preloads) :] if self._shaped else None
+        """(N,) material taken off at the nodes, length, a cvxpy variable; None without."""
+        return unknown("profile", (self._asked.system.nodes,)) if self._shaped else None
+
+    def _meant(self, v: SafeSet) -> dict[cp.Variable, cp.Expression]:
+        values, count = self._design.values, len(self._design.preloads)
+        parts = ((self.preload, values[:count]), (self.profile, values[count:]))
+        return super()._meant(v) | {part: expression for part, expression in parts if part is not None}
 
     def solve(self, friction: ArrayLike, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> Design:
         """The design with the largest load factor, or the largest objective, under constraints of your own.
@@ -204,7 +209,9 @@ class DesignModel(SafeModel):
         program = self._program(lambda v: design_problem([v, *self._more]), task, listed("constraints", constraints), objective)
         answer = solve(program.problem, lambda: self._judged(program), self._solver, no_optimum=lambda: self._refused(program))
         program.own.save()
-        return answered(answer, program)
+        design = answered(answer, program)
+        named = {"preload": design.preload, "profile": design.profile}
+        return self._shown(design, **{name: values for name, values in named.items() if getattr(self, name) is not None})
 
     def _judged(self, program: SafeSet) -> Design:
         """Judge the design that stands in a program: built in, by the contact law in every scenario, and by the multipliers of all rows."""

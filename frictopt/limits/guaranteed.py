@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 from time import perf_counter
 from typing import Any
 
@@ -22,7 +21,6 @@ from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLi
 from .question import LimitQuestion
 from .reduced import mirrors_of, on_whole, rest_of
 from .safe_model import SafeModel
-from .safe_set import SafeSet
 from .screening import load_factor_bounds
 from .shakedown import ShakedownModel, shakedown_problem
 from .shakedown_result import ShakedownLimit
@@ -81,16 +79,8 @@ class GuaranteedModel(SafeModel):
                 "`shakedown_limit`, or follow starts by `steady_state`"
             )
         self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        self.slip, self.load_factor, self.q, self.p = (getattr(self._shakedown, name) for name in ("slip", "load_factor", "q", "p"))
         self._search = CriticalSearch(solver)
-
-    @cached_property
-    def _v(self) -> SafeSet:
-        return self._shakedown._v
-
-    @cached_property
-    def load_factor(self) -> cp.Expression:
-        """The load factor, an affine cvxpy expression for constraints of your own."""
-        return self._shakedown.load_factor
 
     def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own.
@@ -170,7 +160,7 @@ class GuaranteedModel(SafeModel):
                 best = replace(
                     best, state=replace(best.state, node=int(np.flatnonzero(closed)[best.node])), slip=rest.expanded(best.slip), above=above
                 )
-        return GuaranteedLimit(
+        limit = GuaranteedLimit(
             load_factor=shakedown.load_factor if best is None else best.load_factor,
             kind=shakedown.kind if best is None else LimitKind.FINITE,
             reason=reason(shakedown, best, uncoupled, coincide),
@@ -196,6 +186,7 @@ class GuaranteedModel(SafeModel):
             _units=shakedown._units if best is None else best.units,
             _above=None if best is None else best.above,
         )
+        return self._shown(limit)
 
 
 @warns_of_odd_values

@@ -70,8 +70,7 @@ def judged_by_rows(v: SafeSet) -> ShakedownLimit:
     task, load_factor, slip, unit = v.task, v.solved_load_factor, v.solved_slip, v.own.objective_unit or v.task.load_unit
     form = StandardForm(v.problem)
     (value, bound), off = form.bounds, max(task.violation(load_factor, slip), form.gap, v.own.violation)
-    residual = float(np.nan_to_num(off, nan=np.inf))
-    motion, record = v.motion()[0].scaled(unit), SolveRecord(residual=residual)
+    record, (task, slip, motion) = SolveRecord(residual=float(np.nan_to_num(off, nan=np.inf))), on_whole(task, slip, v.motion()[0].scaled(unit))
     limit = ShakedownLimit(load_factor, LimitKind.FINITE, slip, bound * unit, record, task, motion, constraints=v.own.names)
     if v.own.objective_unit is None:
         return limit

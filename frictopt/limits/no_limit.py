@@ -61,7 +61,7 @@ def no_limit_under(v: SafeSet, solver: str | None) -> ShakedownLimit | None:
     ModelError
         An objective without a largest value.
     """
-    task, names = v.task, v.own.names
+    task, names = v.task.whole or v.task, v.own.names
     unsafe, still = np.full(task.system.slip_shape, np.nan), Mechanism(np.zeros_like(task.q1), np.zeros_like(task.p1), task.friction)
     excess = contradiction(v.problem, solver)
     if excess.bound > RESIDUAL:

@@ -12,7 +12,9 @@ from ..contact.checks import Array, shown
 from ..errors import ModelError
 from ..solve.standard_form import StandardForm, compiled
 
-__all__ = ["OwnRows", "extended"]
+__all__ = ["OwnRows", "extended", "unknown"]
+
+_OF_A_MODEL = "model."  # how the names of the unknowns begin that a model gives the user
 
 _EQUATIONS, _AT_MOST, _AT_LEAST = (
     (cp.constraints.Equality, cp.constraints.Zero),
@@ -81,21 +83,30 @@ class OwnRows:
             variable.save_value(np.asarray(scaled.value))
 
 
-def extended(problem: cp.Problem, unknowns: Sequence[cp.Variable], constraints: Sequence[Any], objective: Any) -> tuple[cp.Problem, OwnRows]:
-    """A problem under constraints, and with an objective to be largest (None for its own), on `unknowns` of a model.
+def unknown(name: str, shape: tuple[int, ...] = ()) -> cp.Variable:
+    """What a model decides on as a variable of the user's rows, in the user's units; the program that is solved has an expression in its place."""
+    return cp.Variable(shape, name=_OF_A_MODEL + name)
+
+
+def extended(
+    problem: cp.Problem, variables: Sequence[cp.Variable], meant: Mapping[cp.Variable, cp.Expression], constraints: Sequence[Any], objective: Any
+) -> tuple[cp.Problem, OwnRows]:
+    """A problem under constraints, and with an objective to be largest (None for its own), on unknowns of a model.
+
+    These are `meant` as expressions of the problem's own variables, and of `variables` that it may lack.
 
     Raises
     ------
     ModelError
         What is no cvxpy constraint or expression, not convex, no linear or cone program, or on unknowns of another model.
     """
-    goal, known = cp.Variable(name="objective"), {variable.id for variable in (*problem.variables(), *unknowns)}
+    goal, known = cp.Variable(name="objective"), {variable.id for variable in (*problem.variables(), *variables)}
     named = {f"constraints[{index}]": constraint for index, constraint in enumerate(constraints)}
     if objective is not None:
         if not isinstance(objective, cp.Expression) or objective.size != 1:
             raise ModelError(f"objective: {shown(objective)}; give a scalar cvxpy expression on slip, load_factor, q and p of the model")
         named["objective"] = goal <= cp.reshape(objective, (), order="C")
-    own = _own_rows(named, known)
+    own = _own_rows(named, known, {id(variable): expression for variable, expression in meant.items()})
     if objective is None:
         return cp.Problem(problem.objective, [*problem.constraints, *own.rows]), own
     scaled = next(scaled for variable, scaled in own.variables if variable is goal)
@@ -105,7 +116,7 @@ def extended(problem: cp.Problem, unknowns: Sequence[cp.Variable], constraints: 
     return program, replace(own, objective_unit=float(scaled.value), bounds=[bound for bound in own.bounds if bound.row.label != "objective"])
 
 
-def _own_rows(constraints: Mapping[str, Any], known: set[int]) -> OwnRows:
+def _own_rows(constraints: Mapping[str, Any], known: set[int], meant: Mapping[int, cp.Expression]) -> OwnRows:
     """Well-scaled rows and cones that say what named constraints say (an equation is two rows), and their variables besides the known ones.
 
     Constraints of abs, max, norms and the like bring variables and rows of their own; the last rows bound what the constraint itself bounds.
@@ -117,10 +128,10 @@ def _own_rows(constraints: Mapping[str, Any], known: set[int]) -> OwnRows:
     """
     rows: list[cp.Constraint] = []
     last: list[tuple[int, str, int]] = []
-    for name, constraint in constraints.items():
-        _check(name, constraint, known)
+    for name, given in constraints.items():
+        constraint = _checked(name, given, known, meant)
         conic, _ = Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [constraint]))
-        called = name if any(constraint.label == other for _, other, _ in last) else constraint.label or name
+        called = name if any(given.label == other for _, other, _ in last) else given.label or name
         for part in conic.constraints:
             if not isinstance(part, (*_EQUATIONS, _AT_MOST, _AT_LEAST, cp.SOC)):
                 raise ModelError(
@@ -170,20 +181,21 @@ def _over(row: cp.Constraint, largest: Array, swap: Mapping[int, cp.Expression])
     return cp.SOC(bound / largest.reshape(bound.shape), vectors / (across if vectors.ndim > 1 else largest[0]), axis=row.axis)
 
 
-def _check(name: str, constraint: Any, known: set[int]) -> None:
-    if not isinstance(constraint, cp.Constraint):
-        raise ModelError(
-            f"{name}: {shown(constraint)}; give a cvxpy constraint on slip, load_factor, q and p of the model, such as model.slip <= 1e-3"
-        )
+def _checked(name: str, given: Any, known: set[int], meant: Mapping[int, cp.Expression]) -> cp.Constraint:
+    """A constraint of the user's own on the variables of a problem."""
+    if not isinstance(given, cp.Constraint):
+        raise ModelError(f"{name}: {shown(given)}; give a cvxpy constraint on slip, load_factor, q and p of the model, such as model.slip <= 1e-3")
+    constraint = given.tree_copy(meant)
     if not constraint.is_dcp(dpp=True):
         raise ModelError(
             f"{name}: not convex (an objective: not concave) by the rules of DCP, or not affine in its parameters (DPP); change it so that it is"
         )
     for variable in constraint.variables():
-        if variable.id not in known and variable.name() in ("load_factor", "margin", "traction", "slide", "design"):
-            raise ModelError(f"{name}: it is on the {variable.name()} of another model; use the expressions of the model that solves")
+        if variable.name().startswith(_OF_A_MODEL):
+            raise ModelError(f"{name}: it is on the {variable.name().removeprefix(_OF_A_MODEL)} of another model; use those of the model that solves")
         if any(variable.attributes.values()):
             raise ModelError(f"{name}: variable {variable.name()} has attributes; give a plain one, and its bounds as constraints")
     for parameter in constraint.parameters():
         if parameter.value is None:
             raise ModelError(f"{name}: parameter {parameter.name()} has no value; give it one before solving")
+    return constraint

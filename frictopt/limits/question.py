@@ -157,6 +157,14 @@ class LimitQuestion:
         unloaded, _ = self.whole.states(0.0, every)
         return np.asarray(unloaded[0])
 
+    def placed(self, forces: Array) -> Array:
+        """(K, N) or (K, N, 2) forces on the whole contact, of those on the nodes of the question: none on open ones."""
+        if self.around is None:
+            return forces
+        every = np.zeros((len(forces), *self.around.q1.shape[1 : forces.ndim]))
+        every[:, self.around.closed] = forces
+        return every
+
     def own(self, slip: Array) -> Array:
         """What a slip of the whole contact is on the nodes of the question: the inverse of `expanded`."""
         return slip if self.lift is None or self.whole is None else slip[self.whole.closed]

@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.sparse import csr_array, eye_array
 from scipy.spatial.distance import cdist
 
 from ..contact import ContactSystem
@@ -22,10 +23,10 @@ from ..contact.tolerances import ROUNDING
 from ..errors import FrictoptError
 from .mechanism import Mechanism
 from .mirrors import Integers, Mirrors, mirror_planes
-from .open_nodes import following, without
+from .open_nodes import OpenNodes, following, without
 from .question import LimitQuestion, units_of
 
-__all__ = ["half_of", "mirrors_of", "on_whole", "open_under_mean", "rest_of", "rest_under_mean"]
+__all__ = ["half_of", "mirrors_of", "on_all_nodes", "on_whole", "open_under_mean", "rest_of", "rest_under_mean"]
 
 # Of stiffness, over that of the two nodes, of friction, gap and slip, over their largest value: a part adds nothing to the error of the whole.
 _ASYMMETRY = ROUNDING / 10
@@ -109,6 +110,18 @@ def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
         w1=w1,
         **units,
     )
+
+
+def on_all_nodes(task: LimitQuestion, nodes: OpenNodes) -> tuple[Array, Array, csr_array]:
+    """Of a question on closed nodes: the slip of all where these have none, (t N,) by component, what each of theirs adds, and their places.
+
+    Open nodes have the slip at load factor 0 and corner 0, see `LimitQuestion.expanded`.
+    """
+    out = np.tile(nodes.opened, task.system.tangents)
+    place = eye_array(len(out), format="csr")[:, ~out]
+    moved = place.toarray()
+    moved[out] = -nodes.follow[: int(out.sum()), : moved.shape[1]]
+    return task.expanded(np.zeros(task.q1.shape[1:])).T.ravel(), moved, place
 
 
 def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[LimitQuestion, Array, Mechanism]:

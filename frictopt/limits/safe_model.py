@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import cvxpy as cp
 import numpy as np
@@ -11,14 +11,18 @@ from numpy.typing import ArrayLike
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from ..solve.solvers import LP, SOCP, solver_order
+from .answered import Answered
 from .circles import Circles
 from .design_loads import DesignLoads
 from .intervals import Intervals
-from .own_rows import OwnRows, extended
+from .own_rows import OwnRows, extended, unknown
 from .question import LimitQuestion, pose
+from .reduced import on_all_nodes
 from .safe_set import SafeSet
 
 __all__ = ["SafeModel", "safe_set"]
+
+A = TypeVar("A", bound=Answered)
 
 
 class SafeModel:
@@ -49,28 +53,49 @@ class SafeModel:
 
     @cached_property
     def load_factor(self) -> cp.Expression:
-        """The load factor, an affine cvxpy expression for constraints of your own."""
-        return self._load * self._v.load_factor
+        """The load factor, a cvxpy variable for constraints of your own."""
+        return unknown("load_factor")
 
     @cached_property
     def slip(self) -> cp.Expression:
-        """(N,) or (N, 2) residual slip, length, an affine cvxpy expression for constraints of your own."""
-        return cp.reshape(self._v.slip, self._asked.system.slip_shape, order="F")
+        """(N,) or (N, 2) residual slip, length, a cvxpy variable for constraints of your own; of open nodes the one under the mean load."""
+        return unknown("slip", self._asked.system.slip_shape)
 
     @cached_property
     def q(self) -> cp.Expression:
-        """(K, N) or (K, N, 2) shear forces at the corners of the cycle, force, an affine cvxpy expression for constraints of your own."""
-        unit, shape = np.tile(self._v.unit, self._asked.system.tangents), self._asked.system.slip_shape
-        return self._at_corners(self._asked.q0, self._asked.q1, cp.reshape(cp.multiply(unit, self._v.shear), (1, *shape), order="F"))
+        """(K, N) or (K, N, 2) shear forces at the corners of the cycle, force, a cvxpy variable for constraints of your own; 0 at open nodes."""
+        return unknown("q", self._asked.q1.shape)
 
     @cached_property
     def p(self) -> cp.Expression:
-        """(K, N) normal forces at the corners of the cycle, compression positive, force, an affine cvxpy expression for constraints of your own."""
-        change = cp.multiply(self._v.unit, self._v.pressure)
-        return self._at_corners(self._asked.p0, self._asked.p1, cp.reshape(change, (1, change.size), order="F"))
+        """(K, N) normal forces at the corners, compression positive, force, a cvxpy variable for constraints of your own; 0 at open nodes."""
+        return unknown("p", self._asked.p1.shape)
 
-    def _at_corners(self, mean: Array, cyclic: Array, change: cp.Expression) -> cp.Expression:
-        return cp.Constant(np.broadcast_to(mean, cyclic.shape)) + change + self.load_factor * cp.Constant(cyclic)
+    def _factor(self, v: SafeSet) -> cp.Expression:
+        """The load factor in a program."""
+        return self._load * v.load_factor
+
+    def _meant(self, v: SafeSet) -> dict[cp.Variable, cp.Expression]:
+        """What the unknowns of the user's rows are in a program, in the user's units, on all nodes."""
+        task, lam, shape = v.task, self._factor(v), self._asked.system.slip_shape
+        slip, shear, pressed = v.slip, cp.multiply(np.tile(v.unit, task.system.tangents), v.shear), cp.multiply(v.unit, v.pressure)
+        if task.around is not None and (nodes := task.around.open):
+            at_rest, moved, place = on_all_nodes(task, nodes)
+            slip, shear, pressed = at_rest + moved @ slip, place @ shear, place[: shape[0], : pressed.size] @ pressed
+
+        def at_corners(mean: Array, cyclic: Array, change: cp.Expression) -> cp.Expression:
+            mean, cyclic = task.placed(np.broadcast_to(mean, cyclic.shape)), task.placed(cyclic)
+            return cp.Constant(mean) + cp.reshape(change, (1, *cyclic.shape[1:]), order="F") + lam * cp.Constant(cyclic)
+
+        meant = {self.slip: cp.reshape(slip, shape, order="F"), self.load_factor: lam}
+        return meant | {self.q: at_corners(task.q0, task.q1, shear), self.p: at_corners(task.p0, task.p1, pressed)}
+
+    def _shown(self, answer: A, **more: Array | float) -> A:
+        """An answer, whose values stand in the user's unknowns from now on."""
+        q, p = answer.reactions
+        for name, value in {"slip": answer.slip, "load_factor": answer.load_factor, "q": q, "p": p, **more}.items():
+            getattr(self, name).save_value(np.asarray(value))
+        return answer
 
     def _program(
         self,
@@ -97,7 +122,7 @@ class SafeModel:
         if problem is None or [*map(id, known)] != [*map(id, asked)]:
             problem = listing(v)
             if constraints or objective is not None:
-                problem, own = extended(problem, [*v.slip.variables(), v.load_factor], constraints, objective)
+                problem, own = extended(problem, [*v.slip.variables(), v.load_factor], self._meant(v), constraints, objective)
             if once:
                 self._compiled[key] = asked, problem, own
         return v.posed(problem, own)

@@ -16,6 +16,7 @@ from ..errors import ModelError, SolverError
 from ..solve.contradiction import contradiction
 from ..solve.solvers import NoOptimum, solve
 from .judge import answered, judged_margin
+from .own_rows import unknown
 from .question import LimitQuestion
 from .reduced import half_of, rest_under_mean
 from .safe_model import SafeModel, safe_set
@@ -75,13 +76,19 @@ class SafeSlipModel(SafeModel):
 
     @cached_property
     def load_factor(self) -> cp.Expression:
-        """The load factor that is given, a cvxpy expression for constraints of your own."""
+        """The load factor that is given, a cvxpy parameter for constraints of your own."""
         return self._load
 
-    @property
+    @cached_property
     def margin(self) -> cp.Expression:
-        """The margin, see `SafeSlip`, a cvxpy expression for constraints of your own."""
-        return self._v.margin
+        """The margin, see `SafeSlip`, a cvxpy variable for constraints of your own."""
+        return unknown("margin")
+
+    def _factor(self, v: SafeSet) -> cp.Expression:
+        return self._load
+
+    def _meant(self, v: SafeSet) -> dict[cp.Variable, cp.Expression]:
+        return {**super()._meant(v), self.margin: v.margin}
 
     def solve(self, friction: ArrayLike, load_factor: float, constraints: Sequence[cp.Constraint] = ()) -> SafeSlip:
         """The residual slip with the largest reserve at every node and corner of the cycle, under constraints of your own.
@@ -107,10 +114,16 @@ class SafeSlipModel(SafeModel):
         task = self._asked.at(friction)
         task = replace(task, simplify=False) if own else task
         task.check_load_factor(load_factor)
-        safe = solve_margin(task, load_factor, self._solver, self._program(margin_problem, half_of(task), own, load_factor=load_factor))
-        if not (own or safe.exists or self._closed_somewhere(task)) and (rest := rest_under_mean(task)):
-            return solve_margin(rest, load_factor, self._solver)
-        return safe
+
+        def safe_of(task: LimitQuestion) -> SafeSlip:
+            program = self._program(margin_problem, half_of(task), own, load_factor=load_factor)
+            return solve_margin(task, load_factor, self._solver, program)
+
+        safe = None if own else safe_of(task)  # which may contradict each other where all nodes are closed
+        if safe is None or not safe.exists:
+            rest = None if self._closed_somewhere(task) else rest_under_mean(task)
+            safe = safe_of(rest) if rest else safe or safe_of(task)
+        return self._shown(safe, margin=safe.margin)
 
     def _closed_somewhere(self, task: LimitQuestion) -> bool:
         """Whether some slip is safe with all nodes closed at some load factor; it is taken to be so where that cannot be told."""

@@ -97,7 +97,8 @@ class ShakedownModel(SafeModel):
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or
             of abs, max, norms and the like: the multipliers of rows and second-order cones prove the limit. `bound` and `residual` cover them. The
-            whole contact is solved then, and in the plane the program is compiled once for the same constraints.
+            whole contact is solved then, and in the plane the program is compiled once for the same constraints. Nodes may stay open where no slip
+            keeps all closed without the constraints: q and p are 0 there, and the slip is that under the mean load.
         objective
             What shall be largest over the safe slips, instead of the load factor: a concave cvxpy expression on the same, also linear or of abs, max,
             norms and the like, such as `model.load_factor - 0.1 * cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
@@ -124,14 +125,14 @@ class ShakedownModel(SafeModel):
         -0.3
         """
         own = listed("constraints", constraints)
-        task = self._asked.at(friction)
-        if own or objective is not None:
-            if task.system.tangents > 1 and (found := helpless(task)):
-                raise ModelError(f"constraints: {found[1]}: nothing is safe at any load factor above 0, whatever they ask; leave them out")
-            return self._under(self._program(shakedown_problem, task, own, objective))
-        closed = self.of_set(task)
-        limit = self.of_set(rest) if closed.kind is LimitKind.NO_SAFE_SLIP and (rest := rest_under_mean(task)) else closed
-        return closed if limit.kind is LimitKind.NO_SAFE_SLIP else limit
+        task, under = self._asked.at(friction), own or objective is not None
+
+        def limit_of(task: LimitQuestion) -> ShakedownLimit:
+            return self._under(task, own, objective) if under else self.of_set(task)
+
+        closed = limit_of(task)
+        limit = limit_of(rest) if _has_none(closed) and (rest := rest_under_mean(task)) else closed
+        return self._shown(closed if _has_none(limit) else limit)
 
     def of_set(self, task: LimitQuestion) -> ShakedownLimit:
         """The limit with all nodes closed, or of the closed ones, see `rest_of`."""
@@ -159,9 +160,15 @@ class ShakedownModel(SafeModel):
         own = listed("constraints", constraints)
         return pd.DataFrame([_row(friction, self.solve(friction, own)) for friction in listed("frictions", frictions)])
 
-    def _under(self, v: SafeSet) -> ShakedownLimit:
+    def _under(self, task: LimitQuestion, own: Sequence[cp.Constraint], objective: cp.Expression | None) -> ShakedownLimit:
+        if task.system.tangents > 1 and (helped := helpless(task)):
+            if not _has_none(limit := by_one_node(task, *helped, self._solver)):
+                raise ModelError(f"constraints: {helped[1]}: nothing is safe at any load factor above 0, whatever they ask; leave them out")
+            return limit
+        v = self._program(shakedown_problem, task, own, objective)
+
         def no_limit_here() -> ShakedownLimit | None:
-            claim = no_limit(v.task, self._solver)
+            claim = no_limit(task, self._solver)
             return claim if claim is not None and claim.kind is LimitKind.NO_SAFE_SLIP else no_limit_under(v, self._solver)
 
         found = solve(v.problem, lambda: judged_by_rows(v), self._solver, no_optimum=no_limit_here)
@@ -224,6 +231,11 @@ def shakedown_limit(
     'no residual slip is safe above it'
     """
     return ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)
+
+
+def _has_none(limit: ShakedownLimit) -> bool:
+    """Whether no slip is safe, whatever constraints of the user's own ask."""
+    return limit.kind is LimitKind.NO_SAFE_SLIP and not limit.constraints
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
