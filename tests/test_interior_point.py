@@ -6,6 +6,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.solve import solvers as policy
+from frictopt.solve.condensed import Condensed
 from frictopt.solve.standard_form import StandardForm
 from spatial import cycle, random_contact, vectors
 
@@ -88,3 +89,23 @@ def test_an_equation_that_defines_nothing_is_left_to_clarabel(monkeypatch):
     first = limit.record.attempts[0]
     assert (first.solver, first.outcome) == ("INTERIOR_POINT", "an equation defines no variable of its own")
     assert limit.record.solver == "CLARABEL" and limit.load_factor > 0 and limit.residual <= 1e-9
+
+
+@pytest.mark.parametrize(("from_end", "outcome"), [(0, "optimal_inaccurate"), (6, "no factor")])
+def test_where_rounding_leaves_no_step_it_ends_close_to_an_optimum_and_gives_up_far_from_it(from_end, outcome, monkeypatch):
+    problem, optimum = planted(np.random.default_rng(5), n=6, numbers=9, circles=9, defined=2)
+    honest, ends, made = Condensed.factor, [], []
+
+    def factor(self, scaling):
+        made.append(scaling)
+        if len(made) in ends:
+            raise ArithmeticError("no factor")
+        return honest(self, scaling)
+
+    monkeypatch.setattr(Condensed, "factor", factor)
+    policy._run(problem, "INTERIOR_POINT")
+    ends.append(len(made) - from_end)
+    made.clear()
+    assert policy._run(problem, "INTERIOR_POINT") == outcome
+    if outcome != "no factor":
+        assert StandardForm(problem).bounds == pytest.approx([optimum] * 2, rel=1e-5)

@@ -274,3 +274,24 @@ def test_the_stress_of_a_mechanism_in_space_counts_beside_its_distance_and_not_a
     off, stress = 0.02 / 2.1, 1.5 * 0.1 / 2.1  # 0.2 times the slip left, and (1 + f) p times it, of a drive of 2.1 slips
     claim = certified(safe_set(task), limit.load_factor, limit.slip, replace(limit._motion, slips=slips))
     assert limit.load_factor == pytest.approx(0.5) and claim.residual == pytest.approx((off + stress) / 0.5)
+
+
+@pytest.mark.parametrize("sense", [-1, 1])
+def test_a_solver_that_finds_nothing_safe_is_believed_for_its_multipliers_alone(sense, monkeypatch):
+    """A shear of 3 is above a friction bound of 0.5, and slip one way does work on it: but a residual slip takes it up, for stiffness resists."""
+    honest = policy._run
+
+    def run(problem, name):
+        honest(problem, name)
+        if "margin" in problem.var_dict:
+            return cp.OPTIMAL
+        for row in problem.constraints:
+            if isinstance(row, cp.SOC):
+                row.save_dual_value(np.array([1.0, sense, 0.0]))
+        return cp.INFEASIBLE
+
+    contact, cycle = single(), fo.LoadCycle({"P": 1.0, "X": 3.0}, [{"X": 1.0}, {"X": -1.0}])
+    assert fo.shakedown_limit(contact, cycle, 0.5).load_factor == pytest.approx(0.5)
+    monkeypatch.setattr(policy, "_run", run)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        fo.shakedown_limit(contact, cycle, 0.5)

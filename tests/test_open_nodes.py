@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.contact.parts import joined
+from frictopt.limits.question import pose
 from separation import pulled_system
 from spatial import random_contact, vectors
 from studies.validation.fuzz.embedded import embedded
@@ -264,3 +265,17 @@ def test_slides_that_only_open_gaps_are_as_small_as_they_can_be(paper_cycle):
     one, other = (fo.shakedown_limit(contact, paper_cycle, 0.6, solver=solver) for solver in ("INTERIOR_POINT", "CLARABEL"))
     assert one.open.any() and one.open.tolist() == other.open.tolist()
     assert one.load_factor == pytest.approx(other.load_factor, rel=1e-8) and max(one.largest_slip, other.largest_slip) < 5.0
+
+
+@pytest.mark.parametrize("solver", ["CLARABEL", "INTERIOR_POINT"])
+@pytest.mark.parametrize("seed", [1, 5, 17])
+def test_that_nothing_is_safe_with_all_nodes_closed_is_proven_by_the_program_of_the_limit(seed, solver, monkeypatch):
+    """Its multipliers are slips and openings that stress nothing, on which the mean load does work and the cyclic one none."""
+    contact, cycle, limit = open_in_space(seed)
+    monkeypatch.setattr("frictopt.limits.shakedown.no_limit", lambda *_: pytest.fail("one more program"))
+    claim = fo.ShakedownModel(contact, cycle, solver=solver).of_set(pose(contact, cycle, 0.6))
+    motion, (q0, p0), (q1, p1) = claim._motion, contact.closed_reaction(cycle.mean), cycle.corner_reactions(contact)
+    assert limit.open.any() and claim.kind is fo.LimitKind.NO_SAFE_SLIP and claim.residual <= 1e-9 and not claim.open.any()
+    work = [float((motion.slips * q).sum() + (motion.lift * p).sum()) for q, p in ((q0, p0), (np.array(q1), np.array(p1)))]
+    assert work[0] < -1e-3 * motion.size.sum() and work[1] <= 1e-7 * motion.size.sum()
+    assert np.abs(motion.stress(contact)).max() <= 1e-7 * motion.size.sum() and motion.opening.min() >= 0

@@ -18,7 +18,7 @@ from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["answered", "certified", "defect", "judged", "judged_by_rows", "judged_margin"]
+__all__ = ["answered", "certified", "defect", "judged", "judged_by_rows", "judged_margin", "refuted"]
 
 _FAR = 1e3  # the proof that nothing is safe holds for slips at least `1 / _FAR / RESIDUAL` times as large as those of the loads
 
@@ -82,8 +82,7 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     """The slip that stands in a program of the margin at a load factor, or (None) at the best one, judged by its reserve, and by its multipliers."""
     task, margin, slip, cap = v.task, float(v.margin.value), v.solved_slip, v.cap("cap")
     at = float(v.load_factor.value) * task.load_unit if load_factor is None else load_factor
-    motion, weight = v.motion()
-    slips = weight * task.mean_bound + (0.0 if motion.press is None else float(motion.press.sum()) * task.clearance)
+    motion, slips = _weighed(v)
     motion = motion.scaled((1 - cap) / slips if slips > 0 and cap < 1 else 0.0)
     resistance, drive = task.work(motion)
     if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
@@ -103,6 +102,30 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     if load_factor is None and bound < -RESIDUAL:  # nothing is safe at any load factor: no more is asked, and the upper bound alone proves it
         residual = off / -bound / _FAR
     return SafeSlip(at, every, margin, float(bound), SolveRecord(residual=residual), whole, motion, v.own.names)
+
+
+def refuted(v: SafeSet) -> ShakedownLimit | None:
+    """The claim that nothing is safe at any load factor, by the multipliers with which a solver found that; None where these do not prove it.
+
+    They are a mechanism on which the mean load does work, while more cyclic load does not take it up.
+    """
+    task = v.task
+    if any(part.value is None for row in v.rows.values() for part in row.dual_variables):
+        return None
+    motion, slips = _weighed(v)
+    motion, none = motion.scaled(1 / slips if slips > 0 else 0.0), np.zeros(task.q1.shape[1:])
+    resistance, drive = task.work(motion)
+    off = defect(v, motion, none) + task.load_unit * max(-drive, 0.0)
+    if not resistance + off < -RESIDUAL or off / -(resistance + off) / _FAR > RESIDUAL:
+        return None
+    record, (whole, _, motion) = SolveRecord(residual=off / -(resistance + off) / _FAR), on_whole(task, none, motion)
+    return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, np.full(whole.system.slip_shape, np.nan), np.nan, record, whole, motion)
+
+
+def _weighed(v: SafeSet) -> tuple[Mechanism, float]:
+    """The mechanism that the multipliers of a program stand for, and their weight: that of a margin of 1 in all rows."""
+    motion, weight = v.motion()
+    return motion, weight * v.task.mean_bound + (0.0 if motion.press is None else float(motion.press.sum()) * v.task.clearance)
 
 
 A = TypeVar("A", bound=Answered)

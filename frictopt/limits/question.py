@@ -159,10 +159,10 @@ class LimitQuestion:
 
     def placed(self, forces: Array) -> Array:
         """(K, N) or (K, N, 2) forces on the whole contact, of those on the nodes of the question: none on open ones."""
-        if self.around is None:
+        if self.lift is None or self.whole is None:
             return forces
-        every = np.zeros((len(forces), *self.around.q1.shape[1 : forces.ndim]))
-        every[:, self.around.closed] = forces
+        every = np.zeros((len(forces), *self.whole.q1.shape[1 : forces.ndim]))
+        every[:, self.whole.closed] = forces
         return every
 
     def own(self, slip: Array) -> Array:

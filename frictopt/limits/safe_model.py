@@ -79,7 +79,7 @@ class SafeModel:
         """What the unknowns of the user's rows are in a program, in the user's units, on all nodes."""
         task, lam, shape = v.task, self._factor(v), self._asked.system.slip_shape
         slip, shear, pressed = v.slip, cp.multiply(np.tile(v.unit, task.system.tangents), v.shear), cp.multiply(v.unit, v.pressure)
-        if task.around is not None and (nodes := task.around.open):
+        if task.whole is not None and (nodes := task.whole.open):
             at_rest, moved, place = on_all_nodes(task, nodes)
             slip, shear, pressed = at_rest + moved @ slip, place @ shear, place[: shape[0], : pressed.size] @ pressed
 

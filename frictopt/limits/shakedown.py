@@ -16,7 +16,7 @@ from ..contact.record import SolveRecord
 from ..errors import ModelError
 from ..solve.solvers import solve
 from .circles import helpless
-from .judge import answered, judged, judged_by_rows
+from .judge import answered, judged, judged_by_rows, refuted
 from .least_load import with_least_load
 from .no_limit import no_limit, no_limit_under
 from .plain_limits import by_one_node, in_closed_form
@@ -142,7 +142,7 @@ class ShakedownModel(SafeModel):
         elif task.simplify and self._solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
             return known
         v = self._program(shakedown_problem, half_of(task))
-        return self._result(solve(v.problem, lambda: judged(v), self._solver, no_optimum=lambda: no_limit(task, self._solver)), v)
+        return self._result(solve(v.problem, lambda: judged(v), self._solver, no_optimum=lambda: refuted(v) or no_limit(task, self._solver)), v)
 
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.

@@ -30,6 +30,7 @@ __all__ = ["InteriorPoint"]
 _STEPS = 100
 _ENOUGH = 1e-10  # errors with which it ends: of the rows, of the multipliers, and between the two objectives, over their sizes
 _WAITING = 5  # steps that do not halve the work of the cones after which rounding is all that is left
+_NEARLY = 1e-7  # errors up to which it ends where rounding leaves no further step, for others to judge
 _STAY = 0.99  # share of the way to the boundary of the cones
 _CORRECTIONS, _CORRECT = 3, 1e-13  # of the solution of the equations at most, and their error from which on none is needed
 
@@ -111,7 +112,12 @@ def _solved(program: Condensed, cones: Cones) -> tuple[str, Array, Array, int]:
         work, since = (off.work, 0) if off.work < work / 2 else (work, since + 1)
         if least <= _ENOUGH or since == _WAITING or not np.isfinite(off.error):
             break
-        newton = _Newton(program, cones, at, off)
+        try:
+            newton = _Newton(program, cones, at, off)
+        except ArithmeticError:
+            if least > _NEARLY:
+                raise
+            break
         ahead = newton.direction()
         way = newton.direction((1 - min(1.0, newton.longest(ahead))) ** 3, ahead)
         at = at.moved(way, min(1.0, _STAY * newton.longest(way)))
