@@ -22,8 +22,9 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     scaled, pressure = task.A / np.outer(tangent, tangent), task.B / np.outer(normal, tangent)
     idle = ~(scaled.any(axis=0) | (np.abs(pressure).max(axis=0) > RIGID))
     scaled[idle, idle] = 1.0  # what nothing feels at all, such as slip across a mirror plane, is a slide by itself, so that the others stay exact
-    values, soft = eigh(scaled + np.eye(len(scaled)), subset_by_value=(-np.inf, 1 + RIGID))  # LAPACK may fail where zero repeats, never at one
-    values -= 1
+    soft = eigh(scaled + np.eye(len(scaled)), subset_by_value=(-np.inf, 1 + RIGID))[1]  # LAPACK may fail where zero repeats, never at one
+    values, turn = np.linalg.eigh(soft.T @ scaled @ soft)  # to their own rounding, not to that of one
+    soft = soft @ turn
     held = (values > 0) & (np.abs(pressure @ soft).max(axis=0) > RIGID)
     share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
     compliance = np.tril(dpotri(np.linalg.cholesky(scaled + soft @ soft.T), lower=1)[0])  # in which soft slips have the stiffness 1 + value
