@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.histories.range_search import Search
 from paths import followed
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
@@ -143,6 +144,24 @@ def test_no_start_beside_the_worst_one_has_more_work():
     size = np.ptp(span.worst_start)
     starts = [span.worst_start + (1 + number % 2) * size * rng.uniform(-1, 1, n) for number in range(40)]
     assert max(reached(contact, turns, f, load_factor, start) for start in starts) < 1.001 * span.most
+
+
+def test_a_search_follows_no_start_in_vain():
+    """Starts that one cycle brings to the same state have the work of one; those given up have less than looked for, others what they have."""
+    contact, f = SCENES[16], np.full(17, 0.7)
+    load_factor = 1.2 * fo.shakedown_limit(contact, LOADS, 0.7).load_factor
+    far = 30 * (contact.x - contact.x.mean())
+    search = Search(contact, LOADS, f, load_factor, None)
+    one, other, none = (search.follow(name, slip) for name, slip in {"one": far, "other": 3 * far, "none": 0 * far}.items())
+    assert other.state is one.state and none.state is not one.state
+    works = [reached(contact, LOADS, f, load_factor, slip) for slip in (far, 3 * far, 0 * far)]
+    np.testing.assert_allclose([one.work, other.work, none.work], works, rtol=1e-9)
+    given_up = 0
+    for slip in slips(np.random.default_rng(3), contact, 30, 1.0):
+        work, orbit = reached(contact, LOADS, f, load_factor, slip), search.follow("random", slip, 0.8 * one.work)
+        assert work < 0.8 * one.work * 1.02 if orbit.state is None else orbit.work == pytest.approx(work, rel=1e-9)
+        given_up += orbit.state is None
+    assert 3 < given_up < 27
 
 
 def test_orbits_with_open_nodes_are_counted_and_searched_from():

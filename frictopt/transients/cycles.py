@@ -93,23 +93,36 @@ class Run:
         NoContinuation
             The transient ends, or no steady state is proven within the number of cycles; attributes say what is known by then.
         """
-        ahead = ""
-        while self.cycles + self.period <= self.most:
-            first, latest = not self.works, self.follow(self.path)
-            self.works, self.lost = self.works + latest.works, max(self.lost, latest.lost)
-            self.last = [] if first else [*self.last[-_WINDOW:], latest]
-            found = self.shown(latest)
-            if found is None and self.last and (self.goes_on_at_fixed_point() if self.path.steps else self.goes_on_at_limit()):
-                found = self.shown(self.last[-1])
-            if found is not None:
-                return found
-            pairs = list(pairwise(self.last[-_LEAST - 1 :]))
-            undone = [later.change > max(PERIODIC, 2 * np.abs(later.after - earlier.before).max()) for earlier, later in pairs]
-            if self.period == 1 and len(undone) == _LEAST and all(undone):  # two returns change less than half of what one does
-                self.period, self.last, self.tried, self.pause = 2, [], 0, 0
-            elif 0 < self.tried == self.pause and not self.path.steps and (ahead := self.drifts_on()):
-                break
-        raise self.given_up(latest, ahead)
+        found = None
+        while found is None:
+            found = self.advance()
+        return found
+
+    def advance(self) -> Settled | None:
+        """One more return; the steady state, if it is proven by then.
+
+        Raises
+        ------
+        NoContinuation
+            As `settled` does.
+        """
+        first, latest = not self.works, self.follow(self.path)
+        self.works, self.lost = self.works + latest.works, max(self.lost, latest.lost)
+        self.last = [] if first else [*self.last[-_WINDOW:], latest]
+        found = self.shown(latest)
+        if found is None and self.last and (self.goes_on_at_fixed_point() if self.path.steps else self.goes_on_at_limit()):
+            found = self.shown(self.last[-1])
+        if found is not None:
+            return found
+        pairs, ahead = list(pairwise(self.last[-_LEAST - 1 :])), ""
+        undone = [later.change > max(PERIODIC, 2 * np.abs(later.after - earlier.before).max()) for earlier, later in pairs]
+        if self.period == 1 and len(undone) == _LEAST and all(undone):  # two returns change less than half of what one does
+            self.period, self.last, self.tried, self.pause = 2, [], 0, 0
+        elif 0 < self.tried == self.pause and not self.path.steps:
+            ahead = self.drifts_on()
+        if ahead or self.cycles + self.period > self.most:
+            raise self.given_up(latest, ahead)
+        return None
 
     def follow(self, path: Transient) -> Cycle:
         """One return of a transient."""

@@ -103,16 +103,27 @@ def return_map(path: ExactPath) -> ReturnMap:
 
 @dataclass(frozen=True, eq=False)
 class _Stretch:
-    """The moving unknowns between two events: which of u, (n, 2N) the rows of their equations, and (2N, 2N) the derivative of those that rest."""
+    """The stiffness, (2N,) which of u move between two events, the factor of p in their equations, and (2N, 2N) the derivative of those that rest."""
 
+    S: Array
     moving: np.ndarray
-    rows: Array
+    factor: Array
     base: Array
+
+    def equations(self, columns: np.ndarray) -> Array:
+        """(n, m) equations of the n that move, over some of u (2N,)."""
+        places, along = np.flatnonzero(self.moving), np.flatnonzero(columns)
+        slips = np.flatnonzero(self.factor[places])
+        rows = self.S[np.ix_(places, along)]
+        rows[slips] += self.factor[places[slips], None] * self.S[np.ix_(len(self.S) // 2 + places[slips], along)]
+        return rows
 
     def reduced(self, rows: Array) -> Array:
         """(m, 2N) rows that give the same product with `base` as rows (m, 2N) with the derivative on this stretch."""
-        share = np.linalg.solve(self.rows[:, self.moving].T, rows[:, self.moving].T).T
-        return np.asarray(np.where(self.moving, 0.0, rows - share @ self.rows))
+        share, n = np.zeros_like(rows), len(self.S) // 2
+        share[:, self.moving] = np.linalg.solve(self.equations(self.moving).T, rows[:, self.moving].T).T
+        share[:, n:] += share[:, :n] * self.factor[:n]
+        return np.asarray(np.where(self.moving, 0.0, rows - share @ self.S))
 
     def apply(self, rows: Array) -> Array:
         """(m, 2N) rows times the derivative on this stretch."""
@@ -121,7 +132,7 @@ class _Stretch:
     def derivative(self) -> Array:
         """(2N, 2N) the derivative on this stretch."""
         found, rest = self.base.copy(), ~self.moving
-        found[self.moving] = np.linalg.solve(self.rows[:, self.moving], -self.rows[:, rest] @ self.base[rest])
+        found[self.moving] = np.linalg.solve(self.equations(self.moving), -self.equations(rest) @ self.base[rest])
         return found
 
 
@@ -133,7 +144,7 @@ class _Follower:
         self.S = path.system.S
         self.status = path.state.status.copy()  # on the last stretch
         closed = np.r_[np.ones(n), self.status == OPEN]  # the gap of a closed node has no freedom
-        self.stretch = _Stretch(np.zeros(2 * n, dtype=bool), np.zeros((0, 2 * n)), np.diag(closed))
+        self.stretch = self._stretch(np.full(n, STICK), np.diag(closed))
         self.gradient = np.zeros(2 * n)
         self.smooth = True
         self.kept: list[tuple[_Stretch, np.ndarray, Array]] = []  # with statuses and reactions
@@ -179,12 +190,9 @@ class _Follower:
         self.gradient += (sums @ self.stretch.base)[0]
 
     def _stretch(self, status: np.ndarray, base: Array) -> _Stretch:
-        n, opened = self.path.nodes, status == OPEN
-        moving = np.r_[status != STICK, opened]
-        rows = self.S[moving]
-        slips = np.flatnonzero((status != STICK) & ~opened)
-        rows[np.searchsorted(np.flatnonzero(moving), slips)] += (status * self.path.friction)[slips, None] * self.S[n + slips]
-        return _Stretch(moving, rows, base)
+        opened = status == OPEN
+        factor = np.r_[status * self.path.friction * ~opened, np.zeros(len(status))]
+        return _Stretch(self.S, np.r_[status != STICK, opened], factor, base)
 
     def _event(self, status: np.ndarray, drive: Array) -> None:
         """Carry the derivative over an event to the stretch with these statuses."""
@@ -204,7 +212,7 @@ class _Follower:
         slips = self.status * (self.status != OPEN)
         load = np.r_[drive[:n] + slips * self.path.friction * drive[n:], drive[n:]]
         rate = np.zeros(2 * n)
-        rate[moving] = np.linalg.solve(self.stretch.rows[:, moving], -load[moving])
+        rate[moving] = np.linalg.solve(self.stretch.equations(moving), -load[moving])
         return rate
 
     def _delay(self, status: np.ndarray, drive: Array) -> Array:
