@@ -75,8 +75,8 @@ class GuaranteedModel(SafeModel):
         super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         if system.tangents > 1 and self._asked.fixed:
             raise ModelError(
-                "cycle: a part of it is fixed, of a contact in space, where the critical state of a node bends with the load factor; ask "
-                "`shakedown_limit`, or follow starts by `steady_state`"
+                "cycle: a part of it is fixed, of a contact in space, where the pressure that a node needs bends with the load factor, so that slips "
+                "which make it critical are no convex set; ask `shakedown_limit`, or follow starts by `steady_state`"
             )
         self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         self.slip, self.load_factor, self.q, self.p = (getattr(self._shakedown, name) for name in ("slip", "load_factor", "q", "p"))
