@@ -208,20 +208,24 @@ def _entry_point(function):
         return njit(**_OPTIONS)(function)
 
 
+_inner = njit(no_cpython_wrapper=True, **_OPTIONS)
+"""Of functions that compiled code alone calls: what would let Python call them takes a fifth of the compilation."""
+
+
 # --- 1. The active set -------------------------------------------------------------------------------------------------------
 # A slipping node has one unknown, its slip rate, and one equation, `q' + sense f p' = 0` (sense +1 along +x). An open node has two unknowns, its
 # rates of slip and gap, and two equations, `q' = 0` and `p' = 0`. Adding or removing an unknown updates the explicit inverse in n^2 operations; a
 # new factorisation would take n^3. `refresh` at the end of each segment corrects the rounding that such updates accumulate.
 
 
-@njit(**_OPTIONS)
+@_inner
 def _equation(S, row, factor, column):
     """Entry of the stiffness: coefficient of unknown `column` in the equation of unknown `row`, whose p' has this factor."""
     nodes = S.shape[0] // 2
     return S[row, column] + (factor * S[nodes + row, column] if factor != 0.0 else 0.0)
 
 
-@njit(**_OPTIONS)
+@_inner
 def _border(S, active, new, factor, left, right):
     """Row (`left`) and column (`right`) of a new unknown, multiplied by the inverse; returns the pivot (Schur complement)."""
     n = active.size[0]
@@ -244,7 +248,7 @@ def _border(S, active, new, factor, left, right):
     return pivot
 
 
-@njit(**_OPTIONS)
+@_inner
 def _append(S, active, new, factor):
     n = active.size[0]
     left, right = np.empty(n), np.empty(n)
@@ -265,7 +269,7 @@ def _append(S, active, new, factor):
     return share
 
 
-@njit(**_OPTIONS)
+@_inner
 def _remove(active, old):
     """Remove one unknown, after a swap with the last one."""
     last = active.size[0] - 1
@@ -286,7 +290,7 @@ def _remove(active, old):
     active.size[0] = last
 
 
-@njit(**_OPTIONS)
+@_inner
 def _clear(active):
     """Remove all unknowns of an active set or of a proof."""
     for a in range(active.size[0]):
@@ -322,7 +326,7 @@ def deactivate(active, node):
         _remove(active, nodes + node)
 
 
-@njit(**_OPTIONS)
+@_inner
 def pivot_share(S, f, active, node, status):
     """Pivot of a sticking node if it slipped, over its own stiffness; if it is not positive, both slip and stick may obey the law."""
     n = active.size[0]
@@ -354,7 +358,7 @@ def solve_rates(S, active, load_rate, u_rate, r_rate):
 # --- 2. Statuses that agree with their rates ---------------------------------------------------------------------------------
 
 
-@njit(**_OPTIONS)
+@_inner
 def _slacks(f, r, node, nodes):
     """Distances of q from the bound of slip along +x and from that of slip against it."""
     bound = f[node] * r[nodes + node]
@@ -371,7 +375,7 @@ def at_bound(f, state, node, force):
     return slack_forward <= small, slack_backward <= small, p <= AT_BOUND * 1e-3 * force[node] and gap <= 0.0
 
 
-@njit(**_OPTIONS)
+@_inner
 def _own_least(S, load_rate, u_rate, node):
     """Rates of a node's reactions that count as zero beside the loads that reach it; another node may bear much larger ones."""
     nodes = len(load_rate) // 2
@@ -382,7 +386,7 @@ def _own_least(S, load_rate, u_rate, node):
     return _RATE * own
 
 
-@njit(**_OPTIONS)
+@_inner
 def _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u):
     """Status that agrees with the signs of a node's rates, the present one if that does; and whether a sign counted as zero may change it."""
     nodes = len(f)
@@ -409,7 +413,7 @@ def _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u):
     return STICK, masked
 
 
-@njit(**_OPTIONS)
+@_inner
 def _plainly_right(f, status, r, u_rate, node, force):
     """Whether a pressed node sticks off its bounds, or slips the way that it moves: `_wanted` is its status then, and costs more to ask."""
     p = r[len(f) + node]
@@ -420,7 +424,7 @@ def _plainly_right(f, status, r, u_rate, node, force):
     return off if status[node] == STICK else status[node] * u_rate[node] >= 0.0
 
 
-@njit(**_OPTIONS)
+@_inner
 def _change_status(S, f, state, active, node, wanted):
     """Change the status of a node; returns its pivot share: 1 for stick; 0 if its rates would not be unique (then it sticks)."""
     if state.status[node] != STICK:
@@ -430,7 +434,7 @@ def _change_status(S, f, state, active, node, wanted):
     return share
 
 
-@njit(**_OPTIONS)
+@_inner
 def settle(S, f, load_rate, state, active, force, u_rate, r_rate, known):
     """Iterate on the signs of the rates until the statuses of all nodes at a bound agree with them; `known`: the rates are those of the statuses."""
     nodes, status, r = len(f), state.status, state.r
@@ -473,7 +477,7 @@ def settle(S, f, load_rate, state, active, force, u_rate, r_rate, known):
     return UNSETTLED
 
 
-@njit(**_OPTIONS)
+@_inner
 def _may_also_slip(S, f, state, active, force):
     """Whether a sticking node at its bound may also slip: its pivot is not positive."""
     for node in range(len(f)):
@@ -499,7 +503,7 @@ def begin_segment(S, f, state, active, proof):
     state.trace[1] *= 1000003
 
 
-@njit(**_OPTIONS)
+@_inner
 def _reactions(S, bonded, u, r):
     """Write `bonded + S u` into r (S is symmetric: its rows serve as columns)."""
     for k in range(len(r)):
@@ -553,7 +557,7 @@ def set_statuses(S, f, state, active, status):
 # is so for each of its subsets: the Cholesky factor only grows when nodes begin to slip, and remains valid when they stop.
 
 
-@njit(**_OPTIONS)
+@_inner
 def _symmetric_entry(S, one, weight, other, other_weight):
     """Entry of the symmetric part of the rows `q + weight p`."""
     nodes = S.shape[0] // 2
@@ -565,7 +569,7 @@ def _symmetric_entry(S, one, weight, other, other_weight):
     return entry
 
 
-@njit(**_OPTIONS)
+@_inner
 def _include(S, proof, unknown, weight):
     """Add an unknown to the factor; returns whether the form is positive definite with it, and the unknown has this weight."""
     place = proof.place[unknown]
@@ -588,7 +592,7 @@ def _include(S, proof, unknown, weight):
     return True
 
 
-@njit(**_OPTIONS)
+@_inner
 def _extend_proof(S, f, state, force, proof):
     nodes = len(f)
     for node in range(nodes):
@@ -619,7 +623,7 @@ def prove(S, f, state, force, proof):
 # --- 4. The path along one segment -------------------------------------------------------------------------------------------
 
 
-@njit(**_OPTIONS)
+@_inner
 def _next_event(f, state, u_rate, r_rate, force):
     """Time to the next event, and its node; infinity and -1 if there is none."""
     nodes = len(f)
@@ -646,7 +650,7 @@ def _next_event(f, state, u_rate, r_rate, force):
     return first, which
 
 
-@njit(**_OPTIONS)
+@_inner
 def _advance(f, bonded, load_rate, time, state, u_rate, r_rate, step):
     """Change the state at constant rates, add up the work of friction and of the loads, and put slipping and open nodes exactly on their bounds."""
     nodes = len(f)
@@ -669,7 +673,7 @@ def _advance(f, bonded, load_rate, time, state, u_rate, r_rate, step):
             state.r[node] = -status * f[node] * state.r[nodes + node]
 
 
-@njit(**_OPTIONS)
+@_inner
 def _add_row(record, state, time):
     row = record.used[0]
     record.time[row] = time
@@ -682,7 +686,7 @@ def _add_row(record, state, time):
     record.used[0] = row + 1
 
 
-@njit(**_OPTIONS)
+@_inner
 def _snap(f, state, node, force):
     """Put the node of an event exactly on its bound, at zero pressure, or at zero gap."""
     nodes = len(f)
@@ -697,7 +701,7 @@ def _snap(f, state, node, force):
         state.r[node] = -f[node] * state.r[nodes + node] if slack_forward < slack_backward else f[node] * state.r[nodes + node]
 
 
-@njit(**_OPTIONS)
+@_inner
 def _count_changes(state):
     """Add the changes of status since the last update to the signature; it is a sum, so that their order does not matter."""
     for node in range(len(state.status)):
@@ -820,7 +824,7 @@ def sweep(S, f, own, u, r, most, enough, relax):
     return largest
 
 
-@njit(**_OPTIONS)
+@_inner
 def _sweep_moving(S, f, own, u, r):
     """Sweeps over the nodes that move, among themselves: u is changed in place, r is not; returns the largest correction of the last one."""
     axes, nodes = own.shape
@@ -868,7 +872,7 @@ def increment(S, f, own, size, u, r, forces, status):
     return off
 
 
-@njit(**_OPTIONS)
+@_inner
 def _moved_to(S, start, begun, u, r):
     """Write the reactions at motions u into r, from those at the start."""
     r[:] = begun
@@ -878,7 +882,7 @@ def _moved_to(S, start, begun, u, r):
                 r[j] += (u[k] - start[k]) * S[k, j]
 
 
-@njit(**_OPTIONS)
+@_inner
 def _take_piece(f, own, u, r, status):
     """Take the piece of the law at hand: statuses, and motions that it lets vanish; returns whether one has changed."""
     nodes, tangents, changed = len(f), len(own) - 1, False
@@ -896,7 +900,7 @@ def _take_piece(f, own, u, r, status):
     return changed
 
 
-@njit(**_OPTIONS)
+@_inner
 def _put_on_law(f, own, u, r, forces, status):
     """Reactions with slipping nodes on their bound and open ones without any; returns the residual of the law and of the equilibrium."""
     nodes, tangents = len(f), len(own) - 1
@@ -925,7 +929,7 @@ def _put_on_law(f, own, u, r, forces, status):
     return off if total < np.inf else np.inf
 
 
-@njit(**_OPTIONS)
+@_inner
 def _pull(own, u, r, node):
     """Size of the shear force that a node would have if it did not slip, `|q - d dv|`."""
     total, nodes = 0.0, own.shape[1]
@@ -946,7 +950,7 @@ def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
 
 
 def compiled() -> None:
-    """Compile all entry points, or load them from disk; prints a notice on stderr if this takes longer than a second, but not in a worker."""
+    """Compile what every path needs, or load it from disk; prints a notice on stderr if this takes longer than a second, but not in a worker."""
     if follow.signatures:
         return
     text = "frictopt: compiling the exact path; this takes some seconds, and only once where its machine code can be kept"
@@ -958,8 +962,6 @@ def compiled() -> None:
     S.flags.writeable = False  # as that of a system: numba compiles once more for an array of another kind
     state, active, proof = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1)), new_active_set(1), new_proof(1)
     begin_segment(S, f, state, active, proof)
-    at_bound(f, state, 0, np.ones(1))
-    set_statuses(S, f, state, active, state.status)
     follow(S, f, load, load, state, active, proof, np.ones(1), 0.0, True, new_record(0, 1))
     refresh(S, f, load, state, active)
     notice.cancel()
