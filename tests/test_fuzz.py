@@ -64,6 +64,11 @@ def test_cases_that_were_once_judged_wrong(seed):
     assert [finding for finding in findings(random_case(seed)) if finding.result == "wrong"] == []
 
 
+def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
+    """Of some 1e-12 in slips of 857 slip scales, in one of the transients of the range."""
+    assert [finding.result for finding in space_findings(1022000064, ["found range, 3-D"])] == ["answer"]
+
+
 def test_just_above_a_guarantee_of_none_is_a_finite_load_where_no_load_ends_safe_slip():
     case = random_case(54)
     check = fo.guaranteed_limit(case.system, case.cycle, case.friction).verify(starts=0)

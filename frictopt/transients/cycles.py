@@ -148,6 +148,8 @@ class Run:
                 cycles = last[-2:]
                 while not (off := work_error(path, cycles, self.slow)) <= RESIDUAL and len(cycles) < _MORE:
                     cycles.append(self.follow(path))  # a change that counts as none is a share of little slip
+                    if not cycles[-1].work.any():
+                        return Settled(Outcome.SHAKEDOWN, path, cycles[-1], 0.0, (cycles[-1],))
                 return Settled(Outcome.CYCLIC_SLIP, path, cycles[-1], off, tuple(cycles[-1:]))
         drifts = self.ratchets()
         return None if drifts is None else Settled(Outcome.RATCHETING, path, replace(cycle, change=0.0), drifts, (cycle,))
