@@ -36,6 +36,8 @@ FAULTS = (
     Fault("limits/mirrors.py", "two planes are one", "place[self.place], sign", "place[self.place[:1].repeat(len(self.place), 0)], sign", "mirrors"),
     Fault("limits/mirrors.py", "slips that images turn against each other open nothing", "(lift - friction * lengths(slips, lift))",
           "(lift - friction * lengths(slips, lift)) * 0", "mirrors left_out_limits"),
+    Fault("limits/mirrors.py", "what keeps nodes open counts whole for each image", "motion.press / len(self.corner)", "motion.press", "mirrors"),
+    Fault("limits/reduced.py", "open nodes without open images", "system.gap, task.closed, task.friction", "system.gap, task.friction", "mirrors"),
     Fault("limits/reduced.py", "stiffness of images is not compared", "and _as_stiff(system, place, sign)", "", "mirrors left_out_limits"),
     Fault("limits/reduced.py", "a cycle without the images of its corners", "None if apart[corners].any()", "None if False", "mirrors"),
     Fault("limits/safe_model.py", "parts of other planes have one program", "task.mirrors.planes.tobytes()", "bytes([len(task.friction)])",

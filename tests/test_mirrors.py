@@ -9,7 +9,7 @@ from scipy.stats import ortho_group
 import frictopt as fo
 from frictopt.contact.parts import joined
 from frictopt.limits.question import pose
-from frictopt.limits.reduced import half_of, mirrors_of
+from frictopt.limits.reduced import half_of, mirrors_of, rest_of
 
 SEEDS = pytest.mark.parametrize("seed", range(12))
 
@@ -97,6 +97,38 @@ def test_the_margin_of_the_part_is_that_of_the_whole(seed, tangents):
         lean, full = (fo.safe_slip(contact, cycle, friction, factor, slip_bound=most, simplify=simplify) for simplify in (True, False))
         assert "mirror symmetry" in lean.record.left_out[0] or lean.open.any()
         assert lean.exists is full.exists and lean.margin == pytest.approx(full.margin, rel=1e-7, abs=1e-8)
+
+
+@pytest.mark.parametrize("tangents", [1, 2])
+def test_of_a_contact_that_lifts_off_the_closed_nodes_of_a_part_are_asked(tangents):
+    """Some two nodes of five are far apart, and open under the mean load."""
+    both = 0
+    for seed in range(12):
+        contact, cycle, friction, most, mirrors = scene(seed, tangents)
+        n, gap = contact.nodes, np.r_[np.zeros(contact.nodes * tangents), np.random.default_rng(seed).uniform(size=contact.nodes)]
+        for P in mirrors:
+            gap = (gap + P @ gap) / 2
+        contact = changed(contact, gap=np.where(gap[-n:] > np.quantile(gap[-n:], 0.6), 2 * gap[-n:], 0.0))
+        lean, full = (fo.shakedown_limit(contact, cycle, friction, slip_bound=most, simplify=simplify) for simplify in (True, False))
+        assert lean.kind is full.kind and (lean.open == full.open).all()
+        assert lean.load_factor == pytest.approx(full.load_factor, rel=1e-7, nan_ok=True)
+        if lean.kind is fo.LimitKind.FINITE and lean.open.any():
+            assert lean.record.left_out[0].startswith("mirror symmetry: the slip is its own image, and nodes that are open under the mean load, ")
+            resistance, drive = pose(contact, cycle, friction, slip_bound=most).work(lean._motion)
+            assert resistance / drive == pytest.approx(lean.load_factor, rel=1e-7)
+            lean, full = (
+                fo.safe_slip(contact, cycle, friction, 0.5 * lean.load_factor, slip_bound=most, simplify=simplify) for simplify in (True, False)
+            )
+            assert lean.margin == pytest.approx(full.margin, rel=1e-7, abs=1e-8)
+            both += 1
+    assert both >= 4
+
+
+def test_nodes_that_are_open_without_their_images_leave_no_part():
+    contact, cycle, friction, _, _ = scene(3, planes=(0,))
+    task, first = pose(contact, cycle, friction), np.arange(contact.nodes) == 0
+    alone, pair = rest_of(task, first), rest_of(task, first | (mirrors_of(task).source == 0))
+    assert half_of(alone) is alone and len(half_of(pair).friction) < len(pair.friction)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -226,7 +226,9 @@ def test_what_is_said_of_a_rounded_punch(punch, paper_cycle):
     contact = punch(8).with_gap(2.0 * punch(8).x ** 4)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.6)
     assert limit.to_frame()["open"].tolist() == limit.open.tolist() and limit.open[[0, -1]].all() and not limit.open[4]
-    assert limit.record.left_out[0] == f"nodes that are open under the mean load, {int((~limit.open).sum())} of 9 nodes are in the program"
+    asked = (int((~limit.open).sum()) + 1) // 2
+    which = "mirror symmetry: the slip is its own image, and nodes that are open under the mean load"
+    assert limit.record.left_out[0] == f"{which}, {asked} of 9 nodes are in the program"
     bounded = fo.shakedown_limit(contact, paper_cycle, 0.6, slip_bound=0.5 * limit.largest_slip)
     assert 0 < bounded.load_factor < limit.load_factor and np.abs(bounded.slip[~bounded.open]).max() <= 0.5 * limit.largest_slip * (1 + 1e-9)
     assert "open" not in fo.shakedown_limit(punch(8), paper_cycle, 0.6).to_frame()

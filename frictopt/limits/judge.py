@@ -135,7 +135,8 @@ def answered(found: tuple[A, SolveRecord], v: SafeSet) -> A:
     """The claim that has passed, with its program and how it was found."""
     (claim, record), task, left_out = found, v.task, [v.idle] * bool(v.idle)
     if task.whole is not None:
-        which = "mirror symmetry: the slip is its own image" if task.lift is None else "nodes that are open under the mean load"
-        left_out = [f"{which}, {len(task.friction)} of {task.system.nodes} nodes are in the program", *left_out]
+        which = ["mirror symmetry: the slip is its own image"] * (task.mirrors is not None)
+        which += ["nodes that are open under the mean load"] * (task.lift is not None)
+        left_out = [f"{', and '.join(which)}, {len(task.friction)} of {task.system.nodes} nodes are in the program", *left_out]
     record = replace(record, left_out=tuple(left_out), seconds=perf_counter() - task.started)
     return replace(claim, record=record, problem=v.problem, _units=v.units)  # type: ignore[type-var]

@@ -5,7 +5,7 @@ node in a mirror plane is its own image: it slips along the plane alone, and its
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..contact import ContactSystem
-from ..contact.checks import Array
+from ..contact.checks import Array, Booleans
 from ..contact.coulomb import lengths
 from ..contact.parts import joined, parted
 from ..contact.tolerances import CONDENSATION, SAME_POINT
@@ -42,6 +42,8 @@ class Mirrors:
         (G, K) corner with the image of the loads of each corner.
     nodes
         Number of nodes, N.
+    open
+        Of the closed nodes alone: the images of the open ones; else None.
     """
 
     planes: Array
@@ -49,6 +51,7 @@ class Mirrors:
     sign: Array
     corner: Integers
     nodes: int
+    open: "Mirrors | None" = None
 
     def and_in(self, plane: Array, place: Integers, sign: Array, corner: Integers) -> "Mirrors":
         """These images, and their images in one more plane, which is across the others."""
@@ -56,6 +59,12 @@ class Mirrors:
         own = self.planes, self.place, self.sign, self.corner
         planes, places, signs, corners = (np.vstack(pair) for pair in zip(own, more, strict=True))
         return Mirrors(planes, places, signs, corners, self.nodes)
+
+    def among(self, nodes: Booleans) -> "Mirrors":
+        """These images of some nodes alone, none of which is the image of another node."""
+        these = np.tile(nodes, self.place.shape[1] // self.nodes)
+        number = np.cumsum(these) - 1
+        return replace(self, place=number[self.place[:, these]], sign=self.sign[:, these], nodes=int(nodes.sum()))
 
     @cached_property
     def source(self) -> Integers:
@@ -74,8 +83,11 @@ class Mirrors:
         return np.asarray(times.reshape(-1, self.nodes)[:-1, self.kept])
 
     def folded(self, matrix: Array) -> Array:
-        """(m t n) what a matrix (m N, t N) makes at the kept nodes of their slips, ordered by component: (m n, t n)."""
-        rows = matrix.reshape(-1, self.nodes, matrix.shape[1])[:, self.kept].reshape(-1, matrix.shape[1])
+        """(m n, t n) what a matrix (m N, t N) makes at the kept nodes of their slips, ordered by component."""
+        return self.by_kept(matrix.reshape(-1, self.nodes, matrix.shape[1])[:, self.kept].reshape(-1, matrix.shape[1]))
+
+    def by_kept(self, rows: Array) -> Array:
+        """(m, t n) what rows (m, t N) make of slips of the kept nodes."""
         return np.asarray(sum(rows[:, place] * sign for _, place, sign in self._images(len(self.times))))
 
     def slip(self, own: Array) -> Array:
@@ -91,13 +103,17 @@ class Mirrors:
         Where images slip against each other at one node, this is an opening.
         """
         axes, own = len(self.times) + 1, joined(motion.slips, motion.lift)
-        mean, hold = np.zeros((len(own), axes * self.nodes)), None
+        mean, hold, press = np.zeros((len(own), axes * self.nodes)), None, None
         for corner, place, sign in self._images(axes):
             mean[np.ix_(corner, place)] += sign * own / len(self.corner)
         slips, lift = parted(mean, axes)
+        if self.open is not None and motion.press is not None:
+            press = np.zeros((len(own), self.open.nodes))
+            for corner, place, _ in self.open._images(1):
+                press[np.ix_(corner, place)] += motion.press / len(self.corner)
         if motion.hold is not None:
             hold = self.slip((motion.hold.T / np.maximum(self.times.max(axis=0), 1.0)).T) / len(self.corner)
-        return Mechanism(slips, (lift - friction * lengths(slips, lift)).clip(0.0), friction, hold)
+        return Mechanism(slips, (lift - friction * lengths(slips, lift)).clip(0.0), friction, hold, press)
 
     def _images(self, axes: int) -> Iterator[tuple[Integers, Integers, Array]]:
         """Of each image its corners, and places and signs of what the kept nodes do along the first axes."""

@@ -1,4 +1,4 @@
-"""A question on fewer nodes, and what its answer means for all: half or a quarter of a mirror-symmetric contact, or the closed nodes of an open one.
+"""A question on fewer nodes, and what its answer means for all: half or a quarter of a symmetric contact, the closed nodes of an open one, or both.
 
 Where contact, friction, slip bound and the set of corners of the loads are mirror-symmetric, in one plane or in two, the mean of a safe slip and its
 mirror images is safe too, for safe slips are a convex set. So a symmetric one is looked for, and one of all nodes that are images of each other has a
@@ -39,7 +39,7 @@ def mirrors_of(task: LimitQuestion) -> Mirrors | None:
     if n == 1 or task.lift is not None:
         return None
     found = Mirrors(np.zeros((0, axes)), np.arange(axes * n)[None], np.ones((1, axes * n)), np.arange(len(task.q1))[None], n)
-    parts = np.array([system.gap, task.friction, task.friction if task.most is None else task.most])
+    parts = np.array([system.gap, task.closed, task.friction, task.friction if task.most is None else task.most])
     largest = parts.max(axis=1, keepdims=True)
     for plane, place, sign in mirror_planes(system):
         alike = (np.abs(parts[:, place[:n]] - parts) <= _ASYMMETRY * largest).all() and not (np.abs(found.planes @ plane) > ROUNDING).any()
@@ -70,15 +70,33 @@ def _as_stiff(system: ContactSystem, place: Integers, sign: Array) -> bool:
 
 def half_of(task: LimitQuestion) -> LimitQuestion:
     """The question of the half or the quarter in the units of the whole, where there is one and the question may be simplified; else as it is."""
-    mirrors = mirrors_of(task) if task.simplify else None
+    every = task if task.lift is None or task.whole is None else task.whole
+    mirrors = mirrors_of(every) if task.simplify else None
     if mirrors is None:
         return task
+    lift, w0, w1 = task.lift, task.w0, task.w1
+    if lift is not None:
+        opened, mirrors = mirrors.among(~every.closed), mirrors.among(every.closed)
+        lift, w0, w1, mirrors = mirrors.by_kept(lift[opened.kept]), w0[:, opened.kept], w1[:, opened.kept], replace(mirrors, open=opened)
     kept, A, B = mirrors.kept, mirrors.folded(task.A), mirrors.folded(task.B)
     A[mirrors.times.ravel() == 0] = 0.0  # nothing is driven across a mirror plane
     loads = {name: getattr(task, name)[:, kept] for name in ("q0", "p0", "q1", "p1")}
     most = None if task.most is None else task.most[kept] / np.maximum(mirrors.times.max(axis=0), 1.0)
     stiffness = task.stiffness.reshape(-1, len(task.friction))[:, kept].ravel()
-    return replace(task, **loads, friction=task.friction[kept], A=A, B=B, stiffness=stiffness, most=most, whole=task, mirrors=mirrors)
+    return replace(
+        task,
+        **loads,
+        friction=task.friction[kept],
+        A=A,
+        B=B,
+        lift=lift,
+        w0=w0,
+        w1=w1,
+        stiffness=stiffness,
+        most=most,
+        whole=task,
+        mirrors=mirrors,
+    )
 
 
 def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
@@ -126,10 +144,11 @@ def on_all_nodes(task: LimitQuestion, nodes: OpenNodes) -> tuple[Array, Array, c
 
 def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[LimitQuestion, Array, Mechanism]:
     """The question of the whole contact, with slip and mechanism of its part expanded to it; those of a whole one as they are."""
-    if task.whole is None:
-        return task, slip, motion
-    part = task.mirrors or task.whole.open
-    return task.whole, task.expanded(slip), motion if part is None else part.expanded(motion, task.whole.friction)
+    while task.whole is not None:
+        part = task.mirrors or task.whole.open
+        motion = motion if part is None else part.expanded(motion, task.whole.friction)
+        task, slip = task.whole, task.expanded(slip)
+    return task, slip, motion
 
 
 def rest_under_mean(task: LimitQuestion) -> LimitQuestion | None:

@@ -163,7 +163,7 @@ class SafeSet(ABC):
         *way, share = columns @ nnls(columns, last)[0] - last  # the problem of least distance of Lawson & Hanson
         with np.errstate(divide="ignore", invalid="ignore"):
             least = -np.array(way) / share
-        slide.save_value(least if (opens @ least >= lack - RESIDUAL / 10).all() else found)
+            slide.save_value(least if (opens @ least >= lack - RESIDUAL / 10).all() else found)
         return np.asarray(slide.value)
 
     @property
