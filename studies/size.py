@@ -1,7 +1,8 @@
 """How large, how long, how much memory: condensation, limits and steady states over the number of contact nodes, in the plane and in space.
 
 Run with `python -m studies size [--quick]`. Every size runs in a process of its own, one thread; the memory is the largest of this process so far.
-The plane scene is that of the paper, the one in space a square punch, both under bulk stress.
+The plane scene is that of the paper, the one in space a square punch, both under bulk stress, in space asked as its quarter where something is left
+out.
 """
 
 import resource
@@ -27,7 +28,15 @@ __all__ = ["FULL", "QUICK", "SIZES", "STUDY", "Parameters"]
 
 _LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 _FRICTION = 0.5
-_QUESTIONS = ("condense", "shakedown limit", "safe slip", "guaranteed limit", "steady state below", "steady state above")
+_QUESTIONS = (
+    "condense",
+    "shakedown limit",
+    "limit, nothing left out",
+    "safe slip",
+    "guaranteed limit",
+    "steady state below",
+    "steady state above",
+)
 _IN_MEMORY = 1e9 if sys.platform == "darwin" else 1e6  # units of the largest memory, in gigabytes
 
 
@@ -80,6 +89,7 @@ def _rows(scene: str, elements: int, guaranteed: bool, transients: bool) -> list
 
     system = asked("condense", model.condense)
     limit = asked("shakedown limit", lambda: fo.shakedown_limit(system, _LOADS, _FRICTION))
+    asked("limit, nothing left out", lambda: fo.shakedown_limit(system, _LOADS, _FRICTION, simplify=False))
     asked("safe slip", lambda: fo.safe_slip(system, _LOADS, _FRICTION, 0.9 * limit.load_factor))
     if guaranteed:
         asked("guaranteed limit", lambda: fo.guaranteed_limit(system, _LOADS, _FRICTION))
@@ -94,7 +104,7 @@ _COLUMNS = {
     "elements": "elements along (a side of) the contact",
     "unknowns": "displacements of the bodies",
     "nodes": "contact nodes N",
-    "question": f"one of {', '.join(_QUESTIONS)}; a safe slip at 0.9, steady states at 0.9 and 1.05 times the shakedown limit, without initial slip",
+    "question": f"one of {'; '.join(_QUESTIONS)}: a safe slip at 0.9, steady states at 0.9 and 1.05 times the shakedown limit, without initial slip",
     "seconds": "processor time",
     "memory": "largest memory of the process so far, gigabytes",
     "residual": "that of the answer; a condensation has none",
