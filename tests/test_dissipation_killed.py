@@ -30,6 +30,7 @@ def begin(tmp_path):
     def started(*pool):
         command = [sys.executable, str(ROOT / "tests" / "killed_study.py"), str(tmp_path / "store"), str(tmp_path / "table"), *pool]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests")])}
+        environment |= {"OPENBLAS_NUM_THREADS": "1"}  # as in the process of the tests: several threads round otherwise
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
         begun.append(subprocess.Popen(command, env=environment, start_new_session=True, **pipes))
         return begun[-1]
