@@ -64,6 +64,11 @@ def test_cases_that_were_once_judged_wrong(seed):
     assert [finding for finding in findings(random_case(seed)) if finding.result == "wrong"] == []
 
 
+def test_a_mean_load_without_an_answer_is_no_proof_that_no_node_may_be_open():
+    """With a friction of 1e-6 an increment towards it is refused, and the limit with open nodes, 3e-7, not known."""
+    assert [finding.result for finding in space_findings(1030000070, ["limit, plane in 3-D"])] == ["SolverError"]
+
+
 def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
     """Of some 1e-12 in slips of 857 slip scales, in one of the transients of the range."""
     assert [finding.result for finding in space_findings(1022000064, ["found range, 3-D"])] == ["answer"]

@@ -20,7 +20,7 @@ from ..contact import ContactSystem
 from ..contact.checks import Array, Booleans
 from ..contact.parts import joined, parted
 from ..contact.tolerances import ROUNDING
-from ..errors import FrictoptError
+from ..errors import ModelError, NoContinuation
 from .mechanism import Mechanism
 from .mirrors import Integers, Mirrors, mirror_planes
 from .open_nodes import OpenNodes, following, without
@@ -158,11 +158,19 @@ def rest_under_mean(task: LimitQuestion) -> LimitQuestion | None:
 
 
 def open_under_mean(task: LimitQuestion) -> Booleans | None:
-    """(N,) which nodes are open once the mean load has settled, from no slip, and at all corners of a cycle at load factor 0; None if none is."""
+    """(N,) which nodes are open once the mean load has settled, from no slip, and at all corners of a cycle at load factor 0; None if none is.
+
+    None, too, where the mean load never settles.
+
+    Raises
+    ------
+    SolverError
+        An increment on the way to the mean load has no answer that passes the checks.
+    """
     from ..transients.mean import open_at_rest  # here, because a closed contact needs none
 
     try:
         opened = open_at_rest(task.system, task.cycle, task.friction)
-    except FrictoptError:
+    except (ModelError, NoContinuation):
         return None
     return opened if opened.any() else None

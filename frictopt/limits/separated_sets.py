@@ -6,7 +6,7 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, Booleans
-from ..errors import FrictoptError
+from ..errors import FrictoptError, SolverError
 from .open_sets import OpenSetLimit, open_set_limit, with_states
 from .question import LimitQuestion, pose
 from .reduced import open_under_mean
@@ -26,7 +26,10 @@ def best_open_set(system: ContactSystem, cycle: LoadCycle, friction: Array, most
     """
     model, task, tried = ShakedownModel(system, cycle), pose(system, cycle, friction), set[bytes]()
     first = model.solve(friction)
-    settled = None if first.open.any() else open_under_mean(task)  # else it is that of the first one
+    try:
+        settled = None if first.open.any() else open_under_mean(task)  # else it is that of the first one
+    except SolverError:  # the search has one set less to begin with
+        settled = None
     best = None if np.isnan(first.load_factor) else with_states(first)
     waiting = [first.open, *([] if settled is None else [settled])]
     others = [opened for opened in waiting if best is None or (best.opened != opened).any()]
