@@ -40,8 +40,7 @@ def certified(v: SafeSet, load_factor: float, slip: Array, motion: Mechanism, *,
     motion = motion.scaled(sense / drive)
     bound, off = resistance / drive, defect(v, motion, slip)
     gap = (abs(bound - load_factor) + off) / max(load_factor, FLOOR * task.load_unit)
-    if task.whole is not None:
-        task, slip, motion = on_whole(task, slip, motion)
+    task, slip, motion = on_whole(task, slip, motion)
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
     return ShakedownLimit(load_factor, LimitKind.FINITE, slip, float(bound + sense * off), SolveRecord(residual=residual), task, motion)
 
