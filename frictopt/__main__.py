@@ -18,8 +18,6 @@ if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` i
 
     from .contact import ContactSystem
 
-__all__ = ["main"]
-
 _KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "separated": "separated_limit", "onset": "onset"}
 _ROWS = 8  # of a table that is printed
 

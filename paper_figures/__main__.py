@@ -50,8 +50,6 @@ from . import (
 )
 from .prepare import prepare
 
-__all__ = ["FIGURES", "main", "make"]
-
 
 class Script(Protocol):
     """What a script of this folder offers."""

@@ -12,8 +12,6 @@ from studies.tables import Table
 from .dissipation import FAMILIES
 from .style import GREY, WIDE, new_figure, panel_label, plain_log
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"runs": RUNS}
 
 _RATIOS = (0.5, 0.9, 1.2, 1.6)  # those of them that the study has

@@ -13,8 +13,6 @@ from studies.tables import Table
 
 from .style import BLACK, GREY, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"cycle": CYCLE}
 
 _STYLES = {"falls": "-", "rises": (0, (4, 1.5))}

@@ -11,8 +11,6 @@ from studies.tables import Table
 
 from .style import SERIES, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"friction": FRICTION}
 
 

@@ -13,8 +13,6 @@ from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label
 
-__all__ = ["FAMILIES", "TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"runs": RUNS, "limits": LIMITS}
 
 FAMILIES: Mapping[str, tuple[str, Mapping[str, Any]]] = {

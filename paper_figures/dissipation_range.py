@@ -14,8 +14,6 @@ from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"found": FOUND, "runs": RUNS}
 
 _SHADE = "#DCE6EE"

@@ -14,8 +14,6 @@ from studies.validation.error_vs_time.methods import ROUNDING
 
 from .style import GREY, SERIES, WIDE, new_figure, whole_decades
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"error": ERROR}
 
 _BLUE = SERIES[0]["color"]

@@ -13,8 +13,6 @@ from studies.validation.extremes.study import EXTREMES
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"extremes": EXTREMES}
 _FLOOR = 1e-17  # smaller ones are drawn here
 _SHIFT = 0.17  # of the marks from the middle of a line

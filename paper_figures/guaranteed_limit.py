@@ -14,8 +14,6 @@ from studies.tables import Table
 
 from .style import BLACK, SERIES, WIDE, new_figure, panel_label, plain_log
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"friction": FRICTION, "corner": CORNER, "bound": BOUND}
 
 _SHADE = "#DCE6EE"

@@ -12,8 +12,6 @@ from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"corner": CORNER}
 
 _FIRST, _STEADY = SERIES[1]["color"], SERIES[0]["color"]

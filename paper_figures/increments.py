@@ -13,8 +13,6 @@ from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"error": ERROR}
 
 _MARKERS = {"qp": ("o", "frozen bounds (QP)"), "milp": ("s", "complementarity (MILP)"), "path": ("*", "exact path (energy residual)")}

@@ -11,8 +11,6 @@ from studies.tables import Table
 
 from .style import GREY, SERIES, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"fretting": FRETTING, "region": REGION}
 
 _UNITS = {"push": "push, kN", "tension": "tension, MPa", "pull": "pull, MPa", "sway": "sway, MPa"}

@@ -11,8 +11,6 @@ from studies.tables import Table
 
 from .style import BLACK, SERIES, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"slip": SLIP}
 
 

@@ -11,8 +11,6 @@ from studies.tables import Table
 
 from .style import SERIES, WIDE, new_figure
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"protocols": PROTOCOLS}
 
 _NAMES = {

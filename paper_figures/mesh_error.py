@@ -12,8 +12,6 @@ from studies.validation.error_vs_time import ERROR, LAW
 
 from .style import GREY, SERIES, WIDE, new_figure, panel_label, whole_decades
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"error": ERROR, "law": LAW, "surface": SURFACE}
 
 

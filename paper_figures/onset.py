@@ -11,8 +11,6 @@ from studies.tables import Table
 
 from .style import GREY, NARROW, SERIES, new_figure, plain_log
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"friction": FRICTION}
 
 _CURVES = {

@@ -13,8 +13,6 @@ from tqdm import tqdm
 
 from studies.tables import Table
 
-__all__ = ["prepare"]
-
 
 def prepare(tables: Iterable[Table[Any]], quick: bool, folder: Path, workers: int) -> None:
     """Compute those of the tables that are not stored, in several processes.

@@ -13,8 +13,6 @@ from studies.tables import Table
 
 from .style import BLACK, SERIES, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {}
 
 _PUNCH, _BLOCK = SERIES[1]["color"], SERIES[0]["color"]

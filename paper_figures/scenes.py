@@ -13,8 +13,6 @@ from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"limits": LIMITS}
 
 _FIRST, _SECOND = SERIES[1]["color"], SERIES[0]["color"]

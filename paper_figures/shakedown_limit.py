@@ -13,8 +13,6 @@ from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label, plain_log
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"friction": FRICTION, "corner": CORNER}
 
 _LIMIT = r"shakedown limit $\lambda_2 = \sigma / (P / 2a)$"

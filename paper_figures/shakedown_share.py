@@ -12,8 +12,6 @@ from studies.tables import Table
 from .dissipation import FAMILIES
 from .style import BLACK, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"families": BY_FAMILY}
 
 

@@ -12,8 +12,6 @@ from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label, plain_log
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"friction": FRICTION, "mesh": MESH, "work": WORK}
 
 _LIMITS = {"shakedown": ("-", r"$\lambda_2$"), "guaranteed": ("--", r"$\lambda_1$"), "onset": (":", "onset")}

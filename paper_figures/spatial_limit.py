@@ -12,8 +12,6 @@ from studies.tables import Table
 
 from .style import BLACK, SERIES, WIDE, new_figure, panel_label, plain_log
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"limits": LIMITS, "maps": MAPS}
 
 _FACES = ("bulk", "turning, 4 corners")

@@ -12,8 +12,6 @@ from studies.tables import Table
 
 from .style import BLACK, SERIES, WIDE, new_figure, panel_label, whole_decades
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"steps": STEPS, "times": TIMES}
 
 _WORDS = {

@@ -13,8 +13,6 @@ from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"reactions": REACTIONS}
 
 _LARGE = (0.05, 0.01)  # shares of the mechanism above which a node is marked: along the whole contact, near its edge

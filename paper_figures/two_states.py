@@ -13,8 +13,6 @@ from studies.tables import Table
 from .dissipation import FAMILIES
 from .style import GREY, SERIES, WIDE, new_figure, panel_label
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"states": STATES}
 
 

@@ -13,8 +13,6 @@ from studies.wear import HISTORY, LIFE, LIMITS, PROFILES
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label, plain_log
 
-__all__ = ["TABLES", "draw"]
-
 TABLES: Mapping[str, Table[Any]] = {"profiles": PROFILES, "history": HISTORY, "limits": LIMITS, "life": LIFE}
 
 

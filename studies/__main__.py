@@ -26,8 +26,6 @@ from .validation import error_vs_time, followed, left_out
 from .validation.extremes import study as extremes
 from .validation.fuzz import study as fuzz
 
-__all__ = ["STUDIES", "main"]
-
 _MODULES = (
     *(first_look, limits, scenes, guaranteed, separation, increments, dissipation, range, damping, wear, design),
     *(joint, space, spatial, size, validity, left_out, followed, error_vs_time, extremes, fuzz),

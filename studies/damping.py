@@ -17,8 +17,6 @@ import frictopt as fo
 
 from .tables import Study, Table, markdown
 
-__all__ = ["BACKBONE", "FRICTION", "FULL", "QUICK", "STUDY", "Parameters", "joints", "lap"]
-
 _ARM, _THICKNESS = 3.0, 0.5  # of each plate beyond the overlap, over half its length
 
 

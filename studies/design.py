@@ -20,8 +20,6 @@ import frictopt as fo
 from .paper import LOADS
 from .tables import Study, Table, markdown
 
-__all__ = ["BOLTS", "FULL", "LIMITS", "PROFILES", "QUICK", "RELIEF", "STUDY", "Parameters", "lap"]
-
 _FRICTION, _ABOVE, _BOLTS, _WASHER = 0.5, 1.3, (-1.0, 0.0, 1.0), 0.35
 _SHEARED = fo.LoadCycle({"press": 0.3}, [{"pull": 1.0, "side": 0.1}, {"pull": -1.0, "side": 0.1}, {"side": -0.1}])
 

@@ -19,22 +19,6 @@ import frictopt as fo
 from .paper import LOADS, force_unit, slip_unit
 from .tables import Study, Table, at_least_one
 
-__all__ = [
-    "FAMILIES",
-    "FULL",
-    "LIMITS",
-    "QUICK",
-    "RUNS",
-    "SPREAD",
-    "STATES",
-    "STUDY",
-    "Case",
-    "Parameters",
-    "cases_of",
-    "runs_of",
-    "starts_of",
-]
-
 _STEADY = 1e-6  # change of a cycle's work, relative, with which a marched cycle counts as the steady one
 _MOST_CYCLES = 200
 

@@ -20,8 +20,6 @@ import frictopt as fo
 from .paper import LOADS, work_unit
 from .tables import Study, Table, markdown
 
-__all__ = ["ANSWERS", "FULL", "QUICK", "STUDY", "Parameters", "answers"]
-
 
 @dataclass(frozen=True)
 class Parameters:

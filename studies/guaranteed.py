@@ -18,8 +18,6 @@ import frictopt as fo
 from .paper import LOADS, slip_unit
 from .tables import Study, Table
 
-__all__ = ["BOUND", "CORNER", "FRICTION", "FULL", "PAIR_FRICTION", "PLANE", "QUICK", "STUDY", "Parameters", "pair"]
-
 PAIR_LOADS = fo.LoadCycle(mean={"mean": 1.0}, corners=[{"cyclic": -1.0}, {"cyclic": 1.0}])
 PAIR_FRICTION = 0.6
 _SENSES = {1: "forward", -1: "backward"}

@@ -20,8 +20,6 @@ import frictopt as fo
 from .paper import LOADS, force_unit, slip_unit, work_unit
 from .tables import Study, Table
 
-__all__ = ["CORNER", "CYCLE", "ERROR", "FULL", "QUICK", "STUDY", "Parameters"]
-
 _SLOW = 2.0  # seconds; longer runs are not repeated
 
 

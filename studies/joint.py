@@ -15,8 +15,6 @@ import frictopt as fo
 
 from .tables import Study, Table, markdown
 
-__all__ = ["FRETTING", "FULL", "JOINTS", "QUICK", "REGION", "STUDY", "Joint", "Parameters", "joints"]
-
 STEEL = fo.Material(E=210e3, nu=0.3)
 
 

@@ -16,8 +16,6 @@ import frictopt as fo
 from .paper import LOADS, force_unit, slip_unit
 from .tables import Study, Table
 
-__all__ = ["CORNER", "FRICTION", "FULL", "QUICK", "REACTIONS", "STUDY", "SURFACE", "Parameters"]
-
 
 def _steps(*runs: tuple[float, float, float]) -> tuple[float, ...]:
     """Runs of (first, last, step), joined; rounded, so that 0.7 is 0.7."""

@@ -11,8 +11,6 @@ from pathlib import Path
 
 import frictopt as fo
 
-__all__ = ["machine", "source_digest"]
-
 
 def machine() -> str:
     """Model and number of the processors, as far as the system tells."""

@@ -2,8 +2,6 @@
 
 import frictopt as fo
 
-__all__ = ["LOADS", "force_unit", "slip_unit", "work_unit"]
-
 LOADS = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 """Static pressure on the punch, P / 2a = 1, and bulk stress to and fro."""
 

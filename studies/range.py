@@ -19,8 +19,6 @@ from . import dissipation
 from .paper import LOADS, slip_unit, work_unit
 from .tables import Study, Table
 
-__all__ = ["FOUND", "FULL", "PROTOCOLS", "QUICK", "SLIP", "STUDY", "Parameters", "against_sample"]
-
 _INSIDE = 1e-6  # excess over the range, relative, that counts as rounding
 _SETTLED = 12  # cycles from a steady state's slip, after which the corners of its orbit are read
 

@@ -15,8 +15,6 @@ import frictopt as fo
 
 from .tables import Study, Table
 
-__all__ = ["FULL", "LIMITS", "QUICK", "STUDY", "Parameters", "dovetail", "pin", "punch"]
-
 
 @dataclass(frozen=True)
 class Parameters:

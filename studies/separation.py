@@ -22,8 +22,6 @@ import frictopt as fo
 from .paper import LOADS
 from .tables import Study, Table, markdown, two_digits
 
-__all__ = ["CLOSED", "CYLINDER", "FULL", "QUICK", "ROUNDED", "STUDY", "Parameters", "exponent"]
-
 _RADIUS, _HALF_LENGTH = 1.0, 2.0  # of the cylinder; E* = 1, and P so that the half-width of the contact is 1
 _CYLINDER_FRICTION = 0.5
 _BEYOND = 2.5  # load factors tried on contacts that are closed under the mean load, over the shakedown limit

@@ -24,8 +24,6 @@ import frictopt as fo
 
 from .tables import Study, Table, markdown, two_digits
 
-__all__ = ["FULL", "QUICK", "SIZES", "STUDY", "Parameters"]
-
 _LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 _FRICTION = 0.5
 _QUESTIONS = (

@@ -16,8 +16,6 @@ import frictopt as fo
 
 from .tables import Study, Table, markdown, two_digits
 
-__all__ = ["FRICTION", "FULL", "LOADS", "MESH", "QUICK", "STUDY", "WORK", "Parameters"]
-
 LOADS: Mapping[str, tuple[tuple[int, int], ...]] = {
     "straight shear": ((1, 0), (-1, 0)),
     "turning shear": ((1, 0), (0, 1), (-1, 0), (0, -1)),

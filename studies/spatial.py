@@ -17,8 +17,6 @@ import frictopt as fo
 
 from .tables import Study, Table, markdown, two_digits
 
-__all__ = ["FULL", "LIMITS", "LOADS", "MAPS", "PROOFS", "QUICK", "STEPS", "STUDY", "TIMES", "Parameters"]
-
 
 def _turning(corners: int) -> fo.LoadCycle:
     """Shear on the top of the punch that turns about the normal, at so many corners of a circle."""

@@ -20,8 +20,6 @@ import frictopt as fo
 
 from .origin import machine, source_digest
 
-__all__ = ["INTERRUPTED", "Study", "Table", "at_least_one", "data_folder", "markdown", "seed_number", "two_digits", "writable"]
-
 DATA = Path(__file__).parent / "data"
 INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
 _LIBRARIES = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "scikit-fem", "pandas")

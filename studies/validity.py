@@ -20,8 +20,6 @@ from . import guaranteed
 from .paper import LOADS
 from .tables import Study, Table, markdown
 
-__all__ = ["FULL", "POISSON", "QUICK", "STUDY", "Parameters", "jump"]
-
 _USUAL = 0.3  # Poisson's ratio that the others are compared with
 _JUMP = 1.5  # ratio to all guaranteed limits before it from which on a rise counts as a jump
 

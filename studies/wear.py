@@ -18,8 +18,6 @@ from .damping import lap
 from .paper import LOADS
 from .tables import Study, Table, markdown, two_digits
 
-__all__ = ["FULL", "HISTORY", "LIFE", "LIMITS", "PROFILES", "QUICK", "STUDY", "Parameters"]
-
 _FRICTION, _COEFFICIENT = 0.5, 1e-3
 _ABOVE = 1.6  # load of the lap joint, over its shakedown limit before wear
 _CYLINDER = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / pi, f=_FRICTION)

@@ -2,8 +2,6 @@
 
 from enum import Enum
 
-__all__ = ["LimitKind", "Outcome"]
-
 
 class LimitKind(Enum):
     """What kind of answer a limit is.

@@ -11,31 +11,6 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 
-__all__ = [
-    "LARGEST_SEED",
-    "Array",
-    "Booleans",
-    "Names",
-    "check_name",
-    "check_text",
-    "checked_contact",
-    "checked_loads",
-    "checked_overlaps",
-    "choice",
-    "finite_array",
-    "finite_number",
-    "finite_numbers",
-    "flag",
-    "frozen",
-    "listed",
-    "listed_parts",
-    "place",
-    "real_array",
-    "shown",
-    "whole_array",
-    "whole_number",
-]
-
 _LARGEST = 1e150  # the square of a larger number overflows
 LARGEST_SEED = 2**63 - 1
 """Largest seed of a random choice: the largest whole number that a column of a table holds."""

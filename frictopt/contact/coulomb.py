@@ -12,8 +12,6 @@ from .parts import joined
 from .show import Shown
 from .system import ContactSystem, checked_system
 
-__all__ = ["Verdict", "friction_coefficients", "lengths", "off_law", "referee"]
-
 
 def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
     """Check a friction coefficient, one for all nodes or one per node, and return it as (N,).

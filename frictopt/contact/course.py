@@ -8,8 +8,6 @@ import numpy as np
 from .checks import Array, Names
 from .tolerances import SAME_POINT
 
-__all__ = ["arc_length", "runs"]
-
 
 def runs(names: Sequence[str] | Names) -> list[slice]:
     """The nodes of each contact, from the name of the contact of each node."""

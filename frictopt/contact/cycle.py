@@ -19,8 +19,6 @@ from .tolerances import ROUNDING
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["LoadCycle", "checked_cycle", "reactions"]
-
 _SHOWN = 4  # corners in the text of a load cycle: those of two independent loads
 
 

@@ -9,8 +9,6 @@ from .cycle import LoadCycle, checked_cycle
 from .system import ContactSystem, checked_system
 from .tolerances import CONDENSATION
 
-__all__ = ["growth_diagnosis", "mean_load_diagnosis", "open_nodes", "pressing", "unscaled_diagnosis"]
-
 _MOST_SETS = 100  # changes of the set of open nodes
 _SAFE = "the mean load presses all nodes and none slips under it"
 _RANGES = 4  # ranges of x that a text names

@@ -8,8 +8,6 @@ import numpy as np
 from .checks import Array
 from .tolerances import PERIODIC, RESIDUAL, ROUNDING
 
-__all__ = ["SLOW", "distance_left", "drift_text", "fixed_point", "limit_of"]
-
 _AFFINE_FIT = 1e3 * RESIDUAL  # deviation of a state from the linear map fitted to all states: the fit divides by small differences
 
 SLOW = 1e-3

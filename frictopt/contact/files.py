@@ -4,8 +4,6 @@ from pathlib import Path
 
 from ..errors import ModelError
 
-__all__ = ["WRITERS", "output"]
-
 WRITERS = {".csv": "to_csv", ".xlsx": "to_excel", ".parquet": "to_parquet"}
 """Ending of the file of a table -> the method of pandas that writes it."""
 

@@ -11,8 +11,6 @@ from .checks import Array, check_name, checked_loads, finite_array, finite_numbe
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["history_corners", "independent_corners", "reversals", "turning_points"]
-
 _ROUNDING = 4 * np.finfo(float).eps  # distance from the straight segment, over the largest amplitude of the load case, that counts as rounding
 _MOST_CORNERS = 100_000
 

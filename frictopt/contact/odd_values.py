@@ -12,8 +12,6 @@ from typing import TypeVar
 from ..errors import ModelError, ModelWarning
 from .checks import real_array
 
-__all__ = ["warns_of_odd_values"]
-
 F = TypeVar("F", bound=Callable[..., object])
 
 _OURS = "frictopt."  # rooms of the package, whose own questions are not the user's

@@ -21,8 +21,6 @@ from .tolerances import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Onset", "OnsetEvent", "onset_from", "reach"]
-
 
 @dataclass(frozen=True, repr=False)
 class OnsetEvent(Shown):

@@ -16,8 +16,6 @@ from .tolerances import CONDENSATION
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["OrderPreserving", "order_preserving"]
-
 _PULL = CONDENSATION  # a stiffness between two nodes up to this share of the largest entry of A and B counts as none: the data have this error
 
 

@@ -9,8 +9,6 @@ from ..errors import ModelError
 from .checks import Array, check_name, finite_array, frozen, real_array, shown
 from .tolerances import CONDENSATION
 
-__all__ = ["check_order", "checked_bonded", "checked_frames", "checked_springs", "checked_width", "compliances", "joined", "parted"]
-
 _ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
 _SOFTEST = 1e-150  # stiffness of a spring, and largest compliance: the product of two larger numbers overflows
 

@@ -5,8 +5,6 @@ from dataclasses import fields, is_dataclass
 
 import numpy as np
 
-__all__ = ["Portable"]
-
 
 class Portable:
     """Base of dataclasses whose arrays are read-only, and which can be pickled, copied and sent to other processes; a copy is read-only as well.

@@ -4,8 +4,6 @@ import sys
 import warnings
 from typing import Any
 
-__all__ = ["bar_of"]
-
 
 def bar_of(show: bool, what: str, unit: str, **counts: int) -> Any:
     """A bar of tqdm, to be used in a `with`; in a notebook without ipywidgets one of text."""

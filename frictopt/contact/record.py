@@ -7,8 +7,6 @@ import numpy as np
 from .checks import Array
 from .show import Shown
 
-__all__ = ["Attempt", "Recorded", "SolveRecord", "WithSlip"]
-
 
 @dataclass(frozen=True)
 class Attempt:

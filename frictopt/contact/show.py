@@ -12,8 +12,6 @@ from .portable import Portable
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Plotted", "Shown", "Table", "components", "frame", "places"]
-
 Table: TypeAlias = "pd.DataFrame"
 
 

@@ -15,8 +15,6 @@ from .system import ContactSystem
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["ContactState", "checked_state"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactState(Shown):

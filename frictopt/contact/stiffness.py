@@ -6,8 +6,6 @@ from ..errors import ModelError
 from .checks import Array, frozen
 from .tolerances import CONDENSATION, RIGID
 
-__all__ = ["check_semi_definite", "in_series", "overlapping", "symmetrised"]
-
 
 def symmetrised(name: str, matrix: Array) -> Array:
     """The symmetric part of a matrix that is symmetric up to rounding."""

@@ -12,8 +12,6 @@ from ..errors import ModelError
 from .checks import Array, finite_array, shown
 from .parts import joined
 
-__all__ = ["is_folder", "read", "read_folder", "values", "write"]
-
 _NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star", "compliance", "units")
 _BLOCKS = ("A", "B", "C", "x")  # of a folder
 _OPTIONAL = ("gap", "width")  # files of N rows in a folder

@@ -24,9 +24,6 @@ from .units import checked_units
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["ContactSystem", "checked_plane", "checked_system"]
-
-
 _SOFTER = 1e18  # than the bodies, which springs in some directions may be while others are not: beyond, rounding hides what these carry
 
 

@@ -5,8 +5,6 @@ import re
 from ..errors import ModelError
 from .checks import check_text
 
-__all__ = ["checked_units", "in_units"]
-
 _STRESS = {("N", "mm"): "MPa", ("kN", "mm"): "GPa", ("N", "m"): "Pa", ("kN", "m"): "kPa", ("MN", "m"): "MPa"}
 _MEANING = re.compile(r"\(((?:1 / )?(?:force|length)(?: (?:times|per) (?:length|area|depth))*)\)")
 

@@ -25,8 +25,6 @@ from .ordering import Integers
 from .rigid import assemblies, node_graph
 from .touching import check_touching
 
-__all__ = ["LOADS", "Assembly", "Load", "nodes_of"]
-
 LOADS = (Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference, BoltPreload)
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload
 

@@ -15,8 +15,6 @@ from .elasticity import ELEMENT_NAMES, ElementName, Material
 from .elements import ELEMENTS, QUADRATIC, facet_nodes, quadratic, through_corners
 from .ordering import Integers
 
-__all__ = ["Body", "Place", "Support", "check_kind", "checked_place", "checked_point"]
-
 Place = str | tuple[float, ...]
 """Name of a boundary, or the coordinates of one node."""
 

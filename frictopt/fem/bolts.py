@@ -17,8 +17,6 @@ from .elements import facet_nodes, points_from
 from .forms import boundary_forces
 from .ordering import Integers
 
-__all__ = ["BoltPreload", "Cut", "cut_bodies", "released"]
-
 _FLAT = 1e-3  # share of its extent by which a section may be out of its plane: decks have few digits
 
 

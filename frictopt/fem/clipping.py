@@ -9,8 +9,6 @@ from .frames import frames_of
 from .mortar import Overlaps
 from .ordering import Integers
 
-__all__ = ["facet_overlaps"]
-
 _POINTS = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6  # of a triangle, of equal weight: exact for products of two hat functions
 _OPPOSITE = -0.5  # largest cosine of the angle between the normals of facets that face each other: they lean by up to 60 degrees
 _STEPS = 10  # towards the place where a normal meets the other face; each leaves a quarter of the way where the faces lean by 30 degrees

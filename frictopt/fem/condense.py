@@ -31,8 +31,6 @@ from .ordering import NO_ROWS, Integers, nested_dissection
 from .rigid import balanced, check_supports, free_motions, node_graph, slips_of
 from .schur import Elimination
 
-__all__ = ["condense", "condensed", "eliminated", "fronts"]
-
 _MANY = 300  # displacements that a rotation may be joined to, those of the elements at its node; a mode of a body is joined to more
 
 

@@ -22,8 +22,6 @@ from .given import same_point
 from .mortar import Overlaps, edge_overlaps, foot_points, mortar_projection
 from .ordering import Integers
 
-__all__ = ["Contact", "Interference", "Joint", "joined"]
-
 _FACED = 0.5  # least share of a facet of body 1 in space that faces body 2: the rims of round faces miss each other by their sag
 
 

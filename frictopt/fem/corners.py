@@ -13,8 +13,6 @@ from ..errors import ModelError
 from .contacts import Contact
 from .ordering import Integers
 
-__all__ = ["shares"]
-
 
 def shares(
     contacts: Sequence[Contact], contact: Integers, nodes: Integers, others: Integers, points: Array, widths: Array, near: float

@@ -10,8 +10,6 @@ from skfem import Basis, Mesh
 from ..contact.checks import Array, finite_number
 from .elements import basis_of
 
-__all__ = ["ELEMENT_NAMES", "KINEMATICS", "ElementName", "Kinematics", "Material", "body_stiffness", "circumference", "element_means"]
-
 ELEMENT_NAMES = ("linear", "mean_dilatation", "quadratic")
 ElementName: TypeAlias = Literal["linear", "mean_dilatation", "quadratic"]
 

@@ -27,20 +27,6 @@ from skfem import (
 from ..contact.checks import Array
 from .ordering import Flags, Integers
 
-__all__ = [
-    "ELEMENTS",
-    "QUADRATIC",
-    "basis_of",
-    "completion",
-    "corner_weights",
-    "facet_nodes",
-    "on_facets",
-    "places_of",
-    "points_from",
-    "quadratic",
-    "through_corners",
-]
-
 # A mesh of scikit-fem counts its corner nodes first, as `mesh.t` and `mesh.facets` have them, then those amid edges, facets and elements.
 QUADRATIC = {MeshTri1: MeshTri2, MeshQuad1: MeshQuad2, MeshTet1: MeshTet2, MeshHex1: MeshHex2}
 _LINEAR = {second: first for first, second in QUADRATIC.items()} | {first: first for first in QUADRATIC}

@@ -11,8 +11,6 @@ from ..errors import ModelError
 from .bodies import Body
 from .ordering import Integers
 
-__all__ = ["Face", "areas_of", "face", "facets_around", "lines_along", "neighbours", "normals_of", "sag"]
-
 
 def facets_around(mesh: Mesh, facets: Integers) -> Integers:
     """(facets, corners) nodes of facets of the outline, in the order in which their normals point into the body."""

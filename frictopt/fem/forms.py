@@ -14,8 +14,6 @@ from .elasticity import Kinematics, circumference
 from .elements import ELEMENTS, basis_of, on_facets, places_of
 from .ordering import Integers
 
-__all__ = ["Amount", "boundary_forces", "checked_amount", "checked_amounts", "components", "gradient_forces", "values_at", "volume_forces"]
-
 Amount: TypeAlias = float | Callable[..., ArrayLike]
 """A number, or a function of the coordinates x and y, and z in space (arrays), that returns an array of their shape."""
 

@@ -11,8 +11,6 @@ from ..contact.tolerances import CONDENSATION
 from ..errors import ModelError
 from .interface import Interface
 
-__all__ = ["check_course", "check_sides", "frames_of", "half_widths"]
-
 _ASIDE = 1e3 * CONDENSATION  # share of its distance by which the neighbourhood of a node may lie on the wrong side: rounding of the coordinates
 _ALONG = 0.9  # share of x in a normal from which on the first tangent is taken from y
 

@@ -14,19 +14,6 @@ from ..errors import ModelError
 from .interface import Interface
 from .ordering import Integers
 
-__all__ = [
-    "check_forgotten",
-    "checked_forces",
-    "checked_gap",
-    "checked_mass",
-    "checked_normals",
-    "checked_pairs",
-    "checked_rows",
-    "checked_stiffness",
-    "held_nodes",
-    "same_point",
-]
-
 _SYMMETRY = 10 * CONDENSATION  # asymmetry of a given stiffness, over its largest entry: other codes write ten digits or more
 
 

@@ -12,8 +12,6 @@ from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from .ordering import Integers
 
-__all__ = ["Interface", "openings"]
-
 
 @dataclass(frozen=True, eq=False)
 class Interface:

@@ -13,8 +13,6 @@ from .elasticity import Kinematics, element_means
 from .elements import basis_of
 from .forms import Amount, boundary_forces, checked_amount, checked_amounts, components, gradient_forces, values_at, volume_forces
 
-__all__ = ["BodyForce", "Centrifugal", "Displacement", "Expansion", "Pressure", "Traction"]
-
 # `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric those of the whole circumference.
 
 

@@ -10,8 +10,6 @@ from ..errors import ModelError
 from .elements import ELEMENTS, corner_weights, on_facets, places_of
 from .ordering import Integers
 
-__all__ = ["midside_ties"]
-
 _OFF = 0.1  # the most that a node may lie off the middle of its corners, over their distance: some 45 degrees of arc
 
 

@@ -7,8 +7,6 @@ from scipy.sparse import csr_matrix
 from ..contact.checks import Array, finite_array, finite_number, frozen, whole_array
 from ..errors import ModelError
 
-__all__ = ["modal_load"]
-
 
 def modal_load(M: object, mode: ArrayLike, *, natural_frequency: float | None = None, glued: ArrayLike | None = None) -> Array:
     """The load that moves a structure in one of its modes alone, `M mode`, for `condense`; its displacement is the amplitude of the mode.

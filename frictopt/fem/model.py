@@ -28,11 +28,9 @@ from .recovery import BodyFields, Recovery, body_fields, warn_of_open_nodes
 from .rigid import node_graph
 from .viewed import Viewed
 
-__all__ = ["ContactModel"]
-
-UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
-SIZES_APART = 500.0  # mm and m differ by 1000, a pad and a half-plane by some hundred
-COARSE = 4.0  # edges of body 1 that are so much longer than those of body 2 do not see what happens between their nodes
+_UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
+_SIZES_APART = 500.0  # mm and m differ by 1000, a pad and a half-plane by some hundred
+_COARSE = 4.0  # edges of body 1 that are so much longer than those of body 2 do not see what happens between their nodes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -121,14 +119,14 @@ class ContactModel(Shown, Viewed):
         for contact, coarser in zip(contacts, self._parts.coarser, strict=True):
             bodies = [self.bodies[name] for name in (contact.body_1, contact.body_2)]
             E, sizes = [body.material.E for body in bodies], [float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies]
-            for what, (a, b), most, units in (("E", E, UNITS_APART, "Pa or MPa"), ("size", sizes, SIZES_APART, "mm or m")):
+            for what, (a, b), most, units in (("E", E, _UNITS_APART, "Pa or MPa"), ("size", sizes, _SIZES_APART, "mm or m")):
                 if max(a, b) >= most * min(a, b):
                     warnings.warn(
                         f"bodies: {what} = {a:g} of {contact.body_1!r} and {b:g} of {contact.body_2!r}; are both in the same unit ({units})?",
                         ModelWarning,
                         stacklevel=3,
                     )
-            if coarser > COARSE:
+            if coarser > _COARSE:
                 warnings.warn(
                     f"contacts: {contact.name!r}: the edges of body {contact.body_1!r} are {coarser:.1f} times as long as those of body "
                     f"{contact.body_2!r}; the nodes of body 1 are those of the contact: exchange the bodies, or mesh it finer",

@@ -10,8 +10,6 @@ from ..contact.tolerances import ROUNDING
 from .faces import Face
 from .ordering import Integers
 
-__all__ = ["Overlaps", "edge_overlaps", "foot_points", "mortar_projection"]
-
 _GAUSS = (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12))  # points of two on the unit interval, of equal weight
 
 

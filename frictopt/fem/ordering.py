@@ -8,8 +8,6 @@ from scipy.sparse import csr_matrix
 
 from ..contact.checks import Array
 
-__all__ = ["NO_ROWS", "nested_dissection"]
-
 _LEAF = 64  # parts of at most this many nodes are not cut further
 _NEAR, _FAR, _SEPARATOR = 0, 1, 2  # elimination order within a part
 

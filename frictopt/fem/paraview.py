@@ -19,8 +19,6 @@ from .model import ContactModel
 from .ordering import Integers
 from .recovery import BodyFields
 
-__all__ = ["Steady", "contact_face", "states_of", "write_paraview"]
-
 _CELLS = {2: "line", 3: "triangle", 4: "quad"}
 
 

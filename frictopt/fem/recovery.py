@@ -26,8 +26,6 @@ from .matrices.meshes import meshio_library
 from .ordering import Integers
 from .rigid import node_graph
 
-__all__ = ["BodyFields", "Recovery", "body_fields", "in_meshio", "warn_of_open_nodes"]
-
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
 _VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")]
 

@@ -11,8 +11,6 @@ from ..errors import ModelError
 from .interface import Interface
 from .ordering import NO_ROWS, Integers
 
-__all__ = ["assemblies", "balanced", "check_supports", "free_motions", "node_graph", "slips_of"]
-
 _FREE_MOTION = CONDENSATION  # a rigid motion is free if its forces, over the stiffness of the nodes it moves, are smaller: rounding of the stiffness
 
 

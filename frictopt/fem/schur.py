@@ -10,8 +10,6 @@ from ..contact.checks import Array
 from ..contact.tolerances import ROUNDING
 from .ordering import Integers
 
-__all__ = ["Elimination"]
-
 _NO_STIFFNESS = ROUNDING / 10  # stiffness of an unknown, over its own, up to which nothing is left of it when others are eliminated
 _COLUMNS = 128  # of what an elimination leaves: so many are added to the next front at once
 

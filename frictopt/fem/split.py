@@ -12,8 +12,6 @@ from .bodies import Body, check_kind
 from .elasticity import ElementName, Material
 from .elements import points_from
 
-__all__ = ["split_bodies"]
-
 
 def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: ElementName | None = None) -> dict[str, Body]:
     """Split a mesh with a named subdomain for each body into bodies with nodes of their own.

@@ -13,8 +13,6 @@ from .bodies import Body
 from .faces import facets_around, neighbours, normals_of
 from .ordering import Integers
 
-__all__ = ["check_touching"]
-
 
 def check_touching(bodies: Mapping[str, Body], joined: Mapping[tuple[str, str], list[Integers]]) -> None:
     """Check that two bodies are joined wherever a flat facet of one lies on a facet of the other.

@@ -5,8 +5,6 @@ from typing import Any
 
 from ..contact.show import Plotted
 
-__all__ = ["Viewed"]
-
 
 class Viewed(Plotted):
     """Base of models that PyVista shows."""

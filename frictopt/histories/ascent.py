@@ -15,8 +15,6 @@ from ..transients.begin import Transient
 from ..transients.exact import ReturnMap
 from .increment_map import IncrementMap
 
-__all__ = ["Ascent"]
-
 _STAYING = CONDENSATION  # motions that a cycle changes by less than this share stay as they are: the data have this error
 _TIGHTEST = 2  # events whose bounds each locked node keeps in the program: the ones where it has least reserve
 

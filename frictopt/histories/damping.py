@@ -19,8 +19,6 @@ from ..limits import guaranteed_limit, shakedown_limit
 from ..transients import SteadyState, steady_state
 from .dissipation_range import dissipation_range
 
-__all__ = ["DampingCurve", "damping_curve"]
-
 _SAME_MODE = 1e-2  # two natural frequencies of one mode differ by less: codes write them with few digits
 _COLUMNS = ("load_factor", "displacement", "stiffness", "frequency", "work", "damping")
 _RANGE = ("least_damping", "most_damping", "least_frequency", "most_frequency")

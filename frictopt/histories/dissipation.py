@@ -22,8 +22,6 @@ from .run import Case, Row, Run, execute
 from .starts import Start, checked_starts
 from .store import TYPES, Store
 
-__all__ = ["dissipation_study"]
-
 _COLUMNS = (
     *(
         "friction",

@@ -18,8 +18,6 @@ from ..transients import SteadyState
 from .range_search import Orbit, Search
 from .range_starts import RangeStarts
 
-__all__ = ["DissipationRange", "dissipation_range"]
-
 _CLIMBED, _DESCENDED = 12, 2  # levels of work, the highest and the lowest, from which the search goes on
 _CLIMBED_BESIDE, _ROUNDS = 2, 4  # the highest levels around an end from which it goes on, and how often it looks around the best end
 

@@ -15,8 +15,6 @@ from .load_steps import LoadStep
 from .protocols import REST, TransientsAfter, first_change
 from .starts import smooth, smooth_modes, spread
 
-__all__ = ["LeastExcursion", "least_excursion"]
-
 _DECADES = -1.0, 1.0  # of the size of sampled slips, over the spread of the largest start
 
 

@@ -9,8 +9,6 @@ from ..contact import friction_coefficients
 from ..contact.checks import LARGEST_SEED, Array, frozen, whole_number
 from ..errors import ModelError
 
-__all__ = ["friction_fields"]
-
 
 def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
     """(N,) coefficients of each friction: of one, or of a list of numbers, fields and distributions; see `dissipation_study`."""

@@ -16,8 +16,6 @@ from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, safe_vertices
 from ..transients import march, steady_state
 
-__all__ = ["NO_OUTCOME", "GuaranteeCheck", "left_by_overload", "verify"]
-
 NO_OUTCOME = "NO_CONTINUATION"
 _BELOW = 0.98  # load factor of the test below the limit, on the way to it from the least safe load factor
 _MOVED = 1e-3  # largest change of the slip of a moved witness, over its largest slip

@@ -18,8 +18,6 @@ from ..contact.checks import Array
 from ..transients.begin import OPEN, STICK
 from ..transients.stepped import Point, SteppedPath
 
-__all__ = ["IncrementMap", "increment_map"]
-
 
 @dataclass(frozen=True, eq=False)
 class IncrementMap:

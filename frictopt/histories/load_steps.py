@@ -12,8 +12,6 @@ from ..contact.system import checked_system
 from ..transients.begin import Transient
 from ..transients.paths import path_of
 
-__all__ = ["LoadStep", "assemble", "assembled_slip"]
-
 _ASSEMBLED_FROM = 1e-6  # share of the mean load at which assembly begins: at no load at all every node is closed without pressure
 
 

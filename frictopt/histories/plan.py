@@ -13,8 +13,6 @@ from ..contact.files import WRITERS, output
 from ..errors import ModelError
 from .starts import Start, no_slip, overloads, random_slips, safe_slips
 
-__all__ = ["read_plan", "read_table"]
-
 T = TypeVar("T")
 _NEEDED = ("system", "cycle", "friction", "load_factors")
 _KNOWN = (*_NEEDED, "starts", "store", "table", "picture")

@@ -21,8 +21,6 @@ from ..transients.steady import settled
 from .load_steps import LoadStep, assemble
 from .range_starts import RangeStarts
 
-__all__ = ["REST", "SLIP", "UNDECIDED", "LimitAfterProtocol", "TransientsAfter", "first_change", "limit_after_protocol"]
-
 REST, SLIP, UNDECIDED = "rest", "slip", "UNDECIDED"
 """What becomes of a contact after a protocol: it comes to rest, slip goes on, or a transient has no result."""
 

@@ -23,8 +23,6 @@ from .increment_map import increment_map
 from .range_starts import shortened
 from .starts import spread
 
-__all__ = ["Orbit", "Search"]
-
 _WORK_GAIN = 100 * RESIDUAL  # a step that gains less work, relative, is none
 _FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
 _LEAST = 1e-5  # last one, over the first

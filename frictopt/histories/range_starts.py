@@ -14,8 +14,6 @@ from ..limits.admissible import AdmissibleSlips
 from ..limits.question import LimitQuestion
 from ..limits.reduced import mirrors_of
 
-__all__ = ["RangeStarts", "shortened"]
-
 _PARALLEL = ROUNDING  # directions of unit length that differ by less are one
 _BEYOND = 3.0, 10.0  # multiples of the extreme slips from which nodes open on the way to the mean load
 

@@ -21,8 +21,6 @@ from ..transients import steady_state
 from ..transients.exact.kernel import compiled
 from .starts import Start, root_mean_square, slip_below
 
-__all__ = ["Case", "Run", "execute"]
-
 _BATCH = 16  # runs in one task of an executor: the arrays of their contact are sent once for all of them
 
 Row = dict[str, Any]

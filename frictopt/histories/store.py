@@ -17,8 +17,6 @@ import pandas as pd
 from ..contact.checks import listed
 from ..errors import StoreError
 
-__all__ = ["TYPES", "DamagedRows", "Store", "merge_stores", "read_store"]
-
 _COLUMNS: dict[str, type] = {
     "key": str,
     "friction": float,

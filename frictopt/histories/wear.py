@@ -17,8 +17,6 @@ from ..errors import ModelError, NoContinuation, SolverError
 from ..transients import SteadyState, steady_state
 from .wear_history import WORN_IN, WearHistory, WornRow
 
-__all__ = ["wear"]
-
 _GAMMA = 1 - 1 / np.sqrt(2)  # the jumps then damp without oscillation what changes fast
 _FAR = 1e6  # cycles, in units of the time in which the stiffest node wears its pressure off, after which a rate that is left never changes
 _MOST, _LEAST, _SAFE = 4.0, 0.2, 0.9  # growth of the jumps: at most, at least, and the share of what the error allows

@@ -14,8 +14,6 @@ from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted
 from ..transients import SteadyState
 
-__all__ = ["WORN_IN", "WearHistory", "WornRow"]
-
 WORN_IN = 1e-3
 """Work of friction per cycle, over its largest, from which on a contact counts as worn in."""
 

@@ -24,8 +24,6 @@ from ..transients import SteadyState, steady_state
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["WornIn", "worn_in"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WornIn(Recorded, Plotted):

@@ -21,8 +21,6 @@ from .question import LimitQuestion
 from .safe_model import safe_set
 from .safe_set import SafeSet
 
-__all__ = ["AdmissibleSlips", "SlipClaim", "admissible_problem"]
-
 
 def admissible_problem(v: SafeSet) -> cp.Problem:
     """The slip admissible under the load of `v` at load factor 0 that goes furthest in a direction, in dimensionless tractions."""

@@ -8,8 +8,6 @@ from ..contact.record import WithSlip
 from ..contact.show import Plotted, components, places
 from .question import LimitQuestion
 
-__all__ = ["Answered"]
-
 
 class Answered(WithSlip, Plotted):
     """Base of results that answer a limit question by a residual slip at a load factor."""

@@ -12,8 +12,6 @@ from .mechanism import Mechanism
 from .question import LimitQuestion
 from .safe_set import Rows, SafeSet
 
-__all__ = ["Circles", "carried", "helpless"]
-
 _INSIDE = ROUNDING  # distance of a corner from the hull of the others, over its size, that counts as none
 _CARRIED = ROUNDING / 10  # excess over a circle, in mean normal forces, up to which a slip carries its load factor
 

@@ -31,8 +31,6 @@ from .mechanism import Mechanism
 from .question import LimitQuestion
 from .safe_set import SafeSet
 
-__all__ = ["COINCIDE_ALONE", "LEFT_OUT", "NEVER", "SOLVED", "CriticalSearch", "NodeClaim"]
-
 _COINCIDE = 1e3 * RESIDUAL  # dimensionless load factors up to this cannot be told from zero: residuals move them so far
 
 SOLVED, NEVER, COINCIDE_ALONE, LEFT_OUT = "solved", "never critical", "only at the least safe load factor", "left out by its bound"

@@ -23,8 +23,6 @@ from ..contact.tolerances import ROUNDING
 from .question import LimitQuestion
 from .safe_set import ruling
 
-__all__ = ["CriticalState", "critical_states", "needed", "smallest_discs"]
-
 _TIE = ROUNDING  # corners whose rows differ by less than this share rule together
 _SUBSETS = (0,), (0, 1), (0, 2), (0, 3), (0, 1, 2), (0, 1, 3), (0, 2, 3)  # of a new disc and three old ones that touch the smallest one
 _EXCHANGES = 4  # for each disc, at most; mostly three in all do

@@ -27,8 +27,6 @@ from .question import LimitQuestion, pose
 from .safe_model import SafeModel, safe_set
 from .safe_set import SafeSet
 
-__all__ = ["DesignModel", "design_problem"]
-
 _NAMED = 4  # unbounded parts of a design that an error names
 
 

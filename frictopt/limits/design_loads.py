@@ -10,8 +10,6 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from ..contact.parts import joined
 
-__all__ = ["PROFILE", "DesignLoads", "built_in", "design_loads"]
-
 PROFILE = "profile"  # load case of the overlap that a profile leaves
 
 

@@ -15,8 +15,6 @@ from ..solve.explain import Units, explain
 from .answered import Answered
 from .question import LimitQuestion
 
-__all__ = ["Design"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(Answered):

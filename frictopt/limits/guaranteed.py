@@ -25,8 +25,6 @@ from .screening import load_factor_bounds
 from .shakedown import ShakedownModel, shakedown_problem
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["GuaranteedLimit", "GuaranteedModel", "guaranteed_limit"]
-
 
 class GuaranteedModel(SafeModel):
     """The guaranteed limit of one system under one load cycle, in the plane compiled once and solved for any friction.

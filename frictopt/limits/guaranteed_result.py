@@ -22,8 +22,6 @@ from .mechanism import Mechanism
 from .question import LimitQuestion
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["IMAGE", "NOT_NEEDED", "ONE_CORNER", "OPEN", "GuaranteedLimit", "left_out", "reason"]
-
 IMAGE, ONE_CORNER, NOT_NEEDED, OPEN = "mirror image", "one corner alone rules", "not needed", "open"
 
 

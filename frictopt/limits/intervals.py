@@ -9,8 +9,6 @@ from .mechanism import Mechanism
 from .question import LimitQuestion
 from .safe_set import Rows, SafeSet, ruling
 
-__all__ = ["Intervals"]
-
 
 class Intervals(SafeSet):
     """The safe slips of a contact in the plane, by the rows of the corners that rule; friction and loads are parameters, the matrices are not.

@@ -18,8 +18,6 @@ from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["answered", "certified", "defect", "judged", "judged_by_rows", "judged_margin", "refuted"]
-
 _FAR = 1e3  # the proof that nothing is safe holds for slips at least `1 / _FAR / RESIDUAL` times as large as those of the loads
 
 

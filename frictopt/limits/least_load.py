@@ -27,8 +27,6 @@ from .question import LimitQuestion
 from .safe_set import SafeSet
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["with_least_load"]
-
 
 def with_least_load(limit: ShakedownLimit, v: SafeSet, solver: str | None) -> ShakedownLimit:
     """The limit that a program has given, with the least safe load factor: by one more program only if nothing at hand shows that it is 0.

@@ -23,8 +23,6 @@ from ..errors import SolverError
 from .mechanism import Mechanism
 from .question import LimitQuestion
 
-__all__ = ["LeastSlip", "least_slip"]
-
 _WEIGHT = ROUNDING  # weights of slip below this share of the stresses that they are sums of are zero
 
 

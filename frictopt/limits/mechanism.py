@@ -14,8 +14,6 @@ from ..contact.parts import joined, parted
 from ..contact.show import places
 from ..contact.tolerances import RESIDUAL
 
-__all__ = ["Mechanism"]
-
 _SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of its table: they have the error of the answer
 
 

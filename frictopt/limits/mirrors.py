@@ -19,8 +19,6 @@ from ..contact.parts import joined, parted
 from ..contact.tolerances import CONDENSATION, SAME_POINT
 from .mechanism import Mechanism
 
-__all__ = ["Mirrors", "mirror_planes"]
-
 Integers = NDArray[np.intp]
 
 _ALONG = 10 * CONDENSATION  # error of tangents that lie along a mirror plane or across it, as of frames

@@ -18,8 +18,6 @@ from .safe_set import SafeSet
 from .safe_slip import solve_margin
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["no_limit", "no_limit_under"]
-
 
 def no_limit(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
     """The answer that there is no finite limit, by the margin of two problems that always have an optimum; None where neither reason can be proven.

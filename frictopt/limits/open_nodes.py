@@ -18,8 +18,6 @@ from ..contact.parts import joined, parted
 from ..contact.tolerances import CONDENSATION, ROUNDING
 from .mechanism import Mechanism
 
-__all__ = ["OpenNodes", "border", "following", "without"]
-
 # Smallest eigenvalue of the open nodes' stiffness, over the largest, with which they leave no body free: the data have this error.
 _HELD = CONDENSATION
 _NOTHING_LEFT = ROUNDING / 10  # eigenvalues below this share of the largest entry of S are none once nodes are condensed out

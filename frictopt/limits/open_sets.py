@@ -15,8 +15,6 @@ from .reduced import rest_of
 from .shakedown import ShakedownModel
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["OpenSetLimit", "open_set_limit", "with_states"]
-
 
 @dataclass(frozen=True, eq=False)
 class OpenSetLimit:

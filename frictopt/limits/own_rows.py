@@ -12,8 +12,6 @@ from ..contact.checks import Array, shown
 from ..errors import ModelError
 from ..solve.standard_form import StandardForm, compiled
 
-__all__ = ["OwnRows", "extended", "unknown"]
-
 _OF_A_MODEL = "model."  # how the names of the unknowns begin that a model gives the user
 
 _EQUATIONS, _AT_MOST, _AT_LEAST = (

@@ -19,8 +19,6 @@ from .safe_model import safe_set
 from .safe_slip import solve_margin
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["by_one_node", "in_closed_form"]
-
 End: TypeAlias = tuple[float, Array, Mechanism]
 """An end of the safe load factors, a slip that is safe there, and the mechanism that proves it (idle at load factor 0)."""
 

@@ -16,8 +16,6 @@ from .question import pose
 from .safe_model import safe_set
 from .safe_set import SafeSet, ruling
 
-__all__ = ["Pressing", "best_pressed", "pressing_problem"]
-
 _NO_LEAST_PRESSURE = RESIDUAL  # pressure, over the force scale, that counts as none: it has the error of an answer
 
 

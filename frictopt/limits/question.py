@@ -19,8 +19,6 @@ from .mechanism import Mechanism
 from .mirrors import Mirrors
 from .open_nodes import OpenNodes
 
-__all__ = ["LimitQuestion", "pose", "units_of"]
-
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 _MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need

@@ -26,8 +26,6 @@ from .mirrors import Integers, Mirrors, mirror_planes
 from .open_nodes import OpenNodes, following, without
 from .question import LimitQuestion, units_of
 
-__all__ = ["half_of", "mirrors_of", "on_all_nodes", "on_whole", "open_under_mean", "rest_of", "rest_under_mean"]
-
 # Of stiffness, over that of the two nodes, of friction, gap and slip, over their largest value: a part adds nothing to the error of the whole.
 _ASYMMETRY = ROUNDING / 10
 _ASYMMETRY_OF_LOADS = ROUNDING  # the same of reactions, which do not add up from one increment to the next

@@ -19,8 +19,6 @@ from .pressing import Pressing, best_pressed
 from .safe_slip import SafeSlipModel
 from .safe_slip_result import SafeSlip
 
-__all__ = ["RequiredFriction", "required_friction"]
-
 _PROVEN_FRICTION = 100 * RESIDUAL  # share between the two friction coefficients of a proof that is tried first
 _WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part of the margin
 _LEAST_FRICTION, _MOST_FRICTION = 1e-6, 1e4  # which linear programs can tell from 0 and inf

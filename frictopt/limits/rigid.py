@@ -9,8 +9,6 @@ from ..contact.checks import Array
 from ..contact.tolerances import RIGID
 from .question import LimitQuestion
 
-__all__ = ["balanced", "rigid_slides"]
-
 
 def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     """Orthonormal slips that A does not resist, (t N, k), and the compliance (t N, t N) of forces that do no work on them, to slips free of them.

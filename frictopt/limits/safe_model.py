@@ -20,8 +20,6 @@ from .question import LimitQuestion, pose
 from .reduced import on_all_nodes
 from .safe_set import SafeSet
 
-__all__ = ["SafeModel", "safe_set"]
-
 A = TypeVar("A", bound=Answered)
 
 

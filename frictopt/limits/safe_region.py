@@ -23,8 +23,6 @@ from .safe_region_result import SafeRegion, beyond_chord, domain
 from .shakedown import shakedown_limit
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["safe_region"]
-
 _ONE_SIDE = 10 * RESIDUAL  # a point this close to a line, over the distance of the line from zero, is on it: both have errors up to the residual
 _MOST_SIDES = 1000
 

@@ -12,8 +12,6 @@ from ..contact.checks import Array, finite_number
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, frame
 
-__all__ = ["SafeRegion", "beyond_chord", "domain"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SafeRegion(Recorded, Plotted):

@@ -27,8 +27,6 @@ from .own_rows import OwnRows
 from .question import LimitQuestion
 from .rigid import balanced, rigid_slides
 
-__all__ = ["Rows", "Ruling", "SafeSet", "ruling"]
-
 Rows: TypeAlias = Mapping[str, cp.Constraint]
 Ruling: TypeAlias = tuple[NDArray[np.intp], NDArray[np.intp]]
 

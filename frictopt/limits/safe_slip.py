@@ -23,8 +23,6 @@ from .safe_model import SafeModel, safe_set
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 
-__all__ = ["SafeSlipModel", "margin_problem", "safe_slip", "solve_margin"]
-
 
 def margin_problem(v: SafeSet, *, free_load_factor: bool = False) -> cp.Problem:
     """Residual slip v that stays furthest inside the friction bounds, at a given load factor lam or at whatever one is best.

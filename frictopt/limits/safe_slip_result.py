@@ -19,8 +19,6 @@ from .answered import Answered
 from .mechanism import Mechanism
 from .question import LimitQuestion
 
-__all__ = ["SafeSlip"]
-
 _NO_MARGIN = ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit
 
 

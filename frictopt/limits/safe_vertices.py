@@ -14,8 +14,6 @@ from .question import pose
 from .safe_model import safe_set
 from .shakedown import shakedown_problem
 
-__all__ = ["safe_vertices"]
-
 
 @warns_of_odd_values
 def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, directions: Any) -> Array:

@@ -17,8 +17,6 @@ from ..contact.tolerances import CONDENSATION, RESIDUAL
 from .critical_state import needed
 from .safe_set import SafeSet
 
-__all__ = ["load_factor_bounds"]
-
 _SETTLED = RESIDUAL  # change of a screening mechanism, over its size, that counts as none
 _SCREENING = CONDENSATION  # relative rounding of a screening bound, which feels the errors of the data
 _SPARE = 1e3 * RESIDUAL  # share by which a screening mechanism slips more than it must, so that it is admissible before it settles

@@ -25,8 +25,6 @@ from ..contact.cycle import reactions
 from ..solve.bounds import Bounds, bounds
 from ..solve.explain import Units
 
-__all__ = ["CornerStates", "SeparatedProblem", "corner_problem"]
-
 _PRESSURE, _MOTION = 2.0, 10.0  # see above
 _SOFT = 1e-3  # stiffness of a node alone, over the mean one, below which it counts as this
 _SMALL = 1e-3  # rows are divided by the node's reactions; by this share of their mean where they are smaller

@@ -26,8 +26,6 @@ from .open_sets import OpenSetLimit
 from .separated import SeparatedProblem
 from .separated_sets import best_open_set
 
-__all__ = ["SeparatedLimit", "separated_limit"]
-
 _ONE_LIMIT = 1e3 * RESIDUAL  # relative distance of limit and bound up to which they are one: mixed-integer programs are solved to a part of it
 _RANGE, _WIDER, _ROUNDS = 2.0, 4.0, 4  # load factors that the bound covers, over the limit; how much wider where a state comes to their end
 _MOST_BOOLEANS = 40  # above which a bound takes more than seconds

@@ -12,8 +12,6 @@ from .question import LimitQuestion, pose
 from .reduced import open_under_mean
 from .shakedown import ShakedownModel
 
-__all__ = ["best_open_set"]
-
 _RULING = 6  # nodes with the largest shares of the mechanism that are moved one by one
 _FURTHER = 16  # sets without a limit from which others are tried
 

@@ -26,8 +26,6 @@ from .safe_model import SafeModel
 from .safe_set import SafeSet
 from .shakedown_result import ShakedownLimit
 
-__all__ = ["ShakedownModel", "shakedown_limit", "shakedown_problem"]
-
 
 def shakedown_problem(v: SafeSet) -> cp.Problem:
     """Largest load factor lam at which some residual slip v keeps every node closed and stuck at every corner k of the load cycle.

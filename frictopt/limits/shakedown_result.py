@@ -22,8 +22,6 @@ from .mechanism import Mechanism
 from .open_nodes import border
 from .question import LimitQuestion
 
-__all__ = ["ShakedownLimit"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShakedownLimit(Answered):

@@ -13,8 +13,6 @@ from ..contact.checks import Array, Booleans
 from ..contact.tolerances import RESIDUAL
 from .style import BLACK, GREY, SERIES, Look, series
 
-__all__ = ["circle", "friction_bounds", "friction_ratio", "label_contacts", "lines", "lines_or_band", "looks", "parts"]
-
 Part = tuple[str, slice]
 _MOST_RULING = 4  # of many corners, those with a line
 _MOST_RATIO = 3.0  # of the vertical axis: nodes with almost no pressure would hide all others

@@ -18,8 +18,6 @@ from ..scenes.scene import Scene
 from .picture import Deformed, picture
 from .style import BLACK, GREY, legend, new_axes, series
 
-__all__ = ["draw_edges", "draw_mesh", "spread"]
-
 AnyAxes: TypeAlias = Any  # of matplotlib, in the plane or in space
 Mesh: TypeAlias = Any  # of scikit-fem
 

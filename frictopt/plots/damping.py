@@ -7,8 +7,6 @@ from ..histories import DampingCurve
 from .picture import picture
 from .style import BLACK, GREY, AxesArray, equals, legend, new_axes, series
 
-__all__: list[str] = []
-
 _PLAIN = 30  # load factors within it have plain numbers, not powers of ten
 
 

@@ -9,8 +9,6 @@ from .picture import picture
 from .spatial import FACE, safe_slip_face
 from .style import ALONG, BLACK, GREY, AxesArray, equals, legend, new_axes
 
-__all__: list[str] = []
-
 _SHOWN = 4  # preloads in a title
 
 

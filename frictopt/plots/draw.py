@@ -14,8 +14,6 @@ if TYPE_CHECKING:  # matplotlib need not be installed
     from ..contact.show import Table
     from .style import AxesArray
 
-__all__ = ["draw", "plot_study"]
-
 _NEEDED = ("friction", "friction_std", "friction_number", "load_factor", "load_ratio", "family", "outcome", "dissipation")
 
 

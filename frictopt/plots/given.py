@@ -16,8 +16,6 @@ from .bodies import spread
 from .picture import picture
 from .style import BLACK, GREY, AxesArray, legend, new_axes, series
 
-__all__: list[str] = []
-
 _LENGTH = 0.1  # of a normal, over the size of the contact
 _MOST_NORMALS = 60
 _MOST_TICKS = 12  # corners that have a tick each

@@ -14,8 +14,6 @@ from .picture import picture
 from .spatial import FACE, first_slips, limiting_face, safe_slip_face, weight_map
 from .style import ALONG, BLACK, GREY, AxesArray, equals, legend, new_axes, no_lines
 
-__all__: list[str] = []
-
 _AREA = 400  # of the circle round a node that is the whole mechanism, points^2
 _ONE_NODE = 60  # of the circle round a node that stands alone
 

@@ -10,8 +10,6 @@ from ..fem.ordering import Integers
 from ..transients import Trajectory
 from .style import GREY, series
 
-__all__ = ["corners_visited", "cycle_lines", "loops", "most_work"]
-
 _NODES = 3  # nodes whose loops are drawn
 _LONGEST = 60  # characters of the names of corners beside an axis
 _MOST_LINES = 50  # cycles of which each has its own line

@@ -12,8 +12,6 @@ if TYPE_CHECKING:  # matplotlib need not be installed
     from ..transients import Trajectory
     from .style import AxesArray
 
-__all__ = ["Deformed", "Runs", "Status", "picture"]
-
 
 @dataclass(frozen=True, eq=False)
 class Runs:

@@ -9,8 +9,6 @@ from ..limits import SafeRegion
 from .picture import picture
 from .style import BLACK, SERIES, Look, legend, new_axes, no_lines, series
 
-__all__: list[str] = []
-
 _INSIDE: Look = {"color": "#56B4E9", "alpha": 0.25, "lw": 0, "label": "some residual slip is safe"}
 _MARGIN = 1.08  # of the axes, over the largest amplitude
 

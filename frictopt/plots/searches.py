@@ -11,8 +11,6 @@ from ..histories.protocols import REST, SLIP, UNDECIDED
 from .picture import picture
 from .style import BLACK, GREY, equals, legend, new_axes, no_lines, series
 
-__all__: list[str] = []
-
 _STRIP = (6.4, 2.4)  # size of a picture with a row for each outcome, inches
 _ROWS = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
 

@@ -16,8 +16,6 @@ from ..transients import SteadyState
 from .bodies import spread
 from .style import BLACK, GREY, SERIES, AxesArray, new_axes
 
-__all__ = ["FACE", "depth_map", "first_slips", "limiting_face", "places_of", "safe_slip_face", "steady_map", "weight_map"]
-
 FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 _FACE = 25_000  # area that the points of a face share, points^2
 _LARGEST, _SMALLEST = 160.0, 6.0  # area of a point, points^2

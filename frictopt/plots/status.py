@@ -21,8 +21,6 @@ from .picture import Status, picture
 from .spatial import FACE, places_of
 from .style import BLACK, GREY, SERIES, equals, legend, name_units, new_axes, screen
 
-__all__ = ["animate"]
-
 _CODES = (0, 1, -1, 2)
 _COLOURS = ("#DDDDDD", SERIES[0]["color"], SERIES[1]["color"], BLACK)
 _MOST_FRAMES = 1000

@@ -6,8 +6,6 @@ from matplotlib.axes import Axes
 from .picture import Runs, picture
 from .style import BLACK, SERIES, legend, new_axes, series
 
-__all__: list[str] = []
-
 
 @picture.register
 def _study(study: Runs, ax: Axes | None = None) -> Axes:

@@ -14,23 +14,6 @@ from ..contact.checks import shown
 from ..contact.units import in_units
 from ..errors import ModelError
 
-__all__ = [
-    "ALONG",
-    "BLACK",
-    "GREY",
-    "RC",
-    "SERIES",
-    "AxesArray",
-    "Look",
-    "equals",
-    "legend",
-    "name_units",
-    "new_axes",
-    "no_lines",
-    "screen",
-    "series",
-]
-
 AxesArray: TypeAlias = NDArray[np.object_]  # of matplotlib axes
 Look: TypeAlias = dict[str, Any]  # what matplotlib takes as keywords
 

@@ -13,8 +13,6 @@ from .picture import picture
 from .spatial import steady_map
 from .style import BLACK, GREY, AxesArray, Look, legend, new_axes, series
 
-__all__: list[str] = []
-
 _DOTS: Look = {"marker": ".", "markersize": 3}
 _LOOKS: dict[str, Look] = {"q": {"band": series(0)["color"]}, "p": {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}}
 _SLIP_RANGE, _WORK = "slip range (length)", "work of friction per cycle\n(force times length per depth)"

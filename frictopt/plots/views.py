@@ -14,8 +14,6 @@ from ..fem.paraview import Steady, contact_face, states_of
 from ..fem.recovery import in_meshio
 from .style import BLACK, GREY, series
 
-__all__ = ["view"]
-
 _BODIES = {"von_mises": "von Mises stress (force per area)", "displacement": "displacement (length)"}
 _CONTACTS = {
     "pressure": "pressure (force per area)",

@@ -10,8 +10,6 @@ from .picture import picture
 from .spatial import FACE, depth_map
 from .style import ALONG, BLACK, GREY, AxesArray, legend, new_axes, series
 
-__all__: list[str] = []
-
 _PROFILES = 6  # contacts whose profiles are drawn
 
 

@@ -4,8 +4,6 @@ from typing import TypedDict
 
 from ..contact.checks import Array
 
-__all__ = ["ContactArrays"]
-
 
 class ContactArrays(TypedDict):
     """Arguments of `frictopt.ContactSystem`, to be passed as `ContactSystem(**arrays)`.

@@ -14,8 +14,6 @@ from ..contact.checks import Array, finite_array
 from ..errors import ModelError
 from ._numerics import bisection
 
-__all__ = ["CornerMode", "bonded_corner"]
-
 _HALF_ANGLE = 3 * pi / 4
 _INTERFACE = pi / 4
 

@@ -2,8 +2,6 @@
 
 from ..contact.checks import finite_number
 
-__all__ = ["gross_slip_bound", "patch_limit"]
-
 
 def patch_limit(f: float, p: float, tau: float) -> float:
     """Onset of slip and both limits, `f p / |tau|`, of two identical blocks under uniform stress.

@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike
 from ..contact.checks import Array, finite_array, finite_number, flag
 from ..errors import ModelError
 
-__all__ = ["LineContact", "contact_modulus"]
-
 
 def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
     """Contact modulus of two bodies in plane strain, `1 / E_star = (1 - nu1^2) / E1 + (1 - nu2^2) / E2`.

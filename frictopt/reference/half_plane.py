@@ -7,8 +7,6 @@ import numpy as np
 from ..contact.checks import Array, finite_number, whole_number
 from ._arrays import ContactArrays
 
-__all__ = ["half_plane_contact", "half_plane_influence"]
-
 
 def half_plane_influence(nodes: int, E_star: float) -> Array:
     """Relative surface displacement of each of N equal cells per force on each cell, the same for shear and for pressure.

@@ -5,8 +5,6 @@ import numpy as np
 from ..contact.checks import Array, finite_number, whole_number
 from ..errors import ModelError
 
-__all__ = ["half_space_contact"]
-
 
 def half_space_contact(cells: int, half_length: float, R: float, E: float, nu: float) -> dict[str, object]:
     """Arguments of the `ContactSystem` of a sphere on a half-space of the same material, on the cells of a square grid within a circle.

@@ -5,8 +5,6 @@ from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
 from .uncoupled import uncoupled_limit
 
-__all__ = ["single_node_dissipation", "single_node_limit"]
-
 
 def single_node_limit(A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float) -> float:
     """Shakedown limit of one node, `lambda_1 = lambda_2`.

@@ -10,8 +10,6 @@ from ..errors import ModelError
 from ._arrays import ContactArrays
 from ._checks import per_node
 
-__all__ = ["foundation_rod", "masing_dissipation", "rod_dissipation", "rod_end_displacement"]
-
 
 def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
     """Work of friction in one cycle of sliders in parallel whose common base moves between `-X` and `+X`.

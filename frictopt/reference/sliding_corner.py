@@ -7,8 +7,6 @@ from ..contact.checks import choice, finite_number
 from ..errors import ModelError
 from ._numerics import bisection
 
-__all__ = ["sliding_corner_exponent"]
-
 
 def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "outward") -> float:
     """Exponent l of the leading mode at a sliding corner: displacement of order `r^l`, pressure and friction of order `r^(l-1)`.

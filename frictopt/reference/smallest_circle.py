@@ -9,8 +9,6 @@ from ..contact.checks import Array, finite_array
 from ..errors import ModelError
 from ._checks import friction, per_node
 
-__all__ = ["smallest_circle", "smallest_circle_limit"]
-
 _INSIDE = 1e-12  # a point this far outside a circle, over the size of the points, is on it
 
 

@@ -13,8 +13,6 @@ from ..errors import ModelError
 from ._checks import friction, per_node
 from ._numerics import least_ratio
 
-__all__ = ["TwoNodeLimits", "two_node_limits"]
-
 
 @dataclass(frozen=True)
 class TwoNodeLimits:

@@ -7,8 +7,6 @@ from ..errors import ModelError
 from ._checks import friction, per_node
 from ._numerics import least_ratio
 
-__all__ = ["bonded_onset", "uncoupled_limit"]
-
 
 def bonded_onset(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: ArrayLike) -> float:
     """Load factor at which the bonded contact first slips at one of the two corners of the cycle.

@@ -5,8 +5,6 @@ from math import cos, pi, sin
 from ..contact.checks import finite_number
 from ..errors import ModelError
 
-__all__ = ["critical_friction", "tilted_bar"]
-
 
 def critical_friction(A: float, B: float) -> float:
     """Critical coefficient of friction `A / |B|` of one node.

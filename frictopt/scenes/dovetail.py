@@ -19,8 +19,6 @@ from ..fem.ordering import Flags
 from .grading import along, away, steps
 from .scene import Scene
 
-__all__ = ["Dovetail"]
-
 _MOST_ELEMENTS = 5_000  # along a flank: S is dense and takes 3 GB then
 _MOST_NODES = 1_000_000
 _LONGEST = 1e6  # length over that of a flank

@@ -4,8 +4,6 @@ import numpy as np
 
 from ..contact.checks import Array
 
-__all__ = ["along", "away", "steps"]
-
 
 def along(half_length: float, elements: int, grading: float) -> Array:
     """(elements + 1,) coordinates from -half_length to half_length, exactly mirror-symmetric, for an even number of elements.

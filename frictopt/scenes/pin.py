@@ -18,8 +18,6 @@ from ..fem.ordering import Integers
 from .grading import away, steps
 from .scene import Scene
 
-__all__ = ["PinInPlate"]
-
 _MOST_ELEMENTS = 10_000  # along the ring: S is dense and takes 3 GB then
 _MOST_NODES = 1_000_000
 _CORE = 0.5  # half-side of the square in the middle of the pin, over its radius

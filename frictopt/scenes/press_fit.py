@@ -18,8 +18,6 @@ from ..fem.model import ContactModel
 from .grading import along, away, steps
 from .scene import Scene
 
-__all__ = ["PressFit"]
-
 _MOST_ELEMENTS = 10_000  # along the contact: S is dense and takes 3 GB then
 _MOST_NODES = 1_000_000
 _LONGEST = 1e6  # length over the radius of the shaft

@@ -16,8 +16,6 @@ from ..fem.model import ContactModel
 from .grading import along, away, steps
 from .scene import Scene
 
-__all__ = ["PunchOnHalfPlane"]
-
 _MOST_ELEMENTS = 10_000  # along the contact: S is dense and takes 3 GB then
 _LONGEST = 1e6  # length over half_width
 _MOST_NODES = 1_000_000  # of the block, or of the punch: twenty times those of the default scene

@@ -12,8 +12,6 @@ from ..fem.model import ContactModel
 from .punch import PunchOnHalfPlane
 from .scene import Scene
 
-__all__ = ["RoundedPunch"]
-
 
 @dataclass(frozen=True)
 class RoundedPunch(Scene):

@@ -3,8 +3,6 @@
 from ..contact.show import Plotted
 from ..fem.model import ContactModel
 
-__all__ = ["Scene"]
-
 
 class Scene(Plotted):
     """Base of scenes."""

@@ -14,8 +14,6 @@ from ..fem.loads import Traction
 from ..fem.model import ContactModel
 from .scene import Scene
 
-__all__ = ["SquarePunch"]
-
 _MOST_STEPS = 60
 
 

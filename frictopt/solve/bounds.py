@@ -8,8 +8,6 @@ from enum import Enum
 import cvxpy as cp
 import numpy as np
 
-__all__ = ["BoundStatus", "Bounds", "bounds"]
-
 # Tolerances at which HiGHS 1.15 still decides rightly, see `solvers`; the gap is that up to which two numbers count as one.
 # Heuristics only look for solutions that are known already.
 _OPTIONS = {

@@ -7,8 +7,6 @@ from scipy.sparse import csc_array, csr_array, hstack
 from ..contact.checks import Array
 from .cones import Scaling
 
-__all__ = ["Condensed"]
-
 _LONG = 0.2  # share of the unknowns from which on a row counts as dense
 _ROWS = 500  # rows in a part of the product, of which only the lower triangle is computed
 _SHIFT = 1e-14  # of the diagonal, over itself, so that rounding leaves the equations a factor

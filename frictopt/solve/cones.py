@@ -11,8 +11,6 @@ from scipy.sparse import csr_array
 
 from ..contact.checks import Array
 
-__all__ = ["Cones", "Scaling"]
-
 Integers = NDArray[np.intp]
 
 

@@ -10,8 +10,6 @@ from ..contact.tolerances import RESIDUAL
 from .solvers import solve
 from .standard_form import StandardForm
 
-__all__ = ["Contradiction", "contradiction", "is_unbounded"]
-
 
 @dataclass(frozen=True, eq=False)
 class Contradiction:

@@ -11,8 +11,6 @@ import pandas as pd
 from ..contact.checks import Array
 from ..contact.tolerances import RESIDUAL
 
-__all__ = ["Units", "explain"]
-
 _BINDING = 100 * RESIDUAL  # slack below which a row is printed as binding: solvers leave more than the residual before the polish
 
 Units: TypeAlias = Mapping[str, float | Array]

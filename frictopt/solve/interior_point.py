@@ -25,8 +25,6 @@ from ..contact.checks import Array
 from .condensed import Condensed
 from .cones import Cones, Scaling
 
-__all__ = ["InteriorPoint"]
-
 _STEPS = 100
 _ENOUGH = 1e-10  # errors with which it ends: of the rows, of the multipliers, and between the two objectives, over their sizes
 _WAITING = 5  # steps that do not halve the work of the cones after which rounding is all that is left

@@ -15,17 +15,6 @@ from ..errors import ModelError, SolverError
 from .interior_point import InteriorPoint
 from .standard_form import polish
 
-__all__ = [
-    "LP",
-    "LP_SOLVERS",
-    "MILP_SOLVERS",
-    "SOCP",
-    "Claim",
-    "NoOptimum",
-    "solve",
-    "solver_order",
-]
-
 # Primal simplex without presolve: v = 0 is often feasible and the rows are dense, which makes it 2 to 4 times faster here than the default.
 _HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 600.0, "small_matrix_value": 1e-12}
 # Of a mixed-integer program only the status is taken, so that tolerances matter little. HiGHS 1.15 calls feasible ones infeasible when they are much

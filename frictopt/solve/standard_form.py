@@ -13,8 +13,6 @@ from scipy.sparse import csr_array
 from ..contact.checks import Array
 from ..contact.tolerances import FLOOR, ROUNDING, STALLED
 
-__all__ = ["StandardForm", "compiled", "polish"]
-
 _NOT_UNIQUE = ROUNDING / 10  # singular directions of these equations, over the largest: there the solution stays as it is
 _POLISHED = 1e-3 * ROUNDING  # errors of the equations of active cones that no step makes smaller
 _STEPS = 8  # of Newton's method at most; mostly three do

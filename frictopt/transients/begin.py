@@ -19,8 +19,6 @@ from ..errors import ModelError
 from .cycle import Cycle
 from .scales import scales
 
-__all__ = ["OPEN", "SLIP", "STICK", "Transient"]
-
 STICK, SLIP, OPEN = 0, 1, 2
 """Statuses of a node; slip against +x in the plane is -1."""
 

@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike
 from ..contact.checks import Array, finite_number, listed, shown
 from ..errors import ModelError
 
-__all__ = ["CONSTANTS", "checked_constants", "critical_planes", "worst_planes"]
-
 CONSTANTS = {"findley": 0.3, "crossland": 0.3, "fatemi_socie": 0.0}
 """Weights of the largest normal (hydrostatic) stress; that of Fatemi and Socie is k over the yield stress, 1 / stress."""
 

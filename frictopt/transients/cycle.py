@@ -5,8 +5,6 @@ from dataclasses import dataclass
 
 from ..contact.checks import Array
 
-__all__ = ["Cycle"]
-
 
 @dataclass(frozen=True, eq=False)
 class Cycle:

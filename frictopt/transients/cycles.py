@@ -15,8 +15,6 @@ from .begin import Transient
 from .cycle import Cycle
 from .judge import at_rest, slips, work_error
 
-__all__ = ["Run", "Settled"]
-
 _NEAR = 100 * PERIODIC  # the affine map is also tested where it moves by so little: other events may begin that near to the extrapolated limit
 _AFFINE = 1e-3  # largest deviation from an affine map, over the change, that is accepted: a new event changes it by more
 _WINDOW = 12  # number of last cycles that an extrapolation uses

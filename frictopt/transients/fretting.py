@@ -14,8 +14,6 @@ from .trajectory import Trajectory
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["fretting_table"]
-
 _NOTE = "at the ends of a contact with sharp corners, tractions, F1, F2 and SWT are a property of the mesh; refine it before you compare them"
 
 

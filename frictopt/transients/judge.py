@@ -11,8 +11,6 @@ from ..contact.tolerances import LEVEL, REPEATED, RESIDUAL, ROUNDING, SAME_STATE
 from .begin import Transient
 from .cycle import Cycle
 
-__all__ = ["at_rest", "returns_after", "slips", "work_error"]
-
 # A node's pressure below this share of the mean one is too little to judge its slip by: its bounds have the error of an answer.
 _LITTLE = 100 * RESIDUAL
 _SAFE = RESIDUAL / 10  # excess over the friction bound, in force scales, of a safe slip: a part of the same residual

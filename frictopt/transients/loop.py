@@ -13,8 +13,6 @@ from ..contact.show import Plotted, Shown, frame
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["LoadLoop"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LoadLoop(Shown, Plotted):

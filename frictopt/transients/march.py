@@ -19,8 +19,6 @@ from .exact import ExactPath
 from .stepped import ENGINES, SteppedPath, doubts, step_counts
 from .trajectory import Trajectory
 
-__all__ = ["amplitudes_at", "march", "way_to_follow"]
-
 
 @warns_of_odd_values
 def march(

@@ -10,8 +10,6 @@ from .exact import ExactPath
 from .paths import path_of
 from .stepped import SteppedPath
 
-__all__ = ["mean_state", "open_at_rest"]
-
 
 def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> ContactState:
     """Slip and gap once the mean load has come, from no slip: followed exactly in the plane, by Newton's increments in space.

@@ -11,8 +11,6 @@ from ..contact.onset import Onset, onset_from
 from ..contact.system import checked_system
 from ..errors import FrictoptError
 
-__all__ = ["onset"]
-
 
 @warns_of_odd_values
 def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Onset:

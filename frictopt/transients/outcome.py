@@ -23,8 +23,6 @@ from .trajectory import Trajectory
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["SteadyState"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SteadyState(Recorded, Plotted):

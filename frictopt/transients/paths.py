@@ -7,8 +7,6 @@ from ..contact.system import checked_system
 from .exact import ExactPath
 from .stepped import SteppedPath, step_counts
 
-__all__ = ["path_of"]
-
 
 def path_of(
     system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float, initial_slip: ArrayLike | None = None, steps: int | None = None

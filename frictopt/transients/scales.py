@@ -8,8 +8,6 @@ from scipy.sparse.csgraph import connected_components
 from ..contact.checks import Array
 from ..contact.tolerances import NO_DRIVE
 
-__all__ = ["Scales", "scales"]
-
 
 class Scales(NamedTuple):
     """Scales (N,) that are the same at all nodes which the stiffness joins: force of the mean load, largest force, slip under the largest force."""

@@ -8,8 +8,6 @@ from ..contact.system import ContactSystem
 from ..contact.tolerances import COUNTS, RESIDUAL
 from ..errors import NoContinuation
 
-__all__ = ["check_sliding"]
-
 _DIRECTIONS = 64  # in space, corners of the polygon around the friction circle, which exceeds it by 0.12 % there
 _WITHIN, _PROJECTIONS = 0.99, 50  # of the friction, so that a projection comes to lie within it; at most
 _EVEN = 0.5  # a motion whose mean is at least so large a part of it is a slide, else a turn

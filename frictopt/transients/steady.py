@@ -24,8 +24,6 @@ from .judge import returns_after
 from .outcome import SteadyState
 from .stepped import SteppedPath, doubts, step_counts
 
-__all__ = ["reported", "settled", "steady_state"]
-
 P = TypeVar("P", bound=Transient)
 
 MOST_CYCLES = 2000

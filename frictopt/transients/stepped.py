@@ -14,8 +14,6 @@ from .begin import OPEN, STICK, Transient
 from .cycle import Cycle
 from .sliding import check_sliding
 
-__all__ = ["ENGINES", "Point", "SteppedPath", "doubts", "step_counts"]
-
 ENGINES = MappingProxyType({"newton": "NewtonIncrement", "qp": "FrozenBoundIncrement", "milp": "ExactIncrement"})
 """Ways to solve an increment, and the names of their classes."""
 

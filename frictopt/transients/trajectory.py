@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = ["Trajectory"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Shown, Plotted):

@@ -7,8 +7,6 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 
-__all__ = ["least_critical"]
-
 _SIDES, _CUTS, _EXCESS = 24, 40, 1e-10  # sides of each polygon at first, rounds that add sides, and the excess over a circle that counts as none
 _LIFTS = 1e-8  # need of pressure beyond what keeps a node from lifting off, over its loads, that counts as none
 _TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 10.0}

@@ -17,8 +17,6 @@ import frictopt as fo
 
 from ..tables import Study, Table, markdown
 
-__all__ = ["FOLLOWED", "FULL", "QUICK", "STUDY", "Parameters", "random_contact"]
-
 _NONE = 0.01  # limits below this share of lambda_2 leave no load factors to follow
 _DECADES = -1.0, 1.0  # powers of ten of the size of random slips, over the largest slip of the witness
 

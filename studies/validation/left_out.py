@@ -19,8 +19,6 @@ import frictopt as fo
 from ..paper import LOADS
 from ..tables import Study, Table, markdown, two_digits
 
-__all__ = ["FULL", "QUICK", "SAVED", "STUDY", "Parameters"]
-
 _SLOW = 2.0  # seconds; longer runs are not repeated
 
 

@@ -21,8 +21,6 @@ import frictopt as fo
 
 from . import oracles
 
-__all__ = ["LowerBound", "PeriodicBounds", "lower_bound", "periodic_bounds"]
-
 _NODES = 10  # more have too many signs
 _ROOM = 1e-6  # share by which load factors may exceed the highest one: the witness of a limit at it stays feasible
 _PAD = 1e-3  # bounds are widened by this share and by this dimensionless amount: above rounding

@@ -8,8 +8,6 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 
-__all__ = ["every_pattern", "largest_with_open"]
-
 
 def largest_with_open(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, opened: Any, most: float) -> tuple[float, Any, Any] | None:
     """Load factor up to `most`, slips and gaps (K, N) that obey the law at the corners with the nodes `opened` (K, N) open; None if there are none.

@@ -12,20 +12,6 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 
-__all__ = [
-    "Marched",
-    "Stepper",
-    "corner_loads",
-    "excess",
-    "largest_load_factor",
-    "largest_margin",
-    "least_load_factor",
-    "least_on_both_bounds",
-    "off_bounds",
-    "on_both_bounds",
-    "units",
-]
-
 _TIE = 1e-11  # corners whose rows differ by less than this share rule together
 _NONE = 1e-7  # dimensionless load factors up to this are rounding of 0, where safe ones reach further
 _SHARE = 1e-2  # of the length of the interval of safe load factors: what cannot be told apart where it is shorter

@@ -13,8 +13,6 @@ from .meshes import file_path
 from .rows import numbers_in, symmetric
 from .substructure import is_element, stiffness_of_element
 
-__all__ = ["read_abaqus"]
-
 
 def read_abaqus(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
     """Read a stiffness that Abaqus writes: of the whole model, or of a substructure.

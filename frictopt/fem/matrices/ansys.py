@@ -15,8 +15,6 @@ from .job import MatrixJob
 from .meshes import file_path
 from .rows import by_library
 
-__all__ = ["read_ansys"]
-
 _LIBRARY = "ansys-mapdl-reader"
 _SOLIDS = {(185, 8): "C3D8", (285, 4): "C3D4", (186, 20): "C3D20", (187, 10): "C3D10"}  # number of the element type and nodes; as Abaqus names them
 

@@ -8,8 +8,6 @@ import numpy as np
 
 from ...errors import ModelError
 
-__all__ = ["Block", "blocks", "fields", "members_of", "number", "parameters", "text_of", "thickness"]
-
 Block: TypeAlias = tuple[str, dict[str, str], list[str]]  # keyword and names of parameters without blanks, data lines
 
 

@@ -13,8 +13,6 @@ from .meshes import file_path
 from .rotations import without_rotations
 from .rows import numbers_in, symmetric
 
-__all__ = ["read_calculix"]
-
 
 def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
     """Read what CalculiX writes for a step of `*FREQUENCY, SOLVER=MATRIXSTORAGE`: `NAME.sti`, `NAME.mas`, `NAME.dof` and the deck `NAME.inp`.

@@ -13,8 +13,6 @@ from ...errors import ModelError
 from ..ordering import Flags, Integers
 from .blocks import Block, fields, number
 
-__all__ = ["CONSTRAINING", "Constraints", "Equation", "Rigid", "constraints_of"]
-
 Equation: TypeAlias = tuple[tuple[int, int, float], ...]  # row of the node, axis and coefficient of each term; the first one depends on the others
 
 CONSTRAINING = {"BOUNDARY", "EQUATION", "RIGIDBODY", "COUPLING", "KINEMATIC"} | {  # those below follow rules of the code that are not in the deck

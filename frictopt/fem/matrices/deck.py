@@ -18,8 +18,6 @@ from .blocks import Block, blocks, fields, members_of, number, parameters, thick
 from .constraints import CONSTRAINING, Constraints, constraints_of
 from .kinds import CORNERS, FACELESS, LINES, PLANES, SHAPES, node_count, shape_of
 
-__all__ = ["Deck", "deck_of_points", "read_deck"]
-
 Solids: TypeAlias = list[tuple[str, list[list[int]]]]  # blocks of elements: their type, and number and nodes of each
 
 

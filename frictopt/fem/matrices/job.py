@@ -23,8 +23,6 @@ from .meshes import file_path, mesh_of, with_midsides
 from .modes import printed_modes
 from .outline import acting, along, between, check_midsides, integrals, normals_at, tied
 
-__all__ = ["MatrixJob"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MatrixJob(Shown):

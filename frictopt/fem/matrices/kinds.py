@@ -2,8 +2,6 @@
 
 import re
 
-__all__ = ["CORNERS", "FACELESS", "LINES", "PLANES", "SHAPES", "node_count", "shape_of"]
-
 PLANES = ("CPE", "CPS", "CAX")  # beside solids they only name faces: gmsh writes named surfaces as CPS
 _FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}  # shapes as meshio names them, by number of nodes
 SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron", "C3D10": "tetra10", "C3D20": "hexahedron20"} | {

@@ -8,8 +8,6 @@ from ...errors import ModelError
 from ..ordering import Flags, Integers
 from .deck import Deck
 
-__all__ = ["checked_labels", "displaced", "rows_of_nodes"]
-
 
 def checked_labels(values: ArrayLike) -> Integers:
     """Check that labels are distinct pairs of whole numbers, some of them displacements, and return them read-only."""

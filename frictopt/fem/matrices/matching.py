@@ -14,8 +14,6 @@ from ..faces import lines_along
 from ..given import same_point
 from ..ordering import Integers
 
-__all__ = ["bodies_of", "matching_faces", "paired"]
-
 
 def bodies_of(graph: csr_matrix, unknowns: Integers) -> Integers:
     """(nodes,) number of the body that each node belongs to, by a graph of the nodes; -1 for those without a row in K."""

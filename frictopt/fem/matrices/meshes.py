@@ -18,8 +18,6 @@ from ..elements import QUADRATIC, completion
 from ..ordering import Integers
 from .deck import Deck, read_deck
 
-__all__ = ["file_path", "mesh_of", "meshio_library", "read_mesh", "with_midsides"]
-
 _PLANE = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}  # shapes, as meshio names them, and their corners
 _SOLID = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8}
 _CORNERS = {  # of the faces S1, S2, ... of an element in decks

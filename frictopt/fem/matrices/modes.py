@@ -11,8 +11,6 @@ from ..ordering import Integers
 from .blocks import text_of
 from .labels import displaced
 
-__all__ = ["printed_modes"]
-
 _FREQUENCY = re.compile(r"^ +\d+(?: +\S+){2} +(\S+) +\S+ *$", re.MULTILINE)  # number, eigenvalue, rad per time, cycles per time, imaginary part
 _PRINTED = re.compile(r"displacements \(vx,vy,vz\).*\n\s*\n((?: *\d+(?: +\S+){3} *\n)+)")
 

@@ -18,8 +18,6 @@ from .job import MatrixJob
 from .meshes import file_path
 from .rows import by_library
 
-__all__ = ["read_nastran"]
-
 _SOLIDS = {("CHEXA", 8): "C3D8", ("CTETRA", 4): "C3D4", ("CHEXA", 20): "C3D20", ("CTETRA", 10): "C3D10"}  # as Abaqus names them
 
 

@@ -16,8 +16,6 @@ from ..midside import midside_ties
 from ..ordering import Integers
 from .deck import Deck
 
-__all__ = ["acting", "along", "between", "check_midsides", "integrals", "normals_at", "tied"]
-
 
 def between(mesh: Mesh, nodes: Integers) -> Integers:
     """Facets of the outline all corners of which are among some nodes.

@@ -14,8 +14,6 @@ from ..ordering import Integers
 from .constraints import Constraints, Equation, Rigid
 from .deck import Deck
 
-__all__ = ["without_rotations"]
-
 
 def without_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[csr_matrix, Integers, Deck]:
     """(n, m) matrix T, labels and deck in which displacements of some nodes of each rigid part stand for its rotation: `u = T y`, `T^T K T`.

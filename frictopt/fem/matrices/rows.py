@@ -13,8 +13,6 @@ from ...errors import ModelError
 from ..ordering import Integers
 from .blocks import text_of
 
-__all__ = ["by_library", "numbers_in", "symmetric"]
-
 
 def numbers_in(path: Path, what: str, separator: str, columns: int) -> Any:
     """The columns of a text file without header, as a list of `columns` arrays; lines that begin with * are comments.

@@ -10,8 +10,6 @@ from ...errors import ModelError
 from ..ordering import Integers
 from .blocks import fields, number
 
-__all__ = ["is_element", "stiffness_of_element"]
-
 _REMEDY = "write it with *SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, OUTPUT FILE=USER DEFINED, for one substructure"
 
 

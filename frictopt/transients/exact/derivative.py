@@ -20,8 +20,6 @@ from ...contact.tolerances import ROUNDING
 from .kernel import OPEN, STICK
 from .path import ExactPath
 
-__all__ = ["ReturnMap", "return_map"]
-
 _INSTANT = ROUNDING / 10  # stretches of a segment shorter than this share of it lie between events that happen at once
 
 

@@ -22,39 +22,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-__all__ = [
-    "DONE",
-    "FULL",
-    "NOT_UNIQUE",
-    "OPEN",
-    "SETTLED",
-    "STALLED",
-    "STICK",
-    "UNSETTLED",
-    "ActiveSet",
-    "Proof",
-    "Record",
-    "State",
-    "activate",
-    "at_bound",
-    "begin_segment",
-    "compiled",
-    "deactivate",
-    "follow",
-    "increment",
-    "new_active_set",
-    "new_proof",
-    "new_record",
-    "new_state",
-    "pivot_share",
-    "prove",
-    "refresh",
-    "set_statuses",
-    "settle",
-    "solve_rates",
-    "sweep",
-]
-
 STICK, SLIP, OPEN = 0, 1, 2
 """Statuses of a node; slip against +x is -1."""
 

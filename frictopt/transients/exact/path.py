@@ -32,8 +32,6 @@ from .kernel import (
 )
 from .rate import find_rates, rate_problem
 
-__all__ = ["ExactPath", "turning_corners"]
-
 _RESTART = RESIDUAL / 10  # residual of a state that a path may restart from: the cycle from there adds its own
 _ROWS = 256  # events that the record holds before they are moved to the history
 

@@ -16,8 +16,6 @@ from ...contact.checks import Array
 from ...contact.tolerances import CONDENSATION, RESIDUAL, ROUNDING
 from .kernel import OPEN, STICK, State, at_bound
 
-__all__ = ["RateProblem", "Solutions", "find_rates", "rate_problem"]
-
 _PIVOT = 10 * ROUNDING  # pivots of Lemke's tableau up to this count as zero: a pivot adds its rounding to that of the entries
 _DISTINCT = 1e3 * RESIDUAL  # two solutions of a rate problem differ by more: each has errors up to the residual
 _TRIED = 8  # number of pairs up to which all statuses are tried

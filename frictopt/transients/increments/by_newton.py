@@ -15,8 +15,6 @@ from .frozen_bound import FrozenBoundIncrement
 from .increment import FrictionIncrement, Increment, Posed, force_scale
 from .newton import State, by_friction, newton
 
-__all__ = ["NewtonIncrement"]
-
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
 
 

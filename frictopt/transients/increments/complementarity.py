@@ -31,8 +31,6 @@ from .by_newton import NewtonIncrement
 from .exact import PosedProgram
 from .increment import Increment, Posed
 
-__all__ = ["ComplementarityProblem", "complementarity_problem"]
-
 _NOT_CONVEX = ROUNDING  # negative eigenvalues up to this share of the largest entry are rounding
 _TITLE = "friction increment, complementarity"
 

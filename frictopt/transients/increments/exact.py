@@ -21,8 +21,6 @@ from ..begin import OPEN
 from .increment import CORRECTIONS, FrictionIncrement, Increment, Posed
 from .newton import Law, State, newton
 
-__all__ = ["ExactIncrement", "PosedProgram"]
-
 _BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
 _TOUCHES = 0.999  # share of the largest motion or pressure from which on a state touches it
 

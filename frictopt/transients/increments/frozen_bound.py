@@ -22,8 +22,6 @@ from ...solve.solvers import NoOptimum, solve
 from .increment import CORRECTIONS, FrictionIncrement, Increment, Posed
 from .newton import Law, newton
 
-__all__ = ["FrozenBoundIncrement"]
-
 _SETTLED_BOUND = 1e4 * RESIDUAL  # change of the frozen bound from which on Newton's method makes the state exact
 _SWEEP_OF_CONES = 1e5 * RESIDUAL  # violation with which a cone program of a sweep may end: it only guides the next one
 _SWEEPS = 100  # programs for one increment at most

@@ -25,8 +25,6 @@ from ..begin import OPEN
 from ..sliding import check_sliding
 from .newton import Law, State
 
-__all__ = ["CORRECTIONS", "FrictionIncrement", "Increment", "Posed", "force_scale"]
-
 _NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
 
 CORRECTIONS = 4

@@ -20,8 +20,6 @@ from ...contact.checks import Array
 from ...contact.tolerances import RESIDUAL, ROUNDING, STALLED
 from ..begin import OPEN, SLIP, STICK
 
-__all__ = ["Law", "State", "by_friction", "newton"]
-
 _NEWTON = 1e-2 * ROUNDING  # dimensionless errors of the law from which on Newton's method is done
 _STEPS = 60  # Newton steps for one increment at most
 _HALVINGS = 6  # of a step in the line search

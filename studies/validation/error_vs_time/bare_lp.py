@@ -10,8 +10,6 @@ from scipy.sparse import csc_matrix
 
 from .methods import Method, installed
 
-__all__ = ["SIMPLEX", "LinearProgram", "clarabel", "highs", "highs_cost", "highs_vertex", "methods", "osqp"]
-
 Array = np.ndarray[Any, Any]
 
 _TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}

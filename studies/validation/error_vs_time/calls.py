@@ -13,8 +13,6 @@ from ...paper import LOADS
 from .clock import timed
 from .parameters import Parameters
 
-__all__ = ["first_and_second"]
-
 
 def first_and_second(parameters: Parameters) -> pd.DataFrame:
     """One row per call on each mesh of the paper's scene, from the mesh to the solved problem."""

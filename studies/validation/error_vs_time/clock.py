@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["Timed", "timed"]
-
 _ENOUGH = 2.0  # seconds that the repetitions may take together; at least one is made
 
 

@@ -16,8 +16,6 @@ from frictopt.reference import bonded_corner
 from .methods import Method, Question
 from .parameters import Parameters
 
-__all__ = ["ORDERINGS", "assembled", "corner_exponent", "multiple_right_hand_sides", "questions", "refined_stiffness"]
-
 Array = np.ndarray[Any, Any]
 Blocks = tuple[Any, Any, Array]
 

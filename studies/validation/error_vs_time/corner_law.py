@@ -18,8 +18,6 @@ from ...paper import LOADS
 from .clock import timed
 from .parameters import Parameters
 
-__all__ = ["corner_law"]
-
 
 def corner_law(parameters: Parameters) -> pd.DataFrame:
     """One row per friction and mesh, from the coarsest corner to the finest: the limit, its exponent between neighbouring meshes, and their time."""

@@ -14,18 +14,6 @@ import numpy as np
 
 import frictopt as fo
 
-__all__ = [
-    "ExactLimit",
-    "NotProven",
-    "exact_guaranteed_limit",
-    "exact_increment",
-    "exact_margin",
-    "exact_shakedown_limit",
-    "fractions",
-    "refined",
-    "safe_rows",
-]
-
 Array = np.ndarray[Any, Any]
 
 _DIGITS = Fraction(1, 10**40)  # residual of a refined solution, over the size of its right-hand side

@@ -17,8 +17,6 @@ from .methods import Method, Question
 from .parameters import Parameters
 from .scenes import Scene
 
-__all__ = ["OPTIONS", "NodePrograms", "exact_least", "questions"]
-
 Array = np.ndarray[Any, Any]
 
 OPTIONS: dict[str, dict[str, Any]] = {"defaults": {}, "no presolve": {"presolve": "off"}}

@@ -20,8 +20,6 @@ from .methods import Method, Question, installed
 from .parameters import Parameters
 from .scenes import Scene
 
-__all__ = ["FrozenBound", "clarabel", "daqp", "osqp", "questions"]
-
 Array = np.ndarray[Any, Any]
 
 _PATIENCE = 5.0  # seconds until the frozen bound must have converged

@@ -9,8 +9,6 @@ import frictopt as fo
 
 from .methods import installed
 
-__all__ = ["Lemke"]
-
 Array = np.ndarray[Any, Any]
 
 _ACCEPTED = 1e-9  # violation of the complementarity problem with which an increment passes

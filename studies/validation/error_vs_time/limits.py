@@ -17,8 +17,6 @@ from .methods import Method, Question
 from .parameters import Parameters
 from .scenes import Scene
 
-__all__ = ["exact_largest_margin", "exact_limit", "exact_onset", "questions"]
-
 Array = np.ndarray[Any, Any]
 
 _VERTEX = "vertex of the linear program in rational arithmetic, refined to 40 digits and proven optimal"

@@ -12,8 +12,6 @@ import frictopt as fo
 
 from .clock import timed
 
-__all__ = ["EPSILON", "RIVALS", "ROUNDING", "Method", "Question", "absent", "installed", "measured", "not_dominated"]
-
 EPSILON = float(np.finfo(float).eps)
 """Smallest error that is reported."""
 

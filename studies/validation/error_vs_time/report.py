@@ -8,8 +8,6 @@ import pandas as pd
 from ...tables import markdown, two_digits
 from .methods import ROUNDING
 
-__all__ = ["calls", "fronts", "law", "report"]
-
 
 def report(tables: Mapping[str, pd.DataFrame]) -> str:
     """The short tables, with the machine and the rivals that were absent."""

@@ -9,8 +9,6 @@ from frictopt.reference import LineContact, half_plane_contact
 from ...paper import LOADS
 from .parameters import Parameters
 
-__all__ = ["CYLINDER", "CYLINDER_LOADS", "SHEAR", "Scene", "cylinder", "punch"]
-
 CYLINDER = LineContact(P=1.0, R=1.0, E_star=4 / pi, f=0.3)
 """Cylinder on a half-plane, contact of half-width 1."""
 

@@ -20,8 +20,6 @@ from .parameters import Parameters
 from .scenes import Scene
 from .transients import CYCLES, last_work, start_slip
 
-__all__ = ["STEPS", "InSpace", "questions", "spheres", "turning"]
-
 Array = np.ndarray[Any, Any]
 
 STEPS = "increments from corner to corner"

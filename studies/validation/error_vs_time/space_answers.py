@@ -17,8 +17,6 @@ from .parameters import Parameters
 from .scenes import Scene
 from .space import STEPS, InSpace
 
-__all__ = ["amplitudes", "questions"]
-
 _ABOVE = 1.5  # load factor of the least slip, over the shakedown limit
 _PROVEN = 1e-4  # tolerance of a limit after protocol
 _HALF = 0.6  # of the side of the sphere's grid, over the radius of its contact: every node is pressed

@@ -16,8 +16,6 @@ from .methods import RIVALS, Question, absent, measured
 from .parameters import FULL, QUICK, Parameters
 from .scenes import punch
 
-__all__ = ["CALLS", "ERROR", "LAW", "error_against_time", "questions"]
-
 
 def questions(parameters: Parameters) -> Iterator[Question]:
     """All comparisons, one computation after the other on each mesh."""

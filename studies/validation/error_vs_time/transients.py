@@ -14,8 +14,6 @@ from .methods import Method, Question, installed
 from .parameters import Parameters
 from .scenes import CYLINDER, CYLINDER_LOADS, SHEAR, Scene, cylinder
 
-__all__ = ["CYCLES", "cylinders", "last_work", "questions", "start_slip"]
-
 Array = np.ndarray[Any, Any]
 
 CYCLES = 2

@@ -20,8 +20,6 @@ from .ranges import range_probes
 from .separations import separation_probes
 from .space import space_probes
 
-__all__ = ["probes"]
-
 _LP = "plain linear program, scipy"
 _DRIFT = 1e-9
 _DENSE = 300  # elements up to which the plain linear program is solved: it takes minutes beyond

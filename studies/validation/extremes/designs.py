@@ -13,8 +13,6 @@ from ...paper import LOADS
 from .. import oracles
 from .probes import Answer, Probe, Sizes
 
-__all__ = ["design_probes"]
-
 _LP = "plain linear program with the design built in, scipy"
 
 

@@ -13,8 +13,6 @@ from ...paper import LOADS
 from .. import oracles
 from .probes import SHEAR, Answer, Probe, Sizes, nearly_separated
 
-__all__ = ["guarantee_probes"]
-
 _FEW = 60  # nodes up to which a plain linear program is solved for each
 _MANY = 130  # nodes up to which it is solved with nothing left out
 _LP, _KEPT, _UNITS = "plain linear program per node, scipy", "nothing left out", "other units"

@@ -7,8 +7,6 @@ import frictopt as fo
 
 from ...paper import LOADS
 
-__all__ = ["SHEAR", "Answer", "Probe", "Sizes", "nearly_separated"]
-
 SHEAR = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": -1.0}, {"Q": 1.0}])
 _EXACT = 1e-7
 

@@ -12,8 +12,6 @@ from frictopt.reference import masing_dissipation, single_node_dissipation, sing
 from ...paper import LOADS
 from .probes import Answer, Probe, Sizes
 
-__all__ = ["range_probes"]
-
 _FRICTION = 0.7
 
 

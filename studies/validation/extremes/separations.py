@@ -12,8 +12,6 @@ from ...paper import LOADS
 from ..open_patterns import largest_with_open
 from .probes import Answer, Probe, Sizes
 
-__all__ = ["separation_probes"]
-
 _QUESTION, _LP = "limit with separation", "plain linear program with its open nodes, scipy"
 
 

@@ -13,8 +13,6 @@ from frictopt.reference import smallest_circle_limit
 
 from .probes import Answer, Probe, Sizes
 
-__all__ = ["polygon_limit", "space_probes"]
-
 _SIDES, _CUTS = 16, 40  # of the first polygons around the circles, and refinements of them
 _EXCESS = 1e-10  # over a circle, in the node's pressure, that the last polygon leaves
 _TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}

@@ -18,8 +18,6 @@ from ...tables import Study, Table, markdown
 from .cases import probes
 from .probes import Answer, Probe, Sizes
 
-__all__ = ["EXTREMES", "FULL", "QUICK", "STUDY", "Parameters", "judged", "short"]
-
 
 @dataclass(frozen=True)
 class Parameters:

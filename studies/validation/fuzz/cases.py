@@ -9,8 +9,6 @@ import numpy as np
 
 import frictopt as fo
 
-__all__ = ["SHARES", "Case", "random_case"]
-
 SHARES = (0.0, 0.5, 0.9, 1 - 1e-6, 1 + 1e-6, 1.1, 1.5, 3.0, 20.0)
 """Load factors of the cases, over the shakedown limit (over 1 where there is no finite one)."""
 

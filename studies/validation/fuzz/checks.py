@@ -20,8 +20,6 @@ from .ranges import found_range, least_slip, limit_after_protocol
 from .recovered import recovered
 from .separated import separated
 
-__all__ = ["CHECKS", "Finding", "asked", "findings"]
-
 _STEPS = (7, 30, 131, 1009)  # increments from corner to corner; without common divisors, so that not all of them miss the same event
 _FEW = 3  # nodes up to which all statuses are tried
 _BRUTE = 16  # cycles that are followed to find the outcome of a transient

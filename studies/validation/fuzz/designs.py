@@ -8,8 +8,6 @@ import frictopt as fo
 
 from .known import Known, NotAsked, Wrong, same
 
-__all__ = ["best_design", "judged_design"]
-
 _EVERY = 4  # cases that are asked
 _OTHERS = 3  # designs within the bounds that are asked for their limits, beside none
 _SAME = 1e-7

@@ -13,8 +13,6 @@ from .cases import Case
 from .checks import Finding, asked
 from .known import NotAsked, Wrong, same
 
-__all__ = ["DIFFERENTIAL", "Scene", "Seen", "described", "differences"]
-
 SAME = 1e-9
 """Difference between two answers, over the force, length and work of the contact, that counts as none: the residual that an answer may have."""
 

@@ -11,20 +11,6 @@ from frictopt.transients.increments import ExactIncrement
 from .cases import random_case
 from .known import NotAsked, Wrong, same
 
-__all__ = [
-    "FRICTION_EVERY",
-    "Embedded",
-    "embedded",
-    "guaranteed",
-    "increment",
-    "least_slip",
-    "limit",
-    "required_friction",
-    "safe_region",
-    "safe_slip",
-    "steady_state",
-]
-
 _SAME = 1e-7
 _FRICTION_PROVEN = 2e-5  # both sides of its proof are this close
 _APART = 0.01  # of the two polygons of a region

@@ -12,8 +12,6 @@ from .. import oracles
 from ..lower_bound import lower_bound
 from .known import Known, NotAsked, Wrong, same, transformed
 
-__all__ = ["followed", "guaranteed", "guaranteed_transformed"]
-
 _STARTS = 10  # below the limit
 _FEW, _SECONDS = 3, 5.0  # nodes and corners up to which sequences of increments are computed, and seconds for each
 _SMALL = 0.1, 0.02, 1e-3  # load factors next to 0, over lambda_2 or that at which cyclic reactions reach the mean pressure

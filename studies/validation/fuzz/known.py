@@ -11,8 +11,6 @@ import frictopt as fo
 from .. import oracles
 from .cases import Case
 
-__all__ = ["Known", "NotAsked", "Wrong", "same", "transformed"]
-
 
 class Wrong(Exception):
     """An answer that an independent one contradicts."""

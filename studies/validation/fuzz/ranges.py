@@ -6,8 +6,6 @@ import frictopt as fo
 
 from .known import Known, NotAsked, Wrong, same
 
-__all__ = ["found_range", "least_slip", "limit_after_protocol"]
-
 _CYCLES = 4  # followed to hold the least slip against
 _BRUTE = 40  # followed to see what becomes of a start
 _MOST_NODES, _EVERY = 6, 16  # cases that are asked for a range or a practical limit, which follow many transients

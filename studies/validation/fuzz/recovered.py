@@ -10,8 +10,6 @@ import frictopt as fo
 
 from .known import Known, NotAsked, Wrong
 
-__all__ = ["recovered"]
-
 _SAME = 1e-8
 
 

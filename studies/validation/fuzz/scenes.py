@@ -12,8 +12,6 @@ from frictopt.reference import half_plane_influence
 
 from .cases import Case
 
-__all__ = ["FAMILIES", "random_scene"]
-
 _SHARES = (0.8, 0.95, 1.05, 1.2, 1.5, 2.0, 4.0)
 _ELEMENTS = (16, 24, 40, 64, 96, 128)  # of a punch
 _MATERIALS = (fo.Material(), fo.Material(100.0, 0.1), fo.Material(1e-2, 0.45))

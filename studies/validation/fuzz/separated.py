@@ -8,8 +8,6 @@ import frictopt as fo
 
 from .known import Known, NotAsked, Wrong
 
-__all__ = ["separated"]
-
 _FEW = 4  # nodes up to which it is asked, of a part of the cases
 _BELOW = 1 - 1e-9  # at the limit itself nodes may stand at their bounds, where above the critical friction the path goes on in several ways
 _ABOVE = (1.01, 1.3)  # load factors, over a proven limit, at which transients may not rest

@@ -17,8 +17,6 @@ from .designs import judged_design
 from .embedded import FRICTION_EVERY, Embedded
 from .known import NotAsked, Wrong, same
 
-__all__ = ["SPACE", "space_findings"]
-
 _NEAR = 1e-6  # relative distance from the limit within which it is not asked whether a safe slip exists
 _SAME = 1e-7
 _CRITICAL, _ZERO = 1e-4, 1e-3  # accuracy of critical states by polygons, and guaranteed limits over the shakedown limit that are about 0

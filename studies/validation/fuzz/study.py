@@ -31,8 +31,6 @@ from .differential import DIFFERENTIAL, differences
 from .scenes import random_scene
 from .space import SPACE, space_findings
 
-__all__ = ["COUNTS", "FULL", "PARTS", "QUICK", "REFUSALS", "STUDY", "Parameters", "counts", "refusals", "short"]
-
 PARTS: Mapping[str, Mapping[str, Any]] = {"answers": CHECKS, "differential": DIFFERENTIAL, "space": SPACE}
 """Part -> its questions."""
 
