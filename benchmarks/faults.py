@@ -287,7 +287,7 @@ FAULTS = (
     # path
     Fault("transients/exact/kernel.py", "a node at one bound sticks without being asked", "off = min(slack_forward, slack_backward)",
           "off = max(slack_forward, slack_backward)", "path_exact"),
-    Fault("transients/cycles.py", "one state tells the fixed point of a curved map", "if not same or not all", "if not all",
+    Fault("transients/cycles.py", "one state tells the fixed point of a curved map", "if same and closer and", "if closer and",
           "spatial_cycles"),
     Fault("transients/exact/kernel.py", "work by the pressure before", "0.5 * (before + state.r[nodes + node])", "before",
           "path_exact work_of_friction"),

@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_numbers, flag, listed, shown, whole_number
+from ..contact.checks import Array, finite_numbers, listed, shown, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.progress import bar_of
 from ..contact.system import checked_system
@@ -130,7 +130,6 @@ def dissipation_study(
     begins = checked_starts(starts, system.slip_shape)
     if executor is not None and not hasattr(executor, "submit"):
         raise ModelError(f"executor: a {type(executor).__name__}; give an executor of concurrent.futures, or of dask by client.get_executor()")
-    flag("progress", progress)
     chosen = slice(None) if shard is None else _checked_shard(shard)
     wanted = list(product(range(len(fields)), factors, begins))[chosen]
     rows: dict[str, Row] = {}

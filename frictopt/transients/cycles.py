@@ -108,8 +108,15 @@ class Run:
         self.works, self.lost = self.works + latest.works, max(self.lost, latest.lost)
         self.last = [] if first else [*self.last[-_WINDOW:], latest]
         found = self.shown(latest)
-        if found is None and self.last and (self.goes_on_at_fixed_point() if self.path.steps else self.goes_on_at_limit()):
-            found = self.shown(self.last[-1])
+        if found is None and self.last:
+            try:
+                proven = self.proven_fixed_point() if self.path.steps else self.proven_limit()
+            except (NoContinuation, SolverError):
+                proven = None
+            if proven is not None:
+                self.slow = distance_left([cycle.change for cycle in self.last[-3:]], REPEATED) / latest.change
+                self.path, self.last, self.extrapolated, self.tried, self.pause = proven[0], [proven[1]], True, 0, 0
+                found = self.shown(proven[1])
         if found is not None:
             return found
         pairs, ahead = list(pairwise(self.last[-_LEAST - 1 :])), ""
@@ -122,8 +129,16 @@ class Run:
             raise self.given_up(latest, ahead)
         return None
 
-    def follow(self, path: Transient) -> Cycle:
-        """One return of a transient."""
+    def follow(self, path: Transient | None) -> Cycle:
+        """One return of a transient.
+
+        Raises
+        ------
+        NoContinuation
+            It ends, or there is none.
+        """
+        if path is None:
+            raise NoContinuation("steady state: there is no state to follow")
         cycle = path.cycle_on(self.period)
         self.cycles += self.period
         self.tell()
@@ -140,15 +155,15 @@ class Run:
             slides = slips(path, cycle, last[-2] if len(last) > 1 else None)
             far = max(1.0, float(np.abs(cycle.after).max())) if path.steps else 1.0  # increments have rounding of the size of their slips
             left = 0.0 if self.extrapolated or not cycle.work.any() else distance_left([one.change for one in last[-3:]], REPEATED * far)
-            if left <= RESIDUAL and slides is False:
-                return Settled(Outcome.SHAKEDOWN, path, replace(cycle, work=0 * cycle.work), 0.0, (cycle,))
-            if left <= RESIDUAL and slides:
+            if left <= RESIDUAL and slides is not None:
                 cycles = last[-2:]
-                while not (off := work_error(path, cycles, self.slow)) <= RESIDUAL and len(cycles) < _MORE:
+                while slides and not (off := work_error(path, cycles, self.slow)) <= RESIDUAL and len(cycles) < _MORE:
                     cycles.append(self.follow(path))  # a change that counts as none is a share of little slip
-                    if not cycles[-1].work.any():
-                        return Settled(Outcome.SHAKEDOWN, path, cycles[-1], 0.0, (cycles[-1],))
-                return Settled(Outcome.CYCLIC_SLIP, path, cycles[-1], off, tuple(cycles[-1:]))
+                    slides = bool(cycles[-1].work.any())
+                end = cycles[-1]
+                if not slides:
+                    return Settled(Outcome.SHAKEDOWN, path, replace(end, work=0 * end.work), 0.0, (end,))
+                return Settled(Outcome.CYCLIC_SLIP, path, end, off, (end,))
         drifts = self.ratchets()
         return None if drifts is None else Settled(Outcome.RATCHETING, path, replace(cycle, change=0.0), drifts, (cycle,))
 
@@ -166,8 +181,8 @@ class Run:
             return None
         return abs(float(last.work.sum() - before.work.sum())) / (float(last.work.sum()) or 1.0)
 
-    def goes_on_at_limit(self) -> bool:
-        """Go on from the limit of the last returns with the same events, if it is proven to be theirs.
+    def proven_limit(self) -> tuple[Transient, Cycle] | None:
+        """A transient at the limit of the last returns with the same events, if it is proven to be theirs, and its return.
 
         The proof has two parts. First, a return from the limit comes back to it. Second, the map of one return is affine for all later states: they
         are weighted means of the limit, the last state and a few states between (`limit_of`), and a return from each of these ends where the affine
@@ -177,7 +192,7 @@ class Run:
         same = next((k for k, other in enumerate(reversed(last)) if other.events != last[-1].events), len(last))
         if same < _LEAST or self.pause:
             self.tried, self.pause = (0, 0) if same < _LEAST else (self.tried, self.pause - 1)
-            return False
+            return None
         self.tried = self.pause = self.tried + 1
         for count in range(same, _LEAST - 1, -2):  # the first of these may have another map: the same events in another order
             found = limit_of(np.array([last[-count].before, *(cycle.after for cycle in last[-count:])]))
@@ -185,32 +200,24 @@ class Run:
             if found is not None and proof is not None:
                 break
         else:
-            return False
+            return None
         limit, modes = found
         shares = []
         for before, after in ((last[-1].before - limit, last[-1].after - limit), *modes):
             near = _NEAR / max(_NEAR, np.abs(before - after).max())
             shares.append((near * before, near * after))
         shares += modes
-        try:
-            proving = self.follow(proof)
-            if proving.change > PERIODIC:
-                return False
-            for before, after in shares:
-                probe = path.at(limit + before)
-                if probe is None:
-                    return False
-                off = np.abs(self.follow(probe).after - limit - after).max()
-                if off > PERIODIC + _AFFINE * np.abs(before - after).max():
-                    return False
-        except (NoContinuation, SolverError):
-            return False
-        self.slow = distance_left([cycle.change for cycle in last[-3:]], REPEATED) / last[-1].change
-        self.path, self.last, self.extrapolated, self.tried, self.pause = proof, [proving], True, 0, 0
-        return True
+        proving = self.follow(proof)
+        if proving.change > PERIODIC:
+            return None
+        for before, after in shares:
+            off = np.abs(self.follow(path.at(limit + before)).after - limit - after).max()
+            if off > PERIODIC + _AFFINE * np.abs(before - after).max():
+                return None
+        return proof, proving
 
-    def goes_on_at_fixed_point(self) -> bool:
-        """Go on from a fixed point of increments, if returns contract towards it.
+    def proven_fixed_point(self) -> tuple[Transient, Cycle] | None:
+        """A transient at a fixed point of increments, if returns contract towards it, and its return.
 
         Their map is not affine where slips turn, so that one extrapolation follows the other: each takes returns from the point that the one before
         has found, which change less than a quarter as much. In the end a return comes back, while the last return of the transient itself came
@@ -219,38 +226,24 @@ class Run:
         """
         self.pause = max(self.pause - 1, 0)
         if self.pause or len(self.last) < _LEAST:
-            return False
+            return None
         last, size, self.tried = self.last[-1], np.inf, self.tried + 1
         limit = fixed_point(np.array([self.last[0].before, *(cycle.after for cycle in self.last)]))
         if np.abs(limit - last.after).max() > _CLOSE:
-            return False
+            return None
         self.pause = _LEAST
-        try:
-            while (proof := self.path.at(limit)) is not None and (proving := self.follow(proof)).change > PERIODIC:
-                if not proving.change < min(size, last.change) / _GAIN:
-                    return False
-                size, states = proving.change, [proving.before, proving.after, *(self.follow(proof).after for _ in range(_LEAST))]
-                limit = fixed_point(np.array(states))
-            if proof is None:
-                return False
-            limit = proving.after
-            far = [np.linalg.norm(last.before - limit), np.linalg.norm(last.after - limit)]
-            for share in _BETWEEN:
-                probe = self.path.at(limit + share * (last.after - limit))
-                if probe is None:
-                    return False
-                between = self.follow(probe)
-                far += [np.linalg.norm(between.before - limit), np.linalg.norm(between.after - limit)]
-        except (NoContinuation, SolverError):
-            return False
+        while (proving := self.follow(proof := self.path.at(limit))).change > PERIODIC:
+            if not proving.change < min(size, last.change) / _GAIN:
+                return None
+            size, states = proving.change, [proving.before, proving.after, *(self.follow(proof).after for _ in range(_LEAST))]
+            limit = fixed_point(np.array(states))
+        limit = proving.after
+        between = [self.follow(self.path.at(limit + share * (last.after - limit))) for share in _BETWEEN]
+        closer = all(np.linalg.norm(one.after - limit) < np.linalg.norm(one.before - limit) for one in [last, *between])
         earlier, self.fixed = self.fixed, proving
         none = RESIDUAL * self.path.scales.mean * self.path.scales.length  # the work of a slip that counts as none
         same = earlier is not None and bool((np.abs(proving.work - earlier.work) <= _SAME * proving.work.sum() + none).all())
-        if not same or not all(after < before for before, after in zip(far[::2], far[1::2], strict=True)):
-            return False
-        self.slow = distance_left([cycle.change for cycle in self.last[-3:]], REPEATED) / last.change
-        self.path, self.last, self.extrapolated, self.tried, self.pause = proof, [proving], True, 0, 0
-        return True
+        return (proof, proving) if same and closer and proof is not None else None
 
     def drifts_on(self) -> str:
         """In words, that more returns cannot help: one from where the drift leads in all cycles left has the same events and drift.
@@ -264,12 +257,11 @@ class Run:
             return ""
         if not (np.abs(drift) - left * bend)[n:].max() > PERIODIC * np.abs(drift).max():
             return ""
-        far = self.path.at(last.after + left * drift)
         try:
-            ahead = None if far is None else self.follow(far)
+            ahead = self.follow(self.path.at(last.after + left * drift))
         except NoContinuation:
             return ""
-        if ahead is None or ahead.events != last.events or not 2 * np.abs(ahead.after - ahead.before - drift).max() < last.change:
+        if ahead.events != last.events or not 2 * np.abs(ahead.after - ahead.before - drift).max() < last.change:
             return ""
         return f"; a cycle from where the drift leads in {left} more cycles has the same events, changes gaps, and drifts by {ahead.change:.1e}"
 

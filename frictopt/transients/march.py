@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
-from ..contact.checks import Array, choice, flag, frozen, whole_number
+from ..contact.checks import Array, choice, frozen, whole_number
 from ..contact.odd_values import warns_of_odd_values
 from ..contact.parts import parted
 from ..contact.progress import bar_of
@@ -86,7 +86,6 @@ def march(
     True
     """
     whole_number("cycles", cycles, least=0)
-    shown = flag("progress", progress)
     way, counts = way_to_follow(checked_system(system), engine, steps)
     start = system, cycle, friction, load_factor, initial_slip
     path: ExactPath | SteppedPath
@@ -94,7 +93,7 @@ def march(
         path, error = ExactPath(*start, initial_state=initial_state, keep=True), 0.0
         time, bonded, u, r, status, work = _exactly(path, cycles)
     else:
-        with bar_of(shown, "march", "cycle", total=len(counts) * cycles, delay=2) as bar:
+        with bar_of(progress, "march", "cycle", total=len(counts) * cycles, delay=2) as bar:
             path = SteppedPath(*start, initial_state, way, counts[0])
             coarse = [SteppedPath(*start, initial_state, "newton", count) for count in counts[1:]]  # the quickest way
             begun = path.visited

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.answers import Outcome
-from ..contact.checks import finite_number, flag, frozen, whole_number
+from ..contact.checks import finite_number, frozen, whole_number
 from ..contact.coulomb import off_law
 from ..contact.odd_values import warns_of_odd_values
 from ..contact.parts import parted
@@ -102,7 +102,6 @@ def steady_state(
     1.0
     """
     whole_number("most_cycles", most_cycles, least=1)
-    shown = flag("progress", progress)
     extra = None if overload is None else finite_number("overload", overload, least=0.0)
     asked = checked_system(system), cycle, friction, load_factor, initial_slip
     if system.tangents == 1 and steps is None:
@@ -110,7 +109,7 @@ def steady_state(
         path.start(extra)
         run = Run(path, most_cycles)
         return reported(run, run.settled(), 0.0)
-    with bar_of(shown, "steady state", "cycle", delay=2) as bar:
+    with bar_of(progress, "steady state", "cycle", delay=2) as bar:
         runs = [Run(SteppedPath(*asked, initial_state, "newton", count), most_cycles, bar.update) for count in step_counts(steps)]
         runs[0].path.start(extra)
         found, errors = runs[0].settled(), [np.inf] * (len(runs) == 1)
