@@ -136,3 +136,9 @@ def test_a_room_is_imported_when_it_is_first_used():
     assert not heavy & loaded("import frictopt")
     assert heavy & loaded(SYSTEM + "fo.onset(s, fo.LoadCycle({'P': 1.0}, [{'Q': 1.0}]), 0.5)") == {"numpy"}
     assert heavy & loaded(SYSTEM + limit) == {"numpy", "scipy", "cvxpy", "pandas"}
+
+
+def test_a_path_in_the_plane_needs_no_library_of_limits():
+    joined = SYSTEM.replace("np.eye(2)", "np.eye(2) + 0.1")
+    path = loaded(joined + "fo.steady_state(s, fo.LoadCycle({'P': 1.0}, [{'Q': 0.6}, {'Q': -0.6}]), 0.5, 1.0)")
+    assert "numba" in path and not {"cvxpy", "pandas", "scipy.sparse", "scipy.optimize"} & path

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from ..contact.checks import Array
 from ..contact.tolerances import NO_DRIVE
@@ -26,7 +25,11 @@ def scales(S: Array, mean: Array, corners: Array, n: int) -> Scales:
     largest, stiffness = np.abs(corners).reshape(-1, *shape).max(axis=(0, 1)), np.diag(S).reshape(shape).mean(axis=0)
     least = NO_DRIVE * max(float(np.abs(p).mean()), float(largest.max())) or 1.0
     joined = (S.reshape(shape * 2) != 0).any(axis=(0, 2))
-    number, part = (1, np.zeros(n)) if joined[0].all() else connected_components(joined, directed=False)
+    number, part = 1, np.zeros(n)
+    if not joined[0].all():
+        from scipy.sparse.csgraph import connected_components  # here, for a contact in one piece needs none
+
+        number, part = connected_components(joined, directed=False)
     found = Scales(np.empty(n), np.empty(n), np.empty(n))
     for k in range(number):
         block = part == k

@@ -1,7 +1,6 @@
 """Gross sliding: a rigid motion of the bodies that friction cannot stop."""
 
 import numpy as np
-from scipy.optimize import linprog
 
 from ..contact.checks import Array
 from ..contact.system import ContactSystem
@@ -38,6 +37,8 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
     loads = {name: load for name, load in loads.items() if not _balanced(V, friction, load)}
     if not loads:
         return
+    from scipy.optimize import linprog  # here, for loads that friction bears need none
+
     motions = V.reshape(-1, system.nodes, V.shape[1])
     v, w = motions[:-1], motions[-1]
     angles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS

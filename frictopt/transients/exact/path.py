@@ -30,7 +30,6 @@ from .kernel import (
     refresh,
     set_statuses,
 )
-from .rate import find_rates, rate_problem
 
 _RESTART = RESIDUAL / 10  # residual of a state that a path may restart from: the cycle from there adds its own
 _ROWS = 256  # events that the record holds before they are moved to the history
@@ -223,6 +222,8 @@ class ExactPath(Transient):
 
     def _solve_rate_problem(self, load_rate: Array, not_unique: bool, time: float, where: str) -> None:
         """Set the statuses to the solution of the rate problem."""
+        from .rate import find_rates, rate_problem  # here, for few paths have such an event
+
         problem = rate_problem(self._S, self.friction, load_rate, self.state, self.scales.mean)
         if problem.floating:
             raise NoContinuation(f"{where}: at {time:.9g} of it the contact slides or opens freely; {self._free_body}")
