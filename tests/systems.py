@@ -76,9 +76,9 @@ def lifts(table, friction):
 def corner_rows(contact, cycle, friction):
     """(2, K, N, N + 1) rows and (2, K, N) right sides of `rows @ (v, lam) <= right`: neither forward nor backward slip at any corner."""
     f, ways = np.broadcast_to(friction, contact.nodes), (-1.0, 1.0)
-    (q0, p0), corners = cycle.mean_reaction(contact), list(zip(*cycle.corner_reactions(contact), strict=True))
+    unscaled, corners = map(contact.closed_reaction, cycle.at(0.0)), list(zip(*cycle.corner_reactions(contact), strict=True))
     rows = [[np.column_stack([way * contact.A - f[:, None] * contact.B, way * q - f * p]) for q, p in corners] for way in ways]
-    return np.array(rows), np.array([[f * p0 - way * q0] * len(corners) for way in ways])
+    return np.array(rows), np.array([[f * p - way * q for way in ways] for q, p in unscaled]).swapaxes(0, 1)
 
 
 def linprog_limit(contact, cycle, friction, most=None, upper=(), equal=(), least=False):
@@ -86,11 +86,11 @@ def linprog_limit(contact, cycle, friction, most=None, upper=(), equal=(), least
 
     Status 0 is optimal, 2 infeasible (value nan), 3 unbounded (inf). More rows `(a, b, right)` mean `a @ v + b lam <= right`, or `==`.
     """
-    n, p0 = contact.nodes, cycle.mean_reaction(contact)[1]
+    n, unscaled = contact.nodes, [contact.closed_reaction(loads)[1] for loads in cycle.at(0.0)]
     rows, right = corner_rows(contact, cycle, friction)
     closed = [np.column_stack([-contact.B, -p]) for p in cycle.corner_reactions(contact)[1]]
     rows = np.vstack([rows.reshape(-1, n + 1), *closed, *(np.append(a, b) for a, b, _ in upper)])
-    right = np.concatenate([right.ravel(), np.tile(p0, len(closed)), [c for *_, c in upper]])
+    right = np.concatenate([right.ravel(), *unscaled, [c for *_, c in upper]])
     also = {"A_eq": [np.append(a, b) for a, b, _ in equal], "b_eq": [c for *_, c in equal]} if equal else {}
     slips = [(None, None)] * n if most is None else [(-m, m) for m in np.broadcast_to(most, n)]
     tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}

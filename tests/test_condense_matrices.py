@@ -60,7 +60,7 @@ def by_multipliers(K, F, G, held):
     return r[:, :k], r[:, k:]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10**6), angle=st.floats(-4, 4), held=st.booleans(), match=st.booleans())
 def test_any_numbering_direction_and_projection_against_multipliers(seed, angle, held, match):
     rng = np.random.default_rng(seed)

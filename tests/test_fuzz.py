@@ -24,7 +24,7 @@ pytestmark = pytest.mark.slow
 ADVICE = r"hold|lower|reduce|give|check|take|press|allow|differ too much|bring|or use"
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @example(seed=239678, nodes=1)  # without friction, two corners that are the same but for rounding: HiGHS calls the plain rows infeasible
 @example(seed=1929, nodes=2)  # loads that press the more the larger they are, and make the witness of the guaranteed limit safe
 @given(seed=st.integers(0, 10**9), nodes=st.integers(1, 6))

@@ -44,7 +44,7 @@ def test_published_instances(data, friction, expected, simplify):
     check(limit, contact, CYCLE, friction)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), f=st.floats(0.02, 0.4), coupling=st.floats(0.0, 1.0))
 def test_two_nodes_against_the_lines_that_meet(seed, f, coupling):
     contact = random_system(np.random.default_rng(seed), 2, coupling=coupling)
@@ -55,7 +55,7 @@ def test_two_nodes_against_the_lines_that_meet(seed, f, coupling):
         assert np.isnan(limit.load_factor) or limit.load_factor <= limit.shakedown.load_factor
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(2, 6), corners=st.integers(2, 5), f=st.floats(0.05, 1.5), most=st.sampled_from([None, 0.5, 3.0]))
 def test_any_cycle_against_linear_programs_of_all_corners(seed, nodes, corners, f, most):
     rng = np.random.default_rng(seed)

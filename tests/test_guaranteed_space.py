@@ -76,7 +76,7 @@ def test_one_cone_program_for_each_node(seed, simplify):
     assert simplify or set(table["how"]) <= {"solved", "never critical", "one corner alone rules"}
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 10**6))
 def test_one_node_and_two_corners_in_closed_form(seed):
     """The node's critical state fixes its slip: `lam = (p0 - B A^-1 q0) / (rho - B A^-1 c)`, at which it is safe by itself."""

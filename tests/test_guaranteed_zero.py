@@ -83,7 +83,7 @@ def test_the_corner_of_the_punch_is_a_witness_at_every_load(punch, paper_cycle, 
     assert work[0] > 0 and work[1] == pytest.approx(100 * work[0], rel=0.1)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(2, 3), f=st.floats(0.1, 0.8), diagonal=st.booleans())
 def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagonal):
     """Below a limit above 0 starts stop slipping; at a limit of 0 a slip on both bounds goes on slipping at a load next to its own."""

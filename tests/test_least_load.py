@@ -92,7 +92,7 @@ def test_a_hertz_contact_with_a_light_mean_load_node_by_node(shear):
     assert fo.steady_state(contact, cycle, 0.3, 1.01 * limit.least).outcome is fo.Outcome.SHAKEDOWN
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(1, 5),
@@ -112,7 +112,7 @@ def test_the_interval_by_linear_programs_over_raw_slips(seed, nodes, corners, f,
         assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(seed=st.integers(0, 10**6), f=st.floats(0.1, 1.0), size=st.sampled_from([-0.1, 0.0, 0.1]))
 def test_the_interval_under_constraints_of_ones_own(seed, f, size):
     """Slips and load factor bounded together, by an inequality and by absolute values. Nodes are open where nothing is safe with all closed."""
@@ -191,7 +191,7 @@ def least_on_both_bounds(contact, cycle, f, least):
     return min((low for low, high in on_both_bounds(contact, cycle, f) if high > least * (1 + 1e-6) + 1e-6), default=np.inf)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 3), corners=st.integers(2, 3), f=st.floats(0.1, 0.9))
 def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
     """Against linear programs over raw slips. Below it starts come to rest unless nodes open; next to a limit at the lower end some do not."""

@@ -46,7 +46,7 @@ def all_rates_agree(contact, cycle, ask, limit, slack=1e-4):
     assert lost <= -STEP * limit.interference_rate @ np.arange(contact.nodes) + 1e-4 * STEP * contact.nodes**2  # concave
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(1, 4),
@@ -63,7 +63,7 @@ def test_in_the_plane(seed, nodes, f, most, fixed, coupling):
     all_rates_agree(contact, cycle, lambda system, loads: fo.shakedown_limit(system, loads, f, slip_bound=most), limit)
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=4)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 3), f=st.floats(0.2, 1.0), most=st.sampled_from([None, 0.1]))
 def test_in_space(seed, nodes, f, most):
     contact = random_contact(np.random.default_rng(seed), nodes)
@@ -72,7 +72,7 @@ def test_in_space(seed, nodes, f, most):
     all_rates_agree(contact, spatial_cycle(), lambda system, loads: fo.shakedown_limit(system, loads, f, slip_bound=most), limit, 1e-3)
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=4)
 @given(seed=st.integers(0, 10**6))
 def test_with_open_nodes(seed):
     rng = np.random.default_rng(seed)
@@ -107,7 +107,7 @@ def guaranteed_rates_agree(contact, cycle, f, most=None, slack=1e-4):
     return limit.node is not None
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=4)
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(2, 4),
@@ -122,7 +122,7 @@ def test_of_the_guaranteed_limit_in_the_plane(seed, nodes, f, most, fixed):
     guaranteed_rates_agree(contact, fo.LoadCycle(CYCLE.mean, CYCLE.corners, fixed=[{"mean": 0.2, "bolt": 0.1}, {}] if fixed else None), f, most)
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 3), f=st.floats(0.3, 0.8))
 @example(seed=4, nodes=2, f=0.6)  # three corners
 @example(seed=6, nodes=2, f=0.6)
@@ -132,7 +132,7 @@ def test_of_the_guaranteed_limit_in_space(seed, nodes, f):
     guaranteed_rates_agree(contact, fo.LoadCycle({"mean": 1.0}, [{"a": 1.0, "b": 0.3}, {"a": -1.0, "c": 0.5}, {"b": 1.2}]), f, slack=1e-3)
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3)
 @given(seed=st.integers(0, 10**6))
 @example(seed=1)
 @example(seed=2)

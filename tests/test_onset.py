@@ -33,7 +33,7 @@ def test_onset_over_a_cycle_of_both_senses(data, friction, expected):
         assert [None if pd.isna(node) else node for node in rows["node"]] == [one.node for one in events]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(nodes=st.integers(1, 5), seed=st.integers(0, 10**6), friction=st.floats(0.05, 3.0))
 def test_onset_is_the_first_violation(nodes, seed, friction):
     contact = random_system(np.random.default_rng(seed), nodes)
@@ -141,7 +141,7 @@ def first_event(path, factor):
     return np.inf
 
 
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10**6), sense=st.sampled_from([-1.0, 1.0]))
 def test_the_onset_of_a_contact_with_open_nodes_is_the_first_event_after_the_mean_load_has_settled(seed, sense):
     rng = np.random.default_rng(seed)

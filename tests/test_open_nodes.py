@@ -54,7 +54,7 @@ def largest_in_space(contact, cycle, f, opened):
     return cp.Problem(cp.Maximize(lam), rows).solve(solver="CLARABEL")
 
 
-@settings(deadline=None, max_examples=25, derandomize=True)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6), st.sampled_from([CYCLE, THREE]))
 def test_the_limit_is_that_of_a_program_in_all_slips_and_gaps(seed, cycle):
     contact, friction, limit = open_contact(seed, cycle=cycle)
@@ -66,7 +66,7 @@ def test_the_limit_is_that_of_a_program_in_all_slips_and_gaps(seed, cycle):
     assert f"with {int(limit.open.sum())} of {contact.nodes} nodes open under the mean load" in limit.reason
 
 
-@settings(deadline=None, max_examples=12, derandomize=True)
+@settings(max_examples=12)
 @given(st.integers(0, 10**6))
 def test_the_limit_in_space_is_that_of_cones_in_all_slips_and_gaps(seed):
     contact, cycle, limit = open_in_space(seed)
@@ -77,7 +77,7 @@ def test_the_limit_in_space_is_that_of_cones_in_all_slips_and_gaps(seed):
     assert not q[:, limit.open].any() and not p[:, limit.open].any()
 
 
-@settings(deadline=None, max_examples=12, derandomize=True)
+@settings(max_examples=12)
 @given(st.integers(0, 10**6))
 def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
     contact, friction, limit = open_contact(seed)
@@ -90,7 +90,7 @@ def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
     assert space.load_factor == pytest.approx(plane.load_factor, rel=1e-6, abs=1e-8) and (space.to_frame()["how"][space.open] == "open").all()
 
 
-@settings(deadline=None, max_examples=25, derandomize=True)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6))
 def test_the_open_nodes_are_those_of_the_settled_mean_load(seed):
     contact, friction, limit = open_contact(seed)
@@ -98,7 +98,7 @@ def test_the_open_nodes_are_those_of_the_settled_mean_load(seed):
     assert limit.open.tolist() == (settled.status[-1] == 2).tolist()
 
 
-@settings(deadline=None, max_examples=25, derandomize=True)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6))
 def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(seed):
     contact, friction, limit = open_contact(seed)
@@ -111,7 +111,7 @@ def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(see
     assert not beyond.exists and beyond.certificate is not None and "also with" in beyond.reason
 
 
-@settings(deadline=None, max_examples=15, derandomize=True)
+@settings(max_examples=15)
 @given(st.integers(0, 10**6))
 def test_rates_are_differences_of_the_limit(seed):
     contact, friction, limit = open_contact(seed)
@@ -131,7 +131,7 @@ def test_rates_are_differences_of_the_limit(seed):
     assert low - 1e-9 <= step * limit.friction_rate.sum() * 1.0 + 1e-8 and step * limit.friction_rate.sum() <= high + 1e-8
 
 
-@settings(deadline=None, max_examples=10, derandomize=True)
+@settings(max_examples=10)
 @given(st.integers(0, 10**6))
 def test_the_guaranteed_limit_is_the_least_of_linear_programs_with_a_node_on_both_bounds(seed):
     contact, friction, limit = open_contact(seed, most_nodes=4)
@@ -159,7 +159,7 @@ def _bonded(contact, load_factor):
     return q0 + load_factor * q1, p0 + load_factor * p1
 
 
-@settings(deadline=None, max_examples=6, derandomize=True)
+@settings(max_examples=6)
 @given(st.integers(0, 10**6))
 def test_the_required_friction_is_where_the_limit_crosses_the_load(seed):
     contact, friction, limit = open_contact(seed)
@@ -181,7 +181,7 @@ def test_amplitudes_of_two_loads_with_a_node_that_stays_open():
     assert [node for node, _ in ruling] == [0, 1]
 
 
-@settings(deadline=None, max_examples=6, derandomize=True)
+@settings(max_examples=6)
 @given(st.integers(0, 10**6))
 def test_a_region_of_coupled_nodes_is_where_rays_end(seed):
     contact, friction, _ = open_contact(seed)
@@ -195,7 +195,7 @@ def test_a_region_of_coupled_nodes_is_where_rays_end(seed):
         assert not region.contains(first * limit * (1 + 1e-6), second * limit * (1 + 1e-6))
 
 
-@settings(deadline=None, max_examples=12, derandomize=True)
+@settings(max_examples=12)
 @given(st.integers(0, 10**6))
 def test_every_cycle_above_the_limit_slips_as_much_as_is_proven_while_the_open_nodes_carry_nothing(seed):
     contact, friction, limit = open_contact(seed)

@@ -25,7 +25,7 @@ def agrees(limit, status, value):
         assert limit.load_factor == pytest.approx(value, rel=1e-7, abs=1e-8) and limit.bound == pytest.approx(value, rel=1e-7, abs=1e-8)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), f=st.floats(0.05, 1.5), free=st.booleans(), size=st.sampled_from([-0.05, 0.0, 0.05, 0.5]))
 def test_slips_at_most_so_large_in_one_direction(seed, nodes, f, free, size):
     contact = random_system(np.random.default_rng(seed), nodes)
@@ -34,7 +34,7 @@ def test_slips_at_most_so_large_in_one_direction(seed, nodes, f, free, size):
     agrees(model.solve(f, [model.slip <= size]), *oracle(contact, f, [(row, 0.0, size) for row in np.eye(nodes)]))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     seed=st.integers(0, 10**6),
     f=st.floats(0.1, 1.0),
@@ -181,7 +181,7 @@ def test_a_contact_that_its_load_presses_has_no_limit_under_constraints_that_lea
     assert model.solve(0.5, [model.load_factor <= 7.0]).load_factor == pytest.approx(7.0, rel=1e-9)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(2, 4), f=st.floats(0.1, 1.0), size=st.sampled_from([-0.05, 0.02, 0.2, 2.0]))
 def test_the_guaranteed_limit_under_constraints_is_the_least_over_the_slips_that_obey_them(seed, nodes, f, size):
     contact = random_system(np.random.default_rng(seed), nodes)
@@ -214,7 +214,7 @@ def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_n
     assert raised > 2
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     seed=st.integers(0, 10**6), f=st.sampled_from([0.005, 0.3, 1.4]), factor=st.sampled_from([0.0, 0.5, 2.0]), size=st.sampled_from([-0.1, 0.05, 1.0])
 )

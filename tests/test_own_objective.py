@@ -13,7 +13,7 @@ from test_own_constraints import TWO
 from test_slip_bound import freed
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 10**6), f=st.floats(0.1, 1.0), cost=st.sampled_from([0.0, 0.3, 3.0]), free=st.booleans())
 def test_an_objective_against_all_signs_of_the_slip(seed, f, cost, free):
     """Largest `2 load_factor - cost * sum abs(v)`: the best over the signs of v, in each of which it is linear."""

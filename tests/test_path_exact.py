@@ -45,7 +45,7 @@ def test_the_path_is_the_limit_of_ever_finer_increments(seed, nodes):
     assert errors[2] < max(errors[0] / 6, 1e-4 * exact) and errors[2] < 0.02 * exact
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 6), corners=st.integers(1, 4), size=st.floats(0.0, 5.0), with_gap=st.booleans())
 def test_every_state_obeys_the_law(seed, nodes, corners, size, with_gap):
     """Coupled systems with separation, gaps, node-wise friction, any number of corners, and starts that the law does not admit."""

@@ -12,7 +12,7 @@ from paths import followed, judged, states
 from systems import CYCLE, random_system, system
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @example(seed=858, nodes=4, corners=2, size=0.5)  # slip dies out by a factor of 12 a cycle, next to a node without friction
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), corners=st.integers(1, 4), size=st.sampled_from([0.5, 2.0, 20.0]))
 def test_steady_states_are_where_a_hundred_cycles_go(seed, nodes, corners, size):

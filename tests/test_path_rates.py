@@ -23,7 +23,7 @@ def stiffness_of(S, active):
     return np.array(rows).reshape(n, 2 * nodes)[:, unknown]
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 8))
 def test_the_inverse_follows_any_sequence_of_changes(seed, nodes):
     rng = np.random.default_rng(seed)
@@ -43,7 +43,7 @@ def test_the_inverse_follows_any_sequence_of_changes(seed, nodes):
     assert np.allclose(active.inverse[:n, :n] @ stiffness_of(S, active), np.eye(n), atol=1e-9)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 6))
 def test_rates_obey_the_equation_of_each_status(seed, nodes):
     rng = np.random.default_rng(seed)
@@ -62,7 +62,7 @@ def test_rates_obey_the_equation_of_each_status(seed, nodes):
     assert np.allclose(np.r_[q, p][np.r_[status == 2, status == 2]], 0.0, atol=1e-10)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 7), skew=st.floats(0.0, 3.0))
 def test_complementary_pivoting_against_all_bases(seed, n, skew):
     """Positive definite plus skew: exactly one solution."""

@@ -35,7 +35,7 @@ def reach(vertices, direction):
     return min(factors)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), loads=st.sampled_from([("a", "b"), ("a", CIRCLE), (CIRCLE, [{"b": 1.0}])]))
 def test_the_polygon_is_the_limit_along_every_ray_by_another_program(seed, loads):
     contact, f, region = random_region(seed, loads)
@@ -48,7 +48,7 @@ def test_the_polygon_is_the_limit_along_every_ray_by_another_program(seed, loads
             assert linprog_limit(contact, region.cycle(*ray), f)[1] == pytest.approx(reach(region.vertices, ray), rel=1e-7, abs=1e-9)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 10**6))
 @example(seed=186)  # a node that slips and opens at one corner
 def test_vertices_are_a_convex_chain_and_each_side_is_its_mechanism(seed):

@@ -10,7 +10,7 @@ from studies.validation.oracles import largest_load_factor
 from systems import CYCLE, FIRST_PAIR, random_system, stress_of, system
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 6), f=st.floats(0.05, 1.0), factor=st.floats(0.0, 3.0), simplify=st.booleans())
 def test_a_safe_slip_exists_exactly_below_the_limit(seed, nodes, f, factor, simplify):
     contact = random_system(np.random.default_rng(seed), nodes)

@@ -33,7 +33,7 @@ def test_published_instances(data, friction, expected, simplify):
     assert limit_of(system(*data), friction, simplify=simplify) == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 10**6), f=st.floats(0.02, 0.95))
 def test_one_and_two_nodes_against_closed_forms(seed, f):
     rng = np.random.default_rng(seed)
@@ -51,7 +51,7 @@ def test_one_and_two_nodes_against_closed_forms(seed, f):
     assert found == pytest.approx(expected, rel=1e-9, nan_ok=True)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(1, 7),
@@ -144,7 +144,7 @@ def test_initial_gaps_are_pressed_shut():
     assert found[0].margin == pytest.approx(found[1].margin, rel=1e-9)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 10**6))
 def test_uncoupled_contacts_have_a_closed_form(seed):
     rng = np.random.default_rng(seed)
@@ -156,7 +156,7 @@ def test_uncoupled_contacts_have_a_closed_form(seed):
     assert program.load_factor == pytest.approx(expected, rel=EXACT) and program.record.left_out == ()
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 10**6), sideways=st.floats(0.0, 2.0))
 def test_an_uncoupled_punch_without_supports_may_slip_as_a_whole(seed, sideways):
     rng = np.random.default_rng(seed)

@@ -20,7 +20,7 @@ def freed(contact):
     return fo.ContactSystem.from_blocks(S[:n, :n], S[n:, :n], S[n:, n:], contact.x, dict(contact.bonded))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(1, 5),
@@ -43,7 +43,7 @@ def test_the_shakedown_limit_against_a_linear_program(seed, nodes, f, free, simp
         assert guaranteed.load_factor <= limit.load_factor * (1 + 1e-12) and (np.abs(guaranteed.slip) <= most).all()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10**6), free=st.booleans(), size=st.sampled_from([0.05, 0.3, 2.0]), factor=st.floats(0.0, 2.0), simplify=st.booleans())
 def test_safe_slips_keep_within_and_certificates_are_proofs(seed, free, size, factor, simplify):
     rng = np.random.default_rng(seed)
@@ -89,7 +89,7 @@ def test_without_any_slip_the_limit_is_the_first_onset():
                 assert limit.load_factor == pytest.approx(first, rel=1e-9) and not limit.slip.any()
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(2, 6), size=st.sampled_from([0.05, 0.3]))
 def test_half_of_a_mirror_symmetric_contact_has_the_bound_of_the_whole(seed, nodes, size):
     rng = np.random.default_rng(seed)

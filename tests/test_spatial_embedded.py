@@ -32,7 +32,7 @@ def odd_contact(seed, sheared=True):
     return rng, flat, fo.LoadCycle({"mean": 1.0}, CORNERS[: int(rng.integers(1, 4))]), f
 
 
-@settings(deadline=None, max_examples=40, derandomize=True)
+@settings(max_examples=40)
 @given(st.integers(0, 10**6), st.booleans())
 def test_the_limit_is_that_of_the_plane(seed, sheared):
     rng, flat, loads, f = odd_contact(seed, sheared)
@@ -42,7 +42,7 @@ def test_the_limit_is_that_of_the_plane(seed, sheared):
     assert limit.residual <= 1e-9
 
 
-@settings(deadline=None, max_examples=40, derandomize=True)
+@settings(max_examples=40)
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.5, 2.0]))
 def test_the_margin_is_that_of_the_plane(seed, load_factor):
     rng, flat, loads, f = odd_contact(seed)
@@ -51,7 +51,7 @@ def test_the_margin_is_that_of_the_plane(seed, load_factor):
     assert safe.exists == plane.exists and safe.margin == pytest.approx(plane.margin, rel=1e-7, abs=1e-9)
 
 
-@settings(deadline=None, max_examples=60, derandomize=True)
+@settings(max_examples=60)
 @given(st.integers(0, 10**6))
 def test_an_increment_is_that_of_the_plane(seed):
     """Across the plane nothing may hold the nodes: smooth ones stay where they are, or rounding carries them away."""
@@ -86,7 +86,7 @@ def test_the_unit_of_a_margin_without_pressure_is_that_of_the_plane():
     assert fo.safe_slip(solid, loads, 0.3, 0.2).margin == pytest.approx(fo.safe_slip(flat, loads, 0.3, 0.2).margin, rel=1e-7)
 
 
-@settings(deadline=None, max_examples=12, derandomize=True)
+@settings(max_examples=12)
 @given(st.integers(0, 10**6))
 def test_smooth_nodes_whose_shear_is_steady_have_the_limit_that_polygons_find(seed):
     rng = np.random.default_rng(seed)

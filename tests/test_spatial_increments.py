@@ -47,7 +47,7 @@ def test_the_cone_programs_give_the_same_states():
     assert compared >= 10
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(0, 6.2), st.floats(0.1, 3.0), st.floats(0.1, 2.0))
 def test_one_node_slips_straight_against_the_load(angle, size, f):
     node, direction = single(), np.array([np.cos(angle), np.sin(angle)])

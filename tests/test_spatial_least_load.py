@@ -40,7 +40,7 @@ def test_one_node_by_the_smallest_circle_around_its_corners():
     assert below is not fo.Outcome.SHAKEDOWN and within is fo.Outcome.SHAKEDOWN
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 4), corners=st.integers(1, 3), f=st.just(0.0) | st.floats(0.05, 1.2))
 def test_the_interval_is_that_of_the_plane(seed, nodes, corners, f):
     rng = np.random.default_rng(seed)

@@ -24,7 +24,7 @@ def uncoupled(rng, nodes, corners):
     return system, fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]), p0, q1
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 10**6), st.integers(2, 6), st.integers(1, 6))
 def test_uncoupled_nodes_are_limited_by_the_smallest_circle_around_their_shears(seed, corners, nodes):
     rng = np.random.default_rng(seed)
@@ -35,7 +35,7 @@ def test_uncoupled_nodes_are_limited_by_the_smallest_circle_around_their_shears(
     assert abs(limit.bound / limit.load_factor - 1) <= 1e-9
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 10**6), st.integers(2, 8))
 def test_the_smallest_circle_is_the_one_that_a_minimiser_finds(seed, count):
     points = np.random.default_rng(seed).normal(size=(count, 2))

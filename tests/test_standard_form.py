@@ -29,7 +29,7 @@ def conic(problem):
     return cp.Problem(problem.objective, [*kept, z <= size, -z <= size, cp.sum(size) <= 5])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10**6), equations=st.booleans(), by=st.floats(0.0, 1.0))
 def test_no_multipliers_prove_less_than_the_optimum(seed, equations, by):
     rng = np.random.default_rng(seed)
@@ -58,7 +58,7 @@ def test_no_multipliers_prove_nothing_of_a_share_of_the_optimum(share, multiplie
     assert form.gap > 0.1
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10**6), equations=st.booleans())
 def test_a_rough_solution_becomes_the_exact_one(seed, equations):
     """An interior point method that stops early, against the same one at its best."""

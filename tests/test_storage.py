@@ -60,7 +60,7 @@ def refused(path):
     return str(caught.value)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     nodes=st.integers(1, 6),
     seed=st.integers(0, 10**6),

@@ -87,7 +87,7 @@ def test_a_forgotten_ring_is_seen_where_the_nodes_coincide():
         check_touching({"shaft": fo.Body(shaft), "hub": fo.Body(hub)}, {})
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 10**6), kind=st.sampled_from([MeshQuad, MeshTri, MeshHex, MeshTet]), apart=st.booleans())
 def test_random_boxes_touch_where_their_faces_overlap(seed, kind, apart):
     """Two boxes one above the other, cut at random places: they touch if the gap is zero and the faces overlap in every direction."""
