@@ -180,7 +180,7 @@ ENGINES = [("path", {}), ("qp", {"steps": 8}), ("milp", {"steps": 8})]
     ("kind", "fields", "said"),
     [
         (fo.scenes.Dovetail, {"angle": 5.0}, "angle: 5"),
-        (fo.scenes.Dovetail, {"elements": 5}, "even number"),
+        (fo.scenes.Dovetail, {"elements": 5}, "multiple of 2"),
         (fo.scenes.Dovetail, {"edge_length": 0.6}, "edge_length: 0.6"),
         (fo.scenes.Dovetail, {"disc_half_width": 1.5}, "the slot takes"),
         (fo.scenes.Dovetail, {"growth": 1.0001}, "nodes"),

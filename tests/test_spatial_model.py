@@ -151,7 +151,7 @@ def test_elements_without_volume_are_refused():
         ("elements", {"elements": 1}),
         ("block_half_width", {"block_half_width": 1.0}),
         ("growth", {"growth": 1.0}),
-        ("block_depth", {"block_depth": 1e6}),
+        ("block_depth", {"block_depth": 1e7}),
     ],
 )
 def test_scenes_that_make_no_sense_are_refused_by_name(name, change):

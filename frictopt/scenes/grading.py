@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..contact.checks import Array
+from ..errors import ModelError
 
 
 def along(half_length: float, elements: int, grading: float) -> Array:
@@ -13,6 +14,8 @@ def along(half_length: float, elements: int, grading: float) -> Array:
     sizes = grading ** -np.linspace(0.0, 1.0, elements // 2)
     right = half_length * np.cumsum(sizes) / sizes.sum()
     right[-1] = half_length
+    if not (np.diff(right, prepend=0.0) > 0).all():
+        raise ModelError(f"grading: {grading:g}; elements at the ends are smaller than rounding, give a lower grading or fewer elements")
     return np.concatenate([-right[::-1], [0.0], right])
 
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import Mesh, MeshQuad
 
-from ..contact import ContactSystem
-from ..contact.checks import Array, finite_number, shown, whole_number
+from ..contact.checks import Array
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from ..fem.bodies import Body, Support
@@ -18,8 +17,6 @@ from ..fem.ordering import Integers
 from .grading import away, steps
 from .scene import Scene
 
-_MOST_ELEMENTS = 10_000  # along the ring: S is dense and takes 3 GB then
-_MOST_NODES = 1_000_000
 _CORE = 0.5  # half-side of the square in the middle of the pin, over its radius
 
 
@@ -69,23 +66,13 @@ class PinInPlate(Scene):
     pin_material: Material = Material()
     plate_material: Material = Material()
 
-    def __post_init__(self) -> None:
-        elements = whole_number("elements", self.elements, least=8, most=_MOST_ELEMENTS)
-        if elements % 8:
-            raise ModelError(f"elements: {self.elements}; give a multiple of 8, so that nodes lie on both axes and diagonals")
-        radius = finite_number("radius", self.radius, above=0.0)
-        half_width = finite_number("plate_half_width", self.plate_half_width, above=0.0)
-        growth = finite_number("growth", self.growth, above=1.0, below=100.0)
-        if not 1.5 * radius < half_width < 1e6 * radius:
-            raise ModelError(f"plate_half_width: {half_width:g} beside radius = {radius:g}; give more than 1.5 and less than 1e6 radii")
-        for name in ("pin_material", "plate_material"):
-            if not isinstance(getattr(self, name), Material):
-                raise ModelError(f"{name}: {shown(getattr(self, name))}; give a Material")
-        for name, value in {"elements": elements, "radius": radius, "plate_half_width": half_width, "growth": growth}.items():
-            object.__setattr__(self, name, value)
-        nodes = elements * (steps(half_width, self.element_size, growth) + steps(radius, self.element_size, growth)) + elements**2 / 16
-        if not nodes <= _MOST_NODES:
-            raise ModelError(f"elements, growth: they make a mesh of {nodes:.0e} nodes, the most are {_MOST_NODES:.0e}; give fewer, or more growth")
+    _multiple = 8
+
+    def _nodes(self) -> float:
+        if not 1.5 * self.radius < self.plate_half_width:
+            raise ModelError(f"plate_half_width: {self.plate_half_width:g}; it must be more than 1.5 radius = {1.5 * self.radius:g}")
+        across = sum(steps(length, self.element_size, self.growth) for length in (self.plate_half_width, self.radius))
+        return self.elements * across + self.elements**2 / 16
 
     @property
     def element_size(self) -> float:
@@ -113,10 +100,6 @@ class PinInPlate(Scene):
                 "sigma": [Traction("plate", "right", x=1.0), Traction("plate", "left", x=-1.0)],
             },
         )
-
-    def condense(self) -> ContactSystem:
-        """Mesh, assemble and condense to the ring."""
-        return self.model().condense()
 
     def _pin(self) -> Body:
         """Body 1, with the boundary "ring"."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, finite_number, shown
+from ..contact.checks import Array, shown
 from ..errors import ModelError
 from ..fem.contacts import Contact
 from ..fem.model import ContactModel
@@ -51,10 +51,12 @@ class RoundedPunch(Scene):
     def __post_init__(self) -> None:
         if not isinstance(self.punch, PunchOnHalfPlane):
             raise ModelError(f"punch: {shown(self.punch)}; give a PunchOnHalfPlane")
-        object.__setattr__(self, "radius", finite_number("radius", self.radius, above=0.0))
-        object.__setattr__(self, "flat_half_width", finite_number("flat_half_width", self.flat_half_width, least=0.0))
+        super().__post_init__()
+
+    def _nodes(self) -> float:
         if not self.flat_half_width < self.punch.half_width:
             raise ModelError(f"flat_half_width: {self.flat_half_width:g}; it must be less than the punch's half_width = {self.punch.half_width:g}")
+        return self.punch._nodes()
 
     @property
     def gap(self) -> Array:

@@ -1,12 +1,69 @@
-"""What all scenes share."""
+"""What all scenes share: the checks of their fields, and that they condense their model."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import ClassVar
+
+from ..contact import ContactSystem
+from ..contact.checks import finite_number, shown, whole_number
 from ..contact.show import Plotted
+from ..errors import ModelError
+from ..fem.elasticity import Material
 from ..fem.model import ContactModel
 
+_MOST_ELEMENTS = 10_000  # along a contact: in the plane S is dense and takes 3 GB then
+_MOST_NODES = 1_000_000  # twenty times those of the paper's scene
+_APART = 1e6  # the largest length over the smallest
+_RANGES: dict[str, dict[str, float]] = {  # of numbers that are not positive lengths
+    "angle": {"least": 10.0, "below": 80.000_001},
+    "bore_radius": {"least": 0.0},
+    "edge_radius": {"least": 0.0},
+    "flat_half_width": {"least": 0.0},
+    "grading": {"least": 1.0, "below": 1e15},
+    "growth": {"above": 1.0, "below": 100.0},
+}
 
+
+@dataclass(frozen=True)
 class Scene(Plotted):
-    """Base of scenes."""
+    """Base of scenes, whose fields are numbers, materials, and `elements`, the number of them along the contact."""
+
+    _multiple: ClassVar[int] = 2  # of which `elements` is one, so that nodes lie in the middle
+    _within: ClassVar[Sequence[tuple[str, str]]] = ()  # lengths of which the first is less than the second
+
+    def __post_init__(self) -> None:
+        lengths = dict[str, float]()
+        for field in fields(self):
+            name, value = field.name, getattr(self, field.name)
+            if name == "elements":
+                value = whole_number(name, value, least=max(2, self._multiple), most=_MOST_ELEMENTS)
+                if value % self._multiple:
+                    raise ModelError(f"elements: {value}; give a multiple of {self._multiple}, so that nodes lie in the middle")
+            elif field.type is Material and not isinstance(value, Material):
+                raise ModelError(f"{name}: {shown(value)}; give a Material")
+            elif field.type is float:
+                value = finite_number(name, value, **_RANGES.get(name, {"above": 0.0}))
+                if name not in _RANGES:
+                    lengths[name] = value
+            object.__setattr__(self, name, value)
+        for inner, outer in self._within:
+            if not getattr(self, inner) < getattr(self, outer):
+                raise ModelError(f"{outer}: {getattr(self, outer):g}; it must be more than {inner} = {getattr(self, inner):g}")
+        small, large = (pick(lengths, key=lambda name: lengths[name]) for pick in (min, max))
+        if lengths[large] > _APART * lengths[small]:
+            raise ModelError(f"{large}: {lengths[large]:g} beside {small} = {lengths[small]:g}; give at most {_APART:g} times as much")
+        if not self._nodes() <= _MOST_NODES:
+            given = ", ".join(f"{name} = {getattr(self, name)}" for name in ("elements", *lengths, "grading", "growth") if hasattr(self, name))
+            raise ModelError(f"{given}: they make a mesh of {self._nodes():.0e} nodes, the most are {_MOST_NODES:.0e}; give less, or more growth")
+
+    def _nodes(self) -> float:
+        """About how many nodes the mesh has; sizes that do not fit are refused."""
+        raise NotImplementedError
 
     def model(self) -> ContactModel:
-        """The model of the scene."""
+        """The meshes with contacts, supports and load cases."""
         raise NotImplementedError
+
+    def condense(self) -> ContactSystem:
+        """Mesh, assemble and condense to the contact."""
+        return self.model().condense()

@@ -5,16 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import MeshHex
 
-from ..contact.checks import Array, choice, finite_number, shown, whole_number
-from ..contact.system import ContactSystem
-from ..errors import ModelError
+from ..contact.checks import Array, choice
 from ..fem.bodies import Body, Support
 from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
 from ..fem.loads import Traction
 from ..fem.model import ContactModel
+from .grading import away, steps
 from .scene import Scene
-
-_MOST_STEPS = 60
 
 
 @dataclass(frozen=True)
@@ -65,34 +62,24 @@ class SquarePunch(Scene):
     block_material: Material = Material()
     element: ElementName = "linear"
 
-    def __post_init__(self) -> None:
-        values: dict[str, float] = {"elements": whole_number("elements", self.elements, least=2)}
-        for name in ("half_width", "punch_height", "block_half_width", "block_depth"):
-            values[name] = finite_number(name, getattr(self, name), above=0.0)
-        values["growth"] = finite_number("growth", self.growth, above=1.0, below=100.0)
-        choice("element", self.element, ELEMENT_NAMES)
-        for name in ("punch_material", "block_material"):
-            if not isinstance(getattr(self, name), Material):
-                raise ModelError(f"{name}: {shown(getattr(self, name))}; give a Material")
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
-        if not self.block_half_width > self.half_width:
-            raise ModelError(f"block_half_width: {self.block_half_width:g}; the block must be wider than the punch ({self.half_width:g})")
-        for name, length in {name: values[name] for name in ("punch_height", "block_half_width", "block_depth")}.items():
-            if not 1e-3 <= length / self.half_width <= 1e3 or self._steps(length) > _MOST_STEPS:
-                raise ModelError(
-                    f"{name}, growth: {length:g}, {self.growth:g} beside half_width = {self.half_width:g}; give sizes less far apart, or more growth"
-                )
+    _multiple = 1
+    _within = (("half_width", "block_half_width"),)
 
-    def _steps(self, length: float) -> int:
-        """Number of elements from the contact to that distance."""
-        size = 2 * self.half_width / self.elements
-        return max(1, int(np.ceil(np.log1p(length / size * (self.growth - 1)) / np.log(self.growth) - 1e-9)))
+    def __post_init__(self) -> None:
+        choice("element", self.element, ELEMENT_NAMES)
+        super().__post_init__()
+
+    @property
+    def _size(self) -> float:
+        return 2 * self.half_width / self.elements
+
+    def _nodes(self) -> float:
+        lengths = self.block_half_width - self.half_width, self.punch_height, self.block_depth
+        side, up, down = (steps(length, self._size, self.growth) for length in lengths)
+        return max((self.elements + 1) ** 2 * (1 + up), (self.elements + 1 + 2 * side) ** 2 * (1 + down))
 
     def _away(self, length: float) -> Array:
-        """Coordinates from 0 to exactly `length`, in steps that grow."""
-        nodes = np.concatenate([[0.0], np.cumsum(self.growth ** np.arange(self._steps(length)))])
-        return np.asarray(nodes * (length / nodes[-1]))
+        return away(length, self._size, self.growth)
 
     def model(self) -> ContactModel:
         """The two meshes with supports and load cases."""
@@ -124,7 +111,3 @@ class SquarePunch(Scene):
                 "sigma": [Traction("block", "left", x=-1.0), Traction("block", "right", x=1.0)],
             },
         )
-
-    def condense(self) -> ContactSystem:
-        """Mesh, assemble and condense to the contact's interface."""
-        return self.model().condense()
