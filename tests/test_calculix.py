@@ -325,6 +325,6 @@ def test_a_rigid_tool_has_its_mass(tmp_path):
 
 def test_a_mass_of_another_size_is_refused():
     job = fo.read_calculix("tests/data/flat")
-    for odd in (job.M[:3, :3], job.M.toarray(), "M"):
+    for odd in (job.M[:3, :3], "M"):
         with pytest.raises(fo.ModelError, match=r"^M: "):
             fo.MatrixJob(job.K, job.labels, job.deck, odd)

@@ -120,7 +120,7 @@ def test_a_generalised_coordinate_joins_what_it_couples(pair_in_space):
     ("points", "said"),
     [
         ({}, "deck: no nodes"),
-        ({0: (0, 0)}, "deck: node 0; give positive integers"),
+        ({0: (0, 0)}, "deck: node: 0; it must be a whole number of at least 1"),
         ({1: (0, 0, 0, 0)}, "node 1 has 4 coordinates"),
         ({1: (0, np.nan)}, "deck: node 1"),
         ([(0, 0)], "give the deck of another job, a mapping"),

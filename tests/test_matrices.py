@@ -197,7 +197,7 @@ def test_damaged_files_are_refused(squares, name, old, new, said):
 
 
 LACKS = {
-    "node set 'N_CONTACT': unknown; this deck names": lambda job: job.force("N_CONTACT", pressure=1.0),
+    "node set 'N_CONTACT': unknown, or it has no nodes; this deck names": lambda job: job.force("N_CONTACT", pressure=1.0),
     "3 and 2 nodes": lambda job: job.pairs("LEFT", "RIGHT"),
     "nodes in common": lambda job: job.pairs("LEFT", "LEFT"),
     "node 10 is the nearest one to several": lambda job: job.pairs([0, 1], [2, 4]),

@@ -8,7 +8,7 @@ from scipy.sparse import csr_matrix, diags, identity, issparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array, check_name, choice, finite_array, frozen, listed, place, shown, whole_array
+from ..contact.checks import Array, check_name, choice, finite_array, frozen, listed, place, whole_array
 from ..contact.tolerances import CONDENSATION, SAME_POINT
 from ..errors import ModelError
 from .interface import Interface
@@ -17,23 +17,20 @@ from .ordering import Integers
 _SYMMETRY = 10 * CONDENSATION  # asymmetry of a given stiffness, over its largest entry: other codes write ten digits or more
 
 
-def checked_stiffness(K: object) -> csr_matrix:
-    """A square, finite, symmetric matrix."""
-    if not issparse(K):
-        K = finite_array("K", K, (None, None))
-    matrix = csr_matrix(K)
+def checked_stiffness(K: object, name: str = "K") -> csr_matrix:
+    """A square, finite, symmetric matrix, of which error messages say its name."""
+    matrix = csr_matrix(K if issparse(K) else finite_array(name, K, (None, None)))
     if matrix.dtype.kind not in "fiu" or matrix.shape[0] != matrix.shape[1] or not matrix.shape[0]:
-        raise ModelError(f"K: shape {matrix.shape}, type {matrix.dtype}; give the square, real stiffness matrix")
+        raise ModelError(f"{name}: shape {matrix.shape}, type {matrix.dtype}; give a square, real matrix")
     matrix = matrix.astype(np.float64)
-    finite_array("K: entries", matrix.data)
+    finite_array(f"{name}: entries", matrix.data)
     matrix.sum_duplicates()
-    skew = (matrix - matrix.T).tocoo()
-    worst = int(np.abs(skew.data).argmax()) if skew.nnz else 0
-    if skew.nnz and np.abs(skew.data[worst]) > _SYMMETRY * np.abs(matrix.data).max():
-        i, j = int(skew.row[worst]), int(skew.col[worst])
+    skew = abs(matrix - matrix.T).tocoo()
+    if skew.nnz and skew.max() > _SYMMETRY * np.abs(matrix.data).max():
+        i, j = (int(ends[skew.data.argmax()]) for ends in (skew.row, skew.col))
         raise ModelError(
-            f"K: not symmetric, K[{i}, {j}] = {matrix[i, j]:g} but K[{j}, {i}] = {matrix[j, i]:g}; give both triangles of a symmetric stiffness, "
-            "without friction, follower forces and the like in the step that writes it"
+            f"{name}: not symmetric, {name}[{i}, {j}] = {matrix[i, j]:g} but {name}[{j}, {i}] = {matrix[j, i]:g}; give both triangles of a symmetric "
+            "matrix, without friction, follower forces and the like in the step that writes it"
         )
     return matrix
 
@@ -193,12 +190,3 @@ def checked_forces(loads: object, size: int) -> dict[str, Array]:
     for name in loads:
         check_name("loads", name)
     return {name: finite_array(f"loads[{name!r}]", force, (size,)) for name, force in loads.items()}
-
-
-def checked_mass(M: csr_matrix | None, n: int) -> csr_matrix | None:
-    """Check a mass matrix of n unknowns; None stays."""
-    if M is None:
-        return None
-    if not issparse(M) or M.shape != (n, n) or abs(M - M.T).max() > _SYMMETRY * abs(M).max():
-        raise ModelError(f"M: {shown(M)}; give a symmetric sparse mass matrix of the size of the labels, {n}")
-    return csr_matrix(M)

@@ -2,10 +2,10 @@
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix
 
 from ..contact.checks import Array, finite_array, finite_number, frozen, whole_array
 from ..errors import ModelError
+from .given import checked_stiffness
 
 
 def modal_load(M: object, mode: ArrayLike, *, natural_frequency: float | None = None, glued: ArrayLike | None = None) -> Array:
@@ -45,10 +45,7 @@ def modal_load(M: object, mode: ArrayLike, *, natural_frequency: float | None = 
     True
     """
     shape = finite_array("mode", mode, (None,))
-    try:
-        matrix = csr_matrix(M).astype(np.float64, casting="same_kind")
-    except (TypeError, ValueError) as error:
-        raise ModelError(f"M: no matrix of numbers ({error}); give the mass matrix, or the stiffness with a natural frequency") from error
+    matrix = checked_stiffness(M, "M")
     if matrix.shape != (len(shape), len(shape)):
         raise ModelError(f"M: shape {matrix.shape}, and a mode of {len(shape)} unknowns; give both in the same unknowns")
     load = np.asarray(matrix @ shape)

@@ -3,7 +3,7 @@
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix
 
 from ..contact.checks import Array
@@ -15,6 +15,13 @@ Integers: TypeAlias = NDArray[np.intp]
 Flags: TypeAlias = NDArray[np.bool_]
 
 NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
+
+
+def whole(values: ArrayLike) -> Integers:
+    """A read-only copy of whole numbers."""
+    array = np.array(values, dtype=np.intp)
+    array.flags.writeable = False
+    return array
 
 
 def nested_dissection(graph: csr_matrix, points: Array) -> Integers:

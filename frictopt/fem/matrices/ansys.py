@@ -1,7 +1,6 @@
 """Matrices of Ansys Mechanical APDL."""
 
 import warnings
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from ..ordering import Integers
 from .deck import Deck, deck_of_points
 from .job import MatrixJob
 from .meshes import file_path
-from .rows import by_library
+from .rows import by_library, library
 
 _LIBRARY = "ansys-mapdl-reader"
 _SOLIDS = {(185, 8): "C3D8", (285, 4): "C3D4", (186, 20): "C3D20", (187, 10): "C3D10"}  # number of the element type and nodes; as Abaqus names them
@@ -46,9 +45,9 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
     >>> fo.read_ansys(examples.fullfile, deck=examples.hexarchivefile)
     MatrixJob(unknowns=900, directions=3, sets=['NCOMP2', 'NODE_SELECTION'])
     """
-    library = _library()
+    reader = library("ansys.mapdl.reader", _LIBRARY, "ansys")
     file = file_path("path", path)
-    full = by_library(_LIBRARY, library.read_binary, file, "stiffness")
+    full = by_library(_LIBRARY, reader.read_binary, file, "stiffness")
     if not hasattr(full, "load_km"):
         raise ModelError(f"stiffness: {file.name} is no .full file but a {type(full).__name__}; write the stiffness with WRFULL")
     directions, equations = int(full._header["numdof"]), int(full._header["ncefull"])
@@ -61,7 +60,7 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
     labels, held = (np.asarray(found + [0, 1], dtype=np.intp) for found in (numbers, full.const))
     free = np.flatnonzero(~np.isin(_code(labels), _code(held)))
     K = csr_matrix(upper + triu(upper, 1).T)
-    return MatrixJob(K[free][:, free], labels[free], None if deck is None else _deck(library, file_path("deck", deck), held))
+    return MatrixJob(K[free][:, free], labels[free], None if deck is None else _deck(reader, file_path("deck", deck), held))
 
 
 def _code(labels: Integers) -> Integers:
@@ -69,38 +68,19 @@ def _code(labels: Integers) -> Integers:
     return np.asarray(10 * labels[:, 0] + labels[:, 1])
 
 
-def _deck(library: Any, file: Path, held: Integers) -> Deck:
+def _deck(reader: Any, file: Path, held: Integers) -> Deck:
     """Nodes, components and solids of an archive, and what is held."""
-    archive = by_library(_LIBRARY, lambda path: library.Archive(path, parse_vtk=False), file, "deck")
+    archive = by_library(_LIBRARY, lambda path: reader.Archive(path, parse_vtk=False), file, "deck")
     if not len(archive.nnum) or not archive.ekey.size:
         raise ModelError(f"deck {file.name}: no nodes or no elements; give the archive that CDWRITE,DB writes")
     turned = np.flatnonzero(np.any(archive.node_angles, axis=1))
     if len(turned):
         raise ModelError(f"deck {file.name}: node {archive.nnum[turned[0]]} has directions of its own; write the matrix without NROTAT")
-    deck = deck_of_points(dict(zip(archive.nnum.tolist(), archive.nodes, strict=True)))
-    row = {number: i for i, number in enumerate(deck.numbers.tolist())}
     routine = dict(archive.ekey.tolist())
-    blocks: dict[str, list[tuple[int, list[int]]]] = {}
+    solids: dict[str, list[list[int]]] = {}
     for element in archive.elem:
-        kind, nodes = routine[int(element[1])], [row[number] for number in element[10:].tolist()]
+        kind, nodes = routine[int(element[1])], element[10:].tolist()
         name = _SOLIDS.get((kind, len(set(nodes))), f"{kind} of {len(set(nodes))} nodes")
-        blocks.setdefault(name, []).append((int(element[8]), nodes))
-    fixed = np.zeros(deck.points.shape, dtype=bool)
-    for number, direction in held.tolist():
-        if direction <= 3 and number in row:
-            fixed[row[number], direction - 1] = True
-    return replace(
-        deck,
-        sets={name.strip().upper(): np.array([row[n] for n in members.tolist()], dtype=np.intp) for name, members in archive.node_components.items()},
-        elements=tuple((name, np.array([n for n, _ in found]), np.array([nodes for _, nodes in found])) for name, found in blocks.items()),
-        constraints=replace(deck.constraints, held=fixed),
-    )
-
-
-def _library() -> Any:
-    """The library ansys-mapdl-reader, where it is installed."""
-    try:
-        from ansys.mapdl import reader  # of the extra `ansys`
-    except ImportError as error:
-        raise ModelError("ansys-mapdl-reader: not installed; install frictopt with its extra `ansys`") from error
-    return reader
+        solids.setdefault(name, []).append([int(element[8]), *nodes])
+    sets = {name.strip().upper(): members.tolist() for name, members in archive.node_components.items()}
+    return deck_of_points(dict(zip(archive.nnum.tolist(), archive.nodes, strict=True)), solids=solids, sets=sets, held=held.tolist())

@@ -130,25 +130,21 @@ def constraints_of(found: Sequence[Block], row: Mapping[int, int], sets: Mapping
             if keyword == "BOUNDARY":
                 for line in lines:
                     where, *rest = fields(line)
-                    held[rows_of(where)[:, None], _held_axes(rest)] = True
+                    axes = _ABAQUS_NAMES[rest[0].upper()] if rest and not rest[0].isdecimal() else _span(rest)
+                    held[rows_of(where)[:, None], axes] = True
             elif keyword == "EQUATION" and not options:
                 equations += _equations(lines, rows_of)
             elif keyword == "RIGIDBODY":
                 rotation = row[int(options["ROTNODE"])] if "ROTNODE" in options else None
                 rigid.append(Rigid(row[int(options["REFNODE"])], rotation, sets[options["NSET"]], (0, 1, 2)))
             elif keyword == "KINEMATIC":
-                axes = {axis for line in lines for axis in _span(fields(line))}
-                rigid.append(Rigid(row[int(coupling["REFNODE"])], None, sets[coupling["SURFACE"]], tuple(sorted(axes))))
+                axes = sorted({axis for line in lines for axis in _span(fields(line))})
+                rigid.append(Rigid(row[int(coupling["REFNODE"])], None, sets[coupling["SURFACE"]], tuple(axes)))
             elif keyword != "COUPLING":
                 others.append(f"*{keyword}")
         except (KeyError, ValueError, IndexError) as error:
             others.append(f"a block *{keyword} that cannot be read here: {error}")
     return Constraints(held, tuple(equations), tuple(rigid), tuple(dict.fromkeys(others)))
-
-
-def _held_axes(rest: Sequence[str]) -> list[int]:
-    """Axes that a line of `*BOUNDARY` holds, from what stands after the nodes."""
-    return _ABAQUS_NAMES[rest[0].upper()] if rest and not rest[0].isdecimal() else _span(rest)
 
 
 def _span(ends: Sequence[str]) -> list[int]:

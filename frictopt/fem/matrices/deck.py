@@ -1,7 +1,7 @@
 """Decks of CalculiX and Abaqus: nodes with their numbers, node sets, elements, element sets, constraints."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -10,10 +10,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...contact.checks import Array, finite_array, frozen, real_array, shown
+from ...contact.checks import Array, finite_array, frozen, shown, whole_array, whole_number
 from ...contact.show import Shown
 from ...errors import ModelError
-from ..ordering import Integers
+from ..ordering import Integers, whole
 from .blocks import Block, blocks, fields, members_of, number, parameters, thickness
 from .constraints import CONSTRAINING, Constraints, constraints_of
 from .kinds import CORNERS, FACELESS, LINES, PLANES, SHAPES, node_count, shape_of
@@ -76,14 +76,12 @@ class Deck(Shown):
             The deck has no such node set, or it is empty; numbers that are no rows of `points`.
         """
         if not isinstance(where, str):
-            raw = real_array("nodes", where)
-            if raw.ndim != 1 or not raw.size or not np.isin(raw, np.arange(len(self.points))).all() or len(np.unique(raw)) != len(raw):
+            rows = whole_array("nodes", where, (None,), least=0, most=len(self.points) - 1)
+            if not len(rows) or len(np.unique(rows)) != len(rows):
                 raise ModelError(f"nodes: {shown(where)}; give the name of a node set or different rows of `points`")
-            return raw.astype(np.intp)
-        if where.upper() not in self.sets:
-            raise ModelError(f"node set {where!r}: unknown; this deck names {sorted(self.sets)}")
-        if not len(self.sets[where.upper()]):
-            raise ModelError(f"node set {where!r}: it has no nodes")
+            return rows
+        if not len(self.sets.get(where.upper(), ())):
+            raise ModelError(f"node set {where!r}: unknown, or it has no nodes; this deck names {sorted(self.sets)}")
         return self.sets[where.upper()]
 
     @property
@@ -140,50 +138,55 @@ class Deck(Shown):
         return shapes[0], np.concatenate(numbers), np.concatenate(nodes)
 
 
-def deck_of_points(points: Mapping[int, ArrayLike]) -> Deck:
-    """A deck of nothing but nodes, from number -> coordinates (2,) or (3,).
+def deck_of_points(
+    points: Mapping[int, ArrayLike],
+    *,
+    solids: Mapping[str, Sequence[Sequence[int]]] = MappingProxyType({}),
+    sets: Mapping[str, Sequence[int]] = MappingProxyType({}),
+    held: Iterable[Sequence[int]] = (),
+) -> Deck:
+    """A deck from number of a node -> coordinates (2,) or (3,).
+
+    Parameters
+    ----------
+    points
+        The nodes.
+    solids
+        Type of elements -> number and nodes of each.
+    sets
+        Node set -> nodes.
+    held
+        Node and direction of displacements that are held; others than those of the nodes are passed over.
 
     Raises
     ------
     ModelError
-        None, numbers that are not positive integers, coordinates of another shape or not finite.
+        No nodes, numbers that are not positive integers, coordinates of another shape or not finite, elements of unknown nodes.
     """
     if not points:
         raise ModelError("deck: no nodes; give number of a node -> its coordinates")
     where = np.zeros((len(points), 3))
-    for i, (number_, point) in enumerate(points.items()):
-        if not isinstance(number_, int | np.integer) or number_ < 1:
-            raise ModelError(f"deck: node {shown(number_)}; give positive integers as numbers of nodes")
-        place = finite_array(f"deck: node {number_}", point, (None,))
+    for i, (name, point) in enumerate(points.items()):
+        place = finite_array(f"deck: node {whole_number('deck: node', name, least=1, most=10**12)}", point, (None,))
         if len(place) not in (2, 3):
-            raise ModelError(f"deck: node {number_} has {len(place)} coordinates; give two or three")
+            raise ModelError(f"deck: node {name} has {len(place)} coordinates; give two or three")
         where[i, : len(place)] = place
-    nothing = Constraints(np.zeros(where.shape, dtype=bool), (), (), ())
-    return Deck(_frozen(list(points)), frozen(where), MappingProxyType({}), (), MappingProxyType({}), (), nothing)
+    row = {name: i for i, name in enumerate(points)}
+    fixed = np.zeros(where.shape, dtype=bool)
+    for name, direction in held:
+        if direction <= 3 and name in row:
+            fixed[row[name], direction - 1] = True
+    nodes = {name: _rows(row, members, f"node set {name}") for name, members in sets.items()}
+    return Deck(whole(list(points)), frozen(where), nodes, _with_nodes(solids.items(), row), {}, (), Constraints(fixed, (), (), ()))
 
 
-def _check_directions(path: Path, keyword: str, options: Mapping[str, str], lines: Sequence[str]) -> None:
-    """Check that a block gives nodes and displacements in the global directions."""
-    if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
-        raise ModelError(
-            f"deck {path.name}: the block *{keyword} {parameters(options)} gives nodes or displacements in directions of their own; "
-            "write coordinates, and the matrix, in the global directions"
-        )
-
-
-def _with_nodes(solids: Solids, row: Mapping[int, int]) -> tuple[tuple[str, Integers, Integers], ...]:
+def _with_nodes(solids: Iterable[tuple[str, Sequence[Sequence[int]]]], row: Mapping[int, int]) -> tuple[tuple[str, Integers, Integers], ...]:
     """Elements of each block: type, numbers, and rows of their nodes."""
     return tuple(
-        (kind, _frozen([r[0] for r in rows]), _rows(row, [n for r in rows for n in r[1:]], f"elements {kind}").reshape(len(rows), -1))
+        (kind, whole([r[0] for r in rows]), _rows(row, [n for r in rows for n in r[1:]], f"elements {kind}").reshape(len(rows), -1))
         for kind, rows in solids
         if rows
     )
-
-
-def _of_plane(sections: list[tuple[str, float]], solids: Solids, sets: Mapping[str, Integers]) -> tuple[float, ...]:
-    """Thicknesses of the sections that hold plane elements."""
-    plane = [n for kind, rows in solids if kind.startswith(("CPE", "CPS")) for n, *_ in rows]
-    return tuple(dict.fromkeys(t for name, t in sections if plane and (not name or np.isin(sets.get(name, []), plane).any())))
 
 
 def read_deck(path: Path) -> Deck:
@@ -204,7 +207,11 @@ def read_deck(path: Path) -> Deck:
     constraining: list[Block] = []
     faces: dict[str, list[list[str]]] = {}
     for keyword, options, lines in blocks(path):
-        _check_directions(path, keyword, options, lines)
+        if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
+            raise ModelError(
+                f"deck {path.name}: the block *{keyword} {parameters(options)} gives nodes or displacements in directions of their own; write "
+                "coordinates, and the matrix, in the global directions"
+            )
         try:
             if keyword == "NODE":
                 _add_nodes(nodes, found := [fields(line) for line in lines])
@@ -234,17 +241,19 @@ def read_deck(path: Path) -> Deck:
         raise ModelError(f"deck {path.name}: no nodes; give the input deck of the job")
     row = {name: i for i, name in enumerate(nodes)}
     sets = {name: _rows(row, _resolved(members["NSET"], name), f"node set {name}") for name in members["NSET"]}
-    element_sets = {name: _frozen(_resolved(members["ELSET"], name)) for name in members["ELSET"]}
+    element_sets = {name: whole(_resolved(members["ELSET"], name)) for name in members["ELSET"]}
+    plane = [n for kind, rows in solids if kind.startswith(("CPE", "CPS")) for n, *_ in rows]
+    thicknesses = (t for name, t in sections if plane and (not name or np.isin(element_sets.get(name, []), plane).any()))
     surfaces = {name: _rows(row, _resolved(members["NSET"] | {"": own}, ""), f"surface {name}") for name, own in members["SURFACE"].items()}
     return Deck(
-        numbers=_frozen(list(nodes)),
+        numbers=whole(list(nodes)),
         points=frozen([(*point, 0.0, 0.0, 0.0)[:3] for point in nodes.values()]),
-        sets=MappingProxyType(sets),
+        sets=sets,
         elements=_with_nodes(solids, row),
-        element_sets=MappingProxyType(element_sets),
-        thicknesses=_of_plane(sections, solids, element_sets),
+        element_sets=element_sets,
+        thicknesses=tuple(dict.fromkeys(thicknesses)),
         constraints=constraints_of(constraining, row, sets | surfaces),
-        surfaces={k: tuple((_frozen(_resolved(members["ELSET"] | {"": row[:1]}, "")), int(row[1][1])) for row in own) for k, own in faces.items()},
+        surfaces={k: tuple((whole(_resolved(members["ELSET"] | {"": row[:1]}, "")), int(row[1][1])) for row in own) for k, own in faces.items()},
     )
 
 
@@ -277,14 +286,8 @@ def _resolved(sets: Mapping[str, list[str]], name: str, above: tuple[str, ...] =
     return list(dict.fromkeys(numbers))
 
 
-def _rows(row: Mapping[int, int], numbers: list[int], what: str) -> Integers:
+def _rows(row: Mapping[int, int], numbers: Sequence[int], what: str) -> Integers:
     try:
-        return _frozen([row[number] for number in numbers])
+        return whole([row[number] for number in numbers])
     except KeyError as error:
         raise ModelError(f"deck: {what} names node {error}, which is not defined; repair the deck") from error
-
-
-def _frozen(values: ArrayLike) -> Integers:
-    array = np.array(values, dtype=np.intp)
-    array.flags.writeable = False
-    return array

@@ -13,7 +13,7 @@ from skfem import Mesh
 from ...contact.checks import Array, frozen, shown
 from ...contact.show import Shown
 from ...errors import ModelError
-from ..given import checked_mass, checked_stiffness
+from ..given import checked_stiffness
 from ..ordering import Integers
 from ..rigid import node_graph
 from .deck import Deck, deck_of_points
@@ -75,11 +75,12 @@ class MatrixJob(Shown):
             object.__setattr__(self, "deck", deck_of_points(self.deck))
         if self.deck is not None and not isinstance(self.deck, Deck):
             raise ModelError(f"deck: {shown(self.deck)}; give the deck of another job, a mapping number of a node -> its coordinates, or None")
-        K = checked_stiffness(self.K)
-        if K.shape[0] != len(labels):
-            raise ModelError(f"K: {shown(self.K)}; give a real sparse matrix of the size of the labels, {len(labels)}")
-        for name, value in {"K": csr_matrix((K + K.T) / 2), "labels": labels, "M": checked_mass(self.M, len(labels))}.items():
-            object.__setattr__(self, name, value)
+        object.__setattr__(self, "labels", labels)
+        for name in ("K",) if self.M is None else ("K", "M"):
+            matrix = checked_stiffness(getattr(self, name), name)
+            if matrix.shape[0] != len(labels):
+                raise ModelError(f"{name}: {shown(matrix)}; give a real sparse matrix of the size of the labels, {len(labels)}")
+            object.__setattr__(self, name, csr_matrix((matrix + matrix.T) / 2))
 
     def _answer(self) -> Mapping[str, object]:
         others = {"generalised": len(self.generalised)} if len(self.generalised) else {}

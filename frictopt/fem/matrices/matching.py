@@ -12,7 +12,7 @@ from ...contact.checks import Array, place
 from ...errors import ModelError
 from ..faces import lines_along
 from ..given import same_point
-from ..ordering import Integers
+from ..ordering import Integers, whole
 
 
 def bodies_of(graph: csr_matrix, unknowns: Integers) -> Integers:
@@ -21,8 +21,7 @@ def bodies_of(graph: csr_matrix, unknowns: Integers) -> Integers:
     present = (unknowns >= 0).any(axis=1)
     bodies = np.full(len(body), -1)
     bodies[present] = np.unique(body[present], return_inverse=True)[1]
-    bodies.flags.writeable = False
-    return bodies
+    return whole(bodies)
 
 
 def paired(points: Array, one: Integers, two: Integers, numbers: Integers, argument: str) -> Integers:

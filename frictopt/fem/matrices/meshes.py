@@ -17,6 +17,7 @@ from ...errors import ModelError
 from ..elements import QUADRATIC, completion
 from ..ordering import Integers
 from .deck import Deck, read_deck
+from .rows import library
 
 _PLANE = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}  # shapes, as meshio names them, and their corners
 _SOLID = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8}
@@ -201,10 +202,10 @@ def _check_plane(points: Array, what: str) -> None:
 
 
 def _read(file: Path) -> Any:
-    library = meshio_library()
+    meshio = meshio_library()
     try:
         with redirect_stdout(StringIO()):  # meshio prints why each format that it tries first does not fit
-            return library.read(file)
+            return meshio.read(file)
     except (Exception, SystemExit) as error:  # meshio leaves the process where a file is damaged
         raise ModelError(f"mesh {str(file)!r}: meshio cannot read it ({str(error).strip() or type(error).__name__}); give a mesh file") from error
 
@@ -231,9 +232,5 @@ def _of_scikit_fem(elements: Integers, shape: str, points: Array) -> Mesh:
 
 
 def meshio_library() -> Any:
-    """The library meshio, where it is installed."""
-    try:
-        import meshio  # of the extra `mesh`
-    except ImportError as error:
-        raise ModelError("meshio: not installed; install frictopt with its extra `mesh`") from error
-    return meshio
+    """The library meshio."""
+    return library("meshio", "meshio", "mesh")

@@ -1,7 +1,6 @@
 """Matrices of Nastran: DMIG of a punch file, and OUTPUT4."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,10 @@ from scipy.sparse import csr_matrix
 
 from ...contact.checks import shown, whole_array
 from ...errors import ModelError
-from ..ordering import Integers
 from .deck import Deck, deck_of_points
 from .job import MatrixJob
 from .meshes import file_path
-from .rows import by_library
+from .rows import by_library, library
 
 _SOLIDS = {("CHEXA", 8): "C3D8", ("CTETRA", 4): "C3D4", ("CHEXA", 20): "C3D20", ("CTETRA", 10): "C3D10"}  # as Abaqus names them
 
@@ -55,7 +53,7 @@ def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path 
     >>> [face.shape for face in job.matching_faces()]
     [(6, 2)]
     """
-    bulk, op4 = _library()
+    bulk, op4 = (library(f"pyyeti.nastran.{part}", "pyyeti", "nastran") for part in ("bulk", "op4"))
     file = file_path("path", path)
     grids = None if deck is None else _deck(bulk, file_path("deck", deck))
     if file.suffix.lower() != ".op4":
@@ -89,25 +87,14 @@ def _deck(bulk: Any, file: Path) -> Deck:
             f"deck {file.name}: grid point {turned[0, 0]:g} has coordinates or displacements in system {max(turned[0, 1], turned[0, 5]):g}; write "
             "both, and the matrix, in the basic system"
         )
-    deck = deck_of_points({int(row[0]): row[2:5] for row in grids})
-    row_of = {number: i for i, number in enumerate(deck.numbers.tolist())}
-    blocks: dict[str, list[tuple[int, list[int]]]] = {}
+    solids: dict[str, list[list[int]]] = {}
     for card in ("CHEXA", "CPENTA", "CPYRAM", "CTETRA"):
         for number, _, *corners in by_library("pyyeti", partial(bulk.rdcards, name=card, return_var="list", no_data_return=[]), file, "deck"):
             nodes = [int(corner) for corner in corners if corner]
             if len(nodes) == 20:  # the upright edges come before those of the upper face
                 nodes = [*nodes[:12], *nodes[16:], *nodes[12:16]]
-            if lost := [node for node in nodes if node not in row_of]:
-                raise ModelError(f"deck {file.name}: {card} {number:g} names grid point {lost[0]}, which it does not have; give the whole bulk data")
-            blocks.setdefault(_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}"), []).append((int(number), [row_of[node] for node in nodes]))
-    elements = tuple((kind, _integers([n for n, _ in found]), _integers([nodes for _, nodes in found])) for kind, found in blocks.items())
-    return replace(deck, elements=elements)
-
-
-def _integers(values: object) -> Integers:
-    found = np.array(values, dtype=np.intp)
-    found.flags.writeable = False
-    return found
+            solids.setdefault(_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}"), []).append([int(number), *nodes])
+    return deck_of_points({int(row[0]): row[2:5] for row in grids}, solids=solids)
 
 
 def _chosen(found: Mapping[str, Any], name: str | None, file: Path) -> Any:
@@ -116,12 +103,3 @@ def _chosen(found: Mapping[str, Any], name: str | None, file: Path) -> Any:
     if key not in found or (name is None and len(found) > 1):
         raise ModelError(f"name: {shown(name)}; {file.name} has the matrices {', '.join(sorted(found)).upper() or 'of no name'}: give one of these")
     return found[key]
-
-
-def _library() -> tuple[Any, Any]:
-    """Bulk data and OUTPUT4 of the library pyyeti, where it is installed."""
-    try:
-        from pyyeti.nastran import bulk, op4  # of the extra `nastran`
-    except ImportError as error:
-        raise ModelError("pyyeti: not installed; install frictopt with its extra `nastran`") from error
-    return bulk, op4

@@ -17,34 +17,26 @@ from ..ordering import Integers
 from .deck import Deck
 
 
-def between(mesh: Mesh, nodes: Integers) -> Integers:
-    """Facets of the outline all corners of which are among some nodes.
+def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Integers:
+    """Facets of the outline all corners of which are among some nodes; with the numbers of all nodes, each of these is a corner of one.
 
     Raises
     ------
     ModelError
-        There is none.
+        There is none, or a node is no corner of one.
     """
     facets = mesh.boundary_facets()
     inside = facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)]
     if not len(inside):
         raise ModelError(f"nodes: no facet of the outline lies between these {len(nodes)} nodes; give the nodes of a face")
+    if numbers is not None and len(lost := np.setdiff1d(nodes, mesh.facets[:, inside])):
+        raise ModelError(f"nodes: node {numbers[lost[0]]} lies on no facet of the outline between these nodes; give the nodes of a face")
     return np.asarray(inside)
 
 
 def along(mesh: Mesh, nodes: Integers, numbers: Integers) -> Integers:
-    """The corner nodes of a face in the order of the outline.
-
-    Raises
-    ------
-    ModelError
-        A node that lies on no facet between them.
-    """
-    order = np.concatenate([line for line, _ in lines_along(mesh, between(mesh, nodes), "nodes: the outline")])
-    if len(order) != len(nodes):
-        number = int(numbers[np.setdiff1d(nodes, order)[0]])
-        raise ModelError(f"nodes: node {number} lies on no facet of the outline between these nodes; give the nodes of a face")
-    return order
+    """The corner nodes of a face in the order of the outline."""
+    return np.concatenate([line for line, _ in lines_along(mesh, between(mesh, nodes, numbers), "nodes: the outline")])
 
 
 def integrals(mesh: Mesh, facets: Integers) -> tuple[Array, Array]:
@@ -89,19 +81,9 @@ def acting(
 
 
 def normals_at(mesh: Mesh, nodes: Integers, numbers: Integers) -> Array:
-    """(N, d) unit normals out of the body at the corner nodes of a face.
-
-    Raises
-    ------
-    ModelError
-        A node that lies on no facet between them.
-    """
-    sums = integrals(mesh, between(mesh, nodes))[0][nodes]
-    length = np.linalg.norm(sums, axis=1)
-    if not length.all():
-        number = int(numbers[nodes[length.argmin()]])
-        raise ModelError(f"nodes: node {number} lies on no facet of the outline between these nodes; give all nodes of a face")
-    return np.asarray(sums / length[:, None])
+    """(N, d) unit normals out of the body at the corner nodes of a face."""
+    sums = integrals(mesh, between(mesh, nodes, numbers))[0][nodes]
+    return np.asarray(sums / np.linalg.norm(sums, axis=1)[:, None])
 
 
 def check_midsides(whole: Mesh, origin: csr_matrix, facets: Integers, deck: Deck, unknowns: Integers) -> None:

@@ -1,6 +1,7 @@
 """Rows of numbers in text files, and the symmetric matrix that they make."""
 
 from collections.abc import Callable
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -62,6 +63,14 @@ def symmetric(what: str, row: Integers, column: Integers, value: Array, size: in
     if K.nnz != len(value):
         raise ModelError(f"{what}: entries are given twice; let the code write the matrix again")
     return K
+
+
+def library(module: str, name: str, extra: str) -> Any:
+    """A module of a library, which is installed by its name or by an extra of ours."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise ModelError(f"{name}: not installed; install frictopt with its extra `{extra}`") from error
 
 
 def by_library(name: str, read: Callable[[str], Any], file: Path, what: str) -> Any:
