@@ -4,6 +4,7 @@ Exit codes: 0 done, 2 bad input, 3 no answer that passes the checks, 4 a file th
 """
 
 import argparse
+import re
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -14,9 +15,8 @@ from .contact.files import WRITERS, output
 from .errors import FrictoptError, ModelError, StoreError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
-    import pandas as pd
-
     from .contact import ContactSystem
+    from .contact.show import Table
 
 _KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "separated": "separated_limit", "onset": "onset"}
 _ROWS = 8  # of a table that is printed
@@ -94,7 +94,7 @@ def _look(asked: argparse.Namespace) -> None:
         print(f"next: frictopt condense {asked.file} SYSTEM.npz --contact SET_1 SET_2 --load CASE=SET:pressure=1")
         return
     system = _system(asked.file)
-    print(system, _sums(system).to_string(float_format="{:.5g}".format), sep="\n")
+    print(system, _sums(system).to_string(index=False, float_format="{:.5g}".format), sep="\n")
     print(f"next: frictopt limit {asked.file} --mean CASE=1 --corners CASE=-1 CASE=1 --friction 0.5")
     if asked.picture:
         _draw(system, asked.picture)
@@ -164,20 +164,20 @@ def _system(file: str | Path) -> "ContactSystem":
     return ContactSystem.load(file)
 
 
-def _sums(system: "ContactSystem") -> "pd.DataFrame":
+def _sums(system: "ContactSystem") -> "Table":
     """The sum of the bonded reactions of each load case, zero where only rounding is left."""
-    import pandas as pd
+    import numpy as np
 
+    from .contact.show import frame
     from .contact.tolerances import ROUNDING
 
-    names = ["q"] if system.tangents == 1 else ["q1", "q2"]
-    rows = {case: [*q.reshape(len(p), -1).sum(axis=0), p.sum(), p.min(), p.max()] for case, (q, p) in system.bonded.items()}
-    table = pd.DataFrame.from_dict(rows, orient="index", columns=[*(f"sum of {name}" for name in names), "sum of p", "least p", "most p"])
-    size = table.abs()
-    return table.where(size.gt(ROUNDING * size.max(axis=1), axis=0), 0.0)
+    names = [*(["sum of q"] if system.tangents == 1 else ["sum of q1", "sum of q2"]), "sum of p", "least p", "most p"]
+    rows = np.array([[*q.reshape(len(p), -1).sum(axis=0), p.sum(), p.min(), p.max()] for q, p in system.bonded.values()])
+    rows[np.abs(rows) <= ROUNDING * np.abs(rows).max(axis=1, keepdims=True)] = 0.0
+    return frame({"load case": list(system.bonded), **dict(zip(names, rows.T, strict=True))})
 
 
-def _written(file: Path | None, picture: Path | None, table: "pd.DataFrame", result: object) -> None:
+def _written(file: Path | None, picture: Path | None, table: "Table", result: object) -> None:
     if file:
         getattr(table, WRITERS[file.suffix])(file, index=False)
     if picture:
@@ -208,16 +208,13 @@ def _loads(text: str) -> dict[str, float]:
 
 def _load_parts(text: str) -> tuple[str, str, str, list[float]]:
     """Load case, node set, kind and numbers: "P=N_TOP:pressure=1"."""
-    case, _, rest = text.partition("=")
-    face, _, how = rest.rpartition(":")
-    kind, _, values = how.partition("=")
     try:
-        numbers = [float(value) for value in values.split(",")]
-    except ValueError:
-        numbers = []
-    if not (case and face and numbers and kind in ("traction", "pressure", "total", "nodal")):
-        raise ModelError(f"--load: {text!r}; give CASE=SET:KIND=NUMBERS with the kind traction, pressure, total or nodal, such as P=N_TOP:pressure=1")
-    return case, face, kind, numbers
+        ((case, face, kind, values),) = re.findall(r"^(.+?)=(.+):(traction|pressure|total|nodal)=(.+)$", text)
+        return case, face, kind, [float(value) for value in values.split(",")]
+    except ValueError as error:
+        raise ModelError(
+            f"--load: {text!r}; give CASE=SET:KIND=NUMBERS with the kind traction, pressure, total or nodal, such as P=N_TOP:pressure=1"
+        ) from error
 
 
 def _shard(text: str) -> tuple[int, int]:

@@ -25,7 +25,6 @@ from .ordering import Integers
 from .rigid import assemblies, node_graph
 from .touching import check_touching
 
-LOADS = (Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference, BoltPreload)
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload
 
 

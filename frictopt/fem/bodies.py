@@ -12,7 +12,7 @@ from skfem import Mesh
 from ..contact.checks import Array, check_text, choice, finite_numbers, shown
 from ..errors import ModelError
 from .elasticity import ELEMENT_NAMES, ElementName, Material
-from .elements import ELEMENTS, QUADRATIC, facet_nodes, quadratic, through_corners
+from .elements import QUADRATIC, facet_nodes, quadratic, through_corners
 from .ordering import Integers
 
 Place = str | tuple[float, ...]
@@ -159,8 +159,9 @@ def check_kind(mesh: Mesh) -> None:
     ModelError
         It does not.
     """
-    if type(mesh) not in ELEMENTS:
-        names = ", ".join(kind.__name__ for kind in ELEMENTS)
+    kinds = [*QUADRATIC, *QUADRATIC.values()]
+    if type(mesh) not in kinds:
+        names = ", ".join(kind.__name__ for kind in kinds)
         raise ModelError(f"mesh: a {type(mesh).__name__}; give one of scikit-fem with elements of one shape, linear or quadratic: {names}")
 
 
@@ -184,7 +185,7 @@ def _check_elements(mesh: Mesh) -> None:
 
 def _sizes(mesh: Mesh) -> Array:
     """(nodes, elements) signed area or volume of the elements as it is at each of their nodes."""
-    element, nodes = ELEMENTS[type(mesh)](), mesh.dofs.element_dofs
+    element, nodes = mesh.elem(), mesh.dofs.element_dofs
     at = element.doflocs.T
     slopes = np.array([np.broadcast_to(element.lbasis(at, i)[1], at.shape) for i in range(len(nodes))])
     return np.asarray(np.linalg.det(np.einsum("aie,ibk->keab", mesh.p[:, nodes], slopes)))

@@ -9,19 +9,19 @@ from scipy.sparse import coo_matrix, csr_matrix, hstack
 from scipy.sparse.csgraph import connected_components
 from skfem import Mesh
 
-from ..contact.checks import Array, check_text, finite_number
+from ..contact.checks import Array
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics
 from .elements import facet_nodes, points_from
-from .forms import boundary_forces
+from .forms import Part, boundary_forces
 from .ordering import Integers
 
 _FLAT = 1e-3  # share of its extent by which a section may be out of its plane: decks have few digits
 
 
 @dataclass(frozen=True)
-class BoltPreload:
+class BoltPreload(Part):
     """The force that a bolt is tightened with: the tension in a plane section of its shank.
 
     The model cuts the body there, by nodes of their own on both faces, and equal and opposite tractions pull the faces together. Along the axis, the
@@ -56,11 +56,6 @@ class BoltPreload:
     body: str
     section: str
     force: float = 1.0
-
-    def __post_init__(self) -> None:
-        check_text("body", self.body, "the name of a body of the model")
-        check_text("section", self.section, "the name of a boundary of the mesh")
-        object.__setattr__(self, "force", finite_number("force", self.force))
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         """Nodal forces of a uniform tension on both faces of a body that is cut."""

@@ -17,7 +17,7 @@ from .bodies import Body
 from .clipping import facet_overlaps
 from .elasticity import Kinematics, circumference
 from .faces import Face, areas_of, face, facets_around, normals_of, sag
-from .forms import boundary_forces, values_at
+from .forms import Part, boundary_forces, values_at
 from .given import same_point
 from .mortar import Overlaps, edge_overlaps, foot_points, mortar_projection
 from .ordering import Integers
@@ -86,7 +86,7 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Interference:
+class Interference(Part):
     """Interference as a load: the bodies overlap by `amount`, length, along the whole of a contact before they are assembled.
 
     Raises
@@ -105,8 +105,8 @@ class Interference:
     amount: float = 1.0
 
     def __post_init__(self) -> None:
-        check_text("contact", self.contact, "the name of a contact of the model")
-        object.__setattr__(self, "amount", finite_number("amount", self.amount, least=0.0))
+        super().__post_init__()
+        finite_number("amount", self.amount, least=0.0)
 
 
 @dataclass(frozen=True, eq=False)

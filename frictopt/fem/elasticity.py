@@ -1,7 +1,7 @@
 """Elasticity of one body on a scikit-fem mesh: plane, axisymmetric or in space."""
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -10,11 +10,9 @@ from skfem import Basis, Mesh
 from ..contact.checks import Array, finite_number
 from .elements import basis_of
 
-ELEMENT_NAMES = ("linear", "mean_dilatation", "quadratic")
 ElementName: TypeAlias = Literal["linear", "mean_dilatation", "quadratic"]
-
-KINEMATICS = ("plane_strain", "plane_stress", "axisymmetric", "space")
 Kinematics: TypeAlias = Literal["plane_strain", "plane_stress", "axisymmetric", "space"]
+ELEMENT_NAMES, KINEMATICS = get_args(ElementName), get_args(Kinematics)
 
 
 @dataclass(frozen=True)

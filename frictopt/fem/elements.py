@@ -3,26 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from skfem import (
-    Basis,
-    ElementHex1,
-    ElementHex2,
-    ElementQuad1,
-    ElementQuad2,
-    ElementTetP1,
-    ElementTetP2,
-    ElementTriP1,
-    ElementTriP2,
-    Mesh,
-    MeshHex1,
-    MeshHex2,
-    MeshQuad1,
-    MeshQuad2,
-    MeshTet1,
-    MeshTet2,
-    MeshTri1,
-    MeshTri2,
-)
+from skfem import Basis, Mesh, MeshHex1, MeshHex2, MeshQuad1, MeshQuad2, MeshTet1, MeshTet2, MeshTri1, MeshTri2
 
 from ..contact.checks import Array
 from .ordering import Flags, Integers
@@ -30,15 +11,12 @@ from .ordering import Flags, Integers
 # A mesh of scikit-fem counts its corner nodes first, as `mesh.t` and `mesh.facets` have them, then those amid edges, facets and elements.
 QUADRATIC = {MeshTri1: MeshTri2, MeshQuad1: MeshQuad2, MeshTet1: MeshTet2, MeshHex1: MeshHex2}
 _LINEAR = {second: first for first, second in QUADRATIC.items()} | {first: first for first in QUADRATIC}
-ELEMENTS = {MeshTri1: ElementTriP1, MeshQuad1: ElementQuad1, MeshTet1: ElementTetP1, MeshHex1: ElementHex1} | {
-    MeshTri2: ElementTriP2, MeshQuad2: ElementQuad2, MeshTet2: ElementTetP2, MeshHex2: ElementHex2
-}  # fmt: skip
 _ORDER = {MeshQuad2: 5, MeshHex2: 5}  # three points a direction: exact for uniform stress in curved elements, and for straight ones
 
 
 def basis_of(mesh: Mesh) -> Basis:
     """The functions of one displacement of a body, and points of integration."""
-    return Basis(mesh, ELEMENTS[type(mesh)](), intorder=_ORDER.get(type(mesh)))
+    return Basis(mesh, mesh.elem(), intorder=_ORDER.get(type(mesh)))
 
 
 def quadratic(mesh: Mesh) -> Mesh:
@@ -60,7 +38,7 @@ def points_from(mesh: Mesh, elements: Integers, other: Mesh) -> Array:
 
 def corner_weights(kind: type[Mesh]) -> Array:
     """(nodes, corners) the functions of the corners of a linear element at the nodes of a reference element of this kind: each node as their mean."""
-    at, linear = ELEMENTS[kind].doflocs.T, ELEMENTS[_LINEAR[kind]]()
+    at, linear = kind.elem.doflocs.T, _LINEAR[kind].elem()
     return np.array([np.broadcast_to(linear.lbasis(at, i)[0], at.shape[1:]) for i in range(linear.refdom.nnodes)]).T
 
 
@@ -78,7 +56,7 @@ def completion(kind: type[Mesh], given: int) -> Array:
 
 def on_facets(kind: type[Mesh]) -> Flags:
     """(facets, nodes) which nodes of an element lie on each of its facets."""
-    weights, facets = corner_weights(kind), ELEMENTS[kind].refdom.facets
+    weights, facets = corner_weights(kind), kind.elem.refdom.facets
     return np.array([(np.delete(weights, facet, axis=1) == 0).all(axis=1) for facet in facets])
 
 

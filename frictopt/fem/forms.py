@@ -1,6 +1,7 @@
 """Load vectors of a body on its scikit-fem mesh, in the plane, around an axis or in space."""
 
 from collections.abc import Callable
+from dataclasses import fields
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -8,10 +9,10 @@ from numpy.typing import ArrayLike
 from skfem import Basis, ElementLineP1, ElementQuad1, ElementTriP1, LinearForm, Mesh
 from skfem.quadrature import get_quadrature
 
-from ..contact.checks import Array, finite_number, place, real_array, shown
+from ..contact.checks import Array, check_text, finite_number, place, real_array, shown
 from ..errors import ModelError
 from .elasticity import Kinematics, circumference
-from .elements import ELEMENTS, basis_of, on_facets, places_of
+from .elements import basis_of, on_facets, places_of
 from .ordering import Integers
 
 Amount: TypeAlias = float | Callable[..., ArrayLike]
@@ -21,27 +22,26 @@ _FACETS = {2: ElementLineP1, 3: ElementTriP1, 4: ElementQuad1}  # by the number 
 _ORDER = 5  # of the integration over facets
 
 
-def checked_amount(name: str, value: object) -> Amount:
-    """Check that `value` is one finite number or a function."""
-    if not callable(value):
-        return finite_number(name, value)
-    if isinstance(value, type):
-        raise ModelError(f"{name}: {shown(value)}; give a number or a function of x and y, and z in space")
-    return value
+class Part:
+    """Base of loads: their texts are names, their amounts finite numbers or functions."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):  # type: ignore[arg-type]
+            name, value = field.name, getattr(self, field.name)
+            if field.type is str:
+                check_text(name, value, "a name of the model or its mesh")
+            elif field.type is float or (field.type in (Amount, Amount | None) and value is not None and not callable(value)):
+                object.__setattr__(self, name, finite_number(name, value))
+            elif isinstance(value, type):
+                raise ModelError(f"{name}: {shown(value)}; give a number or a function of x and y, and z in space")
 
 
-def checked_amounts(load: Any, meaning: str) -> None:
-    """Check the amounts x, y and z of a load; error messages say what they mean."""
-    for axis in "xyz":
-        if getattr(load, axis) is not None:
-            object.__setattr__(load, axis, checked_amount(f"{meaning} {axis}", getattr(load, axis)))
-
-
-def components(load: Any, meaning: str, points: Array) -> Array:
+def components(load: Any, points: Array) -> Array:
     """(d, ...) values of x, y and z of a load at points (d, ...)."""
+    kind = type(load).__name__
     if len(points) == 2 and load.z != 0:
-        raise ModelError(f"{meaning} z: {shown(load.z)}; body {load.body!r} is plane, give x and y alone")
-    return np.array([values_at(f"{meaning} {axis}", getattr(load, axis), points) for axis in "xyz"[: len(points)]])
+        raise ModelError(f"{kind} z: {shown(load.z)}; body {load.body!r} is plane, give x and y alone")
+    return np.array([values_at(f"{kind} {axis}", getattr(load, axis), points) for axis in "xyz"[: len(points)]])
 
 
 def values_at(name: str, amount: Amount, points: Array) -> Array:
@@ -68,7 +68,7 @@ def boundary_forces(mesh: Mesh, facets: Integers, traction: Callable[[Array, Arr
 
     The integration is on the facets themselves: scikit-fem would invert the map of very thin elements, in vain.
     """
-    element, (elements, number) = ELEMENTS[type(mesh)](), places_of(mesh, facets)
+    element, (elements, number) = mesh.elem(), places_of(mesh, facets)
     local = np.array(element.refdom.facets)[number].T
     flat = _FACETS[len(local)]()
     on_flat, weights = get_quadrature(flat.refdom, _ORDER)

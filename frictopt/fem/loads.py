@@ -1,23 +1,22 @@
 """Loads of a body: tractions, pressure, forces per volume, free expansion, displacements of supports."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from skfem import Basis
 
-from ..contact.checks import Array, check_text, finite_number
+from ..contact.checks import Array, finite_number
 from ..errors import ModelError
 from .bodies import Body, Place, checked_place, checked_point
 from .elasticity import Kinematics, element_means
 from .elements import basis_of
-from .forms import Amount, boundary_forces, checked_amount, checked_amounts, components, gradient_forces, values_at, volume_forces
+from .forms import Amount, Part, boundary_forces, components, gradient_forces, values_at, volume_forces
 
 # `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric those of the whole circumference.
 
 
 @dataclass(frozen=True)
-class Traction:
+class Traction(Part):
     """Traction (x, y), in space (x, y, z), force per area, on a named boundary of one body.
 
     Each is a number or a function of the coordinates (arrays).
@@ -41,17 +40,13 @@ class Traction:
     y: Amount = 0.0
     z: Amount = 0.0
 
-    def __post_init__(self) -> None:
-        _check_names(self)
-        checked_amounts(self, "traction")
-
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         facets = body.boundary(self.boundary, "traction")
-        return boundary_forces(body.mesh, facets, lambda points, _: components(self, "traction", points), kinematics)
+        return boundary_forces(body.mesh, facets, lambda points, _: components(self, points), kinematics)
 
 
 @dataclass(frozen=True)
-class Pressure:
+class Pressure(Part):
     """Pressure on a named boundary of one body, against its outward normal: a number or a function of the coordinates (arrays), force per area.
 
     Raises
@@ -70,17 +65,13 @@ class Pressure:
     boundary: str
     amount: Amount = 1.0
 
-    def __post_init__(self) -> None:
-        _check_names(self)
-        object.__setattr__(self, "amount", checked_amount("amount", self.amount))
-
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         facets = body.boundary(self.boundary, "pressure")
         return boundary_forces(body.mesh, facets, lambda points, normals: -values_at("pressure", self.amount, points) * normals, kinematics)
 
 
 @dataclass(frozen=True)
-class BodyForce:
+class BodyForce(Part):
     """Force per volume (x, y), in space (x, y, z), on one body: gravity is (0, -density g).
 
     Each is a number or a function of the coordinates (arrays).
@@ -102,16 +93,12 @@ class BodyForce:
     y: Amount = 0.0
     z: Amount = 0.0
 
-    def __post_init__(self) -> None:
-        _check_names(self)
-        checked_amounts(self, "body force")
-
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        return volume_forces(body.mesh, lambda points: components(self, "body force", points), kinematics)
+        return volume_forces(body.mesh, lambda points: components(self, points), kinematics)
 
 
 @dataclass(frozen=True)
-class Centrifugal:
+class Centrifugal(Part):
     """Centrifugal force of a body that spins: density times the square of the angular speed times the distance from an axis.
 
     In the plane the axis is normal to it and goes through the centre; of an axisymmetric model it is the axis, x = 0. An amplitude of the load case
@@ -149,9 +136,8 @@ class Centrifugal:
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
-        _check_names(self)
-        object.__setattr__(self, "density", finite_number("density", self.density, least=0.0))
-        object.__setattr__(self, "speed", finite_number("speed", self.speed))
+        super().__post_init__()
+        finite_number("density", self.density, least=0.0)
         if self.centre is not None:
             object.__setattr__(self, "centre", checked_point("centre", self.centre, "one point (x, y), in space (x, y, z)"))
         object.__setattr__(self, "axis", checked_point("axis", self.axis, "one direction (x, y, z)", (3,)))
@@ -177,7 +163,7 @@ class Centrifugal:
 
 
 @dataclass(frozen=True)
-class Expansion:
+class Expansion(Part):
     """Free expansion of one body, the same in all directions: a strain, for a change of temperature its product with the expansion coefficient.
 
     A number or a function of the coordinates (arrays).
@@ -196,10 +182,6 @@ class Expansion:
 
     body: str
     strain: Amount = 1.0
-
-    def __post_init__(self) -> None:
-        _check_names(self)
-        object.__setattr__(self, "strain", checked_amount("strain", self.strain))
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         basis = basis_of(body.mesh)
@@ -221,7 +203,7 @@ class Expansion:
 
 
 @dataclass(frozen=True)
-class Displacement:
+class Displacement(Part):
     """Prescribed displacement of a support: its nodes move by (x, y), in space (x, y, z), in the directions in which the support holds them.
 
     Displacements of one load case do not add up: those that share a node move it alike.
@@ -252,15 +234,7 @@ class Displacement:
     z: Amount | None = None
 
     def __post_init__(self) -> None:
-        _check_names(self)
+        super().__post_init__()
         object.__setattr__(self, "where", checked_place(self.where))
         if self.x is None and self.y is None and self.z is None:
             raise ModelError("displacement: neither x nor y nor z; give one of them")
-        checked_amounts(self, "displacement")
-
-
-def _check_names(load: Any) -> None:
-    """Check the name of the body of a load, and that of its boundary if it has one."""
-    check_text("body", load.body, "the name of a body of the model")
-    if hasattr(load, "boundary"):
-        check_text("boundary", load.boundary, "the name of a boundary of the mesh")

@@ -7,7 +7,7 @@ from skfem import Mesh
 from ..contact.checks import Array, place
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
-from .elements import ELEMENTS, corner_weights, on_facets, places_of
+from .elements import corner_weights, on_facets, places_of
 from .ordering import Integers
 
 _OFF = 0.1  # the most that a node may lie off the middle of its corners, over their distance: some 45 degrees of arc
@@ -31,7 +31,7 @@ def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:
     means, (elements, number), d = corner_weights(type(mesh)), places_of(mesh, facets), mesh.dim()
     corners = means.shape[1]
     local, which = np.nonzero(on_facets(type(mesh))[number].T[corners:])
-    local, elements, facet = local + corners, elements[which], np.array(ELEMENTS[type(mesh)].refdom.facets)[number[which]]
+    local, elements, facet = local + corners, elements[which], np.array(mesh.elem.refdom.facets)[number[which]]
     node, ends = mesh.dofs.element_dofs[local, elements], mesh.t[facet.T, elements].T
     shares = means[local[:, None], facet]
     points = np.pad(mesh.p[:, ends].transpose(1, 2, 0), ((0, 0), (0, 0), (0, 3 - d)))

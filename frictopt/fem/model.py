@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
+from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +16,7 @@ from ..contact.parts import compliances, joined, parted
 from ..contact.show import Shown
 from ..contact.units import checked_units
 from ..errors import ModelError, ModelWarning
-from .assembly import LOADS, Assembly, Load, nodes_of
+from .assembly import Assembly, Load, nodes_of
 from .bodies import Body, Support
 from .bolts import BoltPreload
 from .condense import condensed
@@ -103,7 +104,7 @@ class ContactModel(Shown, Viewed):
         loads = {}
         for name, parts in self.loads.items():
             check_name("loads", name)
-            loads[name] = listed_parts(f"loads[{name!r}]", parts, *LOADS)
+            loads[name] = listed_parts(f"loads[{name!r}]", parts, *get_args(Load))
             if not parts:
                 raise ModelError(f"loads[{name!r}]: no load; give at least one, or leave the load case out")
         for name, value in {
@@ -121,17 +122,11 @@ class ContactModel(Shown, Viewed):
             E, sizes = [body.material.E for body in bodies], [float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies]
             for what, (a, b), most, units in (("E", E, _UNITS_APART, "Pa or MPa"), ("size", sizes, _SIZES_APART, "mm or m")):
                 if max(a, b) >= most * min(a, b):
-                    warnings.warn(
-                        f"bodies: {what} = {a:g} of {contact.body_1!r} and {b:g} of {contact.body_2!r}; are both in the same unit ({units})?",
-                        ModelWarning,
-                        stacklevel=3,
-                    )
+                    _warn(f"bodies: {what} = {a:g} of {contact.body_1!r} and {b:g} of {contact.body_2!r}; are both in the same unit ({units})?")
             if coarser > _COARSE:
-                warnings.warn(
+                _warn(
                     f"contacts: {contact.name!r}: the edges of body {contact.body_1!r} are {coarser:.1f} times as long as those of body "
-                    f"{contact.body_2!r}; the nodes of body 1 are those of the contact: exchange the bodies, or mesh it finer",
-                    ModelWarning,
-                    stacklevel=3,
+                    f"{contact.body_2!r}; the nodes of body 1 are those of the contact: exchange the bodies, or mesh it finer"
                 )
 
     def condense(self) -> ContactSystem:
@@ -217,9 +212,7 @@ class ContactModel(Shown, Viewed):
         if gap is not None:
             warn_of_open_nodes(w, r, float(np.abs(u).max()))
         u = parts.tied @ (R @ u + D @ force)
-        moved = {name: u[parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]].T for name, first in parts.first_node.items()}
-        frames, kind = parts.interface.frames, self.kinematics or "plane_strain"
-        return body_fields(parts.bodies, kind, moved, expansions, parted(r, d), (v, w), frames, parts.sides, self.units)
+        return body_fields(parts, u, expansions, parted(r, d), (v, w), self.units)
 
     @property
     def held_nodes(self) -> tuple[Integers, ...]:
@@ -271,7 +264,11 @@ class ContactModel(Shown, Viewed):
     @cached_property
     def _recovery(self) -> Recovery:
         """The factorisation that gives displacements back."""
-        return Recovery(self._parts.stiffness, self._parts.interface, self._parts.free_rows, self._parts.points, self._parts.called)
+        return Recovery(self._parts)
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, ModelWarning, stacklevel=4)  # where the model is made
 
 
 def _checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body]) -> Kinematics:

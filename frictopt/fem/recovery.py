@@ -1,7 +1,7 @@
 """Back to the bodies: the displacements and stresses that belong to a state of the contact."""
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -16,14 +16,13 @@ from ..contact.checks import Array, finite_number, frozen, shown, whole_number
 from ..contact.show import Plotted, Shown
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError, ModelWarning
+from .assembly import Assembly
 from .bodies import Body
 from .condense import eliminated, fronts
 from .elasticity import Kinematics, element_means
 from .elements import basis_of
-from .interface import Interface
 from .loads import Expansion
 from .matrices.meshes import meshio_library
-from .ordering import Integers
 from .rigid import node_graph
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
@@ -181,18 +180,7 @@ def in_meshio(mesh: Any) -> Any:
 
 
 class Recovery:
-    """The factorisation that gives displacements back, `u = lift + T y + D z` with the relative motions z.
-
-    Parameters
-    ----------
-    K
-        Stiffness of the separate bodies.
-    interface
-        Pairs and directions.
-    unknowns, points
-        (nodes, d) rows of K, -1 where held, and coordinates.
-    called
-        What an error calls a node.
+    """The factorisation that gives displacements of a model back, `u = lift + T y + D z` with the relative motions z.
 
     Raises
     ------
@@ -200,10 +188,11 @@ class Recovery:
         A displacement has no stiffness.
     """
 
-    def __init__(self, K: csr_matrix, interface: Interface, unknowns: Integers, points: Array, called: Callable[[int], str]) -> None:
-        T, front = fronts(K, interface, unknowns, points, node_graph(K, unknowns))
+    def __init__(self, parts: Assembly) -> None:
+        K, unknowns, points = parts.stiffness, parts.free_rows, parts.points
+        T, front = fronts(K, parts.interface, unknowns, points, node_graph(K, unknowns))
         self._K, self._T, self._drive = K, T[:, front >= 0], T[:, front < 0]
-        self._elimination = eliminated(csr_matrix(self._T.T @ K @ self._T), front[front >= 0], self._T, unknowns, points, called, keep=True)
+        self._elimination = eliminated(csr_matrix(self._T.T @ K @ self._T), front[front >= 0], self._T, unknowns, points, parts.called, keep=True)
 
     def displacements(self, force: Array, lift: Array, z: Array) -> tuple[Array, Array]:
         """(size,) displacements under forces, displacements `lift` of moved supports, and relative motions z (d N,); and reactions (d N,)."""
@@ -214,24 +203,22 @@ class Recovery:
 
 
 def body_fields(
-    bodies: Mapping[str, Body],
-    kinematics: Kinematics,
-    displacement: Mapping[str, Array],
+    parts: Assembly,
+    u: Array,
     expansions: Sequence[tuple[float, Expansion]],
     reactions: tuple[Array, Array],
     motion: tuple[Array, Array],
-    frames: Array,
-    sides: tuple[csr_matrix, csr_matrix],
     units: str | None,
 ) -> BodyFields:
-    """Strains and stresses of displacements, body by body; `expansions` are free ones with amplitudes, the pairs q and p, and slip and gap."""
-    strain, stress = {}, {}
-    for name, body in bodies.items():
+    """Strains and stresses of displacements (size,), body by body; free expansions have amplitudes, the pairs are q and p, slip and gap."""
+    moved, strain, stress = dict[str, Array](), {}, {}
+    for name, body in parts.bodies.items():
         own = [(amplitude, part) for amplitude, part in expansions if part.body == name]
-        strain[name], stress[name] = _strain_and_stress(body, kinematics, displacement[name], own)
-    moved = {name: frozen(u) for name, u in displacement.items()}
+        first = parts.first_node[name]
+        moved[name] = frozen(u[parts.rows[first : first + body.mesh.p.shape[1]]].T)
+        strain[name], stress[name] = _strain_and_stress(body, parts.kinematics, moved[name], own)
     (q, p), (v, w) = (tuple(map(frozen, pair)) for pair in (reactions, motion))
-    return BodyFields(moved, stress, strain, q, p, v, w, bodies, units, frames, sides)
+    return BodyFields(moved, stress, strain, q, p, v, w, parts.bodies, units, parts.interface.frames, parts.sides)
 
 
 def _strain_and_stress(body: Body, kinematics: Kinematics, u: Array, expansions: Sequence[tuple[float, Expansion]]) -> tuple[Array, Array]:
