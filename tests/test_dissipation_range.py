@@ -156,6 +156,8 @@ def test_a_search_follows_no_start_in_vain():
     assert other.state is one.state and none.state is not one.state
     works = [reached(contact, LOADS, f, load_factor, slip) for slip in (far, 3 * far, 0 * far)]
     np.testing.assert_allclose([one.work, other.work, none.work], works, rtol=1e-9)
+    again, new = ([(str(factor), factor * slip) for factor in (1, 3)] for slip in (far, -far))
+    assert [orbit.name for orbit in search.further(again)] == ["1"] and [orbit.name for orbit in search.further(new)] == ["1", "3"]
     given_up = 0
     for slip in slips(np.random.default_rng(3), contact, 30, 1.0):
         work, orbit = reached(contact, LOADS, f, load_factor, slip), search.follow("random", slip, 0.8 * one.work)

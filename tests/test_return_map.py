@@ -5,6 +5,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.transients.exact import return_map
+from frictopt.transients.exact.derivative import _Growth
 from frictopt.transients.steady import settled
 from paths import followed
 from systems import CYCLE, random_system, system
@@ -80,7 +81,30 @@ def test_one_node_forgets_its_start():
     assert stuck.work == 0.0 and not stuck.work_gradient[0] > 1e-15
 
 
-def test_rows_on_a_stretch_are_those_of_its_derivative():
-    one = return_map(at_last_corner(random_system(np.random.default_rng(4), 5), CYCLE, 0.3, 0.6, np.zeros(5)))
-    assert len(one.status) > 2 and (one.status[-1] != 0).any()
-    assert one.motion_derivative(len(one.status) - 1, np.eye(10)) == pytest.approx(np.asarray(one.derivative), abs=1e-12)
+def test_motions_on_each_stretch_keep_the_law():
+    """Reactions at nodes that slip stay on their bound, those of open ones stay zero, and a node that sticks keeps its slip."""
+    stretches = opens = 0
+    for seed in range(8):
+        n = 5
+        contact = random_system(np.random.default_rng(seed), n)
+        one = return_map(at_last_corner(contact, CYCLE, 0.3, 2.0, np.zeros(n)))
+        last = np.eye(2 * n)
+        for number, status in enumerate(one.status):
+            motion = one.motion_derivative(number, np.eye(2 * n))
+            q, p = np.split(contact.S @ motion, 2)
+            assert np.abs(q + (status * 0.3)[:, None] * p)[np.abs(status) == 1] == pytest.approx(0.0, abs=1e-12)
+            assert np.abs(np.vstack([q, p]))[np.tile(status == 2, 2)] == pytest.approx(0.0, abs=1e-12)
+            stuck = (status == 0) & (number > 0) & (one.status[number - 1] == 0)
+            assert motion[:n][stuck] == pytest.approx(last[:n][stuck], abs=1e-12)
+            last, stretches, opens = motion, stretches + 1, opens + (status == 2).any()
+        assert last == pytest.approx(np.asarray(one.derivative), abs=1e-12)
+    assert stretches > 30 and opens > 5
+
+
+def test_critical_friction_has_no_derivative():
+    """A = 1, B = 1/2: backward slip has no stiffness at f = A/B = 2."""
+    S, f = np.array([[1.0, 0.5], [0.5, 1.0]]), 2.0
+    forward, backward = (_Growth(S, np.array([sense * f, 0.0]), np.eye(2), [0]) for sense in (1.0, -1.0))
+    assert forward.derivative()[0] == pytest.approx([0.0, -2.5 / 2.0])
+    with pytest.raises(fo.NoContinuation, match="friction is critical"):
+        backward.derivative()

@@ -165,7 +165,7 @@ def dissipation_range(
     if not any(orbit.work > 0 for orbit in followed):
         followed += [runs.follow(name, slip) for name, slip in starts.witness().items()]
     if any(orbit.state is not None and orbit.state.open.any() for orbit in followed):
-        followed += [runs.follow(name, slip) for name, slip in starts.beyond().items()]
+        followed += [orbit for row in starts.beyond() for orbit in runs.further(row)]
     levels = runs.levels(followed)
     if not levels:
         raise NoContinuation(f"dissipation range: none of {len(followed)} transients has a result; the first one says: {followed[0].end}")

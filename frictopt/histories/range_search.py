@@ -110,6 +110,16 @@ class Search:
             orbit = Orbit(name, start, None, f"{type(error).__name__}: {error}")
         return orbit
 
+    def further(self, row: list[tuple[str, Array]]) -> list[Orbit]:
+        """Orbits from starts by their names, one after the other as long as each leads to a state that no transient before it has met."""
+        orbits = list[Orbit]()
+        for name, start in row:
+            known = len(self._met)
+            orbits.append(self.follow(name, start))
+            if len(self._met) == known:
+                break
+        return orbits
+
     def told(self, orbit: Orbit) -> SteadyState:
         """The steady state of an orbit, in increments with their error."""
         assert orbit.state is not None

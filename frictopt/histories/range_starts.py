@@ -65,11 +65,11 @@ class RangeStarts:
             return {}  # some starts less; the range is that of the starts followed
         return {f"{name}, {place}": slip for name, slip in slips.items()}
 
-    def beyond(self) -> dict[str, Array]:
-        """Multiples of the extreme slips under the mean load, as far as the slip bound allows: more than the closed contact can hold."""
-        most = self._task.most
-        multiples = {f"{factor:g} x {name}": factor * slip for name, slip in self.under_mean_load.items() for factor in _BEYOND}
-        return multiples if most is None else {name: shortened(slip, most) for name, slip in multiples.items()}
+    def beyond(self) -> list[list[tuple[str, Array]]]:
+        """Multiples of each extreme slip under the mean load, as far as the slip bound allows: more than the closed contact can hold."""
+        most, extreme = self._task.most, self.under_mean_load
+        multiples = [[(f"{factor:g} x {name}", factor * slip) for factor in _BEYOND] for name, slip in extreme.items()]
+        return multiples if most is None else [[(name, shortened(slip, most)) for name, slip in row] for row in multiples]
 
     def witness(self) -> dict[str, Array]:
         """The witness of the guaranteed limit, from which slip goes on just above it."""

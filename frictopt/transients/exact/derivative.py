@@ -11,12 +11,14 @@ The work of friction of a cycle is that of the loads less the elastic energy gai
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...contact.checks import Array, frozen
-from ...contact.tolerances import ROUNDING
+from ...contact.tolerances import CONDENSATION, ROUNDING
+from ...errors import NoContinuation
 from .kernel import OPEN, STICK
 from .path import ExactPath
 
@@ -69,11 +71,12 @@ class ReturnMap:
     smooth: bool
     status: NDArray[np.int8]
     r: Array
-    _stretches: "tuple[_Stretch, ...]"
+    _stretches: "tuple[tuple[_Growth, int], ...]"
 
     def motion_derivative(self, stretch: int, rows: Array) -> Array:
         """(m, 2N) `rows @ D`, with D the derivative of u on a stretch with respect to `before`; rows (m, 2N)."""
-        return self._stretches[stretch].apply(rows)
+        growth, begun = self._stretches[stretch]
+        return growth.reduced(rows, begun) @ growth.base
 
 
 def return_map(path: ExactPath) -> ReturnMap:
@@ -99,38 +102,80 @@ def return_map(path: ExactPath) -> ReturnMap:
     return _Follower(path.recorded()).map()
 
 
-@dataclass(frozen=True, eq=False)
-class _Stretch:
-    """The stiffness, (2N,) which of u move between two events, the factor of p in their equations, and (2N, 2N) the derivative of those that rest."""
+class _Growth:
+    """Motions that begin one after the other while none stops, and how they follow from those that rest.
 
-    S: Array
-    moving: np.ndarray
-    factor: Array
-    base: Array
+    Their equations K are factored as L U without exchange of rows. So the leading blocks of the inverse factors are those of the motions that have
+    begun first, and one factorisation serves all stretches.
 
-    def equations(self, columns: np.ndarray) -> Array:
-        """(n, m) equations of the n that move, over some of u (2N,)."""
-        places, along = np.flatnonzero(self.moving), np.flatnonzero(columns)
-        slips = np.flatnonzero(self.factor[places])
-        rows = self.S[np.ix_(places, along)]
-        rows[slips] += self.factor[places[slips], None] * self.S[np.ix_(len(self.S) // 2 + places[slips], along)]
+    Parameters
+    ----------
+    S, factor
+        (2N, 2N) stiffness, and (2N,) factor of p in the equation of each motion.
+    base
+        (2N, 2N) derivative of the motions that rest.
+    order
+        Those of u (2N,) that move, in the order in which they begin. It may grow until the factors are asked for.
+    """
+
+    def __init__(self, S: Array, factor: Array, base: Array, order: list[int]) -> None:
+        self.S, self.factor, self.base, self.order = S, factor, base, order
+
+    @cached_property
+    def equations(self) -> Array:
+        """(n, 2N) equations of the n that move."""
+        slips = [motion for motion in self.order if self.factor[motion]]
+        rows, places = self.S[self.order], np.flatnonzero(self.factor[self.order])
+        rows[places] += self.factor[slips, None] * self.S[len(self.S) // 2 + np.array(slips, dtype=np.intp)]
         return rows
 
-    def reduced(self, rows: Array) -> Array:
-        """(m, 2N) rows that give the same product with `base` as rows (m, 2N) with the derivative on this stretch."""
-        share, n = np.zeros_like(rows), len(self.S) // 2
-        share[:, self.moving] = np.linalg.solve(self.equations(self.moving).T, rows[:, self.moving].T).T
-        share[:, n:] += share[:, :n] * self.factor[:n]
-        return np.asarray(np.where(self.moving, 0.0, rows - share @ self.S))
+    @cached_property
+    def inverses(self) -> tuple[Array, Array]:
+        """(n, n) inverses of L and of U.
 
-    def apply(self, rows: Array) -> Array:
-        """(m, 2N) rows times the derivative on this stretch."""
-        return self.reduced(rows) @ self.base
+        Raises
+        ------
+        NoContinuation
+            A pivot is none beside the stiffness of its motion: the rates are not unique.
+        """
+        n, K = len(self.order), self.equations[:, self.order]
+        lower, upper = np.eye(n), np.eye(n)
+        for k in range(n):
+            row, column = K[k, :k] @ upper[:k, :k], lower[:k, :k] @ K[:k, k]
+            pivot = K[k, k] - row @ column
+            if not abs(pivot) > CONDENSATION * self.S[self.order[k], self.order[k]]:
+                raise NoContinuation("derivative of a cycle: friction is critical at a node that slips, so that its rates are not unique")
+            lower[k, :k] = -row @ lower[:k, :k]
+            upper[:k, k], upper[k, k] = upper[:k, :k] @ column / -pivot, 1 / pivot
+        return lower, upper
+
+    def reduced(self, rows: Array, begun: int) -> Array:
+        """(m, 2N) rows that give the same product with `base` as rows (m, 2N) with the derivative when so many motions have begun."""
+        moving, (lower, upper) = self.order[:begun], self.inverses
+        share = rows[:, moving] @ upper[:begun, :begun] @ lower[:begun, :begun]
+        found = rows - share @ self.equations[:begun]
+        found[:, moving] = 0.0
+        return np.asarray(found)
+
+    def integral(self, row: Array, stretches: list[tuple[int, float]]) -> Array:
+        """(2N,) the sum over stretches, numbers of motions begun and lengths, of the derivative's product with a row (2N,)."""
+        (lower, upper), after = self.inverses, np.zeros(len(self.order) + 1)
+        for begun, length in stretches:
+            after[begun] += length
+        lasting = after[::-1].cumsum()[::-1]  # by number begun: the length of all stretches with at least so many
+        share = (row[self.order] @ upper * lasting[1:]) @ lower
+        return np.asarray((lasting[0] * row - share @ self.equations) @ self.base)
+
+    def solve(self, right: Array) -> Array:
+        """What all the motions are, by the right sides (n, ...) of their equations."""
+        lower, upper = self.inverses
+        return np.asarray(upper @ (lower @ right))
 
     def derivative(self) -> Array:
-        """(2N, 2N) the derivative on this stretch."""
-        found, rest = self.base.copy(), ~self.moving
-        found[self.moving] = np.linalg.solve(self.equations(self.moving), -self.equations(rest) @ self.base[rest])
+        """(2N, 2N) the derivative when all have begun."""
+        found, rest = self.base.copy(), self.equations.copy()
+        rest[:, self.order] = 0.0
+        found[self.order] = -self.solve(rest @ self.base)
         return found
 
 
@@ -139,20 +184,19 @@ class _Follower:
 
     def __init__(self, path: ExactPath) -> None:
         self.path, n = path, path.nodes
-        self.S = path.system.S
         self.status = path.state.status.copy()  # on the last stretch
         closed = np.r_[np.ones(n), self.status == OPEN]  # the gap of a closed node has no freedom
-        self.stretch = self._stretch(np.full(n, STICK), np.diag(closed))
+        self.growth = self._growth(np.full(n, STICK), np.diag(closed))
         self.gradient = np.zeros(2 * n)
         self.smooth = True
-        self.kept: list[tuple[_Stretch, np.ndarray, Array]] = []  # with statuses and reactions
+        self.kept: list[tuple[tuple[_Growth, int], np.ndarray, Array]] = []  # with statuses and reactions
 
     def map(self) -> ReturnMap:
         path, n = self.path, self.path.nodes
         before, start, work = path.state.u.copy(), path.state.r.copy(), path.state.work.sum()
         for leg in path.legs:
             self._segment(*leg)
-        derivative = self.stretch.derivative()
+        derivative = self.growth.derivative()
         stretches, status, reactions = zip(*self.kept, strict=True) if self.kept else ((), np.zeros((0, n), np.int8), np.zeros((0, 2, 2 * n)))
         return ReturnMap(
             before=frozen(before),
@@ -168,49 +212,51 @@ class _Follower:
         )
 
     def _segment(self, corner: Array, where: str) -> None:
-        path, n = self.path, self.path.nodes
+        path = self.path
         drive, begin = corner - path.bonded, path.visited
         path.history.clear()
         path.follow_to(corner, where)
         time, _, r, status, _ = (np.concatenate(parts) for parts in zip(*path.history, strict=True))
         length = np.diff(time - begin)
         turned = np.where(self.status == OPEN, OPEN, STICK).astype(np.int8)  # slipping nodes stick at the corner; the new direction says which slip
-        self.stretch, self.status = self._stretch(turned, self.stretch.derivative()), turned
-        sums = np.zeros((1, 2 * n))  # rows that give the gradient of the work with the base of this stretch
+        self.growth, self.status = self._growth(turned, self.growth.derivative()), turned
+        stretches: dict[_Growth, list[tuple[int, float]]] = {}
         for k in np.flatnonzero(length > _INSTANT):
-            base = self.stretch.base
             self._event(status[k], drive)
-            if self.stretch.base is not base:
-                self.gradient += (sums @ base)[0]
-                sums = np.zeros((1, 2 * n))
-            sums += length[k] * self.stretch.reduced(drive[None])
-            self.kept.append((self.stretch, status[k], r[k : k + 2]))
-        self.gradient += (sums @ self.stretch.base)[0]
+            begun = len(self.growth.order)
+            stretches.setdefault(self.growth, []).append((begun, length[k]))
+            self.kept.append(((self.growth, begun), status[k], r[k : k + 2]))
+        for growth, own in stretches.items():
+            self.gradient += growth.integral(drive, own)
 
-    def _stretch(self, status: np.ndarray, base: Array) -> _Stretch:
-        opened = status == OPEN
-        factor = np.r_[status * self.path.friction * ~opened, np.zeros(len(status))]
-        return _Stretch(self.S, np.r_[status != STICK, opened], factor, base)
+    def _growth(self, status: np.ndarray, base: Array) -> _Growth:
+        return _Growth(self.path.system.S, self._factor(status), base, np.flatnonzero(np.r_[status != STICK, status == OPEN]).tolist())
+
+    def _factor(self, status: np.ndarray) -> Array:
+        """(2N,) factor of p in the equations of motions under these statuses."""
+        return np.asarray(np.r_[status * self.path.friction * (status != OPEN), np.zeros(len(status))])
 
     def _event(self, status: np.ndarray, drive: Array) -> None:
         """Carry the derivative over an event to the stretch with these statuses."""
         moving = np.r_[status != STICK, status == OPEN]
-        base = self.stretch.base
         if np.any((self.status != STICK) & (status != self.status)):  # some node stops, opens or closes
-            base = self.stretch.derivative()
-            stops = self.stretch.moving & ~moving
-            if stops.any():
+            base, stops = self.growth.derivative(), np.array(self.growth.order, dtype=np.intp)
+            stops = stops[~moving[stops]]
+            if len(stops):
                 base[stops] += np.outer(self._rate(drive)[stops], self._delay(status, drive))
                 base[len(status) :][status != OPEN] = 0.0
-        self.stretch, self.status = self._stretch(status, base), status
+            self.growth = self._growth(status, base)
+        else:
+            moving[self.growth.order] = False
+            self.growth.order += np.flatnonzero(moving).tolist()
+            self.growth.factor = self._factor(status)
+        self.status = status
 
     def _rate(self, drive: Array) -> Array:
         """(2N,) rates of u on the last stretch."""
-        n, moving = self.path.nodes, self.stretch.moving
-        slips = self.status * (self.status != OPEN)
-        load = np.r_[drive[:n] + slips * self.path.friction * drive[n:], drive[n:]]
-        rate = np.zeros(2 * n)
-        rate[moving] = np.linalg.solve(self.stretch.equations(moving), -load[moving])
+        growth, rate = self.growth, np.zeros_like(drive)
+        load = drive + growth.factor * np.r_[drive[self.path.nodes :], drive[self.path.nodes :]]
+        rate[growth.order] = -growth.solve(load[growth.order])
         return rate
 
     def _delay(self, status: np.ndarray, drive: Array) -> Array:
@@ -225,5 +271,7 @@ class _Follower:
             row, load = np.eye(2 * n)[n + node], 0.0
         else:
             weights = (0.0, 1.0) if opens[node] else (1.0, float(status[node] * self.path.friction[node]))
-            row, load = weights[0] * self.S[node] + weights[1] * self.S[n + node], weights[0] * drive[node] + weights[1] * drive[n + node]
-        return np.asarray(-self.stretch.apply(row[None])[0] / (row @ self._rate(drive) + load))
+            S = self.path.system.S
+            row, load = weights[0] * S[node] + weights[1] * S[n + node], weights[0] * drive[node] + weights[1] * drive[n + node]
+        growth = self.growth
+        return np.asarray(-(growth.reduced(row[None], len(growth.order)) @ growth.base)[0] / (row @ self._rate(drive) + load))

@@ -72,44 +72,30 @@ class Solutions:
 
 def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: Array) -> RateProblem:
     """Set up the rate problem for the nodes of a state that are at a bound, under a rate of the bonded reactions."""
-    nodes = len(f)
-    columns, rows, node, kind, free = [], [], [], [], []
-    frictionless: list[int] = []
-
-    def unit(index: int, value: float = 1.0) -> Array:
-        vector = np.zeros(2 * nodes)
-        vector[index] = value
-        return vector
-
+    nodes, pairs = len(f), list[tuple[int, int]]()
+    gone, frictionless = list[int](), list[int]()  # motions that nothing bounds
     for i in range(nodes):
         at_forward, at_backward, vertex = at_bound(f, state, i, force)
         if state.status[i] == OPEN and not vertex:
-            free += [unit(i), unit(nodes + i)]
+            gone += [i, nodes + i]
         elif f[i] == 0.0 and not vertex:
-            free.append(unit(i))
+            gone.append(i)
             frictionless.append(i)
         else:
-            for sense, touching in ((1, at_forward), (-1, at_backward)):
-                if touching:
-                    columns.append(unit(i, sense))
-                    rows.append(unit(i, sense) + f[i] * unit(nodes + i))
-                    node.append(i)
-                    kind.append(sense)
-            if vertex:
-                columns.append(unit(nodes + i))
-                rows.append(unit(nodes + i))
-                node.append(i)
-                kind.append(OPEN)
-    E, R, Z = (np.array(vectors).reshape(-1, 2 * nodes) for vectors in (columns, rows, free))
-    block = Z @ S @ Z.T
-    loose = np.vstack([Z, np.unique(np.abs(E), axis=0)])
+            pairs += [(i, kind) for kind, touching in ((1, at_forward), (-1, at_backward), (OPEN, vertex)) if touching]
+    node, kind = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
+    opens, free = kind == OPEN, np.array(gone, dtype=np.intp)
+    motion, sense = np.where(opens, nodes + node, node), np.where(opens, 1, kind)
     least = CONDENSATION * float(np.abs(S).max())
-    floating, sliding = (not _is_positive_definite(part @ S @ part.T - least * np.eye(len(part))) for part in (Z, loose))
-    response = np.linalg.lstsq(block, Z @ np.column_stack([S @ E.T, load_rate]))[0] if len(Z) else np.zeros((0, len(E) + 1))
-    u_rate = np.column_stack([E.T, np.zeros(2 * nodes)]) - Z.T @ response
-    slack = R @ (S @ u_rate + np.outer(load_rate, np.eye(len(E) + 1)[-1]))
-    at = np.array(node, dtype=np.intp), np.array(kind, dtype=np.int8)
-    return RateProblem(slack[:, :-1], slack[:, -1], *at, u_rate, frictionless, floating, sliding)
+    parts = (S[np.ix_(part, part)] - least * np.eye(len(part)) for part in (free, np.union1d(free, motion)))
+    floating, sliding = (not _is_positive_definite(part) for part in parts)
+    u_rate, r_rate = np.zeros((2 * nodes, len(node) + 1)), np.column_stack([S[:, motion] * sense, load_rate])
+    u_rate[motion, np.arange(len(node))] = sense
+    if len(free):
+        u_rate[free] = -np.linalg.lstsq(S[np.ix_(free, free)], r_rate[free])[0]
+        r_rate += S[:, free] @ u_rate[free]
+    slack = np.where(opens, 0, kind)[:, None] * r_rate[node] + np.where(opens, 1.0, f[node])[:, None] * r_rate[nodes + node]
+    return RateProblem(slack[:, :-1], slack[:, -1], node, kind.astype(np.int8), u_rate, frictionless, floating, sliding)
 
 
 def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
@@ -123,8 +109,13 @@ def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
         candidates, complete = _all_statuses(M, c), True
     else:
         covers = [np.ones(len(c)), *rng.uniform(0.2, 1.0, size=(_STARTS - 1, len(c)))]
-        candidates = [z for z in (_lemke(M, c, cover) for cover in covers) if z is not None and _solves(M, c, z)]
-        complete = bool(candidates) and _is_positive_definite(M)  # then there is only one
+        candidates, unique = [], _is_positive_definite(M)
+        for cover in covers:
+            z = _lemke(M, c, cover)
+            candidates += [] if z is None or not _solves(M, c, z) else [z]
+            if unique and candidates:
+                break
+        complete = unique and bool(candidates)
         if not complete and (not candidates or len(c) <= _SEARCHED):
             searched, complete = _search(M, c, _PROGRAMS)
             candidates += searched
