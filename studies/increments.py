@@ -55,8 +55,7 @@ class _Case:
 
     def march(self, cycles: int, engine: Any = "path", steps: int | None = None) -> fo.results.Trajectory:
         """The transient from no initial slip."""
-        path: fo.results.Trajectory = fo.march(self.system, LOADS, self.friction, self.load_factor, cycles=cycles, engine=engine, steps=steps)
-        return path
+        return fo.march(self.system, LOADS, self.friction, self.load_factor, cycles=cycles, engine=engine, steps=steps)
 
     def sigma(self, times: Any) -> Any:
         """Bulk stress over P / 2a at these times >= 0, in load corners visited."""

@@ -13,7 +13,7 @@ import frictopt as fo
 from ...paper import LOADS
 from .bare_lp import LinearProgram, highs, highs_cost, highs_vertex
 from .exact import exact_guaranteed_limit, safe_rows
-from .methods import Method, Question
+from .methods import Method, Question, relative
 from .parameters import Parameters
 from .scenes import Scene
 
@@ -80,15 +80,10 @@ def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
     bare, model = NodePrograms.of(system, LOADS, friction), fo.GuaranteedModel(system, LOADS)
     exact = exact_least(system, friction)
 
-    def ours(method: str, run: Any) -> Method:
-        return Method(method, "solver", "HIGHS", run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual)
-
-    methods = [
-        ours("frictopt, first time", partial(fo.guaranteed_limit, system, LOADS, friction)),
-        ours("frictopt, compiled", partial(model.solve, friction)),
-    ]
+    runs = {"first time": partial(fo.guaranteed_limit, system, LOADS, friction), "compiled": partial(model.solve, friction)}
+    methods = [Method(f"frictopt, {name}", "solver", "HIGHS", run, relative(exact, lambda limit: limit.load_factor)) for name, run in runs.items()]
     for name, options in OPTIONS.items():
-        run = partial(bare.least, options)
-        methods.append(Method("HiGHS, a program for each node", "options", name, run, lambda found: abs(found[0] / exact - 1), rival="highspy"))
+        run, error = partial(bare.least, options), relative(exact, lambda found: found[0])
+        methods.append(Method("HiGHS, a program for each node", "options", name, run, error, rival="highspy"))
     reference = "vertex of the program of its node in rational arithmetic, refined to 40 digits and proven optimal"
     yield Question("lambda_1", "upper bound", scene.name, system.nodes, reference, methods)

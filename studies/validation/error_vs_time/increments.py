@@ -14,6 +14,7 @@ from frictopt.transients.exact import ExactPath
 from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement
 
 from ...paper import LOADS
+from .bare_lp import clarabel_settings, osqp_set_up
 from .exact import exact_increment
 from .lemke import Lemke
 from .methods import Method, Question, installed
@@ -83,10 +84,8 @@ class FrozenBound:
 def osqp(program: FrozenBound, tolerance: float) -> Array:
     """By OSQP, polished, each program started from the last one."""
     rows = len(program.hessian)
-    solver = installed("osqp").OSQP()
-    tolerances = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 20000, "polishing": True, "verbose": False}
-    hessian, bounds = csc_matrix(triu(program.hessian)), (np.zeros(rows), np.full(rows, np.inf))
-    solver.setup(hessian, np.zeros(rows), identity(rows, format="csc"), *bounds, **tolerances)
+    bounds = np.zeros(rows), np.full(rows, np.inf)
+    solver = osqp_set_up(csc_matrix(triu(program.hessian)), np.zeros(rows), identity(rows, format="csc"), *bounds, tolerance)
 
     def solve(cost: Array) -> Array:
         solver.update(q=cost)
@@ -98,11 +97,8 @@ def osqp(program: FrozenBound, tolerance: float) -> Array:
 def clarabel(program: FrozenBound, tolerance: float) -> Array:
     """By Clarabel, which starts each program afresh."""
     package, rows = installed("clarabel"), len(program.hessian)
-    settings = package.DefaultSettings()
-    settings.verbose, settings.max_threads = False, 1
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
-    hessian, signs = csc_matrix(triu(program.hessian)), -identity(rows, format="csc")
-    solver = package.DefaultSolver(hessian, np.zeros(rows), signs, np.zeros(rows), [package.NonnegativeConeT(rows)], settings)
+    hessian, signs, cones = csc_matrix(triu(program.hessian)), -identity(rows, format="csc"), [package.NonnegativeConeT(rows)]
+    solver = package.DefaultSolver(hessian, np.zeros(rows), signs, np.zeros(rows), cones, clarabel_settings(tolerance))
 
     def solve(cost: Array) -> Array:
         solver.update(q=cost)
@@ -125,24 +121,30 @@ def daqp(program: FrozenBound, tolerance: float) -> Array:
     return program.sweep(solve, tolerance)
 
 
-def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:
-    """From the state at the first corner, above the shakedown limit, to the second corner at once."""
+def posed(parameters: Parameters, scene: Scene) -> tuple[ExactPath, Array]:
+    """The exact path at the first corner, above the shakedown limit, and the slip (N,) that one increment to the second corner leads to."""
     system, friction, n = scene.system, parameters.friction, scene.system.nodes
     path = ExactPath(system, LOADS, friction, parameters.overload * scene.limit)
     path.start()
     path.follow_to(path.corners[0], "the segment to the first corner")
+    slip, pair = path.state.u[:n], (path.corners[1][:n], path.corners[1][n:])
+    after = NewtonIncrement(system, friction).solve(slip, pair)
+    return path, exact_increment(system, friction, slip, pair, np.sign(after.slip - slip))
+
+
+def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:
+    """From the state at the first corner, above the shakedown limit, to the second corner at once."""
+    system, friction, n = scene.system, parameters.friction, scene.system.nodes
+    path, exact = posed(parameters, scene)
     before, bonded = path.state.u.copy(), path.corners[1]
     slip, pair = before[:n], (bonded[:n], bonded[n:])
     engines = {"frozen bounds (QP)": ("CLARABEL", FrozenBoundIncrement), "newton": ("steps", NewtonIncrement)}
-    after = NewtonIncrement(system, friction).solve(slip, pair)
-    exact = exact_increment(system, friction, slip, pair, np.sign(after.slip - slip))
 
     def error(found: Array) -> float:
         return float(np.abs(found - exact).max() / np.abs(exact - slip).max())
 
     def ours(method: str, solver: str, engine: Any) -> Method:
-        run = partial(engine.solve, slip, pair)
-        return Method(method, "solver", solver, run, lambda made: error(made.slip), lambda made: made.residual)
+        return Method(method, "solver", solver, partial(engine.solve, slip, pair), lambda made: error(made.slip))
 
     methods = [ours(f"frictopt, {name}", way, engine(system, friction)) for name, (way, engine) in engines.items()]
     methods.append(Method("frictopt, exact path", "none", "events", partial(_followed, path, before), lambda u: error(u[:n])))

@@ -13,7 +13,7 @@ from frictopt.solve import LP_SOLVERS
 from ...paper import LOADS
 from .bare_lp import SIMPLEX, LinearProgram, highs, highs_vertex, methods
 from .exact import exact_margin, exact_shakedown_limit, fractions, safe_rows
-from .methods import Method, Question
+from .methods import Method, Question, relative
 from .parameters import Parameters
 from .scenes import Scene
 
@@ -61,7 +61,7 @@ def _vertex(slips: Any, last: Any, right: Any) -> Array:
 def _onset(parameters: Parameters, scene: Scene) -> Question:
     run = partial(fo.onset, scene.system, fo.LoadCycle(LOADS.mean, [_DIRECTION]), parameters.friction)
     exact = exact_onset(scene.system, parameters.friction)
-    method = Method("frictopt", "none", "closed form", run, lambda onset: abs(onset.slip.load_factor / exact - 1))
+    method = Method("frictopt", "none", "closed form", run, relative(exact, lambda onset: onset.slip.load_factor))
     return Question("onset", "load factor of first slip", scene.name, scene.system.nodes, "closed form in rational arithmetic", [method])
 
 
@@ -75,25 +75,21 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
     problem: Any = found.problem  # solved, because the contact is coupled
     unit = found.load_factor / problem.value
 
-    def ours_with(name: str, knob: str, setting: str, run: Any) -> Method:
-        return Method(name, knob, setting, run, lambda limit: abs(limit.load_factor / exact - 1), lambda limit: limit.residual)
-
-    ours = [ours_with("frictopt, first time", "solver", "HIGHS", first)]
-    ours += [ours_with("frictopt, compiled", "solver", solver, partial(model.solve, friction)) for solver, model in compiled.items()]
-    ours.append(ours_with("frictopt, compiled, nothing left out", "solver", "HIGHS", partial(kept.solve, friction)))
-    bare = methods(LinearProgram.of(problem), parameters.tolerances, lambda cost: abs(-cost * unit / exact - 1))
+    runs = [("first time", "HIGHS", first), *(("compiled", solver, partial(model.solve, friction)) for solver, model in compiled.items())]
+    runs.append(("compiled, nothing left out", "HIGHS", partial(kept.solve, friction)))
+    error = relative(exact, lambda limit: limit.load_factor)
+    ours = [Method(f"frictopt, {name}", "solver", solver, run, error) for name, solver, run in runs]
+    bare = methods(LinearProgram.of(problem), parameters.tolerances, relative(exact, lambda cost: -cost * unit))
     return Question("lambda_2", "load factor", scene.name, system.nodes, _VERTEX, [*ours, *bare])
 
 
 def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
     system, friction, factor = scene.system, parameters.friction, parameters.margin_share * scene.limit
     exact = exact_largest_margin(system, friction, factor)
-    ours = []
-    for solver in LP_SOLVERS:
-        run = partial(fo.safe_slip, system, LOADS, friction, factor, solver=solver)
-        ours.append(Method("frictopt", "solver", solver, run, lambda safe: abs(safe.margin / exact - 1), lambda safe: safe.residual))
-    found = fo.safe_slip(system, LOADS, friction, factor)
+    ask, error = partial(fo.safe_slip, system, LOADS, friction, factor), relative(exact, lambda safe: safe.margin)
+    ours = [Method("frictopt", "solver", solver, partial(ask, solver=solver), error) for solver in LP_SOLVERS]
+    found = ask()
     problem: Any = found.problem
     unit = found.margin / problem.value
-    bare = methods(LinearProgram.of(problem), parameters.tolerances, lambda cost: abs(-cost * unit / exact - 1))
+    bare = methods(LinearProgram.of(problem), parameters.tolerances, relative(exact, lambda cost: -cost * unit))
     return Question("safe slip", "margin", scene.name, system.nodes, _VERTEX, [*ours, *bare])

@@ -36,8 +36,6 @@ class Method:
         The function that is timed.
     error
         Relative error of the result of `run`.
-    residual
-        Residual that the package reports for the result; None if it reports none.
     rival
         Package that is called directly; empty for frictopt.
     """
@@ -47,7 +45,6 @@ class Method:
     setting: str
     run: Callable[[], Any]
     error: Callable[[Any], float]
-    residual: Callable[[Any], float] | None = None
     rival: str = ""
 
 
@@ -77,6 +74,11 @@ class Question:
     nodes: int
     reference: str
     methods: Sequence[Method]
+
+
+def relative(exact: float, value: Callable[[Any], float]) -> Callable[[Any], float]:
+    """The relative error of a number of an answer."""
+    return lambda made: abs(value(made) / exact - 1)
 
 
 @cache
@@ -139,7 +141,7 @@ def _row(question: Question, method: Method, repetitions: int) -> dict[str, Any]
         **named,
         "result": "answer",
         "error": max(error, EPSILON),
-        "residual": method.residual(run.answer) if method.residual else np.nan,
+        "residual": getattr(run.answer, "residual", np.nan),
         "seconds": run.seconds,
         "repetitions": run.repetitions,
     }

@@ -10,19 +10,19 @@ from scipy.sparse import csc_matrix
 
 import frictopt as fo
 from frictopt.reference import SphereContact, half_space_contact
-from frictopt.transients.exact import ExactPath
 
 from ...paper import LOADS
-from .exact import exact_increment
+from .bare_lp import clarabel_cone
+from .increments import posed
 from .limits import exact_limit
-from .methods import Method, Question, installed
+from .methods import Method, Question, installed, relative
 from .parameters import Parameters
 from .scenes import Scene
-from .transients import CYCLES, last_work, start_slip
+from .transients import CYCLES, STEPS, in_steps, last_work, start_slip
 
 Array = np.ndarray[Any, Any]
 
-STEPS = "increments from corner to corner"
+VERTEX = "vertex of the plane's linear program in rational arithmetic"
 _TURNING = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
 _SHEAR = 0.8  # of the sphere, over the friction bound
 _RADIUS, _WIDTH = 5.0, 1.12  # of the sphere, and of the grid; in units of the contact's radius
@@ -86,7 +86,7 @@ def spheres(parameters: Parameters) -> Question:
         ball = SphereContact(float(path.p[corner].sum()), _RADIUS, E, nu, f)
         return abs(last_work(path) / ball.dissipation(abs(float(path.q[corner, :, 0].sum()))) - 1)
 
-    methods = [Method("frictopt, newton", "cells", f"{n}", partial(followed, n), error, lambda made: made.residual) for n in parameters.sphere_cells]
+    methods = [Method("frictopt, newton", "cells", f"{n}", partial(followed, n), error) for n in parameters.sphere_cells]
     reference = "closed form of Mindlin and Deresiewicz, with the forces of the mesh"
     return Question("transient, 3-D", "work in the second cycle", "sphere on a half-space", 0, reference, methods)
 
@@ -97,62 +97,36 @@ def turning(parameters: Parameters) -> Question:
     factor = parameters.space_overload * fo.shakedown_limit(system, _TURNING, parameters.space_friction).load_factor
     march = partial(fo.march, system, _TURNING, parameters.space_friction, factor, cycles=CYCLES)
     exact = last_work(march(steps=parameters.space_reference_steps))
-    methods = [_newton(march, steps, exact) for steps in parameters.space_steps]
+    methods = in_steps("frictopt, newton", march, parameters.space_steps, exact)
     reference = f"frictopt with {parameters.space_reference_steps} increments"
     return Question("transient, 3-D", "work in the second cycle, shear that turns", "square punch", system.nodes, reference, methods)
 
 
 def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     system, friction = space.system, parameters.friction
-    exact = exact_limit(scene.system, friction)
-
-    def error(load_factor: float) -> float:
-        return abs(load_factor / exact - 1)
-
-    methods = []
-    for solver in ("CLARABEL", "CLARABEL_DIRECT"):
-        run = partial(fo.shakedown_limit, system, LOADS, friction, solver=solver)
-        methods.append(Method("frictopt", "solver", solver, run, lambda limit: error(limit.load_factor), lambda limit: limit.residual))
-    found = fo.shakedown_limit(system, LOADS, friction)
+    exact, ask = exact_limit(scene.system, friction), partial(fo.shakedown_limit, system, LOADS, friction)
+    error = relative(exact, lambda limit: limit.load_factor)
+    methods = [Method("frictopt", "solver", solver, partial(ask, solver=solver), error) for solver in ("CLARABEL", "CLARABEL_DIRECT")]
+    found = ask()
     problem: Any = found.problem
     unit, data = found.load_factor / problem.value, problem.get_problem_data("CLARABEL")[0]
     for tolerance in parameters.tolerances:
         bare = partial(_clarabel, data, tolerance)
-        methods.append(Method("Clarabel", "tolerance", f"{tolerance:.0e}", bare, lambda cost: error(-cost * unit), rival="clarabel"))
-    return Question(
-        "lambda_2, 3-D", "load factor", _name(scene), system.nodes, "vertex of the plane's linear program in rational arithmetic", methods
-    )
+        methods.append(Method("Clarabel", "tolerance", f"{tolerance:.0e}", bare, relative(exact, lambda cost: -cost * unit), rival="clarabel"))
+    return Question("lambda_2, 3-D", "load factor", _name(scene), system.nodes, VERTEX, methods)
 
 
 def _clarabel(data: Any, tolerance: float) -> float:
-    """Optimal cost of a cone program in cvxpy's matrices.
-
-    Raises
-    ------
-    ArithmeticError
-        No optimum, not even an inaccurate one.
-    """
-    package, cost, dims = installed("clarabel"), data["c"], data["dims"]
-    settings = package.DefaultSettings()
-    settings.verbose, settings.max_threads = False, 1
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    """Optimal cost of a cone program in cvxpy's matrices."""
+    package, dims = installed("clarabel"), data["dims"]
     cones = [package.ZeroConeT(dims.zero), package.NonnegativeConeT(dims.nonneg), *map(package.SecondOrderConeT, dims.soc)]
-    answer = package.DefaultSolver(csc_matrix((len(cost),) * 2), cost, csc_matrix(data["A"]), data["b"], cones, settings).solve()
-    if str(answer.status) not in ("Solved", "AlmostSolved"):
-        raise ArithmeticError(f"no optimum ({answer.status})")
-    return float(answer.obj_val)
+    return clarabel_cone(data["c"], csc_matrix(data["A"]), data["b"], cones, tolerance)
 
 
 def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     """From the state at the first corner, above the shakedown limit, to the second corner at once."""
-    plane, friction, n = scene.system, parameters.friction, scene.system.nodes
-    path = ExactPath(plane, LOADS, friction, parameters.overload * scene.limit)
-    path.start()
-    path.follow_to(path.corners[0], "the segment to the first corner")
-    slip, load = path.state.u[:n].copy(), path.corners[1]
-    path.follow_to(load, "the segment to the second corner")
-    exact = exact_increment(plane, friction, slip, (load[:n], load[n:]), np.sign(path.state.u[:n] - slip))
-    system, before, after = space.system, space.turned(slip), space.turned(exact)
+    n, (path, exact) = scene.system.nodes, posed(parameters, scene)
+    before, after, load = space.turned(path.state.u[:n]), space.turned(exact), path.corners[1]
     bonded = space.turned(load[:n]), load[n:]
 
     def error(found: fo.increments.Increment) -> float:
@@ -160,8 +134,7 @@ def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question
 
     methods = []
     for engine, kind in (("newton", fo.increments.NewtonIncrement), ("cones", fo.increments.FrozenBoundIncrement)):
-        run = partial(kind(system, friction).solve, before, bonded)
-        methods.append(Method("frictopt", "engine", engine, run, error, lambda made: made.residual))
+        methods.append(Method("frictopt", "engine", engine, partial(kind(space.system, parameters.friction).solve, before, bonded), error))
     return Question("increment, 3-D", "slip", _name(scene), n, "the plane's increment in rational arithmetic, refined to 40 digits", methods)
 
 
@@ -169,7 +142,7 @@ def _transient(parameters: Parameters, scene: Scene, space: InSpace) -> Question
     friction, factor = parameters.friction, parameters.overload * scene.limit
     exact = last_work(fo.march(scene.system, LOADS, friction, factor, cycles=CYCLES))
     march = partial(fo.march, space.system, LOADS, friction, factor, cycles=CYCLES)
-    methods = [_newton(march, steps, exact) for steps in parameters.space_steps]
+    methods = in_steps("frictopt, newton", march, parameters.space_steps, exact)
     return Question("transient, 3-D", "work in the second cycle", _name(scene), scene.system.nodes, "exact path of the plane contact", methods)
 
 
@@ -178,17 +151,10 @@ def _steady(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     start = start_slip(parameters, scene.system)
     exact = last_work(fo.march(scene.system, LOADS, friction, factor, initial_slip=start, cycles=parameters.reference_cycles))
     steady = partial(fo.steady_state, space.system, LOADS, friction, factor, initial_slip=space.turned(start))
-    methods = []
-    for steps in parameters.space_steps:
-        run = partial(steady, steps=steps)
-        methods.append(Method("frictopt, newton", STEPS, f"{steps}", run, lambda made: abs(made.dissipation / exact - 1), lambda made: made.residual))
+    error = relative(exact, lambda made: made.dissipation)
+    methods = [Method("frictopt, newton", STEPS, f"{n}", partial(steady, steps=n), error) for n in parameters.space_steps]
     reference = f"work in cycle {parameters.reference_cycles} of the plane's exact path"
     return Question("steady state, 3-D", "work in a cycle", _name(scene), scene.system.nodes, reference, methods)
-
-
-def _newton(march: Any, steps: int, exact: float) -> Method:
-    run = partial(march, steps=steps)
-    return Method("frictopt, newton", STEPS, f"{steps}", run, lambda made: abs(last_work(made) / exact - 1), lambda made: made.residual)
 
 
 def _name(scene: Scene) -> str:

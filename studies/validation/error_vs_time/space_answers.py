@@ -12,10 +12,11 @@ from frictopt.reference import half_space_contact, smallest_circle_limit
 from ...paper import LOADS
 from .guaranteed import exact_least
 from .limits import exact_largest_margin, exact_limit
-from .methods import Method, Question
+from .methods import Method, Question, relative
 from .parameters import Parameters
 from .scenes import Scene
-from .space import STEPS, InSpace
+from .space import VERTEX, InSpace
+from .transients import STEPS
 
 _ABOVE = 1.5  # load factor of the least slip, over the shakedown limit
 _PROVEN = 1e-4  # tolerance of a limit after protocol
@@ -27,35 +28,31 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
     """Limits whose answers are those of the plane, and on the coarsest mesh two that follow transients."""
     plane, friction = scene.system, parameters.friction
     system = InSpace(plane, np.random.default_rng(parameters.seed).uniform(0, 2 * np.pi, plane.nodes)).system
-    name, n, vertex = f"{scene.name}, in space", plane.nodes, "vertex of the plane's linear program in rational arithmetic"
+    name, n = f"{scene.name}, in space", plane.nodes
 
-    def method(run: Any, value: Any, exact: float, knob: str = "none", setting: str = "default") -> Method:
-        return Method("frictopt", knob, setting, run, lambda found: abs(value(found) / exact - 1), lambda found: found.residual)
+    def question(computation: str, quantity: str, reference: str, run: Any, value: Any, exact: float) -> Question:
+        return Question(computation, quantity, name, n, reference, [Method("frictopt", "none", "default", run, relative(exact, value))])
 
-    rubbing = parameters.guaranteed_friction
+    rubbing, factor, above = parameters.guaranteed_friction, parameters.margin_share * scene.limit, _ABOVE * scene.limit
     run: Any = partial(fo.guaranteed_limit, system, LOADS, rubbing)
-    one = method(run, lambda limit: limit.load_factor, exact_least(plane, rubbing))
-    yield Question("lambda_1, 3-D", "upper bound", name, n, vertex, [one])
+    yield question("lambda_1, 3-D", "upper bound", VERTEX, run, lambda limit: limit.load_factor, exact_least(plane, rubbing))
 
-    factor = parameters.margin_share * scene.limit
-    run = partial(fo.safe_slip, system, LOADS, friction, factor)
-    yield Question(
-        "safe slip, 3-D", "margin", name, n, vertex, [method(run, lambda safe: safe.margin, exact_largest_margin(plane, friction, factor))]
-    )
+    run, exact = partial(fo.safe_slip, system, LOADS, friction, factor), exact_largest_margin(plane, friction, factor)
+    yield question("safe slip, 3-D", "margin", VERTEX, run, lambda safe: safe.margin, exact)
 
     run = partial(fo.required_friction, system, LOADS, exact_limit(plane, friction))
-    one = method(run, lambda found: found.required, friction)
-    yield Question("required friction, 3-D", "coefficient", name, n, "the friction at which the plane's limit is that load factor", [one])
+    reference = "the friction at which the plane's limit is that load factor"
+    yield question("required friction, 3-D", "coefficient", reference, run, lambda found: found.required, friction)
 
-    factor = _ABOVE * scene.limit
-    limit, exact = fo.shakedown_limit(system, LOADS, friction), fo.shakedown_limit(plane, LOADS, friction).least_slip(factor).bound
-    one = method(partial(limit.least_slip, factor), lambda least: least.bound, exact)
-    yield Question("least slip, 3-D", "bound, the limit given", name, n, "multipliers of the plane's limit", [one])
+    run = partial(fo.shakedown_limit(system, LOADS, friction).least_slip, above)
+    exact = fo.shakedown_limit(plane, LOADS, friction).least_slip(above).bound
+    yield question("least slip, 3-D", "bound, the limit given", "multipliers of the plane's limit", run, lambda least: least.bound, exact)
 
     if elements == min(parameters.space_elements):
         exact = fo.limit_after_protocol(plane, LOADS, friction, tolerance=_PROVEN).load_factor
         ask, steps = partial(fo.limit_after_protocol, system, LOADS, friction, tolerance=_PROVEN), parameters.search_steps
-        methods = [method(partial(ask, steps=many), lambda found: found.load_factor, exact, STEPS, f"{many}") for many in steps]
+        error = relative(exact, lambda found: found.load_factor)
+        methods = [Method("frictopt", STEPS, f"{many}", partial(ask, steps=many), error) for many in steps]
         yield Question("limit after protocol, 3-D", "load factor", name, n, f"exact paths of the plane, tolerance {_PROVEN:.0e}", methods)
 
         asked = LOADS, friction, parameters.overload * scene.limit
@@ -64,10 +61,7 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
         def off(found: fo.results.DissipationRange) -> float:
             return max(abs(found.least / span.least - 1), abs(found.most / span.most - 1))
 
-        methods = []
-        for many in steps:
-            run = partial(fo.dissipation_range, system, *asked, steps=many)
-            methods.append(Method("frictopt", STEPS, f"{many}", run, off, lambda found: found.residual))
+        methods = [Method("frictopt", STEPS, f"{many}", partial(fo.dissipation_range, system, *asked, steps=many), off) for many in steps]
         yield Question("range of dissipation, 3-D", "least and most work", name, n, "the range that exact paths of the plane find", methods)
 
 
@@ -91,7 +85,7 @@ def amplitudes(parameters: Parameters) -> Question:
     methods = []
     for tolerance in parameters.region_tolerances:
         run = partial(fo.safe_region, system, mean, ["x", "y"], friction, tolerance=tolerance)
-        methods.append(Method("frictopt", "tolerance", f"{tolerance:.0e}", run, shortfall, lambda region: region.residual))
+        methods.append(Method("frictopt", "tolerance", f"{tolerance:.0e}", run, shortfall))
     return Question("safe region, 3-D", "amplitudes", "sphere on a half-space", system.nodes, "smallest circles, in closed form", methods)
 
 

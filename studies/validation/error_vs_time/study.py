@@ -79,7 +79,7 @@ _ERROR = {
     "setting": "value of this parameter",
     "result": "'answer', or the error",
     "error": "relative error, at least 2.2e-16; inf without an answer",
-    "residual": "residual that frictopt reports for its answer; NaN for rivals and closed forms",
+    "residual": "residual that frictopt reports for its answer; NaN for rivals, and for answers that have none",
     "seconds": "processor time, one thread: median of the repetitions; inf without an answer",
     "repetitions": "timed runs, after one that is not timed; fewer if a run takes long",
     "on_front": "no other method is as fast and as accurate, and better in one of the two; errors below 1e-12 count as equal",

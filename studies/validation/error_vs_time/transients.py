@@ -1,6 +1,6 @@
 """Transients and steady states above the shakedown limit: the exact path, engines in increments, and Lemke's method."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -9,8 +9,9 @@ import numpy as np
 import frictopt as fo
 
 from ...paper import LOADS
+from ..oracles import corner_loads
 from .lemke import Lemke
-from .methods import Method, Question, installed
+from .methods import Method, Question, installed, relative
 from .parameters import Parameters
 from .scenes import CYLINDER, CYLINDER_LOADS, SHEAR, Scene, cylinder
 
@@ -18,7 +19,7 @@ Array = np.ndarray[Any, Any]
 
 CYCLES = 2
 """Cycles of a transient; the work in the last one is asked for."""
-_STEPS = "increments from corner to corner"
+STEPS = "increments from corner to corner"
 
 
 def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:
@@ -29,25 +30,14 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
 
 def cylinders(parameters: Parameters) -> Iterator[Question]:
     """The same two on a scene with a closed form, over its number of cells."""
-    exact = CYLINDER.dissipation(SHEAR)
-
-    def followed(cells: int) -> fo.results.Trajectory:
-        path: fo.results.Trajectory = fo.march(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR, cycles=CYCLES)
-        return path
-
-    def proven(cells: int) -> fo.results.SteadyState:
-        steady: fo.results.SteadyState = fo.steady_state(cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR)
-        return steady
-
-    def methods(run: Any, work: Any) -> list[Method]:
-        def method(cells: int) -> Method:
-            return Method("frictopt", "cells", f"{cells}", partial(run, cells), lambda made: abs(work(made) / exact - 1), lambda made: made.residual)
-
-        return [method(cells) for cells in parameters.cells]
-
-    reference = "closed form of Cattaneo and Mindlin"
-    yield Question("transient", "work in the second cycle", "cylinder on a half-plane", 0, reference, methods(followed, last_work))
-    yield Question("steady state", "work in a cycle", "cylinder on a half-plane", 0, reference, methods(proven, lambda state: state.dissipation))
+    asked = CYLINDER_LOADS, CYLINDER.f, SHEAR
+    for computation, quantity, ask, work in (
+        ("transient", "work in the second cycle", lambda cells: fo.march(cylinder(cells), *asked, cycles=CYCLES), last_work),
+        ("steady state", "work in a cycle", lambda cells: fo.steady_state(cylinder(cells), *asked), lambda state: state.dissipation),
+    ):
+        error = relative(CYLINDER.dissipation(SHEAR), work)
+        methods = [Method("frictopt", "cells", f"{cells}", partial(ask, cells), error) for cells in parameters.cells]
+        yield Question(computation, quantity, "cylinder on a half-plane", 0, "closed form of Cattaneo and Mindlin", methods)
 
 
 def start_slip(parameters: Parameters, system: fo.ContactSystem) -> Array:
@@ -60,18 +50,10 @@ def _transient(parameters: Parameters, scene: Scene, elements: int) -> Question:
     system, friction, factor = scene.system, parameters.friction, parameters.overload * scene.limit
     march = partial(fo.march, system, LOADS, friction, factor, cycles=CYCLES)
     exact = last_work(march())
-
-    def error(work: float) -> float:
-        return abs(work / exact - 1)
-
-    def ours(engine: str, steps: int) -> Method:
-        run = partial(march, engine=engine, steps=steps)
-        return Method(f"frictopt, {engine}", _STEPS, f"{steps}", run, lambda made: error(last_work(made)), lambda made: made.residual)
-
-    methods = [Method("frictopt, exact path", "none", "events", march, _energy_error, lambda made: made.residual)]
-    methods += [ours("qp", steps) for steps in parameters.steps]
-    methods += [ours("milp", steps) for steps in parameters.milp_steps if elements in parameters.milp_elements]
-    methods += _lemke(parameters, scene, factor, np.zeros(system.nodes), CYCLES, error)
+    methods = [Method("frictopt, exact path", "none", "events", march, _energy_error)]
+    for engine, counts in (("qp", parameters.steps), ("milp", parameters.milp_steps if elements in parameters.milp_elements else ())):
+        methods += in_steps(f"frictopt, {engine}", partial(march, engine=engine), counts, exact)
+    methods += _lemke(parameters, scene, factor, np.zeros(system.nodes), CYCLES, exact)
     reference = "exact path; that of the path itself is its largest energy residual over the work"
     return Question("transient", "work in the second cycle", scene.name, system.nodes, reference, methods)
 
@@ -81,39 +63,35 @@ def _steady(parameters: Parameters, scene: Scene) -> Question:
     start = start_slip(parameters, system)
     march = partial(fo.march, system, LOADS, friction, factor, initial_slip=start)
     exact = last_work(march(cycles=parameters.reference_cycles))
-
-    def error(work: float) -> float:
-        return abs(work / exact - 1)
-
-    run = partial(fo.steady_state, system, LOADS, friction, factor, initial_slip=start)
-    methods = [Method("frictopt, proven", "none", "proof", run, lambda state: error(state.dissipation), lambda state: state.residual)]
-    for cycles in parameters.steady_cycles:
-        follow = partial(march, cycles=cycles)
-        methods.append(
-            Method("frictopt, so many cycles", "cycles", f"{cycles}", follow, lambda made: error(last_work(made)), lambda made: made.residual)
-        )
-    methods += _lemke(parameters, scene, factor, start, max(parameters.steady_cycles), error)
+    run, error = partial(fo.steady_state, system, LOADS, friction, factor, initial_slip=start), relative(exact, last_work)
+    methods = [Method("frictopt, proven", "none", "proof", run, relative(exact, lambda state: state.dissipation))]
+    methods += [Method("frictopt, so many cycles", "cycles", f"{n}", partial(march, cycles=n), error) for n in parameters.steady_cycles]
+    methods += _lemke(parameters, scene, factor, start, max(parameters.steady_cycles), exact)
     reference = f"work in cycle {parameters.reference_cycles} of the exact path"
     return Question("steady state", "work in a cycle", scene.name, system.nodes, reference, methods)
 
 
-def _lemke(parameters: Parameters, scene: Scene, factor: float, start: Array, cycles: int, error: Any) -> Iterator[Method]:
+def _lemke(parameters: Parameters, scene: Scene, factor: float, start: Array, cycles: int, exact: float) -> Iterator[Method]:
     """Lemke's method over that many cycles."""
     if installed("quantecon") is None:
         return
     system = scene.system
-    mean = np.concatenate(system.reaction(LOADS.mean))
-    corners = [mean + factor * np.concatenate(pair) for pair in zip(*LOADS.corner_reactions(system), strict=True)]
+    mean, corners = corner_loads(system, LOADS, factor)
     force = float(np.abs(mean[system.nodes :]).mean())
     carried = np.r_[np.zeros(system.nodes), np.full(system.nodes, force)] - system.S[:, : system.nodes] @ start
     loads = [carried, mean, *corners * cycles]
     rival = Lemke(system, parameters.friction, force)
     for steps in parameters.steps:
         run = partial(rival.cycle_work, start, loads, steps, len(corners))
-        yield Method(f"Lemke, {cycles} cycles", _STEPS, f"{steps}", run, error, rival="quantecon")
+        yield Method(f"Lemke, {cycles} cycles", STEPS, f"{steps}", run, relative(exact, float), rival="quantecon")
 
 
-def last_work(path: fo.results.Trajectory | fo.results.Trajectory) -> float:
+def in_steps(name: str, march: Any, counts: Sequence[int], exact: float) -> list[Method]:
+    """Transients in so many increments, and the error of the work in their last cycle."""
+    return [Method(name, STEPS, f"{steps}", partial(march, steps=steps), relative(exact, last_work)) for steps in counts]
+
+
+def last_work(path: fo.results.Trajectory) -> float:
     """Work of friction in the last cycle of a transient."""
     return float(path.cycle_work[-1].sum())
 

@@ -15,7 +15,7 @@ from ...paper import LOADS
 from .. import oracles
 from .designs import design_probes
 from .guarantees import guarantee_probes
-from .probes import SHEAR, Answer, Probe, Sizes, nearly_separated
+from .probes import SHEAR, Answer, Probe, Sizes, loose, nearly_separated, one_node, punch_in_units, shakedown
 from .ranges import range_probes
 from .separations import separation_probes
 from .space import space_probes
@@ -27,22 +27,9 @@ _DENSE = 300  # elements up to which the plain linear program is solved: it take
 
 def probes(sizes: Sizes) -> Iterator[Probe]:
     """All questions."""
-    for part in (
-        *(_friction, _stiffness, _surface, _poisson, _grading, _unit, _near_limit),
-        *(_free_punch, _critical, _separation, _nodes, _corners, _cycles),
-    ):
+    own = _friction, _stiffness, _surface, _poisson, _grading, _unit, _near_limit, _free_punch, _critical, _separation, _nodes, _corners, _cycles
+    for part in (*own, guarantee_probes, separation_probes, range_probes, design_probes, space_probes):
         yield from part(sizes)
-    yield from guarantee_probes(sizes)
-    yield from separation_probes(sizes)
-    yield from range_probes(sizes)
-    yield from design_probes(sizes)
-    yield from space_probes(sizes)
-
-
-def _limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
-    limit = fo.shakedown_limit(system, cycle, friction)
-    asked = list(dict.fromkeys(attempt.solver for attempt in limit.record.attempts))
-    return Answer(limit.load_factor, limit.residual, limit.record.solver, max(len(asked) - 1, 0))
 
 
 def _steady(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, start: Any = None) -> Answer:
@@ -66,14 +53,13 @@ def _steady_probe(extreme: str, value: str, system: fo.ContactSystem, cycle: fo.
 
 
 def _limit_probe(extreme: str, value: str, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Probe:
-    ask, plain = partial(_limit, system, cycle, friction), partial(_plain, system, cycle, friction)
+    ask, plain = partial(shakedown, system, cycle, friction), partial(_plain, system, cycle, friction)
     return Probe(extreme, value, "shakedown limit", ask, plain, _LP)
 
 
 def _exists(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> Answer:
     safe = fo.safe_slip(system, cycle, friction, load_factor)
-    asked = list(dict.fromkeys(attempt.solver for attempt in safe.record.attempts))
-    return Answer(float(safe.exists), safe.residual, safe.record.solver, max(len(asked) - 1, 0))
+    return Answer.of(safe, float(safe.exists))
 
 
 def _increment(engine: Any, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> Answer:
@@ -90,13 +76,6 @@ def _tried(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_fa
 
 def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
     return oracles.largest_load_factor(system, cycle, np.broadcast_to(friction, system.nodes))
-
-
-def _one_node(A: float, q0: float, p0: float) -> fo.ContactSystem:
-    loads = {"P": np.array([[q0], [p0]]), "sigma": np.array([[1.0], [0.2]])}
-    return fo.ContactSystem.from_blocks(
-        np.array([[A]]), np.array([[0.5]]), np.ones((1, 1)), np.zeros(1), {name: (q, p) for name, (q, p) in loads.items()}
-    )
 
 
 def _friction(sizes: Sizes) -> Iterator[Probe]:
@@ -124,7 +103,7 @@ def _scene_probes(extreme: str, value: str, scene: fo.scenes.PunchOnHalfPlane, f
 
     yield Probe(extreme, value, "condensation", balance, lambda: 1.0, "equilibrium of the punch")
     plain = (lambda: _plain(system(), LOADS, friction)) if scene.elements <= _DENSE else None
-    yield Probe(extreme, value, "shakedown limit", lambda: _limit(system(), LOADS, friction), plain, _LP)
+    yield Probe(extreme, value, "shakedown limit", lambda: shakedown(system(), LOADS, friction), plain, _LP)
 
 
 def _stiffness(sizes: Sizes) -> Iterator[Probe]:
@@ -149,10 +128,10 @@ def _poisson(sizes: Sizes) -> Iterator[Probe]:
         material = fo.Material(nu=nu)
         return fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=material, block_material=material, element=element)
 
-    base = _limit(scene(0.1, "mean_dilatation").condense(), LOADS, 0.7).number
+    base = shakedown(scene(0.1, "mean_dilatation").condense(), LOADS, 0.7).number
     for element in ("linear", "mean_dilatation"):
         for nu in (-0.9, 0.0, 0.3, 0.45, 0.49, 0.499, 0.4999):
-            ask = partial(lambda nu, element: _limit(scene(nu, element).condense(), LOADS, 0.7), nu, element)
+            ask = partial(lambda nu, element: shakedown(scene(nu, element).condense(), LOADS, 0.7), nu, element)
             known = "that of nu = 0.1, since stresses of similar bodies do not depend on nu: the error is that of the mesh"
             yield Probe("Poisson's ratio", f"{nu:g}", f"shakedown limit, element {element}", ask, lambda: base, known, np.inf)
 
@@ -165,41 +144,31 @@ def _grading(sizes: Sizes) -> Iterator[Probe]:
 
 
 def _unit(sizes: Sizes) -> Iterator[Probe]:
-    def scene(force: float, length: float) -> fo.scenes.PunchOnHalfPlane:
-        material = fo.Material(force / length)
-        return fo.scenes.PunchOnHalfPlane(8, length, 2 * length, 12 * length, 12 * length, 5.0, 1.5, material, material)
-
-    def cycle(force: float, length: float) -> fo.LoadCycle:
-        return fo.LoadCycle({"P": force / length}, [{"sigma": sign * force / length} for sign in (-1.0, 1.0)])
-
     def work(force: float, length: float) -> Answer:
-        answer = _steady(scene(force, length).condense(), cycle(force, length), 0.7, 3.0)
+        answer = _steady(*punch_in_units(force, length), 0.7, 3.0)
         return Answer(answer.number / (force * length), answer.residual, answer.solver)
 
-    base = scene(1.0, 1.0).condense()
+    def limit(force: float, length: float) -> Answer:
+        return shakedown(*punch_in_units(force, length), 0.7)
+
     for force in (1e-15, 1.0, 1e15):
         for length in (1e-15, 1e-6, 1e6, 1e15):
             value = f"force {force:g}, length {length:g}"
-            ask = partial(lambda force, length: _limit(scene(force, length).condense(), cycle(force, length), 0.7), force, length)
-            yield Probe("units", value, "shakedown limit", ask, lambda: _limit(base, LOADS, 0.7).number, "units of 1")
-            yield Probe("units", value, "steady state", partial(work, force, length), lambda: _steady(base, LOADS, 0.7, 3.0).number, "units of 1")
+            yield Probe("units", value, "shakedown limit", partial(limit, force, length), lambda: limit(1.0, 1.0).number, "units of 1")
+            yield Probe("units", value, "steady state", partial(work, force, length), lambda: work(1.0, 1.0).number, "units of 1")
 
 
 def _near_limit(sizes: Sizes) -> Iterator[Probe]:
     system = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
-    limit = fo.shakedown_limit(system, LOADS, 0.7)
+    limit, extreme = fo.shakedown_limit(system, LOADS, 0.7), "load factor over lambda_2, less 1"
     for distance in (-1e-3, -1e-6, -1e-9, 1e-9, 1e-6, 1e-3):
         factor, value = limit.load_factor * (1 + distance), f"{distance:+g}"
-        below = float(distance < 0)
-        theory = "definition of the limit"
-        yield Probe(
-            "load factor over lambda_2, less 1", value, "safe slip", partial(_exists, system, LOADS, 0.7, factor), partial(float, below), theory
-        )
-        yield _steady_probe("load factor over lambda_2, less 1", value, system, LOADS, 0.7, factor)
+        ask = partial(_exists, system, LOADS, 0.7, factor)
+        yield Probe(extreme, value, "safe slip", ask, partial(float, distance < 0), "definition of the limit")
+        yield _steady_probe(extreme, value, system, LOADS, 0.7, factor)
         start = fo.safe_slip(system, LOADS, 0.7, factor).slip if distance < 0 else limit.slip
-        stays = (lambda: 0.0) if distance < 0 else None
-        ask = partial(_steady, system, LOADS, 0.7, factor, start)
-        yield Probe("load factor over lambda_2, less 1", value, "steady state from the safe slip", ask, stays, "a safe slip stays")
+        stays, ask = (lambda: 0.0) if distance < 0 else None, partial(_steady, system, LOADS, 0.7, factor, start)
+        yield Probe(extreme, value, "steady state from the safe slip", ask, stays, "a safe slip stays")
 
 
 def _free_punch(sizes: Sizes) -> Iterator[Probe]:
@@ -208,18 +177,16 @@ def _free_punch(sizes: Sizes) -> Iterator[Probe]:
         yield _limit_probe("punch held by its loads alone", f"f = {f:g}", system, SHEAR, f)
         over = partial(_steady, system, SHEAR, f, 1.5 * f)
         yield Probe("punch held by its loads alone", f"f = {f:g}", "steady state beyond gross slip", over, None, "none: it slides away")
-    one, none = np.ones(2), np.zeros((2, 2))
-    loose = fo.ContactSystem.from_blocks(none, none, np.eye(2), np.arange(2.0), {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)})
-    yield _limit_probe("punch held by its loads alone", "A = 0", loose, LOADS, 0.5)
+    yield _limit_probe("punch held by its loads alone", "A = 0", loose(), LOADS, 0.5)
 
 
 def _critical(_: Sizes) -> Iterator[Probe]:
-    system = _one_node(1.0, 0.1, 1.0)
+    system = one_node(1.0, 0.5, 1.0, 0.1, 1.0)
     for distance in (-1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-3):
         f, value = 2.0 * (1 + distance), f"{distance:+g}"
         closed = partial(single_node_limit, 1.0, 0.5, 0.1, 1.0, 1.0, 0.2, f) if distance < 0 else partial(_plain, system, LOADS, f)
         name = "closed form, one node" if distance < 0 else _LP
-        yield Probe("friction over its critical value, less 1", value, "shakedown limit", partial(_limit, system, LOADS, f), closed, name)
+        yield Probe("friction over its critical value, less 1", value, "shakedown limit", partial(shakedown, system, LOADS, f), closed, name)
         yield _steady_probe("friction over its critical value, less 1", value, system, LOADS, f, 5.0)
 
 
@@ -230,9 +197,9 @@ def _separation(sizes: Sizes) -> Iterator[Probe]:
         yield _limit_probe(name, left, system, cycle, 0.7)
         yield _steady_probe(name, left, system, cycle, 0.7, 3.0)
     for p0 in (1e-6, 1e-9, 1e-12):
-        node = _one_node(2.0, 0.1 * p0, p0)
+        node = one_node(2.0, 0.5, 1.0, 0.1 * p0, p0)
         closed = partial(single_node_limit, 2.0, 0.5, 0.1 * p0, p0, 1.0, 0.2, 0.4)
-        ask = partial(_limit, node, LOADS, 0.4)
+        ask = partial(shakedown, node, LOADS, 0.4)
         yield Probe("mean pressure over cyclic shear, one node", f"{p0:g}", "shakedown limit", ask, closed, "closed form, one node", floor=0.0)
 
 

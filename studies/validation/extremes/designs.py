@@ -11,7 +11,7 @@ import frictopt as fo
 
 from ...paper import LOADS
 from .. import oracles
-from .probes import Answer, Probe, Sizes
+from .probes import Answer, Probe, Sizes, in_units
 
 _LP = "plain linear program with the design built in, scipy"
 
@@ -26,12 +26,7 @@ def design_probes(sizes: Sizes) -> Iterator[Probe]:
         yield _probe("friction of a design", f"f = {friction:g}", system, friction, 0.1)
     for force in (1e-15, 1e15):
         for length in (1e-15, 1e15):
-            yield _probe("units of a design", f"force {force:g}, length {length:g}", _in_units(system, force, length), 0.5, 0.1 * length)
-
-
-def _in_units(system: fo.ContactSystem, force: float, length: float) -> fo.ContactSystem:
-    loads, unit = {name: (force * q, force * p) for name, (q, p) in system.bonded.items()}, force / length
-    return fo.ContactSystem.from_blocks(unit * system.A, unit * system.B, unit * system.C, length * system.x, loads)
+            yield _probe("units of a design", f"force {force:g}, length {length:g}", in_units(system, force, length), 0.5, 0.1 * length)
 
 
 def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float, depth: float) -> Probe:
@@ -42,7 +37,7 @@ def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float, 
 def _ask(system: fo.ContactSystem, friction: float, depth: float, found: list[Any]) -> Answer:
     model = fo.DesignModel(system, LOADS, profile=True)
     found.append(design := model.solve(friction, [cp.abs(model.profile) <= depth]))
-    return Answer(design.load_factor, design.residual, design.record.solver, max(len({attempt.solver for attempt in design.record.attempts}) - 1, 0))
+    return Answer.of(design, design.load_factor)
 
 
 def _plain(friction: float, found: list[Any]) -> float | None:

@@ -11,7 +11,7 @@ import frictopt as fo
 
 from ...paper import LOADS
 from .. import oracles
-from .probes import SHEAR, Answer, Probe, Sizes, nearly_separated
+from .probes import SHEAR, Answer, Probe, Sizes, in_units, loose, nearly_separated
 
 _FEW = 60  # nodes up to which a plain linear program is solved for each
 _MANY = 130  # nodes up to which it is solved with nothing left out
@@ -24,13 +24,9 @@ def guarantee_probes(sizes: Sizes) -> Iterator[Probe]:
         yield from part(sizes)
 
 
-def _answer(limit: fo.results.GuaranteedLimit) -> Answer:
-    solvers = {attempt.solver for attempt in limit.record.attempts}
-    return Answer(limit.load_factor, limit.residual, limit.record.solver, max(len(solvers) - 1, 0))
-
-
 def _ask(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
-    return _answer(fo.guaranteed_limit(system, cycle, friction))
+    limit = fo.guaranteed_limit(system, cycle, friction)
+    return Answer.of(limit, limit.load_factor)
 
 
 def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
@@ -47,13 +43,8 @@ def _kept(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float
     return float(fo.guaranteed_limit(system, cycle, friction, simplify=False).load_factor)
 
 
-def _rescaled(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, force: float = 1e6, length: float = 1e-3) -> float:
-    return _ask(_in_units(system, force, length), cycle, friction).number
-
-
-def _in_units(system: fo.ContactSystem, force: float, length: float) -> fo.ContactSystem:
-    stiffness, loads = force / length, {name: (force * q, force * p) for name, (q, p) in system.bonded.items()}
-    return fo.ContactSystem.from_blocks(stiffness * system.A, stiffness * system.B, stiffness * system.C, length * system.x, loads)
+def _rescaled(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float:
+    return _ask(in_units(system, 1e6, 1e-3), cycle, friction).number
 
 
 def _probe(extreme: str, value: str, make: Callable[[], fo.ContactSystem], nodes: int, cycle: fo.LoadCycle = LOADS, friction: Any = 0.7) -> Probe:
@@ -88,7 +79,7 @@ def _unit(sizes: Sizes) -> Iterator[Probe]:
     base = fo.scenes.PunchOnHalfPlane(elements=8, grading=5.0, growth=1.5).condense()
     for force in (1e-15, 1.0, 1e15):
         for length in (1e-15, 1e-6, 1e6, 1e15):
-            ask, value = partial(_ask, _in_units(base, force, length), LOADS, 0.5), f"force {force:g}, length {length:g}"
+            ask, value = partial(_ask, in_units(base, force, length), LOADS, 0.5), f"force {force:g}, length {length:g}"
             yield Probe("units", value, "guaranteed limit", ask, lambda: _plain(base, LOADS, 0.5), f"{_LP}, units of 1")
 
 
@@ -97,9 +88,7 @@ def _free_punch(sizes: Sizes) -> Iterator[Probe]:
     extreme = "punch held by its loads alone"
     for f in (0.1, 1.0):
         yield _probe(extreme, f"f = {f:g}", _given(system), system.nodes, SHEAR, f)
-    one, none = np.ones(2), np.zeros((2, 2))
-    loose = fo.ContactSystem.from_blocks(none, none, np.eye(2), np.arange(2.0), {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)})
-    yield _probe(extreme, "A = 0", _given(loose), 2, friction=0.5)
+    yield _probe(extreme, "A = 0", loose, 2, friction=0.5)
 
 
 def _separation(sizes: Sizes) -> Iterator[Probe]:

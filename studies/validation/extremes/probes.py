@@ -2,6 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
 
 import frictopt as fo
 
@@ -32,6 +35,12 @@ class Answer:
     solver: str
     fallbacks: int = 0
 
+    @classmethod
+    def of(cls, result: Any, number: float) -> Self:
+        """A number of a result."""
+        asked = {attempt.solver for attempt in result.record.attempts}
+        return cls(number, result.residual, result.record.solver, max(len(asked) - 1, 0))
+
 
 @dataclass(frozen=True)
 class Probe:
@@ -61,6 +70,38 @@ class Probe:
     reference: str
     tolerance: float = _EXACT
     floor: float = 1e-3
+
+
+def shakedown(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
+    """The shakedown limit."""
+    found = fo.shakedown_limit(system, cycle, friction)
+    return Answer.of(found, found.load_factor)
+
+
+def in_units(system: fo.ContactSystem, force: float, length: float) -> fo.ContactSystem:
+    """The same contact in other units of force and length."""
+    stiffness, loads = force / length, {name: (force * q, force * p) for name, (q, p) in system.bonded.items()}
+    blocks = stiffness * system.A, stiffness * system.B, stiffness * system.C
+    return fo.ContactSystem.from_blocks(*blocks, length * system.x, loads, length * system.gap)
+
+
+def punch_in_units(force: float, length: float) -> tuple[fo.ContactSystem, fo.LoadCycle]:
+    """A small punch whose mesh and material are in other units, and its load cycle."""
+    material, pressure = fo.Material(force / length), force / length
+    scene = fo.scenes.PunchOnHalfPlane(8, length, 2 * length, 12 * length, 12 * length, 5.0, 1.5, material, material)
+    return scene.condense(), fo.LoadCycle({"P": pressure}, [{"sigma": -pressure}, {"sigma": pressure}])
+
+
+def one_node(A: float, B: float, C: float, q0: float, p0: float) -> fo.ContactSystem:
+    """One node under the loads of the paper."""
+    loads = {"P": (np.array([q0]), np.array([p0])), "sigma": (np.array([1.0]), np.array([0.2]))}
+    return fo.ContactSystem.from_blocks(np.array([[A]]), np.array([[B]]), np.array([[C]]), np.zeros(1), loads)
+
+
+def loose() -> fo.ContactSystem:
+    """Two nodes that nothing holds along the contact."""
+    one, none = np.ones(2), np.zeros((2, 2))
+    return fo.ContactSystem.from_blocks(none, none, np.eye(2), np.arange(2.0), {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)})
 
 
 def nearly_separated(elements: int) -> tuple[fo.ContactSystem, dict[str, fo.LoadCycle]]:

@@ -10,7 +10,7 @@ import frictopt as fo
 from frictopt.reference import masing_dissipation, single_node_dissipation, single_node_limit
 
 from ...paper import LOADS
-from .probes import Answer, Probe, Sizes
+from .probes import Answer, Probe, Sizes, one_node, punch_in_units
 
 _FRICTION = 0.7
 
@@ -36,24 +36,12 @@ def _ratio(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, start: 
     return Answer(found.ratio, found.residual, "exact paths")
 
 
-def _node(A: float, B: float, q0: float, p0: float) -> fo.ContactSystem:
-    loads = {"P": (np.array([q0]), np.array([p0])), "sigma": (np.array([1.0]), np.array([0.2]))}
-    return fo.ContactSystem.from_blocks(np.array([[A]]), np.array([[B]]), np.array([[1.0 + B * B / A]]), np.zeros(1), loads)
-
-
 def _units(_: Sizes) -> Iterator[Probe]:
-    def scene(force: float, length: float) -> fo.ContactSystem:
-        material = fo.Material(force / length)
-        return fo.scenes.PunchOnHalfPlane(8, length, 2 * length, 12 * length, 12 * length, 5.0, 1.5, material, material).condense()
-
-    def cycle(force: float, length: float) -> fo.LoadCycle:
-        return fo.LoadCycle({"P": force / length}, [{"sigma": sign * force / length} for sign in (-1.0, 1.0)])
-
     def most(force: float, length: float) -> Answer:
-        return _most(scene(force, length), cycle(force, length), _FRICTION, 3.0, force * length)
+        return _most(*punch_in_units(force, length), _FRICTION, 3.0, force * length)
 
     def ratio(force: float, length: float) -> Answer:
-        return _ratio(scene(force, length), cycle(force, length), _FRICTION, "assembled")
+        return _ratio(*punch_in_units(force, length), _FRICTION, "assembled")
 
     for force in (1e-15, 1.0, 1e15):
         for length in (1e-15, 1e15):
@@ -65,12 +53,12 @@ def _units(_: Sizes) -> Iterator[Probe]:
 def _friction(_: Sizes) -> Iterator[Probe]:
     for f in (1e-6, 1e-3, 0.1, 1.0, 1.9):
         node = 2.0, 0.5, 0.1 * f, 1.0
-        limit = single_node_limit(*node, 1.0, 0.2, f)
+        system, limit = one_node(2.0, 0.5, 1.125, 0.1 * f, 1.0), single_node_limit(*node, 1.0, 0.2, f)
         if f < 1.0:
             closed = partial(single_node_dissipation, *node, 1.0, 0.2, f, 1.2 * limit)
-            ask = partial(_most, _node(*node), LOADS, f, 1.2 * limit)
+            ask = partial(_most, system, LOADS, f, 1.2 * limit)
             yield Probe("friction", f"{f:g}", "found range, one node", ask, closed, "closed form, one node", floor=1e-12)
-        safe = partial(_ratio, _node(*node), LOADS, f, fo.shakedown_limit(_node(*node), LOADS, f).slip)
+        safe = partial(_ratio, system, LOADS, f, fo.shakedown_limit(system, LOADS, f).slip)
         yield Probe("friction", f"{f:g}", "practical limit of the safe slip, one node", safe, lambda: 1.0, "definition of the limit", 1e-2)
 
 

@@ -10,7 +10,7 @@ import frictopt as fo
 
 from ...paper import LOADS
 from ..open_patterns import largest_with_open
-from .probes import Answer, Probe, Sizes
+from .probes import Answer, Probe, Sizes, in_units
 
 _QUESTION, _LP = "limit with separation", "plain linear program with its open nodes, scipy"
 
@@ -28,9 +28,7 @@ def separation_probes(sizes: Sizes) -> Iterator[Probe]:
 
 
 def _rounded(punch: fo.ContactSystem, size: float, force: float = 1.0, length: float = 1.0) -> fo.ContactSystem:
-    loads = {name: (force * q, force * p) for name, (q, p) in punch.bonded.items()}
-    stiffness, gap = force / length, length * size * np.maximum(np.abs(punch.x) - 0.6, 0.0) ** 2
-    return fo.ContactSystem.from_blocks(stiffness * punch.A, stiffness * punch.B, stiffness * punch.C, length * punch.x, loads, gap)
+    return in_units(punch.with_gap(size * np.maximum(np.abs(punch.x) - 0.6, 0.0) ** 2), force, length)
 
 
 def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float) -> Probe:

@@ -11,7 +11,7 @@ from scipy.optimize import linprog
 import frictopt as fo
 from frictopt.reference import smallest_circle_limit
 
-from .probes import Answer, Probe, Sizes
+from .probes import Probe, Sizes, shakedown
 
 _SIDES, _CUTS = 16, 40  # of the first polygons around the circles, and refinements of them
 _EXCESS = 1e-10  # over a circle, in the node's pressure, that the last polygon leaves
@@ -32,27 +32,18 @@ def space_probes(sizes: Sizes) -> Iterator[Probe]:
         mean = replace(scene, punch_material=material, block_material=material, element="mean_dilatation")
         yield from _limits("Poisson's ratio, 3-D", f"{nu:g}", mean, 0.5)
     plain = scene.condense()
+    known = partial(shakedown, plain, _BULK, 0.5)
     for unit in (1e-12, 1e12):
         scaled = fo.ContactSystem(unit * plain.S, plain.points, {name: (unit * q, unit * p) for name, (q, p) in plain.bonded.items()})
-        yield Probe("units, 3-D", f"{unit:g}", "shakedown limit", partial(_limit, scaled, _BULK, 0.5), partial(_number, plain), "other units")
+        yield Probe("units, 3-D", f"{unit:g}", "shakedown limit", partial(shakedown, scaled, _BULK, 0.5), lambda: known().number, "other units")
     for nodes in (1, 10, sizes.elements):
         yield _uncoupled(nodes)
-
-
-def _limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
-    limit = fo.shakedown_limit(system, cycle, friction)
-    asked = list(dict.fromkeys(attempt.solver for attempt in limit.record.attempts))
-    return Answer(limit.load_factor, limit.residual, limit.record.solver, max(len(asked) - 1, 0))
-
-
-def _number(system: fo.ContactSystem) -> float:
-    return _limit(system, _BULK, 0.5).number
 
 
 def _limits(extreme: str, value: str, scene: fo.scenes.SquarePunch, friction: float) -> Iterator[Probe]:
     system = scene.condense()
     for cycle, question in ((_BULK, "shakedown limit, bulk"), (_TURNING, "shakedown limit, turning")):
-        asked = partial(_limit, system, cycle, friction), partial(polygon_limit, system, cycle, friction)
+        asked = partial(shakedown, system, cycle, friction), partial(polygon_limit, system, cycle, friction)
         yield Probe(extreme, value, question, *asked, "linear programs, polygons for the circles, scipy")
 
 
@@ -106,5 +97,5 @@ def _uncoupled(nodes: int) -> Probe:
     cases = {f"{k}": np.r_[q[:, 0], q[:, 1], np.zeros(nodes)] for k, q in enumerate(q1)}
     system = fo.ContactSystem(S, rng.normal(size=(nodes, 3)), {"mean": np.r_[np.zeros(2 * nodes), p0], **cases})
     cycle = fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases])
-    asked = partial(_limit, system, cycle, 0.5), partial(smallest_circle_limit, p0, q1, 0.5)
+    asked = partial(shakedown, system, cycle, 0.5), partial(smallest_circle_limit, p0, q1, 0.5)
     return Probe("pressures over six decades, uncoupled, 3-D", f"{nodes} nodes", "shakedown limit", *asked, "smallest circle")

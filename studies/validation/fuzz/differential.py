@@ -11,7 +11,7 @@ import frictopt as fo
 
 from .cases import Case
 from .checks import Finding, asked
-from .known import NotAsked, Wrong, same
+from .known import Asked, NotAsked, Wrong, same
 
 SAME = 1e-9
 """Difference between two answers, over the force, length and work of the contact, that counts as none: the residual that an answer may have."""
@@ -74,29 +74,12 @@ def described(
     return Seen(again, fo.LoadCycle(mean, corners), case.friction[order], start, order, sense, force, length)
 
 
-class Scene:
+class Scene(Asked):
     """A case with the answers that several questions need."""
 
     def __init__(self, case: Case) -> None:
-        self.case, self.n = case, case.system.nodes
-        self.rng = np.random.default_rng(case.seed)
-
-    @property
-    def args(self) -> tuple[Any, Any, Any]:
-        """System, cycle, friction."""
-        return self.case.system, self.case.cycle, self.case.friction
-
-    @cached_property
-    def limit(self) -> fo.results.ShakedownLimit:
-        """The limit that frictopt finds."""
-        found: fo.results.ShakedownLimit = fo.shakedown_limit(*self.args)
-        return found
-
-    @cached_property
-    def load_factor(self) -> float:
-        """The load factor of the case."""
-        limit = self.limit.load_factor
-        return self.case.share * (limit if np.isfinite(limit) and limit > 1e-6 else 1.0)
+        super().__init__(case)
+        self.n, self.rng = case.system.nodes, np.random.default_rng(case.seed)
 
     @property
     def steady(self) -> fo.results.SteadyState:
@@ -109,8 +92,7 @@ class Scene:
     def _steady(self) -> fo.results.SteadyState | fo.FrictoptError:
         """The same, or why there is none: a refusal may take long, and all questions meet it."""
         try:
-            found: fo.results.SteadyState = fo.steady_state(*self.args, self.load_factor, initial_slip=self.case.start, most_cycles=_MOST)
-            return found
+            return fo.steady_state(*self.args, self.load_factor, initial_slip=self.case.start, most_cycles=_MOST)
         except fo.FrictoptError as error:
             return error
 
@@ -118,8 +100,7 @@ class Scene:
     def marched(self) -> fo.results.Trajectory:
         """The path, for some cycles more than the steady state took."""
         cycles = min(self.steady.cycles + (10 if self.steady.extrapolated else 2), _MOST_MARCHED)
-        found: fo.results.Trajectory = fo.march(*self.args, self.load_factor, initial_slip=self.case.start, cycles=cycles)
-        return found
+        return fo.march(*self.args, self.load_factor, initial_slip=self.case.start, cycles=cycles)
 
     @cached_property
     def force(self) -> float:
@@ -150,7 +131,7 @@ def _limit(scene: Scene) -> tuple[float, bool]:
     if scene.case.seed % 4:
         raise NotAsked
     kept = fo.shakedown_limit(*scene.args, simplify=False)
-    same("shakedown limit", scene.limit.load_factor, kept.load_factor, 1e-8, 1e-10)
+    same("shakedown limit", scene.answered_limit.load_factor, kept.load_factor, 1e-8, 1e-10)
     return kept.residual, True
 
 

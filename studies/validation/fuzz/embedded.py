@@ -1,7 +1,8 @@
 """Plane contacts embedded in space: what the plane answers, space has to answer alike."""
 
+from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -9,7 +10,10 @@ import frictopt as fo
 from frictopt.transients.increments import ExactIncrement
 
 from .cases import random_case
-from .known import NotAsked, Wrong, same
+from .known import Asked, NotAsked, Wrong, same
+
+T = TypeVar("T")
+Answered = tuple[float, bool]  # residual, and whether it was compared
 
 _SAME = 1e-7
 _FRICTION_PROVEN = 2e-5  # both sides of its proof are this close
@@ -37,86 +41,74 @@ def embedded(flat: fo.ContactSystem, rng: np.random.Generator) -> tuple[fo.Conta
     return fo.ContactSystem(turn @ S @ turn.T, points, bonded, gap=flat.gap), np.column_stack([along.real, along.imag])
 
 
-class Embedded:
-    """The plane case of a seed, in space."""
+class Embedded(Asked):
+    """A plane case of the random ones, and the same contact in space."""
+
+    none = 0.0
 
     def __init__(self, seed: int) -> None:
-        self.case, self.rng = random_case(seed), np.random.default_rng(seed)
+        super().__init__(random_case(seed))
+        self.rng = np.random.default_rng(seed)
         self.solid, self.along = embedded(self.case.system, self.rng)
 
     @cached_property
-    def limit(self) -> fo.results.ShakedownLimit:
+    def answered_limit(self) -> fo.results.ShakedownLimit:
         """The limit of the plane contact."""
-        try:
-            limit: fo.results.ShakedownLimit = fo.shakedown_limit(self.case.system, self.case.cycle, self.case.friction)
-        except fo.FrictoptError as error:
-            raise NotAsked from error
-        return limit
-
-    @property
-    def load_factor(self) -> float:
-        """The load factor of the case."""
-        value = self.limit.load_factor
-        return self.case.share * (value if np.isfinite(value) and value > 0 else 1.0)
+        return in_plane(fo.shakedown_limit, *self.args)
 
 
-def limit(subject: Embedded) -> tuple[float, bool]:
+def in_plane(ask: Callable[..., T], *given: Any, **options: Any) -> T:
+    """What the plane contact answers.
+
+    Raises
+    ------
+    NotAsked
+        It has no answer.
+    """
+    try:
+        return ask(*given, **options)
+    except fo.FrictoptError as error:
+        raise NotAsked from error
+
+
+def _alike(subject: Embedded, question: str, values: Sequence[str], *rest: Any, relative: float = _SAME, absolute: float = _SAME) -> Answered:
+    """The same numbers from both contacts."""
+    plane = in_plane(getattr(fo, question), subject.case.system, *rest)
+    found = getattr(fo, question)(subject.solid, *rest)
+    for name in values:
+        same(f"{name} is", getattr(found, name), getattr(plane, name), relative, absolute)
+    return found.residual, True
+
+
+def limit(subject: Embedded) -> Answered:
     """The interval of safe load factors."""
-    case, plane = subject.case, subject.limit
-    found = fo.shakedown_limit(subject.solid, case.cycle, case.friction)
-    for name in ("load_factor", "least"):
-        same(f"{name} is", getattr(found, name), getattr(plane, name), _SAME, _SAME)
-    return found.residual, True
+    return _alike(subject, "shakedown_limit", ("load_factor", "least"), *subject.args[1:])
 
 
-def guaranteed(subject: Embedded) -> tuple[float, bool]:
+def guaranteed(subject: Embedded) -> Answered:
     """The guaranteed limit."""
-    case = subject.case
-    try:
-        plane = fo.guaranteed_limit(case.system, case.cycle, case.friction)
-    except fo.FrictoptError as error:
-        raise NotAsked from error
-    found = fo.guaranteed_limit(subject.solid, case.cycle, case.friction)
-    same("the guaranteed limit is", found.load_factor, plane.load_factor, _SAME, _SAME)
-    return found.residual, True
+    return _alike(subject, "guaranteed_limit", ("load_factor",), *subject.args[1:])
 
 
-def safe_slip(subject: Embedded) -> tuple[float, bool]:
+def safe_slip(subject: Embedded) -> Answered:
     """The largest margin."""
-    case, factor = subject.case, subject.load_factor
-    try:
-        plane = fo.safe_slip(case.system, case.cycle, case.friction, factor)
-    except fo.FrictoptError as error:
-        raise NotAsked from error
-    found = fo.safe_slip(subject.solid, case.cycle, case.friction, factor)
-    same("the margin is", found.margin, plane.margin, _SAME, _SAME)
-    return found.residual, True
+    return _alike(subject, "safe_slip", ("margin",), *subject.args[1:], subject.load_factor)
 
 
-def required_friction(subject: Embedded) -> tuple[float, bool]:
+def required_friction(subject: Embedded) -> Answered:
     """The least friction that is enough at the load factor of the case."""
-    case, factor = subject.case, subject.load_factor
-    if case.seed % FRICTION_EVERY:
+    if subject.case.seed % FRICTION_EVERY:
         raise NotAsked
-    try:
-        plane = fo.required_friction(case.system, case.cycle, factor)
-    except fo.FrictoptError as error:
-        raise NotAsked from error
-    found = fo.required_friction(subject.solid, case.cycle, factor)
-    same("the required friction is", found.required, plane.required, _FRICTION_PROVEN)
-    return found.residual, True
+    return _alike(subject, "required_friction", ("required",), subject.case.cycle, subject.load_factor, relative=_FRICTION_PROVEN, absolute=0.0)
 
 
-def safe_region(subject: Embedded) -> tuple[float, bool]:
+def safe_region(subject: Embedded) -> Answered:
     """The polygon of the plane lies between both polygons."""
     case = subject.case
     if case.seed % FRICTION_EVERY:
         raise NotAsked
     asked = {"mean": 1.0}, ["a", "b"], case.friction
-    try:
-        plane = fo.safe_region(case.system, *asked)
-    except fo.FrictoptError as error:
-        raise NotAsked from error
+    plane = in_plane(fo.safe_region, case.system, *asked)
     found = fo.safe_region(subject.solid, *asked, tolerance=_APART)
     if (len(found.vertices) > 0, found.unlimited) != (len(plane.vertices) > 0, plane.unlimited):
         raise Wrong(f"{found.reason}; in the plane {plane.reason}")
@@ -127,42 +119,36 @@ def safe_region(subject: Embedded) -> tuple[float, bool]:
     return found.residual, True
 
 
-def least_slip(subject: Embedded) -> tuple[float, bool]:
+def least_slip(subject: Embedded) -> Answered:
     """The proven sum of the weighted slips."""
-    if not (np.isfinite(subject.limit.load_factor) and subject.limit.load_factor > 0):
+    if not subject.finite:
         raise NotAsked
-    case, factor = subject.case, 1.5 * subject.limit.load_factor
+    case, factor = subject.case, 1.5 * subject.answered_limit.load_factor
     found = fo.shakedown_limit(subject.solid, case.cycle, case.friction).least_slip(factor)
-    same("the bound is", found.bound, subject.limit.least_slip(factor).bound, _SAME * 10)
+    same("the bound is", found.bound, subject.answered_limit.least_slip(factor).bound, _SAME * 10)
     return found.residual, True
 
 
-def steady_state(subject: Embedded) -> tuple[float, bool]:
+def steady_state(subject: Embedded) -> Answered:
     """The work of friction by as many increments."""
-    if not (np.isfinite(subject.limit.load_factor) and subject.limit.load_factor > 0) or subject.case.seed % _EVERY:
+    if not subject.finite or subject.case.seed % _EVERY:
         raise NotAsked
     case, f = subject.case, np.minimum(subject.case.friction, _FRICTION)
-    factor, slip = min(subject.load_factor, 3 * subject.limit.load_factor), np.zeros(case.system.nodes) if case.start is None else case.start
+    factor, slip = min(subject.load_factor, 3 * subject.answered_limit.load_factor), np.zeros(case.system.nodes) if case.start is None else case.start
     options: dict[str, Any] = {"steps": 2, "most_cycles": 200}
-    try:
-        plane = fo.steady_state(case.system, case.cycle, f, factor, initial_slip=slip, **options)
-    except fo.FrictoptError as error:
-        raise NotAsked from error
+    plane = in_plane(fo.steady_state, case.system, case.cycle, f, factor, initial_slip=slip, **options)
     found = fo.steady_state(subject.solid, case.cycle, f, factor, initial_slip=slip[:, None] * subject.along, **options)
     force = float(np.abs(case.system.reaction(case.cycle.mean)).max()) + factor * float(np.abs(case.cycle.corner_reactions(case.system)).max())
     same("the work is", found.dissipation, plane.dissipation, 1e-6, 1e-8 * force**2 / case.system.stiffness_scale)
     return found.residual, True
 
 
-def increment(subject: Embedded) -> tuple[float, bool]:
+def increment(subject: Embedded) -> Answered:
     """The reactions after one increment; across the plane no node moves."""
     case, rng = subject.case, subject.rng
     f, slip = np.minimum(case.friction, _FRICTION), np.zeros(case.system.nodes) if case.start is None else case.start
     loads = {"mean": 1.0, "a": 0.3 * float(rng.normal()), "b": 0.3 * float(rng.normal())}
-    try:
-        plane = ExactIncrement(case.system, f).solve(slip, case.system.reaction(loads))
-    except fo.FrictoptError as error:
-        raise NotAsked from error
+    plane = in_plane(ExactIncrement(case.system, f).solve, slip, case.system.reaction(loads))
     found = fo.increments.NewtonIncrement(subject.solid, f).solve(slip[:, None] * subject.along, subject.solid.reaction(loads))
     force = float(max(np.abs(plane.q).max(), np.abs(plane.p).max(), np.abs(case.system.reaction(loads)).max()))
     off = max(float(np.abs(np.sum(found.q * subject.along, axis=1) - plane.q).max()), float(np.abs(found.p - plane.p).max()))

@@ -20,46 +20,62 @@ class NotAsked(Exception):
     """The question makes no sense for a case."""
 
 
-class Known:
-    """A case, and the shakedown limit that several questions need, by the plain linear program."""
+class Asked:
+    """A case, and the limit that frictopt finds."""
+
+    none = 1e-6  # limits up to this count as none to be below of
 
     def __init__(self, case: Case) -> None:
         self.case = case
-        self.force, self.length = oracles.units(case.system, case.cycle)
-        self.limit = oracles.largest_load_factor(case.system, case.cycle, case.friction)
-
-    @cached_property
-    def answered_limit(self) -> fo.results.ShakedownLimit:
-        """The limit that frictopt finds."""
-        found: fo.results.ShakedownLimit = fo.shakedown_limit(*self.args)
-        return found
-
-    @cached_property
-    def answered_guarantee(self) -> fo.results.GuaranteedLimit:
-        """The guaranteed limit that frictopt finds."""
-        found: fo.results.GuaranteedLimit = fo.guaranteed_limit(*self.args)
-        return found
-
-    @cached_property
-    def answered_safe_slip(self) -> fo.results.SafeSlip:
-        """The safe slip that frictopt finds at the load factor of the case."""
-        found: fo.results.SafeSlip = fo.safe_slip(*self.args, self.load_factor)
-        return found
-
-    @property
-    def finite(self) -> bool:
-        """Whether there is a limit to be below or above of."""
-        return self.limit is not None and bool(np.isfinite(self.limit)) and self.limit > 1e-6
-
-    @property
-    def load_factor(self) -> float:
-        """The load factor of the case."""
-        return self.case.share * (self.limit if self.limit is not None and self.finite else 1.0)
 
     @property
     def args(self) -> tuple[Any, Any, Any]:
         """System, cycle, friction."""
         return self.case.system, self.case.cycle, self.case.friction
+
+    @cached_property
+    def answered_limit(self) -> fo.results.ShakedownLimit:
+        """The limit that frictopt finds."""
+        return fo.shakedown_limit(*self.args)
+
+    @property
+    def value(self) -> float | None:
+        """The limit as a number; None if it is not known."""
+        return self.answered_limit.load_factor
+
+    @property
+    def finite(self) -> bool:
+        """Whether there is a limit to be below or above of."""
+        return self.value is not None and bool(np.isfinite(self.value)) and self.value > self.none
+
+    @property
+    def load_factor(self) -> float:
+        """The load factor of the case."""
+        return self.case.share * (self.value if self.value is not None and self.finite else 1.0)
+
+
+class Known(Asked):
+    """A case, and the shakedown limit that several questions need, by the plain linear program."""
+
+    def __init__(self, case: Case) -> None:
+        super().__init__(case)
+        self.force, self.length = oracles.units(case.system, case.cycle)
+        self.limit = oracles.largest_load_factor(case.system, case.cycle, case.friction)
+
+    @property
+    def value(self) -> float | None:
+        """That of the plain linear program."""
+        return self.limit
+
+    @cached_property
+    def answered_guarantee(self) -> fo.results.GuaranteedLimit:
+        """The guaranteed limit that frictopt finds."""
+        return fo.guaranteed_limit(*self.args)
+
+    @cached_property
+    def answered_safe_slip(self) -> fo.results.SafeSlip:
+        """The safe slip that frictopt finds at the load factor of the case."""
+        return fo.safe_slip(*self.args, self.load_factor)
 
 
 def same(name: str, found: float, expected: float, relative: float = 1e-6, absolute: float = 0.0) -> None:

@@ -1,7 +1,7 @@
 """What is asked of a random contact in three dimensions, and how each answer is held against an independent one."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,10 +12,11 @@ from frictopt.transients.increments import FrozenBoundIncrement, NewtonIncrement
 from ..critical_in_space import least_critical
 from ..extremes.space import polygon_limit
 from . import embedded
+from .cases import Case
 from .checks import Finding, asked
 from .designs import judged_design
 from .embedded import FRICTION_EVERY, Embedded
-from .known import NotAsked, Wrong, same
+from .known import Asked, NotAsked, Wrong, same
 
 _NEAR = 1e-6  # relative distance from the limit within which it is not asked whether a safe slip exists
 _SAME = 1e-7
@@ -24,11 +25,13 @@ _ROUNDING = 1e-14  # of a slip, over the slips before and after
 _FEW, _EVERY = 3, 16  # nodes at most, and cases, that are asked for what follows many transients
 
 
-class _Subject:
+class _Subject(Asked):
     """A random coupled contact with its load cycle, friction and slip."""
 
+    none = 0.0
+
     def __init__(self, seed: int) -> None:
-        self.seed, rng = seed, np.random.default_rng(seed)
+        rng = np.random.default_rng(seed)
         n, scale, coupling = int(rng.integers(1, 11)), 10.0 ** rng.uniform(-9, 9), rng.uniform(0.0, 1.0)
         G = rng.normal(size=(3 * n, 3 * n))
         S = scale * (G @ G.T / (3 * n) + 10.0 ** rng.uniform(-3, 0) * np.eye(3 * n))
@@ -41,24 +44,12 @@ class _Subject:
             slides = np.kron(np.eye(3)[:, :2], np.ones((n, 1))) / np.sqrt(n)
             held = np.eye(3 * n) - slides @ slides.T
             S = held @ S @ held
-        self.system = fo.ContactSystem(S, rng.normal(size=(n, 3)), bonded, gap=gap)
+        system = fo.ContactSystem(S, rng.normal(size=(n, 3)), bonded, gap=gap)
         corners = [{"a": 1.0}, {"a": -1.0}, {"b": rng.normal(), "c": rng.normal()}, {"c": 1.0}]
-        self.cycle = fo.LoadCycle({"mean": 1.0}, corners[: int(rng.integers(1, 5))])
-        self.friction = rng.uniform(0.05, 1.5, n) * (rng.uniform(size=n) > rng.choice([0.0, 0.3], p=[0.8, 0.2]))
-        self.slip = 0.3 * rng.normal(size=(n, 2)) / scale
-        self.share = float(rng.uniform(0.2, 1.8))
-
-    @cached_property
-    def limit(self) -> fo.results.ShakedownLimit:
-        """The limit that frictopt finds."""
-        found: fo.results.ShakedownLimit = fo.shakedown_limit(self.system, self.cycle, self.friction)
-        return found
-
-    @property
-    def load_factor(self) -> float:
-        """A load factor at some share of the limit."""
-        value = self.limit.load_factor
-        return self.share * (value if np.isfinite(value) and value > 0 else 1.0)
+        cycle = fo.LoadCycle({"mean": 1.0}, corners[: int(rng.integers(1, 5))])
+        friction = rng.uniform(0.05, 1.5, n) * (rng.uniform(size=n) > rng.choice([0.0, 0.3], p=[0.8, 0.2]))
+        slip = 0.3 * rng.normal(size=(n, 2)) / scale
+        super().__init__(Case(seed, system, cycle, friction, float(rng.uniform(0.2, 1.8)), slip))
 
 
 def space_findings(seed: int, checks: Sequence[str] | None = None) -> Iterator[Finding]:
@@ -68,7 +59,7 @@ def space_findings(seed: int, checks: Sequence[str] | None = None) -> Iterator[F
 
 
 def _limit(subject: _Subject) -> tuple[float, bool]:
-    limit, known = subject.limit, polygon_limit(subject.system, subject.cycle, subject.friction)
+    limit, known = subject.answered_limit, polygon_limit(*subject.args)
     if known is not None and not np.isnan(limit.load_factor) and not limit.open.any():
         same("the limit is", limit.load_factor, known, _SAME, _SAME)
     return limit.residual, known is not None
@@ -76,12 +67,12 @@ def _limit(subject: _Subject) -> tuple[float, bool]:
 
 def _least(subject: _Subject) -> tuple[float, bool]:
     """Under a mean load that pulls here and there, safe load factors begin where corners press."""
-    bonded = subject.system.bonded
+    bonded = subject.case.system.bonded
     pulled = {"mean": (bonded["mean"][0], bonded["mean"][1] - 0.2)}
-    system = subject.system.with_bonded(pulled | {name: (0.2 * bonded[name][0], 1 + 0.3 * bonded[name][1]) for name in "abc"})
+    system = subject.case.system.with_bonded(pulled | {name: (0.2 * bonded[name][0], 1 + 0.3 * bonded[name][1]) for name in "abc"})
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0, "c": 0.3}])
-    limit = fo.shakedown_limit(system, cycle, subject.friction)
-    known = polygon_limit(system, cycle, subject.friction, least=True)
+    limit = fo.shakedown_limit(system, cycle, subject.case.friction)
+    known = polygon_limit(system, cycle, subject.case.friction, least=True)
     if known is None or np.isnan(limit.least) or limit.open.any():
         return limit.residual, False
     same("the least safe load factor is", limit.least, known, _SAME, _SAME)
@@ -90,7 +81,7 @@ def _least(subject: _Subject) -> tuple[float, bool]:
 
 def _guaranteed(subject: _Subject) -> tuple[float, bool]:
     """By programs of this study for few nodes; with every node's program solved, the corners the other way round, and one more within their hull."""
-    system, cycle, f = subject.system, subject.cycle, subject.friction
+    system, cycle, f = subject.args
     limit = fo.guaranteed_limit(system, cycle, f)
     if len(cycle.corners) < 2:
         return limit.residual, False
@@ -106,45 +97,42 @@ def _guaranteed(subject: _Subject) -> tuple[float, bool]:
 
 
 def _safe_slip(subject: _Subject) -> tuple[float, bool]:
-    safe = fo.safe_slip(subject.system, subject.cycle, subject.friction, subject.load_factor)
-    value = subject.limit.load_factor
-    compared = np.isfinite(value) and value > 0 and abs(subject.share - 1) > _NEAR
-    if compared and safe.exists and subject.share > 1:
-        raise Wrong(f"a safe slip at {subject.share:.6g} of the limit")
-    return safe.residual, bool(compared)
+    safe = fo.safe_slip(*subject.args, subject.load_factor)
+    compared = subject.finite and abs(subject.case.share - 1) > _NEAR
+    if compared and safe.exists and subject.case.share > 1:
+        raise Wrong(f"a safe slip at {subject.case.share:.6g} of the limit")
+    return safe.residual, compared
 
 
 def _increment(subject: _Subject, engine: type[NewtonIncrement | FrozenBoundIncrement]) -> tuple[float, bool]:
-    load = subject.system.reaction({"mean": 1.0, "a": subject.share, "b": 0.5})
-    found = engine(subject.system, subject.friction).solve(subject.slip, load)
-    q, p, f = found.q, found.p, subject.friction
-    moved = found.slip - subject.slip
+    load = subject.case.system.reaction({"mean": 1.0, "a": subject.case.share, "b": 0.5})
+    found = engine(subject.case.system, subject.case.friction).solve(subject.case.start, load)
+    q, p, f = found.q, found.p, subject.case.friction
+    moved = found.slip - subject.case.start
     work = float(np.sum(q * moved)) + float(np.sum(f * p * np.linalg.norm(moved, axis=1)))  # friction opposes slip: the sum vanishes
     forces = float(np.abs(q).sum() + np.abs(load[0]).sum() + np.abs(load[1]).sum())
-    if abs(work) > forces * (_SAME * float(np.abs(moved).max()) + _ROUNDING * float(np.abs(subject.slip).max())):
+    if abs(work) > forces * (_SAME * float(np.abs(moved).max()) + _ROUNDING * float(np.abs(subject.case.start).max())):
         raise Wrong(f"friction and slip are off by the work {work:.2e}")
     return found.residual, True
 
 
 def _steady(subject: _Subject) -> tuple[float, bool]:
-    value = subject.limit.load_factor
-    if not (np.isfinite(value) and value > 0):
+    if not subject.finite:
         return 0.0, False
-    above = fo.steady_state(subject.system, subject.cycle, subject.friction, 1.05 * value, initial_slip=subject.slip, steps=4, most_cycles=200)
+    above = fo.steady_state(*subject.args, 1.05 * subject.answered_limit.load_factor, initial_slip=subject.case.start, steps=4, most_cycles=200)
     if above.outcome is fo.Outcome.SHAKEDOWN and not above.open.any():  # what lifts off need not slip
         raise Wrong("shakedown above the limit")
     return above.residual, True
 
 
 def _safe_start(subject: _Subject) -> tuple[float, bool]:
-    value = subject.limit.load_factor
-    if not (np.isfinite(value) and value > 0) or subject.cycle.mean_reaction(subject.system)[1].min() < 0:
+    if not subject.finite or subject.case.cycle.mean_reaction(subject.case.system)[1].min() < 0:
         return 0.0, False
-    below = 0.9 * value
-    safe = fo.safe_slip(subject.system, subject.cycle, subject.friction, below)
-    if not (safe.exists and safe.margin > _NEAR) or fo.safe_slip(subject.system, subject.cycle, subject.friction, 0.0).margin < 0:
+    below = 0.9 * subject.answered_limit.load_factor
+    safe = fo.safe_slip(*subject.args, below)
+    if not (safe.exists and safe.margin > _NEAR) or fo.safe_slip(*subject.args, 0.0).margin < 0:
         return 0.0, False
-    steady = fo.steady_state(subject.system, subject.cycle, subject.friction, below, initial_slip=safe.slip, steps=4)
+    steady = fo.steady_state(*subject.args, below, initial_slip=safe.slip, steps=4)
     if steady.outcome is not fo.Outcome.SHAKEDOWN:
         raise Wrong(f"{steady.outcome.name} from a safe slip, W = {steady.dissipation:.2e}")
     return steady.residual, True
@@ -152,7 +140,7 @@ def _safe_start(subject: _Subject) -> tuple[float, bool]:
 
 def _turned(subject: _Subject) -> tuple[float, bool]:
     """With the tangents of each node turned, and the nodes and the corners in another order."""
-    system, cycle, n, rng = subject.system, subject.cycle, subject.system.nodes, np.random.default_rng(subject.seed)
+    system, cycle, n, rng = subject.case.system, subject.case.cycle, subject.case.system.nodes, np.random.default_rng(subject.case.seed)
     order, angle = rng.permutation(n), rng.uniform(0, 2 * np.pi, n)
     c, s = np.diag(np.cos(angle)), np.diag(np.sin(angle))
     turn = np.block([[c, -s, np.zeros((n, n))], [s, c, np.zeros((n, n))], [np.zeros((n, 2 * n)), np.eye(n)]])
@@ -160,19 +148,19 @@ def _turned(subject: _Subject) -> tuple[float, bool]:
     bonded = {name: turn @ np.r_[q.T.ravel(), p] for name, (q, p) in system.bonded.items()}
     S = turn @ system.S @ turn.T
     other = fo.ContactSystem((S + S.T) / 2, system.points[order], bonded, gap=system.gap[order])
-    corners, f = fo.LoadCycle(cycle.mean, cycle.corners[::-1]), subject.friction[order]
+    corners, f = fo.LoadCycle(cycle.mean, cycle.corners[::-1]), subject.case.friction[order]
     found = fo.shakedown_limit(other, corners, f)
     for name in ("load_factor", "least"):
-        same(f"{name} is", getattr(found, name), getattr(subject.limit, name), _SAME, _SAME)
-    one, turned = fo.guaranteed_limit(system, cycle, subject.friction), fo.guaranteed_limit(other, corners, f)
+        same(f"{name} is", getattr(found, name), getattr(subject.answered_limit, name), _SAME, _SAME)
+    one, turned = fo.guaranteed_limit(system, cycle, subject.case.friction), fo.guaranteed_limit(other, corners, f)
     same("the guaranteed limit is", turned.load_factor, one.load_factor, _SAME, _SAME)
     return found.residual, True
 
 
 def _required(subject: _Subject) -> tuple[float, bool]:
     """Slips are safe with a little more by the cones of this study, and none is with a little less."""
-    system, cycle, factor = subject.system, subject.cycle, subject.load_factor
-    if subject.seed % FRICTION_EVERY:
+    system, cycle, factor = subject.case.system, subject.case.cycle, subject.load_factor
+    if subject.case.seed % FRICTION_EVERY:
         raise NotAsked
     found = fo.required_friction(system, cycle, factor)
     if not 0 < found.required < np.inf or found.open.any():
@@ -189,19 +177,18 @@ def _required(subject: _Subject) -> tuple[float, bool]:
 
 def _design(subject: _Subject) -> tuple[float, bool]:
     """Preload and profile within bounds, built in and against other ones."""
-    if subject.seed % FRICTION_EVERY:
+    if subject.case.seed % FRICTION_EVERY:
         raise NotAsked
-    return judged_design(subject.system, subject.cycle, subject.friction, 1 / subject.system.stiffness_scale, subject.seed), True
+    return judged_design(*subject.args, 1 / subject.case.system.stiffness_scale, subject.case.seed), True
 
 
 def _least_slip(subject: _Subject) -> tuple[float, bool]:
     """No cycle slips less; with open nodes this is said of cycles in which they carry nothing."""
-    value = subject.limit.load_factor
-    if not (np.isfinite(value) and value > 0) or subject.limit.open.any():
+    if not subject.finite or subject.answered_limit.open.any():
         raise NotAsked
-    least = subject.limit.least_slip((1 + subject.share) * value)
-    corners = len(subject.cycle.corners)
-    path = fo.march(subject.system, subject.cycle, subject.friction, least.load_factor, initial_slip=subject.slip, cycles=2, steps=2)
+    least = subject.answered_limit.least_slip((1 + subject.case.share) * subject.answered_limit.load_factor)
+    corners = len(subject.case.cycle.corners)
+    path = fo.march(*subject.args, least.load_factor, initial_slip=subject.case.start, cycles=2, steps=2)
     slip, gap = (values[-2 * corners + 1 :: 2] for values in (path.slip, path.gap))
     size = abs(least.bound) + least.load_factor + float(np.abs(least.g * slip).sum() + np.abs(least.h * gap).sum())
     if least.of(slip, gap) < least.bound - _SAME * size:
@@ -211,10 +198,9 @@ def _least_slip(subject: _Subject) -> tuple[float, bool]:
 
 def _range(subject: _Subject) -> tuple[float, bool]:
     """Both ends are dissipated from their starts, and those of no slip and of the subject's own slip lie between."""
-    value = subject.limit.load_factor
-    if subject.system.nodes > _FEW or subject.seed % _EVERY or not (np.isfinite(value) and value > 0):
+    if subject.case.system.nodes > _FEW or subject.case.seed % _EVERY or not subject.finite:
         raise NotAsked
-    asked = subject.system, subject.cycle, subject.friction, subject.load_factor
+    asked = *subject.args, subject.load_factor
     span = fo.dissipation_range(*asked, steps=2)
     for name, work, start in (("least", span.least, span.least_start), ("most", span.most, span.worst_start)):
         same(f"{name} work", fo.steady_state(*asked, initial_slip=start, steps=2).dissipation, work, 1e-6, 1e-9 * span.most)
@@ -226,16 +212,15 @@ def _range(subject: _Subject) -> tuple[float, bool]:
 
 def _protocol(subject: _Subject) -> tuple[float, bool]:
     """From the subject's own slip it rests at the limit, and not above, as steady states say."""
-    value = subject.limit.load_factor
-    if subject.system.nodes > _FEW or subject.seed % (_EVERY // 2) or not (np.isfinite(value) and value > 0):
+    if subject.case.system.nodes > _FEW or subject.case.seed % (_EVERY // 2) or not subject.finite:
         raise NotAsked
-    asked = subject.system, subject.cycle, subject.friction
-    one = fo.limit_after_protocol(*asked, start=subject.slip, scan=4, tolerance=0.05, steps=2)
+    asked = subject.args
+    one = fo.limit_after_protocol(*asked, start=subject.case.start, scan=4, tolerance=0.05, steps=2)
     for factor, rests in ((one.load_factor, True), (one.upper, False)):
         if not 0 < factor < np.inf:
             continue
         try:
-            state = fo.steady_state(*asked, factor, initial_slip=subject.slip, steps=2)
+            state = fo.steady_state(*asked, factor, initial_slip=subject.case.start, steps=2)
         except (fo.NoContinuation, fo.SolverError):
             continue
         if rests != (state.outcome is fo.Outcome.SHAKEDOWN):
