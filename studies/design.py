@@ -18,7 +18,7 @@ from tqdm import tqdm
 import frictopt as fo
 
 from .paper import LOADS
-from .tables import Study, Table, markdown
+from .tables import Row, Study, Table, markdown
 
 _FRICTION, _ABOVE, _BOLTS, _WASHER = 0.5, 1.3, (-1.0, 0.0, 1.0), 0.35
 _SHEARED = fo.LoadCycle({"press": 0.3}, [{"pull": 1.0, "side": 0.1}, {"pull": -1.0, "side": 0.1}, {"side": -0.1}])
@@ -85,13 +85,12 @@ def _designs(system: fo.ContactSystem, friction: float, depths: Sequence[float])
             yield depth, face, model.solve(friction, constraints)
 
 
-def limits(parameters: Parameters) -> pd.DataFrame:
+def limits(parameters: Parameters) -> Iterator[Row]:
     """One row for each friction, depth and kind of face."""
     system = fo.scenes.PunchOnHalfPlane(elements=parameters.elements).condense()
-    rows = []
     for friction in tqdm(parameters.frictions, desc="frictions", disable=None):
-        rows += [{"depth": depth, "face": face, **_limits(design, friction)} for depth, face, design in _designs(system, friction, parameters.depths)]
-    return pd.DataFrame(rows)[["friction", "depth", "face", "load_factor", "guaranteed", "residual"]]
+        for depth, face, design in _designs(system, friction, parameters.depths):
+            yield {"depth": depth, "face": face, **_limits(design, friction)}
 
 
 def _limits(design: fo.results.Design, friction: float) -> dict[str, float]:
@@ -99,7 +98,7 @@ def _limits(design: fo.results.Design, friction: float) -> dict[str, float]:
     return {"friction": friction, "load_factor": design.load_factor, "guaranteed": lower, "residual": design.residual}
 
 
-def profiles(parameters: Parameters) -> pd.DataFrame:
+def profiles(parameters: Parameters) -> Iterator[Row]:
     """One row for each node of the flat punch, of the one that is worn in, and of the best ones of the same depth."""
     system = fo.scenes.PunchOnHalfPlane(elements=parameters.worn_elements).condense()
     flat = fo.shakedown_limit(system, LOADS, _FRICTION)
@@ -111,31 +110,28 @@ def profiles(parameters: Parameters) -> pd.DataFrame:
     }
     for _, face, design in _designs(system, _FRICTION, [float(worn.depth[-1].max())]):
         faces[face] = design.system.gap, design
-    parts = []
     for face, (profile, found) in faces.items():
         columns = {"x": system.x, "profile": profile, "pressure": found.reactions[1].mean(axis=0) / system.width}
-        parts.append(pd.DataFrame({"face": face, **columns, "load_factor": found.load_factor, "residual": found.residual}))
-    return pd.concat(parts, ignore_index=True)
+        yield pd.DataFrame({"face": face, **columns, "load_factor": found.load_factor, "residual": found.residual})
 
 
-def relief(parameters: Parameters) -> pd.DataFrame:
+def relief(parameters: Parameters) -> Iterator[Row]:
     """One row for each friction and depth of the relief."""
     system = fo.scenes.Dovetail(elements=parameters.flank_elements).condense()
     model = fo.DesignModel(system, fo.LoadCycle({"pull": 1.0}, [{"sway": 1.0}, {"sway": -1.0}]), profile=True)
-    rows, deepest = [], cp.Parameter(nonneg=True)
+    deepest = cp.Parameter(nonneg=True)
     for friction in parameters.frictions:
         for depth in parameters.relief:
             deepest.value = depth
-            rows.append({"depth": depth, **_limits(model.solve(friction, [model.profile >= 0, model.profile <= deepest]), friction)})
-    return pd.DataFrame(rows)[["friction", "depth", "load_factor", "guaranteed", "residual"]]
+            yield {"depth": depth, **_limits(model.solve(friction, [model.profile >= 0, model.profile <= deepest]), friction)}
 
 
-def bolts(parameters: Parameters) -> pd.DataFrame:
+def bolts(parameters: Parameters) -> Iterator[Row]:
     """One row for each load factor: the least forces that carry it, and what the limit gains by each bolt."""
     system = lap(parameters.lap_elements).condense()
     names = [f"bolt {k}" for k in range(len(_BOLTS))]
     model = fo.DesignModel(system, _SHEARED, preloads=names)
-    carried, rows = cp.Parameter(nonneg=True), []
+    carried = cp.Parameter(nonneg=True)
     constraints = [(model.load_factor >= carried).set_label("load"), model.preload >= 0]
     for carried.value in parameters.load_factors:
         design = model.solve(_FRICTION, constraints, objective=-cp.sum(model.preload))
@@ -145,8 +141,7 @@ def bolts(parameters: Parameters) -> pd.DataFrame:
         rates = even.load_rates[even.load_rates["part"] == "mean"].set_index("load")["rate"]
         gains = {f"gain {k}": rates[name] for k, name in enumerate(names)}
         found = {"total": total, "price": float(design.prices["load"]), "even": even.load_factor, **gains, "residual": design.residual}
-        rows.append({"load_factor": carried.value, **design.preload, **found})
-    return pd.DataFrame(rows)
+        yield {"load_factor": carried.value, **design.preload, **found}
 
 
 LIMITS = Table(

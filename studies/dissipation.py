@@ -3,6 +3,7 @@
 Run with `python -m studies dissipation [--quick] [--workers 2] [--store FILE]`. Its columns of seconds depend on the machine.
 """
 
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ import pandas as pd
 import frictopt as fo
 
 from .paper import LOADS, force_unit, slip_unit
-from .tables import Study, Table, at_least_one
+from .tables import Row, Study, Table, at_least_one
 
 _STEADY = 1e-6  # change of a cycle's work, relative, with which a marched cycle counts as the steady one
 _MOST_CYCLES = 200
@@ -111,13 +112,11 @@ def _summary(runs: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
     )
 
 
-def limits_of(parameters: Parameters) -> pd.DataFrame:
+def limits_of(parameters: Parameters) -> Iterator[Row]:
     """One row for each friction."""
-    rows = []
     for case in cases_of(parameters):
         found = fo.guaranteed_limit(case.system, LOADS, case.friction)
-        rows.append({"friction": case.friction, "load_factor": case.limit, "guaranteed": found.load_factor, "residual": found.residual})
-    return pd.DataFrame(rows)
+        yield {"friction": case.friction, "load_factor": case.limit, "guaranteed": found.load_factor, "residual": found.residual}
 
 
 def states_of(parameters: Parameters, **options: Any) -> pd.DataFrame:

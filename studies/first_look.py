@@ -18,7 +18,7 @@ import pandas as pd
 import frictopt as fo
 
 from .paper import LOADS, work_unit
-from .tables import Study, Table, markdown
+from .tables import Row, Study, Table, markdown
 
 
 @dataclass(frozen=True)
@@ -34,14 +34,12 @@ FULL = Parameters()
 QUICK = Parameters(elements=16)
 
 
-def answers(parameters: Parameters) -> pd.DataFrame:
+def answers(parameters: Parameters) -> Iterator[Row]:
     """One row per question."""
-    rows = []
     for question, ask in _questions(parameters):
         start = time.perf_counter()
         value, meaning, residual = ask()
-        rows.append({"question": question, "value": value, "meaning": meaning, "residual": residual, "seconds": time.perf_counter() - start})
-    return pd.DataFrame(rows)
+        yield {"question": question, "value": value, "meaning": meaning, "residual": residual, "seconds": time.perf_counter() - start}
 
 
 def _questions(parameters: Parameters) -> Iterator[tuple[str, Callable[[], tuple[float, str, float]]]]:

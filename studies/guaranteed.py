@@ -16,7 +16,7 @@ from tqdm import tqdm
 import frictopt as fo
 
 from .paper import LOADS, slip_unit
-from .tables import Study, Table
+from .tables import Row, Study, Table
 
 PAIR_LOADS = fo.LoadCycle(mean={"mean": 1.0}, corners=[{"cyclic": -1.0}, {"cyclic": 1.0}])
 PAIR_FRICTION = 0.6
@@ -69,26 +69,22 @@ def limits_by_corner(parameters: Parameters) -> pd.DataFrame:
     return _by_mesh(parameters.corner_elements, parameters.corner_frictions, "guaranteed limit by corner size")
 
 
-def _by_mesh(meshes: Sequence[int], frictions: Sequence[float], what: str) -> pd.DataFrame:
-    rows = []
+def _by_mesh(meshes: Sequence[int], frictions: Sequence[float], what: str) -> Iterator[Row]:
     for elements in tqdm(meshes, desc=what, disable=None):
         scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine")
         system = scene.condense()
         model = fo.GuaranteedModel(system, LOADS)
-        rows += [_mesh(scene) | _limits(system, model.solve(friction), friction) for friction in frictions]
-    return pd.DataFrame(rows)
+        yield from [_mesh(scene) | _limits(system, model.solve(friction), friction) for friction in frictions]
 
 
-def limits_by_bound(parameters: Parameters) -> pd.DataFrame:
+def limits_by_bound(parameters: Parameters) -> Iterator[Row]:
     """One row per friction coefficient and slip bound."""
     scene = fo.scenes.PunchOnHalfPlane(elements=parameters.bound_elements, grading="sine")
     system = scene.condense()
-    rows = []
     for bound in tqdm(parameters.bounds, desc="guaranteed limit by slip bound", disable=None):
         model = fo.GuaranteedModel(system, LOADS, slip_bound=bound * slip_unit(system))
         limits = {friction: model.solve(friction) for friction in parameters.bound_frictions}
-        rows += [_mesh(scene) | {"slip_bound": bound} | _limits(system, limit, friction) for friction, limit in limits.items()]
-    return pd.DataFrame(rows)
+        yield from [_mesh(scene) | {"slip_bound": bound} | _limits(system, limit, friction) for friction, limit in limits.items()]
 
 
 def _mesh(scene: fo.scenes.PunchOnHalfPlane) -> dict[str, Any]:
@@ -108,12 +104,11 @@ def _limits(system: fo.ContactSystem, limit: fo.results.GuaranteedLimit, frictio
     }
 
 
-def plane_of_slips(parameters: Parameters) -> pd.DataFrame:
+def plane_of_slips(parameters: Parameters) -> Iterator[Row]:
     """Lines, safe region and paths at several load factors, as polylines: one row per point, in order."""
     system = pair()
     limit = fo.guaranteed_limit(system, PAIR_LOADS, PAIR_FRICTION)
     factors = [("", share * limit.load_factor) for share in parameters.shares] + [("shakedown limit", limit.shakedown.load_factor)]
-    parts: list[dict[str, Any]] = []
     for name, factor in factors:
         share = factor / limit.load_factor
         label = name or ("guaranteed limit" if share == 1 else "")
@@ -123,15 +118,14 @@ def plane_of_slips(parameters: Parameters) -> pd.DataFrame:
             for what, height in (("mean line", strength), ("line", strength - factor * rate)):
                 point = normal * height / (normal @ normal)
                 along = np.array([-normal[1], normal[0]]) / np.linalg.norm(normal)
-                parts += [head | _point(what, node, _SENSES[sense], 0, point + reach * along) for reach in (-10.0, 10.0)]
-        parts += [head | _point("safe", -1, "", 0, vertex) for vertex in _region(lines, factor)]
-        parts += [head | _point("witness", limit.node, "", 0, limit.slip)] if label == "guaranteed limit" else []
+                yield from [head | _point(what, node, _SENSES[sense], 0, point + reach * along) for reach in (-10.0, 10.0)]
+        yield from [head | _point("safe", -1, "", 0, vertex) for vertex in _region(lines, factor)]
+        yield from [head | _point("witness", limit.node, "", 0, limit.slip)] if label == "guaranteed limit" else []
         if share == parameters.path_share:
             for number, start in enumerate(parameters.starts):
                 path = fo.march(system, PAIR_LOADS, PAIR_FRICTION, factor, initial_slip=start, cycles=parameters.path_cycles)
                 fate = fo.steady_state(system, PAIR_LOADS, PAIR_FRICTION, factor, initial_slip=start).outcome.name
-                parts += [head | {"residual": path.residual} | _point("path", -1, fate, number, slip) for slip in path.slip]
-    return pd.DataFrame(parts)
+                yield from [head | {"residual": path.residual} | _point("path", -1, fate, number, slip) for slip in path.slip]
 
 
 def _point(what: str, node: int | None, sense: str, number: int, slip: Any) -> dict[str, Any]:

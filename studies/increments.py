@@ -5,7 +5,7 @@ increments is all there is to choose: no tolerance of a solver shows in the tabl
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -18,7 +18,7 @@ from tqdm import tqdm
 import frictopt as fo
 
 from .paper import LOADS, force_unit, slip_unit, work_unit
-from .tables import Study, Table
+from .tables import Row, Study, Table
 
 _SLOW = 2.0  # seconds; longer runs are not repeated
 
@@ -110,12 +110,11 @@ def _timed(run: Callable[[], fo.results.Trajectory], repetitions: int) -> tuple[
     return trajectory, float(np.median(seconds))
 
 
-def steady_cycle(parameters: Parameters) -> pd.DataFrame:
+def steady_cycle(parameters: Parameters) -> Iterator[Row]:
     """One row per instant and node. Between events the exact path is linear in time, and so is the interpolation."""
     case = _case(parameters, parameters.cycle_elements)
     path = case.march(parameters.cycles)
     start = (parameters.cycles - 1) * len(LOADS.corners)
-    parts = []
     for instant in parameters.instants:
         at = start + instant
         q, p, slip = (_between(path.time, values, at) for values in (path.q, path.p, path.slip))
@@ -123,8 +122,7 @@ def steady_cycle(parameters: Parameters) -> pd.DataFrame:
         part = _states(case, path, at, q, p, slip, path.status[state])
         part.insert(0, "instant", instant)
         part["ratio"] = np.divide(q, case.friction * p, out=np.full_like(q, np.nan), where=p > 1e-9 * np.mean(p))
-        parts.append(part.assign(x=case.system.x / case.scene.half_width))
-    return pd.concat(parts)[list(_CYCLE)]
+        yield part.assign(x=case.system.x / case.scene.half_width)
 
 
 def _between(times: Any, values: Any, at: float) -> Any:
@@ -135,20 +133,18 @@ def _between(times: Any, values: Any, at: float) -> Any:
     return (1 - share) * values[after - 1] + share * values[after]
 
 
-def corner_history(parameters: Parameters) -> pd.DataFrame:
+def corner_history(parameters: Parameters) -> Iterator[Row]:
     """One row per node and state of the exact path, from the mean load on: the first cycles, then the steady one."""
     case = _case(parameters, parameters.cycle_elements)
     path = case.march(parameters.cycles)
     corners = len(LOADS.corners)
     first = (path.time >= 0) & (path.time <= parameters.first_cycles * corners)
     steady = path.time >= (parameters.cycles - 1) * corners
-    parts = []
     for node in (0, int(np.argmin(np.abs(case.system.x / case.scene.half_width - parameters.inner_x)))):
         for name, rows in (("first", first), ("steady", steady)):
             part = _states(case, path, path.time[rows], *(values[rows, node] for values in (path.q, path.p, path.slip, path.status)))
             part["work"] = path.work[rows, node] / work_unit(case.system)
-            parts.append(part.assign(cycles=name, node=node, x=case.system.x[node] / case.scene.half_width))
-    return pd.concat(parts)[list(_HISTORY)]
+            yield part.assign(cycles=name, node=node, x=case.system.x[node] / case.scene.half_width)
 
 
 def _states(case: _Case, path: fo.results.Trajectory, times: Any, q: Any, p: Any, slip: Any, status: Any) -> pd.DataFrame:

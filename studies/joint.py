@@ -13,7 +13,7 @@ import pandas as pd
 
 import frictopt as fo
 
-from .tables import Study, Table, markdown
+from .tables import Row, Study, Table, markdown
 
 STEEL = fo.Material(E=210e3, nu=0.3)
 
@@ -111,55 +111,47 @@ def _fretting(joint: Joint, system: fo.ContactSystem) -> tuple[fo.results.Steady
     return steady, steady.fretting_table(stress=np.array(stress), strain=np.array(strain))
 
 
-def report(parameters: Parameters) -> pd.DataFrame:
+def report(parameters: Parameters) -> Iterator[Row]:
     """One row for each joint."""
-    rows = []
     for joint in joints(parameters):
         system, cycle = joint.model.condense(), _cycle(joint)
         limit = fo.shakedown_limit(system, cycle, joint.friction)
         required = fo.required_friction(system, cycle, 1.0)
         steady, table = _fretting(joint, system)
         worst = table.loc[table["F2"].idxmax()]
-        rows.append(
-            {
-                "joint": joint.name,
-                "nodes": system.nodes,
-                "samples": len(joint.history),
-                "corners": len(cycle.corners),
-                "friction": joint.friction,
-                "shakedown": limit.load_factor,
-                "required_friction": required.required,
-                "outcome": steady.outcome.name,
-                "dissipation": steady.dissipation,
-                "slipping": int(steady.slipping.sum()),
-                "worst_contact": worst["contact"],
-                "worst_x": worst["x"],
-                **{f"largest_{name}": table[name].max() for name in ("slip_range", "F1", "F2", "SWT")},
-                "residual": max(limit.residual, required.residual, steady.residual),
-            }
-        )
-    return pd.DataFrame(rows)
+        yield {
+            "joint": joint.name,
+            "nodes": system.nodes,
+            "samples": len(joint.history),
+            "corners": len(cycle.corners),
+            "friction": joint.friction,
+            "shakedown": limit.load_factor,
+            "required_friction": required.required,
+            "outcome": steady.outcome.name,
+            "dissipation": steady.dissipation,
+            "slipping": int(steady.slipping.sum()),
+            "worst_contact": worst["contact"],
+            "worst_x": worst["x"],
+            **{f"largest_{name}": table[name].max() for name in ("slip_range", "F1", "F2", "SWT")},
+            "residual": max(limit.residual, required.residual, steady.residual),
+        }
 
 
-def fretting(parameters: Parameters) -> pd.DataFrame:
+def fretting(parameters: Parameters) -> Iterator[Row]:
     """One row for each node of each joint."""
-    parts = []
     for joint in joints(parameters):
         steady, table = _fretting(joint, joint.model.condense())
-        parts.append(table.assign(joint=joint.name, residual=steady.residual))
-    return pd.concat(parts, ignore_index=True)[list(_NODES)]
+        yield table.assign(joint=joint.name, residual=steady.residual)
 
 
-def regions(parameters: Parameters) -> pd.DataFrame:
+def regions(parameters: Parameters) -> Iterator[Row]:
     """One row for each vertex of the safe amplitudes of each joint, and one for the amplitudes of its history."""
-    rows = []
     for joint in joints(parameters):
         region = fo.safe_region(joint.model.condense(), joint.mean, joint.loads, joint.friction)
         head = {"joint": joint.name, "first": joint.loads[0], "second": joint.loads[1], "residual": region.residual}
-        rows += [head | {"what": "vertex", "a": a, "b": b} for a, b in region.vertices]
+        yield from [head | {"what": "vertex", "a": a, "b": b} for a, b in region.vertices]
         reach = [float(np.abs(joint.history[name] - joint.mean.get(name, 0.0)).max()) for name in joint.loads]
-        rows.append(head | {"what": "history", "a": reach[0], "b": reach[1]})
-    return pd.DataFrame(rows)[list(_REGION)]
+        yield head | {"what": "history", "a": reach[0], "b": reach[1]}
 
 
 def _summary(tables: Mapping[str, pd.DataFrame]) -> str:

@@ -3,7 +3,7 @@
 Run with `python -m studies limits [--quick]`. All limits are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ from tqdm import tqdm
 import frictopt as fo
 
 from .paper import LOADS, force_unit, slip_unit
-from .tables import Study, Table
+from .tables import Row, Study, Table
 
 
 def _steps(*runs: tuple[float, float, float]) -> tuple[float, ...]:
@@ -55,9 +55,8 @@ QUICK = Parameters(
 )
 
 
-def limits_by_friction(parameters: Parameters) -> pd.DataFrame:
+def limits_by_friction(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh and friction coefficient."""
-    parts = []
     for elements in tqdm(parameters.elements, desc="limits by friction", disable=None):
         scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine")
         system = scene.condense()
@@ -65,38 +64,30 @@ def limits_by_friction(parameters: Parameters) -> pd.DataFrame:
         onsets = pd.DataFrame([_onsets(system, friction) for friction in parameters.frictions])
         q0, p0 = LOADS.mean_reaction(system)
         margins = pd.DataFrame([_margin(system, row.friction, parameters.margin_share * row.load_factor) for row in part.itertuples()])
-        parts.append(pd.concat([_mesh_columns(scene, len(part)), part, onsets, margins], axis=1).assign(mean_demand=float(np.max(np.abs(q0) / p0))))
-    return pd.concat(parts)
+        yield pd.concat([part, onsets, margins], axis=1).assign(**_mesh(scene), mean_demand=float(np.max(np.abs(q0) / p0)))
 
 
-def limits_by_corner(parameters: Parameters) -> pd.DataFrame:
+def limits_by_corner(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh and friction coefficient."""
     scenes = [fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine") for elements in parameters.corner_elements]
     scenes += [fo.scenes.PunchOnHalfPlane(elements=parameters.graded_elements, grading=float(grading)) for grading in parameters.gradings]
-    parts = []
     for scene in tqdm(scenes, desc="limits by corner size", disable=None):
-        part = _limits(scene.condense(), parameters.corner_frictions)
-        parts.append(pd.concat([_mesh_columns(scene, len(part)), part], axis=1))
-    return pd.concat(parts)
+        yield _limits(scene.condense(), parameters.corner_frictions).assign(**_mesh(scene))
 
 
-def reactions_at_limit(parameters: Parameters) -> pd.DataFrame:
+def reactions_at_limit(parameters: Parameters) -> Iterator[Row]:
     """One row per friction coefficient, load corner and node."""
     scene = fo.scenes.PunchOnHalfPlane(elements=parameters.reaction_elements)
-    system = scene.condense()
-    model = fo.ShakedownModel(system, LOADS)
-    parts = []
+    model = fo.ShakedownModel(scene.condense(), LOADS)
     for friction in tqdm(parameters.reaction_frictions, desc="reactions at the limit", disable=None):
         limit = model.solve(friction)
         for corner in range(len(LOADS.corners)):
-            part = _corner_reactions(scene, system, limit, friction, corner)
-            parts.append(pd.concat([_mesh_columns(scene, len(part)), part], axis=1))
-    return pd.concat(parts)
+            yield _corner_reactions(limit, friction, corner).assign(**_mesh(scene))
 
 
-def limits_by_surface(parameters: Parameters) -> pd.DataFrame:
+def limits_by_surface(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh and stiffness of the surfaces."""
-    rows, f = [], parameters.surface_friction
+    f = parameters.surface_friction
     for elements in tqdm(parameters.surface_elements, desc="limits by contact stiffness", disable=None):
         scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine")
         hard = scene.condense()
@@ -105,13 +96,11 @@ def limits_by_surface(parameters: Parameters) -> pd.DataFrame:
             system = hard.with_contact_stiffness(tangential=stiffness, normal=stiffness)
             limit, first = fo.shakedown_limit(system, LOADS, f), fo.onset(system, LOADS, f)
             row = {"surface": give, "friction": f, "onset": first.slip.load_factor, "load_factor": limit.load_factor, "residual": limit.residual}
-            rows.append(pd.concat([_mesh_columns(scene, 1), pd.DataFrame([row])], axis=1))
-    return pd.concat(rows)
+            yield _mesh(scene) | row
 
 
-def _mesh_columns(scene: fo.scenes.PunchOnHalfPlane, rows: int) -> pd.DataFrame:
-    values = {"elements": scene.elements, "grading": str(scene.grading), "corner_size": scene.corner_size / scene.half_width}
-    return pd.DataFrame([values] * rows)
+def _mesh(scene: fo.scenes.PunchOnHalfPlane) -> dict[str, Any]:
+    return {"elements": scene.elements, "grading": str(scene.grading), "corner_size": scene.corner_size / scene.half_width}
 
 
 def _limits(system: fo.ContactSystem, frictions: Iterable[float]) -> pd.DataFrame:
@@ -139,10 +128,8 @@ def _margin(system: fo.ContactSystem, friction: float, load_factor: float) -> di
     return {"margin": safe.margin, "margin_residual": safe.residual, "margin_solver": safe.record.solver}
 
 
-def _corner_reactions(
-    scene: fo.scenes.PunchOnHalfPlane, system: fo.ContactSystem, limit: fo.results.ShakedownLimit, friction: float, corner: int
-) -> pd.DataFrame:
-    q, p = (values[corner] for values in limit.reactions)
+def _corner_reactions(limit: fo.results.ShakedownLimit, friction: float, corner: int) -> pd.DataFrame:
+    system, (q, p) = limit.system, (values[corner] for values in limit.reactions)
     force = force_unit(system)
     mechanism = limit.mechanism
     share = mechanism[mechanism["corner"] == corner].groupby("node")["share"].sum().reindex(range(system.nodes), fill_value=0.0)
@@ -152,7 +139,7 @@ def _corner_reactions(
             "friction": friction,
             "load_factor": limit.load_factor,
             "sigma": LOADS.corners[corner]["sigma"],
-            "x": system.x / scene.half_width,
+            "x": system.x / system.x[-1],
             "q": q / force,
             "p": p / force,
             "ratio": np.divide(q, friction * p, out=np.full_like(q, np.nan), where=loaded),

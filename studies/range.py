@@ -17,7 +17,7 @@ import frictopt as fo
 
 from . import dissipation
 from .paper import LOADS, slip_unit, work_unit
-from .tables import Study, Table
+from .tables import Row, Study, Table
 
 _INSIDE = 1e-6  # excess over the range, relative, that counts as rounding
 _SETTLED = 12  # cycles from a steady state's slip, after which the corners of its orbit are read
@@ -54,26 +54,22 @@ def _ranges(parameters: Parameters) -> list[tuple[dissipation.Case, float, fo.re
     return found
 
 
-def found_of(parameters: Parameters) -> pd.DataFrame:
+def found_of(parameters: Parameters) -> Iterator[Row]:
     """One row for each friction and load."""
-    rows = []
     for case, ratio, span, seconds in _ranges(parameters):
         unit = work_unit(case.system)
-        rows.append(
-            {
-                "friction": case.friction,
-                "load_ratio": ratio,
-                "load_factor": ratio * case.limit,
-                "least": span.least / unit,
-                "most": span.most / unit,
-                "levels": len(span.levels),
-                "transients": span.transients,
-                "open": int(span.most_state.open.sum()),
-                "seconds": seconds,
-                "residual": span.residual,
-            }
-        )
-    return pd.DataFrame(rows)
+        yield {
+            "friction": case.friction,
+            "load_ratio": ratio,
+            "load_factor": ratio * case.limit,
+            "least": span.least / unit,
+            "most": span.most / unit,
+            "levels": len(span.levels),
+            "transients": span.transients,
+            "open": int(span.most_state.open.sum()),
+            "seconds": seconds,
+            "residual": span.residual,
+        }
 
 
 def against_sample(found: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
@@ -85,28 +81,24 @@ def against_sample(found: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     return found.merge(sampled.assign(outside=runs.groupby(load)["out"].sum()).reset_index(), on=load)
 
 
-def slip_of(parameters: Parameters) -> pd.DataFrame:
+def slip_of(parameters: Parameters) -> Iterator[Row]:
     """One row for each friction and load above the shakedown limit."""
-    rows = []
     for case, ratio, span, _ in _ranges(parameters):
         if ratio <= 1:
             continue
         least = fo.shakedown_limit(case.system, LOADS, case.friction).least_slip(ratio * case.limit)
         low, high = (_corners(case, ratio, state) for state in (span.least_state, span.most_state))
-        rows.append(
-            {
-                "friction": case.friction,
-                "load_ratio": ratio,
-                "bound": least.bound,
-                "least": least.of(*low),
-                "most": least.of(*high),
-                "proven_total": least.total / slip_unit(case.system),
-                "least_total": _total(*low) / slip_unit(case.system),
-                "most_total": _total(*high) / slip_unit(case.system),
-                "residual": max(least.residual, span.residual),
-            }
-        )
-    return pd.DataFrame(rows)
+        yield {
+            "friction": case.friction,
+            "load_ratio": ratio,
+            "bound": least.bound,
+            "least": least.of(*low),
+            "most": least.of(*high),
+            "proven_total": least.total / slip_unit(case.system),
+            "least_total": _total(*low) / slip_unit(case.system),
+            "most_total": _total(*high) / slip_unit(case.system),
+            "residual": max(least.residual, span.residual),
+        }
 
 
 def _corners(case: dissipation.Case, ratio: float, state: fo.results.SteadyState) -> tuple[np.ndarray, np.ndarray]:
@@ -122,26 +114,18 @@ def _total(slip: np.ndarray, gap: np.ndarray) -> float:
     return float("nan") if gap.any() else float(np.ptp(slip, axis=0).sum())
 
 
-def protocols_of(parameters: Parameters) -> pd.DataFrame:
+def protocols_of(parameters: Parameters) -> Iterator[Row]:
     """One row for each friction and protocol."""
-    system, rows = fo.scenes.PunchOnHalfPlane(elements=parameters.protocol_elements).condense(), []
+    system = fo.scenes.PunchOnHalfPlane(elements=parameters.protocol_elements).condense()
     for friction in parameters.protocol_frictions:
         limit = fo.shakedown_limit(system, LOADS, friction)
         for name, options in _protocols(limit):
             one = fo.limit_after_protocol(system, LOADS, friction, scan=parameters.protocol_scan, **options)
-            rows.append(
-                {
-                    "friction": friction,
-                    "protocol": name,
-                    "ratio": one.ratio,
-                    "load_factor": one.load_factor,
-                    "upper": one.upper,
-                    "monotonic": one.monotonic,
-                    "transients": one.transients,
-                    "residual": one.residual,
-                }
-            )
-    return pd.DataFrame(rows)
+            yield {
+                "friction": friction,
+                "protocol": name,
+                **{column: getattr(one, column) for column in ("ratio", "load_factor", "upper", "monotonic", "transients", "residual")},
+            }
 
 
 def _protocols(limit: fo.results.ShakedownLimit) -> Iterator[tuple[str, dict[str, Any]]]:

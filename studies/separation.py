@@ -9,7 +9,7 @@ sigma / (P / 2a), of the cylinder Q / (f P), of the pin its force over the overl
 """
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,7 @@ from tqdm import tqdm
 import frictopt as fo
 
 from .paper import LOADS
-from .tables import Study, Table, markdown, two_digits
+from .tables import Row, Study, Table, markdown, two_digits
 
 _RADIUS, _HALF_LENGTH = 1.0, 2.0  # of the cylinder; E* = 1, and P so that the half-width of the contact is 1
 _CYLINDER_FRICTION = 0.5
@@ -75,42 +75,36 @@ def _row(contact: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dic
     }
 
 
-def cylinder(parameters: Parameters) -> pd.DataFrame:
+def cylinder(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh."""
-    rows = []
     pressure = np.pi / 4  # P = pi E* a^2 / (4 R) for a = 1
     loads = fo.LoadCycle({"P": pressure}, [{"Q": -_CYLINDER_FRICTION * pressure}, {"Q": _CYLINDER_FRICTION * pressure}])
     for cells in tqdm(parameters.cells, desc="cylinder", disable=None):
         contact = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(cells, _HALF_LENGTH, 1.0, R=_RADIUS))
-        rows.append({"size": 2 * _HALF_LENGTH / cells} | _row(contact, loads, _CYLINDER_FRICTION))
-    return pd.DataFrame(rows)
+        yield {"size": 2 * _HALF_LENGTH / cells} | _row(contact, loads, _CYLINDER_FRICTION)
 
 
-def rounded(parameters: Parameters) -> pd.DataFrame:
+def rounded(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh, rounding and friction coefficient."""
     asked = [(elements, size, parameters.friction) for elements in parameters.elements for size in parameters.roundings]
     asked += [(parameters.friction_elements, size, friction) for friction in parameters.frictions for size in parameters.roundings]
     scenes = {elements: fo.scenes.PunchOnHalfPlane(elements=elements, grading=3).condense() for elements in {elements for elements, _, _ in asked}}
-    rows = []
     for elements, size, friction in tqdm(dict.fromkeys(asked), desc="rounded punch", disable=None):
         contact = scenes[elements].with_gap(size * np.maximum(np.abs(scenes[elements].x) - 0.6, 0.0) ** 2)
-        rows.append({"elements": elements, "rounding": size} | _row(contact, LOADS, friction))
-    return pd.DataFrame(rows)
+        yield {"elements": elements, "rounding": size} | _row(contact, LOADS, friction)
 
 
-def closed(parameters: Parameters) -> pd.DataFrame:
+def closed(parameters: Parameters) -> Iterator[Row]:
     """One row per scene and friction coefficient."""
     punch, pin = fo.scenes.PunchOnHalfPlane(elements=parameters.flat_elements), fo.scenes.PinInPlate(elements=parameters.pin_elements)
     fit = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
-    rows = []
     for name, scene, cycle, frictions in (("flat punch", punch, LOADS, parameters.flat_frictions), ("pin", pin, fit, parameters.pin_frictions)):
         contact = scene.condense()
         for friction in tqdm(frictions, desc=name, disable=None):
             limit = fo.shakedown_limit(contact, cycle, friction)
             largest = _BEYOND * limit.load_factor
             rests = fo.limit_after_protocol(contact, cycle, friction, start=limit.slip, up_to=largest, scan=parameters.closed_scan)
-            rows.append({"scene": name} | _row(contact, cycle, friction) | {"rests": rests.load_factor})
-    return pd.DataFrame(rows)
+            yield {"scene": name} | _row(contact, cycle, friction) | {"rests": rests.load_factor}
 
 
 def exponent(sizes: Any, limits: Any) -> float:

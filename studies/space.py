@@ -4,7 +4,7 @@ Run with `python -m studies space [--quick]`. Bulk stress and shear of the squar
 units of its approach, moves its far end.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from .tables import Study, Table, markdown, two_digits
+from .tables import Row, Study, Table, markdown, two_digits
 
 LOADS: Mapping[str, tuple[tuple[int, int], ...]] = {
     "straight shear": ((1, 0), (-1, 0)),
@@ -74,30 +74,26 @@ def against_friction(parameters: Parameters) -> pd.DataFrame:
     return pd.DataFrame([{"load": load, "friction": friction} | _limits(system, cycles[load], friction) for load, friction in shown])
 
 
-def against_mesh(parameters: Parameters) -> pd.DataFrame:
+def against_mesh(parameters: Parameters) -> Iterator[Row]:
     """One row for each contact, mesh and load cycle."""
     asked = [("square punch", _punch, count) for count in parameters.meshes] + [("sphere", _sphere, count) for count in parameters.cells]
-    rows = []
     for scene, contact, count in tqdm(asked, desc="limits against the mesh", disable=None):
         system, cycles = contact(count)
         for load, cycle in cycles.items():
-            rows.append({"scene": scene, "nodes": system.nodes, "load": load} | _limits(system, cycle, parameters.friction))
-    return pd.DataFrame(rows)
+            yield {"scene": scene, "nodes": system.nodes, "load": load} | _limits(system, cycle, parameters.friction)
 
 
-def work_between(parameters: Parameters) -> pd.DataFrame:
+def work_between(parameters: Parameters) -> Iterator[Row]:
     """One row for each load factor of bulk stress: work from no slip, and the least and the most of all starts."""
     system, _ = _punch(parameters.work_elements)
     limit, guaranteed = (ask(system, _BULK, parameters.friction) for ask in (fo.shakedown_limit, fo.guaranteed_limit))
     size = float(np.sqrt(np.mean(np.sum(limit.slip**2, axis=1))))  # of the safe slip at the limit
     starts = [*fo.starts.no_slip(), *fo.starts.random_slips(system, [size], parameters.starts // 2)]
-    factors, rows = [ratio * limit.load_factor for ratio in parameters.ratios], []
+    factors = [ratio * limit.load_factor for ratio in parameters.ratios]
     table = fo.dissipation_study(system, _BULK, parameters.friction, factors, starts=starts)
     for ratio, (_, runs) in zip(parameters.ratios, table.groupby("load_factor"), strict=True):
         work, named = runs["dissipation"], {"ratio": ratio, "guaranteed": guaranteed.load_factor / limit.load_factor}
-        row = named | {"work": work[runs["start"] == "none"].iloc[0], "least": work.min(), "most": work.max(), "residual": runs["residual"].max()}
-        rows.append(row)
-    return pd.DataFrame(rows)
+        yield named | {"work": work[runs["start"] == "none"].iloc[0], "least": work.min(), "most": work.max(), "residual": runs["residual"].max()}
 
 
 _LIMITS = {

@@ -4,7 +4,7 @@ Run with `python -m studies spatial [--quick]`. Loads are in units of the mean p
 """
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from .tables import Study, Table, markdown, two_digits
+from .tables import Row, Study, Table, markdown, two_digits
 
 
 def _turning(corners: int) -> fo.LoadCycle:
@@ -66,46 +66,41 @@ QUICK = Parameters(
 )
 
 
-def limits_in_space(parameters: Parameters) -> pd.DataFrame:
+def limits_in_space(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh, load cycle and friction coefficient."""
-    rows = []
     for elements in tqdm(parameters.elements, desc="limits in space", disable=None):
         system = fo.scenes.SquarePunch(elements=elements).condense()
         for load, cycle in LOADS.items():
             for friction in parameters.frictions:
                 limit = fo.shakedown_limit(system, cycle, friction)
-                rows.append(
-                    {
-                        "elements": elements,
-                        "nodes": system.nodes,
-                        "load": load,
-                        "friction": friction,
-                        "load_factor": limit.load_factor,
-                        "onset": fo.onset(system, cycle, friction).slip.load_factor,
-                        "slipping": len(limit.mechanism["node"].unique()),
-                        "residual": limit.residual,
-                    }
-                )
-    return pd.DataFrame(rows)
+                yield {
+                    "elements": elements,
+                    "nodes": system.nodes,
+                    "load": load,
+                    "friction": friction,
+                    "load_factor": limit.load_factor,
+                    "onset": fo.onset(system, cycle, friction).slip.load_factor,
+                    "slipping": len(limit.mechanism["node"].unique()),
+                    "residual": limit.residual,
+                }
 
 
-def faces_at_limit(parameters: Parameters) -> pd.DataFrame:
+def faces_at_limit(parameters: Parameters) -> Iterator[Row]:
     """One row per load cycle and node, at the limit."""
     scene = fo.scenes.SquarePunch(elements=parameters.map_elements)
-    system, parts = scene.condense(), []
+    system = scene.condense()
     for load, cycle in tqdm(LOADS.items(), desc="faces at the limit", disable=None):
         limit = fo.shakedown_limit(system, cycle, parameters.map_friction)
         face = limit.to_frame().drop(columns="z")
         share = limit.mechanism.groupby("node")["share"].sum().reindex(range(system.nodes), fill_value=0.0)
         unit = float(system.bonded["P"][1].sum()) / (4 * scene.half_width**2) * scene.half_width / scene.block_material.E
         face = face.assign(first_ratio=limit.traction_ratios[0], slip1=face["slip1"] / unit, slip2=face["slip2"] / unit, share=share.to_numpy())
-        parts.append(face.assign(load=load, load_factor=limit.load_factor, residual=limit.residual))
-    return pd.concat(parts)[list(_MAP)]
+        yield face.assign(load=load, load_factor=limit.load_factor, residual=limit.residual)
 
 
-def error_of_increments(parameters: Parameters) -> pd.DataFrame:
+def error_of_increments(parameters: Parameters) -> Iterator[Row]:
     """One row per load cycle and number of increments."""
-    system, rows = fo.scenes.SquarePunch(elements=parameters.step_elements).condense(), []
+    system = fo.scenes.SquarePunch(elements=parameters.step_elements).condense()
     for load in ("to and fro", "turning, 4 corners"):
         cycle = LOADS[load]
         at = parameters.step_ratio * fo.shakedown_limit(system, cycle, parameters.map_friction).load_factor
@@ -116,23 +111,16 @@ def error_of_increments(parameters: Parameters) -> pd.DataFrame:
         reference = states[parameters.reference_steps].dissipation
         for steps, steady in list(states.items())[:-1]:
             error = abs(steady.dissipation / reference - 1)
-            rows.append(
-                {
-                    "load": load,
-                    "steps": steps,
-                    "dissipation": steady.dissipation,
-                    "error": error,
-                    "step_error": steady.step_error,
-                    "cycles": steady.cycles,
-                    "residual": steady.residual,
-                }
-            )
-    return pd.DataFrame(rows)
+            yield {
+                "load": load,
+                "steps": steps,
+                "error": error,
+                **{column: getattr(steady, column) for column in ("dissipation", "step_error", "cycles", "residual")},
+            }
 
 
-def times_by_size(parameters: Parameters) -> pd.DataFrame:
+def times_by_size(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh."""
-    rows = []
     for elements in tqdm(parameters.sizes, desc="times", disable=None):
         model = fo.scenes.SquarePunch(elements=elements).model()
         with threadpool_limits(1):
@@ -147,13 +135,11 @@ def times_by_size(parameters: Parameters) -> pd.DataFrame:
             start = fo.increments.NewtonIncrement(system, parameters.map_friction).solve(np.zeros((system.nodes, 2)), system.reaction({"P": 1.0}))
             increments = fo.increments.NewtonIncrement(system, parameters.map_friction)
             row["increment"], found = _timed(increments.solve, start.slip, corner)
-        rows.append(row | {"steps": found.steps, "residual": max(residual, found.residual)})
-    return pd.DataFrame(rows)
+        yield row | {"steps": found.steps, "residual": max(residual, found.residual)}
 
 
-def proofs_of_limits(parameters: Parameters) -> pd.DataFrame:
+def proofs_of_limits(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh, ratio of stiffness, unit, load cycle and friction; in other units for bodies of one stiffness alone."""
-    rows = []
     cases = [(mesh, ratio) for mesh in ("even", "uneven") for ratio in parameters.proof_ratios]
     for mesh, ratio in tqdm(cases, desc="proofs of limits", disable=None):
         model = fo.scenes.SquarePunch(elements=parameters.proof_elements, punch_material=fo.Material(ratio)).model()
@@ -165,8 +151,7 @@ def proofs_of_limits(parameters: Parameters) -> pd.DataFrame:
             for load in ("bulk", "turning, 4 corners"):
                 for friction in parameters.proof_frictions:
                     named = {"mesh": mesh, "nodes": system.nodes, "ratio": ratio, "force": force, "length": length, "load": load}
-                    rows.append(named | {"friction": friction} | _proof(scaled, LOADS[load], friction))
-    return pd.DataFrame(rows)
+                    yield named | {"friction": friction} | _proof(scaled, LOADS[load], friction)
 
 
 def _proof(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dict[str, Any]:

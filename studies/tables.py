@@ -7,11 +7,11 @@ import shlex
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -27,6 +27,7 @@ _LIBRARIES = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "scikit-fem", "p
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
+Row: TypeAlias = Mapping[str, Any] | pd.DataFrame  # of a table, or a part of it
 P = TypeVar("P", bound="DataclassInstance")  # parameters of a study: a frozen dataclass of plain values
 
 
@@ -111,7 +112,7 @@ class Table(Generic[P]):
     full, quick
         Parameters of the two sizes.
     compute
-        Parameters -> table; its options, if any, are keywords.
+        Parameters -> table, or its rows, or parts of it; its options, if any, are keywords.
     options
         Options of the computation that change nothing in the table but its times: name -> keywords of `ArgumentParser.add_argument`.
     alone
@@ -123,7 +124,7 @@ class Table(Generic[P]):
     columns: Mapping[str, str]
     full: P
     quick: P
-    compute: Callable[..., pd.DataFrame]
+    compute: Callable[..., pd.DataFrame | Iterable[Row]]
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     alone: bool = False
 
@@ -135,18 +136,26 @@ class Table(Generic[P]):
         """File that keeps the table."""
         return folder / f"{self.name}.parquet"
 
-    def make(self, parameters: P, folder: Path, **options: Any) -> pd.DataFrame:
-        """Compute the table and write it.
+    def frame(self, parameters: P, **options: Any) -> pd.DataFrame:
+        """Compute the table.
 
         Raises
         ------
         ValueError
             The computed columns are not the described ones.
         """
+        found = self.compute(parameters, **options)
+        if not isinstance(found, pd.DataFrame):
+            rows = list(found)
+            found = pd.concat(rows) if isinstance(rows[0], pd.DataFrame) else pd.DataFrame(rows)
+        if set(found.columns) != set(self.columns):
+            raise ValueError(f"table {self.name}: computed columns {list(found.columns)} are not the described ones {list(self.columns)}")
+        return found.reset_index(drop=True)[list(self.columns)]
+
+    def make(self, parameters: P, folder: Path, **options: Any) -> pd.DataFrame:
+        """Compute the table and write it."""
         start = time.perf_counter()
-        table = self.compute(parameters, **options).reset_index(drop=True)
-        if list(table.columns) != list(self.columns):
-            raise ValueError(f"table {self.name}: computed columns {list(table.columns)} are not the described ones {list(self.columns)}")
+        table = self.frame(parameters, **options)
         table.attrs = table.attrs | self._origin(parameters) | {"seconds": round(time.perf_counter() - start, 3)}
         _write(table, self.path(folder))
         return table

@@ -5,10 +5,10 @@ with averaged dilatation do not. The guaranteed limit falls with the corner elem
 lifts off; its values are those of the study "guaranteed".
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -18,7 +18,7 @@ import frictopt as fo
 
 from . import guaranteed
 from .paper import LOADS
-from .tables import Study, Table, markdown
+from .tables import Row, Study, Table, markdown
 
 _USUAL = 0.3  # Poisson's ratio that the others are compared with
 _JUMP = 1.5  # ratio to all guaranteed limits before it from which on a rise counts as a jump
@@ -38,17 +38,15 @@ FULL = Parameters()
 QUICK = Parameters(elements=16, ratios=(0.1, _USUAL, 0.4999))
 
 
-def limits(parameters: Parameters) -> pd.DataFrame:
+def limits(parameters: Parameters) -> Iterator[Row]:
     """One row per element, Poisson's ratio and friction coefficient."""
-    rows: list[dict[str, Any]] = []
     for element, nu in tqdm(list(product(parameters.kinds, parameters.ratios)), desc="Poisson's ratio", disable=None):
         material = fo.Material(nu=nu)
         scene = fo.scenes.PunchOnHalfPlane(elements=parameters.elements, punch_material=material, block_material=material, element=element)
         system = scene.condense()
         for friction in parameters.frictions:
             limit = fo.shakedown_limit(system, LOADS, friction)
-            rows.append({"element": element, "nu": nu, "friction": friction, "load_factor": limit.load_factor, "residual": limit.residual})
-    return pd.DataFrame(rows)
+            yield {"element": element, "nu": nu, "friction": friction, "load_factor": limit.load_factor, "residual": limit.residual}
 
 
 POISSON = Table(

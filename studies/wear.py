@@ -5,7 +5,7 @@ is worn by the strain of the block above its shakedown limit, the lap joint by a
 units of each contact.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import pi
 
@@ -16,7 +16,7 @@ import frictopt as fo
 
 from .damping import lap
 from .paper import LOADS
-from .tables import Study, Table, markdown, two_digits
+from .tables import Row, Study, Table, markdown, two_digits
 
 _FRICTION, _COEFFICIENT = 0.5, 1e-3
 _ABOVE = 1.6  # load of the lap joint, over its shakedown limit before wear
@@ -71,35 +71,31 @@ def profiles(parameters: Parameters) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-def histories(parameters: Parameters) -> pd.DataFrame:
+def histories(parameters: Parameters) -> Iterator[Row]:
     """One row for each jump of each contact."""
     punch = fo.scenes.RoundedPunch(punch=fo.scenes.PunchOnHalfPlane(elements=parameters.elements)).condense()
     above = 1.2 * fo.shakedown_limit(punch, LOADS, _FRICTION).load_factor
     asked = [(f"cylinder, {share:g} of gross slip", _cylinder(parameters.nodes), _cycle(share), 1.0) for share in parameters.shares]
-    tables = []
     for name, contact, cycle, load_factor in [*asked, ("rounded punch", punch, LOADS, above)]:
         history = fo.wear(contact, cycle, _FRICTION, load_factor, coefficient=_COEFFICIENT)
         table = history.to_frame()
-        tables.append(table.assign(contact=name, work_share=table["work"] / table["work"][0], residual=history.residual))
-    return pd.concat(tables, ignore_index=True)[["contact", "cycles", "work_share", "largest_depth", "volume", "slipping", "residual"]]
+        yield table.assign(contact=name, work_share=table["work"] / table["work"][0], residual=history.residual)
 
 
-def limits(parameters: Parameters) -> pd.DataFrame:
+def limits(parameters: Parameters) -> Iterator[Row]:
     """One row for each mesh of the cylinder, worn in under half of gross slip."""
-    rows = []
     for nodes in parameters.meshes:
         contact = _cylinder(nodes)
         end = fo.worn_in(contact, _cycle(0.5), _FRICTION, 1.0)
         before, after = (fo.separated_limit(one, _cycle(0.5), _FRICTION).load_factor for one in (contact, end.system))
-        rows.append({"nodes": nodes, "before": before, "after": after, "residual": end.residual})
-    return pd.DataFrame(rows)
+        yield {"nodes": nodes, "before": before, "after": after, "residual": end.residual}
 
 
-def life(parameters: Parameters) -> pd.DataFrame:
+def life(parameters: Parameters) -> Iterator[Row]:
     """One row for each number of cycles of the lap joint, which goes on from the state of the row before."""
     system, cycle = lap(parameters.lap_elements).condense(), fo.LoadCycle({"press": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
     load = _ABOVE * fo.shakedown_limit(system, cycle, _FRICTION).load_factor
-    steady, done, rows = fo.steady_state(system, cycle, _FRICTION, load), 0.0, []
+    steady, done = fo.steady_state(system, cycle, _FRICTION, load), 0.0
     assert system.compliance is not None
     glued = system.compliance[-1, -1]
     for cycles in (0.0, *parameters.lives):
@@ -113,8 +109,7 @@ def life(parameters: Parameters) -> pd.DataFrame:
         limit, guaranteed = (ask(steady.system, cycle, _FRICTION) for ask in (fo.shakedown_limit, fo.guaranteed_limit))
         found = {"cycles": cycles, "damping": damping, "frequency": frequency, "limit": limit.load_factor / load}
         residual = max(steady.residual, limit.residual, guaranteed.residual)
-        rows.append({**found, "guaranteed": guaranteed.load_factor / load, "residual": residual})
-    return pd.DataFrame(rows)
+        yield {**found, "guaranteed": guaranteed.load_factor / load, "residual": residual}
 
 
 PROFILES = Table(

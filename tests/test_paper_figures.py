@@ -89,7 +89,7 @@ def test_studies_side_by_side_make_the_same_tables_and_leave_measured_times_alon
     prepare([limits.REACTIONS, guaranteed.PLANE, increments.ERROR], True, tmp_path, workers=2)
     assert sorted(path.stem for path in tmp_path.iterdir()) == ["guaranteed_plane", "limits_reactions"]
     for table in (limits.REACTIONS, guaranteed.PLANE):
-        pd.testing.assert_frame_equal(table.stored(table.quick, tmp_path), table.compute(table.quick).reset_index(drop=True), rtol=1e-9, atol=1e-12)
+        pd.testing.assert_frame_equal(table.stored(table.quick, tmp_path), table.frame(table.quick), rtol=1e-9, atol=1e-12)
 
 
 def test_an_error_in_another_process_arrives(tmp_path):

@@ -5,7 +5,7 @@ an observation, and here is what it was seen on. Each transient takes one increm
 load as in many.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from ..tables import Study, Table, markdown
+from ..tables import Row, Study, Table, markdown
 
 _NONE = 0.01  # limits below this share of lambda_2 leave no load factors to follow
 _DECADES = -1.0, 1.0  # powers of ten of the size of random slips, over the largest slip of the witness
@@ -47,13 +47,11 @@ def random_contact(seed: int, most: int = 8, corners: int | None = None) -> tupl
     return system, fo.LoadCycle({"P": 1.0}, [{f"c{k}": 1.0} for k in range(corners)]), rng.uniform(0.2, 0.7, nodes)
 
 
-def followed(parameters: Parameters) -> pd.DataFrame:
+def followed(parameters: Parameters) -> Iterator[Row]:
     """One row for each transient."""
-    rows = []
     with threadpool_limits(1):
         for seed in tqdm(range(parameters.seed, parameters.seed + parameters.contacts), desc="contacts followed", disable=None):
-            rows += _of_contact(seed, parameters)
-    return pd.DataFrame(rows)
+            yield from _of_contact(seed, parameters)
 
 
 def _of_contact(seed: int, parameters: Parameters) -> list[dict[str, object]]:
