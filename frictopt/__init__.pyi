@@ -32,17 +32,14 @@ from .fem import (
     split_bodies,
     write_paraview,
 )
-from .histories import (
-    damping_curve,
-    dissipation_range,
-    dissipation_study,
-    least_excursion,
-    limit_after_protocol,
-    results,
-    starts,
-    wear,
-    worn_in,
-)
+from .histories import results, starts
+from .histories.damping import damping_curve
+from .histories.dissipation import dissipation_study
+from .histories.dissipation_range import dissipation_range
+from .histories.excursion import least_excursion
+from .histories.protocols import limit_after_protocol
+from .histories.wear import wear
+from .histories.worn_in import worn_in
 from .limits import (
     DesignModel,
     GuaranteedModel,

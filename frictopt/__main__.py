@@ -135,7 +135,7 @@ def _study(asked: argparse.Namespace) -> None:
     from contextlib import nullcontext
     from multiprocessing import get_context
 
-    from .histories import dissipation_study
+    from .histories.dissipation import dissipation_study
     from .histories.plan import read_plan
 
     question, files = read_plan(asked.file)
@@ -153,7 +153,7 @@ def _study(asked: argparse.Namespace) -> None:
 
 
 def _merge(asked: argparse.Namespace) -> None:
-    from .histories import merge_stores
+    from .histories.store import merge_stores
 
     print(f"{merge_stores(asked.into, asked.parts)} runs in {asked.into}")
 

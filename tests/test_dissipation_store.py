@@ -13,8 +13,8 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.histories import DamagedRows, run
-from frictopt.histories.store import Store
+from frictopt.histories import run
+from frictopt.histories.store import DamagedRows, Store
 from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)

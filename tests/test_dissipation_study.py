@@ -14,8 +14,9 @@ from distributed import Client, LocalCluster
 from scipy import stats
 
 import frictopt as fo
-from frictopt.histories import dissipation, merge_stores, run
+from frictopt.histories import dissipation, run
 from frictopt.histories.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
+from frictopt.histories.store import merge_stores
 from systems import CYCLE, ONE_NODE, random_system, system
 
 

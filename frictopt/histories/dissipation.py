@@ -23,24 +23,9 @@ from .starts import Start, checked_starts
 from .store import TYPES, Store
 
 _COLUMNS = (
-    *(
-        "friction",
-        "friction_std",
-        "friction_number",
-        "load_factor",
-        "load_ratio",
-        "shakedown_limit",
-        "start",
-        "family",
-        "seed",
-        "amplitude",
-        "outcome",
-        "dissipation",
-        "dissipation_scaled",
-        "first_cycle",
-    ),
-    *("largest_share", "cycles", "slipping", "open", "residual", "engine", "seconds", "error"),
-)
+    "friction friction_std friction_number load_factor load_ratio shakedown_limit start family seed amplitude outcome dissipation dissipation_scaled "
+    "first_cycle largest_share cycles slipping open residual engine seconds error"
+).split()
 _TYPES = {"seed": "Int64", "friction_number": "int64", "family": "str", **TYPES}
 
 
@@ -128,8 +113,6 @@ def dissipation_study(
     checked_cycle(cycle)
     factors = _checked_factors(load_factors)
     begins = checked_starts(starts, system.slip_shape)
-    if executor is not None and not hasattr(executor, "submit"):
-        raise ModelError(f"executor: a {type(executor).__name__}; give an executor of concurrent.futures, or of dask by client.get_executor()")
     chosen = slice(None) if shard is None else _checked_shard(shard)
     wanted = list(product(range(len(fields)), factors, begins))[chosen]
     rows: dict[str, Row] = {}
@@ -173,7 +156,7 @@ def _table(numbers: Sequence[int], runs: Sequence[Run], rows: Mapping[str, Row])
         names = {"start": start.name, "family": start.family, "seed": start.seed, "friction_number": number}
         found = {"load_ratio": ratio, "shakedown_limit": limit, "dissipation_scaled": row["dissipation"] * scale}
         records.append({**row, **names, **found})
-    table = pd.DataFrame(records, columns=list(_COLUMNS)).astype({name: _TYPES.get(name, "float64") for name in _COLUMNS})
+    table = pd.DataFrame(records, columns=_COLUMNS).astype({name: _TYPES.get(name, "float64") for name in _COLUMNS})
     units = {} if case is None or case.system.units is None else {"units": case.system.units}
     table.attrs = {"missing": len(runs) - len(records), **units}
     return table
@@ -190,10 +173,9 @@ def _checked_shard(shard: object) -> slice:
 
 def _limit(system: ContactSystem, cycle: LoadCycle, friction: Array) -> ShakedownLimit | None:
     try:
-        limit: ShakedownLimit = shakedown_limit(system, cycle, friction)
+        return shakedown_limit(system, cycle, friction)
     except SolverError:
         return None
-    return limit
 
 
 def _checked_factors(load_factors: Iterable[float]) -> list[float]:

@@ -90,7 +90,8 @@ def execute(runs: Sequence[Run], executor: Executor | None) -> Generator[tuple[R
                 future = executor.submit(_follow, batch)
             except Exception as error:  # also in the middle, from a pool whose processes have died
                 if not futures:
-                    raise ModelError(f"executor: {executor!r} takes no runs ({type(error).__name__}: {error}); give one that is open") from error
+                    why = f"{type(error).__name__}: {error}"
+                    raise ModelError(f"executor: {executor!r} takes no runs ({why}); give one that is open, of concurrent.futures or dask") from error
                 future = Future()
                 future.set_exception(error)
             futures[future] = batch

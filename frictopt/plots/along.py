@@ -72,6 +72,15 @@ def label_contacts(ax: Axes, system: ContactSystem, *, names: bool = True) -> No
             ax.axvline((system.x[left][-1] + system.x[right][0]) / 2, color=BLACK, lw=0.6)
 
 
+def label_panels(panels: Sequence[Axes], system: ContactSystem) -> None:
+    """Zero lines of panels one below the other, the names of the contacts above the first one, and the position below the last one."""
+    for axes in panels:
+        axes.axhline(0, color=GREY, lw=0.6, zorder=0)
+        label_contacts(axes, system, names=axes is panels[0])
+    for axes in panels[:-1]:
+        axes.set_xlabel("")
+
+
 def friction_bounds(ax: Axes) -> None:
     """Draw the bounds of q / (f p)."""
     ax.axhline(-1.0, color=GREY, lw=0.8)
@@ -79,11 +88,15 @@ def friction_bounds(ax: Axes) -> None:
     ax.set_ylabel("$q / (f p)$")
 
 
+def ratios(shear: Array, bound: Array) -> Array:
+    """Shear over its friction bound; NaN where a node bears nothing."""
+    return np.asarray(np.divide(shear, bound, out=np.full(shear.shape, np.nan), where=bound > RESIDUAL * np.abs(bound).max()))
+
+
 def friction_ratio(ax: Axes, system: ContactSystem, friction: Array, q: Array, p: Array, names: Sequence[str], ruling: Sequence[int] = ()) -> Array:
     """Draw q / (f p) of (K, N) reactions with the friction bounds, and return it; NaN, and left out, where the bound is zero but for rounding."""
     bound = friction * p
-    ratio = np.full(q.shape, np.nan)
-    np.divide(q, bound, out=ratio, where=bound > RESIDUAL * np.abs(bound).max())
+    ratio = ratios(q, bound)
     friction_bounds(ax)
     lines_or_band(ax, system, ratio, names, ruling)
     most = min(_MOST_RATIO, max(1.25, 1.1 * float(np.nanmax(np.abs(ratio), initial=0.0))))

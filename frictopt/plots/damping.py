@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
-from ..histories import DampingCurve
+from ..histories.damping import DampingCurve
 from .picture import picture
 from .style import BLACK, GREY, AxesArray, equals, legend, new_axes, series
 

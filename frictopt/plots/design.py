@@ -6,8 +6,8 @@ from matplotlib.axes import Axes
 from ..limits import Design
 from .along import friction_ratio, label_contacts, lines
 from .picture import picture
-from .spatial import FACE, safe_slip_face
-from .style import ALONG, BLACK, GREY, AxesArray, equals, legend, new_axes
+from .spatial import safe_slip_face
+from .style import ALONG, BLACK, GREY, AxesArray, equals, legend, new_axes, one_axes
 
 _SHOWN = 4  # preloads in a title
 
@@ -22,9 +22,7 @@ def _design(design: Design, ax: Axes | AxesArray | None = None) -> Axes | AxesAr
     title = equals(r"best design, $\lambda$", design.load_factor) + "".join(f", {amount}" for amount in amounts[:_SHOWN])
     title += ", ..." if len(amounts) > _SHOWN else ""
     if design.system.tangents == 2:
-        (axes,) = new_axes(ax, size=FACE)
-        axes.set_title(title)
-        return safe_slip_face(axes, design)
+        return safe_slip_face(one_axes(ax, 2), design, title)
     shaped = design.profile is not None
     *above, axes = panels = new_axes(ax, 1 + shaped, (ALONG[0], (1 + shaped) * ALONG[1]))
     panels[0].set_title(title)

@@ -11,10 +11,10 @@ from mpl_toolkits.mplot3d import Axes3D
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from ..errors import ModelError
-from .along import label_contacts, lines
+from .along import label_panels, lines
 from .bodies import spread
 from .picture import picture
-from .style import BLACK, GREY, AxesArray, legend, new_axes, series
+from .style import BLACK, AxesArray, legend, line, new_axes, series
 
 _LENGTH = 0.1  # of a normal, over the size of the contact
 _MOST_NORMALS = 60
@@ -43,11 +43,9 @@ def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
     place.set(xlabel="$x$ (length)", ylabel="$y$ (length)", aspect="equal", adjustable="datalim")
     legend(place)
     for number, (case, (_, p)) in enumerate(system.bonded.items()):
-        look = series(number)
-        lines(pressure, system, p / width, label=f"{case} = 1", color=look["color"], linestyle=look["linestyle"], marker=".", markersize=3)
-    pressure.axhline(0, color=GREY, lw=0.6, zorder=0)
+        lines(pressure, system, p / width, label=f"{case} = 1", marker=".", markersize=3, **line(number))
     pressure.set_ylabel(f"bonded pressure\n({unit})" if system.width is not None else "bonded normal force\n(force per depth)")
-    label_contacts(pressure, system)
+    label_panels([pressure], system)
     legend(pressure, "load case")
     return np.array(panels)
 
@@ -90,7 +88,7 @@ def _cycle(cycle: LoadCycle, ax: Axes | None = None) -> Axes:
     for number, case in enumerate(dict.fromkeys(name for load in (cycle.mean, *loads) for name in load)):
         look = series(number)
         values = [load.get(case, 0.0) for load in loads]
-        axes.plot(at, values, color=look["color"], linestyle=look["linestyle"], marker=look["marker"] if count <= _MOST_TICKS else None, label=case)
+        axes.plot(at, values, label=case, **(look if count <= _MOST_TICKS else line(number)))
         axes.axhline(cycle.mean.get(case, 0.0), color=look["color"], lw=0.6, linestyle=":")
     axes.plot([], [], color=BLACK, lw=0.6, linestyle=":", label="mean")
     if cycle.times is not None:

@@ -7,12 +7,11 @@ from matplotlib.axes import Axes
 
 from ..contact import Onset
 from ..contact.checks import Array
-from ..contact.coulomb import lengths
 from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, open_nodes
 from .picture import picture
-from .spatial import FACE, first_slips, limiting_face, safe_slip_face, weight_map
-from .style import ALONG, BLACK, GREY, AxesArray, equals, legend, new_axes, no_lines
+from .spatial import first_slips, limiting_face, safe_slip_face, weight_map
+from .style import BLACK, GREY, AxesArray, equals, legend, new_axes, no_lines, one_axes
 
 _AREA = 400  # of the circle round a node that is the whole mechanism, points^2
 _ONE_NODE = 60  # of the circle round a node that stands alone
@@ -21,8 +20,7 @@ _ONE_NODE = 60  # of the circle round a node that stands alone
 @picture.register
 def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
     """Shear over friction bound of the bonded contact at the first slip towards each corner (in space, the first of all); what slips is circled."""
-    in_space = onset.system.tangents == 2
-    (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
+    axes = one_axes(ax, onset.system.tangents)
     settled = (
         "contact under the settled mean load, at the onset of slip" if onset.state else "bonded contact; the mean load alone makes it slip or pulls"
     )
@@ -30,7 +28,7 @@ def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
     nodes = {event.corner: event.node for event in onset.slips if event.node is not None}
     if not nodes:
         return no_lines(axes, "no corner makes a node slip")
-    if in_space:
+    if onset.system.tangents == 2:
         return first_slips(axes, onset)
     corners = list(nodes)
     first = corners.index(onset.slip.corner)
@@ -53,34 +51,24 @@ def _shakedown_limit(limit: ShakedownLimit, ax: Axes | None = None) -> Axes:
 
     In space, at the first corner, with the slip as arrows.
     """
-    in_space = limit.system.tangents == 2
-    (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
+    axes = one_axes(ax, limit.system.tangents)
     name = r"shakedown limit $\lambda_2$" if limit.objective is None else r"load factor $\lambda$ that the objective chooses"
     axes.set_title(equals(name, limit.load_factor))
-    if not np.isfinite(limit.load_factor):
-        return no_lines(axes, limit.reason)
-    return limiting_face(axes, limit, limit.traction_ratios[0]) if in_space else _limiting(axes, limit, limit.friction)
+    return _limiting(axes, limit, limit.friction, exists=bool(np.isfinite(limit.load_factor)))
 
 
 @picture.register
 def _required_friction(required: RequiredFriction, ax: Axes | None = None) -> Axes:
     """Shear over the required friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism."""
-    in_space = required.system.tangents == 2
-    (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
+    axes = one_axes(ax, required.system.tangents)
     axes.set_title(equals(rf"$\lambda = {required.load_factor:.4g}$: required friction $f$", required.required))
-    if not 0 < required.required < np.inf:
-        return no_lines(axes, required.reason)
-    if not in_space:
-        return _limiting(axes, required, np.full(required.system.nodes, required.required))
-    q, p = required.reactions
-    return limiting_face(axes, required, lengths(q, p)[0] / (required.required * np.maximum(p[0], np.finfo(float).tiny)))
+    return _limiting(axes, required, np.full(required.system.nodes, required.required), exists=0 < required.required < np.inf)
 
 
 @picture.register
 def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the corners under the witness, in space at the first one; the critical node is circled."""
-    in_space = limit.system.tangents == 2
-    (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
+    axes = one_axes(ax, limit.system.tangents)
     axes.set_title(
         equals(r"guaranteed limit $\lambda_1$", limit.load_factor) + ", " + equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
     )
@@ -90,8 +78,8 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
     q, p = limit.reactions
     if limit.node is not None:
         axes.set_title(f"{axes.get_title()}\n{_on_its_bounds(limit.node, limit, ruling)}")
-    if in_space:
-        return limiting_face(axes, limit, limit.traction_ratios[0])
+    if limit.system.tangents == 2:
+        return limiting_face(axes, limit, limit.friction)
     friction_ratio(axes, limit.system, limit.friction, q, p, limit.cycle.corner_names, ruling)
     label: str | None = f"node {limit.node}, on both bounds"
     for corner, sense in zip(ruling, (1, -1), strict=False):
@@ -105,8 +93,7 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
 @picture.register
 def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the corners of the resting cycle; open nodes, which have none, are marked at zero."""
-    in_space = limit.system.tangents == 2
-    (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
+    axes = one_axes(ax, limit.system.tangents)
     title = equals(rf"{'limit with separation,' if limit.proven else 'rests up to'} $\lambda$", limit.load_factor)
     if not (limit.load_factor == np.inf or np.isnan(limit.bound)):
         title += f", bound {limit.bound:.5g}" if np.isfinite(limit.bound) else ", no bound"
@@ -114,10 +101,8 @@ def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
     if not np.isfinite(limit.load_factor):
         return no_lines(axes, limit.reason)
     q, p = limit.reactions
-    if in_space:
-        bound = limit.friction * p[0]
-        ratio = np.full(limit.system.nodes, np.nan)
-        return limiting_face(axes, limit, np.divide(lengths(q, p)[0], bound, out=ratio, where=bound > 0))
+    if limit.system.tangents == 2:
+        return limiting_face(axes, limit, limit.friction)
     friction_ratio(axes, limit.system, limit.friction, q, p, limit.cycle.corner_names)
     open_nodes(axes, limit.system, limit.open)
     legend(axes)
@@ -127,8 +112,7 @@ def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
 @picture.register
 def _least_slip(least: LeastSlip, ax: Axes | None = None) -> Axes:
     """Weights of the slip at the corners (of many corners, lines of those with the largest); in space a map of those between corners."""
-    in_space = least.system.tangents == 2
-    (axes,) = new_axes(ax, size=FACE if in_space else ALONG)
+    axes = one_axes(ax, least.system.tangents)
     if least.bound <= 0:
         claim = "no slip is proven"
     else:
@@ -138,7 +122,7 @@ def _least_slip(least: LeastSlip, ax: Axes | None = None) -> Axes:
         else:
             claim += "no cycle keeps all nodes closed"
     axes.set_title(rf"$\lambda = {least.load_factor:.4g}$: {claim}")
-    if in_space:
+    if least.system.tangents == 2:
         return weight_map(axes, least)
     lines_or_band(axes, least.system, least.g, least.cycle.corner_names, np.argsort(-np.abs(least.g).sum(axis=1), kind="stable").tolist())
     axes.axhline(0, color=GREY, lw=0.6, zorder=0)
@@ -157,9 +141,7 @@ def _safe_slip(safe: SafeSlip, ax: Axes | AxesArray | None = None) -> Axes | Axe
     title = "safe slip" if safe.exists else "no slip is safe; the least unsafe one"
     title = rf"{title} at $\lambda = {safe.load_factor:.4g}$, margin {safe.margin:.4g}"
     if safe.system.tangents == 2:
-        (axes,) = new_axes(ax, size=FACE)
-        axes.set_title(title)
-        return safe_slip_face(axes, safe)
+        return safe_slip_face(one_axes(ax, 2), safe, title)
     upper, lower = new_axes(ax, 2, (6.4, 5.4))
     q, p = safe.reactions
     least = int(np.argmin((safe.friction * p - np.abs(q))[:, ~safe.open].min(axis=1)))
@@ -185,7 +167,11 @@ def _on_its_bounds(node: int, limit: GuaranteedLimit, corners: Sequence[int]) ->
     return f"node {node} at ({place}): on its bound at\n" + "; ".join(names)
 
 
-def _limiting(axes: Axes, result: ShakedownLimit | RequiredFriction, friction: Array) -> Axes:
+def _limiting(axes: Axes, result: ShakedownLimit | RequiredFriction, friction: Array, *, exists: bool) -> Axes:
+    if not exists:
+        return no_lines(axes, result.reason)
+    if result.system.tangents == 2:
+        return limiting_face(axes, result, friction)
     """Draw the shear over the friction bound at the corners, and circles at the nodes of the mechanism."""
     ruling = result.mechanism.groupby("corner")["share"].sum().sort_values(ascending=False).index.tolist()
     q, p = result.reactions

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from ..contact.checks import Array
 from ..fem.ordering import Integers
 from ..transients import Trajectory
-from .style import GREY, series
+from .style import GREY, line, series
 
 _NODES = 3  # nodes whose loops are drawn
 _LONGEST = 60  # characters of the names of corners beside an axis
@@ -23,10 +23,9 @@ def most_work(path: Trajectory) -> Integers:
 def loops(axes: Axes, slip: Array, force: Array, names: Sequence[str]) -> None:
     """Draw (T, M) forces against slips, each node with a mark at its last state."""
     for number, name in enumerate(names):
-        look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"]}
-        axes.plot(slip[:, number], force[:, number], label=name, **look)
+        axes.plot(slip[:, number], force[:, number], label=name, **line(number))
         last = "last state" if number == 0 else None
-        axes.plot(slip[-1:, number], force[-1:, number], color=look["color"], marker="o", markersize=4, label=last)
+        axes.plot(slip[-1:, number], force[-1:, number], color=series(number)["color"], marker="o", markersize=4, label=last)
 
 
 def corners_visited(path: Trajectory) -> str:

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from ..limits import SafeRegion
 from .picture import picture
-from .style import BLACK, SERIES, Look, legend, new_axes, no_lines, series
+from .style import BLACK, SERIES, Look, legend, line, new_axes, no_lines, series
 
 _INSIDE: Look = {"color": "#56B4E9", "alpha": 0.25, "lw": 0, "label": "some residual slip is safe"}
 _MARGIN = 1.08  # of the axes, over the largest amplitude
@@ -45,7 +45,7 @@ def _polygon(axes: Axes, region: SafeRegion) -> None:
     axes.fill(*np.vstack([[0.0, 0.0], region.vertices]).T, **_INSIDE)
     few = len(region.sides) <= len(SERIES)
     for number, ends in enumerate(pairwise(region.outer)):
-        look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"]} if few else {"color": BLACK}
+        look = line(number) if few else {"color": BLACK}
         all_sides = f"{len(region.sides)} sides, each a mechanism" if number == 0 else None
         axes.plot(*np.transpose(ends), **look, label=_limiting(region, number) if few else all_sides)
     axes.plot(*region.vertices.T, linestyle="none", marker="o", markersize=3, color=BLACK, clip_on=False, label="vertex, proven safe")

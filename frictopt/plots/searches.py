@@ -5,11 +5,11 @@ from matplotlib.axes import Axes
 
 from ..contact.answers import Outcome
 from ..contact.checks import Array
-from ..histories import GuaranteeCheck, LeastExcursion, LimitAfterProtocol
-from ..histories.guarantee import NO_OUTCOME
-from ..histories.protocols import REST, SLIP, UNDECIDED
+from ..histories.excursion import LeastExcursion
+from ..histories.guarantee import NO_OUTCOME, GuaranteeCheck
+from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
 from .picture import picture
-from .style import BLACK, GREY, equals, legend, new_axes, no_lines, series
+from .style import BLACK, GREY, equals, legend, line, new_axes, no_lines, series
 
 _STRIP = (6.4, 2.4)  # size of a picture with a row for each outcome, inches
 _ROWS = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
@@ -61,8 +61,7 @@ def _guarantee_check(check: GuaranteeCheck, ax: Axes | None = None) -> Axes:
         rests = np.sort(runs.loc[runs["outcome"] == Outcome.SHAKEDOWN.name, "cycles"])
         cycles, share = np.r_[0, rests, most], np.r_[0, np.arange(1, len(rests) + 1), len(rests)] / len(runs)
         name, undecided = rf"{kind}, $\lambda = {factor:.4g}$: {len(rests)} of {len(runs)}", int((runs["outcome"] == NO_OUTCOME).sum())
-        look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"]}
-        axes.step(cycles, share, where="post", label=f"{name}, {undecided} undecided" if undecided else name, **look)
+        axes.step(cycles, share, where="post", label=f"{name}, {undecided} undecided" if undecided else name, **line(number))
     axes.locator_params(axis="x", integer=True)
     axes.set(xlabel="cycles followed", ylabel="share of the starts at rest", ylim=(-0.05, 1.05))
     legend(axes, "at rest in the end")

@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 
 from ..contact import ContactSystem, Onset
 from ..contact.checks import Array, Booleans
+from ..contact.coulomb import lengths
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import SteadyState
+from .along import ratios
 from .bodies import spread
-from .style import BLACK, GREY, SERIES, AxesArray, new_axes
+from .style import BLACK, GREY, SERIES, AxesArray, one_axes
 
-FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 _FACE = 25_000  # area that the points of a face share, points^2
 _LARGEST, _SMALLEST = 160.0, 6.0  # area of a point, points^2
 _FILLED = 4.0  # how much smaller points are on a filled face
@@ -30,8 +31,10 @@ _ENDS = np.array([-1.0, 1.0])
 _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of nodes at one place, over the size of the contact
 
 
-def limiting_face(axes: Axes, limit: ShakedownLimit | GuaranteedLimit | RequiredFriction | SeparatedLimit, ratio: Array) -> Axes:
+def limiting_face(axes: Axes, limit: ShakedownLimit | GuaranteedLimit | RequiredFriction | SeparatedLimit, friction: Array) -> Axes:
     """Shear over friction bound at one corner under the slip, the slip as arrows; nodes of the mechanism, or the critical one, are circled."""
+    q, p = limit.reactions
+    ratio = ratios(lengths(q, p)[0], friction * p[0])
     places, size = _map(axes, limit.system, ratio, _ratio_at(limit.cycle.corner_names[0]), 1.0, limit.open)
     _arrows(axes, places, np.where(limit.open[:, None], np.nan, limit.slip), "residual slip")
     if isinstance(limit, GuaranteedLimit):
@@ -41,9 +44,10 @@ def limiting_face(axes: Axes, limit: ShakedownLimit | GuaranteedLimit | Required
     return _finished(axes)
 
 
-def safe_slip_face(axes: Axes, safe: SafeSlip | Design) -> Axes:
+def safe_slip_face(axes: Axes, safe: SafeSlip | Design, title: str) -> Axes:
     """Shear over friction bound under the slip, at the corner with the least reserve; the slip as arrows."""
     q, p = safe.reactions
+    axes.set_title(title)
     corner = int(np.argmin((safe.friction * p - np.linalg.norm(q, axis=-1))[:, ~safe.open].min(axis=1)))
     ratio = safe.traction_ratios[corner]
     places, _ = _map(axes, safe.system, ratio, _ratio_at(safe.cycle.corner_names[corner]), max(1.0, float(np.nanmax(ratio, initial=0.0))), safe.open)
@@ -53,7 +57,7 @@ def safe_slip_face(axes: Axes, safe: SafeSlip | Design) -> Axes:
 
 def steady_map(steady: SteadyState, ax: Axes | AxesArray | None) -> Axes:
     """Work of friction per cycle at each node; the slip at the last corner as arrows."""
-    (axes,) = new_axes(ax, size=FACE)
+    axes = one_axes(ax, 2)
     outcome = steady.outcome.name.lower().replace("_", " ")
     axes.set_title(f"{outcome}, work of friction per cycle {steady.dissipation:.4g}")
     work = steady.dissipation_per_node
@@ -77,9 +81,8 @@ def first_slips(axes: Axes, onset: Onset) -> Axes:
     """Draw the shear over the friction bound of the bonded contact at the first slip of all; the nodes that slip are circled."""
     first, system = onset.slip, onset.system
     q, p = (reaction[first.corner] for reaction in onset.reactions)
-    shear, bound, ratio = np.linalg.norm(q, axis=1), onset.friction * p, np.full(len(p), np.nan)
-    zero = RESIDUAL * np.abs(bound).max()
-    np.divide(shear, bound, out=ratio, where=bound > zero)
+    shear, bound = np.linalg.norm(q, axis=1), onset.friction * p
+    ratio, zero = ratios(shear, bound), RESIDUAL * np.abs(bound).max()
     slips = (shear - bound >= -zero) & (np.maximum(shear, -bound) > zero)  # a node that carries nothing does not slip
     slips[first.node] = True
     name = rf"{_ratio_at(onset.cycle.corner_names[first.corner])}, $\lambda = {first.load_factor:.4g}$"

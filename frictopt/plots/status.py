@@ -18,8 +18,8 @@ from ..transients import Trajectory
 from .along import label_contacts, parts
 from .loops import corners_visited
 from .picture import Status, picture
-from .spatial import FACE, places_of
-from .style import BLACK, GREY, SERIES, equals, legend, name_units, new_axes, screen
+from .spatial import places_of
+from .style import BLACK, FACE, GREY, SERIES, equals, legend, name_units, new_axes, screen
 
 _CODES = (0, 1, -1, 2)
 _COLOURS = ("#DDDDDD", SERIES[0]["color"], SERIES[1]["color"], BLACK)

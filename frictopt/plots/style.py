@@ -18,6 +18,7 @@ AxesArray: TypeAlias = NDArray[np.object_]  # of matplotlib axes
 Look: TypeAlias = dict[str, Any]  # what matplotlib takes as keywords
 
 ALONG = (6.4, 3.6)  # size of a picture along the contact, inches
+FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 BLACK, GREY = "#000000", "#767676"
 
 # Okabe and Ito's colours, told apart with impaired colour vision; line and marker tell the series apart in grey as well.
@@ -75,6 +76,11 @@ def series(number: int) -> Look:
     return SERIES[number % len(SERIES)]
 
 
+def line(number: int) -> Look:
+    """Colour and dashes of a series, without its marker."""
+    return {name: series(number)[name] for name in ("color", "linestyle")}
+
+
 def new_axes(ax: Axes | AxesArray | None, panels: int = 1, size: tuple[float, float] = ALONG, *, common_x: bool = True) -> list[Axes]:
     """Axes to draw in, one for each panel: the given ones, or those of a new figure, one below the other.
 
@@ -89,6 +95,11 @@ def new_axes(ax: Axes | AxesArray | None, panels: int = 1, size: tuple[float, fl
     if len(axes) != panels or not all(isinstance(one, Axes) for one in axes):
         raise ModelError(f"ax: {shown(ax)}; give {'one matplotlib axes' if panels == 1 else f'{panels} matplotlib axes'}, or None")
     return list(axes)
+
+
+def one_axes(ax: Axes | AxesArray | None, tangents: int) -> Axes:
+    """One axes: along a contact in the plane, or for the face of one in space."""
+    return new_axes(ax, size=ALONG if tangents == 1 else FACE)[0]
 
 
 def legend(axes: Axes, title: str | None = None) -> None:

@@ -5,13 +5,13 @@ from matplotlib.axes import Axes
 
 from ..contact.checks import Array
 from ..contact.tolerances import SIMULTANEOUS
-from ..histories import DissipationRange
+from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
-from .along import label_contacts, lines, lines_or_band
+from .along import label_panels, lines, lines_or_band
 from .loops import cycle_lines, loops, most_work
 from .picture import picture
 from .spatial import steady_map
-from .style import BLACK, GREY, AxesArray, Look, legend, new_axes, series
+from .style import BLACK, AxesArray, Look, legend, line, new_axes, series
 
 _DOTS: Look = {"marker": ".", "markersize": 3}
 _LOOKS: dict[str, Look] = {"q": {"band": series(0)["color"]}, "p": {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}}
@@ -70,11 +70,7 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
     legend(force)
     lines(work, system, steady.dissipation_per_node, color=BLACK, **_DOTS)
     work.set_ylabel(_WORK)
-    for axes in panels:
-        axes.axhline(0, color=GREY, lw=0.6, zorder=0)
-        label_contacts(axes, system, names=axes is slip)
-    for axes in panels[:2]:
-        axes.set_xlabel("")
+    label_panels(panels, system)
     if ax is None:
         slip.figure.align_ylabels()
     return np.array(panels)
@@ -87,16 +83,8 @@ def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
     d, a, slips = loop.displacement, loop.amplitude, loop.slipping
     changes = np.flatnonzero(np.diff(slips, prepend=slips[:1]))
     axes.plot(d, a, color=series(0)["color"], label=f"area {loop.area:.4g}")
-    axes.plot(
-        d[changes],
-        a[changes],
-        linestyle="none",
-        marker="o",
-        markersize=4,
-        mfc="white",
-        color=series(1)["color"],
-        label="nodes begin or cease to slip",
-    )
+    look = {"linestyle": "none", "marker": "o", "markersize": 4, "mfc": "white", "color": series(1)["color"]}
+    axes.plot(d[changes], a[changes], label="nodes begin or cease to slip", **look)
     axes.set_title(f"load case {loop.case!r}: secant stiffness {loop.stiffness:.4g}")
     axes.set(xlabel="displacement (work over amplitude)", ylabel="amplitude of the load case")
     legend(axes)
@@ -109,17 +97,14 @@ def _dissipation_range(found: DissipationRange, ax: AxesArray | None = None) -> 
     slip, work = panels = new_axes(ax, 2, (6.4, 5.4))
     system = found.least_state.system
     for number, (name, steady) in enumerate((("least work found", found.least_state), ("most work found", found.most_state))):
-        look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"], "label": name, **_DOTS}
+        look = {**line(number), "label": name, **_DOTS}
         lines(slip, system, _slip_range(steady), **look)
         lines(work, system, steady.dissipation_per_node, **look)
     slip.set_title(rf"$\lambda = {found.least_state.load_factor:.4g}$: $W$ from {found.least:.4g} to {found.most:.4g} per cycle found")
     slip.set_ylabel(_SLIP_RANGE)
     work.set_ylabel(_WORK)
     legend(slip)
-    for axes in panels:
-        axes.axhline(0, color=GREY, lw=0.6, zorder=0)
-        label_contacts(axes, system, names=axes is slip)
-    slip.set_xlabel("")
+    label_panels(panels, system)
     if ax is None:
         slip.figure.align_ylabels()
     return np.array(panels)

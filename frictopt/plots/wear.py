@@ -4,11 +4,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from ..histories import WearHistory, WornIn
-from .along import label_contacts, lines
+from ..histories.wear_history import WearHistory
+from ..histories.worn_in import WornIn
+from .along import label_contacts, label_panels, lines
 from .picture import picture
-from .spatial import FACE, depth_map
-from .style import ALONG, BLACK, GREY, AxesArray, legend, new_axes, series
+from .spatial import depth_map
+from .style import BLACK, FACE, AxesArray, legend, line, new_axes, one_axes, series
 
 _PROFILES = 6  # contacts whose profiles are drawn
 
@@ -27,16 +28,13 @@ def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
     else:
         depth, pressure, work = panels = new_axes(ax, 3, (6.4, 8.4), common_x=False)
         for number, row in enumerate(_chosen(history)):
-            look = {"color": series(number)["color"], "linestyle": series(number)["linestyle"], "label": f"{table['cycles'][row]:.4g}"}
+            look = {**line(number), "label": f"{table['cycles'][row]:.4g}"}
             lines(depth, system, history.depth[row], **look)
             lines(pressure, system, history.pressure[row], **look)
         depth.set_ylabel("depth worn off (length)")
         pressure.set_ylabel("pressure at the last corner\n(force per area)")
         legend(depth, "cycles")
-        for axes in (depth, pressure):
-            axes.axhline(0, color=GREY, lw=0.6, zorder=0)
-            label_contacts(axes, system, names=axes is depth)
-        depth.set_xlabel("")
+        label_panels([depth, pressure], system)
     _work(work, history)
     return np.array(panels)
 
@@ -45,7 +43,7 @@ def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
 def _worn_in(end: WornIn, ax: Axes | AxesArray | None = None) -> Axes:
     """Depth worn off along the contact, and the nodes that never slip; in space a map of the depth."""
     system = end.system
-    (axes,) = new_axes(ax, size=FACE if system.tangents == 2 else ALONG)
+    axes = one_axes(ax, system.tangents)
     axes.set_title(f"worn in: {int(end.stick.sum())} of {system.nodes} nodes never slip")
     if system.tangents == 2:
         depth_map(axes, system, end.depth)
@@ -62,10 +60,8 @@ def _work(axes: Axes, history: WearHistory) -> None:
     """Work of friction per cycle against cycles."""
     table = history.to_frame()
     axes.plot(table["cycles"], table["work"], color=BLACK, marker=".", markersize=3)
-    axes.set(
-        xlabel="load cycles", ylabel="work of friction per cycle\n(force times length" + (" per depth)" if history.system.tangents == 1 else ")")
-    )
-    axes.set_ylim(bottom=0.0)
+    per_depth = " per depth" if history.system.tangents == 1 else ""
+    axes.set(xlabel="load cycles", ylabel=f"work of friction per cycle\n(force times length{per_depth})", ylim=(0.0, None))
 
 
 def _chosen(history: WearHistory) -> NDArray[np.intp]:
