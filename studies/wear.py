@@ -79,7 +79,8 @@ def histories(parameters: Parameters) -> Iterator[Row]:
     for name, contact, cycle, load_factor in [*asked, ("rounded punch", punch, LOADS, above)]:
         history = fo.wear(contact, cycle, _FRICTION, load_factor, coefficient=_COEFFICIENT)
         table = history.to_frame()
-        yield table.assign(contact=name, work_share=table["work"] / table["work"][0], residual=history.residual)
+        shown = table.drop(columns=["work", "stick_width", "outcome"])
+        yield shown.assign(contact=name, work_share=table["work"] / table["work"][0], residual=history.residual)
 
 
 def limits(parameters: Parameters) -> Iterator[Row]:
