@@ -29,5 +29,5 @@ def test_the_lap_joint_loses_its_damping_and_can_bear_its_load_in_the_end(tables
     life = tables["wear_life"]
     assert life["cycles"].iloc[0] == 0 and life["damping"].iloc[-1] < 0.1 * life["damping"].iloc[0] and (np.diff(life["frequency"]) < 0).all()
     assert life["limit"].iloc[0] == pytest.approx(1 / 1.6) and (life["guaranteed"] <= life["limit"] * (1 + 1e-9)).all()
-    worn = wear.life(wear.Parameters(lap_elements=8, lives=(1e6,)))
+    worn = wear.LIFE.frame(wear.Parameters(lap_elements=8, lives=(1e6,)))
     assert worn["limit"].iloc[-1] == pytest.approx(1.0, abs=0.02) and worn["damping"].iloc[-1] < 1e-4 * worn["damping"].iloc[0]

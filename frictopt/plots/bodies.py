@@ -1,6 +1,7 @@
 """Pictures of models: the meshes of their bodies, contacts, supports and loads; and of fields in the bodies."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -12,7 +13,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..contact.checks import Array, shown
 from ..errors import ModelError
-from ..fem import BodyFields, ContactModel, Pressure, Traction
+from ..fem import Body, BodyFields, ContactModel, Pressure, Traction
 from ..fem.ordering import Integers
 from ..scenes.scene import Scene
 from .picture import Deformed, picture
@@ -45,14 +46,10 @@ def _model(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
     """Each body in its colour (in space its surface), contacts in black, held nodes as marks, and the directions of each load case as arrows."""
     in_space = model.kinematics == "space"
     axes = _axes(ax, in_space)
-    ends = np.array([[end(body.mesh.p, axis=1) for end in (np.min, np.max)] for body in model.bodies.values()])
-    length = _LENGTH[in_space] * float((ends[:, 1].max(axis=0) - ends[:, 0].min(axis=0)).max())
+    ends = _ends(model.bodies)
+    length = _LENGTH[in_space] * float((ends[1] - ends[0]).max())
     for number, (name, body) in enumerate(model.bodies.items()):
-        color = series(number)["color"]
-        if in_space:
-            _faces(axes, body.mesh, body.mesh.boundary_facets(), facecolor=(color, 0.04), edgecolor=(color, 0.5), linewidth=0.3, label=name)
-        else:
-            draw_mesh(axes, body.mesh, color, thin=0.2, label=name)
+        _body(axes, body.mesh, number, name, 0.04, 0.5)
     for number, contact in enumerate(model.contacts):
         mesh, label = model.bodies[contact.body_1].mesh, "contact" if number == 0 else None
         facets = mesh.boundaries[contact.boundary_1]
@@ -99,10 +96,9 @@ def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
         draw_edges(axes, body.mesh, body.mesh.boundary_facets(), color=BLACK, lw=0.6)
     place = {"shrink": 0.6, "pad": 0.12} if in_space else {}  # beside the labels of the axis z
     axes.figure.colorbar(colours, ax=axes, extend="max", label="von Mises stress (force per area)", **place)
-    _finish(axes, np.array([[end(body.mesh.p, axis=1) for end in (np.min, np.max)] for body in fields.bodies.values()]), 0.0)
-    if ax is None:
-        if not in_space:
-            axes.figure.set_layout_engine("compressed")
+    _finish(axes, _ends(fields.bodies), 0.0)
+    if ax is None and not in_space:
+        axes.figure.set_layout_engine("compressed")
     return axes
 
 
@@ -110,23 +106,33 @@ def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
 def _deformed(wanted: Deformed, ax: AnyAxes | None = None) -> AnyAxes:
     """Each body in its colour under its displacements, in space its surface; in grey its outline as it was."""
     fields = wanted.fields
-    bodies = {name: body.mesh for name, body in fields.bodies.items()}
-    in_space = next(iter(bodies.values())).dim() == 3
+    ends = _ends(fields.bodies)
+    in_space, size = ends.shape[1] == 3, float((ends[1] - ends[0]).max())
     axes = _axes(ax, in_space)
-    ends = np.array([[end(mesh.p, axis=1) for end in (np.min, np.max)] for mesh in bodies.values()])
-    size = float((ends[:, 1].max(axis=0) - ends[:, 0].min(axis=0)).max())
     largest = max(float(np.linalg.norm(u, axis=0).max()) for u in fields.displacement.values())
     scale = (0.1 * size / largest if largest > 0 else 1.0) if wanted.scale is None else wanted.scale
-    for number, (name, mesh) in enumerate(bodies.items()):
-        color, moved = series(number)["color"], replace(mesh, doflocs=mesh.doflocs + scale * fields.displacement[name])
-        if in_space:
-            _faces(axes, moved, mesh.boundary_facets(), facecolor=(color, 0.25), edgecolor=(color, 0.6), linewidth=0.3, label=name)
-        else:
-            draw_edges(axes, mesh, mesh.boundary_facets(), color=GREY, lw=0.8, zorder=0.4, label="as it was" if number == 0 else None)
-            draw_mesh(axes, moved, color, thin=0.2, label=name)
+    for number, (name, body) in enumerate(fields.bodies.items()):
+        if not in_space:
+            draw_edges(axes, body.mesh, body.mesh.boundary_facets(), color=GREY, lw=0.8, zorder=0.4, label="as it was" if number == 0 else None)
+        _body(axes, replace(body.mesh, doflocs=body.mesh.doflocs + scale * fields.displacement[name]), number, name, 0.25, 0.6)
     axes.set_title(f"displacements {scale:.4g} times enlarged; the largest is {largest:.4g} (length)")
     _finish(axes, ends, 0.1 * size)
     return _named(axes, in_space, own=ax is None)
+
+
+def _ends(bodies: Mapping[str, Body]) -> Array:
+    """(2, d) least and largest coordinates of bodies."""
+    points = np.concatenate([body.mesh.p for body in bodies.values()], axis=1)
+    return np.array([points.min(axis=1), points.max(axis=1)])
+
+
+def _body(axes: AnyAxes, mesh: Mesh, number: int, name: str, face: float, edge: float) -> None:
+    """A body in the colour of its number: its mesh, in space its surface, with the opacities of faces and edges."""
+    color = series(number)["color"]
+    if mesh.dim() == 3:
+        _faces(axes, mesh, mesh.boundary_facets(), facecolor=(color, face), edgecolor=(color, edge), linewidth=0.3, label=name)
+    else:
+        draw_mesh(axes, mesh, color, thin=0.2, label=name)
 
 
 def _named(axes: AnyAxes, in_space: bool, *, own: bool) -> AnyAxes:
@@ -159,10 +165,10 @@ def _axes(ax: AnyAxes | None, in_space: bool) -> AnyAxes:
 def _finish(axes: AnyAxes, ends: Array, length: float) -> None:
     """Names and limits of the axes, in space with room for the arrows."""
     axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)")
-    if ends.shape[2] == 2:
+    if ends.shape[1] == 2:
         axes.set_aspect("equal")
         return
-    low, high = ends[:, 0].min(axis=0) - length, ends[:, 1].max(axis=0) + length
+    low, high = ends[0] - length, ends[1] + length
     axes.set_box_aspect(high - low)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), zlabel="$z$ (length)")
     axes.grid(False)
