@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.solve import interior_point
 from frictopt.solve import solvers as policy
-from frictopt.solve.condensed import Condensed
+from frictopt.solve.condensed import Equations
+from frictopt.solve.cones import Scaling
 from frictopt.solve.standard_form import StandardForm
 from spatial import cycle, random_contact, vectors
 
@@ -94,18 +96,47 @@ def test_an_equation_that_defines_nothing_is_left_to_clarabel(monkeypatch):
 @pytest.mark.parametrize(("from_end", "outcome"), [(0, "optimal_inaccurate"), (6, "no factor")])
 def test_where_rounding_leaves_no_step_it_ends_close_to_an_optimum_and_gives_up_far_from_it(from_end, outcome, monkeypatch):
     problem, optimum = planted(np.random.default_rng(5), n=6, numbers=9, circles=9, defined=2)
-    honest, ends, made = Condensed.factor, [], []
+    honest, ends, made = Equations.__init__, [], []
 
-    def factor(self, scaling):
+    def factored(self, program, scaling):
         made.append(scaling)
         if len(made) in ends:
             raise ArithmeticError("no factor")
-        return honest(self, scaling)
+        honest(self, program, scaling)
 
-    monkeypatch.setattr(Condensed, "factor", factor)
+    monkeypatch.setattr(Equations, "__init__", factored)
     policy._run(problem, "INTERIOR_POINT")
     ends.append(len(made) - from_end)
     made.clear()
     assert policy._run(problem, "INTERIOR_POINT") == outcome
     if outcome != "no factor":
         assert StandardForm(problem).bounds == pytest.approx([optimum] * 2, rel=1e-5)
+
+
+def inside(rng, cones, depth):
+    """A vector within cones, at most `depth` of its size from their boundary."""
+    found = np.empty(cones.size)
+    for group in cones.groups:
+        side = rng.normal(size=(len(group), group.shape[1] - 1))
+        side *= (1 - depth * rng.uniform(0.5, 1.0, (len(side), 1))) / np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-300)
+        found[group] = np.column_stack([np.ones(len(side)), side]) * rng.uniform(0.5, 2.0, (len(side), 1))
+    return found
+
+
+@pytest.mark.parametrize("depth", [1.0, 1e-3, 1e-9])
+@pytest.mark.parametrize("inverted", [True, False])
+def test_the_equations_of_a_step_hold_whichever_way_they_are_solved(inverted, depth, monkeypatch):
+    """Against one dense solve. By the end of a limit slacks and multipliers have spoilt the inverse, which is noticed."""
+    rng, asked, honest = np.random.default_rng(4), [], interior_point._solved
+    monkeypatch.setattr(interior_point, "_solved", lambda *program: asked.append(program) or honest(*program))
+    fo.shakedown_limit(random_contact(rng, 12), cycle(), 0.4, solver="INTERIOR_POINT")
+    program, cones = asked[0]
+    assert not program.inverted
+    n, program.inverted = len(program.objective), inverted
+    scaling = Scaling(cones, inside(rng, cones, depth), depth * inside(rng, cones, depth))
+    u, v = rng.normal(size=n), rng.normal(size=cones.size)
+    y, z = Equations(program, scaling).solved(u, v)
+    A = np.column_stack([program.rows(e) for e in np.eye(n)])
+    square = np.column_stack([scaling.times(scaling.times(e)) for e in np.eye(cones.size)])
+    exact = np.linalg.solve(np.block([[np.zeros((n, n)), A.T], [A, -square]]), np.r_[u, v])
+    assert np.r_[y, z] == pytest.approx(exact, rel=1e-6, abs=1e-6 * np.abs(exact).max())

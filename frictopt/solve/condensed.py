@@ -1,15 +1,27 @@
-"""A cone program without the variables that its equations define: sparse rows, and one dense block that all of them share."""
+"""A cone program without the variables that its equations define: sparse rows, and one dense block that all of them share.
+
+With `b = block y` and W the scaling of slacks and multipliers, a step of an interior point solves, for y, b, z, and the multipliers m of b::
+
+    sparse' z + [block' m, -m] = [u, 0],   sparse [y, b] - W^2 z = v
+
+so that `K [y, b] + [block' m, -m]` is known, with `K = sparse' W^-2 sparse`, which has a small block for each node, but for the few unknowns that all
+nodes share, such as the load factor. Either b is put in, which leaves a dense matrix of the size of y. Or, where b has less parts than y, K is
+inverted, which leaves one of the size of m: a third of the work, until slacks and multipliers differ so much that rounding spoils it.
+"""
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.sparse import csc_array, csr_array, hstack
+from scipy.sparse.csgraph import connected_components
 
 from ..contact.checks import Array
 from .cones import Scaling
 
-_LONG = 0.2  # share of the unknowns from which on a row counts as dense
+_LONG = 0.2  # share of the unknowns from which on a row counts as dense, and of the rows from which on all nodes share an unknown
 _ROWS = 500  # rows in a part of the product, of which only the lower triangle is computed
 _SHIFT = 1e-14  # of the diagonal, over itself, so that rounding leaves the equations a factor
+_SOFTEST = 1e-10  # added stiffness of a node, over its largest one, without which the inverse is all rounding
+_CORRECTIONS, _CORRECT = 3, 1e-13  # of the solution of the equations at most, and their error from which on none is needed
 
 
 class Condensed:
@@ -24,6 +36,15 @@ class Condensed:
     zero
         How many of the first rows are zero; each must define a variable that no other one of them has.
 
+    Attributes
+    ----------
+    right, objective
+        Of the rows and unknowns that are left.
+    sparse, transposed, block
+        (rows, n + b), its transpose, and (b, n).
+    shared, inverted
+        How many of the unknowns, the last ones, all nodes share; whether K is inverted.
+
     Raises
     ------
     ValueError
@@ -37,56 +58,147 @@ class Condensed:
         if len(defining) < zero:
             raise ValueError("an equation defines no variable of its own")
         self._defined = alone[first]
-        self._kept = np.setdiff1d(np.arange(matrix.shape[1]), self._defined)
+        kept = np.setdiff1d(np.arange(matrix.shape[1]), self._defined)
+        wide = np.diff(rows.indptr)[kept] > _LONG * rows.shape[0]
+        self._kept, self.shared = np.concatenate([kept[~wide], kept[wide]]), int(wide.sum())
         self._pivots = equations.data[equations.indptr[self._defined]]
         self._start, self._costs = right[:zero] / self._pivots, objective[self._defined]
         define = -equations[:, self._kept].toarray() / self._pivots[:, None]
         on_kept, on_defined = csr_array(rows[:, self._kept]), rows[:, self._defined]
         long = np.diff(on_kept.indptr) > _LONG * len(self._kept)
         chosen = csr_array((np.ones(long.sum()), (np.flatnonzero(long), np.arange(long.sum()))), shape=(len(long), int(long.sum())))
-        self._block = np.vstack([define, on_kept[long].toarray()])
-        self._sparse = csr_array(hstack([on_kept.multiply(~long[:, None]), on_defined, chosen]))
-        self._transposed = csr_array(self._sparse.T)
+        self.block: Array = np.vstack([define, on_kept[long].toarray()])
+        self.sparse = csr_array(hstack([on_kept.multiply(~long[:, None]), on_defined, chosen]))
+        self.transposed = csr_array(self.sparse.T)
+        self.inverted = len(self.block) < len(kept) and bool(np.diff(self.transposed.indptr).all())
         self.right, self.objective = right[zero:] - on_defined @ self._start, objective[self._kept] + define.T @ self._costs
 
     def rows(self, y: Array) -> Array:
         """`A y`."""
-        return np.asarray(self._sparse @ np.concatenate([y, self._block @ y]))
+        return np.asarray(self.sparse @ np.concatenate([y, self.block @ y]))
 
     def columns(self, z: Array) -> Array:
         """`A' z`."""
-        work = self._transposed @ z
-        return np.asarray(work[: len(self._kept)] + work[len(self._kept) :] @ self._block)
+        work = self.transposed @ z
+        return np.asarray(work[: len(self._kept)] + work[len(self._kept) :] @ self.block)
 
     def whole(self, y: Array, z: Array) -> tuple[Array, Array]:
         """Variables and multipliers of the program."""
         x, zero, n = np.empty(len(self._kept) + len(self._defined)), len(self._defined), len(self._kept)
-        x[self._kept], x[self._defined] = y, self._start + self._block[:zero] @ y
-        work = self._transposed @ z
+        x[self._kept], x[self._defined] = y, self._start + self.block[:zero] @ y
+        work = self.transposed @ z
         return x, np.concatenate([-(self._costs + work[n : n + zero]) / self._pivots, z])
 
-    def factor(self, scaling: Scaling) -> Array:
-        """The Cholesky factor of the equations `A' W^-2 A`, upper.
 
-        Raises
-        ------
-        ArithmeticError
-            They have none.
-        """
-        n, weights = len(self._kept), self._transposed @ scaling.inverse_square() @ self._sparse
-        across = weights[n:, :n]
-        block, matrix = weights[n:, n:] @ self._block + across, across.T @ self._block
-        matrix += weights[:n, :n]
-        for start in range(0, n, _ROWS):
-            rows = slice(start, start + _ROWS)
-            matrix[rows, : rows.stop] += self._block[:, rows].T @ block[:, : rows.stop]
-        matrix[np.diag_indices(n)] *= 1 + _SHIFT
-        factor, failed = dpotrf(matrix.T, overwrite_a=1)  # its upper triangle, in the order of columns
-        if failed:
-            raise ArithmeticError("the equations of a step have no factor")
-        return np.asarray(factor)
+class Equations:
+    """The equations `A' z = u` and `A y - W^2 z = v` of a step.
 
-    @staticmethod
-    def solved(factor: Array, right: Array) -> Array:
-        """The solution of the equations."""
-        return np.asarray(dpotrs(factor, right)[0])
+    Raises
+    ------
+    ArithmeticError
+        They have no factor.
+    """
+
+    def __init__(self, program: Condensed, scaling: Scaling) -> None:
+        self._program, self._scaling = program, scaling
+        self._weights = csr_array(program.transposed @ scaling.inverse_square() @ program.sparse)
+        self._step = _Inverted(self._weights, program) if program.inverted else _PutIn(self._weights, program.block)
+
+    def solved(self, u: Array, v: Array) -> tuple[Array, Array]:
+        """The y and z, whose errors are corrected in the equations themselves."""
+        program, over, times, (parts, n) = self._program, self._scaling.over, self._scaling.times, self._program.block.shape
+        x, m, drawn, z = np.zeros(n + parts), np.zeros(parts), np.zeros(n), np.zeros(len(v))
+        size = max(float(np.abs(u).max()), float(np.abs(v).max()))
+        for corrections in range(1 + _CORRECTIONS):
+            left, right = np.concatenate([u - drawn, m]) - program.transposed @ z, v - program.sparse @ x + times(times(z))
+            apart = x[n:] - program.block @ x[:n]
+            error = max(float(np.abs(part).max(initial=0.0)) for part in (left, right, apart))
+            if error <= _CORRECT * size:
+                break
+            if program.inverted and corrections == 1 and not error <= size:
+                program.inverted, self._step = False, _PutIn(self._weights, program.block)
+                return self.solved(u, v)
+            more = self._step(left + program.transposed @ over(over(right)), apart)
+            z = z + over(over(program.sparse @ more[0] - right))
+            x, m, drawn = x + more[0], m + more[1], drawn + more[2]
+        return x[:n], z
+
+
+class _PutIn:
+    """The x = [y, b], m and `block' m` with `K x + [block' m, -m] = load` and `block y - b = apart`, by `b = block y - apart`."""
+
+    def __init__(self, weights: csr_array, block: Array) -> None:
+        n = block.shape[1]
+        self._weights, self._block = weights, block
+        self._factor = _factor(weights[:n, :n], weights[n:, :n], weights[n:, n:], block)
+
+    def __call__(self, load: Array, apart: Array) -> tuple[Array, Array, Array]:
+        n = self._block.shape[1]
+        load = load + self._weights[:, n:] @ apart
+        y = dpotrs(self._factor, load[:n] + load[n:] @ self._block)[0]
+        b = self._block @ y
+        m = self._weights[n:] @ np.concatenate([y, b]) - load[n:]
+        return np.concatenate([y, b - apart]), m, m @ self._block
+
+
+class _Inverted:
+    """The same by the inverse of K, of which the rows of the shared unknowns are left out and solved for last."""
+
+    def __init__(self, weights: csr_array, program: Condensed) -> None:
+        n, size = program.block.shape[1], weights.shape[0]
+        own = n - program.shared
+        self._block, self._own, self._inner, self._outer = program.block, own, np.r_[:own, n:size], slice(own, n)
+        self._soft = _inverse(weights[self._inner][:, self._inner])
+        self._factor = _factor(self._soft[own:, own:], self._soft[:own, own:], self._soft[:own, :own], -self._block[:, :own].T)
+        shared = weights[:, self._outer].toarray()
+        self._moved = self._soft @ shared[self._inner]
+        self._parts = self._lack(self._moved) - self._block[:, self._outer]
+        self._held = dpotrs(self._factor, self._parts)[0]
+        self._small = shared[self._outer] - shared[self._inner].T @ self._moved + self._parts.T @ self._held
+
+    def _lack(self, inner: Array) -> Array:
+        return np.asarray(self._block[:, : self._own] @ inner[: self._own] - inner[self._own :])
+
+    def __call__(self, load: Array, apart: Array) -> tuple[Array, Array, Array]:
+        inner, outer = self._inner, self._outer
+        free = self._soft @ load[inner]
+        lack = self._lack(free) - apart
+        shared = np.linalg.solve(self._small, load[outer] - self._moved.T @ load[inner] + self._held.T @ lack)
+        m = dpotrs(self._factor, lack - self._parts @ shared)[0]
+        drawn, x = m @ self._block, np.empty(len(load))
+        x[outer], x[inner] = shared, free - self._moved @ shared - self._soft @ np.concatenate([drawn[: self._own], -m])
+        return x, m, drawn
+
+
+def _inverse(matrix: csr_array) -> csr_array:
+    """The inverse of a positive definite matrix of many small blocks, which are stiffened a little, so that rounding leaves it positive definite."""
+    _, part = connected_components(matrix, directed=False)
+    sizes, order, entries = np.bincount(part), np.argsort(part, kind="stable"), matrix.tocoo()
+    place, number = np.empty((2, len(part)), dtype=int)
+    rows, columns, found = list[Array](), list[Array](), list[Array]()
+    for d in np.unique(sizes):
+        at = order[sizes[part[order]] == d].reshape(-1, d)
+        number[at], place[at] = np.arange(len(at))[:, None], np.arange(d)
+        own = sizes[part[entries.row]] == d
+        row, column, blocks = entries.row[own], entries.col[own], np.zeros((len(at), d, d))
+        blocks[number[row], place[row], place[column]] = entries.data[own]
+        size = np.sqrt(np.diagonal(blocks, axis1=1, axis2=2))
+        size = size[:, :, None] * size[:, None]
+        rows.append(at.repeat(d, axis=1).ravel())
+        columns.append(np.tile(at, d).ravel())
+        found.append((np.linalg.inv(blocks / size + _SOFTEST * np.eye(d)) / size).ravel())
+    return csr_array((np.concatenate(found), (np.concatenate(rows), np.concatenate(columns))), shape=matrix.shape)
+
+
+def _factor(first: csr_array, across: csr_array, last: csr_array, block: Array) -> Array:
+    """The Cholesky factor, upper, of `first + across' block + block' across + block' last block`."""
+    half, matrix, n = last @ block + across, across.T @ block, block.shape[1]
+    matrix += first
+    for start in range(0, n, _ROWS):
+        rows = slice(start, start + _ROWS)
+        matrix[rows, : rows.stop] += block[:, rows].T @ half[:, : rows.stop]
+    matrix[np.diag_indices(n)] *= 1 + _SHIFT
+    factor, failed = dpotrf(matrix.T, overwrite_a=1)  # its upper triangle, in the order of columns
+    if failed:
+        raise ArithmeticError("the equations of a step have no factor")
+    return np.asarray(factor)

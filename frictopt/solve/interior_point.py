@@ -5,7 +5,7 @@ cycle. With `min c'y` over the `s = h - A y` in cones, whose multipliers z are i
 
     A' z = u,   A y - W^2 z = v   by   (A' W^-2 A) y = u + A' W^-2 v
 
-so that whatever the number of cones there is one dense matrix of the size of y, one product and one Cholesky factorisation. Their errors are
+so that whatever the number of cones there is one dense matrix, one product and one Cholesky factorisation, see `Condensed`. Their errors are
 corrected in the equations on the left. The steps are those of Mehrotra on the homogeneous embedding, which also finds that there is no optimum
 (Andersen, Roos & Terlaky 2003).
 """
@@ -22,7 +22,7 @@ from cvxpy.reductions.solvers.conic_solvers.conic_solver import ConicSolver
 from scipy.sparse import csr_array
 
 from ..contact.checks import Array
-from .condensed import Condensed
+from .condensed import Condensed, Equations
 from .cones import Cones, Scaling
 
 _STEPS = 100
@@ -30,7 +30,6 @@ _ENOUGH = 1e-10  # errors with which it ends: of the rows, of the multipliers, a
 _WAITING = 5  # steps that do not halve the work of the cones after which rounding is all that is left
 _NEARLY = 1e-7  # errors up to which it ends where rounding leaves no further step, for others to judge
 _STAY = 0.99  # share of the way to the boundary of the cones
-_CORRECTIONS, _CORRECT = 3, 1e-13  # of the solution of the equations at most, and their error from which on none is needed
 
 
 class InteriorPoint(CLARABEL):  # type: ignore[misc]
@@ -128,7 +127,7 @@ class _Newton:
     def __init__(self, program: Condensed, cones: Cones, at: _Point, off: _Residuals) -> None:
         self._program, self._cones, self._at, self._off = program, cones, at, off
         self._scaling = Scaling(cones, at.s, at.z)
-        self._factor = program.factor(self._scaling)
+        self._solve = Equations(program, self._scaling).solved
         self._y, self._z = self._solve(-program.objective, program.right)
         self._slope = at.kappa / at.tau + float((self._scaling.times(self._z) ** 2).sum())
 
@@ -151,16 +150,3 @@ class _Newton:
         at, scaling = self._at, self._scaling
         numbers = [-value / change for value, change in ((at.tau, way.tau), (at.kappa, way.kappa)) if change < 0]
         return min(scaling.longest(scaling.over(way.s)), scaling.longest(scaling.times(way.z)), *numbers)
-
-    def _solve(self, u: Array, v: Array) -> tuple[Array, Array]:
-        """The y and z with `A' z = u` and `A y - W^2 z = v`."""
-        program, over, times = self._program, self._scaling.over, self._scaling.times
-        y, z = np.zeros(len(u)), np.zeros(len(v))
-        enough = _CORRECT * max(float(np.abs(u).max()), float(np.abs(v).max()))
-        for _ in range(1 + _CORRECTIONS):
-            left, right = u - program.columns(z), v - program.rows(y) + times(times(z))
-            if max(float(np.abs(left).max()), float(np.abs(right).max())) <= enough:
-                break
-            more = program.solved(self._factor, left + program.columns(over(over(right))))
-            y, z = y + more, z + over(over(program.rows(more) - right))
-        return y, z
