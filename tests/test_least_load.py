@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.histories.guarantee import _from_its_middle
-from frictopt.limits.judge import certified
+from frictopt.limits.judge import judged
 from frictopt.limits.mechanism import Mechanism
 from frictopt.limits.question import pose
 from frictopt.limits.safe_model import safe_set
@@ -159,12 +159,12 @@ def test_the_problem_of_the_limit_keeps_its_values(own):
 def test_a_least_load_factor_that_is_not_the_least_is_not_accepted():
     """Judged from both sides: more than the least is not proven by the mechanism, less has no safe slip."""
     task = pose(TWO, PRESSING, 0.5)
-    motion = Mechanism(np.array([[-1.0, 0.0], [1.0, 0.0]]), np.zeros((2, 2)), task.friction)
+    motion = Mechanism(np.array([[-1.0, 0.0], [1.0, 0.0]]), np.array([[0.5, 0.0], [0.5, 0.0]]), task.friction)
 
     v = safe_set(task)
     for load_factor, right in ((1.25, True), (1.25 * (1 + 1e-8), False), (1.25 * (1 - 1e-8), False), (1.5, False)):
-        assert (certified(v, load_factor, np.zeros(2), motion, least=True).residual <= 1e-9) == right
-    assert certified(v, 1.25, np.zeros(2), motion).residual == np.inf  # its drive is negative: no limit from above
+        assert (judged(v, (load_factor, np.zeros(2), motion), least=True).residual <= 1e-9) == right
+    assert judged(v, (1.25, np.zeros(2), motion)).residual == np.inf  # its drive is negative: no limit from above
 
 
 def test_it_costs_no_program_where_the_mean_load_is_safe():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.limits.mirrors import half_of, images_of
 from frictopt.limits.question import pose
-from frictopt.limits.reduced import half_of, mirrors_of
 from systems import mirrored as symmetric
 
 SYSTEMS = pytest.mark.parametrize("seed", range(12))
@@ -73,11 +73,11 @@ def test_a_middle_node_alone_limits_the_load():
 def test_what_is_not_symmetric_is_not_halved():
     contact, even, cycle = symmetric(np.random.default_rng(7), 5), np.full(5, 0.4), fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"other": 1.0}])
     uneven, tilt, task = even + 1e-12 * np.arange(5), 1 + 1e-11 * np.arange(5), pose(contact, cycle, even, slip_bound=even)
-    assert mirrors_of(task) and half_of(replace(task, simplify=False)).whole is None
+    assert images_of(task) and half_of(replace(task, simplify=False)).whole is None
     q, p = contact.reaction({"mean": 1.0})
     for change in ({"friction": uneven}, {"most": uneven}, {"p0": (p * tilt)[None]}, {"q0": (q + 1e-11)[None]}):
-        assert not mirrors_of(replace(task, **change))
+        assert not images_of(replace(task, **change))
     A = contact.A + 1e-12 * np.diag([1.0, 0, 0, 0, 0]) * np.abs(contact.A).max()
-    assert not mirrors_of(replace(task, system=fo.ContactSystem.from_blocks(A, contact.B, contact.C, contact.x, contact.bonded)))
+    assert not images_of(replace(task, system=fo.ContactSystem.from_blocks(A, contact.B, contact.C, contact.x, contact.bonded)))
     one = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0])})
-    assert not mirrors_of(pose(one, fo.LoadCycle({"P": 1.0}, [{"P": 0.1}]), 0.4))
+    assert not images_of(pose(one, fo.LoadCycle({"P": 1.0}, [{"P": 0.1}]), 0.4))

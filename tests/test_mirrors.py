@@ -8,8 +8,9 @@ from scipy.stats import ortho_group
 
 import frictopt as fo
 from frictopt.contact.parts import joined
+from frictopt.limits.mirrors import half_of, images_of
+from frictopt.limits.open_nodes import rest_of
 from frictopt.limits.question import pose
-from frictopt.limits.reduced import half_of, mirrors_of, rest_of
 
 SEEDS = pytest.mark.parametrize("seed", range(12))
 
@@ -127,7 +128,7 @@ def test_of_a_contact_that_lifts_off_the_closed_nodes_of_a_part_are_asked(tangen
 def test_nodes_that_are_open_without_their_images_leave_no_part():
     contact, cycle, friction, _, _ = scene(3, planes=(0,))
     task, first = pose(contact, cycle, friction), np.arange(contact.nodes) == 0
-    alone, pair = rest_of(task, first), rest_of(task, first | (mirrors_of(task).source == 0))
+    alone, pair = rest_of(task, first), rest_of(task, first | (images_of(task)[1][:, : contact.nodes].min(axis=0) == 0))
     assert half_of(alone) is alone and len(half_of(pair).friction) < len(pair.friction)
 
 
@@ -146,7 +147,7 @@ def test_both_planes_of_a_contact_are_found_however_it_lies(turned):
         Q *= np.linalg.det(Q)
         contact = changed(contact, points=contact.points @ Q.T + [5.0, -3.0, 1.0], frames=contact.frames @ Q.T)
     task = pose(contact, cycle, friction)
-    assert len(mirrors_of(task).planes) == 2 and half_of(replace(task, simplify=False)).whole is None
+    assert len(images_of(task)[0]) == 4 and half_of(replace(task, simplify=False)).whole is None
     assert len(half_of(task).friction) < len(friction) / 2
 
 
@@ -156,13 +157,14 @@ def test_what_breaks_a_symmetry_a_little_leaves_the_other():
     n, rng, task = contact.nodes, np.random.default_rng(0), pose(contact, cycle, friction, slip_bound=1.0)
     left = contact.points[:, 0] < 0  # symmetric in the second plane alone
     m = contact.S.shape[0]
-    assert len(mirrors_of(task).planes) == 2
+    assert len(images_of(task)[0]) == 4
 
     def planes(**change):
-        found = mirrors_of(pose(change.pop("contact", contact), change.pop("cycle", cycle), change.pop("friction", friction), **change))
-        return [] if found is None else found.planes.tolist()
+        found = images_of(pose(change.pop("contact", contact), change.pop("cycle", cycle), change.pop("friction", friction), **change))
+        moved = contact.points[np.arange(n) if found is None else found[1][:, :n]] - contact.points
+        return np.flatnonzero(np.abs(moved).max(axis=tuple(range(moved.ndim - 1))) > 1e-3).tolist()
 
-    second = [[0.0, 1.0, 0.0]]
+    second = [1]
     assert planes(friction=friction + 1e-12 * left) == second
     assert planes(slip_bound=1.0 + 1e-12 * left) == second
     assert planes(contact=changed(contact, gap=contact.gap + 1e-9 * left)) == second

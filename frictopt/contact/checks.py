@@ -1,7 +1,12 @@
 """Input checks shared by all layers: each returns the checked value or raises a `ModelError` that names argument, value and remedy."""
 
 import copyreg
-from collections.abc import Collection, Mapping, Sequence
+import sys
+import warnings
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
+from functools import wraps
+from inspect import signature
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
@@ -9,9 +14,11 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ModelError
+from ..errors import ModelError, ModelWarning
 
 _LARGEST = 1e150  # the square of a larger number overflows
+_OURS = "frictopt."  # rooms of the package, whose own questions are not the user's
+_ROUGH = 5.0  # largest coefficient of friction that is passed without a word: of dry metals it is 0.1 to 1.5, of rubber up to 4
 LARGEST_SEED = 2**63 - 1
 """Largest seed of a random choice: the largest whole number that a column of a table holds."""
 
@@ -19,6 +26,7 @@ Array: TypeAlias = NDArray[np.float64]
 Names: TypeAlias = NDArray[np.str_]
 Booleans: TypeAlias = NDArray[np.bool_]
 T = TypeVar("T")
+F = TypeVar("F", bound=Callable[..., object])
 
 
 def frozen(values: object) -> Array:
@@ -181,6 +189,29 @@ def whole_array(name: str, values: object, shape: tuple[int | None, ...], *, lea
         where = tuple(int(i) for i in np.argwhere(~fits)[0])
         raise ModelError(f"{name}: {numbers[where]:g} at index {where if len(where) > 1 else where[0]}; give integers from {least} to {most}")
     return numbers.astype(np.intp)
+
+
+def warns_of_odd_values(question: F) -> F:
+    """A public question, with a warning of values that a user who asks it may not have meant."""
+    names = list(signature(question).parameters)
+
+    @wraps(question)
+    def asked(*args: object, **kwargs: object) -> object:
+        if sys._getframe(1).f_globals.get("__name__", "").startswith(_OURS):
+            return question(*args, **kwargs)
+        given = dict(zip(names, args, strict=False)) | kwargs
+        with suppress(ModelError):  # what is no number is for the question to refuse
+            friction = float(real_array("friction", given.get("friction", 0.0)).max(initial=0.0))
+            if friction > _ROUGH:
+                text = f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent"
+                warnings.warn(text, ModelWarning, stacklevel=2)
+        load_factor = given.get("load_factor")
+        if isinstance(load_factor, Real) and load_factor == 0 and getattr(given.get("cycle"), "fixed", None) is None:
+            text = "load_factor: 0; the corners of the cycle carry no load then, only the mean load acts"
+            warnings.warn(text, ModelWarning, stacklevel=2)
+        return question(*args, **kwargs)
+
+    return asked  # type: ignore[return-value]
 
 
 def place(point: Array) -> str:

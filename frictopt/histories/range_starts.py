@@ -11,8 +11,8 @@ from ..contact.tolerances import ROUNDING
 from ..errors import ModelError, SolverError
 from ..limits import ShakedownLimit, guaranteed_limit
 from ..limits.admissible import AdmissibleSlips
+from ..limits.mirrors import images_of
 from ..limits.question import LimitQuestion
-from ..limits.reduced import mirrors_of
 
 _PARALLEL = ROUNDING  # directions of unit length that differ by less are one
 _BEYOND = 3.0, 10.0  # multiples of the extreme slips from which nodes open on the way to the mean load
@@ -94,8 +94,8 @@ class RangeStarts:
             if units and not any(np.abs(units[0] - other).max() <= _PARALLEL for other in changes.values()):
                 changes |= {f"along the load after {name}": units[0], f"against the load after {name}": units[1]}
         if system.tangents == 1:
-            x, mirrors = system.x - system.x.mean(), mirrors_of(self._task)
-            same = mirrors is not None and (mirrors.corner == np.arange(len(q1))).all()  # the image of a transient is one under the same loads
+            x, images = system.x - system.x.mean(), images_of(self._task)
+            same = images is not None and (images[0] == np.arange(len(q1))).all()  # the image of a transient is one under the same loads
             ends = {"left end unloaded": -system.B[0]} | ({} if same else {"right end unloaded": -system.B[-1]})
             return changes | {"stretched": x, "squeezed": -x} | ends
         x, y = np.einsum("nij,nj->in", system.frames[:, :2], system.points - system.points.mean(axis=0))

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
-from ..contact.checks import Array, finite_array, finite_number, flag, real_array
-from ..contact.odd_values import warns_of_odd_values
+from ..contact.checks import Array, finite_array, finite_number, flag, real_array, warns_of_odd_values
 from ..contact.parts import parted
 from ..contact.progress import bar_of
 from ..contact.system import checked_system

@@ -9,10 +9,9 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
 from ..contact.answers import Outcome
-from ..contact.checks import Array, Booleans, finite_number, frozen
+from ..contact.checks import Array, Booleans, finite_number, frozen, warns_of_odd_values
 from ..contact.cycle import checked_cycle, reactions
 from ..contact.diagnosis import open_nodes
-from ..contact.odd_values import warns_of_odd_values
 from ..contact.parts import joined
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, frame, places

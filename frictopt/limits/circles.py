@@ -6,6 +6,7 @@ from scipy.optimize import linprog
 
 from ..contact import LoadCycle
 from ..contact.checks import Array
+from ..contact.coulomb import lengths
 from ..contact.onset import reach
 from ..contact.tolerances import NO_COUPLING, ROUNDING
 from .mechanism import Mechanism
@@ -54,7 +55,7 @@ class Circles(SafeSet):
     def motion(self) -> tuple[Mechanism, float]:
         """See `SafeSet.motion`.
 
-        Where the force multiplier of a circle exceeds its slip (a node that carries nothing), friction times the excess opens the node.
+        Where the force multiplier of a circle exceeds its slip (a node that carries nothing), the node opens too.
         """
         task, unit, rows = self.task, self.unit, self.rows
         slips, force, opening = np.zeros(task.q1.shape), np.zeros(task.p1.shape), np.zeros(task.p1.shape)
@@ -65,10 +66,9 @@ class Circles(SafeSet):
                 slips[k, self._pinned[k]] = -rows[f"no_shear_{k}"].dual_value
             if f"no_opening_{k}" in rows:
                 opening[k] = np.maximum(rows[f"no_opening_{k}"].dual_value, 0.0)
-        size = np.linalg.norm(slips, axis=-1)
-        weight = float(((np.maximum(force, size) + opening) / unit).sum())
-        opening = (opening + task.friction * np.maximum(force - size, 0.0)) / unit
-        return Mechanism(slips / unit[:, None], opening, task.friction, self.held, self.pressed), weight
+        force = np.maximum(force, np.linalg.norm(slips, axis=-1))
+        lift, weight = (task.friction * force + opening) / unit, float(((force + opening) / unit).sum())
+        return Mechanism(slips / unit[:, None], lift, task.friction, self.held, self.pressed), weight
 
     @property
     def solved_load_factor(self) -> float:
@@ -120,7 +120,7 @@ def helpless(task: LimitQuestion, designed: bool = False) -> tuple[Mechanism, st
     slips[first[node], node] = q1[corner, node] - q1[first[node], node]
     slips[corner, node] = -slips[first[node], node]
     lack = "friction" if task.friction[node] == 0 else "pressure"
-    return Mechanism(slips, opening, task.friction), f"node {node} has no {lack}, and the cyclic load shears it"
+    return Mechanism(slips, task.friction * lengths(slips, p1), task.friction), f"node {node} has no {lack}, and the cyclic load shears it"
 
 
 def _unpressed(task: LimitQuestion) -> np.ndarray:

@@ -20,7 +20,6 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array, frozen
-from ..contact.coulomb import lengths
 from ..contact.record import Attempt
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..solve.explain import Units
@@ -251,4 +250,4 @@ def critical_motion(program: SafeSet, state: CriticalState) -> Mechanism:
     slips[corners, node] += own[:, :-1].reshape(slips[corners, node].shape)
     lift[corners, node] += own[:, -1]
     press = None if others.press is None else -others.press * task.load_unit
-    return Mechanism(slips, lift - f * lengths(slips, lift), f, press=press)
+    return Mechanism(slips, lift, f, press=press)

@@ -11,15 +11,15 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
-from ..contact.checks import Array, frozen, listed
-from ..contact.odd_values import warns_of_odd_values
+from ..contact.checks import Array, frozen, listed, warns_of_odd_values
 from ..contact.record import SolveRecord
 from ..errors import ModelError, SolverError
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
 from .critical_state import critical_states
 from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
+from .mirrors import images_of
+from .open_nodes import rest_of
 from .question import LimitQuestion
-from .reduced import mirrors_of, on_whole, rest_of
 from .safe_model import SafeModel
 from .screening import load_factor_bounds
 from .shakedown import ShakedownModel, shakedown_problem
@@ -113,16 +113,17 @@ class GuaranteedModel(SafeModel):
             return self._result(task, shakedown, None, least, how, ())
         safe = self._shakedown._program(shakedown_problem, task, own)
         values: Mapping[cp.Variable, Array] = {variable: variable.value for variable in safe.problem.variables()}
-        mirrors = mirrors_of(task) if self._asked.simplify and not own else None
-        source = np.arange(n) if mirrors is None else mirrors.source  # a witness is not its own image, but the node's image has its load factor
-        images = both & (source != np.arange(n))
-        how[images] = IMAGE
+        images = images_of(task) if self._asked.simplify and not own else None
+        # a witness is not its own image, but the node's image has its load factor
+        source = np.arange(n) if images is None else images[1][:, :n].min(axis=0)
+        imaged = both & (source != np.arange(n))
+        how[imaged] = IMAGE
         bounds = load_factor_bounds(safe) if self._asked.simplify else np.zeros(n)
         best: NodeClaim | None = None
         claims: list[NodeClaim] = []
         # where the pressure is little, nodes are nearly critical
         pressure = task.p0.min(axis=0) + task.change(np.nan_to_num(task.own(shakedown.slip)))[1]
-        for node in sorted(np.flatnonzero(both & ~images).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
+        for node in sorted(np.flatnonzero(both & ~imaged).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
             if self._asked.simplify and bounds[node] >= least_found:
                 least[node] = bounds[node]
                 continue
@@ -140,7 +141,7 @@ class GuaranteedModel(SafeModel):
         for variable, value in values.items():  # the last program solved need not be that of the answer
             variable.save_value(value)
         safe.own.save()
-        return self._result(task, shakedown, best, np.where(images, least[source], least), how, tuple(claims))
+        return self._result(task, shakedown, best, np.where(imaged, least[source], least), how, tuple(claims))
 
     def _result(
         self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
@@ -154,7 +155,7 @@ class GuaranteedModel(SafeModel):
             least, how = every_least, every_how
             if best is not None:
                 above = None if best.above is None else (best.above[0], frozen(rest.expanded(best.above[1])))
-                motion = on_whole(rest, best.slip, motion)[2]
+                motion = rest.on_whole(best.slip, motion)[2]
                 best = replace(
                     best, state=replace(best.state, node=int(np.flatnonzero(closed)[best.node])), slip=rest.expanded(best.slip), above=above
                 )

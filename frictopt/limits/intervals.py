@@ -79,14 +79,14 @@ class Intervals(SafeSet):
             self._set[name].value = force / self.unit
 
     def motion(self) -> tuple[Mechanism, float]:
-        """See `SafeSet.motion`. A node that slips to and fro at one corner opens by friction times that."""
+        """See `SafeSet.motion`."""
         task, motions = self.task, np.zeros((3, *self.task.q1.shape))
         for motion, name, (corner, node) in zip(motions, ("no_forward_slip", "no_backward_slip", "no_opening"), self._ruling, strict=True):
             if name in self.rows:
                 motion[corner, node] = np.maximum(self.rows[name].dual_value, 0.0) / self.unit[node]
         forward, backward, opening = motions
-        opening = opening + task.friction * 2 * np.minimum(forward, backward)
-        return Mechanism(forward - backward, opening, task.friction, self.held, self.pressed), float(motions.sum())
+        lift = task.friction * (forward + backward) + opening
+        return Mechanism(forward - backward, lift, task.friction, self.held, self.pressed), float(motions.sum())
 
     @property
     def narrows(self) -> bool:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from time import perf_counter
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
@@ -13,32 +13,30 @@ from ..contact.tolerances import FLOOR, RESIDUAL
 from ..solve.standard_form import StandardForm
 from .answered import Answered
 from .mechanism import Mechanism
-from .reduced import on_whole
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 from .shakedown_result import ShakedownLimit
 
+End: TypeAlias = tuple[float, Array, Mechanism]
+"""An end of the safe load factors, a slip that is safe there, and the mechanism that proves it (idle at load factor 0)."""
+
 _FAR = 1e3  # the proof that nothing is safe holds for slips at least `1 / _FAR / RESIDUAL` times as large as those of the loads
 
 
-def judged(v: SafeSet, *, least: bool = False) -> ShakedownLimit:
-    """The limit that stands in a program of the largest load factor, or of the least, with the residual of its proof."""
-    return certified(v, v.solved_load_factor, v.solved_slip, v.motion()[0], least=least)
+def judged(v: SafeSet, end: End | None = None, *, least: bool = False) -> ShakedownLimit:
+    """Judge the limit that stands in a program, or another end, by the referee, and from above by its mechanism, which is scaled to unit drive.
 
-
-def certified(v: SafeSet, load_factor: float, slip: Array, motion: Mechanism, *, least: bool = False) -> ShakedownLimit:
-    """Judge a limit by the referee, and from above by the mechanism, which is scaled to unit drive; or the least safe load factor, from below.
-
-    At the least safe load factor more load helps, so that its mechanism has a negative drive.
+    At the least safe load factor, which is judged from below, more load helps, so that its mechanism has a negative drive.
     """
     task, sense = v.task, -1 if least else 1
+    load_factor, slip, motion = end or (v.solved_load_factor, v.solved_slip, v.motion()[0])
     resistance, drive = task.work(motion)
     if not sense * drive > 0:
         return ShakedownLimit(load_factor, LimitKind.FINITE, slip, np.inf, SolveRecord(), task, motion)
     motion = motion.scaled(sense / drive)
     bound, off = resistance / drive, defect(v, motion, slip)
     gap = (abs(bound - load_factor) + off) / max(load_factor, FLOOR * task.load_unit)
-    task, slip, motion = on_whole(task, slip, motion)
+    task, slip, motion = task.on_whole(slip, motion)
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
     return ShakedownLimit(load_factor, LimitKind.FINITE, slip, float(bound + sense * off), SolveRecord(residual=residual), task, motion)
 
@@ -67,7 +65,7 @@ def judged_by_rows(v: SafeSet) -> ShakedownLimit:
     task, load_factor, slip, unit = v.task, v.solved_load_factor, v.solved_slip, v.own.objective_unit or v.task.load_unit
     form = StandardForm(v.problem)
     (value, bound), off = form.bounds, max(task.violation(load_factor, slip), form.gap, v.own.violation)
-    record, (task, slip, motion) = SolveRecord(residual=float(np.nan_to_num(off, nan=np.inf))), on_whole(task, slip, v.motion()[0].scaled(unit))
+    record, (task, slip, motion) = SolveRecord(residual=float(np.nan_to_num(off, nan=np.inf))), task.on_whole(slip, v.motion()[0].scaled(unit))
     limit = ShakedownLimit(load_factor, LimitKind.FINITE, slip, bound * unit, record, task, motion, constraints=v.own.names)
     if v.own.objective_unit is None:
         return limit
@@ -92,7 +90,7 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
         form = StandardForm(v.problem)
         bound, off = form.bounds[1], form.defect
     gap = abs(bound - off - margin) + off  # a defect that closes the gap counts for slips like this one alone
-    whole, every, motion = on_whole(task, slip, motion)
+    whole, every, motion = task.on_whole(slip, motion)
     asked, own = (whole, every) if task.lift is None else (task, slip)  # the reserve of closed nodes, and of gaps, is that of their own question
     pull = float(-asked.reactions(at, own)[1].min() / asked.force) if margin >= 0 else 0.0
     residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), v.own.violation), nan=np.inf))
@@ -115,7 +113,7 @@ def refuted(v: SafeSet) -> ShakedownLimit | None:
     off = defect(v, motion, none) + task.load_unit * max(-drive, 0.0)
     if not resistance + off < -RESIDUAL or off / -(resistance + off) / _FAR > RESIDUAL:
         return None
-    record, (whole, _, motion) = SolveRecord(residual=off / -(resistance + off) / _FAR), on_whole(task, none, motion)
+    record, (whole, _, motion) = SolveRecord(residual=off / -(resistance + off) / _FAR), task.on_whole(none, motion)
     return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, np.full(whole.system.slip_shape, np.nan), np.nan, record, whole, motion)
 
 
@@ -131,8 +129,8 @@ A = TypeVar("A", bound=Answered)
 def answered(found: tuple[A, SolveRecord], v: SafeSet) -> A:
     """The claim that has passed, with its program and how it was found."""
     (claim, record), task, left_out = found, v.task, [v.idle] * bool(v.idle)
-    if task.whole is not None:
-        which = ["mirror symmetry: the slip is its own image"] * (task.mirrors is not None)
+    if task.images is not None:
+        which = ["mirror symmetry: the slip is its own image"] * (len(task.images[0]) > 1)
         which += ["nodes that are open under the mean load"] * (task.lift is not None)
         left_out = [f"{', and '.join(which)}, {len(task.friction)} of {task.system.nodes} nodes are in the program", *left_out]
     record = replace(record, left_out=tuple(left_out), seconds=perf_counter() - task.started)

@@ -19,18 +19,18 @@ _SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of
 
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """A closed cycle of slips and openings of node i at corner k; the multipliers of the safe-slip rows are one.
+    """A closed cycle of slips and lifts of node i at corner k; the multipliers of the safe-slip rows are one.
 
-    Its net motion stresses nothing, `A d + B^T l = 0` with d the sum of the slips and l the sum of `f |slip| + opening`, so no residual slip helps
-    against it (the kinematic dual of the safe-slip theorem, Bjorkman & Klarbring 1987).
+    Its net motion stresses nothing, `A d + B^T l = 0` with d the sum of the slips and l that of the lifts, so no residual slip helps against it (the
+    kinematic dual of the safe-slip theorem, Bjorkman & Klarbring 1987).
     Under a bound on the slip, the net motion may stress nodes that their bound holds.
 
     Attributes
     ----------
     slips
         (K, N) slips along +x in the plane, (K, N, 2) along the tangents in space, in any one unit.
-    opening
-        (K, N) openings without slip, >= 0 (of nodes with little or no friction, or without pressure).
+    lift
+        (K, N) factors of the normal reactions in the mechanism's work: at least friction times the slip, more where the node opens without slip.
     friction
         (N,) coefficients of friction.
     hold
@@ -42,7 +42,7 @@ class Mechanism:
     """
 
     slips: Array
-    opening: Array
+    lift: Array
     friction: Array
     hold: Array | None = None
     press: Array | None = None
@@ -51,12 +51,12 @@ class Mechanism:
     @property
     def size(self) -> Array:
         """(K, N) sizes of the slips."""
-        return lengths(self.slips, self.opening)
+        return lengths(self.slips, self.lift)
 
     @property
-    def lift(self) -> Array:
-        """(K, N) factors of the normal reactions in the mechanism's work: slip times friction, and opening."""
-        return np.asarray(self.friction * self.size + self.opening)
+    def opening(self) -> Array:
+        """(K, N) openings without slip, >= 0 (of nodes with little or no friction, or without pressure)."""
+        return np.asarray((self.lift - self.friction * self.size).clip(0.0))
 
     def stress(self, system: ContactSystem) -> Array:
         """(t N,) `A d + B^T l` less what the slip bound holds, ordered by component, which is zero for a true mechanism."""
@@ -66,7 +66,7 @@ class Mechanism:
     def scaled(self, factor: float) -> "Mechanism":
         """The same mechanism with all motions multiplied by a factor >= 0."""
         hold, press = (None if part is None else part * factor for part in (self.hold, self.press))
-        return replace(self, slips=self.slips * factor, opening=self.opening * factor, hold=hold, press=press)
+        return replace(self, slips=self.slips * factor, lift=self.lift * factor, hold=hold, press=press)
 
     def table(self, system: ContactSystem, corners: Sequence[str]) -> pd.DataFrame:
         """One row for each motion, largest first; `corners` are the names of the K corners.

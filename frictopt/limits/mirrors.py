@@ -1,126 +1,90 @@
-"""Mirror images of a contact that are the contact itself, and what slips and mechanisms of a part of its nodes mean for all.
+"""Half or a quarter of a contact that mirror planes map onto itself.
 
-The slips that are their own images are the sums of all images of a slip of the kept nodes, one of each set of nodes that are images of each other. A
-node in a mirror plane is its own image: it slips along the plane alone, and its slip here counts twice.
+Where contact, friction, slip bound and the set of corners of the loads are mirror-symmetric, in one plane or in two, the mean of a safe slip and its
+mirror images is safe too, for safe slips are a convex set. So a symmetric one is looked for: the sum of all images of a slip of the kept nodes, one
+of each set of nodes that are images of each other. A node in a mirror plane is its own image: it slips along the plane alone, and its slip counts
+twice.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, Booleans
-from ..contact.coulomb import lengths
-from ..contact.parts import joined, parted
-from ..contact.tolerances import CONDENSATION, SAME_POINT
-from .mechanism import Mechanism
+from ..contact.checks import Array
+from ..contact.parts import joined
+from ..contact.tolerances import CONDENSATION, ROUNDING, SAME_POINT
+from .question import Images, LimitQuestion
 
 Integers = NDArray[np.intp]
 
 _ALONG = 10 * CONDENSATION  # error of tangents that lie along a mirror plane or across it, as of frames
+# Of stiffness, over that of the two nodes, of friction, gap and slip, over their largest value: a part adds nothing to the error of the whole.
+_ASYMMETRY = ROUNDING / 10
+_ASYMMETRY_OF_LOADS = ROUNDING  # the same of reactions, which do not add up from one increment to the next
 
 
-@dataclass(frozen=True, eq=False)
-class Mirrors:
-    """The G images of a contact in its mirror planes, itself the first: 2 for one plane, 4 for two.
+def half_of(task: LimitQuestion) -> LimitQuestion:
+    """The question of the half or the quarter in the units of the whole, where there is one and the question may be simplified; else as it is."""
+    every = task.whole or task
+    images = images_of(every) if task.simplify else None
+    if images is None:
+        return task
+    n, axes, (corners, places, signs) = len(task.friction), task.system.tangents + 1, images
+    closed = np.tile(every.closed, axes)
+    gaps = (np.cumsum(~every.closed) - 1)[places[:, : len(every.closed)][:, ~every.closed]]
+    places, signs = (np.cumsum(closed) - 1)[places[:, closed]], signs[:, closed]
+    kept, opened = (np.unique(part.min(axis=0)) for part in (places[:, :n], gaps))
+    unknowns = (kept + n * np.arange(axes)[:, None]).ravel()
+    places, signs, slips = places[:, unknowns], signs[:, unknowns], len(unknowns) - len(kept)
+    at = places[:, :slips].ravel(), np.tile(np.arange(slips), len(places))
+    whole_slip = csr_array((signs[:, :slips].ravel(), at), shape=((axes - 1) * n, slips))  # of the part's: the sum of its images
+    A, B = task.A[unknowns[:slips]] @ whole_slip, task.B[kept] @ whole_slip
+    times = whole_slip[unknowns[:slips]].diagonal()  # how often a slip counts at its own node: not at all across a mirror plane
+    A[times == 0] = 0.0
+    return replace(
+        task,
+        **{name: getattr(task, name)[:, kept] for name in ("q0", "p0", "q1", "p1")},
+        **{name: getattr(task, name)[kept] for name in ("friction", "closed")},
+        A=A,
+        B=B,
+        stiffness=task.stiffness[unknowns],
+        most=None if task.most is None else task.most[kept] / np.maximum(times.reshape(-1, len(kept)).max(axis=0), 1.0),
+        lift=None if task.lift is None else task.lift[opened] @ whole_slip,
+        w0=task.w0[:, opened],
+        w1=task.w1[:, opened],
+        whole=task,
+        images=(corners, np.hstack([places, gaps[:, opened] + axes * n]), np.hstack([signs, np.ones_like(gaps[:, opened])])),
+    )
 
-    Attributes
-    ----------
-    planes
-        (P, t + 1) normals of the mirror planes.
-    place
-        (G, M) unknown of S at the place of the image of each one.
-    sign
-        (G, M) factor that its motion gets there.
-    corner
-        (G, K) corner with the image of the loads of each corner.
-    nodes
-        Number of nodes, N.
-    open
-        Of the closed nodes alone: the images of the open ones; else None.
+
+def images_of(task: LimitQuestion) -> Images | None:
+    """The images that have stiffness, gap, friction, slip bound and loads of the contact, these maybe at other corners; None if none has.
+
+    Itself is the first; all sets of planes across each other follow.
     """
-
-    planes: Array
-    place: Integers
-    sign: Array
-    corner: Integers
-    nodes: int
-    open: "Mirrors | None" = None
-
-    def and_in(self, plane: Array, place: Integers, sign: Array, corner: Integers) -> "Mirrors":
-        """These images, and their images in one more plane, which is across the others."""
-        more = plane, place[self.place], sign[self.place] * self.sign, corner[self.corner]
-        own = self.planes, self.place, self.sign, self.corner
-        planes, places, signs, corners = (np.vstack(pair) for pair in zip(own, more, strict=True))
-        return Mirrors(planes, places, signs, corners, self.nodes)
-
-    def among(self, nodes: Booleans) -> "Mirrors":
-        """These images of some nodes alone, none of which is the image of another node."""
-        these = np.tile(nodes, self.place.shape[1] // self.nodes)
-        number = np.cumsum(these) - 1
-        return replace(self, place=number[self.place[:, these]], sign=self.sign[:, these], nodes=int(nodes.sum()))
-
-    @cached_property
-    def source(self) -> Integers:
-        """(N,) the kept node that each node is, or is an image of."""
-        return np.asarray(self.place[:, : self.nodes].min(axis=0))
-
-    @cached_property
-    def kept(self) -> Integers:
-        """(n,) the kept nodes."""
-        return np.unique(self.source)
-
-    @cached_property
-    def times(self) -> Array:
-        """(t, n) how often the slip of a kept node counts there along each tangent: 0 across a mirror plane."""
-        times = np.where(self.place == np.arange(self.place.shape[1]), self.sign, 0.0).sum(axis=0)
-        return np.asarray(times.reshape(-1, self.nodes)[:-1, self.kept])
-
-    def folded(self, matrix: Array) -> Array:
-        """(m n, t n) what a matrix (m N, t N) makes at the kept nodes of their slips, ordered by component."""
-        return self.by_kept(matrix.reshape(-1, self.nodes, matrix.shape[1])[:, self.kept].reshape(-1, matrix.shape[1]))
-
-    def by_kept(self, rows: Array) -> Array:
-        """(m, t n) what rows (m, t N) make of slips of the kept nodes."""
-        return np.asarray(sum(rows[:, place] * sign for _, place, sign in self._images(len(self.times))))
-
-    def slip(self, own: Array) -> Array:
-        """(N,) or (N, 2) slip of the whole contact that a slip of the kept nodes means."""
-        slip = np.zeros(own[0].size * self.nodes)
-        for _, place, sign in self._images(own[0].size):
-            slip[place] += sign * own.T.ravel()
-        return slip.reshape(*own.shape[1:], self.nodes).T
-
-    def expanded(self, motion: Mechanism, friction: Array) -> Mechanism:
-        """The mechanism of the whole contact: the mean of the images of that of the kept nodes.
-
-        Where images slip against each other at one node, this is an opening.
-        """
-        axes, own = len(self.times) + 1, joined(motion.slips, motion.lift)
-        mean, hold, press = np.zeros((len(own), axes * self.nodes)), None, None
-        for corner, place, sign in self._images(axes):
-            mean[np.ix_(corner, place)] += sign * own / len(self.corner)
-        slips, lift = parted(mean, axes)
-        if self.open is not None and motion.press is not None:
-            press = np.zeros((len(own), self.open.nodes))
-            for corner, place, _ in self.open._images(1):
-                press[np.ix_(corner, place)] += motion.press / len(self.corner)
-        if motion.hold is not None:
-            hold = self.slip((motion.hold.T / np.maximum(self.times.max(axis=0), 1.0)).T) / len(self.corner)
-        return Mechanism(slips, (lift - friction * lengths(slips, lift)).clip(0.0), friction, hold, press)
-
-    def _images(self, axes: int) -> Iterator[tuple[Integers, Integers, Array]]:
-        """Of each image its corners, and places and signs of what the kept nodes do along the first axes."""
-        kept = (self.kept + self.nodes * np.arange(axes)[:, None]).ravel()
-        return zip(self.corner, self.place[:, kept], self.sign[:, kept], strict=True)
+    n, axes = task.system.nodes, task.system.tangents + 1
+    if n == 1 or task.whole is not None:
+        return None
+    corners, places, signs, planes = [np.arange(len(task.q1))], [np.arange(axes * n)], [np.ones(axes * n)], list[Array]()
+    for plane, to, turn in _mirror_planes(task.system):
+        at = None if any(abs(plane @ other) > ROUNDING for other in planes) else _corners_there(task, to, turn)
+        if at is not None:
+            planes.append(plane)
+            corners += [at[corner] for corner in corners]
+            signs += [turn[place] * sign for place, sign in zip(places, signs, strict=True)]
+            places += [to[place] for place in places]
+    return (np.array(corners), np.array(places), np.array(signs)) if planes else None
 
 
-def mirror_planes(system: ContactSystem) -> Iterator[tuple[Array, Integers, Array]]:
-    """Normals of planes that mirror nodes and frames onto nodes and frames, but for the sense of tangents; with place and sign, see `Mirrors`.
+def _mirror_planes(system: ContactSystem) -> Iterator[tuple[Array, Integers, Array]]:
+    """Normals of planes that mirror nodes and frames onto nodes and frames, but for the sense of tangents; with places and signs, (M,).
 
     In the plane the one across the middle; in space those through the middle of the nodes, across an axis or across a tangent of the first node.
     """
@@ -138,3 +102,23 @@ def mirror_planes(system: ContactSystem) -> Iterator[tuple[Array, Integers, Arra
         along = np.abs(turn - sign[:, :, None] * np.eye(3)).max() <= _ALONG and (sign[:, 2] == 1).all()
         if along and apart.max() <= SAME_POINT * np.abs(at).max() and (image[image] == nodes).all():
             yield normal, (first + image).ravel(), sign.T.ravel()
+
+
+def _corners_there(task: LimitQuestion, place: Integers, sign: Array) -> Integers | None:
+    """(K,) corner with the image of the loads of each corner; None where one has none, or the image is another contact."""
+    system, S = task.system, task.system.S
+    parts = np.array([system.gap, task.closed, task.friction, task.friction if task.most is None else task.most])
+    if (np.abs(parts[:, place[: system.nodes]] - parts) > _ASYMMETRY * parts.max(axis=1, keepdims=True)).any():
+        return None
+    apart = np.zeros((len(task.q1),) * 2, dtype=bool)
+    for loads in (joined(task.q0, task.p0), joined(task.q1, task.p1)):
+        apart |= cdist(loads[:, place] * sign, loads, "chebyshev") > _ASYMMETRY_OF_LOADS * np.abs(loads).max()
+    corners = linear_sum_assignment(apart)
+    if apart[corners].any():
+        return None
+    axes = system.tangents + 1
+    own = np.tile(np.sqrt(np.diag(S).reshape(axes, -1).max(axis=0).clip(0.0)), axes)
+    for rows in np.arange(len(S)).reshape(axes, -1):  # entry by entry: a soft node beside stiff ones has its own rounding
+        if (np.abs(S[np.ix_(place[rows], place)] * np.outer(sign[rows], sign) - S[rows]) > _ASYMMETRY * np.outer(own[rows], own)).any():
+            return None
+    return np.asarray(corners[1])

@@ -1,14 +1,16 @@
-"""Contacts some of whose nodes stay open: the contact of the closed ones, and how the open ones follow it.
+"""Contacts some of whose nodes stay open: the question of the closed ones, which the open ones follow.
 
 The nodes O are open at every corner k, the others C closed and stuck with a constant slip v. On O no force acts, and slip and gap there follow from
-the load and from v. With the reactions `r_k = r0 + lam r1_k` of the closed contact::
+the load and from v. With the reactions `r_k = r0 + lam r1_k` of the closed contact, and the compliance `G = S_OO^-1` on O, zero elsewhere::
 
-    [v_k, w_k] on O = -S_OO^-1 (r_k + S_OC [v, 0])
+    u_k = [v, 0] - G (r_k + S [v, 0])
 
-So C is a contact of its own, with the stiffness `S_CC - S_CO S_OO^-1 S_OC` and the reactions `r_C - S_CO S_OO^-1 r_O`.
+So C is a contact of its own, with the stiffness `S - S G S` and the reactions `r_k - S G r_k`, under one more row for each open node: its gap stays
+>= 0 at every corner, which is affine in slip and load factor. All quantities are linear on the way from corner to corner, so no node opens or closes
+there: a safe slip is a true state of rest.
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,7 +18,8 @@ from ..contact import ContactSystem
 from ..contact.checks import Array, Booleans
 from ..contact.parts import joined, parted
 from ..contact.tolerances import CONDENSATION, ROUNDING
-from .mechanism import Mechanism
+from ..errors import ModelError, NoContinuation
+from .question import LimitQuestion, units_of
 
 # Smallest eigenvalue of the open nodes' stiffness, over the largest, with which they leave no body free: the data have this error.
 _HELD = CONDENSATION
@@ -24,59 +27,8 @@ _NOTHING_LEFT = ROUNDING / 10  # eigenvalues below this share of the largest ent
 _BESIDE = 2.0  # distances of the nearest node within which others are its neighbours
 
 
-@dataclass(frozen=True, eq=False)
-class OpenNodes:
-    """Open nodes of a contact, and how they follow the others.
-
-    Attributes
-    ----------
-    opened
-        (N,) which nodes are open.
-    follow, give
-        `S_OO^-1 S_OC` and `S_OO^-1`: minus what the open nodes do for a motion of the others, and for forces.
-    """
-
-    opened: Booleans
-    follow: Array
-    give: Array
-
-    def states(self, loads: Array, slip: Array) -> tuple[Array, Array]:
-        """Slips and gaps of all nodes under reactions (..., M) of the closed contact, for a slip (N,) or (N, 2), of which the closed nodes count."""
-        n, axes = len(self.opened), loads.shape[-1] // len(self.opened)
-        out = np.tile(self.opened, axes)
-        states = np.zeros(loads.shape)
-        states[...] = joined(slip, np.zeros(n))
-        states[..., out] = -loads[..., out] @ self.give - states[..., ~out] @ self.follow.T
-        return parted(states, axes)
-
-    def closed_part(self, motion: Mechanism, system: ContactSystem) -> Mechanism:
-        """The mechanism of the closed nodes alone: the inverse of `expanded`."""
-        stress, closed = joined(motion.slips, motion.lift) @ system.S, ~self.opened
-        hold = None if motion.hold is None else motion.hold[closed]
-        press = -parted(stress, system.tangents + 1)[1][:, self.opened]
-        return Mechanism(motion.slips[:, closed], motion.opening[:, closed], motion.friction[closed], hold, press.clip(0.0))
-
-    def expanded(self, motion: Mechanism, friction: Array) -> Mechanism:
-        """The mechanism of the closed nodes with what the open ones do: they follow without force, pressed only where they would touch."""
-        corners, axes = len(motion.opening), 1 + motion.slips[0].size // motion.opening.shape[1]
-        n, lift = len(self.opened), motion.lift
-        out, moved, press = np.tile(self.opened, axes), np.zeros((corners, axes * n)), np.zeros((corners, len(self.give)))
-        if motion.press is not None:
-            press[:, -motion.press.shape[1] :] = motion.press
-        moved[:, ~out] = joined(motion.slips, lift)
-        moved[:, out] = -moved[:, ~out] @ self.follow.T - press @ self.give
-        slips, opening = parted(moved, axes)
-        opening = opening.copy()
-        opening[:, ~self.opened] = motion.opening
-        hold = None
-        if motion.hold is not None:
-            hold = np.zeros((n, *motion.hold.shape[1:]))
-            hold[~self.opened] = motion.hold
-        return Mechanism(slips, opening, np.where(self.opened, 0.0, friction), hold, open=self.opened)
-
-
-def following(system: ContactSystem, opened: Booleans) -> OpenNodes | None:
-    """How open nodes follow the others; None if these, or nothing where all are open, do not hold them."""
+def compliance(system: ContactSystem, opened: Booleans) -> Array | None:
+    """(M, M) compliance of open nodes, zero elsewhere; None if the others, or nothing where all are open, do not hold them."""
     out, S = np.tile(opened, system.tangents + 1), system.S
     values, vectors = np.linalg.eigh(S[np.ix_(out, out)])
     held = values > _HELD * max(values[-1], np.finfo(float).tiny)
@@ -84,17 +36,71 @@ def following(system: ContactSystem, opened: Booleans) -> OpenNodes | None:
     driven = [r[out] @ vectors[:, ~held] / (np.abs(r).max() or 1.0) for r in loads]  # a way aside that no load takes is no matter
     if max(np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()) :, ~held])) > _HELD:
         return None
-    give = (vectors[:, held] / values[held]) @ vectors[:, held].T
-    return OpenNodes(opened, give @ S[np.ix_(out, ~out)], give)
+    give = np.zeros_like(S)
+    give[np.ix_(out, out)] = (vectors[:, held] / values[held]) @ vectors[:, held].T
+    return give
 
 
-def without(system: ContactSystem, nodes: OpenNodes) -> Array:
-    """(m, m) stiffness of the closed nodes."""
-    out, S = np.tile(nodes.opened, system.tangents + 1), system.S
-    kept = S[np.ix_(~out, ~out)] - S[np.ix_(~out, out)] @ nodes.follow
-    values, vectors = np.linalg.eigh((kept + kept.T) / 2)  # what nothing resists any more is left as rounding of both signs
-    kept = (vectors * np.where(values > _NOTHING_LEFT * np.abs(S).max(), values, 0.0)) @ vectors.T
-    return np.asarray(kept + kept.T) / 2
+def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
+    """The question of the closed nodes; None if nothing would hold the open ones, or none is closed."""
+    give = None if opened.all() else compliance(task.system, opened)
+    if give is None:
+        return None
+    axes, S = task.system.tangents + 1, task.system.S
+    out, n = np.tile(opened, axes), int((~opened).sum())
+    gaps = np.flatnonzero(opened) + (axes - 1) * len(opened)
+    follow = give[np.ix_(out, out)] @ S[np.ix_(out, ~out)]
+    at_zero, cyclic = joined(task.q0, task.p0), joined(task.q1, task.p1)
+    q0, p0, q1, p1 = (part for load in (at_zero, cyclic) for part in parted(load[:, ~out] - load[:, out] @ follow, axes))
+    friction, left = task.friction[~opened], S[np.ix_(~out, ~out)] - S[np.ix_(~out, out)] @ follow
+    values, vectors = np.linalg.eigh((left + left.T) / 2)  # what nothing resists any more is left as rounding of both signs
+    left = (vectors * np.where(values > _NOTHING_LEFT * np.abs(S).max(), values, 0.0)) @ vectors.T
+    left = (left + left.T) / 2
+    units = units_of(friction, q0, p0, q1, p1)  # what would press the open nodes shut is no scale
+    return replace(
+        task,
+        friction=friction,
+        q0=q0,
+        p0=p0,
+        q1=q1,
+        p1=p1,
+        A=left[:-n, :-n],
+        B=left[-n:, :-n],
+        stiffness=task.stiffness[~out],
+        most=None if task.most is None else task.most[~opened],
+        closed=task.closed[~opened],
+        whole=replace(task, closed=~opened, give=give, **units),
+        images=(np.arange(len(task.q1))[None], np.r_[np.flatnonzero(~out), gaps][None], np.ones((1, axes * n + len(gaps)))),
+        lift=-follow[-len(gaps) :, :-n],
+        w0=-at_zero @ give[:, gaps],
+        w1=-cyclic @ give[:, gaps],
+        **units,
+    )
+
+
+def rest_under_mean(task: LimitQuestion) -> LimitQuestion | None:
+    """The question without the nodes that are open once the mean load has settled; None if none is, or no other is left."""
+    opened = open_under_mean(task)
+    return None if opened is None else rest_of(task, opened)
+
+
+def open_under_mean(task: LimitQuestion) -> Booleans | None:
+    """(N,) which nodes are open once the mean load has settled, from no slip, and at all corners of a cycle at load factor 0; None if none is.
+
+    None, too, where the mean load never settles.
+
+    Raises
+    ------
+    SolverError
+        An increment on the way to the mean load has no answer that passes the checks.
+    """
+    from ..transients.mean import open_at_rest  # here, because a closed contact needs none
+
+    try:
+        opened = open_at_rest(task.system, task.cycle, task.friction)
+    except (ModelError, NoContinuation):
+        return None
+    return opened if opened.any() else None
 
 
 def border(system: ContactSystem, opened: Booleans, node: int, p: Array) -> str:

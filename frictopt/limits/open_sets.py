@@ -9,9 +9,8 @@ from ..contact.checks import Array, Booleans
 from ..contact.parts import joined
 from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
-from .open_nodes import following
+from .open_nodes import compliance, rest_of
 from .question import LimitQuestion
-from .reduced import rest_of
 from .shakedown import ShakedownModel
 from .shakedown_result import ShakedownLimit
 
@@ -76,11 +75,11 @@ def with_states(limit: ShakedownLimit) -> OpenSetLimit:
 def _all_open(task: LimitQuestion) -> OpenSetLimit | None:
     """The load factors at which all nodes are open: where no gap closes at any corner."""
     n, still, none = task.system.nodes, np.zeros(task.system.slip_shape), np.zeros_like(task.p1)
-    nodes = following(task.system, np.ones(n, dtype=bool))
-    if nodes is None:
+    give = compliance(task.system, np.ones(n, dtype=bool))
+    if give is None:
         return None
-    opened = replace(task, open=nodes)
-    gap, rates = opened.states(0.0, still)[1], (-joined(task.q1, task.p1) @ nodes.give)[:, -n:]
+    opened = replace(task, closed=np.zeros(n, dtype=bool), give=give)
+    gap, rates = opened.states(0.0, still)[1], (-joined(task.q1, task.p1) @ give)[:, -n:]
     rate = rates if task.fixed else np.broadcast_to(rates.min(axis=0), rates.shape)
     least = float(np.divide(-gap, rate, out=np.where(gap < 0, np.inf, 0.0), where=rate > 0).max())
     load_factor = float(np.divide(gap, -rate, out=np.full(gap.shape, np.inf), where=rate < 0).min())
@@ -91,4 +90,4 @@ def _all_open(task: LimitQuestion) -> OpenSetLimit | None:
     if not residual <= RESIDUAL:
         raise SolverError(f"open set: the states at the limit violate the contact law by {residual:.1e} (tolerance {RESIDUAL:g})")
     ruling = int(gap.min(axis=0).argmin())
-    return OpenSetLimit(load_factor, least, nodes.opened, slip, gap.clip(0.0), np.zeros_like(task.q1), none, residual, (ruling,), None)
+    return OpenSetLimit(load_factor, least, ~opened.closed, slip, gap.clip(0.0), np.zeros_like(task.q1), none, residual, (ruling,), None)

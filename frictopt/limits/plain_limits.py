@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from time import perf_counter
-from typing import TypeAlias
 
 import numpy as np
 
@@ -11,16 +10,13 @@ from ..contact.checks import Array
 from ..contact.record import SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
-from .judge import certified
+from .judge import End, judged
 from .mechanism import Mechanism
 from .question import LimitQuestion
 from .rigid import rigid_slides
 from .safe_model import safe_set
 from .safe_slip import solve_margin
 from .shakedown_result import ShakedownLimit
-
-End: TypeAlias = tuple[float, Array, Mechanism]
-"""An end of the safe load factors, a slip that is safe there, and the mechanism that proves it (idle at load factor 0)."""
 
 
 def in_closed_form(task: LimitQuestion) -> ShakedownLimit | None:
@@ -29,8 +25,8 @@ def in_closed_form(task: LimitQuestion) -> ShakedownLimit | None:
     if ends is None:
         return None
     v, (lower, upper) = safe_set(task), ends
-    claim = certified(v, *upper)
-    residual = max(claim.residual, certified(v, *lower, least=True).residual if lower[0] > 0 else 0.0)
+    claim = judged(v, upper)
+    residual = max(claim.residual, judged(v, lower, least=True).residual if lower[0] > 0 else 0.0)
     if max(residual, task.violation(*lower[:2])) > RESIDUAL:
         return None
     left_out = ("linear program: the contact is uncoupled (B = 0), the limit has a closed form",)
@@ -75,18 +71,12 @@ def _ends(task: LimitQuestion) -> tuple[End, End] | None:
 
 
 def _mechanism(which: int, rules: tuple[np.ndarray, np.ndarray], shape: tuple[int, int], friction: Array) -> Mechanism:
-    """One node slipping forth and back, or (past the last node) all nodes slipping one way at their ruling corners.
-
-    A node that slips forth and back at one corner opens by friction times that.
-    """
-    slips, nodes = np.zeros((2, *shape)), np.arange(shape[1])
-    if which < shape[1]:
-        for direction in (0, 1):
-            slips[direction, rules[direction][which], which] = 1.0
-    else:
-        direction = which - shape[1]
-        slips[direction, rules[direction], nodes] = 1.0
-    return Mechanism(slips[0] - slips[1], 2 * friction * slips.min(axis=0), friction)
+    """One node slipping forth and back, or (past the last node) all nodes slipping one way at their ruling corners."""
+    slips, n = np.zeros((2, *shape)), shape[1]
+    moved = np.arange(n) if which >= n else which
+    for way in (which - n,) if which >= n else (0, 1):
+        slips[way, rules[way][moved], moved] = 1.0
+    return Mechanism(slips[0] - slips[1], friction * slips.sum(axis=0), friction)
 
 
 def by_one_node(task: LimitQuestion, motion: Mechanism, why: str, solver: str | None) -> ShakedownLimit:
@@ -95,7 +85,7 @@ def by_one_node(task: LimitQuestion, motion: Mechanism, why: str, solver: str | 
     if not state.exists:
         unsafe = np.full(task.system.slip_shape, np.nan)
         return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, state.record, state._task, state._motion)
-    limit = certified(safe_set(task), 0.0, task.own(state.slip), motion)
+    limit = judged(safe_set(task), (0.0, task.own(state.slip), motion))
     if not limit.residual <= RESIDUAL:
         raise SolverError(f"shakedown limit: the slip that is safe under the mean load violates the contact law by {limit.residual:.1e}")
     why = f"no residual slip is safe at any load factor above 0: {why}"

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, Booleans, finite_array, flag, real_array
@@ -16,8 +16,9 @@ from ..contact.system import checked_system
 from ..contact.tolerances import CONDENSATION, NO_COUPLING, RESIDUAL
 from ..errors import ModelError
 from .mechanism import Mechanism
-from .mirrors import Mirrors
-from .open_nodes import OpenNodes
+
+Images: TypeAlias = tuple[NDArray[np.intp], NDArray[np.intp], Array]
+"""Where a part of a contact is on the whole one, G times: (G, K) corners, (G, m) unknowns and their signs."""
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
@@ -51,12 +52,14 @@ class LimitQuestion:
         Whether there is so little friction somewhere that keeping nodes closed needs rows of its own.
     started
         When it was posed, for the record.
+    closed
+        (N,) which of these nodes are closed.
+    give
+        (M, M) compliance of the open nodes alone, zero elsewhere, of a question on the whole contact; None where all are closed.
     whole
         Of a question on a part of a mirror-symmetric contact, or on its closed nodes: that on the whole one, see `half_of` and `rest_of`.
-    mirrors
-        Of a question on a part of a mirror-symmetric contact: its images; else None.
-    open
-        Of a question on the whole contact: its open nodes; None where all are closed.
+    images
+        Of such a question: where its unknowns, slips and lifts of its nodes and then gaps of open ones, are on the whole; else None.
     lift
         (O, t N) gaps of the open nodes by slips of the closed ones, ordered by component, of a question on these; else None.
     w0, w1
@@ -79,10 +82,11 @@ class LimitQuestion:
     load_unit: float
     mean_bound: float
     opening: bool
+    closed: Booleans
     started: float = field(default_factory=perf_counter)
     whole: "LimitQuestion | None" = None
-    mirrors: Mirrors | None = None
-    open: OpenNodes | None = None
+    images: Images | None = None
+    give: Array | None = None
     lift: Array | None = None
     w0: Array = field(default_factory=lambda: np.zeros((1, 0)))
     w1: Array = field(default_factory=lambda: np.zeros((1, 0)))
@@ -110,11 +114,6 @@ class LimitQuestion:
         stiffness = np.sqrt(np.diag(self.A).clip(0.0).reshape(tangents, -1).sum(axis=0))
         return bool((np.abs(self.friction[:, None] * self.B) <= NO_COUPLING * np.outer(stiffness, np.tile(stiffness, tangents))).all())
 
-    @property
-    def closed(self) -> Booleans:
-        """(N,) which nodes are closed."""
-        return np.ones(len(self.friction), dtype=bool) if self.open is None else ~self.open.opened
-
     def check_load_factor(self, load_factor: float) -> None:
         """Check that the mean load is not lost in the rounding of the cyclic loads."""
         largest = load_factor / self.force * float(max(np.abs(self.q1).max(), np.abs(self.p1).max()))
@@ -126,12 +125,12 @@ class LimitQuestion:
 
     def reactions(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under a residual slip; none on open nodes."""
-        if self.open is None:
+        if self.give is None:
             q, p = self.change(slip)
             return self.q0 + q + load_factor * self.q1, self.p0 + p + load_factor * self.p1
-        r = self._at_corners(load_factor) + joined(*self.states(load_factor, slip)) @ self.system.S
-        r[:, np.tile(self.open.opened, self.system.tangents + 1)] = 0.0
-        return parted(r, self.system.tangents + 1)
+        axes = self.system.tangents + 1
+        r = joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1) + joined(*self.states(load_factor, slip)) @ self.system.S
+        return parted(r * np.tile(self.closed, axes), axes)
 
     def change(self, slip: Array) -> tuple[Array, Array]:
         """Reactions `A v, B v` that a residual slip, (N,) or (N, 2), adds to those of the closed contact."""
@@ -140,35 +139,51 @@ class LimitQuestion:
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) slips and (K, N) gaps at the corners under a residual slip, which open nodes leave."""
-        if self.open is None:
+        if self.give is None:
             return np.broadcast_to(slip, self.q1.shape), np.zeros_like(self.p1)
-        return self.open.states(self._at_corners(load_factor), slip)
+        axes = self.system.tangents + 1
+        held = joined(slip, np.zeros(len(slip))) * np.tile(self.closed, axes)
+        r = joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1) + held @ self.system.S
+        return parted(held - r @ self.give, axes)
 
     def expanded(self, slip: Array) -> Array:
-        """The slip of the whole contact: that of a part and its images, or of the closed nodes, and of open ones at load factor 0, corner 0."""
-        if self.mirrors is not None:
-            return self.mirrors.slip(slip)
-        if self.whole is None:
+        """The slip of the whole contact that one of the part means: the sum of its images; open nodes have theirs at load factor 0, corner 0."""
+        if self.whole is None or self.images is None:
             return slip
-        every = np.zeros(self.system.slip_shape)
-        every[self.whole.closed] = slip
-        unloaded, _ = self.whole.states(0.0, every)
-        return np.asarray(unloaded[0])
-
-    def placed(self, forces: Array) -> Array:
-        """(K, N) or (K, N, 2) forces on the whole contact, of those on the nodes of the question: none on open ones."""
-        if self.lift is None or self.whole is None:
-            return forces
-        every = np.zeros((len(forces), *self.whole.q1.shape[1 : forces.ndim]))
-        every[:, self.whole.closed] = forces
-        return every
+        every, (_, places, signs) = np.zeros(self.whole.q1[0].size), self.images
+        for place, sign in zip(places, signs, strict=True):
+            every[place[: slip.size]] += sign[: slip.size] * slip.T.ravel()
+        return np.asarray(self.whole.states(0.0, every.reshape(self.whole.q1[0].T.shape).T)[0][0])
 
     def own(self, slip: Array) -> Array:
-        """What a slip of the whole contact is on the nodes of the question: the inverse of `expanded`."""
-        return slip if self.lift is None or self.whole is None else slip[self.whole.closed]
+        """What a slip of the whole contact is on the closed nodes of a question on these."""
+        return slip if self.whole is None else slip[self.whole.closed]
 
-    def _at_corners(self, load_factor: float) -> Array:
-        return joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1)
+    def on_whole(self, slip: Array, motion: Mechanism) -> "tuple[LimitQuestion, Array, Mechanism]":
+        """The question of the whole contact, with slip and mechanism of its part expanded to it; those of a whole one as they are.
+
+        The mechanism is the mean of its images. Open nodes follow it without force, pressed only where they would touch.
+        """
+        whole, axes = self.whole, self.system.tangents + 1
+        if whole is None or self.images is None:
+            return self, slip, motion
+        (corners, places, signs), friction, size = self.images, whole.friction * whole.closed, axes * len(whole.friction)
+        own = np.hstack([joined(motion.slips, motion.lift), np.zeros((len(self.q1), self.w1.shape[1])) if motion.press is None else motion.press])
+        mean, hold = np.zeros((len(own), size + whole.w1.shape[1])), None
+        for corner, place, sign in zip(corners, places, signs, strict=True):
+            mean[np.ix_(corner, place)] += sign * own / len(corners)
+        if motion.hold is not None:
+            hold = np.zeros_like(whole.q1[0].T).ravel()
+            hold[places[:, : motion.hold.size]] = signs[:, : motion.hold.size] * motion.hold.T.ravel() / len(corners)
+            hold = hold.reshape(whole.q1[0].T.shape).T
+        if whole.give is not None:
+            moved = mean * np.tile(whole.closed, axes)
+            slips, lift = parted(moved - (moved @ self.system.S + mean - moved) @ whole.give, axes)
+            return whole.on_whole(self.expanded(slip), Mechanism(slips, lift, friction, hold, open=~whole.closed))
+        slips, lift = parted(mean[:, :size], axes)
+        lift = np.maximum(lift, friction * lengths(slips, lift))  # but for rounding it is so
+        press = None if motion.press is None else mean[:, size:]
+        return whole.on_whole(self.expanded(slip), Mechanism(slips, lift, friction, hold, press))
 
     def traction_ratios(self, q: Array, p: Array) -> Array:
         """(K, N) ratios `|q| / (f p)` of reactions; NaN where the pressure or the friction vanishes."""
@@ -242,7 +257,8 @@ def pose(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simpli
     loads = *checked_cycle(cycle).unscaled_reactions(checked_system(system)), *reactions(system, cycle.corners)
     f, most = friction_coefficients(friction, system.nodes), None if slip_bound is None else _slip_bounds(slip_bound, system.nodes)
     parts = system.A, system.B, system.own_stiffness
-    return LimitQuestion(system, cycle, f, *loads, *parts, flag("simplify", simplify), most, **units_of(f, *loads))
+    closed = np.ones(system.nodes, dtype=bool)
+    return LimitQuestion(system, cycle, f, *loads, *parts, flag("simplify", simplify), most, **units_of(f, *loads), closed=closed)
 
 
 def units_of(f: Array, q0: Array, p0: Array, q1: Array, p1: Array) -> dict[str, Any]:

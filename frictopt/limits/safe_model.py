@@ -1,7 +1,6 @@
 """What the models of safe slips have in common: the expressions to extend them by, and the programs that they compile."""
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from typing import Any, TypeVar
 
 import cvxpy as cp
@@ -17,7 +16,6 @@ from .design_loads import DesignLoads
 from .intervals import Intervals
 from .own_rows import OwnRows, extended, unknown
 from .question import LimitQuestion, pose
-from .reduced import on_all_nodes
 from .safe_set import SafeSet
 
 A = TypeVar("A", bound=Answered)
@@ -27,6 +25,15 @@ class SafeModel:
     """Base of models that take constraints of the user's own: what they decide on, in the user's units."""
 
     _design: DesignLoads | None = None
+    _given = False  # whether the load factor is
+    load_factor: cp.Expression
+    """The load factor, a cvxpy variable for constraints of your own."""
+    slip: cp.Variable
+    """(N,) or (N, 2) residual slip, length, a cvxpy variable for constraints of your own; of open nodes the one under the mean load."""
+    q: cp.Variable
+    """(K, N) or (K, N, 2) shear forces at the corners of the cycle, force, a cvxpy variable for constraints of your own; 0 at open nodes."""
+    p: cp.Variable
+    """(K, N) normal forces at the corners, compression positive, force, a cvxpy variable for constraints of your own; 0 at open nodes."""
 
     def __init__(
         self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
@@ -34,55 +41,32 @@ class SafeModel:
         self._asked, self._solver = pose(system, cycle, 1.0, simplify=simplify, slip_bound=slip_bound), solver
         solver_order(solver, LP if system.tangents == 1 else SOCP)
         self._load = cp.Parameter(nonneg=True, name="load_unit")  # or the load factor, where it is given
+        shapes = {"load_factor": (), "slip": system.slip_shape, "q": self._asked.q1.shape, "p": self._asked.p1.shape}
+        self.load_factor, self.slip, self.q, self.p = (unknown(name, shape) for name, shape in shapes.items())
+        if self._given:
+            self.load_factor = self._load
         self._sets: dict[bytes, SafeSet] = {}  # by the mirror planes: of the whole contact, and of its parts
         self._compiled: dict[tuple[bytes, bool], tuple[list[object], cp.Problem | None, OwnRows | None]] = {}  # by what friction can change
 
-    def _set(self, task: LimitQuestion) -> SafeSet:
-        if task.lift is not None:
-            return safe_set(task, self._design)
-        key = _planes(task)
-        if key not in self._sets:
-            self._sets[key] = safe_set(task, self._design)
-        return self._sets[key]
-
-    @cached_property
-    def _v(self) -> SafeSet:
-        return self._set(self._asked)
-
-    @cached_property
-    def load_factor(self) -> cp.Expression:
-        """The load factor, a cvxpy variable for constraints of your own."""
-        return unknown("load_factor")
-
-    @cached_property
-    def slip(self) -> cp.Expression:
-        """(N,) or (N, 2) residual slip, length, a cvxpy variable for constraints of your own; of open nodes the one under the mean load."""
-        return unknown("slip", self._asked.system.slip_shape)
-
-    @cached_property
-    def q(self) -> cp.Expression:
-        """(K, N) or (K, N, 2) shear forces at the corners of the cycle, force, a cvxpy variable for constraints of your own; 0 at open nodes."""
-        return unknown("q", self._asked.q1.shape)
-
-    @cached_property
-    def p(self) -> cp.Expression:
-        """(K, N) normal forces at the corners, compression positive, force, a cvxpy variable for constraints of your own; 0 at open nodes."""
-        return unknown("p", self._asked.p1.shape)
-
-    def _factor(self, v: SafeSet) -> cp.Expression:
-        """The load factor in a program."""
-        return self._load * v.load_factor
-
     def _meant(self, v: SafeSet) -> dict[cp.Variable, cp.Expression]:
         """What the unknowns of the user's rows are in a program, in the user's units, on all nodes."""
-        task, lam, shape = v.task, self._factor(v), self._asked.system.slip_shape
+        task, lam, shape = v.task, self._load if self._given else self._load * v.load_factor, self._asked.system.slip_shape
         slip, shear, pressed = v.slip, cp.multiply(np.tile(v.unit, task.system.tangents), v.shear), cp.multiply(v.unit, v.pressure)
-        if task.whole is not None and (nodes := task.whole.open):
-            at_rest, moved, place = on_all_nodes(task, nodes)
-            slip, shear, pressed = at_rest + moved @ slip, place @ shear, place[: shape[0], : pressed.size] @ pressed
+        whole = task.whole or task
+        if whole.give is not None:
+            out = np.tile(~whole.closed, task.system.tangents)
+            place = np.eye(len(out))[:, ~out]
+            moved = place - whole.give[: len(out)] @ (task.system.S[:, : len(out)] @ place)
+            slip, shear, pressed = (
+                task.expanded(np.zeros(task.q1.shape[1:])).T.ravel() + moved @ slip,
+                place @ shear,
+                place[: shape[0], : pressed.size] @ pressed,
+            )
 
         def at_corners(mean: Array, cyclic: Array, change: cp.Expression) -> cp.Expression:
-            mean, cyclic = task.placed(np.broadcast_to(mean, cyclic.shape)), task.placed(cyclic)
+            every = np.zeros((2, len(cyclic), *whole.q1.shape[1 : cyclic.ndim]))
+            every[:, :, whole.closed] = np.broadcast_to(mean, cyclic.shape), cyclic
+            mean, cyclic = every
             return cp.Constant(mean) + cp.reshape(change, (1, *cyclic.shape[1:]), order="F") + lam * cp.Constant(cyclic)
 
         meant = {self.slip: cp.reshape(slip, shape, order="F"), self.load_factor: lam}
@@ -112,10 +96,13 @@ class SafeModel:
         ModelError
             What is no cvxpy constraint or expression, not convex, no linear or cone program, or on unknowns of another model.
         """
-        v, asked, key = self._set(task), [*constraints, objective], (_planes(task), task.opening)
+        part = b"" if task.images is None else np.stack(task.images[1:]).tobytes()  # tells the parts of one contact apart
+        v = safe_set(task, self._design) if task.lift is not None or part not in self._sets else self._sets[part]
+        if task.lift is None:
+            self._sets[part] = v
         v.ask(task, load_factor)
         self._load.value = task.load_unit if load_factor is None else load_factor
-        once = task.system.tangents == 1 and task.lift is None and not task.fixed
+        asked, key, once = [*constraints, objective], (part, task.opening), task.system.tangents == 1 and task.lift is None and not task.fixed
         known, problem, own = self._compiled.get(key, ([], None, None)) if once else ([], None, None)
         if problem is None or [*map(id, known)] != [*map(id, asked)]:
             problem = listing(v)
@@ -124,11 +111,6 @@ class SafeModel:
             if once:
                 self._compiled[key] = asked, problem, own
         return v.posed(problem, own)
-
-
-def _planes(task: LimitQuestion) -> bytes:
-    """What tells the parts of one contact apart."""
-    return b"" if task.mirrors is None else task.mirrors.planes.tobytes()
 
 
 def safe_set(task: LimitQuestion, design: DesignLoads | None = None) -> SafeSet:

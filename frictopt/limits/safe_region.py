@@ -11,14 +11,14 @@ import pandas as pd
 
 from ..contact import ContactSystem, friction_coefficients
 from ..contact.checks import Array, check_name, checked_loads, finite_number, frozen, listed
-from ..contact.coulomb import lengths
+from ..contact.parts import joined
 from ..contact.record import SolveRecord
 from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
 from .mechanism import Mechanism
+from .open_nodes import rest_of
 from .question import pose
-from .reduced import rest_of
 from .safe_region_result import SafeRegion, beyond_chord, domain
 from .shakedown import shakedown_limit
 from .shakedown_result import ShakedownLimit
@@ -147,12 +147,11 @@ class _Search:
         reach, bound = limit.load_factor if np.isfinite(limit.load_factor) else 0.0, limit.bound
         if limit.open.any() and self._unit[0].whole is None:
             self._unit = [rest for task in self._unit if (rest := rest_of(task, limit.open))]
-        nodes = limit._task.open
         if reach <= ZERO_LOAD_FACTOR * limit._task.load_unit:
             reach = bound = 0.0
-        motion = self._ruled(limit._motion if nodes is None else nodes.closed_part(limit._motion, self._system))
+        motion = self._ruled(_of_closed(limit._motion, limit))
         drives = [unit.work(motion)[1] for unit in self._unit]
-        motion = motion if nodes is None else nodes.expanded(motion, self._friction)
+        motion = self._unit[0].on_whole(np.zeros(self._unit[0].q1.shape[1:]), motion)[2]
         return _Point(reach * np.array([first, second]), limit, np.array(drives), float(bound), motion)
 
     def _ruled(self, motion: Mechanism) -> Mechanism:
@@ -166,7 +165,7 @@ class _Search:
             sizes[rules, nodes] += size
         opening[(-p).argmax(axis=0), nodes] = motion.opening.sum(axis=0)
         press[w.argmin(axis=0), np.arange(w.shape[1])] = 0.0 if motion.press is None else motion.press.sum(axis=0)
-        return Mechanism(slips, opening + f * (sizes - lengths(slips, p)), f, press=press)
+        return Mechanism(slips, opening + f * sizes, f, press=press)
 
     def between(self, one: _Point, other: _Point) -> list[_Side]:
         """The sides between two points of the border; in space up to where their lines meet, once that is near enough to the chord."""
@@ -214,6 +213,15 @@ class _Search:
             _mean=self._mean,
             _parts=self._parts,
         )
+
+
+def _of_closed(motion: Mechanism, limit: ShakedownLimit) -> Mechanism:
+    """The part of the closed nodes in the mechanism of a limit, see `LimitQuestion.on_whole`."""
+    if not limit.open.any():
+        return motion
+    press = -joined(motion.slips, motion.lift) @ limit.system.S[:, -limit.system.nodes :][:, limit.open]
+    closed = ~limit.open
+    return Mechanism(motion.slips[:, closed], motion.lift[:, closed], motion.friction[closed], press=press.clip(0.0))
 
 
 def _part(name: str, load: Any) -> list[Mapping[str, float]]:

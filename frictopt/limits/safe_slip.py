@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_number, listed
-from ..contact.odd_values import warns_of_odd_values
+from ..contact.checks import Array, finite_number, listed, warns_of_odd_values
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
 from ..solve.contradiction import contradiction
 from ..solve.solvers import NoOptimum, solve
 from .judge import answered, judged_margin
+from .mirrors import half_of
+from .open_nodes import rest_under_mean
 from .own_rows import unknown
 from .question import LimitQuestion
-from .reduced import half_of, rest_under_mean
 from .safe_model import SafeModel, safe_set
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
@@ -72,18 +72,14 @@ class SafeSlipModel(SafeModel):
     _closing: float | Array = np.inf
     """Friction with which some slip is known to be safe at some load factor, all nodes closed; it is so with more."""
 
-    @cached_property
-    def load_factor(self) -> cp.Expression:
-        """The load factor that is given, a cvxpy parameter for constraints of your own."""
-        return self._load
+    _given = True
+    load_factor: cp.Parameter
+    """The load factor that is given, a cvxpy parameter for constraints of your own."""
 
     @cached_property
-    def margin(self) -> cp.Expression:
+    def margin(self) -> cp.Variable:
         """The margin, see `SafeSlip`, a cvxpy variable for constraints of your own."""
         return unknown("margin")
-
-    def _factor(self, v: SafeSet) -> cp.Expression:
-        return self._load
 
     def _meant(self, v: SafeSet) -> dict[cp.Variable, cp.Expression]:
         return {**super()._meant(v), self.margin: v.margin}

@@ -6,8 +6,7 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_array, finite_number, frozen
-from ..contact.odd_values import warns_of_odd_values
+from ..contact.checks import Array, finite_array, finite_number, frozen, warns_of_odd_values
 from ..solve.solvers import NoOptimum, solve
 from .admissible import SlipClaim
 from .question import pose

@@ -7,9 +7,9 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, Booleans
 from ..errors import FrictoptError, SolverError
+from .open_nodes import open_under_mean
 from .open_sets import OpenSetLimit, open_set_limit, with_states
 from .question import LimitQuestion, pose
-from .reduced import open_under_mean
 from .shakedown import ShakedownModel
 
 _RULING = 6  # nodes with the largest shares of the mechanism that are moved one by one

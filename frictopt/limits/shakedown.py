@@ -10,18 +10,17 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
-from ..contact.checks import listed
-from ..contact.odd_values import warns_of_odd_values
-from ..contact.record import SolveRecord
+from ..contact.checks import listed, warns_of_odd_values
 from ..errors import ModelError
 from ..solve.solvers import solve
 from .circles import helpless
 from .judge import answered, judged, judged_by_rows, refuted
 from .least_load import with_least_load
+from .mirrors import half_of
 from .no_limit import no_limit, no_limit_under
+from .open_nodes import rest_under_mean
 from .plain_limits import by_one_node, in_closed_form
 from .question import LimitQuestion
-from .reduced import half_of, rest_under_mean
 from .safe_model import SafeModel
 from .safe_set import SafeSet
 from .shakedown_result import ShakedownLimit
@@ -122,25 +121,38 @@ class ShakedownModel(SafeModel):
         >>> round(limit.objective, 6)
         -0.3
         """
-        own = listed("constraints", constraints)
-        task, under = self._asked.at(friction), own or objective is not None
+        own, task, none = listed("constraints", constraints), self._asked.at(friction), (LimitKind.NO_SAFE_SLIP, ())
+        limit = self.of_set(task, own, objective)
+        if (limit.kind, limit.constraints) == none and (rest := rest_under_mean(task)):  # no slip is safe, whatever constraints of the user's own ask
+            opened = self.of_set(rest, own, objective)
+            limit = limit if (opened.kind, opened.constraints) == none else opened
+        return self._shown(limit)
 
-        def limit_of(task: LimitQuestion) -> ShakedownLimit:
-            return self._under(task, own, objective) if under else self.of_set(task)
-
-        closed = limit_of(task)
-        limit = limit_of(rest) if _has_none(closed) and (rest := rest_under_mean(task)) else closed
-        return self._shown(closed if _has_none(limit) else limit)
-
-    def of_set(self, task: LimitQuestion) -> ShakedownLimit:
-        """The limit with all nodes closed, or of the closed ones, see `rest_of`."""
+    def of_set(self, task: LimitQuestion, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
+        """The limit with all nodes closed, or of the closed ones, see `rest_of`; maybe under constraints of the user's own, or for an objective."""
+        under, solver = bool(own) or objective is not None, self._solver
         if task.system.tangents > 1:
             if found := helpless(task):
-                return by_one_node(task, *found, self._solver)
-        elif task.simplify and self._solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
+                limit = by_one_node(task, *found, solver)
+                if under and limit.kind is not LimitKind.NO_SAFE_SLIP:
+                    raise ModelError(f"constraints: {found[1]}: nothing is safe at any load factor above 0, whatever they ask; leave them out")
+                return limit
+        elif task.simplify and not under and solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
             return known
-        v = self._program(shakedown_problem, half_of(task))
-        return self._result(solve(v.problem, lambda: judged(v), self._solver, no_optimum=lambda: refuted(v) or no_limit(task, self._solver)), v)
+        v = self._program(shakedown_problem, task if under else half_of(task), own, objective)
+
+        def no_limit_here() -> ShakedownLimit | None:
+            claim = (None if under else refuted(v)) or no_limit(task, solver)
+            return claim if not under or (claim and claim.kind is LimitKind.NO_SAFE_SLIP) else no_limit_under(v, solver)
+
+        limit = answered(solve(v.problem, lambda: judged_by_rows(v) if under else judged(v), solver, no_optimum=no_limit_here), v)
+        if under:
+            v.own.save()
+        if limit.kind is not LimitKind.NO_SAFE_SLIP and limit.objective is None:
+            limit = replace(limit, least=0.0) if v.narrows and not v.own.rows else with_least_load(limit, v, solver)
+        if limit.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
+            v.load_factor.save_value(np.array(limit.load_factor / v.task.load_unit))
+        return limit
 
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
@@ -157,31 +169,6 @@ class ShakedownModel(SafeModel):
         """
         own = listed("constraints", constraints)
         return pd.DataFrame([_row(friction, self.solve(friction, own)) for friction in listed("frictions", frictions)])
-
-    def _under(self, task: LimitQuestion, own: Sequence[cp.Constraint], objective: cp.Expression | None) -> ShakedownLimit:
-        if task.system.tangents > 1 and (helped := helpless(task)):
-            if not _has_none(limit := by_one_node(task, *helped, self._solver)):
-                raise ModelError(f"constraints: {helped[1]}: nothing is safe at any load factor above 0, whatever they ask; leave them out")
-            return limit
-        v = self._program(shakedown_problem, task, own, objective)
-
-        def no_limit_here() -> ShakedownLimit | None:
-            claim = no_limit(task, self._solver)
-            return claim if claim is not None and claim.kind is LimitKind.NO_SAFE_SLIP else no_limit_under(v, self._solver)
-
-        found = solve(v.problem, lambda: judged_by_rows(v), self._solver, no_optimum=no_limit_here)
-        v.own.save()
-        return self._result(found, v)
-
-    def _result(self, found: tuple[ShakedownLimit, SolveRecord], v: SafeSet) -> ShakedownLimit:
-        limit = answered(found, v)
-        if v.narrows and limit.kind is not LimitKind.NO_SAFE_SLIP and not v.own.rows:
-            limit = replace(limit, least=0.0)
-        elif limit.kind is not LimitKind.NO_SAFE_SLIP and limit.objective is None:
-            limit = with_least_load(limit, v, self._solver)
-        if limit.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
-            v.load_factor.save_value(np.array(limit.load_factor / v.task.load_unit))
-        return limit
 
 
 @warns_of_odd_values
@@ -229,11 +216,6 @@ def shakedown_limit(
     'no residual slip is safe above it'
     """
     return ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)
-
-
-def _has_none(limit: ShakedownLimit) -> bool:
-    """Whether no slip is safe, whatever constraints of the user's own ask."""
-    return limit.kind is LimitKind.NO_SAFE_SLIP and not limit.constraints
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:

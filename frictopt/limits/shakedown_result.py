@@ -120,10 +120,10 @@ class ShakedownLimit(Answered):
     def _border(self) -> str:
         """What it says of the mesh where a node beside open ones rules, see `border`."""
         task = self._task
-        if task.open is None or self.kind is not LimitKind.FINITE:
+        if task.give is None or self.kind is not LimitKind.FINITE:
             return ""
         moved = np.where(task.closed, self._motion.size + self._motion.opening, 0.0).sum(axis=0)
-        return border(task.system, task.open.opened, int(moved.argmax()), self.reactions[1])
+        return border(task.system, ~task.closed, int(moved.argmax()), self.reactions[1])
 
     @cached_property
     def mechanism(self) -> pd.DataFrame:

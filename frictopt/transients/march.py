@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
-from ..contact.checks import Array, choice, frozen, whole_number
-from ..contact.odd_values import warns_of_odd_values
+from ..contact.checks import Array, choice, frozen, warns_of_odd_values, whole_number
 from ..contact.parts import parted
 from ..contact.progress import bar_of
 from ..contact.system import checked_system

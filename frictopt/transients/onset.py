@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
+from ..contact.checks import warns_of_odd_values
 from ..contact.coulomb import friction_coefficients
 from ..contact.cycle import checked_cycle
-from ..contact.odd_values import warns_of_odd_values
 from ..contact.onset import Onset, onset_from
 from ..contact.system import checked_system
 from ..errors import FrictoptError

@@ -8,9 +8,8 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.answers import Outcome
-from ..contact.checks import finite_number, frozen, whole_number
+from ..contact.checks import finite_number, frozen, warns_of_odd_values, whole_number
 from ..contact.coulomb import off_law
-from ..contact.odd_values import warns_of_odd_values
 from ..contact.parts import parted
 from ..contact.progress import bar_of
 from ..contact.record import SolveRecord
