@@ -5,15 +5,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from skfem import Mesh
 
 from ..contact.checks import Array, check_text, choice, finite_numbers, shown
 from ..errors import ModelError
 from .elasticity import ELEMENT_NAMES, ElementName, Material
 from .elements import QUADRATIC, facet_nodes, quadratic, through_corners
-from .ordering import Integers
+from .ordering import Integers, parts_of
 
 Place = str | tuple[float, ...]
 """Name of a boundary, or the coordinates of one node."""
@@ -176,8 +174,7 @@ def _check_elements(mesh: Mesh) -> None:
         repair = "repair the mesh" if type(mesh) in QUADRATIC else "mesh finer, or with straight sides (gmsh: Mesh.SecondOrderLinear = 1)"
         raise ModelError(f"mesh: {int(bad.sum())} elements are not convex or have no {area}, the first is element {int(np.argmax(bad))}; {repair}")
     inner, elements = mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1]
-    parts, _ = connected_components(coo_matrix((np.ones(inner.shape[1]), inner), shape=(elements, elements)), directed=False)
-    if parts != 1:
+    if (parts := parts_of(inner, elements).max() + 1) != 1:
         raise ModelError(f"mesh: {parts} parts that share no {edge}; give one connected body (merge nodes that coincide)")
     if loose := mesh.p.shape[1] - len(np.unique(mesh.dofs.element_dofs)):
         raise ModelError(f"mesh: {loose} nodes belong to no element; remove them")

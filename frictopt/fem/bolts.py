@@ -5,8 +5,7 @@ from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, hstack
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import csr_matrix, hstack
 from skfem import Mesh
 
 from ..contact.checks import Array
@@ -15,7 +14,7 @@ from .bodies import Body
 from .elasticity import Kinematics
 from .elements import facet_nodes, points_from
 from .forms import Part, boundary_forces
-from .ordering import Integers
+from .ordering import Integers, parts_of
 
 _FLAT = 1e-3  # share of its extent by which a section may be out of its plane: decks have few digits
 
@@ -110,7 +109,7 @@ def _cut(mesh: Mesh, section: str, start: str) -> tuple[Integers, Integers, Arra
     if np.abs(axis @ arms).max() > _FLAT * np.ptp(arms, axis=1).max():
         raise ModelError(f"{start} is not flat, it leaves its plane by {np.abs(axis @ arms).max():g}; name facets in one plane through the shank")
     links = mesh.f2t[:, np.setdiff1d(np.flatnonzero(mesh.f2t[1] >= 0), facets)]
-    _, part = connected_components(coo_matrix((np.ones(links.shape[1]), links), shape=(mesh.t.shape[1],) * 2), directed=False)
+    part = parts_of(links, mesh.t.shape[1])
     sides = mesh.f2t[:, facets]
     heights = axis @ mesh.p[:, mesh.t].mean(axis=1)
     behind, ahead = np.take_along_axis(sides, np.argsort(heights[sides], axis=0), axis=0)

@@ -20,7 +20,7 @@ from .faces import Face, areas_of, face, facets_around, normals_of, sag
 from .forms import Part, boundary_forces, values_at
 from .given import same_point
 from .mortar import Overlaps, edge_overlaps, foot_points, mortar_projection
-from .ordering import Integers
+from .ordering import Integers, places_among
 
 _FACED = 0.5  # least share of a facet of body 1 in space that faces body 2: the rims of round faces miss each other by their sag
 
@@ -209,8 +209,7 @@ def _matched(one: Integers, x: Array, two: Integers, y: Array, near: float) -> I
     distance, where = cKDTree(y[others]).query(x[nodes])
     image = np.full(len(x), -1)
     image[nodes] = others[where]
-    known = {tuple(facet): number for number, facet in enumerate(np.sort(two, axis=1).tolist())}
-    facing = [known.get(tuple(facet), -1) for facet in np.sort(image[one], axis=1).tolist()]
+    facing = places_among(image[one], two)
     fits = distance.max() <= near and min(facing) >= 0 and np.all(np.sum(normals_of(x[one]) * normals_of(y[two[facing]]), axis=1) < 0)
     return image if fits else None
 

@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, place
 from ..errors import ModelError
 from .contacts import Contact
-from .ordering import Integers
+from .ordering import Integers, parts_of
 
 
 def shares(
@@ -42,7 +41,7 @@ def shares(
     """
     n = len(nodes)
     i, j = cKDTree(points).query_pairs(near, output_type="ndarray").T
-    _, spot = connected_components(csr_matrix((np.ones(len(i)), (i, j)), shape=(n, n)), directed=False)
+    spot = parts_of((i, j), n)
     crowded = np.flatnonzero(np.bincount(spot)[spot] > 1).tolist()
     ends = [[(contacts[contact[k]].body_1, int(nodes[k])), (contacts[contact[k]].body_2, int(others[k]))] for k in crowded]
     at = {(body, int(spot[k])): node for k, pair in zip(crowded, ends, strict=True) for body, node in pair if node >= 0}

@@ -12,7 +12,7 @@ from ..contact.checks import Array, check_name, choice, finite_array, frozen, li
 from ..contact.tolerances import CONDENSATION, SAME_POINT
 from ..errors import ModelError
 from .interface import Interface
-from .ordering import Integers
+from .ordering import Integers, parts_of
 
 _SYMMETRY = 10 * CONDENSATION  # asymmetry of a given stiffness, over its largest entry: other codes write ten digits or more
 
@@ -123,7 +123,7 @@ def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, poi
     body = np.where(rigid, count, body)
     links = interface.opening.tocoo()
     own = interface.nodes[links.row]
-    _, joined = connected_components(csr_matrix((np.ones(len(own)), (own, links.col)), shape=graph.shape), directed=False)
+    joined = parts_of((own, links.col), len(body))
     i, j = cKDTree(points).query_pairs(same_point(points), output_type="ndarray").T
     of = csr_matrix((np.ones(len(body)), (np.arange(len(body)), body)), shape=(len(body), count + 1))
     beside = step @ csr_matrix((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), shape=graph.shape) @ of

@@ -1,10 +1,12 @@
-"""Elimination order by nested dissection on node coordinates, for the factorisation of a condensation."""
+"""Numbers of nodes: parts that hang together, and an order of elimination by nested dissection on coordinates."""
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csr_matrix
+from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse.csgraph import connected_components
 
 from ..contact.checks import Array
 
@@ -22,6 +24,19 @@ def whole(values: ArrayLike) -> Integers:
     array = np.array(values, dtype=np.intp)
     array.flags.writeable = False
     return array
+
+
+def parts_of(links: Sequence[Integers] | Integers, size: int) -> Integers:
+    """(size,) number of the part that each of some things belongs to, by links (2, m) of them."""
+    return np.asarray(connected_components(coo_matrix((np.ones(len(links[0])), tuple(links)), shape=(size, size)), directed=False)[1])
+
+
+def places_among(rows: Integers, others: Integers) -> Integers:
+    """(m,) place of each row of numbers (m, k) among others (n, k), in whatever order they stand in a row; -1 where it is none of them."""
+    _, number = np.unique(np.sort(np.concatenate([others, rows]), axis=1), axis=0, return_inverse=True)
+    place = np.full(len(number), -1)
+    place[number.ravel()[: len(others)]] = np.arange(len(others))
+    return np.asarray(place[number.ravel()[len(others) :]])
 
 
 def nested_dissection(graph: csr_matrix, points: Array) -> Integers:

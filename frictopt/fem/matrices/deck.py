@@ -16,7 +16,7 @@ from ...errors import ModelError
 from ..ordering import Integers, whole
 from .blocks import Block, blocks, fields, members_of, number, parameters, thickness
 from .constraints import CONSTRAINING, Constraints, constraints_of
-from .kinds import CORNERS, FACELESS, LINES, PLANES, SHAPES, node_count, shape_of
+from .kinds import FACELESS, LINES, PLANE, PLANES, SHAPES, SOLID, node_count, shape_of
 
 Solids: TypeAlias = list[tuple[str, list[list[int]]]]  # blocks of elements: their type, and number and nodes of each
 
@@ -110,7 +110,7 @@ class Deck(Shown):
     @property
     def midsides(self) -> Integers:
         """Rows of the nodes amid edges of quadratic elements."""
-        found = [nodes[:, CORNERS.get(str(shape_of(kind)), nodes.shape[1]) :].ravel() for kind, _, nodes in self.elements]
+        found = [nodes[:, (PLANE | SOLID).get(str(shape_of(kind)), nodes.shape[1]) :].ravel() for kind, _, nodes in self.elements]
         return np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *found]))
 
     @property
@@ -189,6 +189,12 @@ def _with_nodes(solids: Iterable[tuple[str, Sequence[Sequence[int]]]], row: Mapp
     )
 
 
+def _of_plane(sections: list[tuple[str, float]], solids: Solids, sets: Mapping[str, Integers]) -> tuple[float, ...]:
+    """Thicknesses of the sections that hold plane elements."""
+    plane = [n for kind, rows in solids if kind.startswith(("CPE", "CPS")) for n, *_ in rows]
+    return tuple(dict.fromkeys(t for name, t in sections if plane and (not name or np.isin(sets.get(name, []), plane).any())))
+
+
 def read_deck(path: Path) -> Deck:
     """Read a deck and the files that it includes; keywords that neither name, join nor constrain nodes are passed over.
 
@@ -207,11 +213,7 @@ def read_deck(path: Path) -> Deck:
     constraining: list[Block] = []
     faces: dict[str, list[list[str]]] = {}
     for keyword, options, lines in blocks(path):
-        if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
-            raise ModelError(
-                f"deck {path.name}: the block *{keyword} {parameters(options)} gives nodes or displacements in directions of their own; write "
-                "coordinates, and the matrix, in the global directions"
-            )
+        _check_directions(path, keyword, options, lines)
         try:
             if keyword == "NODE":
                 _add_nodes(nodes, found := [fields(line) for line in lines])
@@ -242,8 +244,6 @@ def read_deck(path: Path) -> Deck:
     row = {name: i for i, name in enumerate(nodes)}
     sets = {name: _rows(row, _resolved(members["NSET"], name), f"node set {name}") for name in members["NSET"]}
     element_sets = {name: whole(_resolved(members["ELSET"], name)) for name in members["ELSET"]}
-    plane = [n for kind, rows in solids if kind.startswith(("CPE", "CPS")) for n, *_ in rows]
-    thicknesses = (t for name, t in sections if plane and (not name or np.isin(element_sets.get(name, []), plane).any()))
     surfaces = {name: _rows(row, _resolved(members["NSET"] | {"": own}, ""), f"surface {name}") for name, own in members["SURFACE"].items()}
     return Deck(
         numbers=whole(list(nodes)),
@@ -251,10 +251,19 @@ def read_deck(path: Path) -> Deck:
         sets=sets,
         elements=_with_nodes(solids, row),
         element_sets=element_sets,
-        thicknesses=tuple(dict.fromkeys(thicknesses)),
+        thicknesses=_of_plane(sections, solids, element_sets),
         constraints=constraints_of(constraining, row, sets | surfaces),
         surfaces={k: tuple((whole(_resolved(members["ELSET"] | {"": row[:1]}, "")), int(row[1][1])) for row in own) for k, own in faces.items()},
     )
+
+
+def _check_directions(path: Path, keyword: str, options: Mapping[str, str], lines: Sequence[str]) -> None:
+    """Check that a block gives nodes and displacements in the global directions."""
+    if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
+        raise ModelError(
+            f"deck {path.name}: the block *{keyword} {parameters(options)} gives nodes or displacements in directions of their own; "
+            "write coordinates, and the matrix, in the global directions"
+        )
 
 
 def _add_nodes(nodes: dict[int, list[float]], rows: list[list[str]]) -> None:

@@ -7,7 +7,8 @@ _FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}  # shapes as mesh
 SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron", "C3D10": "tetra10", "C3D20": "hexahedron20"} | {
     f"{kind}{n}": shape for kind in PLANES for n, shape in _FLAT.items()
 }
-CORNERS = {"triangle6": 3, "quad8": 4, "tetra10": 4, "hexahedron20": 8}  # of quadratic shapes; their nodes come first
+PLANE = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}  # shapes, as meshio names them, and their corners, which come first
+SOLID = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8}
 LINES = ("T2D2", "T3D2", "T2D3", "T3D3")  # gmsh writes named curves so; the ends come first and last
 FACELESS = (*LINES, "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")  # they carry no traction
 _KNOWN = re.compile(r"(C3D|CPE|CPS|CAX|T2D|T3D)(\d+)")

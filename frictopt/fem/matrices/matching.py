@@ -3,7 +3,7 @@
 from itertools import combinations
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from skfem import Mesh
@@ -12,7 +12,7 @@ from ...contact.checks import Array, place
 from ...errors import ModelError
 from ..faces import lines_along
 from ..given import same_point
-from ..ordering import Integers, whole
+from ..ordering import Integers, parts_of, places_among, whole
 
 
 def bodies_of(graph: csr_matrix, unknowns: Integers) -> Integers:
@@ -79,11 +79,10 @@ def _faces(mesh: Mesh, image: Integers) -> list[Integers]:
     """Nodes of each connected face of facets of the outline whose images, where they are no less than 0, are facets of the outline too."""
     outline = mesh.boundary_facets()
     nodes = mesh.facets[:, outline]
-    known = {tuple(sorted(facet)) for facet in nodes.T.tolist()}
     here = (image[nodes] >= 0).all(axis=0)
-    here[here] = [tuple(sorted(facet)) in known for facet in image[nodes[:, here]].T.tolist()]
+    here[here] = places_among(image[nodes[:, here]].T, nodes.T) >= 0
     if mesh.dim() == 2:
         return [line for line, _ in lines_along(mesh, outline[here], "matching_faces: the outline")] if here.any() else []
     ends = nodes[:, here]
-    _, part = connected_components(coo_matrix((np.ones(ends[1:].size), (np.tile(ends[0], len(ends) - 1), ends[1:].ravel())), shape=(len(image),) * 2))
+    part = parts_of((np.tile(ends[0], len(ends) - 1), ends[1:].ravel()), len(image))
     return [np.unique(ends[:, part[ends[0]] == number]) for number in dict.fromkeys(part[ends[0]].tolist())]

@@ -15,12 +15,11 @@ from ...contact.checks import Array, place, shown
 from ...contact.tolerances import SAME_POINT
 from ...errors import ModelError
 from ..elements import QUADRATIC, completion
-from ..ordering import Integers
+from ..ordering import Integers, places_among
 from .deck import Deck, read_deck
+from .kinds import PLANE, SOLID
 from .rows import library
 
-_PLANE = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}  # shapes, as meshio names them, and their corners
-_SOLID = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8}
 _CORNERS = {  # of the faces S1, S2, ... of an element in decks
     "triangle": ((0, 1), (1, 2), (2, 0)),
     "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
@@ -66,14 +65,14 @@ def read_mesh(path: str | Path) -> Mesh:
     if file.suffix.lower() == ".inp":
         deck = read_deck(file)
         try:
-            mesh = mesh_of(deck, 2 if deck.shaped()[0] in _PLANE else 3)
+            mesh = mesh_of(deck, 2 if deck.shaped()[0] in PLANE else 3)
         except ModelError as error:
             raise ModelError(f"mesh {file.name}: {error}") from error
         return with_midsides(_named(mesh, deck, file.name).remove_unused_nodes(), deck.shaped()[2], deck.points)[0]
     found = _read(file)
     kinds = {block.type for block in found.cells if len(block.data)} - set(_SMALL)
-    solids = sorted(kinds - set(_PLANE) if kinds & set(_SOLID) else kinds)  # faces of solids only carry names
-    if len(solids) != 1 or solids[0] not in _PLANE | _SOLID:
+    solids = sorted(kinds - set(PLANE) if kinds & set(SOLID) else kinds)  # faces of solids only carry names
+    if len(solids) != 1 or solids[0] not in PLANE | SOLID:
         problem = f"elements {', '.join(solids)}" if solids else "no elements"
         raise ModelError(
             f"mesh {file.name}: {problem}; give elements of one shape, linear or quadratic: triangles, quadrilaterals, tetrahedra or hexahedra"
@@ -111,7 +110,7 @@ def mesh_of(deck: Deck, directions: int) -> Mesh:
         Elements of several shapes or of one that is not supported, a mesh in space where a plane one is wanted, or the reverse.
     """
     shape, _, nodes = deck.shaped()
-    if (shape in _PLANE) != (directions == 2):
+    if (shape in PLANE) != (directions == 2):
         raise ModelError(f"deck: elements of shape {shape}, but {directions} directions of displacement; give plane elements for 2, solids for 3")
     if directions == 2:
         _check_plane(deck.points, "of the deck")
@@ -180,14 +179,14 @@ def _named(mesh: Mesh, deck: Deck, what: str) -> Mesh:
 
 def _faces(mesh: Mesh, faces: Mapping[str, Sequence[Integers]], what: str) -> dict[str, Integers]:
     """Facets of a mesh by their nodes, (m, k) in each of some blocks; each is a facet of an element."""
-    found, (k, count) = {}, mesh.facets.shape
+    found, k = {}, len(mesh.facets)
     for name, blocks in faces.items():
         nodes = np.unique(
             np.sort(np.concatenate([np.zeros((0, k), dtype=int), *(own[:, :k] for own in blocks if own.shape[1] >= k)]), axis=1), axis=0
         )
-        _, number = np.unique(np.hstack([np.sort(mesh.facets, axis=0), nodes.T]), axis=1, return_inverse=True)
-        found[name] = np.flatnonzero(np.isin(number[:count], number[count:]))
-        if (lost := len(nodes) - len(found[name])) or not len(nodes):
+        places = places_among(nodes, mesh.facets.T)
+        found[name] = np.sort(places)
+        if (lost := np.count_nonzero(places < 0)) or not len(nodes):
             problem = f"{lost} of its {len(nodes)} faces belong to no element" if lost else "it names no faces"
             raise ModelError(f"mesh {what}: boundary {name!r}: {problem}; put the body beside it into a group too (gmsh saves only what is in one)")
     return found
@@ -227,7 +226,7 @@ def _of_scikit_fem(elements: Integers, shape: str, points: Array) -> Mesh:
     from skfem.io.meshio import from_meshio  # here, for it imports meshio
 
     linear = shape.rstrip("0123456789")
-    corners = elements[:, : (_PLANE | _SOLID)[linear]]
+    corners = elements[:, : (PLANE | SOLID)[linear]]
     return from_meshio(meshio_library().Mesh(points, [(linear, corners)]), force_meshio_type=linear)
 
 
