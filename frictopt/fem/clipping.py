@@ -1,4 +1,4 @@
-"""Overlaps of the facets of two faces in space: triangles of the one, seen along the normal, clipped by those of the other."""
+"""Overlaps of the facets of two faces: edges in the plane, triangles in space, seen along the normal, clipped by those of the other."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -9,7 +9,11 @@ from .frames import frames_of
 from .mortar import Overlaps
 from .ordering import Integers
 
-_POINTS = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6  # of a triangle, of equal weight: exact for products of two hat functions
+_NEAR = (1 - np.sqrt(1 / 3)) / 2
+_POINTS = {  # of an interval and of a triangle, of equal weight: exact for products of two hat functions, with a linear depth in the plane
+    2: np.array([[1 - _NEAR, _NEAR], [_NEAR, 1 - _NEAR]]),
+    3: np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6,
+}
 _OPPOSITE = -0.5  # largest cosine of the angle between the normals of facets that face each other: they lean by up to 60 degrees
 _STEPS = 10  # towards the place where a normal meets the other face; each leaves a quarter of the way where the faces lean by 30 degrees
 
@@ -23,36 +27,44 @@ def facet_overlaps(one: Integers, points: Array, two: Integers, others: Array) -
     Parameters
     ----------
     one, two
-        (facets, corners) nodes of the facets, triangles or quadrilaterals, in the order in which their normals point into their body.
+        (facets, corners) nodes of the facets, edges in the plane, else triangles or quadrilaterals, in the order in which their normals point into
+        their body.
     points, others
-        (nodes, 3) coordinates of the nodes of body 1 and of body 2.
+        (nodes, d) coordinates of the nodes of body 1 and of body 2.
     """
-    corners = points[one]
+    corners, d = points[one], points.shape[1]
     frames, middles = frames_of(normals_of(corners)), corners.mean(axis=1)
-    (hats, A), (other_hats, B) = ((_triangles(facets.shape[1]), places[facets]) for facets, places in ((one, points), (two, others)))
-    facet, A = np.repeat(np.arange(len(one)), len(hats)), np.einsum("tck,mkd->mtcd", hats, A).reshape(-1, 3, 3)
-    B = np.einsum("tck,mkd->mtcd", other_hats, B).reshape(-1, 3, 3)
-    i, j = _facing(A, frames[facet, 2], B)
+    (hats, A), (other_hats, B) = ((_parts(facets.shape[1]), places[facets]) for facets, places in ((one, points), (two, others)))
+    facet, A = np.repeat(np.arange(len(one)), len(hats)), np.einsum("tck,mkd->mtcd", hats, A).reshape(-1, d, d)
+    B = np.einsum("tck,mkd->mtcd", other_hats, B).reshape(-1, d, d)
+    i, j = _facing(A, frames[facet, -1], B)
     e = facet[i]
-    a, b = (np.einsum("mxd,mcd->mcx", frames[e, :2], triangles - middles[e, None]) for triangles in (A[i], B[j, ::-1]))
-    pair, triangles = _overlaps(a, b)
-    at = np.concatenate([np.einsum("c,mcx->mx", share, triangles) for share in _POINTS])
-    size, pair = np.tile(_areas(*triangles.swapaxes(0, 1)) / 3, 3), np.tile(pair, 3)
+    a, b = (np.einsum("mxd,mcd->mcx", frames[e, :-1], parts - middles[e, None]) for parts in (A[i], B[j, ::-1]))
+    pair, parts = _common(a, b) if d == 2 else _overlaps(a, b)
+    at = np.concatenate([np.einsum("c,mcx->mx", share, parts) for share in _POINTS[d]])
+    size, pair = np.tile(_sizes(parts) / len(_POINTS[d]), len(_POINTS[d])), np.tile(pair, len(_POINTS[d]))
     phi = np.einsum("mc,mck->mk", _shares(a[pair], at), hats[i[pair] % len(hats)])
     chi = np.einsum("mc,mck->mk", _shares(b[pair], at), other_hats[j[pair] % len(other_hats), ::-1])
     return Overlaps(e[pair], size, one[e[pair]], phi, two[j[pair] // len(other_hats)], chi)
 
 
-def _triangles(corners: int) -> Array:
-    """(triangles, 3, corners) hat functions of the corners of a facet at those of its triangles."""
+def _parts(corners: int) -> Array:
+    """(parts, 2 or 3, corners) hat functions of the corners of a facet at those of its edge or triangles."""
     own = np.eye(corners)
-    return own[None] if corners == 3 else np.stack([own, np.roll(own, -1, axis=0), np.full_like(own, 1 / corners)], axis=1)
+    return own[None] if corners <= 3 else np.stack([own, np.roll(own, -1, axis=0), np.full_like(own, 1 / corners)], axis=1)
+
+
+def _common(a: Array, b: Array) -> tuple[Integers, Array]:
+    """(m, 2, 1) what pairs of intervals (pairs, 2, 1) have in common, and the pair that each belongs to."""
+    common = np.stack([np.maximum(a[:, 0], b[:, 0]), np.minimum(a[:, 1], b[:, 1])], axis=1)
+    some = np.flatnonzero(_sizes(common) > 0)
+    return some, common[some]
 
 
 def _facing(A: Array, normals: Array, B: Array) -> tuple[Integers, Integers]:
-    """Pairs of triangles (m, 3, 3) of two faces that may overlap if seen along the normals of the first.
+    """Pairs of edges or triangles (m, d, d) of two faces that may overlap if seen along the normals of the first.
 
-    Beginning at the middle of a triangle, the next middle of the other face and its foot on the normal lead to where the normal meets that face.
+    Beginning at the middle of a part, the next middle of the other face and its foot on the normal lead to where the normal meets that face.
     """
     (a, ra), (b, rb) = ((T.mean(axis=1), np.linalg.norm(T - T.mean(axis=1)[:, None], axis=2).max(axis=1)) for T in (A, B))
     tree, foot = cKDTree(b), a
@@ -75,7 +87,7 @@ def _overlaps(a: Array, b: Array) -> tuple[Integers, Array]:
         polygons = _clipped(polygons, b[:, corner], b[:, (corner + 1) % 3])
     fans = [np.stack([polygons[:, 0], polygons[:, c], polygons[:, c + 1]], axis=1) for c in range(1, polygons.shape[1] - 1)]
     triangles, pair = np.concatenate([a[:0], *fans]), np.tile(pair, len(fans))
-    some = _areas(*triangles.swapaxes(0, 1)) > 0
+    some = _sizes(triangles) > 0
     return pair[some], triangles[some]
 
 
@@ -93,10 +105,16 @@ def _clipped(polygons: Array, start: Array, end: Array) -> Array:
     return np.where(np.take_along_axis(kept, order, axis=1)[:, :, None], found, found[:, :1])
 
 
-def _shares(triangles: Array, at: Array) -> Array:
-    """(m, 3) hat functions of the corners of triangles (m, 3, 2) at points (m, 2)."""
-    parts = np.column_stack([_areas(at, triangles[:, (c + 1) % 3], triangles[:, (c + 2) % 3]) for c in range(3)])
-    return np.asarray(parts / parts.sum(axis=1)[:, None])
+def _shares(parts: Array, at: Array) -> Array:
+    """(m, corners) hat functions of the corners of intervals (m, 2, 1) or triangles (m, 3, 2) at points (m, 1) or (m, 2)."""
+    count = parts.shape[1]
+    without = [_sizes(np.stack([parts[:, c] if c != corner else at for c in range(count)], axis=1)) for corner in range(count)]
+    return np.asarray(np.column_stack(without) / np.sum(without, axis=0)[:, None])
+
+
+def _sizes(parts: Array) -> Array:
+    """Signed lengths of intervals (m, 2, 1) or areas of triangles (m, 3, 2)."""
+    return parts[:, 1, 0] - parts[:, 0, 0] if parts.shape[1] == 2 else _areas(*parts.swapaxes(0, 1))
 
 
 def _areas(a: Array, b: Array, c: Array) -> Array:

@@ -1,7 +1,7 @@
 """Contacts of a model: which faces of which bodies meet, and how their nodes are joined."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -16,13 +16,13 @@ from ..errors import ModelError
 from .bodies import Body
 from .clipping import facet_overlaps
 from .elasticity import Kinematics, circumference
-from .faces import Face, areas_of, face, facets_around, normals_of, sag
+from .faces import areas_of, course, facets_around, normals_of, sag
 from .forms import Part, boundary_forces, values_at
 from .given import same_point
-from .mortar import Overlaps, edge_overlaps, foot_points, mortar_projection
+from .mortar import Overlaps, mortar_projection
 from .ordering import Integers, places_among
 
-_FACED = 0.5  # least share of a facet of body 1 in space that faces body 2: the rims of round faces miss each other by their sag
+_FACED = 0.5  # least share of a facet of body 1 that faces body 2: the ends and rims of round faces miss each other by their sag
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class Contact:
     """A contact: a face of body 1 that meets a face of body 2.
 
     The faces may be straight or curved, of any direction, closed or not, and their nodes need not match. The face of body 1 lies within that of
-    body 2; its nodes are those of the contact, and it should be the finer one. In the plane each is one chain of edges. In space the facets are
-    triangles or quadrilaterals; each of body 1 faces body 2 along its normal with half of its area or more: round rims may miss each other by their
-    sag. Quadratic bodies meet in linear facets through their corner nodes, which the nodes amid edges follow.
+    body 2; its nodes are those of the contact, and it should be the finer one. In the plane that of body 1 is one chain of edges, in space facets are
+    triangles or quadrilaterals. Each facet of body 1 faces body 2 along its normal with half of its length or area or more: round ends and rims may
+    miss each other by their sag. Quadratic bodies meet in linear facets through their corner nodes, which the nodes amid edges follow.
 
     Parameters
     ----------
@@ -143,8 +143,8 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
     Raises
     ------
     ModelError
-        A face that is unknown or, in the plane, in pieces; faces that do not face each other, do not touch or overlap, a face of body 1 that
-        reaches beyond that of body 2, a gap that is negative.
+        A face that is unknown, one of body 1 in the plane in pieces; faces that do not face each other, do not touch or overlap, a face of body 1
+        that reaches beyond that of body 2, a gap that is negative.
     """
     sides = (
         (body_1, contact.boundary_1, f"contact {contact.name!r}, body {contact.body_1!r}"),
@@ -152,20 +152,17 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
     )
     facets, others = (body.boundary(name, argument) for body, name, argument in sides)
     one, two, x, y = facets_around(body_1.mesh, facets), facets_around(body_2.mesh, others), body_1.mesh.p.T, body_2.mesh.p.T
-    lines = () if kinematics == "space" else tuple(face(*side) for side in sides)
-    nodes, near = lines[0].nodes if lines else np.unique(one), same_point(x)
+    nodes, near = np.unique(one) if kinematics == "space" else course(*sides[0]), same_point(x)
     inward = boundary_forces(body_1.mesh, facets, lambda _, normals: -normals, "space").T[nodes]
     places = _matched(one, x, two, y, near)
     if places is not None:
         widths = boundary_forces(body_1.mesh, facets, lambda points, _: np.ones((1, *points.shape[1:])), kinematics)[0, nodes]
         P, allowed, coarser = csr_matrix(identity(len(y), format="csr")[places[nodes]]), np.full(len(nodes), near), 1.0
     else:
-        if lines:
-            around, (facing, s) = circumference(lines[0].points[:, 0], kinematics), _facing(lines[0], lines[1].reversed(), near, contact)
-            overlaps = edge_overlaps(lines[0], lines[1].reversed().nodes[facing], s, around)
-        else:
-            overlaps = facet_overlaps(one, x, two, y)
-            _check_faced(contact, overlaps, x[one], y[two])
+        overlaps = facet_overlaps(one, x, two, y)
+        _check_faced(contact, overlaps, x[one], y[two])
+        depth = circumference(np.sum(overlaps.phi * x[overlaps.own, 0], axis=1), kinematics)
+        overlaps = replace(overlaps, weights=overlaps.weights * depth)
         P, widths = mortar_projection(overlaps, nodes, len(y))
         allowed = near + sag(one, x)[nodes] + np.maximum.reduceat(sag(two, y)[P.indices], P.indptr[:-1])
         coarser = _edge(x[one]) / _edge(y[two[np.isin(two, P.indices).all(axis=1)]])
@@ -206,6 +203,8 @@ def _initial_gap(contact: Contact, points: Array, opening: Array, normals: Array
 def _matched(one: Integers, x: Array, two: Integers, y: Array, near: float) -> Integers | None:
     """Node of body 2 that each node of body 1 lies on, if all facets of the first face are facets of the second."""
     nodes, others = np.unique(one), np.unique(two)
+    if one.shape[1] != two.shape[1]:
+        return None
     distance, where = cKDTree(y[others]).query(x[nodes])
     image = np.full(len(x), -1)
     image[nodes] = others[where]
@@ -220,60 +219,19 @@ def _check_faced(contact: Contact, overlaps: Overlaps, one: Array, two: Array) -
     share = np.bincount(overlaps.facet, overlaps.weights, minlength=len(one)) / np.linalg.norm(areas_of(one), axis=1)
     nearest = cKDTree(two.mean(axis=1)).query(middles)[1]
     if not share.any() and np.all(np.sum(normals * normals_of(two)[nearest], axis=1) > 0):
-        raise _same_side(contact)
+        raise ModelError(
+            f"contact {contact.name!r}: bodies {contact.body_1!r} and {contact.body_2!r} lie on the same side of it, they overlap, or their "
+            "faces look away from each other; the elements of body 1 and of body 2 belong on opposite sides"
+        )
     if share.min() < _FACED:
         i = int(share.argmin())
-        raise _faces_nothing(contact, f"around {place(middles[i])}")
+        raise ModelError(
+            f"contact {contact.name!r}: part of the face of body {contact.body_1!r}, around {place(middles[i])}, faces nothing of body "
+            f"{contact.body_2!r}; name only the part that touches, or exchange the bodies"
+        )
     if share.max() > 1 + COUNTS:
         i = int(share.argmax())
         raise ModelError(
             f"contact {contact.name!r}: the face of body {contact.body_1!r} around {place(middles[i])} faces body {contact.body_2!r} more than once, "
             "one place behind the other; name only the part that touches, or mesh its curves finer"
         )
-
-
-def _same_side(contact: Contact) -> ModelError:
-    return ModelError(
-        f"contact {contact.name!r}: bodies {contact.body_1!r} and {contact.body_2!r} lie on the same side of it, they overlap, or their "
-        "faces look away from each other; the elements of body 1 and of body 2 belong on opposite sides"
-    )
-
-
-def _faces_nothing(contact: Contact, where: str) -> ModelError:
-    return ModelError(
-        f"contact {contact.name!r}: part of the face of body {contact.body_1!r}, {where}, "
-        f"faces nothing of body {contact.body_2!r}; name only the part that touches, or exchange the bodies"
-    )
-
-
-def _facing(one: Face, two: Face, near: float, contact: Contact) -> tuple[Integers, Array]:
-    """Places in face 2 that face all of face 1, in order, and the arc lengths of face 1 that they face."""
-    s, height = foot_points(one, two.points)
-    length, chain = float(one.lengths.sum()), two.chain
-    step = np.diff(s[chain])
-    if one.closed:
-        step -= length * np.round(step / length)
-        meets = np.full(len(step), True)
-    else:
-        begins, ends = np.minimum(s[chain[:-1]], s[chain[1:]]), np.maximum(s[chain[:-1]], s[chain[1:]])
-        meets = (begins < length - near) & (ends > near)
-    meets &= step >= -near
-    edges = np.flatnonzero(meets)
-    if not len(edges):
-        raise _same_side(contact)
-    if two.closed and not one.closed:  # begin where it faces nothing
-        begin = int(np.argmin(meets))
-        edges = begin + np.flatnonzero(np.roll(meets, -begin))
-    places = np.r_[edges, edges[-1] + 1] % len(two.nodes)
-    arc = s[places]
-    if one.closed:
-        covered = two.closed and len(edges) == len(step) and round(step.sum() / length) == 1
-        first = int(s.argmin())
-        places = np.r_[first - 1, first + np.arange(len(s) + 1)] % len(s)
-        arc = s[places] + length * np.r_[-1.0, np.zeros(len(s)), 1.0]
-    else:
-        slack = near + np.abs(height[places[[0, -1]]])  # across a gap, a foot point may move along by no more than the gap
-        covered = bool(np.all(np.diff(edges) == 1) and arc[0] <= slack[0] and arc[-1] >= length - slack[1])
-    if not covered:
-        raise _faces_nothing(contact, f"from {place(one.points[0])} to {place(one.points[-1])}")
-    return places, np.maximum.accumulate(np.r_[min(arc[0], 0.0), arc[1:-1], max(arc[-1], length)])

@@ -1,7 +1,5 @@
 """Faces of meshed bodies: their facets, in any number of dimensions, and in the plane as one chain of nodes, in order."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial import cKDTree
 from skfem import Mesh
@@ -61,51 +59,8 @@ def neighbours(places: Array, reach: Array, others: Array, radii: Array) -> tupl
     return i, j
 
 
-@dataclass(frozen=True, eq=False)
-class Face:
-    """The nodes of a boundary in their order, with the body on the left of the way; a closed one begins again at its first node.
-
-    Parameters
-    ----------
-    nodes
-        (n,) nodes of the body, each once.
-    points
-        (n, 2) coordinates.
-    closed
-        Whether the last node is joined to the first.
-    """
-
-    nodes: Integers
-    points: Array
-    closed: bool
-
-    @property
-    def chain(self) -> Integers:
-        """Places in `nodes` along the way: a closed face ends at its first node."""
-        return np.arange(len(self.nodes) + self.closed) % len(self.nodes)
-
-    @property
-    def steps(self) -> Array:
-        """(edges, 2) vectors from node to node."""
-        return np.diff(self.points[self.chain], axis=0)
-
-    @property
-    def lengths(self) -> Array:
-        """(edges,) lengths of the edges."""
-        return np.asarray(np.hypot(*self.steps.T))
-
-    @property
-    def edges(self) -> Integers:
-        """(edges, 2) places in `nodes` of the ends of the edges."""
-        return np.column_stack([self.chain[:-1], self.chain[1:]])
-
-    def reversed(self) -> "Face":
-        """The same face with the body on the right of the way."""
-        return Face(self.nodes[::-1], self.points[::-1], self.closed)
-
-
-def face(body: Body, boundary: str, argument: str) -> Face:
-    """The boundary of that name as a chain of nodes; error messages call it `argument`.
+def course(body: Body, boundary: str, argument: str) -> Integers:
+    """Nodes of a boundary in the plane in their order, the body on the left of the way; error messages call it `argument`.
 
     Raises
     ------
@@ -118,9 +73,7 @@ def face(body: Body, boundary: str, argument: str) -> Face:
         one, other = (place(mesh.p[:, nodes[0]]) for nodes in (line, others[0][0]))
         raise ModelError(f"{start} is in several pieces, one at {one}, another at {other}; make a contact of each piece")
     nodes = line[::-1]
-    if closed:
-        nodes = np.roll(nodes, -int(nodes.argmin()))
-    return Face(nodes, mesh.p[:, nodes].T, closed)
+    return np.roll(nodes, -int(nodes.argmin())) if closed else nodes
 
 
 def lines_along(mesh: Mesh, facets: Integers, argument: str) -> list[tuple[Integers, bool]]:
