@@ -7,6 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ...errors import ModelError
+from .kinds import node_count
 
 Block: TypeAlias = tuple[str, dict[str, str], list[str]]  # keyword and names of parameters without blanks, data lines
 
@@ -80,3 +81,15 @@ def members_of(lines: list[str], generate: bool) -> list[list[str]]:
         return [[field] for line in lines for field in fields(line)]
     ranges = [[int(field) for field in fields(line)] for line in lines]
     return [[str(n)] for first, last, *step in ranges for n in range(first, last + 1, *step)]
+
+
+def elements_of(kind: str, lines: list[str]) -> list[list[str]]:
+    """Number and nodes of each element; the number alone of one that is neither solid nor truss."""
+    count = node_count(kind)
+    if count is None:
+        return [fields(line)[:1] for line in lines]
+    flat = [field for line in lines for field in fields(line)]
+    size = 1 + count
+    if len(flat) % size:
+        raise ValueError(f"{len(flat)} numbers, {size} an element")
+    return [flat[i : i + size] for i in range(0, len(flat), size)]

@@ -14,9 +14,9 @@ from ...contact.checks import Array, finite_array, frozen, shown, whole_array, w
 from ...contact.show import Shown
 from ...errors import ModelError
 from ..ordering import Integers, whole
-from .blocks import Block, blocks, fields, members_of, number, parameters, thickness
+from .blocks import Block, blocks, elements_of, fields, members_of, number, parameters, thickness
 from .constraints import CONSTRAINING, Constraints, constraints_of
-from .kinds import FACELESS, LINES, PLANE, PLANES, SHAPES, SOLID, node_count, shape_of
+from .kinds import FACELESS, LINES, PLANE, PLANES, SHAPES, SOLID, shape_of
 
 Solids: TypeAlias = list[tuple[str, list[list[int]]]]  # blocks of elements: their type, and number and nodes of each
 
@@ -218,7 +218,7 @@ def read_deck(path: Path) -> Deck:
             if keyword == "NODE":
                 _add_nodes(nodes, found := [fields(line) for line in lines])
             elif keyword == "ELEMENT":
-                found = _elements(options["TYPE"], lines)
+                found = elements_of(options["TYPE"], lines)
                 solids.append((options["TYPE"], [list(map(int, row)) for row in found]))
             elif keyword in ("NSET", "ELSET"):
                 found = members_of(lines, "GENERATE" in options)
@@ -271,18 +271,6 @@ def _add_nodes(nodes: dict[int, list[float]], rows: list[list[str]]) -> None:
         if int(name) in nodes:
             raise ValueError(f"node {name} is defined twice; parts and instances are not supported, write a flat deck")
         nodes[int(name)] = [number(value) for value in point]
-
-
-def _elements(kind: str, lines: list[str]) -> list[list[str]]:
-    """Number and nodes of each element; the number alone of one that is neither solid nor truss."""
-    count = node_count(kind)
-    if count is None:
-        return [fields(line)[:1] for line in lines]
-    flat = [field for line in lines for field in fields(line)]
-    size = 1 + count
-    if len(flat) % size:
-        raise ValueError(f"{len(flat)} numbers, {size} an element")
-    return [flat[i : i + size] for i in range(0, len(flat), size)]
 
 
 def _resolved(sets: Mapping[str, list[str]], name: str, above: tuple[str, ...] = ()) -> list[int]:
