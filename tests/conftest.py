@@ -47,6 +47,12 @@ def punch():
 
 
 @pytest.fixture(scope="session")
+def paper_punch(punch):
+    """The scene as it is without options, by number of elements."""
+    return lambda elements: punch(elements, grading=20.0, growth=1.09)
+
+
+@pytest.fixture(scope="session")
 def rounded(punch):
     """A punch with rounded edges, which the mean load leaves open."""
     contact = punch(24, grading=3)
@@ -85,3 +91,9 @@ def quick(quick_data):
         return {table.name: pd.read_parquet(table.path(quick_data)) for table in tables}
 
     return read
+
+
+@pytest.fixture(scope="module")
+def tables(request, quick):
+    """The quick tables, by name, of the study that a test module names as STUDY."""
+    return quick(request.module.STUDY.tables)

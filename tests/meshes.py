@@ -1,7 +1,7 @@
 """Meshes and models of several contacts for the tests, turned by any angle."""
 
 import numpy as np
-from skfem import MeshQuad
+from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
 
@@ -92,3 +92,12 @@ def hung(angle=0.0):
     """Supports of the block of two blocks that leave it free to strain: a corner, and one direction of the other."""
     left, right = (tuple(float(value) for value in rotation(angle) @ [x, -1.0]) for x in (-1.0, 1.0))
     return [fo.Support("block", left, "xy"), fo.Support("block", right, "y" if abs(np.cos(angle)) > 0.5 else "x")]
+
+
+def column(**options):
+    """Two cubes, one on the other, of material without lateral strain."""
+    x = np.array([0.0, 0.5, 1.0])
+    parts = MeshHex.init_tensor(x, x, np.r_[x - 1, x[1:]]).with_boundaries({"top": lambda x: x[2] == 1, "bottom": lambda x: x[2] == -1})
+    parts = parts.with_subdomains({"a": lambda x: x[2] > 0, "b": lambda x: x[2] < 0})
+    bodies = fo.split_bodies(parts, {"a": fo.Material(nu=0.0), "b": fo.Material(nu=0.0)})
+    return fo.ContactModel(**{"bodies": bodies, "supports": [fo.Support("b", "bottom")], "contacts": [fo.Contact("a", "b", "b", "a")]} | options)

@@ -7,11 +7,9 @@ from skfem import MeshQuad, MeshTri
 import frictopt as fo
 from meshes import blocks, hung, ring, rotation, uniform_loads, wedge
 
-ANGLES = [0.3, np.pi / 4, np.pi / 2, 2.0, np.pi, 4.0]
 
-
-@pytest.mark.parametrize("angle", [0.0, *ANGLES])
-@pytest.mark.parametrize("elements", [(7, 7), (8, 10), (10, 8), (3, 7), (7, 3)])
+@pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 2, 4.0])
+@pytest.mark.parametrize("elements", [(7, 7), (8, 10), (3, 7), (7, 3)])
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri])
 def test_uniform_stress_passes_between_meshes_that_do_not_match(angle, elements, kind):
     x = [np.linspace(-1, 1, n + 1) + 0.1 / n * np.sin(np.linspace(0, np.pi * n, n + 1)) for n in elements]
@@ -32,7 +30,7 @@ def reactions(system):
     return np.concatenate([np.concatenate(system.bonded[name]) for name in sorted(system.bonded)])
 
 
-@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("angle", [0.3, np.pi / 4, np.pi / 2, 2.0, np.pi, 4.0])
 @pytest.mark.parametrize("jaws", [(4, 6), (4, 7)])
 def test_a_scene_turned_by_any_angle_has_the_same_answers(angle, jaws):
     """Two inclined contacts of three bodies, with nodes that match or not."""

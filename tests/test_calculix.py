@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh
 
 import frictopt as fo
 from calculix import Block, Glued, chained, equation, lines, needs_ccx, node_set, run
@@ -80,26 +79,18 @@ def leaning(top, direction):
     return [[(a, direction, 2.0), (b, direction, -1.0), (c, direction, -0.5), (101, direction, 3.0)], [(c, direction, 1.0), (b, direction, -0.25)]]
 
 
-@pytest.mark.parametrize("rule", [moves_as_one, chained, leaning])
-def test_loads_on_displacements_that_follow_others_go_to_these(tmp_path, rule):
-    blocks, _, deck = plane()
-    rules = rule(blocks[0].on(1, 2), 2)
+@pytest.mark.parametrize(("scene", "axis", "rule"), [(plane, 1, moves_as_one), (plane, 1, chained), (plane, 1, leaning), (space, 2, chained)])
+def test_loads_on_displacements_that_follow_others_go_to_these(tmp_path, scene, axis, rule):
+    blocks, _, deck = scene()
+    rules = rule(blocks[0].on(axis, 2), axis + 1)
     job, _ = run(tmp_path, deck + "".join(equation(*terms) for terms in rules))
-    system = agree(fo.read_calculix(job), blocks, rules, 1)
+    system = agree(fo.read_calculix(job), blocks, rules, axis)
+    assert rule is leaning or system.bonded["P"][1].sum() == pytest.approx(3.0 * axis)
     if rule is moves_as_one:
-        assert system.bonded["P"][1].sum() == pytest.approx(3.0)
         assert fo.shakedown_limit(system, CYCLE, 0.5).load_factor == pytest.approx(0.478189583956, rel=1e-9)  # with T^T f by hand
 
 
-def test_equations_in_space(tmp_path):
-    blocks, _, deck = space()
-    rules = chained(blocks[0].on(2, 2), 3)
-    job, _ = run(tmp_path, deck + "".join(equation(*terms) for terms in rules))
-    system = agree(fo.read_calculix(job), blocks, rules, 2)
-    assert system.bonded["P"][1].sum() == pytest.approx(6.0)
-
-
-def rigid_motion(nodes, blocks, reference):
+def rigid_motion(nodes, blocks):
     """All nodes of a plane or spatial part move as the first three or four of them do: their distances stay, by equations among displacements."""
     upper = blocks[0]
     x = upper.points[np.asarray(nodes) - upper.first]
@@ -120,7 +111,7 @@ def test_a_free_punch_pressed_by_a_rigid_tool(tmp_path, axis):
     blocks, _, deck = plane() if axis == 1 else space()
     deck = deck.replace("*ELEMENT", f"2000, 1.5, {2.5 if axis == 1 else 1.0}, {0.0 if axis == 1 else 2.5}\n*ELEMENT", 1)
     job = fo.read_calculix(run(tmp_path, deck + "*RIGID BODY, NSET=TOP, REF NODE=2000\n")[0])
-    rules = rigid_motion(blocks[0].on(axis, 2), blocks, 2000)
+    rules = rigid_motion(blocks[0].on(axis, 2), blocks)
     system = agree(job, blocks, rules, axis)
     reference = [int(np.flatnonzero(job.deck.numbers == 2000)[0])]
     middle, _ = condensed(job, P={"where": reference, "nodal": -(3.0 * axis) * np.eye(axis + 1)[-1]})
@@ -261,70 +252,3 @@ def test_a_force_by_its_sum_is_the_traction_over_the_area(tmp_path):
     job = fo.read_calculix(run(tmp_path, space()[2])[0])
     assert np.allclose(job.force("TOP", total=[0.0, 0.0, -12.0]), job.force("TOP", traction=[0.0, 0.0, -2.0]), atol=1e-14)
     assert np.allclose(job.force("TOP", pressure=2.0), job.force("TOP", traction=[0.0, 0.0, -2.0]), atol=1e-14)
-
-
-def glued_modes(job, pairs):
-    """Squares of the angular frequencies, and shapes of the modes of a job with its pairs glued, one a column, from K and M."""
-    rows = np.arange(len(job.labels))
-    one, two = job.unknowns[pairs].transpose(1, 0, 2)
-    rows[one] = rows[two]
-    _, glued = np.unique(rows, return_inverse=True)
-    T = np.eye(glued.max() + 1)[glued]
-    squares, modes = eigh(T.T @ job.K @ T, T.T @ job.M @ T)
-    return squares, T @ modes
-
-
-PRINT = "*FREQUENCY\n3\n*NODE PRINT, NSET=ALL\nU\n"
-
-
-@pytest.mark.parametrize("thickness", ["1.", "4."])
-def test_from_the_deck_to_the_backbone(tmp_path, thickness):
-    """Matrices of the separate bodies, modes of the deck with equations; in between nothing but the files."""
-    _, pairs, deck = plane(thickness=thickness)
-    job = fo.read_calculix(run(tmp_path, deck)[0])
-    equations = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2))
-    frequencies, shapes = job.modes(f"{run(tmp_path, deck + equations, PRINT, 'glued')[0]}.dat")
-    squares, modes = glued_modes(job, job.pairs("CU", "CL"))
-    assert frequencies == pytest.approx(np.sqrt(squares[:3]) / (2 * np.pi), rel=1e-6)
-    sizes = np.sqrt(np.einsum("mi,mi->m", shapes @ job.M, shapes))
-    assert np.abs(np.einsum("mi,im->m", shapes @ job.M, modes[:, :3])) / sizes == pytest.approx([1.0] * 3, rel=1e-9)
-    system, _ = condensed(job)
-    load = fo.modal_load(job.M, shapes[0])
-    joint = fo.condense(job.K, {"P": job.force("TOP", pressure=1.0), "mode": load}, job.pairs("CU", "CL"), [0.0, 1.0], job.unknowns, job.points)
-    assert np.allclose(joint.S, system.S) and joint.compliance[1, 1] == pytest.approx((2 * np.pi * frequencies[0]) ** -2, rel=1e-6)
-    cycle = fo.LoadCycle({"P": 1.0}, [{"mode": 1.0}, {"mode": -1.0}])
-    limit = fo.shakedown_limit(joint, cycle, 0.5).load_factor
-    curve = fo.damping_curve(joint, cycle, 0.5, [0.5 * limit, 1.04 * limit], natural_frequency=frequencies[0])
-    assert curve.frequency[1] < curve.frequency[0] <= curve.natural_frequency == pytest.approx(frequencies[0], rel=1e-6)
-    assert curve.damping[1] > 0 and curve.least_damping[0] == 0
-    with pytest.raises(fo.ModelError, match=r"natural_frequency: .* and the compliance of the load says"):
-        fo.damping_curve(joint, cycle, 0.5, [limit], natural_frequency=frequencies[1])
-
-
-def test_modes_of_a_tie_in_space(tmp_path):
-    _, _, deck = space()
-    job = fo.read_calculix(run(tmp_path, deck)[0])
-    frequencies, shapes = job.modes(f"{run(tmp_path, tied('contact'), PRINT, 'glued')[0]}.dat")
-    squares, modes = glued_modes(job, job.pairs("CU", "CL"))
-    assert frequencies == pytest.approx(np.sqrt(squares[:3]) / (2 * np.pi), rel=1e-5)
-    for shape, mode in zip(shapes, modes.T, strict=False):
-        assert fo.modal_load(job.M, np.sign(shape @ job.M @ mode) * shape) == pytest.approx(job.M @ mode, abs=1e-4 * np.abs(job.M @ mode).max())
-
-
-def test_a_rigid_tool_has_its_mass(tmp_path):
-    """Of a rigid part displacements stand for the rotation, in the mass too: the glued modes are those of CalculiX, which turns the part itself."""
-    _, pairs, deck = plane()
-    deck = deck.replace("*ELEMENT", "2000, 1.5, 2.5, 0.0\n*ELEMENT", 1) + "*RIGID BODY, NSET=TOP, REF NODE=2000\n"
-    job = fo.read_calculix(run(tmp_path, deck)[0])
-    equations = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2))
-    frequencies, shapes = job.modes(f"{run(tmp_path, deck + equations, PRINT, 'glued')[0]}.dat")
-    squares, modes = glued_modes(job, job.pairs("CU", "CL"))
-    assert frequencies == pytest.approx(np.sqrt(squares[:3]) / (2 * np.pi), rel=1e-6)
-    assert shapes[0] * np.sign(shapes[0] @ job.M @ modes[:, 0]) == pytest.approx(modes[:, 0], abs=1e-6 * np.abs(modes[:, 0]).max())
-
-
-def test_a_mass_of_another_size_is_refused():
-    job = fo.read_calculix("tests/data/flat")
-    for odd in (job.M[:3, :3], "M"):
-        with pytest.raises(fo.ModelError, match=r"^M: "):
-            fo.MatrixJob(job.K, job.labels, job.deck, odd)

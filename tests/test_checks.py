@@ -60,19 +60,7 @@ def test_what_is_no_real_number_is_refused(value):
         checks.finite_number("a", value)
 
 
-NO_ARRAYS = [
-    MASKED,
-    (MASKED,),
-    b"AB",
-    [b"A"],
-    "12",
-    ["1"],
-    None,
-    [1.0, None],
-    [1.0, pd.NA],
-    [True, False],
-    [1j],
-]
+NO_ARRAYS = [MASKED, (MASKED,), b"AB", [b"A"], "12", ["1"], None, [1.0, None], [1.0, pd.NA], [True, False], [1j]]
 NO_SHAPES = [[[1.0], [1.0, 2.0]], CIRCLE, {}, {1.0}, [Fraction(1)], [10**30], np.array([1], dtype="m8[s]"), [csr_matrix(np.eye(2))], Unprintable()]
 
 

@@ -1,4 +1,4 @@
-"""The inner parts of a condensation in three dimensions: two blocks of hexahedra against the equations with multipliers, by dense algebra."""
+"""Condensation in three dimensions: two blocks of hexahedra against the equations with multipliers, by dense algebra."""
 
 import re
 
@@ -6,70 +6,60 @@ import numpy as np
 import pytest
 from scipy.sparse import block_diag, csr_matrix
 from skfem import Basis, ElementHex1, ElementVector, MeshHex
-from skfem.models.elasticity import lame_parameters, linear_elasticity
+from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
-from frictopt.fem.condense import condensed
-from frictopt.fem.given import held_nodes
-from frictopt.fem.interface import Interface, openings
-from frictopt.fem.rigid import node_graph
+from frictopt.contact.parts import joined
 
 
-def problem(held=slice(None)):
-    """A free block on one that is held below, turned in space; rows of K, loads and frames of the 9 pairs."""
-    rng = np.random.default_rng(5)
-    x = np.linspace(-1, 1, 3)
-    bases = [Basis(MeshHex.init_tensor(x, x, z), ElementVector(ElementHex1())) for z in ([0.0, 0.7], [-1.0, 0.0])]
-    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    K = block_diag([linear_elasticity(*lame_parameters(1.0, nu)).assemble(basis) for nu, basis in zip((0.3, 0.2), bases, strict=True)]).tocsr()
+def given(cells=(3, 3), graded=1.0):
+    """Arguments of `condense` for a free block on one that is held below, by scikit-fem, turned in space; body 2 goes on beside body 1."""
+    x, y = (np.linspace(0, 1, n + 1) ** graded for n in cells)
+    meshes = MeshHex.init_tensor(x, y, [0.0, 0.4, 1.0]), MeshHex.init_tensor(np.r_[-0.5, x, 1.5], y, [-1.0, -0.5, 0.0])
+    bases = [Basis(mesh, ElementVector(ElementHex1())) for mesh in meshes]
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    K = block_diag([linear_elasticity(1.0, 1.0).assemble(basis) for basis in bases]).tocsr()  # isotropic: turned points, the same matrix turned
     unknowns = np.concatenate([bases[0].nodal_dofs.T, bases[0].N + bases[1].nodal_dofs.T])
-    flat = np.concatenate([basis.mesh.p for basis in bases], axis=1).T
+    points = np.concatenate([mesh.p for mesh in meshes], axis=1).T
     spin = np.zeros(K.shape)
     for rows in unknowns:
         spin[np.ix_(rows, rows)] = turn
-    nodes = [np.flatnonzero((flat[:, 2] == 0) & (np.arange(len(flat)) // bases[0].mesh.p.shape[1] == side)) for side in (0, 1)]
-    one, two = (face[np.lexsort(flat[face].T)] for face in nodes)
-    P = csr_matrix((np.ones(9), (np.arange(9), two)), shape=(9, len(flat)))
-    fixed = unknowns[flat[:, 2] == -1.0][held].ravel()
-    rows = np.where(np.isin(unknowns, fixed), -1, unknowns)
-    interface = Interface(one, openings(one, P), np.tile(turn.T, (9, 1, 1)), held_nodes(rows))
-    return csr_matrix(spin @ K.toarray() @ spin.T), rng.normal(size=(K.shape[0], 2)), interface, rows, flat @ turn.T, fixed
-
-
-def reduced(K, F, interface, unknowns, points):
-    return condensed(K, {"0": F[:, 0], "1": F[:, 1]}, {}, interface, unknowns, points, ["contact"] * 9, node_graph(K, unknowns), str)
+    one = np.flatnonzero((points[:, 2] == 0) & (np.arange(len(points)) < meshes[0].p.shape[1]))
+    two = [len(meshes[0].p.T) + np.linalg.norm(meshes[1].p.T - points[node], axis=1).argmin() for node in one]
+    held = unknowns[points[:, 2] == -1].ravel()
+    rest = {"K": csr_matrix(spin @ K.toarray() @ spin.T), "loads": {"P": np.ones(K.shape[0])}, "unknowns": unknowns, "held": held}
+    return {**rest, "pairs": np.column_stack([one, two]), "normals": np.tile(turn @ [0, 0, 1], (len(one), 1)), "points": points @ turn.T}
 
 
 def test_a_free_block_on_a_held_one():
-    K, F, interface, unknowns, points, held = problem()
-    S, bonded, _ = reduced(K, F, interface, unknowns, points)
-    R = np.column_stack([bonded["0"], bonded["1"]])
-    free = np.setdiff1d(np.arange(K.shape[0]), held)
-    G = np.zeros((27, K.shape[0]))
-    for i, (row, frame) in enumerate(zip(interface.opening.toarray(), interface.frames, strict=True)):
-        for node in np.flatnonzero(row):
-            G[i::9, unknowns[node]] += row[node] * frame
-    G = G[:, free]
-    n, k = len(free), 27
-    whole = np.block([[K.toarray()[np.ix_(free, free)], -G.T], [G, np.zeros((k, k))]])
-    r = np.linalg.solve(whole, np.block([[np.zeros((n, k)), F[free]], [np.eye(k), np.zeros((k, 2))]]))[n:]
-    assert np.allclose(S, r[:, :k], atol=1e-12) and np.allclose(R, r[:, k:], atol=1e-11)
-    assert (np.linalg.eigvalsh(S) < 1e-12).sum() == 6
+    good = given()
+    rng, unknowns, (one, two), n = np.random.default_rng(5), good["unknowns"], good["pairs"].T, len(good["pairs"])
+    F = rng.normal(size=(good["K"].shape[0], 2))
+    system = fo.condense(**good | {"loads": {"a": F[:, 0], "b": F[:, 1]}})
+    free = np.setdiff1d(np.arange(len(F)), good["held"])
+    G = np.zeros((3 * n, len(F)))
+    for i, frame in enumerate(system.frames):
+        G[i::n, unknowns[one[i]]], G[i::n, unknowns[two[i]]] = frame, -frame
+    G, K = G[:, free], good["K"].toarray()[np.ix_(free, free)]
+    whole = np.block([[K, -G.T], [G, np.zeros((3 * n, 3 * n))]])
+    r = np.linalg.solve(whole, np.block([[np.zeros((len(K), 3 * n)), F[free]], [np.eye(3 * n), np.zeros((3 * n, 2))]]))[len(K) :]
+    assert np.allclose(system.S, r[:, :-2], atol=1e-11)
+    assert np.allclose(np.column_stack([joined(*system.bonded[name]) for name in "ab"]), r[:, -2:], atol=1e-10)
+    assert (np.linalg.eigvalsh(system.S) < 1e-12).sum() == 6
 
 
-@pytest.mark.parametrize(
-    ("held", "free"), [(slice(0), "move along x and y and z and turn about x and y and z"), (slice(1), "turn about x and y and z"), (slice(2), "")]
-)
+@pytest.mark.parametrize(("held", "free"), [(0, "move along x and y and z and turn about x and y and z"), (1, "turn about x and y and z"), (2, "")])
 def test_rigid_motions_in_space(held, free):
     """Two nodes that are held leave the turn about the line through them."""
-    K, F, interface, unknowns, points, _ = problem(held)
+    good = given()
+    nodes = np.flatnonzero(np.isin(good["unknowns"][:, 0], good["held"]))[:held]
     if not free:
-        one, two = points[(unknowns < 0).all(axis=1)]
+        one, two = good["points"][nodes]
         axis = (two - one) / np.linalg.norm(two - one)
         axis *= np.sign(axis[np.abs(axis).argmax()])
         free = f"turn about ({', '.join(f'{value:g}' for value in axis.round(6))})"
     with pytest.raises(fo.ModelError, match=re.escape(f"can still {free}; add")):
-        reduced(K, F, interface, unknowns, points)
+        fo.condense(**good | {"held": good["unknowns"][nodes].ravel()})
 
 
 SIDES = {
@@ -91,25 +81,6 @@ def test_what_a_face_held_in_some_directions_leaves(side):
     model = fo.ContactModel(bodies, [fo.Support("block", side, directions)], {"W": [fo.BodyForce("punch", z=-1.0)]})
     with pytest.raises(fo.ModelError, match=f"can still {free}; add"):
         model.condense()
-
-
-def given(cells=(3, 3), graded=1.0):
-    """Arguments of `condense` for a free block on one that is held below, by scikit-fem, turned in space; body 2 goes on beside body 1."""
-    x, y = (np.linspace(0, 1, n + 1) ** graded for n in cells)
-    meshes = MeshHex.init_tensor(x, y, [0.0, 0.4, 1.0]), MeshHex.init_tensor(np.r_[-0.5, x, 1.5], y, [-1.0, -0.5, 0.0])
-    bases = [Basis(mesh, ElementVector(ElementHex1())) for mesh in meshes]
-    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
-    K = block_diag([linear_elasticity(1.0, 1.0).assemble(basis) for basis in bases]).tocsr()  # isotropic: turned points, the same matrix turned
-    unknowns = np.concatenate([bases[0].nodal_dofs.T, bases[0].N + bases[1].nodal_dofs.T])
-    points = np.concatenate([mesh.p for mesh in meshes], axis=1).T
-    spin = np.zeros(K.shape)
-    for rows in unknowns:
-        spin[np.ix_(rows, rows)] = turn
-    one = np.flatnonzero((points[:, 2] == 0) & (np.arange(len(points)) < meshes[0].p.shape[1]))
-    two = [len(meshes[0].p.T) + np.linalg.norm(meshes[1].p.T - points[node], axis=1).argmin() for node in one]
-    held = unknowns[points[:, 2] == -1].ravel()
-    rest = {"K": csr_matrix(spin @ K.toarray() @ spin.T), "loads": {"P": np.ones(K.shape[0])}, "unknowns": unknowns, "held": held}
-    return {**rest, "pairs": np.column_stack([one, two]), "normals": np.tile(turn @ [0, 0, 1], (len(one), 1)), "points": points @ turn.T}
 
 
 @pytest.mark.parametrize(("cells", "graded"), [((3, 3), 1.0), ((4, 2), 2.5), ((1, 1), 1.0)])

@@ -14,7 +14,7 @@ from studies.validation.fuzz.scenes import FAMILIES, random_scene
 pytestmark = pytest.mark.slow
 
 
-@pytest.mark.parametrize("first", [0, 20, 40, 60, 100, 120])
+@pytest.mark.parametrize("first", [0, 40, 120])
 def test_ways_that_must_not_matter(first):
     found = [finding for seed in range(first, first + 20) for finding in differences(random_scene(seed))]
     assert [finding for finding in found if finding.result == "wrong"] == []

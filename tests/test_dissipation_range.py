@@ -12,9 +12,8 @@ LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 SHEAR = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
 PULLED = fo.LoadCycle({"P": 1.0, "Q": 0.2}, [{"sigma": -1.0}, {"sigma": 1.0}])
 ROUND = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"Q": 0.1}, {"sigma": -1.0}, {"Q": -0.1}])
-SCENES = {elements: fo.scenes.PunchOnHalfPlane(elements=elements).condense() for elements in (16, 124)}
 # W E* / P^2 on the default scene, see the study "range": friction, load over lambda_2, least and largest found
-TABLE = [(0.3, 1.05, 2.066e-6, 2.01e-5), (0.5, 0.5, 0.0, 1.01e-5), (0.7, 0.9, 0.0, 1.50e-3), (0.7, 1.5, 0.06655, 0.07764)]
+TABLE = [(0.5, 0.5, 0.0, 1.01e-5), (0.7, 0.9, 0.0, 1.50e-3), (0.7, 1.5, 0.06655, 0.07764)]
 
 
 def found(contact, cycle, friction, ratio, **options):
@@ -53,10 +52,10 @@ def test_two_nodes(load_factor, least, most):
 
 
 @pytest.mark.parametrize(
-    ("friction", "ratio", "least", "most"), [TABLE[2], *(pytest.param(*row, marks=pytest.mark.slow) for row in (TABLE[0], TABLE[1], TABLE[3]))]
+    ("friction", "ratio", "least", "most"), [TABLE[1], *(pytest.param(*row, marks=pytest.mark.slow) for row in (TABLE[0], TABLE[2]))]
 )
-def test_the_paper_scene(friction, ratio, least, most):
-    contact = SCENES[124]
+def test_the_paper_scene(friction, ratio, least, most, paper_punch):
+    contact = paper_punch(124)
     load_factor, span = found(contact, LOADS, friction, ratio)
     unit = 4 * contact.x[-1] ** 2 / contact.E_star
     assert span.least / unit == pytest.approx(least, rel=1e-3) and span.most / unit > most * (1 - 1e-3)
@@ -87,11 +86,11 @@ def test_one_node_and_sliders_have_one_dissipation():
     ("cycle", "friction", "ratio"),
     [(LOADS, 0.5, 0.9), (LOADS, 0.7, 1.2), (SHEAR, 0.3, 1.2), (SHEAR, 0.2, 0.9), (ROUND, 0.5, 0.9), (PULLED, 0.5, 0.95), (PULLED, 0.4, 1.2)],
 )
-def test_no_sampled_start_lies_outside(cycle, friction, ratio):
-    contact = SCENES[16]
+def test_no_sampled_start_lies_outside(cycle, friction, ratio, paper_punch):
+    contact = paper_punch(16)
     load_factor, span = found(contact, cycle, friction, ratio)
-    out, followed = outside(contact, cycle, friction, load_factor, span, slips(np.random.default_rng(0), contact, 100, 1.0))
-    assert followed > 90 and not len(out)
+    out, followed = outside(contact, cycle, friction, load_factor, span, slips(np.random.default_rng(0), contact, 60, 1.0))
+    assert followed > 54 and not len(out)
 
 
 def test_no_sampled_start_of_small_contacts_lies_outside():
@@ -105,13 +104,13 @@ def test_no_sampled_start_of_small_contacts_lies_outside():
         if not 0 < fo.shakedown_limit(contact, cycle, 0.5).load_factor < np.inf:
             continue
         load_factor, span = found(contact, cycle, 0.5, rng.choice([0.7, 0.95, 1.1, 1.5]))
-        assert not len(outside(contact, cycle, 0.5, load_factor, span, slips(rng, contact, 50, 3.0))[0])
+        assert not len(outside(contact, cycle, 0.5, load_factor, span, slips(rng, contact, 30, 3.0))[0])
         cases += 1
     assert cases > 6
 
 
-def test_the_least_orbit_slips_as_little_as_is_proven():
-    contact = SCENES[16]
+def test_the_least_orbit_slips_as_little_as_is_proven(paper_punch):
+    contact = paper_punch(16)
     limit = fo.shakedown_limit(contact, LOADS, 0.7)
     for ratio in (1.05, 1.2, 1.5):
         load_factor, span = found(contact, LOADS, 0.7, ratio)
@@ -124,8 +123,8 @@ def test_the_least_orbit_slips_as_little_as_is_proven():
         assert least.of(corners) == pytest.approx(least.bound, rel=1e-4)
 
 
-def test_the_search_finds_more_than_the_extreme_slips():
-    _, span = found(SCENES[16], SHEAR, 0.3, 1.2)
+def test_the_search_finds_more_than_the_extreme_slips(paper_punch):
+    _, span = found(paper_punch(16), SHEAR, 0.3, 1.2)
     table = span.to_frame()
     begun = table.loc[table["end"] == "followed", "dissipation"]
     assert span.most > 1.1 * begun.max() and span.least < begun.min() and "local extreme" in set(table["end"])
@@ -146,9 +145,9 @@ def test_no_start_beside_the_worst_one_has_more_work():
     assert max(reached(contact, turns, f, load_factor, start) for start in starts) < 1.001 * span.most
 
 
-def test_a_search_follows_no_start_in_vain():
+def test_a_search_follows_no_start_in_vain(paper_punch):
     """Starts that one cycle brings to the same state have the work of one; those given up have less than looked for, others what they have."""
-    contact, f = SCENES[16], np.full(17, 0.7)
+    contact, f = paper_punch(16), np.full(17, 0.7)
     load_factor = 1.2 * fo.shakedown_limit(contact, LOADS, 0.7).load_factor
     far = 30 * (contact.x - contact.x.mean())
     search = Search(contact, LOADS, f, load_factor, None)
@@ -166,15 +165,15 @@ def test_a_search_follows_no_start_in_vain():
     assert 3 < given_up < 27
 
 
-def test_orbits_with_open_nodes_are_counted_and_searched_from():
-    _, span = found(SCENES[16], PULLED, 0.5, 0.95)
+def test_orbits_with_open_nodes_are_counted_and_searched_from(paper_punch):
+    _, span = found(paper_punch(16), PULLED, 0.5, 0.95)
     assert span.most_state.open.any()
     table = span.to_frame()
     assert (table["open"] > 0).any() and table["dissipation"].max() == span.most
 
 
-def test_bounded_starts_stay_within_their_bound_and_find_less():
-    contact = SCENES[16]
+def test_bounded_starts_stay_within_their_bound_and_find_less(paper_punch):
+    contact = paper_punch(16)
     works = []
     for bound in (0.02, 0.1, 0.5, None):
         load_factor, span = found(contact, LOADS, 0.7, 0.9, slip_bound=bound)

@@ -75,18 +75,18 @@ def test_an_overload_is_a_load_factor(contact, factors, table):
 
 @pytest.mark.slow
 def test_processes_threads_and_foreign_executors_give_the_same_table(contact, factors, starts, table):
-    with ThreadPoolExecutor(3) as threads, ProcessPoolExecutor(2, get_context("spawn")) as processes:
+    with ThreadPoolExecutor(3) as threads, ProcessPoolExecutor(1, get_context("spawn")) as processes:
         for options in ({"executor": threads}, {"executor": processes}, {}):
             other = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, **options)
             pd.testing.assert_frame_equal(results(other), results(table), check_exact=True)
 
 
 @pytest.mark.slow
-def test_a_dask_cluster_of_separate_processes_gives_the_same_table(contact, factors, starts, table):
+def test_a_dask_cluster_in_another_process_gives_the_same_table(contact, factors, starts, table):
     patient = {f"distributed.comm.timeouts.{what}": "300s" for what in ("connect", "tcp")}  # machines may be busy
     with (
         dask.config.set(patient),
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster,
         Client(cluster, timeout="300s") as client,
     ):
         other = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=client.get_executor())

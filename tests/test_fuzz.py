@@ -24,7 +24,7 @@ pytestmark = pytest.mark.slow
 ADVICE = r"hold|lower|reduce|give|check|take|press|allow|differ too much|bring|or use"
 
 
-@settings(max_examples=30)
+@settings(max_examples=16)
 @example(seed=239678, nodes=1)  # without friction, two corners that are the same but for rounding: HiGHS calls the plain rows infeasible
 @example(seed=1929, nodes=2)  # loads that press the more the larger they are, and make the witness of the guaranteed limit safe
 @given(seed=st.integers(0, 10**9), nodes=st.integers(1, 6))
@@ -161,10 +161,13 @@ def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
         found = honest(system, *args, **options)
         return lie(found) if system.tangents == 2 else found
 
-    outcomes = {seed: [finding.result for finding in space_findings(seed, [check])] for seed in range(3, 15)}
-    monkeypatch.setattr(fo, name, told)
-    assert all("wrong" not in results for results in outcomes.values())
-    assert any(finding.result == "wrong" for seed in range(3, 15) for finding in space_findings(seed, [check]))
+    for seed in range(3, 15):
+        monkeypatch.setattr(fo, name, honest)
+        assert all(finding.result != "wrong" for finding in space_findings(seed, [check]))
+        monkeypatch.setattr(fo, name, told)
+        if any(finding.result == "wrong" for finding in space_findings(seed, [check])):
+            return
+    raise AssertionError("none of 12 is called wrong")
 
 
 def test_a_gap_that_recover_counts_twice_is_seen(monkeypatch):
@@ -206,9 +209,9 @@ def test_the_oracles_see_a_wrong_increment_and_a_foreign_error(monkeypatch):
     assert outcomes["frozen-bound increment"] == outcomes["exact path"] == "wrong"
 
 
-@pytest.mark.parametrize(("options", "questions"), [(["--quick"], [*CHECKS, *DIFFERENTIAL, *SPACE]), (["--only=differential"], [*DIFFERENTIAL])])
-def test_the_study_counts_what_it_finds(options, questions, tmp_path, capsys):
-    assert fuzz.STUDY.run(["--cases", "2", "--seed", "40", "--data", str(tmp_path), *options]) == 0
+def test_the_study_counts_what_it_finds(tmp_path, capsys):
+    questions = [*CHECKS, *DIFFERENTIAL, *SPACE]
+    assert fuzz.STUDY.run(["--cases", "2", "--seed", "40", "--data", str(tmp_path), "--quick"]) == 0
     table, refused = (pd.read_parquet(kind.path(tmp_path)) for kind in (fuzz.COUNTS, fuzz.REFUSALS))
     assert list(table["question"]) == questions and (table["wrong"] == 0).all()
     outcomes = table[["answers", "ModelError", "NoContinuation", "SolverError", "wrong"]].sum(axis=1)

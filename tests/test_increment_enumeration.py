@@ -27,10 +27,10 @@ def cases(seed, count, most_friction, rigid=None, loads=1):
 
 
 def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction():
-    """Validation by enumeration on 240 increments: coupled, with gaps, separation and closing."""
+    """Validation by enumeration on 120 increments: coupled, with gaps, separation and closing."""
     opened = slipped = failed = 0
     engines = {}
-    for contact, friction, slip, load in cases(0, 60, 0.6, loads=4):
+    for contact, friction, slip, load in cases(0, 30, 0.6, loads=4):
         states = admissible_states(contact, friction, slip, load)
         assert len(states) == 1
         if id(contact) not in engines:
@@ -49,12 +49,12 @@ def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction()
         else:
             assert distance(states, by_sweeps) < 1e-9 and by_sweeps.residual < 1e-9
             assert (by_sweeps.status == found.status).all()
-    assert opened > 30 and slipped > 60
-    assert failed <= 3
+    assert opened > 15 and slipped > 30
+    assert failed <= 2
 
 
 def test_status_follows_the_state():
-    for contact, friction, slip, load in cases(1, 40, 0.6):
+    for contact, friction, slip, load in cases(1, 20, 0.6):
         found = ExactIncrement(contact, friction).solve(slip, load)
         moved = np.sign(np.round(found.slip - slip, 12))
         assert ((found.status == 2) == (found.p < 1e-9)).all()
@@ -73,7 +73,7 @@ def test_the_program_decides_and_not_the_guess(monkeypatch):
         return replace(state, status=status, u=np.full_like(state.u, np.nan), r=np.full_like(state.r, np.nan))
 
     monkeypatch.setattr(ExactIncrement, "_guess", wrong)
-    for contact, friction, slip, load in cases(2, 40, 0.6):
+    for contact, friction, slip, load in cases(2, 20, 0.6):
         found = ExactIncrement(contact, friction).solve(slip, load)
         assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
 
@@ -92,7 +92,7 @@ def test_one_of_several_states_is_found():
 def test_bodies_that_only_their_load_holds(rigid):
     """Where there is a state it is found; where there is none, it never finds one."""
     found = none = 0
-    for contact, friction, slip, load in cases(4, 80, 1.0, rigid):
+    for contact, friction, slip, load in cases(4, 40, 1.0, rigid):
         states = admissible_states(contact, friction, slip, load)
         try:
             state = ExactIncrement(contact, friction).solve(slip, load)
@@ -102,4 +102,4 @@ def test_bodies_that_only_their_load_holds(rigid):
         else:
             assert distance(states, state) < 1e-9
             found += 1
-    assert found > 15 and none > 3
+    assert found > 7 and none > 1

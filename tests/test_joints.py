@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from test_gmsh import gmsh_with
 
-gmsh = pytest.importorskip("gmsh", exc_type=(ImportError, OSError))
 TUTORIAL = Path(__file__).parents[1] / "docs" / "tutorial"
 DOVETAILS = [(35, 6.0, 4.0), (45, 8.0, 5.0), (55, 6.0, 3.0), (65, 10.0, 5.0)]  # angle of the flanks, their length, half-width of the neck
 STEEL = fo.Material(E=210e3, nu=0.3)
@@ -19,14 +19,9 @@ def dovetail(folder, angle, length, half, size=1.0):
     along = np.array([np.cos(np.radians(angle)), -np.sin(np.radians(angle))])
     inner, outer, begins, ends = (np.array([half, 0.0]) + s * along for s in (0.0, length, 1.0, length + 1.0))
     foot = outer[1] - 5.0
-    right = {
-        "blade": [(half, 12.0), inner, outer, (outer[0], foot)],
-        "disc": [(begins[0], 2.0), begins, ends, (ends[0], foot - 2.0)],
-    }
+    right = {"blade": [(half, 12.0), inner, outer, (outer[0], foot)], "disc": [(begins[0], 2.0), begins, ends, (ends[0], foot - 2.0)]}
     rest = {"blade": [], "disc": [(-30.0, 2.0), (-30.0, -40.0), (30.0, -40.0), (30.0, 2.0)]}
-    gmsh.initialize(interruptible=False)
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
+    with gmsh_with(**{"Mesh.MeshSizeMax": 4 * size, "Mesh.MeshSizeExtendFromBoundary": 1}) as gmsh:
         faces = {}
         for name, half_line in right.items():
             corners = [*half_line, *((-x, y) for x, y in reversed(half_line)), *rest[name]]
@@ -42,13 +37,9 @@ def dovetail(folder, angle, length, half, size=1.0):
         for name, ((x, y), (to_x, to_y)) in boxes.items():
             found = gmsh.model.getEntitiesInBoundingBox(x - 0.1, y - 0.1, -0.1, to_x + 0.1, to_y + 0.1, 0.1, dim=1)
             gmsh.model.addPhysicalGroup(1, [tag for _, tag in found], name=name)
-        gmsh.option.setNumber("Mesh.MeshSizeMax", 4 * size)
-        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
         gmsh.model.mesh.setSize(gmsh.model.getBoundary([(2, tag) for _, tag in parts[0]], recursive=True), size)
         gmsh.model.mesh.generate(2)
         gmsh.write(str(folder / "dovetail.msh"))
-    finally:
-        gmsh.finalize()
     bodies = fo.split_bodies(fo.read_mesh(folder / "dovetail.msh"), {"blade": STEEL, "disc": STEEL})
     return fo.ContactModel(
         bodies,
@@ -67,21 +58,6 @@ def carried(system, load):
     return {name: forces[own].sum(axis=0) for name, own in of.items()}, {name: moments[own].sum(axis=0) for name, own in of.items()}
 
 
-@pytest.mark.parametrize(("angle", "length", "half"), DOVETAILS)
-def test_a_dovetail_of_gmsh_carries_its_loads(tmp_path, angle, length, half):
-    model = dovetail(tmp_path, angle, length, half)
-    system = model.condense()
-    assert list(dict.fromkeys(system.contact)) == ["right", "left"]
-    tilt = np.array([np.sin(np.radians(angle)), np.cos(np.radians(angle))])  # out of the blade, right flank: up and out
-    for name, sign in (("right", -1), ("left", 1)):
-        own = system.contact == name
-        assert np.allclose(system.normals[own], [sign * tilt[0], -tilt[1]]) and own.sum() >= length - 1
-    for load, force in (("pull", [0.0, 200.0 * half, 0.0]), ("sway", [20.0 * half, 0.0, 0.0])):
-        forces, moments = carried(system, load)
-        assert np.allclose(sum(forces.values()), -np.array(force), atol=1e-6 * 200.0 * half)
-        assert np.allclose(sum(moments.values()), [0.0, 0.0, 12.0 * force[0]], atol=1e-6 * 2400.0 * half)
-
-
 def shakes_down_up_to(limit, system, cycle, friction, share, **options):
     """The transient from the residual slip of a limit comes to rest below it, and slips for ever above."""
     for ratio, outcome in ((1 - share, "SHAKEDOWN"), (1 + share, "CYCLIC_SLIP")):
@@ -91,8 +67,17 @@ def shakes_down_up_to(limit, system, cycle, friction, share, **options):
 
 
 @pytest.mark.parametrize(("angle", "length", "half"), DOVETAILS)
-def test_a_dovetail_of_gmsh_has_a_limit(tmp_path, angle, length, half):
+def test_a_dovetail_of_gmsh_carries_its_loads_and_has_a_limit(tmp_path, angle, length, half):
     system = dovetail(tmp_path, angle, length, half).condense()
+    assert list(dict.fromkeys(system.contact)) == ["right", "left"]
+    tilt = np.array([np.sin(np.radians(angle)), np.cos(np.radians(angle))])  # out of the blade, right flank: up and out
+    for name, sign in (("right", -1), ("left", 1)):
+        own = system.contact == name
+        assert np.allclose(system.normals[own], [sign * tilt[0], -tilt[1]]) and own.sum() >= length - 1
+    for load, force in (("pull", [0.0, 200.0 * half, 0.0]), ("sway", [20.0 * half, 0.0, 0.0])):
+        forces, moments = carried(system, load)
+        assert np.allclose(sum(forces.values()), -np.array(force), atol=1e-6 * 200.0 * half)
+        assert np.allclose(sum(moments.values()), [0.0, 0.0, 12.0 * force[0]], atol=1e-6 * 2400.0 * half)
     cycle = fo.LoadCycle(mean={"pull": 1.0}, corners=[{"pull": 0.2, "sway": 1.0}, {"pull": -0.2, "sway": -1.0}])
     limit = fo.shakedown_limit(system, cycle, friction=0.4)
     assert limit.open.any() == (angle in (45, 65))  # the longer flanks lift off at one end

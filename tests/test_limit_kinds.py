@@ -45,14 +45,7 @@ def cases():
     yield "pulled", pair, CYCLE, {}, LimitKind.NO_SAFE_SLIP, ["compression must be positive", "sum to -2"]
     yield "half open", half_open, CYCLE, {}, LimitKind.FINITE, ["1 of 2 nodes open under the mean load"]
     yield "unloaded", coupled, fo.LoadCycle({}, CYCLE.corners), {}, LimitKind.FINITE, ["any load factor above 0", "the mean load is zero"]
-    yield (
-        "bounded",
-        sheared,
-        CYCLE,
-        {"slip_bound": 0.1},
-        LimitKind.NO_SAFE_SLIP,
-        ["within the slip bound", "larger slip_bound", "exceed"],
-    )
+    yield ("bounded", sheared, CYCLE, {"slip_bound": 0.1}, LimitKind.NO_SAFE_SLIP, ["within the slip bound", "larger slip_bound", "exceed"])
 
 
 @pytest.mark.parametrize("simplify", [True, False])

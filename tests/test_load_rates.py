@@ -46,7 +46,7 @@ def all_rates_agree(contact, cycle, ask, limit, slack=1e-4):
     assert lost <= -STEP * limit.interference_rate @ np.arange(contact.nodes) + 1e-4 * STEP * contact.nodes**2  # concave
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(1, 4),
@@ -107,14 +107,8 @@ def guaranteed_rates_agree(contact, cycle, f, most=None, slack=1e-4):
     return limit.node is not None
 
 
-@settings(max_examples=4)
-@given(
-    seed=st.integers(0, 10**6),
-    nodes=st.integers(2, 4),
-    f=st.floats(0.3, 0.8),
-    most=st.sampled_from([None, 0.3]),
-    fixed=st.booleans(),
-)
+@settings(max_examples=2)
+@given(seed=st.integers(0, 10**6), nodes=st.integers(2, 4), f=st.floats(0.3, 0.8), most=st.sampled_from([None, 0.3]), fixed=st.booleans())
 @example(seed=8, nodes=4, f=0.6, most=None, fixed=True)  # rows of the critical node itself rule where a part is fixed
 @example(seed=12, nodes=4, f=0.6, most=0.3, fixed=True)
 def test_of_the_guaranteed_limit_in_the_plane(seed, nodes, f, most, fixed):
@@ -122,7 +116,7 @@ def test_of_the_guaranteed_limit_in_the_plane(seed, nodes, f, most, fixed):
     guaranteed_rates_agree(contact, fo.LoadCycle(CYCLE.mean, CYCLE.corners, fixed=[{"mean": 0.2, "bolt": 0.1}, {}] if fixed else None), f, most)
 
 
-@settings(max_examples=3)
+@settings(max_examples=1)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 3), f=st.floats(0.3, 0.8))
 @example(seed=4, nodes=2, f=0.6)  # three corners
 @example(seed=6, nodes=2, f=0.6)
@@ -132,7 +126,7 @@ def test_of_the_guaranteed_limit_in_space(seed, nodes, f):
     guaranteed_rates_agree(contact, fo.LoadCycle({"mean": 1.0}, [{"a": 1.0, "b": 0.3}, {"a": -1.0, "c": 0.5}, {"b": 1.2}]), f, slack=1e-3)
 
 
-@settings(max_examples=3)
+@settings(max_examples=1)
 @given(seed=st.integers(0, 10**6))
 @example(seed=1)
 @example(seed=2)

@@ -66,6 +66,8 @@ def scene(seed, tangents=2, *, planes=None):
     swing, one = rng.normal(size=2)
     corners = [{"swing": swing, "one": one}, {"swing": -swing, "one": one}, {"one": rng.normal()}]
     friction, most = scalar(rng.uniform(0.1, 0.8, n)), scalar(rng.uniform(0.1, 2.0, n)) if seed % 5 == 1 else None
+    if tangents == 1:
+        friction *= scalar(rng.random(n)) > 0.2  # a node in space without friction leaves no limit
     return fo.ContactSystem(S, points, bonded, gap=gap), fo.LoadCycle({"mean": 1.0}, corners), friction, most, mirrors
 
 
@@ -81,10 +83,13 @@ def test_the_limit_of_the_part_is_that_of_the_whole(seed, tangents):
     lean, full = (fo.shakedown_limit(contact, cycle, friction, slip_bound=most, simplify=simplify) for simplify in (True, False))
     assert "mirror symmetry" in lean.record.left_out[0] and not any("mirror" in text for text in full.record.left_out)
     assert lean.kind is full.kind and lean.load_factor == pytest.approx(full.load_factor, rel=1e-7, nan_ok=True)
+    assert lean.bound == pytest.approx(full.bound, rel=1e-7, nan_ok=True)
     if lean.kind is fo.LimitKind.FINITE and not lean.open.any():
-        slip, motion = lean.slip.T.ravel(), lean._motion
+        slip, motion, n = lean.slip.T.ravel(), lean._motion, contact.nodes
         for P in mirrors:
             assert P[: len(slip), : len(slip)] @ slip == pytest.approx(slip, abs=1e-9)
+            assert P[-n:, -n:] @ lean.friction_rate == pytest.approx(lean.friction_rate, abs=1e-9)
+        assert lean.mechanism["share"].sum() == pytest.approx(1.0)
         assert np.abs(motion.stress(contact)).max() < 1e-8 * motion.size.max() * np.abs(contact.S).max()
         resistance, drive = pose(contact, cycle, friction, slip_bound=most).work(motion)
         assert resistance / drive == pytest.approx(lean.load_factor, rel=1e-7) and (motion.opening >= 0).all()
@@ -98,6 +103,7 @@ def test_the_margin_of_the_part_is_that_of_the_whole(seed, tangents):
         lean, full = (fo.safe_slip(contact, cycle, friction, factor, slip_bound=most, simplify=simplify) for simplify in (True, False))
         assert "mirror symmetry" in lean.record.left_out[0] or lean.open.any()
         assert lean.exists is full.exists and lean.margin == pytest.approx(full.margin, rel=1e-7, abs=1e-8)
+        assert lean.bound == pytest.approx(full.bound, rel=1e-7, abs=1e-8) and (lean.certificate is None) is lean.exists
 
 
 @pytest.mark.parametrize("tangents", [1, 2])
@@ -132,9 +138,10 @@ def test_nodes_that_are_open_without_their_images_leave_no_part():
     assert half_of(alone) is alone and len(half_of(pair).friction) < len(pair.friction)
 
 
+@pytest.mark.parametrize("tangents", [1, 2])
 @pytest.mark.parametrize("seed", range(6))
-def test_critical_nodes_of_the_part_are_those_of_the_whole(seed):
-    contact, cycle, friction, most, _ = scene(seed)
+def test_critical_nodes_of_the_part_are_those_of_the_whole(seed, tangents):
+    contact, cycle, friction, most, _ = scene(seed, tangents)
     lean, full = (fo.guaranteed_limit(contact, cycle, friction, slip_bound=most, simplify=simplify) for simplify in (True, False))
     assert lean.kind is full.kind and lean.load_factor == pytest.approx(full.load_factor, rel=1e-7, nan_ok=True)
 
@@ -173,8 +180,8 @@ def test_what_breaks_a_symmetry_a_little_leaves_the_other():
     assert planes(contact=changed(contact, S=stiffer)) == second
     for case in ("mean", "one", "swing"):
         loads = {name: joined(*pair) for name, pair in contact.bonded.items()}
-        loads[case] = loads[case] + 1e-10 * np.r_[np.zeros(m - n), left]
-        assert planes(contact=changed(contact, bonded=loads)) == second
+        for more in (np.r_[np.zeros(m - n), left], np.r_[left, np.zeros(m - n)]):
+            assert planes(contact=changed(contact, bonded={**loads, case: loads[case] + 1e-10 * more})) == second
     assert planes(cycle=fo.LoadCycle({"mean": 1.0}, cycle.corners[:1])) == second
     assert planes(cycle=fo.LoadCycle({"mean": 1.0, "swing": 1e-10}, cycle.corners)) == second
     assert planes(cycle=fo.LoadCycle({"mean": 1.0}, cycle.corners, fixed=[{"swing": 1e-10}, {}, {}])) == second
@@ -183,6 +190,8 @@ def test_what_breaks_a_symmetry_a_little_leaves_the_other():
     frames = contact.frames.copy()
     frames[0, :2] = frames[0, [1, 0]] * [[1.0], [-1.0]]
     assert planes(contact=changed(contact, frames=frames)) == []
+    one = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"mean": ([0.0], [1.0])})
+    assert images_of(pose(one, fo.LoadCycle({"mean": 1.0}, [{"mean": 0.1}]), 0.4)) is None
 
 
 def test_frictions_of_different_symmetry_in_one_model():
@@ -206,3 +215,16 @@ def test_a_square_punch_is_asked_as_its_quarter_or_half(corners, elements, plane
     asked = across**2 if planes == 2 else across * (elements + 1)
     assert lean.record.left_out[0].endswith(f"{asked} of {(elements + 1) ** 2} nodes are in the program")
     assert lean.load_factor == pytest.approx(full.load_factor, rel=1e-8)
+
+
+def test_a_middle_node_alone_limits_the_load():
+    """Little friction in the middle: it cannot slip in a symmetric state, but lifts off at load factor 1; no node else feels the load."""
+    one, friction = np.eye(3), [0.5, 0.001, 0.5]
+    cases = {"mean": ([0, 0, 0], [1, 1, 1]), "lift": ([0, 0, 0], [0, -1, 0]), "shear": ([0.5, 0, -0.5], [0, 0, 0])}
+    contact = fo.ContactSystem.from_blocks(one, np.diag([0.1, 0.0, -0.1]), one, [0.0, 1.0, 2.0], cases)
+    for other in ({"mean": 0.0}, {"shear": 0.1}):
+        cycle = fo.LoadCycle({"mean": 1.0}, [{"lift": 1.0}, other])
+        for simplify in (True, False):
+            limit = fo.shakedown_limit(contact, cycle, friction, simplify=simplify)
+            assert limit.load_factor == pytest.approx(1.0) and set(limit.mechanism.node) == {1}
+            assert fo.safe_slip(contact, cycle, friction, 1.0, simplify=simplify).margin == pytest.approx(0.0, abs=1e-10)

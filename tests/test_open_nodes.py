@@ -54,7 +54,7 @@ def largest_in_space(contact, cycle, f, opened):
     return cp.Problem(cp.Maximize(lam), rows).solve(solver="CLARABEL")
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(st.integers(0, 10**6), st.sampled_from([CYCLE, THREE]))
 def test_the_limit_is_that_of_a_program_in_all_slips_and_gaps(seed, cycle):
     contact, friction, limit = open_contact(seed, cycle=cycle)
@@ -77,7 +77,7 @@ def test_the_limit_in_space_is_that_of_cones_in_all_slips_and_gaps(seed):
     assert not q[:, limit.open].any() and not p[:, limit.open].any()
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(st.integers(0, 10**6))
 def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
     contact, friction, limit = open_contact(seed)
@@ -90,7 +90,7 @@ def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
     assert space.load_factor == pytest.approx(plane.load_factor, rel=1e-6, abs=1e-8) and (space.to_frame()["how"][space.open] == "open").all()
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(st.integers(0, 10**6))
 def test_the_open_nodes_are_those_of_the_settled_mean_load(seed):
     contact, friction, limit = open_contact(seed)
@@ -98,7 +98,7 @@ def test_the_open_nodes_are_those_of_the_settled_mean_load(seed):
     assert limit.open.tolist() == (settled.status[-1] == 2).tolist()
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(st.integers(0, 10**6))
 def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(seed):
     contact, friction, limit = open_contact(seed)
@@ -111,7 +111,7 @@ def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(see
     assert not beyond.exists and beyond.certificate is not None and "also with" in beyond.reason
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(st.integers(0, 10**6))
 def test_rates_are_differences_of_the_limit(seed):
     contact, friction, limit = open_contact(seed)

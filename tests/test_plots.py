@@ -137,20 +137,36 @@ def test_a_safe_slip_shows_its_reactions_and_its_slip(contact, cycle, share):
     assert lower.get_ylabel() == "slip $v$ (length)" and upper.get_title().startswith("safe slip" if share < 1 else "no slip is safe")
 
 
-NOTHING = {
-    "unbounded": lambda: fo.shakedown_limit(PAIR, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), F),
-    "unsafe": lambda: fo.shakedown_limit(PAIR, fo.LoadCycle({"mean": -1.0}, CYCLE.corners), F),
-    "unsafe, guaranteed": lambda: fo.guaranteed_limit(PAIR, fo.LoadCycle({"mean": -1.0}, CYCLE.corners), F),
+SLIDING = fo.ContactSystem.from_blocks(
+    A=np.zeros((2, 2)), B=np.zeros((2, 2)), C=[[1, -1], [-1, 1]], x=[0, 1], bonded={"mean": ([2, 2], [1, 1]), "cyclic": ([1, 1], [0, 0])}
+)
+PULLED, PRESSED, CENTRED = system(1.0, 0.0, 0.0, 1.0, 0.5, -1.0), system(1.0, 0.0, 0.0, 1.0, 0.0, 1.0), system(1.0, 0.0, 0.5, 1.0, 0.0, 0.1)
+NODE = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"mean": [0.0, 0.0, 1.0]})
+PRESSING, UP, DOWN = (fo.LoadCycle({"mean": sign}, [{name: 1.0}]) for sign, name in ((1.0, "mean"), (1.0, "cyclic"), (-1.0, "cyclic")))
+IDLE = FIVE.with_bonded({"none": np.zeros((2, 5))})
+NOTHING = {  # answer, what the title says
+    "unbounded": (lambda: fo.shakedown_limit(PAIR, PRESSING, F), "infinite"),
+    "unbounded, in space": (lambda: fo.shakedown_limit(NODE, PRESSING, F), "infinite"),
+    "unsafe": (lambda: fo.shakedown_limit(PAIR, DOWN, F), "none"),
+    "unsafe, guaranteed": (lambda: fo.guaranteed_limit(PAIR, DOWN, F), "none"),
+    "unsafe, with separation": (lambda: fo.separated_limit(SLIDING, CYCLE, 0.5), "none"),
+    "unbounded, with separation": (lambda: fo.separated_limit(PRESSED, UP, 0.5), "is infinite"),
+    "no friction is enough": (lambda: fo.required_friction(PULLED, UP, 2.0), "required friction $f$ is infinite"),
+    "no friction is needed": (lambda: fo.required_friction(CENTRED, UP, 1.0), "required friction $f$ = 0"),
+    "no amplitudes": (lambda: fo.safe_region(FIVE, {"mean": -1.0}, ["cyclic", "other"], F), ""),
+    "all amplitudes": (lambda: fo.safe_region(IDLE, {"mean": 1.0}, ["none", [{"mean": 1.0}]], F), ""),
 }
 
 
 @pytest.mark.parametrize("name", NOTHING)
-def test_a_limit_that_is_not_finite_says_why_in_place_of_lines(name):
-    limit = NOTHING[name]()
-    ax = limit.plot()
-    assert not ax.get_lines() and not len(circles(ax)) and np.isnan(limit.reactions[0]).all()
-    assert " ".join(ax.texts[0].get_text().split()) == limit.reason
-    assert ("infinite" if limit.load_factor == np.inf else "none") in ax.get_title()
+def test_an_answer_without_a_border_says_why_in_place_of_lines(name):
+    ask, title = NOTHING[name]
+    answer = ask()
+    ax = answer.plot()
+    assert not ax.get_lines() and not ax.collections and not ax.patches and title in ax.get_title()
+    assert " ".join(ax.texts[0].get_text().split()) == answer.reason and (title or answer.reason.startswith(name))
+    reactions = getattr(answer, "reactions", [np.nan])
+    assert all(np.isnan(part).all() == (name != "no friction is needed") for part in reactions)
 
 
 def test_the_picture_of_a_bonded_contact_says_that_the_mean_load_alone_slips():
@@ -310,31 +326,34 @@ def test_fields_show_the_von_mises_stress_of_all_bodies():
     assert bar.get_ylabel() == "von Mises stress (force per area)" and ax.get_xlabel() == "$x$ (length)"
 
 
+ALL_ASKED = FIVE, FOUR_CORNERS, F
+EVERY = {  # answer, number of its axes
+    "Onset": (lambda: fo.onset(*ALL_ASKED), 1),
+    "ShakedownLimit": (lambda: fo.shakedown_limit(*ALL_ASKED), 1),
+    "GuaranteedLimit": (lambda: fo.guaranteed_limit(*ALL_ASKED), 1),
+    "SafeSlip": (lambda: fo.safe_slip(*ALL_ASKED, 0.1), 2),
+    "SteadyState": (lambda: fo.steady_state(*ALL_ASKED, 0.5), 3),
+    "Trajectory": (lambda: fo.march(*ALL_ASKED, 0.5, cycles=1), 2),
+    "RequiredFriction": (lambda: fo.required_friction(FIVE, FOUR_CORNERS, 0.5), 1),
+    "SafeRegion": (lambda: fo.safe_region(FIVE, {"mean": 1.0}, ["cyclic", "other"], F), 1),
+    "GuaranteeCheck": (lambda: fo.guaranteed_limit(PAIR, CYCLE, F).verify(starts=10, moved=1), 1),
+    "LimitAfterProtocol": (lambda: fo.limit_after_protocol(PAIR, CYCLE, F, start="worst", scan=4), 1),
+    "LeastExcursion": (lambda: fo.least_excursion(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2), 1),
+    "WearHistory": (lambda: fo.wear(replace(PAIR, width=[1.0, 2.0]), CYCLE, F, 1.5, coefficient=0.01, cycles=1), 3),
+    "WornIn": (lambda: fo.worn_in(FLAT, CYCLE, F, 0.8), 1),
+    "scene": (lambda: SCENES["punch"], 1),
+    "BodyFields": (lambda: SCENES["punch"].model().recover({"P": 1.0}, slip=np.zeros(5)), 1),
+}
+
+
 @cache
-def every():
-    asked = FIVE, FOUR_CORNERS, F
-    return {
-        "Onset": (fo.onset(*asked), 1),
-        "ShakedownLimit": (fo.shakedown_limit(*asked), 1),
-        "GuaranteedLimit": (fo.guaranteed_limit(*asked), 1),
-        "SafeSlip": (fo.safe_slip(*asked, 0.1), 2),
-        "SteadyState": (fo.steady_state(*asked, 0.5), 3),
-        "Trajectory": (fo.march(*asked, 0.5, cycles=1), 2),
-        "RequiredFriction": (fo.required_friction(FIVE, FOUR_CORNERS, 0.5), 1),
-        "SafeRegion": (fo.safe_region(FIVE, {"mean": 1.0}, ["cyclic", "other"], F), 1),
-        "GuaranteeCheck": (fo.guaranteed_limit(PAIR, CYCLE, F).verify(starts=10, moved=1), 1),
-        "LimitAfterProtocol": (fo.limit_after_protocol(PAIR, CYCLE, F, start="worst", scan=4), 1),
-        "LeastExcursion": (fo.least_excursion(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2), 1),
-        "WearHistory": (fo.wear(replace(PAIR, width=[1.0, 2.0]), CYCLE, F, 1.5, coefficient=0.01, cycles=1), 3),
-        "WornIn": (fo.worn_in(FLAT, CYCLE, F, 0.8), 1),
-        "scene": (SCENES["punch"], 1),
-        "BodyFields": (SCENES["punch"].model().recover({"P": 1.0}, slip=np.zeros(5)), 1),
-    }
+def answer(name):
+    return EVERY[name][0]()
 
 
-@pytest.mark.parametrize("name", every())
+@pytest.mark.parametrize("name", EVERY)
 def test_pictures_are_drawn_in_given_axes_and_other_numbers_of_axes_are_refused(name):
-    result, panels = every()[name]
+    result, (_, panels) = answer(name), EVERY[name]
     given = plt.subplots(panels)[1]
     returned = result.plot(given)
     assert list(np.ravel(returned)) == list(np.ravel(given)) and all(ax.get_xlim() != (0, 1) for ax in np.ravel(given)[-1:])
@@ -344,10 +363,9 @@ def test_pictures_are_drawn_in_given_axes_and_other_numbers_of_axes_are_refused(
             result.plot(wrong)
 
 
-@pytest.mark.parametrize("name", every())
+@pytest.mark.parametrize("name", EVERY)
 def test_letters_of_a_new_picture_are_those_of_the_figures_and_large_enough(name):
-    result, _ = every()[name]
-    figure = np.ravel(result.plot())[0].figure
+    figure = np.ravel(answer(name).plot())[0].figure
     figure.draw_without_rendering()  # outside the context, as a user's savefig
     texts = [text for text in figure.findobj(Text) if text.get_text().strip()]
     assert {text.get_fontfamily()[0] for text in texts} == {"STIXGeneral"} and min(text.get_fontsize() for text in texts) > 9

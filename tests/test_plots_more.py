@@ -46,24 +46,6 @@ def test_a_limit_with_separation_shows_the_corners_of_the_path_from_its_state_an
     assert limit.proven and limit.system is ROUNDED and np.array_equal(limit.friction, np.full(5, F))
 
 
-SLIDING = fo.ContactSystem.from_blocks(
-    A=np.zeros((2, 2)), B=np.zeros((2, 2)), C=[[1, -1], [-1, 1]], x=[0, 1], bonded={"mean": ([2, 2], [1, 1]), "cyclic": ([1, 1], [0, 0])}
-)
-PRESSED = system(1.0, 0.0, 0.0, 1.0, 0.0, 1.0)  # pressed more at the only corner
-
-
-@pytest.mark.parametrize(
-    ("contact", "cycle", "title"),
-    [(SLIDING, CYCLE, "none"), (PRESSED, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), "is infinite")],
-    ids=["none", "infinite"],
-)
-def test_a_limit_with_separation_that_is_not_finite_says_why_in_place_of_lines(contact, cycle, title):
-    limit = fo.separated_limit(contact, cycle, 0.5)
-    ax = limit.plot()
-    assert not ax.get_lines() and not ax.collections and np.isnan(limit.reactions).all()
-    assert " ".join(ax.texts[0].get_text().split()) == limit.reason and ax.get_title().endswith(title)
-
-
 @pytest.mark.parametrize("contact", [PAIR, JOINT], ids=["pair", "two contacts"])
 def test_a_range_shows_the_steady_states_of_least_and_most_work(contact):
     factor = 1.3 * fo.shakedown_limit(contact, CYCLE, F).load_factor

@@ -8,7 +8,7 @@ import pytest
 from matplotlib.patches import Polygon
 
 import frictopt as fo
-from systems import CYCLE, linprog_limit, system
+from systems import CYCLE, linprog_limit
 from test_plots import FIVE, FOUR_CORNERS, JOINT, PAIR, F, circles, joined, labelled, parts
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
@@ -43,21 +43,6 @@ def test_a_required_friction_shows_the_reactions_on_its_bounds_and_circles_the_m
     assert ax.get_ylabel() == "$q / (f p)$" and ax.get_xlabel().endswith("$x$ (length)")
 
 
-PULLED = system(1.0, 0.0, 0.0, 1.0, 0.5, -1.0)
-
-
-@pytest.mark.parametrize(
-    ("contact", "factor", "title"),
-    [(PULLED, 2.0, "required friction $f$ is infinite"), (system(1.0, 0.0, 0.5, 1.0, 0.0, 0.1), 1.0, "required friction $f$ = 0")],
-    ids=["infinite", "none"],
-)
-def test_where_no_friction_is_needed_or_none_is_enough_the_picture_says_why(contact, factor, title):
-    required = fo.required_friction(contact, fo.LoadCycle(MEAN, [{"cyclic": 1.0}]), factor)
-    ax = required.plot()
-    assert not ax.get_lines() and " ".join(ax.texts[0].get_text().split()) == required.reason and ax.get_title().endswith(title)
-    assert np.isnan(required.reactions).all() == np.isinf(required.required) and np.shape(required.reactions) == (2, 1, 1)
-
-
 def sides(ax):
     """Label -> line, of the sides of a polygon."""
     return {name: line for name, line in labelled(ax).items() if name.startswith("side ")}
@@ -84,16 +69,6 @@ def test_a_safe_region_is_drawn_to_where_another_program_finds_its_border():
         most = motion.loc[motion["share"].idxmax()]
         word = "opens" if most["direction"] == 0 else "slips"
         assert name == f"side {number}: node {most['node']:.0f}, $x = {most['x']:.4g}$, {word} most"
-
-
-@pytest.mark.parametrize(
-    ("mean", "loads", "word"), [({"mean": -1.0}, ["cyclic", "other"], "no amplitudes"), (MEAN, ["none", [{"mean": 1.0}]], "all amplitudes")]
-)
-def test_a_region_without_border_says_why_in_place_of_lines(mean, loads, word):
-    region = fo.safe_region(FIVE.with_bonded({"none": np.zeros((2, 5))}), mean, loads, F)
-    ax = region.plot()
-    assert not ax.get_lines() and not ax.patches and " ".join(ax.texts[0].get_text().split()) == region.reason
-    assert region.reason.startswith(word)
 
 
 def rows(ax):

@@ -9,7 +9,7 @@ from matplotlib.quiver import Quiver
 
 import frictopt as fo
 from frictopt.contact.parts import joined
-from spatial import cycle, random_contact, single
+from spatial import cycle, random_contact
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
 
@@ -112,13 +112,6 @@ def test_a_steady_state_shows_the_work_of_each_node(contact, axes):
     check_face(ax, contact, axes, steady.to_frame()["dissipation"], steady.slip)
     assert marks(ax)[0].get_clim() == (0, steady.dissipation_per_node.max()) and steady.dissipation > 0
     assert ax.get_title() == f"cyclic slip, work of friction per cycle {steady.dissipation:.4g}"
-
-
-def test_without_a_limit_the_picture_says_why():
-    limit = fo.shakedown_limit(single(), fo.LoadCycle({"P": 1.0}, [{"P": 0.5}]), F)
-    ax = limit.plot()
-    assert ax.get_title() == r"shakedown limit $\lambda_2$ is infinite" and not ax.collections
-    assert ax.texts[0].get_text().replace("\n", " ") == limit.reason
 
 
 def test_a_contact_that_is_not_flat_is_refused():

@@ -4,10 +4,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from mpl_toolkits.mplot3d import Axes3D
-from skfem import MeshHex
 
 import frictopt as fo
 from frictopt.plots import bodies
+from meshes import column
 
 SCENE = fo.scenes.SquarePunch(elements=4, growth=2.0)
 
@@ -75,18 +75,13 @@ def test_everything_is_inside_and_has_a_name(drawn):
 
 
 def test_fields_show_the_von_mises_stress_on_the_surfaces():
-    x = np.array([0.0, 0.5, 1.0])
-    column = MeshHex.init_tensor(x, x, np.r_[x - 1, x[1:]]).with_boundaries({"top": lambda x: x[2] == 1, "bottom": lambda x: x[2] == -1})
-    parts = column.with_subdomains({"a": lambda x: x[2] > 0, "b": lambda x: x[2] < 0})
-    bodies = fo.split_bodies(parts, {"a": fo.Material(nu=0.0), "b": fo.Material(nu=0.0)})
     load = {"P": [fo.Pressure("a", "top", 3.0)], "Q": [fo.Traction("a", "top", x=lambda x, y, z: x)]}
-    model = fo.ContactModel(bodies, [fo.Support("b", "bottom")], load, [fo.Contact("a", "b", "b", "a")])
+    model = column(loads=load)
     axes = model.recover({"P": 1.0}, np.zeros((9, 2))).plot()
     assert [len(one.get_array()) for one in axes.collections] == [24, 24] and all(np.allclose(one.get_array(), 3.0) for one in axes.collections)
     assert axes.figure.axes[1].get_ylabel() == "von Mises stress (force per area)" and axes.get_zlabel() == "$z$ (length)"
     axes.figure.draw_without_rendering()
-    both = fo.ContactModel(bodies, [fo.Support("b", "bottom", "z"), fo.Support("b", (0, 0, -1))], load, [fo.Contact("a", "b", "b", "a", name="seat")])
-    axes = both.plot()
+    axes = column(loads=load, supports=[fo.Support("b", "bottom", "z"), fo.Support("b", (0, 0, -1))]).plot()
     axes.figure.draw_without_rendering()
     assert {"held in z", "held in x, y, z", "load P", "load Q"} <= {line.get_label() for line in axes.lines}
     plt.close("all")

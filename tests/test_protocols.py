@@ -9,22 +9,16 @@ from frictopt.histories.starts import LoadStep
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
-SCENES = {elements: fo.scenes.PunchOnHalfPlane(elements=elements).condense() for elements in (16, 124)}
 UNLOADED = [LoadStep({"P": 0.2})]
 AT_CORNER = [LoadStep({"P": 1.0}, {"sigma": 1.0}), LoadStep({"P": 0.3}, {"sigma": 1.0}), LoadStep({"P": 1.0}, {"sigma": 1.0})]
 # Load factor over lambda_2 up to which the contact comes to rest, to 0.005: nothing done, assembled, unloaded, at the corner, overload to 2 lambda_2
-TABLE = {
-    (16, 0.3): (0.558, 0.996, 0.976, 0.988, 0.845),
-    (16, 0.7): (0.216, 0.967, 0.805, 0.979, 0.912),
-    (124, 0.5): (0.141, 0.978, 0.902, 0.972, 0.841),
-    (124, 0.7): (0.001, 0.975, 0.756, 0.985, 0.935),
-}
+TABLE = {(16, 0.7): (0.216, 0.967, 0.805, 0.979, 0.912), (124, 0.5): (0.141, 0.978, 0.902, 0.972, 0.841)}
 
 
-@pytest.mark.parametrize("case", [(16, 0.7), *(pytest.param(case, marks=pytest.mark.slow) for case in TABLE if case != (16, 0.7))])
-def test_the_table_of_protocols(case):
+@pytest.mark.parametrize("case", [(16, 0.7), pytest.param((124, 0.5), marks=pytest.mark.slow)])
+def test_the_table_of_protocols(case, paper_punch):
     (elements, friction), wanted = case, TABLE[case]
-    contact = SCENES[elements]
+    contact = paper_punch(elements)
     limit = fo.shakedown_limit(contact, LOADS, friction).load_factor
     overload = [LoadStep({"P": 1.0, "sigma": 2 * limit})]
     asked = [{"start": "worst", "protocol": steps} for steps in ((), UNLOADED, AT_CORNER, overload)]
@@ -35,15 +29,15 @@ def test_the_table_of_protocols(case):
         assert one.load_factor < one.upper <= one.load_factor + 1.1e-4 * limit and one.residual <= 1e-9
 
 
-def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit():
-    for contact, cycle, friction in ((system(*FIRST_PAIR), CYCLE, 0.6), (SCENES[16], LOADS, 0.5)):
+def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit(paper_punch):
+    for contact, cycle, friction in ((system(*FIRST_PAIR), CYCLE, 0.6), (paper_punch(16), LOADS, 0.5)):
         lower = fo.guaranteed_limit(contact, cycle, friction).load_factor
         one = fo.limit_after_protocol(contact, cycle, friction, start="worst", tolerance=1e-5)
         assert one.load_factor == pytest.approx(lower, abs=2e-5 * one.shakedown_limit) and one.monotonic
 
 
-def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_limit():
-    contact = SCENES[16]
+def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_limit(paper_punch):
+    contact = paper_punch(16)
     limit = fo.shakedown_limit(contact, LOADS, 0.7)
     assembled, none, safe = (fo.limit_after_protocol(contact, LOADS, 0.7, start=start) for start in ("assembled", np.zeros(17), limit.slip))
     assert assembled.ratio == pytest.approx(none.ratio, abs=2e-4)
@@ -66,18 +60,18 @@ def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
     assert slipped > 6
 
 
-def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported():
+def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported(paper_punch):
     """The more it is loaded, the more this contact is unloaded before."""
     steps = [LoadStep({"P": 1.25}, {"P": -0.82})]
-    one = fo.limit_after_protocol(SCENES[16], LOADS, 0.7, start="worst", protocol=steps, up_to=1.2, scan=12, tolerance=1e-2)
+    one = fo.limit_after_protocol(paper_punch(16), LOADS, 0.7, start="worst", protocol=steps, up_to=1.2, scan=12, tolerance=1e-2)
     assert not one.monotonic and 0.2 < one.ratio < 0.4
     tried = one.to_frame()
     assert tried["outcome"].iloc[-1] == "rest" and set(tried.loc[tried["load_factor"] <= one.load_factor, "outcome"]) == {"rest"}
     assert tried["load_factor"].is_monotonic_increasing and (tried["outcome"] == "slip").sum() >= 3
 
 
-def test_the_least_tension_and_the_least_unloading_that_cure():
-    contact = SCENES[16]
+def test_the_least_tension_and_the_least_unloading_that_cure(paper_punch):
+    contact = paper_punch(16)
     load_factor = 0.9 * fo.shakedown_limit(contact, LOADS, 0.7).load_factor
     tension, unloading = (fo.least_excursion(contact, LOADS, 0.7, load_factor, excursion=way) for way in ({"sigma": 3 * load_factor}, {"P": -0.97}))
     assert tension.loads["sigma"] / load_factor == pytest.approx(2.14, abs=0.015) and tension.loads["P"] == 1.0
@@ -90,9 +84,9 @@ def test_the_least_tension_and_the_least_unloading_that_cure():
 
 
 @pytest.mark.parametrize("way", [{"P": 9.0}, {"sigma": -5.0}])
-def test_neither_pressing_harder_nor_compression_cures(way):
-    load_factor = 0.9 * fo.shakedown_limit(SCENES[16], LOADS, 0.7).load_factor
-    one = fo.least_excursion(SCENES[16], LOADS, 0.7, load_factor, excursion=way, samples=0)
+def test_neither_pressing_harder_nor_compression_cures(way, paper_punch):
+    load_factor = 0.9 * fo.shakedown_limit(paper_punch(16), LOADS, 0.7).load_factor
+    one = fo.least_excursion(paper_punch(16), LOADS, 0.7, load_factor, excursion=way, samples=0)
     assert one.share == np.inf and one.loads is None and one.sampled == 0 and set(one.tried["outcome"]) == {"slip"}
 
 

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,14 @@ LOADS = {"mean": ([0, 0, 0], [1, -0.3, 1]), "cyclic": ([0.5, 0.2, 0.5], [0.1, 0,
 OPEN = fo.ContactSystem.from_blocks(A, B, A, [0.0, 1.0, 2.0], LOADS, width=[1.0] * 3, compliance=10.0 * np.eye(2))
 SOLIDS = [replace(embedded(flat, np.random.default_rng(13))[0], compliance=10.0 * np.eye(2), width=[1.0] * flat.nodes) for flat in (PAIR, OPEN)]
 CONTACTS = {"plane": [PAIR], "space": SOLIDS[:1], "with open nodes": [OPEN, SOLIDS[1]]}
+
+
+@cache
+def limit_of(column):
+    """The shakedown limit of each contact of a column."""
+    return [fo.shakedown_limit(contact, CYCLE, F) for contact in CONTACTS[column]]
+
+
 PAGE = Path(__file__).parent.parent / "docs" / "questions.md"
 HEAD, _, *ROWS = [
     [cell.strip() for cell in line.strip("|").split("|")] for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("|")
@@ -71,9 +80,8 @@ def test_each_cell_says_what_a_contact_answers(row):
     ask, refused = ASKED[name.strip("`")], ""
     for column, cell in zip(CONTACTS, cells, strict=True):
         alternative = re.match(r"refused: `(\w+)`", cell)
-        for contact in CONTACTS[column]:
+        for contact, limit in zip(CONTACTS[column], limit_of(column), strict=True):
             in_space = contact.tangents == 2
-            limit = fo.shakedown_limit(contact, CYCLE, F)
             assert limit.open.any() == (column == "with open nodes")
             if alternative or (in_space and refused):
                 refused = refused if alternative is None else alternative.group(1)

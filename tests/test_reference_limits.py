@@ -137,7 +137,7 @@ def test_single_node_equals_the_linear_program():
 
 def test_two_nodes_equal_the_linear_programs():
     regimes = set()
-    for system in random_pairs(np.random.default_rng(2), 400):
+    for system in random_pairs(np.random.default_rng(2), 150):
         limits = two_node_limits(**system)
         assert limits.lambda_2 == pytest.approx(lp_shakedown(system), **EXACT, nan_ok=True)
         assert limits.lambda_1 == pytest.approx(lp_guaranteed(system), **EXACT, nan_ok=True)
@@ -150,7 +150,7 @@ def test_two_nodes_equal_the_linear_programs():
 @pytest.mark.parametrize("coupled", [False, True])
 def test_proportional_coupling_equals_the_linear_program(nodes, coupled):
     rng = np.random.default_rng(30 + nodes)
-    for _ in range(60):
+    for _ in range(25):
         load, A = random_load(rng, nodes), stiff(rng, nodes)
         d = coupled * 0.95 * rng.uniform(-1, 1, nodes) / load["f"]
         limit = uncoupled_limit(**load, d=d)
@@ -175,16 +175,8 @@ def test_a_mean_load_on_the_bound_leaves_a_limit_of_zero_not_none():
     assert single_node_limit(A=1, B=1, q0=0.1 + 0.2, p0=0.3, q1=1, p1=0, f=0.5) == 0
 
 
-# Name: (what is replaced by which function of the system, factor by which both limits change).
-
-
 @pytest.mark.parametrize(
-    ("change", "complaint"),
-    [
-        ({"f": 4.0}, "f: 4 .*critical friction A/|B| = 4.*less friction"),
-        ({"f": 0.0}, "f: 0"),
-        ({"A": -1.0}, "A: -1"),
-    ],
+    ("change", "complaint"), [({"f": 4.0}, "f: 4 .*critical friction A/|B| = 4.*less friction"), ({"f": 0.0}, "f: 0"), ({"A": -1.0}, "A: -1")]
 )
 def test_single_node_refuses(change, complaint):
     with pytest.raises(ModelError, match=complaint):

@@ -31,7 +31,7 @@ def brute_force(contact, cycle, load_factor, bound=None):
     return most
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), coupling=st.sampled_from([0.0, 0.5, 1.0]))
 def test_required_friction_by_brute_force(seed, nodes, factor, coupling):
     contact = random_system(np.random.default_rng(seed), nodes, coupling=coupling)
@@ -44,7 +44,7 @@ def test_required_friction_by_brute_force(seed, nodes, factor, coupling):
     assert required.residual <= 1e-9
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), most=st.floats(0.0, 2.0))
 def test_required_friction_within_a_slip_bound_by_brute_force(seed, nodes, factor, most):
     contact = random_system(np.random.default_rng(seed), nodes, coupling=1.0)
@@ -57,7 +57,7 @@ def test_required_friction_within_a_slip_bound_by_brute_force(seed, nodes, facto
         assert required.required > 500
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), most=st.none() | st.floats(0.0, 2.0))
 def test_the_best_pressed_slip_by_another_program(seed, nodes, factor, most):
     contact = random_system(np.random.default_rng(seed), nodes, coupling=1.0)
@@ -109,7 +109,7 @@ CORNERS = st.lists(st.tuples(st.sampled_from([-0.3, -0.1, 0.1, 0.2]), st.sampled
 FACTORS = st.sampled_from([0.1, 0.5, 0.9])
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(which=st.integers(1, 5), corners=CORNERS, load_factor=FACTORS)
 def test_required_friction_by_the_limits_of_graded_contacts(which, corners, load_factor):
     contact, mean, loads = graded(which)

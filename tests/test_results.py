@@ -7,29 +7,14 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from systems import CYCLE, FIRST_PAIR, system
-
-CONTACT = system(*FIRST_PAIR)
-ASKED = CONTACT, CYCLE, 0.6
-STEADY = fo.steady_state(*ASKED, 1.5)
-PATH = fo.march(*ASKED, 1.5, cycles=2)
-CHECK = fo.guaranteed_limit(*ASKED).verify(starts=3, moved=1)
-FIRST = fo.onset(*ASKED)
-LIMIT, LOWER, SAFE = fo.shakedown_limit(*ASKED), fo.guaranteed_limit(*ASKED), fo.safe_slip(*ASKED, 0.3)
-NEEDED = fo.required_friction(CONTACT, CYCLE, 0.3)
-REGION = fo.safe_region(CONTACT.with_bonded({"other": (np.array([0.1, 0.1]), np.ones(2))}), {"mean": 1.0}, ["cyclic", "other"], 0.6)
-MODEL = fo.DesignModel(CONTACT.with_bonded({"other": (np.array([0.1, 0.1]), np.ones(2))}), CYCLE, preloads=["other"], profile=True)
-DRAWN = MODEL.solve(0.6, [MODEL.preload == 0.2, MODEL.profile == 0.1])
-SLIP, SPAN, REST = LIMIT.least_slip(1.0), fo.dissipation_range(*ASKED, 0.8), fo.limit_after_protocol(*ASKED, scan=3)
-CURED, ORDER = fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.9}, samples=2), fo.reference.order_preserving(CONTACT, 0.6)
-WORN = fo.wear(replace(CONTACT, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1)
-MOVED = fo.increments.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.reaction({"mean": 1.0, "cyclic": 1.0}))
+from answers import ASKED, CHECK, CURED, DRAWN, FIRST, LEAST, LIMIT, LOWER, MOVED, NEEDED, ORDER, PAIR, PATH, REGION, REST, SAFE, SPAN, STEADY, WORN
+from systems import CYCLE
 
 
 @pytest.mark.parametrize(
     ("result", "said"),
     [
-        (CONTACT, ["nodes=2", "loads=['cyclic', 'mean']"]),
+        (PAIR, ["nodes=2", "loads=['cyclic', 'mean']"]),
         (FIRST.slip, ["corner=", f"load_factor={FIRST.slip.load_factor:.6g}"]),
         (FIRST, ["slip=OnsetEvent", f"load_factor={FIRST.slip.load_factor:.6g}"]),
         (STEADY, [f"outcome={STEADY.outcome.name}", f"dissipation={STEADY.dissipation:.6g}", "residual="]),
@@ -50,7 +35,7 @@ MOVED = fo.increments.ExactIncrement(CONTACT, 0.6).solve(np.zeros(2), CONTACT.re
         (DRAWN, [f"load_factor={DRAWN.load_factor:.6g}", "bound=", "preload other=0.2", "profile=0.1 .. 0.1", "residual="]),
         (NEEDED, [f"required={NEEDED.required:.6g}", f"largest_slip={np.abs(NEEDED.slip).max():.6g}", "residual=", "reason=no residual slip"]),
         (REGION, ["loads=('cyclic', 'other')", f"sides={len(REGION.sides)}", "reason="]),
-        (SLIP, ["load_factor=1", f"bound={SLIP.bound:.6g}", "residual="]),
+        (LEAST, ["load_factor=1", f"bound={LEAST.bound:.6g}", "residual="]),
         (SPAN, [f"least={SPAN.least:.6g}", f"most={SPAN.most:.6g}", "residual=", "proven=False"]),
         (REST, [f"ratio={REST.ratio:.6g}", "monotonic=True", "residual="]),
         (CURED, [f"share={CURED.share:.6g}", "sampled=2", "residual="]),
@@ -101,7 +86,7 @@ def test_the_frame_of_a_steady_state_has_a_row_for_each_node():
     table = STEADY.to_frame()
     assert list(table.columns) == ["node", "x", "slip", "open", "dissipation"] and table["node"].tolist() == [0, 1]
     assert STEADY.dissipation > 0 and table["dissipation"].sum() == pytest.approx(STEADY.dissipation, rel=1e-14)
-    assert np.array_equal(table["slip"], STEADY.slip) and np.array_equal(table["x"], CONTACT.x)
+    assert np.array_equal(table["slip"], STEADY.slip) and np.array_equal(table["x"], PAIR.x)
     assert np.array_equal(table["open"], STEADY.open) and STEADY.open.any()
 
 
@@ -131,7 +116,7 @@ def test_a_check_has_the_residual_of_its_worst_transient():
         (lambda: fo.Support("block", (0, 1)), [fo.Support("punch", (0, 1))]),
         (lambda: fo.Traction("block", "top", 1), [fo.Traction("block", "top", 0, 1)]),
         (lambda: fo.scenes.PunchOnHalfPlane(elements=4), [fo.scenes.PunchOnHalfPlane(elements=6)]),
-        (lambda: fo.onset(*ASKED), [fo.onset(CONTACT, CYCLE, 0.5)]),
+        (lambda: fo.onset(*ASKED), [fo.onset(PAIR, CYCLE, 0.5)]),
     ],
     ids=["LoadCycle", "Material", "Support", "Traction", "PunchOnHalfPlane", "Onset"],
 )
@@ -143,3 +128,14 @@ def test_plain_data_are_equal_where_their_content_is(make, others):
 
 def test_the_line_of_a_load_cycle_makes_it_again():
     assert eval(repr(CYCLE), {"LoadCycle": fo.LoadCycle}) == CYCLE
+
+
+def test_a_mechanism_names_the_contacts_if_there_are_several(punch, paper_cycle):
+    contact = punch(16)
+    names = np.where(contact.x < 0, "left", "right")
+    limits = [fo.shakedown_limit(replace(contact, contact=name), paper_cycle, 0.7) for name in (None, ["foot"] * contact.nodes, names)]
+    *plain, named = (limit.mechanism for limit in limits)
+    assert all(list(table) == ["node", "x", "corner", "loads", "direction", "share"] for table in plain)
+    assert list(named) == ["node", "contact", "x", "corner", "loads", "direction", "share"] and set(named["contact"]) == {"left", "right"}
+    assert ((named["x"] < 0) == (named["contact"] == "left")).all() and named.drop(columns="contact").equals(plain[1])
+    assert (named["loads"] == np.array(["sigma = -1", "sigma = +1"])[named["corner"]]).all()

@@ -86,7 +86,7 @@ def test_uncoupled_nodes_rest_each_for_itself():
     assert whole.load_factor == pytest.approx(min(one.load_factor for one in alone), rel=1e-6) and whole.open.tolist() == [False, True, False]
 
 
-@pytest.mark.parametrize(("seed", "cycle", "most_nodes"), [(seed, CYCLE, 3) for seed in range(2, 16)] + [(seed, THREE, 2) for seed in range(20, 30)])
+@pytest.mark.parametrize(("seed", "cycle", "most_nodes"), [(seed, CYCLE, 3) for seed in range(2, 10)] + [(seed, THREE, 2) for seed in range(20, 25)])
 def test_small_contacts_against_every_pattern_of_open_nodes(seed, cycle, most_nodes):
     """The limit against every set of nodes that stay open, the bound against every pattern at the corners."""
     rng = np.random.default_rng(seed)
@@ -103,7 +103,7 @@ def test_small_contacts_against_every_pattern_of_open_nodes(seed, cycle, most_no
         assert "at any load factor" in limit.reason and tried[0][0] == pytest.approx(most, rel=1e-6)
 
 
-@pytest.mark.parametrize("seed", range(1000, 1010))
+@pytest.mark.parametrize("seed", range(1000, 1006))
 def test_random_contacts_rest_at_the_limit_and_above_a_proven_one_nothing_does(seed):
     rng = np.random.default_rng(seed)
     contact, friction = pulled_system(rng, int(rng.integers(2, 4))), float(rng.uniform(0.1, 1.0))

@@ -32,7 +32,7 @@ def odd_contact(seed, sheared=True):
     return rng, flat, fo.LoadCycle({"mean": 1.0}, CORNERS[: int(rng.integers(1, 4))]), f
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6), st.booleans())
 def test_the_limit_is_that_of_the_plane(seed, sheared):
     rng, flat, loads, f = odd_contact(seed, sheared)
@@ -42,7 +42,7 @@ def test_the_limit_is_that_of_the_plane(seed, sheared):
     assert limit.residual <= 1e-9
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.5, 2.0]))
 def test_the_margin_is_that_of_the_plane(seed, load_factor):
     rng, flat, loads, f = odd_contact(seed)
@@ -51,7 +51,7 @@ def test_the_margin_is_that_of_the_plane(seed, load_factor):
     assert safe.exists == plane.exists and safe.margin == pytest.approx(plane.margin, rel=1e-7, abs=1e-9)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.integers(0, 10**6))
 def test_an_increment_is_that_of_the_plane(seed):
     """Across the plane nothing may hold the nodes: smooth ones stay where they are, or rounding carries them away."""

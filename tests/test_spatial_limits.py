@@ -185,8 +185,8 @@ def certified(seeds):
 
 
 def test_limits_that_hang_on_small_multipliers_are_certified():
-    kinds = certified(range(60))
-    assert kinds["FINITE"] >= 57 and kinds["refused"] <= 2
+    kinds = certified(range(30))
+    assert kinds["FINITE"] >= 28 and kinds["refused"] <= 1
 
 
 def wedged(seed):
@@ -204,7 +204,7 @@ def wedged(seed):
 def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
     """A mechanism that stresses the contact a little bounds nothing where slips can be large."""
     compared = 0
-    for seed in [52, 91, 234, 319, 340, *range(30)]:
+    for seed in [52, 91, 234, 319, 340, *range(8)]:
         system, loads, f = wedged(seed)
         try:
             limit = fo.shakedown_limit(system, loads, f)
@@ -216,7 +216,7 @@ def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
             q, p = limit.reactions
             assert (np.linalg.norm(q, axis=-1) - f * p).max() <= 1e-9
             compared += 1
-    assert compared >= 10
+    assert compared >= 6
 
 
 @pytest.mark.slow

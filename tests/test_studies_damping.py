@@ -6,10 +6,7 @@ import pytest
 import frictopt as fo
 from studies import damping
 
-
-@pytest.fixture(scope="module")
-def tables(quick):
-    return quick(damping.STUDY.tables)
+STUDY = damping.STUDY
 
 
 @pytest.mark.parametrize("name", ["damping_backbone", "damping_friction"])

@@ -5,10 +5,7 @@ import pytest
 
 from studies import design
 
-
-@pytest.fixture(scope="module")
-def tables(quick):
-    return quick(design.STUDY.tables)
+STUDY = design.STUDY
 
 
 def test_more_depth_and_more_shapes_never_lower_a_limit_and_gain_less_and_less(tables):

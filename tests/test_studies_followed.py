@@ -7,10 +7,12 @@ import pytest
 import frictopt as fo
 from studies.validation import followed
 
+STUDY = followed.STUDY
 
-@pytest.fixture(scope="module")
-def table(quick):
-    return quick(followed.STUDY.tables)["followed"]
+
+@pytest.fixture
+def table(tables):
+    return tables["followed"]
 
 
 def test_all_rest_below_and_all_witnesses_slip_above(table):

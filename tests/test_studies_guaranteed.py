@@ -8,17 +8,10 @@ from studies import guaranteed
 
 pytestmark = pytest.mark.slow
 
-TABLES = {"friction": guaranteed.FRICTION, "corner": guaranteed.CORNER, "bound": guaranteed.BOUND, "plane": guaranteed.PLANE}
+STUDY = guaranteed.STUDY
 
 
-@pytest.fixture(scope="module")
-def tables(quick):
-    read = quick(guaranteed.STUDY.tables)
-    assert sorted(read) == sorted(table.name for table in TABLES.values())
-    return {name: read[table.name] for name, table in TABLES.items()}
-
-
-@pytest.mark.parametrize("name", ["friction", "corner", "bound"])
+@pytest.mark.parametrize("name", ["guaranteed_friction", "guaranteed_corner", "guaranteed_bound"])
 def test_the_guaranteed_limit_is_not_above_the_shakedown_limit(tables, name):
     table = tables[name]
     assert (table["guaranteed"] <= table["shakedown"]).all() and (table["guaranteed"] < 0.9 * table["shakedown"]).any()
@@ -34,7 +27,7 @@ def slacks(contact, factor, slip):
 
 
 def test_the_plane_shows_the_limits_of_the_pair(tables):
-    table, contact = tables["plane"], guaranteed.pair()
+    table, contact = tables["guaranteed_plane"], guaranteed.pair()
     limits = two_node_limits(contact.A, contact.B, *contact.bonded["mean"], *contact.bonded["cyclic"], 0.6)
     by_name = table.groupby("limit")["load_factor"].first()
     assert by_name["guaranteed limit"] == pytest.approx(limits.lambda_1, rel=1e-9)
@@ -43,7 +36,7 @@ def test_the_plane_shows_the_limits_of_the_pair(tables):
 
 
 def test_lines_are_where_a_bound_is_met_and_vertices_of_the_safe_slips_on_two_of_them(tables):
-    table, contact = tables["plane"], guaranteed.pair()
+    table, contact = tables["guaranteed_plane"], guaranteed.pair()
     for (what, factor, node, sense), rows in table[table["what"].isin(["line", "mean line"])].groupby(["what", "load_factor", "node", "sense"]):
         assert len(rows) == 2
         for slip in rows[["v1", "v2"]].to_numpy():

@@ -8,15 +8,8 @@ from studies import increments, paper
 
 pytestmark = pytest.mark.slow
 
-TABLES = {"error": increments.ERROR, "cycle": increments.CYCLE, "corner": increments.CORNER}
+STUDY = increments.STUDY
 COMPLIANCE = 2 * (1 - 0.3**2)  # 1/E* of two bodies with E = 1, nu = 0.3
-
-
-@pytest.fixture(scope="module")
-def tables(quick):
-    read = quick(increments.STUDY.tables)
-    assert sorted(read) == sorted(table.name for table in TABLES.values())
-    return {name: read[table.name] for name, table in TABLES.items()}
 
 
 @pytest.fixture(scope="module")
@@ -25,14 +18,14 @@ def contact():
 
 
 def test_every_row_obeys_the_contact_law(tables):
-    for name in ("cycle", "corner"):
+    for name in ("increments_cycle", "increments_corner"):
         table = tables[name]
         assert (table["q"].abs() <= table["friction"] * table["p"] * (1 + 1e-9)).all(), name
 
 
 def test_error_falls_with_the_square_of_the_increment(tables):
     """Events fall anywhere within an increment, so the order is that of a fit, not of each doubling."""
-    table = tables["error"]
+    table = tables["increments_error"]
     for elements, rows in table[table["engine"] == "qp"].groupby("elements"):
         assert len(rows) == 4 and rows["steps"].max() == 8 * rows["steps"].min()
         order = -np.polyfit(np.log(rows["steps"]), np.log(rows["error"]), 1)[0]
@@ -42,10 +35,10 @@ def test_error_falls_with_the_square_of_the_increment(tables):
 
 
 def test_load_is_above_the_limit_and_the_work_that_of_the_steady_state(tables, contact):
-    factor = tables["cycle"]["load_factor"].iloc[0]
+    factor = tables["increments_cycle"]["load_factor"].iloc[0]
     assert factor == pytest.approx(1.4 * fo.shakedown_limit(contact, paper.LOADS, 0.7).load_factor, rel=1e-9)
     steady = fo.steady_state(contact, paper.LOADS, 0.7, factor)
-    error = tables["error"]
+    error = tables["increments_error"]
     work = error.loc[(error["elements"] == 16) & (error["engine"] == "path"), "work"].item()
     assert steady.outcome is fo.Outcome.CYCLIC_SLIP
     assert work * 4 * COMPLIANCE == pytest.approx(steady.dissipation, rel=1e-8)  # P = 2
@@ -54,8 +47,8 @@ def test_load_is_above_the_limit_and_the_work_that_of_the_steady_state(tables, c
 def test_instants_have_the_reactions_of_their_loads_and_slips(tables, contact):
     (q0, p0), (q1, p1) = contact.bonded["P"], contact.bonded["sigma"]
     levels = {0: 1, 0.5: 0, 0.75: -0.5, 0.9: -0.8, 1: -1, 1.5: 0, 1.75: 0.5, 1.9: 0.8, 2: 1}
-    assert set(tables["cycle"]["instant"]) == set(levels)
-    for instant, rows in tables["cycle"].groupby("instant"):
+    assert set(tables["increments_cycle"]["instant"]) == set(levels)
+    for instant, rows in tables["increments_cycle"].groupby("instant"):
         sigma = levels[instant] * rows["load_factor"].iloc[0]
         v = rows["slip"].to_numpy() * COMPLIANCE
         assert np.allclose(rows["sigma"], sigma, rtol=0, atol=1e-12)
@@ -66,7 +59,7 @@ def test_instants_have_the_reactions_of_their_loads_and_slips(tables, contact):
 
 def test_loop_encloses_the_work_of_its_node(tables):
     """Shear and slip are linear between events, so the trapezoids are exact; q over P/2 and v over (P/2)/E* make four times P^2/E*."""
-    table = tables["corner"]
+    table = tables["increments_corner"]
     assert table["node"].nunique() == 2
     for _, rows in table.groupby("node"):
         steady = rows[rows["cycles"] == "steady"]

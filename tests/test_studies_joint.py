@@ -6,10 +6,7 @@ import pytest
 import frictopt as fo
 from studies import joint
 
-
-@pytest.fixture(scope="module")
-def tables(quick):
-    return quick(joint.STUDY.tables)
+STUDY = joint.STUDY
 
 
 def test_the_report_sums_up_the_nodes(tables):

@@ -7,9 +7,12 @@ from studies.validation import left_out
 pytestmark = pytest.mark.slow
 
 
-@pytest.fixture(scope="module")
-def table(quick):
-    return quick([left_out.SAVED])[left_out.SAVED.name].set_index(["scene", "computation"])
+STUDY = left_out.STUDY
+
+
+@pytest.fixture
+def table(tables):
+    return tables["left_out"].set_index(["scene", "computation"])
 
 
 def test_the_answers_are_the_same(table):

@@ -6,11 +6,12 @@ import pytest
 from studies import scenes
 
 pytestmark = pytest.mark.slow
+STUDY = scenes.STUDY
 
 
-@pytest.fixture(scope="module")
-def table(quick):
-    return quick([scenes.LIMITS])[scenes.LIMITS.name]
+@pytest.fixture
+def table(tables):
+    return tables["scenes_limits"]
 
 
 def test_limits_do_not_fall_with_friction(table):

@@ -6,11 +6,7 @@ import pytest
 from studies import separation
 
 pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def tables(quick):
-    return quick(separation.STUDY.tables)
+STUDY = separation.STUDY
 
 
 def test_every_row_rests_and_no_bound_or_shakedown_limit_is_passed(tables):

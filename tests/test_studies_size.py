@@ -7,11 +7,12 @@ import frictopt as fo
 from studies import size
 
 pytestmark = pytest.mark.slow
+STUDY = size.STUDY
 
 
-@pytest.fixture(scope="module")
-def table(quick):
-    return quick(size.STUDY.tables)[size.SIZES.name]
+@pytest.fixture
+def table(tables):
+    return tables["sizes"]
 
 
 def test_every_size_answers_its_questions(table):

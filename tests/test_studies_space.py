@@ -4,10 +4,7 @@ import pytest
 
 from studies import space
 
-
-@pytest.fixture(scope="module")
-def tables(quick):
-    return quick(space.STUDY.tables)
+STUDY = space.STUDY
 
 
 def test_no_limit_is_out_of_order(tables):

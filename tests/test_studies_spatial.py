@@ -8,24 +8,17 @@ from studies import spatial
 
 pytestmark = pytest.mark.slow
 
-TABLES = {"limits": spatial.LIMITS, "maps": spatial.MAPS, "steps": spatial.STEPS, "times": spatial.TIMES, "proofs": spatial.PROOFS}
-
-
-@pytest.fixture(scope="module")
-def tables(quick):
-    read = quick(spatial.STUDY.tables)
-    assert sorted(read) == sorted(table.name for table in TABLES.values())
-    return {name: read[table.name] for name, table in TABLES.items()}
+STUDY = spatial.STUDY
 
 
 def test_limits_rise_with_friction_and_fall_with_corners(tables):
-    limits = tables["limits"].pivot(index="friction", columns="load", values="load_factor")
+    limits = tables["spatial_limits"].pivot(index="friction", columns="load", values="load_factor")
     assert (np.diff(limits, axis=0) > 0).all()
     assert (limits["to and fro"] >= limits["turning, 4 corners"]).all() and (limits["turning, 4 corners"] >= limits["turning, 16 corners"]).all()
 
 
 def test_the_map_is_that_of_the_limit(tables):
-    maps = tables["maps"]
+    maps = tables["spatial_maps"]
     assert maps["traction_ratio"].max() <= 1 + 1e-8 and (maps["first_ratio"].fillna(0.0) <= maps["traction_ratio"]).all()
     for load, rows in maps.groupby("load"):
         system = fo.scenes.SquarePunch(elements=spatial.QUICK.map_elements).condense()
@@ -34,17 +27,17 @@ def test_the_map_is_that_of_the_limit(tables):
 
 
 def test_more_increments_are_closer(tables):
-    for _, rows in tables["steps"].groupby("load"):
+    for _, rows in tables["spatial_steps"].groupby("load"):
         assert rows["error"].iloc[-1] < 0.2 and (rows["dissipation"] > 0).all()
 
 
 def test_times_are_of_every_size(tables):
-    times = tables["times"]
+    times = tables["spatial_times"]
     assert times["nodes"].tolist() == [9, 25] and (times["limit_two"] > 0).all()
 
 
 def test_limits_are_proven_and_the_same_in_all_units(tables):
-    proofs = tables["proofs"]
+    proofs = tables["spatial_proofs"]
     assert (proofs["result"] == "answer").all() and proofs["gap"].max() <= 1e-9
     assert len(proofs) == (2 * len(spatial.QUICK.proof_ratios) + 4) * 2 * len(spatial.QUICK.proof_frictions)
     for _, rows in proofs.groupby(["mesh", "ratio", "load", "friction"]):

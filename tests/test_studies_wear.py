@@ -5,10 +5,7 @@ import pytest
 
 from studies import wear
 
-
-@pytest.fixture(scope="module")
-def tables(quick):
-    return quick(wear.STUDY.tables)
+STUDY = wear.STUDY
 
 
 def test_profiles_grow_to_the_closed_form(tables):

@@ -5,9 +5,9 @@ import sys
 import numpy as np
 import pytest
 import pyvista
-from skfem import MeshHex
 
 import frictopt as fo
+from meshes import column
 
 pytestmark = pytest.mark.usefixtures("no_screen")
 
@@ -27,15 +27,6 @@ def title(scene):
     return found
 
 
-def column(load):
-    """Two cubes, one on the other, of material without lateral strain, pressed by 3."""
-    x = np.array([0.0, 0.5, 1.0])
-    parts = MeshHex.init_tensor(x, x, np.r_[x - 1, x[1:]]).with_boundaries({"top": lambda x: x[2] == 1, "bottom": lambda x: x[2] == -1})
-    parts = parts.with_subdomains({"a": lambda x: x[2] > 0, "b": lambda x: x[2] < 0})
-    bodies = fo.split_bodies(parts, {"a": fo.Material(E=1.0, nu=0.0), "b": fo.Material(E=1.0, nu=0.0)})
-    return fo.ContactModel(bodies, [fo.Support("b", "bottom")], load, [fo.Contact("a", "b", "b", "a")], units="N, mm")
-
-
 def test_a_model_is_shown_by_its_meshes_and_its_contact():
     scene = SCENE.model().view()
     punch, block, contact = scene.meshes
@@ -45,7 +36,7 @@ def test_a_model_is_shown_by_its_meshes_and_its_contact():
 
 
 def test_fields_are_shown_on_the_bodies_in_their_units_and_move_them():
-    model = column({"P": [fo.Pressure("a", "top", 3.0)]})
+    model = column(units="N, mm", loads={"P": [fo.Pressure("a", "top", 3.0)]})
     fields = model.recover({"P": 1.0}, np.zeros((9, 2)))
     scene = model.view(fields, scale=0.1)
     assert title(scene) == "von Mises stress (MPa)"
@@ -57,7 +48,7 @@ def test_fields_are_shown_on_the_bodies_in_their_units_and_move_them():
 
 
 def test_fields_of_a_contact_are_seen_through_the_bodies():
-    model = column({"P": [fo.Pressure("a", "top", 3.0)], "Q": [fo.Traction("a", "top", x=0.3, y=0.4)]})
+    model = column(units="N, mm", loads={"P": [fo.Pressure("a", "top", 3.0)], "Q": [fo.Traction("a", "top", x=0.3, y=0.4)]})
     fields = model.recover({"P": 1.0, "Q": 1.0}, np.tile([0.06, -0.08], (9, 1)))
     for show, whole in (("pressure", 3.0), ("shear", 0.5), ("slip", 0.1), ("gap", 0.0)):
         scene = model.view(fields, show)

@@ -1,0 +1,63 @@
+"""Designs that cannot be: without bounds, under constraints that contradict, of models that are none."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+import frictopt as fo
+from systems import CYCLE, random_system
+from test_design import SHEAR, uncoupled
+
+
+def test_designs_without_bounds_are_named_with_the_direction_in_which_they_grow():
+    model = fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
+    with pytest.raises(fo.ModelError, match=r"load_factor: it grows without end with the design: .*preload\['two'\] has no upper bound"):
+        model.solve(0.5)
+    with pytest.raises(fo.ModelError, match=r"preload\['one'\] has no upper bound"):
+        model.solve(0.5, [model.preload[1] == 3.0], objective=model.preload[0])
+    pulling = fo.DesignModel(uncoupled(-np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
+    with pytest.raises(fo.ModelError, match=r"preload\['one'\] has no lower bound, preload\['two'\] has no lower bound"):
+        pulling.solve(0.5)
+    contact = random_system(np.random.default_rng(0), 2)
+    shaped = fo.DesignModel(contact, CYCLE, profile=True)
+    with pytest.raises(fo.ModelError, match=r"profile\[\d\] has no lower bound"):
+        shaped.solve(0.5)
+    pressing = fo.DesignModel(contact, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), preloads=["cyclic"])
+    with pytest.raises(fo.ModelError, match="load_factor: it grows without end whatever the design"):
+        pressing.solve(0.5, [cp.abs(pressing.preload) <= 0.1])
+
+
+def test_designs_that_cannot_be_name_the_constraints_that_contradict():
+    model = fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
+    low, high = (model.preload[0] <= 1.0).set_label("strength"), (model.preload[0] >= 2.0).set_label("seal")
+    with pytest.raises(fo.ModelError, match=r"^strength, seal: they contradict each other"):
+        model.solve(0.5, [low, model.preload[1] <= 5.0, high])
+    with pytest.raises(fo.ModelError, match=r"^strength, constraints\[1\]: no design is safe at any load factor under these"):
+        model.solve(0.5, [low, model.load_factor >= 0.6])
+    with pytest.raises(fo.ModelError, match="another model"):
+        model.solve(0.5, [fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one"]).preload <= 1.0])
+    with pytest.raises(fo.ModelError, match=r"constraints\[0\]: not convex"):
+        model.solve(0.5, [cp.norm(model.preload) >= 1.0])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, "preloads, profile: none"),
+        ({"preloads": ["bolt"]}, "preloads: 'bolt' is no load case"),
+        ({"preloads": ["mean", "mean"]}, "name each load case once"),
+        ({"profile": 1}, "profile: "),
+        ({"profile": True, "scenarios": [CYCLE]}, r"scenarios\[0\]: "),
+        ({"profile": True, "scenarios": [(CYCLE, -1.0)]}, "friction"),
+        ({"profile": True, "scenarios": [(CYCLE, 0.5, {"bolt": 0.9})]}, r"scenarios\[0\]: shares of \['bolt'\]"),
+    ],
+)
+def test_bad_models_are_refused(options, message):
+    with pytest.raises(fo.ModelError, match=message):
+        fo.DesignModel(random_system(np.random.default_rng(0), 2), CYCLE, **options)
+
+
+def test_a_load_case_of_the_name_of_an_overlap_is_refused():
+    contact = random_system(np.random.default_rng(0), 2, loads=("mean", "cyclic", "profile"))
+    with pytest.raises(fo.ModelError, match="profile: the system has a load case 'profile'"):
+        fo.DesignModel(contact, CYCLE, profile=True)
