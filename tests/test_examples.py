@@ -10,11 +10,12 @@ import pytest
 import frictopt as fo
 
 ROOMS = [import_module(f"frictopt.{room.name}") for room in iter_modules(fo.__path__) if room.ispkg and room.name not in ("scenes", "solve")]
-PUBLIC = [getattr(room, name) for room in (*ROOMS, fo.starts) for name in room.__all__]
+NAMES = [(room, name) for room in (*ROOMS, fo, fo.results, fo.starts) for name in getattr(room, "__all__", ())]
+PUBLIC = list(dict.fromkeys(getattr(room, name) for room, name in NAMES))
 
 
 def has_example(thing):
-    return not inspect.ismodule(thing) and not (inspect.isclass(thing) and issubclass(thing, Warning))
+    return not inspect.ismodule(thing) and not (inspect.isclass(thing) and issubclass(thing, Exception))
 
 
 @pytest.mark.parametrize("thing", list(filter(has_example, PUBLIC)), ids=lambda thing: thing.__name__)
