@@ -81,10 +81,7 @@ BAD_MODELS = {
         "contacts": [fo.Contact("punch", "block", "joint", name="contact")]
     },
     "contacts: body 'bolt' is unknown; this model has ['block', 'punch']": {"contacts": [fo.Contact("bolt", "block")]},
-    "body 'left' is unknown, but it is a boundary of 'punch'; the order is Contact(body_1, body_2, boundary_1, boundary_2)": {
-        "contacts": [fo.Contact("punch", "left", "block", "contact")]
-    },
-    "contact 'contact': gap -1 at (-1, 0); the bodies cannot overlap": {"contacts": [fo.Contact("punch", "block", gap=lambda x, y: x)]},
+    "contact 'contact', at (-1, 0): gap -1; give gaps >= 0": {"contacts": [fo.Contact("punch", "block", gap=lambda x, y: x)]},
     "contact 'contact': gap: the function raised": {"contacts": [fo.Contact("punch", "block", gap=lambda x: x)]},
     "facets inside the body": {"bodies": {**BOTH, "punch": INNER}},
     "contacts: two are called 'contact'": {"contacts": [fo.Contact("punch", "block")] * 2},

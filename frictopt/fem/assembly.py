@@ -128,12 +128,6 @@ class Assembly:
             raise ModelError(f"contacts: two are called {again[0]!r}; give each a name")
         joints, touched = [], dict[tuple[str, str], list[Integers]]()
         for contact in contacts:
-            for name in (contact.body_1, contact.body_2):
-                if owners := [owner for owner, body in self.bodies.items() if name not in self.bodies and name in (body.mesh.boundaries or {})]:
-                    raise ModelError(
-                        f"contacts: body {name!r} is unknown, but it is a boundary of {owners[0]!r}; the order is "
-                        "Contact(body_1, body_2, boundary_1, boundary_2)"
-                    )
             one, two = self.body("contacts", contact.body_1), self.body("contacts", contact.body_2)
             joints.append(joined(contact, one.through_corners, two.through_corners, self.kinematics))
             touched.setdefault((contact.body_1, contact.body_2), []).append(joints[-1].nodes)

@@ -185,18 +185,13 @@ def _initial_gap(contact: Contact, points: Array, opening: Array, normals: Array
         raise ModelError(f"{start} {place(points[i])}: the bodies overlap by {-distance[i]:g}; move them apart, and give an Interference load")
     if not measured and np.any(distance > allowed):
         i = int(distance.argmax())
-        raise ModelError(
-            f'{start} {place(points[i])}: the faces do not touch, they are {distance[i]:g} apart; move the bodies together, or say gap="measured"'
-        )
+        raise ModelError(f'{start} {place(points[i])}: the faces do not touch, they are {distance[i]:g} apart; move them, or say gap="measured"')
     if measured:
         return np.where(distance > SAME_POINT * np.ptp(points), distance, 0.0)
     gap = values_at(f"contact {contact.name!r}: gap", contact.gap if callable(contact.gap) else 0.0, points.T)
     if gap.min() < 0:
         i = int(gap.argmin())
-        raise ModelError(
-            f"contact {contact.name!r}: gap {gap[i]:g} at {place(points[i])}; the bodies cannot overlap before loading, give gaps >= 0, and an "
-            "Interference load"
-        )
+        raise ModelError(f"{start} {place(points[i])}: gap {gap[i]:g}; give gaps >= 0, and an Interference load for bodies that overlap")
     return gap
 
 

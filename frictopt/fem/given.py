@@ -49,9 +49,7 @@ def checked_rows(unknowns: ArrayLike, held: ArrayLike, generalised: ArrayLike, s
         raise ModelError(f"unknowns: row {row} of K is that of nodes {np.argwhere(rows == row)[:2, 0].tolist()}; give each row to one node")
     if np.isin(others, np.r_[rows.ravel(), fixed]).any() or len(np.unique(others)) != len(others):
         row = int(others[np.argmax(np.isin(others, np.r_[rows.ravel(), fixed]))])
-        raise ModelError(
-            f"generalised: row {row} of K is a node's, held, or given twice; give rows of K that are no displacement of a node, each once"
-        )
+        raise ModelError(f"generalised: row {row} of K is a node's, held, or given twice; give rows that are no displacement of a node, each once")
     times[np.r_[fixed, others]] = 1
     if times.min() < 1:
         row = int(times.argmin())

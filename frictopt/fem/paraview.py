@@ -105,9 +105,7 @@ def states_of(model: ContactModel, steady: Steady, *, every: bool) -> Iterator[t
         fields = model.recover(_loads(steady.cycle, steady.load_factor, states.time[state]), states.slip[state], states.gap[state])
         off = max(np.abs(fields.q - states.q[state]).max(), np.abs(fields.p - states.p[state]).max())
         if off > EQUILIBRIUM * np.abs(states.p).max():
-            raise ModelError(
-                f"model: its fields miss the reactions of the steady state by {off:.1e}; give the model that its system was condensed from"
-            )
+            raise ModelError(f"model: its fields miss the reactions of the steady state by {off:.1e}; give the one its system was condensed from")
         work = states.work[state] - states.work[0]
         way = np.ptp(states.slip[before : state + 1], axis=0).reshape(len(work), -1).max(axis=1)
         slipped = way > RESIDUAL * np.abs(states.slip).max()

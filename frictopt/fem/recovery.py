@@ -147,9 +147,7 @@ class BodyFields(Shown, Plotted):
         try:
             whole.write(path)
         except (OSError, TypeError, ValueError, meshio.WriteError, meshio.ReadError) as error:
-            raise ModelError(
-                f"path: {shown(path)} cannot be written ({error}); give a file name that ends in .vtu, in a folder that exists"
-            ) from error
+            raise ModelError(f"path: {shown(path)} cannot be written ({error}); give a file that ends in .vtu, in a folder that exists") from error
 
     def _in_meshio(self, body: str) -> Any:
         """The mesh of one body in space with its fields, of meshio."""

@@ -64,9 +64,7 @@ def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: Elem
             raise ModelError(f"materials: subdomain {name!r} shares elements with {list(materials)[owner[elements].max()]!r}; give each to one body")
         owner[elements] = number
     if owner.min() < 0:
-        raise ModelError(
-            f"materials: {int((owner < 0).sum())} elements are in none of {list(materials)}; name all subdomains, or remove these elements"
-        )
+        raise ModelError(f"materials: {int((owner < 0).sum())} elements are in none of {list(materials)}; name all subdomains, or remove these")
     inner = np.flatnonzero(mesh.f2t[1] >= 0)
     sides = owner[mesh.f2t[:, inner]]
     bodies = {}

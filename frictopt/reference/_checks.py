@@ -14,10 +14,6 @@ def per_node(nodes: int | None = None, **values: ArrayLike) -> tuple[Array, ...]
     for name, array in arrays.items():
         if array.shape not in ((), (count,)) or array.size == 0:
             raise ModelError(f"{name}: shape {array.shape}; give one number, or one for each of the {count} nodes")
+    if "f" in arrays and arrays["f"].min() <= 0:  # a frictionless node resists no shear and has no limit
+        raise ModelError(f"f: {arrays['f'].min():g}; give a positive coefficient of friction")
     return tuple(np.broadcast_to(array, (count,)) for array in arrays.values())
-
-
-def friction(f: Array) -> None:
-    """Check coefficients of friction; zero is refused because a frictionless node resists no shear and thus has no limit."""
-    if f.min() <= 0:
-        raise ModelError(f"f: {f.min():g}; give a positive coefficient of friction")

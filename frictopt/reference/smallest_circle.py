@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array
 from ..errors import ModelError
-from ._checks import friction, per_node
+from ._checks import per_node
 
 _INSIDE = 1e-12  # a point this far outside a circle, over the size of the points, is on it
 
@@ -93,7 +93,6 @@ def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     if not shear.size:
         raise ModelError(f"q1: shape {shear.shape}; give the shear forces (K, N, 2) of at least one corner and node")
     p0, f = per_node(shear.shape[1], p0=p0, f=f)
-    friction(f)
     if p0.min() < 0:
         return float("nan")
     radii = np.array([smallest_circle(shear[:, node])[1] for node in range(shear.shape[1])])

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..contact.checks import Array, finite_array
 from ..contact.tolerances import CONDENSATION, ROUNDING
 from ..errors import ModelError
-from ._checks import friction, per_node
+from ._checks import per_node
 from ._numerics import least_ratio
 
 
@@ -100,7 +100,6 @@ def two_node_limits(A: ArrayLike, B: ArrayLike, q0: ArrayLike, p0: ArrayLike, q1
     """
     A, B = _stiffness(A), finite_array("B", B, (2, 2))
     q0, p0, q1, p1, f = per_node(2, q0=q0, p0=p0, q1=q1, p1=p1, f=f)
-    friction(f)
     # Line 0 bounds forward slip, line 1 backward slip; safe is `normal . v <= strength - lam * demand`. Axes: line, node (, component of v).
     normal = np.stack([-A - f[:, None] * B, A - f[:, None] * B])
     _require_below_critical_friction(normal, f)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ModelError
-from ._checks import friction, per_node
+from ._checks import per_node
 from ._numerics import least_ratio
 
 
@@ -46,7 +46,6 @@ def bonded_onset(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: 
     0.5
     """
     q0, p0, q1, p1, f = per_node(q0=q0, p0=p0, q1=q1, p1=p1, f=f)
-    friction(f)
     return least_ratio(
         strength=np.array([f * p0 + q0, f * p0 - q0]),
         demand=np.array([np.abs(q1 + f * p1), np.abs(q1 - f * p1)]),
@@ -99,7 +98,6 @@ def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, 
     0.5
     """
     q0, p0, q1, p1, f, d = per_node(q0=q0, p0=p0, q1=q1, p1=p1, f=f, d=d)
-    friction(f)
     if (f * np.abs(d) >= 1).any():
         node = int(np.argmax(f * np.abs(d)))
         raise ModelError(f"f: {f[node]:g} at node {node} is not below the critical friction 1/|d| = {1 / abs(d[node]):g}; give less of either")

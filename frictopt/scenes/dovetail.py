@@ -94,9 +94,8 @@ class Dovetail(Scene):
             raise ModelError(f"edge_length: {self.edge_length:g}; it must be at most half of flank_length = {self.flank_length:g}")
         wall = max(self._foot, self.neck_half_width + _CLEARANCE * self.lug_height)
         if not self.disc_half_width > wall or not self.disc_depth > self._slot:
-            raise ModelError(
-                f"disc_half_width, disc_depth: {self.disc_half_width:g}, {self.disc_depth:g}; the slot takes {wall:g} and {self._slot:g}, give more"
-            )
+            sizes = f"{self.disc_half_width:g}, {self.disc_depth:g}; the slot takes {wall:g}, {self._slot:g}"
+            raise ModelError(f"disc_half_width, disc_depth: {sizes}; give more")
         if not self.corner_size > SAME_POINT * max(self.disc_half_width, self.disc_depth):
             raise ModelError(f"grading: {self.grading:g}; elements at the ends are smaller than rounding, give a lower grading or fewer elements")
         across = 2 * steps(self.disc_half_width + self._foot, self.corner_size, self.growth)

@@ -131,9 +131,7 @@ class Deck(Shown):
         if odd:
             raise ModelError(f"deck: elements of type {', '.join(odd)}; give solids, {', '.join(SHAPES)} (gmsh: Mesh.SecondOrderIncomplete = 1)")
         if len(shapes) != 1:
-            raise ModelError(
-                f"deck: {'no elements' if not shapes else 'elements of several shapes, ' + ', '.join(shapes)}; give elements of one shape"
-            )
+            raise ModelError(f"deck: {'elements of several shapes, ' * bool(shapes)}{', '.join(shapes) or 'no elements'}; give elements of one shape")
         numbers, nodes = zip(*((numbers, nodes) for _, numbers, nodes in solids), strict=True)
         return shapes[0], np.concatenate(numbers), np.concatenate(nodes)
 

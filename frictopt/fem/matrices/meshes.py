@@ -74,9 +74,7 @@ def read_mesh(path: str | Path) -> Mesh:
     solids = sorted(kinds - set(PLANE) if kinds & set(SOLID) else kinds)  # faces of solids only carry names
     if len(solids) != 1 or solids[0] not in PLANE | SOLID:
         problem = f"elements {', '.join(solids)}" if solids else "no elements"
-        raise ModelError(
-            f"mesh {file.name}: {problem}; give elements of one shape, linear or quadratic: triangles, quadrilaterals, tetrahedra or hexahedra"
-        )
+        raise ModelError(f"mesh {file.name}: {problem}; give elements of one shape, linear or quadratic: {', '.join(PLANE | SOLID)}")
     elements = np.concatenate([block.data for block in found.cells if block.type == solids[0]])
     groups, names = _groups(found), found.field_data
     try:

@@ -88,9 +88,7 @@ def _pivots(R: Array, reference: int) -> Integers:
     _, triangle, order = qr(R.T, mode="economic", pivoting=True)
     sizes = np.abs(np.diag(triangle))
     if len(sizes) < R.shape[1] or sizes[-1] <= SAME_POINT * sizes[0]:
-        raise ModelError(
-            f"deck: the nodes that follow REF NODE {reference} do not determine its rotation; hold the rotation, or give nodes off a line"
-        )
+        raise ModelError(f"deck: the nodes that follow REF NODE {reference} do not determine its rotation; hold it, or give nodes off a line")
     return np.asarray(order[: R.shape[1]])
 
 
