@@ -41,7 +41,7 @@ def telling(write, pool, dying):
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # shells begin jobs in the background so that they do not hear Ctrl-C
     store, table, *pool = sys.argv[1:]
-    with ProcessPoolExecutor(2, get_context("spawn")) if pool else nullcontext() as executor:
+    with ProcessPoolExecutor(1, get_context("spawn")) if pool else nullcontext() as executor:
         Store.write = telling(Store.write, executor, pool == ["dying"])
         try:
             study(executor=executor, store=store).to_pickle(table)

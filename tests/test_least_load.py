@@ -156,15 +156,23 @@ def test_the_problem_of_the_limit_keeps_its_values(own):
     assert np.sum([np.sum(rows[name]) for name in ("no_forward_slip", "no_backward_slip")]) > 0.1
 
 
-def test_a_least_load_factor_that_is_not_the_least_is_not_accepted():
-    """Judged from both sides: more than the least is not proven by the mechanism, less has no safe slip."""
-    task = pose(TWO, PRESSING, 0.5)
-    motion = Mechanism(np.array([[-1.0, 0.0], [1.0, 0.0]]), np.array([[0.5, 0.0], [0.5, 0.0]]), task.friction)
+SOLID = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "N": [0, 0, 1], "X": [1, 0, 0]})
+TO_AND_FRO = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "X": 0.2}, {"N": 1.0, "X": -0.2}])
 
-    v = safe_set(task)
-    for load_factor, right in ((1.25, True), (1.25 * (1 + 1e-8), False), (1.25 * (1 - 1e-8), False), (1.5, False)):
-        assert (judged(v, (load_factor, np.zeros(2), motion), least=True).residual <= 1e-9) == right
-    assert judged(v, (1.25, np.zeros(2), motion)).residual == np.inf  # its drive is negative: no limit from above
+
+@pytest.mark.parametrize(
+    ("contact", "cycle", "slips", "least"),
+    [(TWO, PRESSING, [[-1.0, 0.0], [1.0, 0.0]], 1.25), (SOLID, TO_AND_FRO, [[[-1.0, 0.0]], [[1.0, 0.0]]], 1 / (1 - 0.2 / 0.5))],
+    ids=["plane", "space"],
+)
+def test_a_least_load_factor_that_is_not_the_least_is_not_accepted(contact, cycle, slips, least):
+    """Judged from both sides: more than the least is not proven by the mechanism of a node that slips to and fro, less has no safe slip."""
+    task = pose(contact, cycle, 0.5)
+    lift = 0.5 * np.abs(slips).reshape(2, contact.nodes, -1).max(axis=-1)
+    motion, v = Mechanism(np.array(slips), lift, task.friction), safe_set(task)
+    for share, right in ((1.0, True), (1 + 1e-8, False), (1 - 1e-8, False), (1.2, False)):
+        assert (judged(v, (share * least, np.zeros(contact.slip_shape), motion), least=True).residual <= 1e-9) == right
+    assert judged(v, (least, np.zeros(contact.slip_shape), motion)).residual == np.inf  # its drive is negative: no limit from above
 
 
 def test_it_costs_no_program_where_the_mean_load_is_safe():

@@ -30,7 +30,7 @@ def enumerated_work(contact, friction, factor, start, steps, cycles=2):
     return sum(work[-2:])
 
 
-@pytest.mark.parametrize(("seed", "nodes"), [(1, 1), (4, 1), (1, 2), (2, 2), (3, 2), (5, 2), (9, 3), (8, 3)])
+@pytest.mark.parametrize(("seed", "nodes"), [(1, 1), (1, 2), (3, 2), (9, 3)])
 def test_the_path_is_the_limit_of_ever_finer_increments(seed, nodes):
     """Enumeration of all statuses is first order in its step: a quarter of the step, a quarter of the error."""
     rng = np.random.default_rng(seed)

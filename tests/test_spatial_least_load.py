@@ -6,10 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits.judge import judged
-from frictopt.limits.mechanism import Mechanism
-from frictopt.limits.question import pose
-from frictopt.limits.safe_model import safe_set
 from studies.validation.fuzz.embedded import embedded
 from test_least_load import pressing_cycle
 
@@ -72,17 +68,6 @@ def test_the_interval_of_turned_contacts_of_several_nodes(seed):
     turn = np.kron([[0, 1, 0], [-1, 0, 0], [0, 0, 1]], np.eye(n))
     scaled = fo.ContactSystem(1e4 * turn @ contact.S @ turn.T, contact.points, {name: 1e3 * turn @ r for name, r in loads.items()})
     assert fo.shakedown_limit(scaled, cycle, 0.6).least == pytest.approx(limit.least, rel=1e-8, nan_ok=True)
-
-
-def test_a_least_load_factor_that_is_not_the_least_is_not_accepted():
-    """Judged from both sides, with the mechanism of a node that slips to and fro between two corners: l = 1 / (1 - 0.4 / 2 / f)."""
-    node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], UP)
-    task = pose(node, fo.LoadCycle(DOWN, [{"N": 1.0, "X": 0.2}, {"N": 1.0, "X": -0.2}]), 0.5)
-    motion, v = Mechanism(np.array([[[-1.0, 0.0]], [[1.0, 0.0]]]), np.full((2, 1), 0.5), task.friction), safe_set(task)
-    least = 1 / (1 - 0.2 / 0.5)
-    for share, right in ((1.0, True), (1 + 1e-8, False), (1 - 1e-8, False)):
-        assert (judged(v, (share * least, np.zeros((1, 2)), motion), least=True).residual <= 1e-9) == right
-    assert judged(v, (least, np.zeros((1, 2)), motion)).residual == np.inf  # its drive is negative
 
 
 def test_it_costs_no_program_where_the_mean_load_is_safe():
