@@ -252,9 +252,9 @@ BOTTOM = GOOD["held"][np.isin(GOOD["held"], ROWS[POINTS[:, 1] == -1.0])]
 BAD = {
     "K: not symmetric, K[0, 1] =": {"K": SKEW},
     "K: entries: value nan": {"K": K * np.nan},
-    "give each row to one node": {"unknowns": TWICE},
+    "of K is given twice, to nodes [": {"unknowns": TWICE},
     "is no node's; give it to a node, name it in held": {"unknowns": LONE},
-    "generalised: row 3 of K is a node's, held, or given twice": {"generalised": [3]},
+    "generalised: row 3 of K is given twice, to nodes [": {"generalised": [3]},
     "generalised: 48 at index 0; give integers from 0 to 47": {"generalised": [48]},
     "at index (0, 0); give integers from -2 to 47": {"unknowns": ROWS + 0.5},
     "unknowns: shape (4, 2), expected (24, 2)": {"unknowns": ROWS[:4]},

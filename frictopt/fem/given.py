@@ -43,14 +43,11 @@ def checked_rows(unknowns: ArrayLike, held: ArrayLike, generalised: ArrayLike, s
         whole_array(name, np.zeros(0) if len(listed(name, given)) == 0 else given, (None,), least=0, most=most)
         for name, given in (("held", held), ("generalised", generalised))
     )
-    times = np.bincount(rows[rows >= 0], minlength=most + 1)
+    times = np.bincount(np.concatenate([rows[rows >= 0], np.setdiff1d(fixed, rows), others]), minlength=most + 1)
     if times.max() > 1:
         row = int(times.argmax())
-        raise ModelError(f"unknowns: row {row} of K is that of nodes {np.argwhere(rows == row)[:2, 0].tolist()}; give each row to one node")
-    if np.isin(others, np.r_[rows.ravel(), fixed]).any() or len(np.unique(others)) != len(others):
-        row = int(others[np.argmax(np.isin(others, np.r_[rows.ravel(), fixed]))])
-        raise ModelError(f"generalised: row {row} of K is a node's, held, or given twice; give rows that are no displacement of a node, each once")
-    times[np.r_[fixed, others]] = 1
+        nodes = np.argwhere(rows == row)[:, 0].tolist()
+        raise ModelError(f"unknowns, generalised: row {row} of K is given twice, to nodes {nodes}; give it once: to a node, in held or generalised")
     if times.min() < 1:
         row = int(times.argmin())
         raise ModelError(
