@@ -196,13 +196,8 @@ def test_tables_come_from_the_studies():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", TABLES, ids=lambda path: path.stem)
-def test_tables_have_the_columns_of_the_studies(path, quick, tmp_path):
+@pytest.mark.parametrize("path", [path for path in TABLES if path.stem != "fuzz"], ids=lambda path: path.stem)  # which test_fuzz prints anyway
+def test_tables_have_the_columns_of_the_studies(path, quick):
     study = STUDIES[path.stem]
-    if path.stem == "fuzz":
-        assert study.run(["--cases", "1", "--seed", "0", "--data", str(tmp_path), "--page", str(tmp_path)]) == 0
-        said = text(tmp_path / path.name)
-    else:
-        said = study.summary(quick((*study.needs, *study.tables)))
-    made, kept = heads(said), heads(text(path))
+    made, kept = heads(study.summary(quick((*study.needs, *study.tables)))), heads(text(path))
     assert [re.sub(r"N = \d+", "N", head) for head in made] == [re.sub(r"N = \d+", "N", head) for head in kept]

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from itertools import count
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -219,6 +220,7 @@ def test_the_study_counts_what_it_finds(tmp_path, capsys):
     assert refused["cases"].sum() == table["cases"].sum() - table["answers"].sum()
     printed = capsys.readouterr().out
     assert printed.count("\n| ") == len(questions) + 1 and printed.startswith("seeds 40 to 41\n")
+    assert (Path(__file__).parents[1] / "docs" / "tables" / "fuzz.md").read_text().splitlines()[0] in printed.splitlines()
 
 
 def test_what_is_wrong_is_printed_with_its_seed_and_ends_in_an_exit_status(tmp_path, capsys, monkeypatch):
