@@ -126,7 +126,7 @@ def inside(rng, cones, depth):
 @pytest.mark.parametrize("depth", [1.0, 1e-3, 1e-9])
 @pytest.mark.parametrize("inverted", [True, False])
 def test_the_equations_of_a_step_hold_whichever_way_they_are_solved(inverted, depth, monkeypatch):
-    """Against one dense solve. By the end of a limit slacks and multipliers have spoilt the inverse, which is noticed."""
+    """Against one dense solve. By the end of this limit slacks and multipliers have spoilt the inverse, which is noticed."""
     rng, asked, honest = np.random.default_rng(4), [], interior_point._solved
     monkeypatch.setattr(interior_point, "_solved", lambda *program: asked.append(program) or honest(*program))
     fo.shakedown_limit(random_contact(rng, 12), cycle(), 0.4, solver="INTERIOR_POINT")

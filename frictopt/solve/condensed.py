@@ -18,10 +18,11 @@ from ..contact.checks import Array
 from .cones import Scaling
 
 _LONG = 0.2  # share of the unknowns from which on a row counts as dense, and of the rows from which on all nodes share an unknown
-_ROWS = 500  # rows in a part of the product, of which only the lower triangle is computed
+_ROWS = 250  # rows in a part of the product, of which only the lower triangle is computed
 _SHIFT = 1e-14  # of the diagonal, over itself, so that rounding leaves the equations a factor
 _SOFTEST = 1e-10  # added stiffness of a node, over its largest one, without which the inverse is all rounding
-_CORRECTIONS, _CORRECT = 3, 1e-13  # of the solution of the equations at most, and their error from which on none is needed
+_CORRECTIONS, _CORRECT = 5, 1e-13  # of the solution of the equations at most, and their error from which on none is needed
+_SPOILT = 1e-3, 1e-8  # errors after more than one correction, and in the end, from which on the inverse is spoilt
 
 
 class Condensed:
@@ -115,7 +116,7 @@ class Equations:
             error = max(float(np.abs(part).max(initial=0.0)) for part in (left, right, apart))
             if error <= _CORRECT * size:
                 break
-            if program.inverted and corrections == 1 and not error <= size:
+            if program.inverted and corrections > 1 and not error <= _SPOILT[corrections == _CORRECTIONS] * size:
                 program.inverted, self._step = False, _PutIn(self._weights, program.block)
                 return self.solved(u, v)
             more = self._step(left + program.transposed @ over(over(right)), apart)
