@@ -2,12 +2,14 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh, qr
+from scipy.linalg import lu_factor, lu_solve, qr
 from scipy.linalg.lapack import dpotri
 
 from ..contact.checks import Array
 from ..contact.tolerances import RIGID
 from .question import LimitQuestion
+
+_FIRST, _ITERATIONS = 8, 4  # of an inverse iteration: slips at first, twice as many where all are soft, and steps
 
 
 def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
@@ -20,9 +22,7 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     scaled, pressure = task.A / np.outer(tangent, tangent), task.B / np.outer(normal, tangent)
     idle = ~(scaled.any(axis=0) | (np.abs(pressure).max(axis=0) > RIGID))
     scaled[idle, idle] = 1.0  # what nothing feels at all, such as slip across a mirror plane, is a slide by itself, so that the others stay exact
-    soft = eigh(scaled + np.eye(len(scaled)), subset_by_value=(-np.inf, 1 + RIGID))[1]  # LAPACK may fail where zero repeats, never at one
-    values, turn = np.linalg.eigh(soft.T @ scaled @ soft)  # to their own rounding, not to that of one
-    soft = soft @ turn
+    values, soft = _softest(scaled)
     held = (values > 0) & (np.abs(pressure @ soft).max(axis=0) > RIGID)
     share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
     compliance = np.tril(dpotri(np.linalg.cholesky(scaled + soft @ soft.T), lower=1)[0])  # in which soft slips have the stiffness 1 + value
@@ -31,6 +31,21 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     rigid = np.hstack([np.linalg.qr(soft[:, ~held] / tangent[:, None])[0], np.eye(len(tangent))[:, idle]])
     compliance -= rigid @ (rigid.T @ compliance)
     return rigid, np.asarray(compliance - (compliance @ rigid) @ rigid.T)
+
+
+def _softest(stiffness: Array) -> tuple[Array, Array]:
+    """Eigenvalues up to RIGID and their eigenvectors, by inverse iteration of more slips than there are, which many small eigenvalues cannot slow."""
+    size, rng, count, stiffest = len(stiffness), np.random.default_rng(0), 0, 0.0
+    factor = lu_factor(stiffness + RIGID * np.eye(size))
+    while stiffest <= RIGID and count < size:
+        count = min(2 * count or _FIRST, size)
+        soft = rng.normal(size=(size, count))
+        for _ in range(_ITERATIONS):
+            soft = np.linalg.qr(lu_solve(factor, soft))[0]
+        values, turn = np.linalg.eigh(soft.T @ stiffness @ soft)
+        stiffest = values[-1]
+    few = values <= RIGID
+    return values[few], (soft @ turn)[:, few]
 
 
 def balanced(rigid: Array) -> tuple[NDArray[np.intp], Array]:
