@@ -122,7 +122,7 @@ TWO_SQUARES = {"punch": PLANE, "block": fo.Body(MeshQuad.init_tensor([0.0, 1.0],
     [
         ("bodies: 'punch' is plane, 'block' in space", {"bodies": {"punch": PLANE, "block": SCENE.model().bodies["block"]}}),
         ("kinematics: 'plane_stress' with bodies in space", {"kinematics": "plane_stress"}),
-        ("traction z: -1.0; body 'punch' is plane", {"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom")]}),
+        ("Traction z: -1.0; body 'punch' is plane", {"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom")]}),
         ("supports: directions 'z' of body 'block', which is plane", {"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom", "z")]}),
         (r"where: \(0.0, 0.0\); give the 3 coordinates", {"supports": [fo.Support("block", (0.0, 0.0))]}),
         (r"centre: \(0.0, 0.0\); give the 3 coordinates", {"loads": {"S": [fo.Centrifugal("punch", 1.0, centre=(0.0, 0.0))]}}),
