@@ -20,9 +20,6 @@ import frictopt as fo
 from .paper import LOADS, force_unit, slip_unit
 from .tables import Row, Study, Table, at_least_one
 
-_STEADY = 1e-6  # change of a cycle's work, relative, with which a marched cycle counts as the steady one
-_MOST_CYCLES = 200
-
 
 @dataclass(frozen=True)
 class Parameters:
@@ -130,28 +127,18 @@ def states_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
 
 
 def _steady_cycle(parameters: Parameters, case: Case, row: "pd.Series[Any]") -> pd.DataFrame:
-    """The steady cycle of one run, marched from its start for as long as it takes."""
+    """The steady cycle of one run."""
     start = next(start for start in starts_of(parameters, case, row["load_factor"]) if start.name == row["start"])
-    cycles, slip = 10, start.slip_at(case.system, LOADS, case.friction, row["load_factor"])
-    while True:
-        path = fo.march(case.system, LOADS, case.friction, row["load_factor"], initial_slip=slip, cycles=cycles)
-        change = abs(path.cycle_work[-1].sum() - row["dissipation"])
-        if change <= _STEADY * row["dissipation"]:
-            break
-        if cycles >= _MOST_CYCLES:
-            raise fo.SolverError(f"start {start.name!r}: the work of cycle {cycles} differs from the steady one by {change:g}; march longer")
-        cycles *= 2
-    corners = len(LOADS.corners)
-    steady = path.time >= (cycles - 1) * corners
-    events, nodes = int(steady.sum()), case.system.nodes
-    time = path.time[steady] - (cycles - 1) * corners
-    sigma = row["load_factor"] * np.interp(time, np.arange(corners + 1), [LOADS.corners[k - 1]["sigma"] for k in range(corners + 1)])
+    slip = start.slip_at(case.system, LOADS, case.friction, row["load_factor"])
+    path = fo.steady_state(case.system, LOADS, case.friction, row["load_factor"], initial_slip=slip).states()
+    events, nodes = path.slip.shape
+    sigma = path.amplitudes[:, list(case.system.bonded).index("sigma")]
     force = force_unit(case.system)
     unit = {"slip": slip_unit(case.system), "q": force, "p": force}
-    columns = {name: getattr(path, name)[steady].ravel() / unit[name] for name in unit}
-    each = {"time": np.repeat(time, nodes), "sigma": np.repeat(sigma, nodes), "x": np.tile(case.system.x, events)}
+    columns = {name: getattr(path, name).ravel() / unit[name] for name in unit}
+    each = {"time": np.repeat(path.time, nodes), "sigma": np.repeat(sigma, nodes), "x": np.tile(case.system.x, events)}
     same = {name: row[name] for name in ("friction", "load_ratio", "load_factor", "start", "family", "amplitude", "dissipation_scaled")}
-    return pd.DataFrame({**each, **columns, "status": path.status[steady].ravel(), "residual": path.residual}).assign(**same)
+    return pd.DataFrame({**each, **columns, "status": path.status.ravel(), "residual": path.residual}).assign(**same)
 
 
 _LOAD = {"friction": "coefficient of friction", "load_ratio": "load factor over lambda_2", "load_factor": "amplitude of sigma / (P / 2a)"}

@@ -57,11 +57,6 @@ class _Case:
         """The transient from no initial slip."""
         return fo.march(self.system, LOADS, self.friction, self.load_factor, cycles=cycles, engine=engine, steps=steps)
 
-    def sigma(self, times: Any) -> Any:
-        """Bulk stress over P / 2a at these times >= 0, in load corners visited."""
-        senses = [0.0] + [corner["sigma"] for corner in LOADS.corners] * (int(np.max(times)) // len(LOADS.corners) + 1)
-        return self.load_factor * np.interp(times, np.arange(len(senses)), senses)
-
 
 def _case(parameters: Parameters, elements: int) -> _Case:
     scene = fo.scenes.PunchOnHalfPlane(elements=elements)
@@ -117,20 +112,12 @@ def steady_cycle(parameters: Parameters) -> Iterator[Row]:
     start = (parameters.cycles - 1) * len(LOADS.corners)
     for instant in parameters.instants:
         at = start + instant
-        q, p, slip = (_between(path.time, values, at) for values in (path.q, path.p, path.slip))
+        found = (_sigma(path), path.q, path.p, path.slip)
+        sigma, q, p, slip = (np.array([np.interp(at, path.time, column) for column in values.T]) for values in found)
         state = np.searchsorted(path.time, at - 1e-9) - 1  # its status lasts until the event at or after the instant
-        part = _states(case, path, at, q, p, slip, path.status[state])
-        part.insert(0, "instant", instant)
-        part["ratio"] = np.divide(q, case.friction * p, out=np.full_like(q, np.nan), where=p > 1e-9 * np.mean(p))
-        yield part.assign(x=case.system.x / case.scene.half_width)
-
-
-def _between(times: Any, values: Any, at: float) -> Any:
-    """Values at a time between two states, linear."""
-    after = int(np.clip(np.searchsorted(times, at), 1, len(times) - 1))
-    step = times[after] - times[after - 1]
-    share = (at - times[after - 1]) / step if step > 0 else 1.0
-    return (1 - share) * values[after - 1] + share * values[after]
+        ratio = np.divide(q, case.friction * p, out=np.full_like(q, np.nan), where=p > 1e-9 * np.mean(p))
+        part = _states(case, path, at, float(sigma[0]), q, p, slip, path.status[state])
+        yield part.assign(instant=instant, ratio=ratio, x=case.system.x / case.scene.half_width)
 
 
 def corner_history(parameters: Parameters) -> Iterator[Row]:
@@ -142,19 +129,25 @@ def corner_history(parameters: Parameters) -> Iterator[Row]:
     steady = path.time >= (parameters.cycles - 1) * corners
     for node in (0, int(np.argmin(np.abs(case.system.x / case.scene.half_width - parameters.inner_x)))):
         for name, rows in (("first", first), ("steady", steady)):
-            part = _states(case, path, path.time[rows], *(values[rows, node] for values in (path.q, path.p, path.slip, path.status)))
-            part["work"] = path.work[rows, node] / work_unit(case.system)
-            yield part.assign(cycles=name, node=node, x=case.system.x[node] / case.scene.half_width)
+            found = (values[rows, node] for values in (path.q, path.p, path.slip, path.status))
+            part = _states(case, path, path.time[rows], _sigma(path)[rows, 0], *found)
+            work = path.work[rows, node] / work_unit(case.system)
+            yield part.assign(work=work, cycles=name, node=node, x=case.system.x[node] / case.scene.half_width)
 
 
-def _states(case: _Case, path: fo.results.Trajectory, times: Any, q: Any, p: Any, slip: Any, status: Any) -> pd.DataFrame:
+def _sigma(path: fo.results.Trajectory) -> Any:
+    """(T, 1) bulk stress over P / 2a."""
+    return path.amplitudes[:, [list(path.system.bonded).index("sigma")]]
+
+
+def _states(case: _Case, path: fo.results.Trajectory, times: Any, sigma: Any, q: Any, p: Any, slip: Any, status: Any) -> pd.DataFrame:
     """Columns that the two tables of the steady cycle share."""
     columns = {
         "elements": case.scene.elements,
         "friction": case.friction,
         "load_factor": case.load_factor,
         "time": times,
-        "sigma": case.sigma(times),
+        "sigma": sigma,
         "q": q / force_unit(case.system),
         "p": p / force_unit(case.system),
         "slip": slip / slip_unit(case.system),

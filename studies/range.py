@@ -20,7 +20,6 @@ from .paper import LOADS, slip_unit, work_unit
 from .tables import Row, Study, Table
 
 _INSIDE = 1e-6  # excess over the range, relative, that counts as rounding
-_SETTLED = 12  # cycles from a steady state's slip, after which the corners of its orbit are read
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def slip_of(parameters: Parameters) -> Iterator[Row]:
         if ratio <= 1:
             continue
         least = fo.shakedown_limit(case.system, LOADS, case.friction).least_slip(ratio * case.limit)
-        low, high = (_corners(case, ratio, state) for state in (span.least_state, span.most_state))
+        low, high = (_corners(state) for state in (span.least_state, span.most_state))
         yield {
             "friction": case.friction,
             "load_ratio": ratio,
@@ -101,12 +100,11 @@ def slip_of(parameters: Parameters) -> Iterator[Row]:
         }
 
 
-def _corners(case: dissipation.Case, ratio: float, state: fo.results.SteadyState) -> tuple[np.ndarray, np.ndarray]:
+def _corners(state: fo.results.SteadyState) -> tuple[np.ndarray, np.ndarray]:
     """(K, N) slips and gaps at the corners of an orbit."""
-    path = fo.march(case.system, LOADS, case.friction, ratio * case.limit, initial_slip=state.slip, cycles=_SETTLED)
-    corners = len(LOADS.corners)
-    at = [np.flatnonzero(path.time <= path.time[-1] - back)[-1] for back in range(corners - 1, -1, -1)]
-    return np.asarray(path.slip[at]), np.asarray(path.gap[at])
+    states = state.states()
+    at = [np.flatnonzero(states.time <= corner)[-1] for corner in range(1, len(LOADS.corners) + 1)]
+    return states.slip[at], states.gap[at]
 
 
 def _total(slip: np.ndarray, gap: np.ndarray) -> float:
@@ -187,13 +185,9 @@ _PROTOCOLS = {
 }
 
 
-def _table(name: str, about: str, columns: dict[str, str], compute: Any) -> Table[Parameters]:
-    return Table(name, about, columns, full=FULL, quick=QUICK, compute=compute)
-
-
-FOUND = _table("range_found", "the range found at one load", _FOUND, found_of)
-SLIP = _table("range_slip", "the least slip that is proven at one load, and that found", _SLIP, slip_of)
-PROTOCOLS = _table("range_protocols", "the load up to which the contact comes to rest after one protocol", _PROTOCOLS, protocols_of)
+FOUND = Table("range_found", "the range found at one load", _FOUND, FULL, QUICK, found_of)
+SLIP = Table("range_slip", "the least slip that is proven at one load, and that found", _SLIP, FULL, QUICK, slip_of)
+PROTOCOLS = Table("range_protocols", "the load up to which the contact comes to rest after one protocol", _PROTOCOLS, FULL, QUICK, protocols_of)
 
 
 def _summary(tables: Any) -> str:
