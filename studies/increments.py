@@ -4,8 +4,7 @@ Run with `python -m studies increments [--quick]`. Both engines that march in in
 increments is all there is to choose: no tolerance of a solver shows in the table of errors. Its column of seconds depends on the machine.
 """
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -17,10 +16,9 @@ from tqdm import tqdm
 
 import frictopt as fo
 
+from .clock import timed
 from .paper import LOADS, force_unit, slip_unit, work_unit
 from .tables import Row, Study, Table
-
-_SLOW = 2.0  # seconds; longer runs are not repeated
 
 
 @dataclass(frozen=True)
@@ -32,7 +30,7 @@ class Parameters:
     elements: tuple[int, ...] = (16, 40, 124)  # of the table of errors; all meshes have the default grading
     qp_steps: tuple[int, ...] = (2, 5, 10, 20, 40, 80)  # increments from corner to corner
     milp_steps: tuple[int, ...] = (2, 5, 10, 20)
-    repetitions: int = 3  # of a timing, except the slow ones
+    repetitions: int = 3  # of a timing at most
     cycle_elements: int = 124  # of the two tables of the steady cycle
     cycles: int = 20  # the last one of so many is the steady one
     instants: tuple[float, ...] = (0.0, 0.5, 0.75, 0.9, 1.0, 1.5, 1.75, 1.9, 2.0)  # of the cycle, in load corners visited; most slip comes late
@@ -80,7 +78,8 @@ def error_by_increments(parameters: Parameters) -> pd.DataFrame:
 
 
 def _error(parameters: Parameters, case: _Case, exact: fo.results.Trajectory, elements: int, engine: str, steps: int) -> dict[str, Any]:
-    run, seconds = _timed(partial(case.march, 2, engine, steps or None), parameters.repetitions)
+    made = timed(partial(case.march, 2, engine, steps or None), parameters.repetitions)
+    run = made.answer
     work, exact_work = (float(trajectory.cycle_work[1].sum()) for trajectory in (run, exact))
     error = np.max(np.abs(run.energy_error)) / work if engine == "path" else abs(work / exact_work - 1)
     return {
@@ -91,18 +90,8 @@ def _error(parameters: Parameters, case: _Case, exact: fo.results.Trajectory, el
         "error": float(error),
         "slip_error": float(np.max(np.abs(run.slip[-1] - exact.slip[-1])) / np.max(np.abs(exact.slip[-1]))),
         "residual": run.residual,
-        "seconds": seconds,
+        "seconds": made.seconds,
     }
-
-
-def _timed(run: Callable[[], fo.results.Trajectory], repetitions: int) -> tuple[fo.results.Trajectory, float]:
-    """Result of the run, and the median of its times."""
-    seconds: list[float] = []
-    while len(seconds) < repetitions and not any(value > _SLOW for value in seconds):
-        start = time.perf_counter()
-        trajectory = run()
-        seconds.append(time.perf_counter() - start)
-    return trajectory, float(np.median(seconds))
 
 
 def steady_cycle(parameters: Parameters) -> Iterator[Row]:
@@ -165,7 +154,7 @@ _ERROR = {
     "error": "|work / that of the exact path - 1|; for the path itself its largest energy residual / work",
     "slip_error": "largest |v - v of the exact path| at the last corner / largest |v of the exact path|",
     "residual": "largest violation of the contact law over all states",
-    "seconds": "time of two cycles without condensation, one thread: median of the repetitions, one run if it takes over 2 s",
+    "seconds": "processor time of two cycles without condensation, one thread: median of the repetitions that 2 s allow, at least one",
 }
 _SHARED = {
     "elements": "elements on the contact, default grading",

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from studies import clock
+from studies.clock import timed
 from studies.origin import machine
 from studies.validation import error_vs_time
-from studies.validation.error_vs_time import clock
-from studies.validation.error_vs_time.clock import timed
 from studies.validation.error_vs_time.methods import Method, Question, measured, not_dominated
 from studies.validation.error_vs_time.report import fronts
 

@@ -5,8 +5,8 @@ included: models are built and compiled in it. They are processor times, which o
 """
 
 import time
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -48,15 +48,6 @@ class _Scene:
     friction: Any
 
 
-@dataclass(frozen=True)
-class _Answer:
-    """A number that is the result of a computation, its residual, and what was left out."""
-
-    value: float
-    residual: float
-    left_out: tuple[str, ...]
-
-
 def _scenes(parameters: Parameters) -> list[_Scene]:
     mean, f = LOADS.mean, parameters.friction
     systems = {elements: fo.scenes.PunchOnHalfPlane(elements=elements).condense() for elements in {*parameters.elements, parameters.fine}}
@@ -75,20 +66,7 @@ def _scenes(parameters: Parameters) -> list[_Scene]:
     ]
 
 
-def _limit(scene: _Scene, parameters: Parameters, limit: float, simplify: bool) -> _Answer:
-    found = fo.shakedown_limit(scene.system, scene.cycle, scene.friction, simplify=simplify)
-    return _Answer(found.load_factor, found.residual, found.record.left_out)
-
-
-def _safe_slip(scene: _Scene, parameters: Parameters, limit: float, simplify: bool) -> _Answer:
-    found = fo.safe_slip(scene.system, scene.cycle, scene.friction, parameters.underload * limit, simplify=simplify)
-    return _Answer(found.margin, found.residual, found.record.left_out)
-
-
-_COMPUTATIONS: Mapping[str, Callable[..., _Answer]] = {
-    "shakedown limit": _limit,
-    "safe slip": _safe_slip,
-}
+_COMPUTATIONS = {"shakedown limit": "load_factor", "safe slip": "margin"}  # what is asked, and the number of its answer
 
 
 def saved(parameters: Parameters) -> pd.DataFrame:
@@ -99,18 +77,22 @@ def saved(parameters: Parameters) -> pd.DataFrame:
 
 
 def _row(scene: _Scene, name: str, parameters: Parameters) -> dict[str, Any]:
-    limit = fo.shakedown_limit(scene.system, scene.cycle, scene.friction).load_factor
+    asked = scene.system, scene.cycle, scene.friction
+    ask: Any = partial(fo.shakedown_limit, *asked)
+    if name == "safe slip":
+        ask = partial(fo.safe_slip, *asked, parameters.underload * ask().load_factor)
     seconds: dict[bool, list[float]] = {True: [], False: []}
-    answers: dict[bool, _Answer] = {}
+    answers: dict[bool, Any] = {}
     for repetition in range(parameters.repetitions + 1):  # the first one loads libraries, and does not count
         for simplify in (True, False) if repetition % 2 else (False, True):
             start = time.process_time()
-            answers[simplify] = _COMPUTATIONS[name](scene, parameters, limit, simplify)
+            answers[simplify] = ask(simplify=simplify)
             if repetition > 0:
                 seconds[simplify].append(time.process_time() - start)
         if max(seconds[False], default=0.0) > _SLOW:
             break
     lean, full = answers[True], answers[False]
+    value, kept_value = (float(getattr(answer, _COMPUTATIONS[name])) for answer in (lean, full))
     kept, left = (float(np.median(seconds[simplify])) for simplify in (False, True))
     return {
         "scene": scene.name,
@@ -120,9 +102,9 @@ def _row(scene: _Scene, name: str, parameters: Parameters) -> dict[str, Any]:
         "seconds_all": kept,
         "seconds": left,
         "saved": kept / left,
-        "difference": abs(lean.value - full.value) / (abs(full.value) or 1.0),
+        "difference": abs(value - kept_value) / (abs(kept_value) or 1.0),
         "residual": max(lean.residual, full.residual),
-        "left_out": "; ".join(lean.left_out),
+        "left_out": "; ".join(lean.record.left_out),
     }
 
 

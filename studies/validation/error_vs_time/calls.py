@@ -9,8 +9,8 @@ import pandas as pd
 
 import frictopt as fo
 
+from ...clock import timed
 from ...paper import LOADS
-from .clock import timed
 from .parameters import Parameters
 
 

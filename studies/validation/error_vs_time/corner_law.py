@@ -14,8 +14,8 @@ import pandas as pd
 import frictopt as fo
 from frictopt.reference import bonded_corner, sliding_corner_exponent
 
+from ...clock import timed
 from ...paper import LOADS
-from .clock import timed
 from .parameters import Parameters
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import frictopt as fo
 
-from .clock import timed
+from ...clock import timed
 
 EPSILON = float(np.finfo(float).eps)
 """Smallest error that is reported."""

@@ -12,9 +12,8 @@ import secrets
 import sys
 import time
 import warnings
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -48,50 +47,21 @@ FULL = Parameters()
 QUICK = Parameters(cases=100)
 
 
-@dataclass
-class _Asked:
-    """Results of one question over all cases."""
-
-    results: Counter[str] = field(default_factory=Counter)
-    compared: int = 0
-    residual: float = 0.0
-    seconds: float = 0.0
-
-
-@dataclass
-class _Found:
-    """Results of a run, by question; and for errors their number and first seed, by question, result and message."""
-
-    asked: dict[str, _Asked]
-    refused: dict[tuple[str, str, str], list[int]] = field(default_factory=dict)
-
-    def add(self, finding: Finding, seconds: float) -> None:
-        asked = self.asked[finding.check]
-        asked.results[finding.result] += 1
-        asked.compared += finding.compared
-        asked.seconds += seconds
-        if finding.result == "answer":
-            asked.residual = max(asked.residual, finding.residual)
-            return
-        wrong = finding.result == "wrong"
-        if wrong:
-            tqdm.write(f"WRONG, seed {finding.seed}, {finding.check}: {finding.text}")
-            sys.stdout.flush()  # so that a long run can be watched
-        key = finding.check, finding.result, f"{finding.text} (seed {finding.seed})" if wrong else _pattern(finding.text)
-        self.refused.setdefault(key, [0, finding.seed])[0] += 1
-
-
 @cache
-def _run(parameters: Parameters) -> _Found:
-    found = _Found({check: _Asked() for part in parameters.parts for check in PARTS[part]})
+def _run(parameters: Parameters) -> pd.DataFrame:
+    """One row per finding, with the seconds that it took."""
+    rows: list[dict[str, Any]] = []
     with threadpool_limits(1), warnings.catch_warnings():
         warnings.simplefilter("ignore", fo.ModelWarning)  # it asks odd questions on purpose
         for seed in tqdm(range(parameters.seed, parameters.seed + parameters.cases), desc="fuzzing", disable=None):
             start = time.perf_counter()
             for finding in _findings(seed, parameters.parts):
-                found.add(finding, time.perf_counter() - start)
+                rows.append({**asdict(finding), "seconds": time.perf_counter() - start})
                 start = time.perf_counter()
-    return found
+                if finding.result == "wrong":
+                    tqdm.write(f"WRONG, seed {finding.seed}, {finding.check}: {finding.text}")
+                    sys.stdout.flush()  # so that a long run can be watched
+    return pd.DataFrame(rows)
 
 
 def _findings(seed: int, parts: Sequence[str]) -> Iterator[Finding]:
@@ -105,19 +75,23 @@ def _findings(seed: int, parts: Sequence[str]) -> Iterator[Finding]:
 
 def counts(parameters: Parameters) -> pd.DataFrame:
     """One row per question."""
-    rows = []
-    for check, asked in _run(parameters).asked.items():
-        row = {"question": check, "cases": asked.results.total(), "answers": asked.results["answer"], "compared": asked.compared}
-        row |= {result: asked.results[result] for result in ("ModelError", "NoContinuation", "SolverError", "wrong")}
-        rows.append(row | {"residual": asked.residual, "seconds": asked.seconds})
-    return pd.DataFrame(rows)
+    by = _run(parameters).groupby("check")
+    table = by.agg(cases=("seed", "size"), compared=("compared", "sum"), residual=("residual", "max"), seconds=("seconds", "sum"))
+    results = ["answer", "ModelError", "NoContinuation", "SolverError", "wrong"]
+    table[results] = by["result"].value_counts().unstack().reindex(columns=results)
+    table = table.reindex([check for part in parameters.parts for check in PARTS[part]]).fillna(0.0)
+    whole = table.drop(columns=["residual", "seconds"]).astype(int)
+    return table.assign(**whole).rename(columns={"answer": "answers"}).rename_axis("question").reset_index()
 
 
 def refusals(parameters: Parameters) -> pd.DataFrame:
     """One row per question, kind of error and message without its numbers; wrong answers come first, one row each."""
-    columns = ["question", "result", "message", "cases", "seed", "residual"]
-    table = pd.DataFrame([(*key, *number, 0.0) for key, number in _run(parameters).refused.items()], columns=columns)
-    return table.sort_values(["result", "cases"], ascending=False, key=lambda c: c == "wrong" if c.name == "result" else c)
+    found = _run(parameters).query("result != 'answer'").rename(columns={"check": "question"})
+    own = found["text"] + " (seed " + found["seed"].astype(str) + ")"
+    found["message"] = own.where(found["result"] == "wrong", found["text"].map(_pattern))
+    table = found.groupby(["question", "result", "message"], sort=False).agg(cases=("seed", "size"), seed=("seed", "first")).reset_index()
+    table = table.sort_values(["result", "cases"], ascending=False, key=lambda c: c == "wrong" if c.name == "result" else c)
+    return table.assign(residual=0.0)
 
 
 def _pattern(message: str) -> str:
@@ -172,7 +146,7 @@ class _Random(Study):
         parameters = Parameters(cases, seed, (options.only,) if options.only else tuple(PARTS))
         print(f"seeds {seed} to {seed + cases - 1}")
         status = Study.run(replace(self, tables=[replace(table, full=parameters, quick=parameters) for table in self.tables]), argv)
-        return status or int(any(asked.results["wrong"] for asked in _run(parameters).asked.values()))
+        return status or int((_run(parameters)["result"] == "wrong").any())
 
 
 STUDY = _Random("studies.validation.fuzz", __doc__, "few cases, in seconds", (COUNTS, REFUSALS), summary=lambda tables: short(tables[COUNTS.name]))
