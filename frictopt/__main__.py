@@ -147,9 +147,7 @@ def _study(asked: argparse.Namespace) -> None:
     print(table.groupby(["friction", "load_factor", "outcome"]).size().rename("runs").reset_index().to_string(index=False))
     print(f"kept in {store}")
     if asked.shard is None:
-        from .plots.picture import Runs
-
-        _written(asked.table or files.get("table"), asked.picture or files.get("picture"), table, Runs(table))
+        _written(asked.table or files.get("table"), asked.picture or files.get("picture"), table, table)
 
 
 def _merge(asked: argparse.Namespace) -> None:

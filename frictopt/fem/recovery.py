@@ -116,7 +116,7 @@ class BodyFields(Shown, Plotted):
         See `plot` for the argument and what may be raised.
         """
         factor = None if scale is None else finite_number("scale", scale, least=0.0)
-        return import_module("frictopt.plots.draw").draw(import_module("frictopt.plots.picture").Deformed(self, factor), ax)
+        return import_module("frictopt.plots.draw").draw(self, ax, "deformed", enlarged=factor)
 
     def vector(self, body: str) -> tuple[Any, Array]:
         """The displacement of a body as scikit-fem has it: the basis of its vector element, and the vector of its degrees of freedom.

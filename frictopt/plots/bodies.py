@@ -16,7 +16,7 @@ from ..errors import ModelError
 from ..fem import Body, BodyFields, ContactModel, Pressure, Traction
 from ..fem.ordering import Integers
 from ..scenes.scene import Scene
-from .picture import Deformed, picture
+from .picture import picture
 from .style import BLACK, GREY, legend, new_axes, series
 
 AnyAxes: TypeAlias = Any  # of matplotlib, in the plane or in space
@@ -102,15 +102,13 @@ def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
     return axes
 
 
-@picture.register
-def _deformed(wanted: Deformed, ax: AnyAxes | None = None) -> AnyAxes:
+def deformed(fields: BodyFields, ax: AnyAxes | None = None, enlarged: float | None = None) -> AnyAxes:
     """Each body in its colour under its displacements, in space its surface; in grey its outline as it was."""
-    fields = wanted.fields
     ends = _ends(fields.bodies)
     in_space, size = ends.shape[1] == 3, float((ends[1] - ends[0]).max())
     axes = _axes(ax, in_space)
     largest = max(float(np.linalg.norm(u, axis=0).max()) for u in fields.displacement.values())
-    scale = (0.1 * size / largest if largest > 0 else 1.0) if wanted.scale is None else wanted.scale
+    scale = (0.1 * size / largest if largest > 0 else 1.0) if enlarged is None else enlarged
     for number, (name, body) in enumerate(fields.bodies.items()):
         if not in_space:
             draw_edges(axes, body.mesh, body.mesh.boundary_facets(), color=GREY, lw=0.8, zorder=0.4, label="as it was" if number == 0 else None)

@@ -1,12 +1,13 @@
 """The door to all pictures, which needs no matplotlib before the first of them."""
 
+from collections.abc import Callable
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import ModelError
-from .picture import Runs, picture
+from .picture import picture
 
 if TYPE_CHECKING:  # matplotlib need not be installed
     from matplotlib.axes import Axes
@@ -17,8 +18,10 @@ if TYPE_CHECKING:  # matplotlib need not be installed
 _NEEDED = ("friction", "friction_std", "friction_number", "load_factor", "load_ratio", "family", "outcome", "dissipation")
 
 
-def draw(result: object, ax: "Axes | AxesArray | None" = None) -> "Axes | AxesArray":
+def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", **options: object) -> "Axes | AxesArray":
     """Draw a result in the given axes, which keep their style, or in those of a new figure, and return the axes.
+
+    Its picture, or another `kind`: the "status" of the nodes of a trajectory, or fields in "deformed" bodies.
 
     Raises
     ------
@@ -35,15 +38,16 @@ def draw(result: object, ax: "Axes | AxesArray | None" = None) -> "Axes | AxesAr
     from .style import name_units, screen
 
     with nullcontext() if ax is not None else screen():
-        drawn = picture(result, ax)
+        pictures: dict[str, Callable[..., Axes | AxesArray]] = {"": picture, "status": status.node_status, "deformed": bodies.deformed}
+        drawn = pictures[kind](result, ax, **options)
     name_units(np.ravel(np.asarray(drawn, dtype=object))[0], _units(result))
     return drawn
 
 
 def _units(result: object) -> str | None:
     """The units of a result, those of its system or of what it holds; None if they are not known."""
-    if isinstance(result, Runs):
-        known: str | None = result.table.attrs.get("units")
+    if hasattr(result, "attrs"):  # a table
+        known: str | None = result.attrs.get("units")
         return known
     for name in ("units", "system", "limit", "least_state"):
         if (part := getattr(result, name, None)) is not None:
@@ -86,4 +90,4 @@ def plot_study(table: "Table", ax: "Axes | None" = None) -> "Axes | AxesArray":
     """
     if any(name not in getattr(table, "columns", ()) for name in _NEEDED):
         raise ModelError(f"table: give the DataFrame of dissipation_study, with the columns {', '.join(_NEEDED)}")
-    return draw(Runs(table), ax)
+    return draw(table, ax)

@@ -17,7 +17,6 @@ from ..fem.ordering import Integers
 from ..transients import Trajectory
 from .along import label_contacts, parts
 from .loops import corners_visited
-from .picture import Status, picture
 from .spatial import places_of
 from .style import BLACK, FACE, GREY, SERIES, equals, legend, name_units, new_axes, screen
 
@@ -27,10 +26,8 @@ _MOST_FRAMES = 1000
 _PER_SECOND = 12
 
 
-@picture.register
-def _status(wanted: Status, ax: Axes | None = None) -> Axes:
+def node_status(states: Trajectory, ax: Axes | None = None) -> Axes:
     """Stick, slip and open of each node (across) over the corners visited (upwards); in space the nodes by number."""
-    states = wanted.states
     (axes,) = new_axes(ax)
     system, done = states.system, states.status[:-1] if states.engine == "path" else states.status[1:]
     across, groups = (system.x, parts(system)) if system.tangents == 1 else (np.arange(system.nodes, dtype=float), [("", slice(None))])

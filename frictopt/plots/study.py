@@ -1,17 +1,17 @@
 """Picture of a study of many transients."""
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 
-from .picture import Runs, picture
+from .picture import picture
 from .style import BLACK, SERIES, legend, new_axes, series
 
 
 @picture.register
-def _study(study: Runs, ax: Axes | None = None) -> Axes:
+def _study(table: pd.DataFrame, ax: Axes | None = None) -> Axes:
     """Steady dissipation against the load, over a finite lambda_2; a look for each family of starts, a colour for each of several frictions."""
     (axes,) = new_axes(ax)
-    table = study.table
     runs = table[table["outcome"] != "FAILED"]
     slips = runs["dissipation"] > 0
     low, high = (runs.loc[slips, "dissipation"].min() / 3, runs.loc[slips, "dissipation"].max() * 3) if slips.any() else (0.1, 10.0)

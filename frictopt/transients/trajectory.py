@@ -223,7 +223,7 @@ class Trajectory(Shown, Plotted):
 
     def plot_status(self, ax: Any = None) -> Any:
         """Draw what each node does, stick, slip or open, over place and time; see `plot` for the argument and what may be raised."""
-        return import_module("frictopt.plots.draw").draw(import_module("frictopt.plots.picture").Status(self), ax)
+        return import_module("frictopt.plots.draw").draw(self, ax, "status")
 
     def animate(self, path: "str | Path", frames: int = 48) -> None:
         """Write an animation: the shear within its bounds of friction, in space the shear on the face; each node in the colour of what it does.
