@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.histories.guarantee import _from_its_middle
+from frictopt.histories.guarantee import from_its_middle
 from frictopt.limits.judge import judged
 from frictopt.limits.mechanism import Mechanism
 from frictopt.limits.question import pose
@@ -215,7 +215,7 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
     if limit.load_factor > 1.001 * least:
         for share in (0.02, 0.5):
             load_factor = least + share * (min(limit.load_factor, 3 * least) - least)
-            about, slip = _from_its_middle(cycle, load_factor), rng.normal(size=nodes) * 10 ** rng.uniform(-2, 0.5)
+            about, slip = from_its_middle(cycle, load_factor), rng.normal(size=nodes) * 10 ** rng.uniform(-2, 0.5)
             steady = fo.steady_state(contact, about, f, 1.0, initial_slip=slip)
             if steady.outcome is not fo.Outcome.SHAKEDOWN:
                 path = fo.march(contact, about, f, 1.0, initial_slip=steady.slip, cycles=2)
@@ -223,7 +223,7 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
     elif largest > 1.001 * least:
         at, slip = limit.witness_above_least(1.05 * least)
         assert least < at <= 1.05 * least and "at any load factor next above" in limit.reason
-        ends = [_from_its_middle(cycle, least + share * (at - least)) for share in (0.9, 1.1)]
+        ends = [from_its_middle(cycle, least + share * (at - least)) for share in (0.9, 1.1)]
         assert fo.Outcome.CYCLIC_SLIP in [fo.steady_state(contact, about, f, 1.0, initial_slip=slip).outcome for about in ends]
         assert limit.verify(starts=4, moved=0).persists
         with pytest.raises(fo.ModelError, match=r"most: .* it must be finite and above"):

@@ -158,26 +158,20 @@ def _starts(
 
 
 def _run(cycle: LoadCycle, limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array) -> dict[str, str | float]:
-    outcome, dissipation, cycles, residual = NO_OUTCOME, np.nan, 0, np.nan
-    try:
-        steps = None if limit.system.tangents == 1 else _STEPS
-        steady = steady_state(
-            limit.system, _from_its_middle(cycle, load_factor), limit.friction, 1.0, **_begin(limit, load_factor, slip), steps=steps
-        )
-        dissipation, cycles, residual = steady.dissipation, steady.cycles, steady.residual
-        outcome = steady.outcome.name if steady.work_error < 1 else NO_OUTCOME  # slip that has nearly died out has no work beside its error
-    except NoContinuation:
-        pass
-    return {
+    row: dict[str, str | float] = {
         "load_factor": load_factor,
         "share": load_factor / limit.load_factor if limit.load_factor > 0 else np.inf,
         "start": kind,
         "moved": float(np.abs(slip - limit.slip).max() / size) if "witness" in kind else np.nan,
-        "outcome": outcome,
-        "dissipation": dissipation,
-        "cycles": cycles,
-        "residual": residual,
     }
+    asked, steps = (limit.system, from_its_middle(cycle, load_factor), limit.friction, 1.0), None if limit.system.tangents == 1 else _STEPS
+    try:
+        steady = steady_state(*asked, **_begin(limit, load_factor, slip), steps=steps)
+    except NoContinuation:
+        return row | {"outcome": NO_OUTCOME, "dissipation": np.nan, "cycles": 0, "residual": np.nan}
+    known = steady.work_error < 1  # slip that has nearly died out has no work beside its error
+    found = {name: getattr(steady, name) for name in ("dissipation", "cycles", "residual")}
+    return row | {"outcome": steady.outcome.name if known else NO_OUTCOME, **found}
 
 
 def _begin(limit: GuaranteedLimit, load_factor: float, slip: Array) -> dict[str, Any]:
@@ -192,7 +186,7 @@ def _begin(limit: GuaranteedLimit, load_factor: float, slip: Array) -> dict[str,
     return {"initial_state": ContactState(v, w.clip(0.0), *bonded)} if held else {"initial_slip": v}
 
 
-def _from_its_middle(cycle: LoadCycle, load_factor: float) -> LoadCycle:
+def from_its_middle(cycle: LoadCycle, load_factor: float) -> LoadCycle:
     """The same corners at that load factor, as a cycle with factor 1 about the mean of its corners."""
     corners = cycle.at(load_factor)
     names = sorted({name for loads in corners for name in loads})

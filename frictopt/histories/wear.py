@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +15,7 @@ from ..contact.progress import bar_of
 from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation, SolverError
 from ..transients import SteadyState, steady_state
-from .wear_history import WORN_IN, WearHistory, WornRow
+from .wear_history import WORN_IN, WearHistory, worn_row
 
 _GAMMA = 1 - 1 / np.sqrt(2)  # the jumps then damp without oscillation what changes fast
 _FAR = 1e6  # cycles, in units of the time in which the stiffest node wears its pressure off, after which a rate that is left never changes
@@ -146,13 +147,13 @@ class Course:
     steady: SteadyState
     cycles: float = 0.0
     length: float = field(init=False)
-    rows: list[WornRow] = field(init=False)
+    rows: list[dict[str, Any]] = field(init=False)
     started: float = field(default_factory=perf_counter)
 
     def __post_init__(self) -> None:
         fastest = float((self.damping(self.steady) * np.diag(self.steady.system.C)).max())
         self.length = float(np.sqrt(self.tolerance)) / fastest if fastest > 0 else np.inf
-        self.rows = [WornRow.of(self.steady, 0.0)]
+        self.rows = [worn_row(self.steady, 0.0)]
 
     def rate(self, steady: SteadyState) -> Array:
         """(N,) depth per cycle."""
@@ -174,7 +175,7 @@ class Course:
 
     def jump(self, most: float) -> None:
         """The next jump, as long as the tolerance allows, to `most` cycles in all."""
-        begun, n = self.rows[0].gap, len(self.per_work)
+        begun, n = self.rows[0]["gap"], len(self.per_work)
         rate, damping = self.rate(self.steady), self.damping(self.steady)[:, None] * self.steady.system.C
         for _ in range(_FAILURES):
             cycles = min(self.cycles + self.length, most)
@@ -187,13 +188,13 @@ class Course:
             self.length = length * float(np.clip(_SAFE / np.sqrt(error), _LEAST, _MOST)) if error > 0 else length * _MOST
             if error <= 1:
                 self.steady, self.cycles = self.after(h), cycles
-                self.rows.append(WornRow.of(self.steady, self.cycles))
+                self.rows.append(worn_row(self.steady, self.cycles))
                 return
         raise SolverError(f"wear: after {self.cycles:.6g} cycles a jump of {length:.1e} is too long for the tolerance {self.tolerance:g}; allow more")
 
     def ended(self, most: float) -> str:
         """Why the history ends here, in words; empty where it goes on."""
-        work, largest, rate = self.steady.dissipation, max(row.work for row in self.rows), self.rate(self.steady)
+        work, largest, rate = self.steady.dissipation, max(row["work"] for row in self.rows), self.rate(self.steady)
         if work == 0:
             return "worn in: the contact slips no more" if largest > 0 else "the contact does not slip, and does not wear"
         if not rate.any():

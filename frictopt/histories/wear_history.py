@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
@@ -18,35 +18,21 @@ WORN_IN = 1e-3
 """Work of friction per cycle, over its largest, from which on a contact counts as worn in."""
 
 
-class WornRow(NamedTuple):
-    """A contact after so many cycles: see the table and the arrays of `WearHistory`."""
-
-    cycles: float
-    work: float
-    gap: Array
-    pressure: Array
-    slipping: int
-    stick_width: float
-    outcome: str
-    residual: float
-
-    @classmethod
-    def of(cls, steady: SteadyState, cycles: float) -> Self:
-        """The contact in its steady state."""
-        system, state, n = steady.system, steady.state, steady.system.nodes
-        assert system.width is not None
-        p = state.bonded_p + (system.S @ joined(state.slip, state.gap - system.gap))[-n:]
-        sticks = ~(steady.slipping | steady.open)
-        return cls(
-            cycles=cycles,
-            work=steady.dissipation,
-            gap=system.gap,
-            pressure=np.where(state.gap > 0, 0.0, p) / system.width,
-            slipping=int(steady.slipping.sum()),
-            stick_width=float(system.width[sticks].sum()),
-            outcome=steady.outcome.name,
-            residual=steady.residual,
-        )
+def worn_row(steady: SteadyState, cycles: float) -> dict[str, Any]:
+    """A contact in its steady state after so many cycles: see the table and the arrays of `WearHistory`."""
+    system, state, n = steady.system, steady.state, steady.system.nodes
+    assert system.width is not None
+    p = state.bonded_p + (system.S @ joined(state.slip, state.gap - system.gap))[-n:]
+    return {
+        "cycles": cycles,
+        "work": steady.dissipation,
+        "gap": system.gap,
+        "pressure": np.where(state.gap > 0, 0.0, p) / system.width,
+        "slipping": int(steady.slipping.sum()),
+        "stick_width": float(system.width[~(steady.slipping | steady.open)].sum()),
+        "outcome": steady.outcome.name,
+        "residual": steady.residual,
+    }
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,20 +76,19 @@ class WearHistory(Recorded, Plotted):
     _table: pd.DataFrame
 
     @classmethod
-    def of(cls, rows: Sequence[WornRow], steady: SteadyState, reason: str, seconds: float) -> Self:
+    def of(cls, rows: Sequence[Mapping[str, Any]], steady: SteadyState, reason: str, seconds: float) -> Self:
         """The history of these contacts, the first one unworn."""
-        gap = np.array([row.gap for row in rows])
-        depth, columns = gap - gap[0], [row._asdict() for row in rows]
-        table = pd.DataFrame(columns)[["cycles", "work", "slipping", "stick_width", "outcome"]]
+        gap, pressure = (np.array([row[name] for row in rows]) for name in ("gap", "pressure"))
+        depth = gap - gap[0]
+        table = pd.DataFrame(rows)[["cycles", "work", "slipping", "stick_width", "outcome"]]
         table.insert(2, "largest_depth", depth.max(axis=1))
         table.insert(3, "volume", depth @ steady.system.width)
-        residual = max(row.residual for row in rows)
         return cls(
             steady=steady,
             depth=frozen(depth),
-            pressure=frozen([row.pressure for row in rows]),
+            pressure=frozen(pressure),
             reason=reason,
-            record=SolveRecord(steady.record.solver, (), residual, (), seconds),
+            record=SolveRecord(steady.record.solver, (), max(row["residual"] for row in rows), (), seconds),
             _table=table,
         )
 

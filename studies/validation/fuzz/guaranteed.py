@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import frictopt as fo
+from frictopt.histories.guarantee import from_its_middle
 
 from .. import oracles
 from ..lower_bound import lower_bound
@@ -107,7 +108,7 @@ def _above(known: Known, limit: fo.results.GuaranteedLimit) -> float:
 
 def _lifts_off(known: Known, load_factor: float, start: Any) -> bool:
     """Whether nodes open in the steady state that a start comes to."""
-    system, cycle, friction = known.case.system, _about_its_middle(known, load_factor), known.case.friction
+    system, cycle, friction = known.case.system, from_its_middle(known.case.cycle, load_factor), known.case.friction
     steady = fo.steady_state(system, cycle, friction, 1.0, initial_slip=start)
     path = fo.march(system, cycle, friction, 1.0, initial_slip=steady.slip, cycles=4)
     return bool(path.gap[path.time > 3 * len(cycle.corners)].max() > 1e-9 * known.length)
@@ -124,17 +125,7 @@ def _persists_next_to(known: Known, limit: fo.results.GuaranteedLimit, load_fact
         slip = oracles.on_both_bounds(*known.args, load_factor, limit.node, limit.corners)
         for next_to in (0.9, 1.1) if slip is not None else ():  # if the load presses the contact, less load can be worse
             with suppress(fo.NoContinuation):
-                cycle = _about_its_middle(known, next_to * load_factor)
+                cycle = from_its_middle(known.case.cycle, next_to * load_factor)
                 if fo.steady_state(known.case.system, cycle, known.case.friction, 1.0, initial_slip=slip).outcome is not fo.Outcome.SHAKEDOWN:
                     return True
     return False
-
-
-def _about_its_middle(known: Known, load_factor: float) -> fo.LoadCycle:
-    """The cycle at that load factor, with the mean of its corners as mean load: a safe slip sticks there, as it may not at the mean load."""
-    corners, cases = known.case.cycle.corners, ("a", "b")
-    middle = {name: float(np.mean([corner[name] for corner in corners])) for name in cases}
-    return fo.LoadCycle(
-        {"mean": 1.0} | {name: load_factor * middle[name] for name in cases},
-        [{name: load_factor * (corner[name] - middle[name]) for name in cases} for corner in corners],
-    )
