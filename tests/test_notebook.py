@@ -1,8 +1,6 @@
 """Pictures in a notebook: each cell shows its own, and so do the cells of the user after them."""
 
 import pytest
-from nbclient import NotebookClient
-from nbformat.v4 import new_code_cell, new_notebook
 
 CELLS = (
     """import frictopt as fo
@@ -17,6 +15,9 @@ first = fo.onset(rod, cycle, 0.5).plot();""",
 
 @pytest.mark.filterwarnings("ignore:Proactor event loop:RuntimeWarning")  # of zmq on Windows
 def test_each_of_four_pictures_is_shown_below_its_own_cell():
+    from nbclient import NotebookClient  # here, for it takes seconds
+    from nbformat.v4 import new_code_cell, new_notebook
+
     done = NotebookClient(
         new_notebook(cells=[new_code_cell(cell) for cell in CELLS]), kernel_name="python3", timeout=300, startup_timeout=300
     ).execute()
