@@ -293,7 +293,7 @@ FAULTS = (
           "off = max(slack_forward, slack_backward)", "path_exact"),
     Fault("transients/cycles.py", "one state tells the fixed point of a curved map", "if same and closer and", "if closer and",
           "spatial_cycles"),
-    Fault("transients/exact/kernel.py", "work by the pressure before", "0.5 * (before + state.r[nodes + node])", "before",
+    Fault("transients/exact/kernel.py", "work by the pressure before", "0.5 * (before + r[nodes + node])", "before",
           "path_exact work_of_friction"),
     Fault("transients/exact/kernel.py", "work by six tenths of the two pressures", "f[node] * 0.5 * (before", "f[node] * 0.6 * (before",
           "path_exact"),

@@ -6,12 +6,23 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numba import njit
 
 import frictopt as fo
 from frictopt.transients.exact import kernel as act
 from frictopt.transients.exact.rate import RateProblem, _lemke, find_rates, rate_problem
 from paths import followed
 from systems import random_system
+
+
+@njit  # the kernel's own functions cannot be called from Python
+def change_statuses(S, f, status, active, wanted):
+    return act.change_statuses(S, f, status, active, wanted)
+
+
+@njit
+def solve_rates(S, active, state):
+    act.solve_rates(S, active, state)
 
 
 def stiffness_of(S, active):
@@ -29,15 +40,10 @@ def test_the_inverse_follows_any_sequence_of_changes(seed, nodes):
     rng = np.random.default_rng(seed)
     S = np.ascontiguousarray(random_system(rng, nodes).S)
     f = rng.uniform(0.0, 0.6, nodes)
-    active, status = act.new_active_set(nodes), np.zeros(nodes, dtype=int)
+    active, status = act.new_active_set(nodes), np.zeros(nodes, dtype=np.int8)
     for _ in range(40):
-        node = int(rng.integers(nodes))
-        if status[node]:
-            act.deactivate(active, node)
-            status[node] = 0
-        else:
-            status[node] = rng.choice([1, -1, 2])
-            assert act.activate(S, f, active, node, status[node]) != 0.0
+        wanted = np.where(rng.random(nodes) < 0.3, rng.choice([0, 1, -1, 2], size=nodes), status).astype(np.int8)
+        assert change_statuses(S, f, status, active, wanted) != 0.0 and (status == wanted).all()
     n = active.size[0]
     assert n == (status != 0).sum() + (status == 2).sum()
     assert np.allclose(active.inverse[:n, :n] @ stiffness_of(S, active), np.eye(n), atol=1e-9)
@@ -49,11 +55,12 @@ def test_rates_obey_the_equation_of_each_status(seed, nodes):
     rng = np.random.default_rng(seed)
     S = np.ascontiguousarray(random_system(rng, nodes).S)
     f, load_rate = rng.uniform(0.0, 0.6, nodes), rng.normal(size=2 * nodes)
-    active, status = act.new_active_set(nodes), rng.choice([0, 1, -1, 2], size=nodes)
-    for node in np.flatnonzero(status):
-        act.activate(S, f, active, node, status[node])
-    u, r = np.empty(2 * nodes), np.empty(2 * nodes)
-    act.solve_rates(S, active, load_rate, u, r)
+    active, status = act.new_active_set(nodes), rng.choice([0, 1, -1, 2], size=nodes).astype(np.int8)
+    state = act.new_state(np.zeros(2 * nodes), np.zeros(2 * nodes), np.zeros(nodes))
+    state.load_rate[:] = load_rate
+    change_statuses(S, f, state.status, active, status)
+    solve_rates(S, active, state)
+    u, r = state.u_rate, state.r_rate
     v, w, q, p = u[:nodes], u[nodes:], r[:nodes], r[nodes:]
     assert np.allclose(r, load_rate + S @ u)
     assert not v[status == 0].any() and not w[status != 2].any()

@@ -1,10 +1,17 @@
 """Where the rates are not the only ones a path may go one way or another: then it says so."""
 
 import numpy as np
+from numba import njit
 
 import frictopt as fo
-from frictopt.transients.exact.kernel import new_proof, new_state, prove
+from frictopt.transients.exact import kernel
+from frictopt.transients.exact.kernel import new_proof, new_state
 from systems import mirrored, odd
+
+
+@njit  # the kernel's own functions cannot be called from Python
+def prove(S, f, state, force, proof):
+    return kernel.prove(S, f, state, force, proof)
 
 
 def strongly_coupled(rng, nodes):

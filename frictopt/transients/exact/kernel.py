@@ -31,7 +31,7 @@ SETTLED, UNSETTLED, NOT_UNIQUE = 0, 1, 2
 DONE, STALLED, FULL = SETTLED, 3, 4
 """Results of `follow`, besides `UNSETTLED` and `NOT_UNIQUE`: end of the segment; too many events; the record is full."""
 
-_ROUNDING, _CONDENSATION = 1e-12, 1e-10  # copies of `frictopt.contact.tolerances`; a test compares them
+_ROUNDING, _CONDENSATION, _NO_DRIVE = 1e-12, 1e-10, 1e-15  # copies of `frictopt.contact.tolerances`; a test compares them
 AT_BOUND = 10 * _ROUNDING
 """Slack of a node, over its friction bound and a thousandth of the force scale, below which the node is at its bound."""
 
@@ -60,6 +60,10 @@ class State(NamedTuple):
         (N,) way slid so far while closed.
     supplied
         (1,) work of the loads so far: minus the integral of the bonded reactions over u.
+    u_rate, r_rate, load_rate
+        (2N,) rates of u and r, and of the bonded reactions.
+    wanted
+        (N,) statuses that agree with the signs of the rates.
     counted
         (N,) statuses at the last update of the signature.
     trace
@@ -74,6 +78,10 @@ class State(NamedTuple):
     work: np.ndarray
     slid: np.ndarray
     supplied: np.ndarray
+    u_rate: np.ndarray
+    r_rate: np.ndarray
+    load_rate: np.ndarray
+    wanted: np.ndarray
     counted: np.ndarray
     trace: np.ndarray
 
@@ -93,6 +101,8 @@ class ActiveSet(NamedTuple):
         (2N,) position of each entry of `[v, w]` among the unknowns; -1 if it is not an unknown.
     inverse
         (2N, 2N) the inverse; the leading (n, n) block is in use.
+    left, right, column
+        (2N,) room for the border of a new unknown.
     """
 
     size: np.ndarray
@@ -100,6 +110,9 @@ class ActiveSet(NamedTuple):
     weight: np.ndarray
     place: np.ndarray
     inverse: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+    column: np.ndarray
 
 
 class Proof(NamedTuple):
@@ -137,15 +150,13 @@ class Record(NamedTuple):
 
 def new_active_set(nodes: int) -> ActiveSet:
     """An empty active set."""
-    whole = 2 * nodes
-    return ActiveSet(
-        np.zeros(1, dtype=np.int64), np.zeros(whole, dtype=np.int64), np.zeros(whole), np.full(whole, -1, dtype=np.int64), np.zeros((whole, whole))
-    )
+    return ActiveSet(*new_proof(nodes), np.zeros(2 * nodes), np.zeros(2 * nodes), np.zeros(2 * nodes))
 
 
 def new_proof(nodes: int) -> Proof:
     """An empty proof."""
-    return Proof(*new_active_set(nodes))
+    whole, one = 2 * nodes, np.zeros(1, dtype=np.int64)
+    return Proof(one, np.zeros(whole, dtype=np.int64), np.zeros(whole), np.full(whole, -1, dtype=np.int64), np.zeros((whole, whole)))
 
 
 def new_record(rows: int, nodes: int) -> Record:
@@ -163,6 +174,7 @@ def new_record(rows: int, nodes: int) -> Record:
 _OPTIONS = {
     "error_model": "numpy",
     "no_cfunc_wrapper": True,
+    "no_rewrites": True,
     "fastmath": {"reassoc", "contract"},
 }  # sums in any order take a tenth of the time
 
@@ -177,6 +189,9 @@ def _entry_point(function):
 
 _inner = njit(no_cpython_wrapper=True, **_OPTIONS)
 """Of functions that compiled code alone calls: what would let Python call them takes a fifth of the compilation."""
+
+_once = njit(no_cpython_wrapper=True, inline="always", **_OPTIONS)
+"""Of functions that one other calls: each that is compiled by itself is optimised again in all that lead to it, which takes a third of it all."""
 
 
 # --- 1. The active set -------------------------------------------------------------------------------------------------------
@@ -193,16 +208,15 @@ def _equation(S, row, factor, column):
 
 
 @_inner
-def _border(S, active, new, factor, left, right):
+def _border(S, active, new, factor):
     """Row (`left`) and column (`right`) of a new unknown, multiplied by the inverse; returns the pivot (Schur complement)."""
-    n = active.size[0]
-    inverse = active.inverse
-    column = np.empty(n)
+    n, unknown, inverse = active.size[0], active.unknown, active.inverse
+    left, right, column = active.left, active.right, active.column
     for a in range(n):
         left[a] = 0.0
-        column[a] = _equation(S, active.unknown[a], active.weight[a], new)
+        column[a] = _equation(S, unknown[a], active.weight[a], new)
     for a in range(n):
-        entry = _equation(S, new, factor, active.unknown[a])
+        entry = _equation(S, new, factor, unknown[a])
         for b in range(n):
             left[b] += entry * inverse[a, b]
     pivot = _equation(S, new, factor, new)
@@ -215,15 +229,13 @@ def _border(S, active, new, factor, left, right):
     return pivot
 
 
-@_inner
+@_once
 def _append(S, active, new, factor):
-    n = active.size[0]
-    left, right = np.empty(n), np.empty(n)
-    pivot = _border(S, active, new, factor, left, right)
+    pivot = _border(S, active, new, factor)
     share = pivot / S[new, new] if S[new, new] > 0.0 else 0.0
     if abs(share) <= _PIVOT:
         return 0.0
-    inverse = active.inverse
+    n, inverse, left, right = active.size[0], active.inverse, active.left, active.right
     for a in range(n):
         scaled = right[a] / pivot
         for b in range(n):
@@ -258,54 +270,47 @@ def _remove(active, old):
 
 
 @_inner
-def _clear(active):
+def _clear(size, unknown, place):
     """Remove all unknowns of an active set or of a proof."""
-    for a in range(active.size[0]):
-        active.place[active.unknown[a]] = -1
-    active.size[0] = 0
-
-
-@njit(**_OPTIONS)
-def activate(S, f, active, node, status):
-    """Let a sticking node slip or open.
-
-    Returns the smallest pivot over the own stiffness of its unknown. If that is zero, the rates are not unique: returns 0, and the node still sticks.
-    """
-    nodes = S.shape[0] // 2
-    if status != OPEN:
-        return _append(S, active, node, status * f[node])
-    first = _append(S, active, nodes + node, 0.0)
-    if first == 0.0:
-        return 0.0
-    second = _append(S, active, node, 0.0)
-    if second == 0.0:
-        _remove(active, nodes + node)
-        return 0.0
-    return min(first, second)
-
-
-@njit(**_OPTIONS)
-def deactivate(active, node):
-    """Make a slipping or open node stick."""
-    nodes = len(active.unknown) // 2
-    _remove(active, node)
-    if active.place[nodes + node] >= 0:
-        _remove(active, nodes + node)
+    for a in range(size[0]):
+        place[unknown[a]] = -1
+    size[0] = 0
 
 
 @_inner
-def pivot_share(S, f, active, node, status):
-    """Pivot of a sticking node if it slipped, over its own stiffness; if it is not positive, both slip and stick may obey the law."""
-    n = active.size[0]
-    left, right = np.empty(n), np.empty(n)
-    return _border(S, active, node, status * f[node], left, right) / S[node, node] if S[node, node] > 0.0 else 0.0
+def change_statuses(S, f, status, active, wanted):
+    """Give the nodes the statuses wanted: first those that stick from now on, so that the active set is smaller for the others.
+
+    Returns the smallest pivot over the own stiffness of its unknown. If that is zero, the rates are not unique: returns 0, and that node sticks.
+    """
+    nodes, least, unique = len(f), np.inf, True
+    for leaving in range(2):
+        for node in range(nodes):
+            now = wanted[node]
+            if now == status[node] or (now == STICK) != (leaving == 0):
+                continue
+            for unknown in range(node, 2 * nodes, nodes):
+                if active.place[unknown] >= 0:
+                    _remove(active, unknown)
+            status[node] = now
+            if now == STICK:
+                continue
+            for unknown in range(nodes + node if now == OPEN else node, -1, -nodes):
+                share = _append(S, active, unknown, now * f[node] if now != OPEN else 0.0)
+                least = min(least, share)
+                if share == 0.0:
+                    status[node], unique = STICK, False
+                    if active.place[nodes + node] >= 0:
+                        _remove(active, nodes + node)
+                    break
+    return least if unique else 0.0
 
 
-@njit(**_OPTIONS)
-def solve_rates(S, active, load_rate, u_rate, r_rate):
-    """Rates of `[v, w]` and `[q, p]` under the rate `load_rate` of the bonded reactions; written into `u_rate` and `r_rate`."""
-    n, nodes = active.size[0], S.shape[0] // 2
-    right = np.empty(n)
+@_inner
+def solve_rates(S, active, state):
+    """Rates of `[v, w]` and `[q, p]` under the rate of the bonded reactions."""
+    n, nodes, right = active.size[0], S.shape[0] // 2, active.right
+    load_rate, u_rate, r_rate = state.load_rate, state.u_rate, state.r_rate
     for a in range(n):
         unknown = active.unknown[a]
         right[a] = load_rate[unknown] + (active.weight[a] * load_rate[nodes + unknown] if active.weight[a] != 0.0 else 0.0)
@@ -332,14 +337,20 @@ def _slacks(f, r, node, nodes):
     return bound + r[node], bound - r[node]
 
 
-@_entry_point
-def at_bound(f, state, node, force):
+@_inner
+def _at_bound(f, state, node, force):
     """Whether a node is at its bound for slip along +x, at that for slip against it, and at the vertex of the friction cone (no pressure, no gap)."""
-    nodes = len(f)
-    p, gap = state.r[nodes + node], state.u[nodes + node] + state.gap[node]
-    slack_forward, slack_backward = _slacks(f, state.r, node, nodes)
+    nodes, u, r = len(f), state.u, state.r
+    p, gap = r[nodes + node], u[nodes + node] + state.gap[node]
+    slack_forward, slack_backward = _slacks(f, r, node, nodes)
     small = AT_BOUND * (f[node] * p + 1e-3 * force[node])
     return slack_forward <= small, slack_backward <= small, p <= AT_BOUND * 1e-3 * force[node] and gap <= 0.0
+
+
+@_entry_point
+def at_bound(f, state, node, force):
+    """`_at_bound` for Python."""
+    return _at_bound(f, state, node, force)
 
 
 @_inner
@@ -354,11 +365,10 @@ def _own_least(S, load_rate, u_rate, node):
 
 
 @_inner
-def _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u):
+def _wanted(f, state, node, force, least_r, least_u):
     """Status that agrees with the signs of a node's rates, the present one if that does; and whether a sign counted as zero may change it."""
-    nodes = len(f)
-    status = state.status[node]
-    p, p_rate = state.r[nodes + node], r_rate[nodes + node]
+    nodes, u_rate, r_rate = len(f), state.u_rate, state.r_rate
+    status, p, p_rate = state.status[node], state.r[nodes + node], r_rate[nodes + node]
     if status == OPEN:
         closes = -u_rate[nodes + node] if state.u[nodes + node] + state.gap[node] <= 0.0 else 0.0
         return (STICK, False) if closes > least_u else (OPEN, closes > 0.0)
@@ -370,7 +380,7 @@ def _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u):
     if status != STICK:
         turns = -status * u_rate[node] if f[node] > 0.0 else 0.0
         return (STICK, False) if turns > least_u else (status, masked or turns > 0.0)
-    at_forward, at_backward, _ = at_bound(f, state, node, force)
+    at_forward, at_backward, _ = _at_bound(f, state, node, force)
     for sense in (1, -1):
         if at_forward if sense == 1 else at_backward:
             slack_rate = f[node] * p_rate + sense * r_rate[node]
@@ -391,82 +401,68 @@ def _plainly_right(f, status, r, u_rate, node, force):
     return off if status[node] == STICK else status[node] * u_rate[node] >= 0.0
 
 
-@_inner
-def _change_status(S, f, state, active, node, wanted):
-    """Change the status of a node; returns its pivot share: 1 for stick; 0 if its rates would not be unique (then it sticks)."""
-    if state.status[node] != STICK:
-        deactivate(active, node)
-    share = activate(S, f, active, node, wanted) if wanted != STICK else 1.0
-    state.status[node] = wanted if share != 0.0 else STICK
-    return share
-
-
-@_inner
-def settle(S, f, load_rate, state, active, force, u_rate, r_rate, known):
+@_once
+def settle(S, f, state, active, force, known):
     """Iterate on the signs of the rates until the statuses of all nodes at a bound agree with them; `known`: the rates are those of the statuses."""
-    nodes, status, r = len(f), state.status, state.r
+    nodes, status, wanted, r, load_rate, u_rate = len(f), state.status, state.wanted, state.r, state.load_rate, state.u_rate
     largest, stiffness = 0.0, 0.0
     for k in range(2 * nodes):
         largest = max(largest, abs(load_rate[k]))
         stiffness += S[k, k] / (2 * nodes)
     least_r = _RATE * largest
     least_u = least_r / stiffness
-    wanted = np.empty(nodes, dtype=np.int8)
     not_unique = False
     for iteration in range(_BLOCK + _SINGLE):
         if iteration > 0 or not known:
-            solve_rates(S, active, load_rate, u_rate, r_rate)
+            solve_rates(S, active, state)
         wrong = 0
         for node in range(nodes):
             if _plainly_right(f, status, r, u_rate, node, force):
                 wanted[node] = status[node]
                 continue
-            wanted[node], masked = _wanted(f, state, u_rate, r_rate, node, force, least_r, least_u)
+            wanted[node], masked = _wanted(f, state, node, force, least_r, least_u)
             if masked:
                 least = _own_least(S, load_rate, u_rate, node)
-                moved = nodes + node if state.status[node] == OPEN else node
+                moved = nodes + node if status[node] == OPEN else node
                 own = S[moved, moved]
                 slow = min(least / own, least_u) if own > 0.0 else least_u
-                wanted[node], _ = _wanted(f, state, u_rate, r_rate, node, force, min(least, least_r), slow)
-            if wanted[node] != state.status[node]:
+                wanted[node], _ = _wanted(f, state, node, force, min(least, least_r), slow)
+            if wanted[node] != status[node]:
                 wrong += 1
                 if iteration >= _BLOCK and wrong > 1:
-                    wanted[node] = state.status[node]
+                    wanted[node] = status[node]
         if wrong == 0:
             return NOT_UNIQUE if not_unique or _may_also_slip(S, f, state, active, force) else SETTLED
-        for leaving in range(2):  # first the nodes that stick from now on: the active set is smaller for the others
-            for node in range(nodes):
-                if wanted[node] != state.status[node] and (wanted[node] == STICK) == (leaving == 0):
-                    share = _change_status(S, f, state, active, node, wanted[node])
-                    if share == 0.0:
-                        return UNSETTLED
-                    not_unique = not_unique or share < 0.0
+        share = change_statuses(S, f, status, active, wanted)
+        if share == 0.0:
+            return UNSETTLED
+        not_unique = not_unique or share < 0.0
     return UNSETTLED
 
 
-@_inner
+@_once
 def _may_also_slip(S, f, state, active, force):
-    """Whether a sticking node at its bound may also slip: its pivot is not positive."""
+    """Whether a sticking node at its bound may also slip: its pivot if it slipped is not positive."""
     for node in range(len(f)):
         if state.status[node] == STICK:
-            at_forward, at_backward, _ = at_bound(f, state, node, force)
+            at_forward, at_backward, _ = _at_bound(f, state, node, force)
             for sense in (1, -1):
-                if (at_forward if sense == 1 else at_backward) and pivot_share(S, f, active, node, sense) <= 0.0:
+                if (at_forward if sense == 1 else at_backward) and _border(S, active, node, sense * f[node]) <= 0.0:
                     return True
     return False
 
 
-@_entry_point
-def begin_segment(S, f, state, active, proof):
-    """At a load corner: all slipping nodes stick until `settle` finds which slip under the new load rate; inverse and proof are computed anew."""
-    _clear(active)
-    _clear(proof)
+@_once
+def _begin(S, f, state, active):
+    """At a load corner: all slipping nodes stick until `settle` finds which slip under the new load rate; the inverse is computed anew."""
+    status, wanted = state.status, state.wanted
+    _clear(active.size, active.unknown, active.place)
     for node in range(len(f)):
-        status = state.status[node]
-        state.status[node] = STICK
-        if status == OPEN or (status != STICK and f[node] == 0.0):
-            _change_status(S, f, state, active, node, status)
-        state.counted[node] = state.status[node]
+        wanted[node] = status[node] if status[node] == OPEN or f[node] == 0.0 else STICK
+        status[node] = STICK
+    change_statuses(S, f, status, active, wanted)
+    for node in range(len(f)):
+        state.counted[node] = status[node]
     state.trace[1] *= 1000003
 
 
@@ -481,40 +477,35 @@ def _reactions(S, bonded, u, r):
                 r[k] += u[unknown] * S[unknown, k]
 
 
-@_entry_point
-def refresh(S, f, bonded, state, active):
+@_once
+def _refresh(S, f, bonded, state, active):
     """Recompute the reactions from slip and gap; one correction of slip and gap puts slipping and open nodes back on their bounds."""
-    nodes, n = len(f), active.size[0]
-    _reactions(S, bonded, state.u, state.r)
-    error = np.empty(n)
+    nodes, n, u, r, status, error = len(f), active.size[0], state.u, state.r, state.status, active.right
+    _reactions(S, bonded, u, r)
     for a in range(n):
         unknown = active.unknown[a]
-        error[a] = state.r[unknown] + (active.weight[a] * state.r[nodes + unknown] if active.weight[a] != 0.0 else 0.0)
+        error[a] = r[unknown] + (active.weight[a] * r[nodes + unknown] if active.weight[a] != 0.0 else 0.0)
     for a in range(n):
         total = 0.0
         for b in range(n):
             total -= active.inverse[a, b] * error[b]
-        state.u[active.unknown[a]] += total
-    _reactions(S, bonded, state.u, state.r)
+        u[active.unknown[a]] += total
+    _reactions(S, bonded, u, r)
     for node in range(nodes):
-        if state.status[node] == OPEN:
-            state.r[node] = 0.0
-            state.r[nodes + node] = 0.0
-        elif state.status[node] != STICK:
-            state.r[node] = -state.status[node] * f[node] * state.r[nodes + node]
+        if status[node] == OPEN:
+            r[node] = 0.0
+            r[nodes + node] = 0.0
+        elif status[node] != STICK:
+            r[node] = -status[node] * f[node] * r[nodes + node]
 
 
 @_entry_point
 def set_statuses(S, f, state, active, status):
     """Give all nodes the statuses of a solution of the rate problem; returns whether its rates are unique."""
-    _clear(active)
-    unique = True
+    _clear(active.size, active.unknown, active.place)
     for node in range(len(f)):
         state.status[node] = STICK
-    for node in range(len(f)):
-        if status[node] != STICK and _change_status(S, f, state, active, node, status[node]) == 0.0:
-            unique = False
-    return unique
+    return change_statuses(S, f, state.status, active, status) != 0.0
 
 
 # --- 3. A proof that the rates are unique ------------------------------------------------------------------------------------
@@ -564,7 +555,7 @@ def _extend_proof(S, f, state, force, proof):
     nodes = len(f)
     for node in range(nodes):
         status = state.status[node]
-        at_forward, at_backward, vertex = at_bound(f, state, node, force)
+        at_forward, at_backward, vertex = _at_bound(f, state, node, force)
         if vertex:  # closed without pressure: it may open, or slip along +x or against it, which no quadratic form decides
             return False
         if status != STICK or at_forward or at_backward:
@@ -578,69 +569,69 @@ def _extend_proof(S, f, state, force, proof):
     return True
 
 
-@njit(**_OPTIONS)
+@_once
 def prove(S, f, state, force, proof):
     """Whether the rates at a state are proven to be unique; `proof` is extended in place."""
     if _extend_proof(S, f, state, force, proof):
         return True
-    _clear(proof)  # unknowns of earlier states may be the reason
+    _clear(proof.size, proof.unknown, proof.place)  # unknowns of earlier states may be the reason
     return _extend_proof(S, f, state, force, proof)
 
 
 # --- 4. The path along one segment -------------------------------------------------------------------------------------------
 
 
-@_inner
-def _next_event(f, state, u_rate, r_rate, force):
+@_once
+def _next_event(f, state, force):
     """Time to the next event, and its node; infinity and -1 if there is none."""
-    nodes = len(f)
+    nodes, u, r, u_rate, r_rate = len(f), state.u, state.r, state.u_rate, state.r_rate
     first, which = np.inf, -1
     for node in range(nodes):
-        status = state.status[node]
+        status, p, p_rate = state.status[node], r[nodes + node], r_rate[nodes + node]
         time = np.inf
         if status == OPEN:
             if u_rate[nodes + node] < 0.0:
-                time = max(state.u[nodes + node] + state.gap[node], 0.0) / -u_rate[nodes + node]
+                time = max(u[nodes + node] + state.gap[node], 0.0) / -u_rate[nodes + node]
         else:
-            if state.r[nodes + node] > AT_BOUND * 1e-3 * force[node] and r_rate[nodes + node] < 0.0:
-                time = state.r[nodes + node] / -r_rate[nodes + node]
+            if p > AT_BOUND * 1e-3 * force[node] and p_rate < 0.0:
+                time = p / -p_rate
             if status == STICK:
-                slack_forward, slack_backward = _slacks(f, state.r, node, nodes)
-                small = AT_BOUND * (f[node] * state.r[nodes + node] + 1e-3 * force[node])
-                bound_rate = f[node] * r_rate[nodes + node]
-                if slack_forward > small and bound_rate + r_rate[node] < 0.0:
-                    time = min(time, slack_forward / -(bound_rate + r_rate[node]))
-                if slack_backward > small and bound_rate - r_rate[node] < 0.0:
-                    time = min(time, slack_backward / -(bound_rate - r_rate[node]))
+                slack_forward, slack_backward = _slacks(f, r, node, nodes)
+                small = AT_BOUND * (f[node] * p + 1e-3 * force[node])
+                forward, backward = f[node] * p_rate + r_rate[node], f[node] * p_rate - r_rate[node]
+                if slack_forward > small and forward < 0.0:
+                    time = min(time, slack_forward / -forward)
+                if slack_backward > small and backward < 0.0:
+                    time = min(time, slack_backward / -backward)
         if time < first:
             first, which = time, node
     return first, which
 
 
-@_inner
-def _advance(f, bonded, load_rate, time, state, u_rate, r_rate, step):
+@_once
+def _advance(f, bonded, time, state, step):
     """Change the state at constant rates, add up the work of friction and of the loads, and put slipping and open nodes exactly on their bounds."""
-    nodes = len(f)
+    nodes, u, r, u_rate, r_rate = len(f), state.u, state.r, state.u_rate, state.r_rate
     middle = time + 0.5 * step
     for k in range(2 * nodes):
         if u_rate[k] != 0.0:
-            state.supplied[0] -= (bonded[k] + middle * load_rate[k]) * (step * u_rate[k])
-            state.u[k] += step * u_rate[k]
+            state.supplied[0] -= (bonded[k] + middle * state.load_rate[k]) * (step * u_rate[k])
+            u[k] += step * u_rate[k]
     for node in range(nodes):
-        status = state.status[node]
-        before = state.r[nodes + node]
-        state.r[node] += step * r_rate[node]
-        state.r[nodes + node] += step * r_rate[nodes + node]
+        status, before = state.status[node], r[nodes + node]
+        r[node] += step * r_rate[node]
+        r[nodes + node] += step * r_rate[nodes + node]
         if status == OPEN:
-            state.r[node] = 0.0
-            state.r[nodes + node] = 0.0
+            r[node] = 0.0
+            r[nodes + node] = 0.0
         elif status != STICK:
-            state.slid[node] += abs(step * u_rate[node])
-            state.work[node] += f[node] * 0.5 * (before + state.r[nodes + node]) * abs(step * u_rate[node])
-            state.r[node] = -status * f[node] * state.r[nodes + node]
+            slid = abs(step * u_rate[node])
+            state.slid[node] += slid
+            state.work[node] += f[node] * 0.5 * (before + r[nodes + node]) * slid
+            r[node] = -status * f[node] * r[nodes + node]
 
 
-@_inner
+@_once
 def _add_row(record, state, time):
     row = record.used[0]
     record.time[row] = time
@@ -653,22 +644,21 @@ def _add_row(record, state, time):
     record.used[0] = row + 1
 
 
-@_inner
+@_once
 def _snap(f, state, node, force):
     """Put the node of an event exactly on its bound, at zero pressure, or at zero gap."""
-    nodes = len(f)
-    status = state.status[node]
+    nodes, r, status = len(f), state.r, state.status[node]
     if status == OPEN:
         state.u[nodes + node] = -state.gap[node]
-    elif status != STICK or state.r[nodes + node] <= AT_BOUND * 1e-3 * force[node]:
-        state.r[node] = 0.0
-        state.r[nodes + node] = 0.0
+    elif status != STICK or r[nodes + node] <= AT_BOUND * 1e-3 * force[node]:
+        r[node] = 0.0
+        r[nodes + node] = 0.0
     else:
-        slack_forward, slack_backward = _slacks(f, state.r, node, nodes)
-        state.r[node] = -f[node] * state.r[nodes + node] if slack_forward < slack_backward else f[node] * state.r[nodes + node]
+        slack_forward, slack_backward = _slacks(f, r, node, nodes)
+        r[node] = -f[node] * r[nodes + node] if slack_forward < slack_backward else f[node] * r[nodes + node]
 
 
-@_inner
+@_once
 def _count_changes(state):
     """Add the changes of status since the last update to the signature; it is a sum, so that their order does not matter."""
     for node in range(len(state.status)):
@@ -680,23 +670,23 @@ def _count_changes(state):
 
 
 @_entry_point
-def follow(S, f, bonded, load_rate, state, active, proof, force, start, settled, record):
-    """Follow the path while the bonded reactions change from `bonded` to `bonded + load_rate`, from time `start` on (0 to 1 on the segment).
+def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, record):
+    """Follow the path while the bonded reactions change from `bonded` to `ahead`, from time `start` on (0 to 1 on the segment).
 
     Parameters
     ----------
     S, f
         (2N, 2N) stiffness, (N,) coefficients of friction.
-    bonded, load_rate
-        (2N,) bonded reactions at the beginning of the segment, and their rate, which is their change over the whole segment.
+    bonded, ahead
+        (2N,) bonded reactions at the beginning of the segment and at its end.
     state, active
         State and active set of the path; changed in place.
     proof
         Proof that the rates are unique; changed in place.
     force
         (N,) scale of the nodal forces at each node.
-    start, settled
-        Time to start at, and whether the statuses agree with the rates there already.
+    start, begins
+        Time to start at, and whether the segment begins there; else the statuses agree with the rates there already.
     record
         States at the events; length 0: they are not recorded.
 
@@ -705,13 +695,19 @@ def follow(S, f, bonded, load_rate, state, active, proof, force, start, settled,
     code, time
         `DONE` or the reason to stop, and the time of the stop.
     """
-    u_rate, r_rate = np.empty_like(load_rate), np.empty_like(load_rate)
-    time, known = start, settled
+    time, settled, load_rate = start, True, state.load_rate
+    for k in range(len(bonded)):
+        load_rate[k] = ahead[k] - bonded[k]
+        settled = settled and abs(load_rate[k]) <= _NO_DRIVE * force[k % len(f)]
+    if begins:
+        _begin(S, f, state, active)
+        _clear(proof.size, proof.unknown, proof.place)
+    known = settled = settled or not begins
     for _ in range(1000 + 200 * len(f)):
         if settled:
-            solve_rates(S, active, load_rate, u_rate, r_rate)
+            solve_rates(S, active, state)
         else:
-            code = settle(S, f, load_rate, state, active, force, u_rate, r_rate, known)
+            code = settle(S, f, state, active, force, known)
             if code != SETTLED:
                 return code, time
             if not prove(S, f, state, force, proof):
@@ -722,11 +718,13 @@ def follow(S, f, bonded, load_rate, state, active, proof, force, start, settled,
             _add_row(record, state, time)
         settled, known = False, True
         _count_changes(state)
-        step, node = _next_event(f, state, u_rate, r_rate, force)
-        if step >= 1.0 - time:
-            _advance(f, bonded, load_rate, time, state, u_rate, r_rate, 1.0 - time)
+        step, node = _next_event(f, state, force)
+        ends = step >= 1.0 - time
+        step = min(step, 1.0 - time)
+        _advance(f, bonded, time, state, step)
+        if ends:
+            _refresh(S, f, ahead, state, active)
             return DONE, 1.0
-        _advance(f, bonded, load_rate, time, state, u_rate, r_rate, step)
         _snap(f, state, node, force)
         time += step
         state.trace[0] += 1
@@ -911,9 +909,10 @@ def _pull(own, u, r, node):
 def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
     """The first state of a path, in which every node sticks; it takes over the arrays `u`, `r`, `gap`."""
     nodes = len(gap)
-    return State(
-        u, r, gap, np.zeros(nodes, np.int8), np.zeros(nodes), np.zeros(nodes), np.zeros(1), np.zeros(nodes, np.int8), np.zeros(3, dtype=np.int64)
-    )
+    status, wanted, counted = np.zeros((3, nodes), np.int8)
+    work, slid = np.zeros((2, nodes))
+    u_rate, r_rate, load_rate = np.zeros((3, 2 * nodes))
+    return State(u, r, gap, status, work, slid, np.zeros(1), u_rate, r_rate, load_rate, wanted, counted, np.zeros(3, dtype=np.int64))
 
 
 def compiled() -> None:
@@ -928,7 +927,5 @@ def compiled() -> None:
     S, f, load = np.eye(2), np.ones(1), np.zeros(2)
     S.flags.writeable = False  # as that of a system: numba compiles once more for an array of another kind
     state, active, proof = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1)), new_active_set(1), new_proof(1)
-    begin_segment(S, f, state, active, proof)
     follow(S, f, load, load, state, active, proof, np.ones(1), 0.0, True, new_record(0, 1))
-    refresh(S, f, load, state, active)
     notice.cancel()

@@ -9,7 +9,7 @@ from ...contact.coulomb import off_law
 from ...contact.diagnosis import mean_load_diagnosis, pressing
 from ...contact.history import turning_points
 from ...contact.system import checked_plane
-from ...contact.tolerances import NO_DRIVE, RESIDUAL
+from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation
 from ..begin import Transient
 from ..cycle import Cycle
@@ -20,14 +20,12 @@ from .kernel import (
     OPEN,
     STALLED,
     UNSETTLED,
-    begin_segment,
     compiled,
     follow,
     new_active_set,
     new_proof,
     new_record,
     new_state,
-    refresh,
     set_statuses,
 )
 
@@ -111,7 +109,6 @@ class ExactPath(Transient):
         nodes = self.nodes
         self._S, self.unit = system.S, np.tile(self.scales.length, 2)
         self.turns = turning_corners(cycle, self.load_factor)
-        self._least_drive = NO_DRIVE * np.tile(self.scales.mean, 2)
         compiled()
         self.fallbacks = 0
         self.history: list[tuple[Array, ...]] = []
@@ -188,22 +185,18 @@ class ExactPath(Transient):
         NoContinuation
             At some load of the segment no rates obey the contact law, or more than one set of rates does.
         """
-        load_rate = bonded - self.bonded
-        settled = not (np.abs(load_rate) > self._least_drive).any()
-        begin_segment(self._S, self.friction, self.state, self._active, self._proof)
-        code, time = UNSETTLED, 0.0
+        code, time, begins = UNSETTLED, 0.0, True
         while code != DONE:
             own = self.state, self._active, self._proof
-            code, time = follow(self._S, self.friction, self.bonded, load_rate, *own, self.scales.mean, time, settled, self._record)
+            code, time = follow(self._S, self.friction, self.bonded, bonded, *own, self.scales.mean, time, begins, self._record)
             if code == STALLED:
                 raise NoContinuation(f"{where}: at {time:.9g} of it the statuses change without end; loads or gaps may differ too much in size")
-            settled = True
+            begins = False
             if code == FULL:
                 self._move_record()
             elif code != DONE:
-                self._solve_rate_problem(load_rate, code == NOT_UNIQUE, time, where)
+                self._solve_rate_problem(bonded - self.bonded, code == NOT_UNIQUE, time, where)
         state = self.state
-        refresh(self._S, self.friction, bonded, state, self._active)
         if len(self._record.time):
             self._move_record()
         self.bonded = bonded
