@@ -26,6 +26,17 @@ def units(system: fo.ContactSystem, cycle: fo.LoadCycle) -> tuple[float, float]:
     return force, force / (float(np.trace(system.S)) / (2 * system.nodes) or 1.0)
 
 
+def redescribed(
+    system: fo.ContactSystem, order: Any = None, sense: float = 1.0, force: float = 1.0, length: float = 1.0, cases: Any = None
+) -> fo.ContactSystem:
+    """The same contact with its nodes in another order, mirrored (sense -1), in other units, and with other unit loads (name -> unit)."""
+    order, unit = np.arange(system.nodes) if order is None else np.asarray(order), dict.fromkeys(system.bonded, 1.0) | (cases or {})
+    A, B, C = (block[np.ix_(order, order)] * (force / length) for block in (system.A, system.B, system.C))
+    loads = {name: (sense * q[order] * (force / unit[name]), p[order] * (force / unit[name])) for name, (q, p) in system.bonded.items()}
+    x = -system.x[::-1] if sense < 0 else system.x
+    return fo.ContactSystem.from_blocks(A, sense * B, C, x * length, loads, system.gap[order] * length)
+
+
 def _rows(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> tuple[Any, Any, Any]:
     """Safe means `slope v + rate lam + level >= 0`: all corners, both senses, and pressure; in the units of `units`."""
     force, length = units(system, cycle)

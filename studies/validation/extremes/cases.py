@@ -1,7 +1,7 @@
 """Questions with extreme input, each with an independently known answer."""
 
 from collections.abc import Iterator
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -90,12 +90,7 @@ def _friction(sizes: Sizes) -> Iterator[Probe]:
 
 def _scene_probes(extreme: str, value: str, scene: fo.scenes.PunchOnHalfPlane, friction: float = 0.7) -> Iterator[Probe]:
     """Balance of the condensed reactions, and the limit."""
-    made: list[fo.ContactSystem] = []
-
-    def system() -> fo.ContactSystem:
-        if not made:
-            made.append(scene.condense())
-        return made[0]
+    system = cache(scene.condense)
 
     def balance() -> Answer:
         shear = float(-system().bonded["Q"][0].sum() / (2 * scene.half_width))

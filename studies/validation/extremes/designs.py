@@ -11,7 +11,7 @@ import frictopt as fo
 
 from ...paper import LOADS
 from .. import oracles
-from .probes import Answer, Probe, Sizes, in_units
+from .probes import Answer, Probe, Sizes
 
 _LP = "plain linear program with the design built in, scipy"
 
@@ -26,7 +26,9 @@ def design_probes(sizes: Sizes) -> Iterator[Probe]:
         yield _probe("friction of a design", f"f = {friction:g}", system, friction, 0.1)
     for force in (1e-15, 1e15):
         for length in (1e-15, 1e15):
-            yield _probe("units of a design", f"force {force:g}, length {length:g}", in_units(system, force, length), 0.5, 0.1 * length)
+            yield _probe(
+                "units of a design", f"force {force:g}, length {length:g}", oracles.redescribed(system, force=force, length=length), 0.5, 0.1 * length
+            )
 
 
 def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float, depth: float) -> Probe:

@@ -11,7 +11,7 @@ import frictopt as fo
 
 from ...paper import LOADS
 from .. import oracles
-from .probes import SHEAR, Answer, Probe, Sizes, in_units, loose, nearly_separated
+from .probes import SHEAR, Answer, Probe, Sizes, loose, nearly_separated
 
 _FEW = 60  # nodes up to which a plain linear program is solved for each
 _MANY = 130  # nodes up to which it is solved with nothing left out
@@ -44,7 +44,7 @@ def _kept(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float
 
 
 def _rescaled(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float:
-    return _ask(in_units(system, 1e6, 1e-3), cycle, friction).number
+    return _ask(oracles.redescribed(system, force=1e6, length=1e-3), cycle, friction).number
 
 
 def _probe(extreme: str, value: str, make: Callable[[], fo.ContactSystem], nodes: int, cycle: fo.LoadCycle = LOADS, friction: Any = 0.7) -> Probe:
@@ -79,7 +79,7 @@ def _unit(sizes: Sizes) -> Iterator[Probe]:
     base = fo.scenes.PunchOnHalfPlane(elements=8, grading=5.0, growth=1.5).condense()
     for force in (1e-15, 1.0, 1e15):
         for length in (1e-15, 1e-6, 1e6, 1e15):
-            ask, value = partial(_ask, in_units(base, force, length), LOADS, 0.5), f"force {force:g}, length {length:g}"
+            ask, value = partial(_ask, oracles.redescribed(base, force=force, length=length), LOADS, 0.5), f"force {force:g}, length {length:g}"
             yield Probe("units", value, "guaranteed limit", ask, lambda: _plain(base, LOADS, 0.5), f"{_LP}, units of 1")
 
 

@@ -78,13 +78,6 @@ def shakedown(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> A
     return Answer.of(found, found.load_factor)
 
 
-def in_units(system: fo.ContactSystem, force: float, length: float) -> fo.ContactSystem:
-    """The same contact in other units of force and length."""
-    stiffness, loads = force / length, {name: (force * q, force * p) for name, (q, p) in system.bonded.items()}
-    blocks = stiffness * system.A, stiffness * system.B, stiffness * system.C
-    return fo.ContactSystem.from_blocks(*blocks, length * system.x, loads, length * system.gap)
-
-
 def punch_in_units(force: float, length: float) -> tuple[fo.ContactSystem, fo.LoadCycle]:
     """A small punch whose mesh and material are in other units, and its load cycle."""
     material, pressure = fo.Material(force / length), force / length

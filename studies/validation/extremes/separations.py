@@ -9,8 +9,9 @@ import numpy as np
 import frictopt as fo
 
 from ...paper import LOADS
+from .. import oracles
 from ..open_patterns import largest_with_open
-from .probes import Answer, Probe, Sizes, in_units
+from .probes import Answer, Probe, Sizes
 
 _QUESTION, _LP = "limit with separation", "plain linear program with its open nodes, scipy"
 
@@ -28,7 +29,7 @@ def separation_probes(sizes: Sizes) -> Iterator[Probe]:
 
 
 def _rounded(punch: fo.ContactSystem, size: float, force: float = 1.0, length: float = 1.0) -> fo.ContactSystem:
-    return in_units(punch.with_gap(size * np.maximum(np.abs(punch.x) - 0.6, 0.0) ** 2), force, length)
+    return oracles.redescribed(punch.with_gap(size * np.maximum(np.abs(punch.x) - 0.6, 0.0) ** 2), force=force, length=length)
 
 
 def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float) -> Probe:

@@ -9,6 +9,7 @@ import numpy as np
 
 import frictopt as fo
 
+from .. import oracles
 from .cases import Case
 from .checks import Finding, asked
 from .known import Asked, NotAsked, Wrong, same
@@ -60,15 +61,7 @@ def described(
     """The case with its nodes in another order, seen from behind, in other units, or with a unit of its own for each load case."""
     system, n = case.system, case.system.nodes
     order = np.arange(n) if order is None else np.asarray(order)
-    pick, unit = np.ix_(order, order), {name: 1.0 for name in system.bonded} | (cases or {})
-    again = fo.ContactSystem.from_blocks(
-        system.A[pick] * (force / length),
-        sense * system.B[pick] * (force / length),
-        system.C[pick] * (force / length),
-        (-system.x[::-1] if sense < 0 else system.x) * length,
-        {name: (sense * q[order] * (force / unit[name]), p[order] * (force / unit[name])) for name, (q, p) in system.bonded.items()},
-        system.gap[order] * length,
-    )
+    again, unit = oracles.redescribed(system, order, sense, force, length, cases), dict.fromkeys(system.bonded, 1.0) | (cases or {})
     mean, *corners = ({name: amplitude * unit[name] for name, amplitude in loads.items()} for loads in (case.cycle.mean, *case.cycle.corners))
     start = None if case.start is None else sense * case.start[order] * length
     return Seen(again, fo.LoadCycle(mean, corners), case.friction[order], start, order, sense, force, length)

@@ -93,9 +93,9 @@ def transformed(
     order = rng.permutation(n)
     slip = rng.normal(size=n) * known.length
     forms: tuple[Callable[[], fo.results.ShakedownLimit | fo.results.GuaranteedLimit], ...] = (
-        lambda: ask(_rebuilt(system, np.arange(n), factor=10.0 ** rng.uniform(-12, 12)), cycle, friction),
-        lambda: ask(_rebuilt(system, np.arange(n)[::-1], sense=-1.0), cycle, friction[::-1]),
-        lambda: ask(_rebuilt(system, order), cycle, friction[order]),
+        lambda: ask(oracles.redescribed(system, force=10.0 ** rng.uniform(-12, 12)), cycle, friction),
+        lambda: ask(oracles.redescribed(system, np.arange(n)[::-1], sense=-1.0), cycle, friction[::-1]),
+        lambda: ask(oracles.redescribed(system, order), cycle, friction[order]),
         lambda: ask(system, fo.LoadCycle(cycle.mean, cycle.corners[::-1]), friction),
         lambda: ask(
             system.with_bonded({"mean": (system.bonded["mean"][0] + system.A @ slip, system.bonded["mean"][1] + system.B @ slip)}), cycle, friction
@@ -106,11 +106,3 @@ def transformed(
     again = forms[form]()
     same(f"{name} in form {form}", value(again), value(answered), relative=1e-7 if form != 4 else 1e-6, absolute=1e-8)
     return again.residual, True
-
-
-def _rebuilt(system: fo.ContactSystem, order: Any, sense: float = 1.0, factor: float = 1.0) -> fo.ContactSystem:
-    """The same contact with its nodes in another order, seen from behind (sense -1), or with another unit of force."""
-    pick = np.ix_(order, order)
-    bonded = {name: (sense * factor * q[order], factor * p[order]) for name, (q, p) in system.bonded.items()}
-    blocks = factor * system.A[pick], sense * factor * system.B[pick], factor * system.C[pick]
-    return fo.ContactSystem.from_blocks(*blocks, system.x, bonded, system.gap[order])
