@@ -113,7 +113,7 @@ def test_multipliers_that_stress_the_contact_prove_nothing(monkeypatch):
         for name in ("load_factor", "traction"):
             problem.var_dict[name].save_value(0.9 * problem.var_dict[name].value)
         load_factor = float(problem.var_dict["load_factor"].value)
-        mean = np.r_[value["fp_mean"] + value["q_mean"], value["fp_mean"] - value["q_mean"]]
+        mean = np.r_[value["forward_mean"], value["backward_mean"]]
         left = mean - load_factor * np.r_[value["forward"], value["backward"]]  # below 0: slip there, if there were no residual slip
         weak, strong = int(left.argmin()), int(left.argmax())
         assert left[weak] < 0 < left[strong]

@@ -194,7 +194,7 @@ def test_the_problem_is_named_dpp_and_solved(punch, paper_cycle):
     problem = fo.shakedown_limit(punch(16), paper_cycle, 0.7).problem
     assert problem.status == cp.OPTIMAL and problem.is_dpp()
     assert set(problem.var_dict) == {"load_factor", "traction"}
-    assert set(problem.param_dict) == {"friction", "q_mean", "fp_mean", "forward", "backward"}
+    assert set(problem.param_dict) == {"friction", "forward_mean", "backward_mean", "forward", "backward"}
     assert [constraint.label for constraint in problem.constraints] == ["no_forward_slip", "no_backward_slip", "load_factor_not_negative"]
 
 

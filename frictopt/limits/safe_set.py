@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from copy import copy
 from functools import cached_property
-from typing import Self, TypeAlias
+from typing import Any, Self, TypeAlias
 
 import cvxpy as cp
 import numpy as np
@@ -105,7 +105,12 @@ class SafeSet(ABC):
 
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """Set friction, loads, and the load factor where it is given."""
-        self.task, self._given = task, np.nan if load_factor is None else load_factor
+        self.task, self._given = task, load_factor
+        if task.lift is not None:  # gaps are divided by what unit unknowns and loads make of them
+            self._closing = ruling(-task.w0, -task.w1, load_factor)
+            of_slip = np.abs(task.lift @ np.hstack([self.to_slip, self.rigid])).max(axis=1, initial=0.0)
+            room = np.max([of_slip, np.abs(task.w0).max(axis=0), task.load_unit * np.abs(task.w1).max(axis=0)], axis=0)
+            self._room = np.where(room > 0, room, task.clearance)
 
     @abstractmethod
     def motion(self) -> tuple[Mechanism, float]:
@@ -156,7 +161,7 @@ class SafeSet(ABC):
         if row is None or lift is None or self.own.rows or self.task.most is not None:
             return found
         slide.save_value(np.zeros(len(found)))
-        opens, lack = (lift @ self.rigid / self._room(lift)[:, None])[self._closing[1]], row.expr.value - RESIDUAL / 10
+        opens, lack = (lift @ self.rigid / self._room[:, None])[self._closing[1]], row.expr.value - RESIDUAL / 10
         columns, last = np.vstack([opens.T, lack]), np.eye(len(found) + 1)[-1]
         *way, share = columns @ nnls(columns, last)[0] - last  # the problem of least distance of Lawson & Hanson
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -196,29 +201,17 @@ class SafeSet(ABC):
         rows: dict[str, cp.Constraint] = {"slip_bound": cp.SOC(cp.Constant(most[free]), slip[free], axis=1)} if len(free) else {}
         return rows | {"no_slip": slip[fixed] == 0} if len(fixed) else rows
 
-    def _room(self, lift: Array) -> Array:
-        """(O,) gap that the rows of open nodes are divided by, length."""
-        lift = lift @ np.hstack([self.to_slip, self.rigid])
-        sizes = np.abs(lift).max(axis=1, initial=0.0), np.abs(self.task.w0).max(axis=0), self.task.load_unit * np.abs(self.task.w1).max(axis=0)
-        room = np.max(sizes, axis=0)
-        return np.where(room > 0, room, self.task.clearance)
-
     def _apart(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
         """Rows by which open nodes stay open, at the corners that rule them; none without open nodes."""
         if self.task.lift is None:
             return {}
         task, lift, (corner, node) = self.task, self.task.lift, self._closing
-        room = self._room(lift)[node]
-        lam = self._given if load_factor is None else task.load_unit * load_factor
+        room = self._room[node]
+        lam: Any = self._given if load_factor is None else task.load_unit * load_factor
         reserve = 0.0 if margin is None else task.clearance / room * margin
         w0 = np.broadcast_to(task.w0, task.w1.shape)
         gap = w0[corner, node] / room + lam * (task.w1[corner, node] / room) + (lift[node] / room[:, None]) @ self.slip
         return {"stays_open": gap >= reserve}
-
-    @property
-    def _closing(self) -> Ruling:
-        """Corners and open nodes of the rows by which these stay open."""
-        return ruling(-self.task.w0, -self.task.w1, None if np.isnan(self._given) else self._given)
 
     @property
     def pressed(self) -> Array | None:
@@ -226,7 +219,7 @@ class SafeSet(ABC):
         if self.task.lift is None:
             return None
         press, (corner, node) = np.zeros(self.task.w1.shape), self._closing
-        press[corner, node] = np.maximum(self.rows["stays_open"].dual_value, 0.0) / self._room(self.task.lift)[node]
+        press[corner, node] = np.maximum(self.rows["stays_open"].dual_value, 0.0) / self._room[node]
         return press
 
     @property
