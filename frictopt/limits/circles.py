@@ -28,7 +28,10 @@ class Circles(SafeSet):
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """See `SafeSet.ask`."""
         super().ask(task, load_factor)
-        self._kept = _outer_corners(task.cycle) if task.simplify else list(range(len(task.q1)))
+        corners = len(task.q1)
+        self._kept = _outer_corners(task.cycle) if task.simplify else list(range(corners))
+        idle = corners - len(self._kept)
+        self.idle = f"corners: {idle} of {corners} are within the hull of the others" if idle else ""
 
     def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None, spare: cp.Parameter | float = 0.0) -> Rows:
         """See `SafeSet.stuck`."""
@@ -83,13 +86,6 @@ class Circles(SafeSet):
             return False
         points = _amplitudes(self.task.cycle)
         return _inside(np.zeros(points.shape[1]), points)
-
-    @property
-    def idle(self) -> str:
-        """See `SafeSet.idle`."""
-        corners = len(self.task.q1)
-        idle = corners - len(self._kept)
-        return f"corners: {idle} of {corners} are within the hull of the others" if idle else ""
 
 
 def bare(task: LimitQuestion, designed: bool = False) -> np.ndarray:

@@ -40,6 +40,9 @@ class Intervals(SafeSet):
             self._ruled[name] = at = ruling(-mean, -cyclic, load_factor)
             self._values[f"{way}_mean"] = np.broadcast_to(mean, cyclic.shape)[at] / self.unit[at[1]]
             self._values[way] = -cyclic[at] * lam / self.unit[at[1]]
+        (forward, _), (backward, _), _ = self._ruled.values()
+        idle = len(task.q1) - len(np.union1d(forward, backward))
+        self.idle = f"corners: {idle} of {len(task.q1)} rule no node" if idle else ""
         for name, value in {} if task.fixed else self._values.items():
             self._set[name].value = value
 
@@ -72,10 +75,3 @@ class Intervals(SafeSet):
         """See `SafeSet.narrows`."""
         ways = ("forward", "backward", "opening")[: 3 if self.task.opening else 2]
         return not self.task.fixed and all((self._values[way] >= 0).all() for way in ways) and bool((self.task.w1.min(axis=0) <= 0).all())
-
-    @property
-    def idle(self) -> str:
-        """See `SafeSet.idle`."""
-        corners, (forward, backward, _) = len(self.task.q1), self._ruled.values()
-        idle = corners - len(np.union1d(forward[0], backward[0]))
-        return f"corners: {idle} of {corners} rule no node" if idle else ""

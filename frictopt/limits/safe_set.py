@@ -65,11 +65,14 @@ class SafeSet(ABC):
         Unknowns of the programs that have them.
     problem, rows, own
         The program, see `posed`, its rows by their names, and those of the user's own in it.
+    idle
+        What corners have no rows, in words; empty where all have.
     """
 
     problem: cp.Problem
     rows: Rows
     own: OwnRows
+    idle: str
 
     def __init__(self, task: LimitQuestion, design: DesignLoads | None = None) -> None:
         self.task, self.design, self.rows, self.own = task, design, {}, OwnRows()
@@ -120,11 +123,6 @@ class SafeSet(ABC):
     @abstractmethod
     def narrows(self) -> bool:
         """Whether the cyclic load only narrows the rows, so that what is safe at any load factor is so at 0."""
-
-    @property
-    @abstractmethod
-    def idle(self) -> str:
-        """What corners have no rows, in words; empty where all have."""
 
     def program(self, goal: cp.Maximize | cp.Minimize, rows: Rows) -> cp.Problem:
         """A problem of the rows by their names, and those of the slip bound."""
