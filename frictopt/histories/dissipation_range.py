@@ -15,11 +15,12 @@ from ..errors import NoContinuation, SolverError
 from ..limits import shakedown_limit
 from ..limits.question import pose
 from ..transients import SteadyState
-from .range_search import Orbit, Search
+from .range_search import STOPPED, Orbit, Search
 from .range_starts import RangeStarts
 
 _CLIMBED, _DESCENDED = 12, 2  # levels of work, the highest and the lowest, from which the search goes on
-_CLIMBED_BESIDE, _ROUNDS = 2, 4  # the highest levels around an end from which it goes on, and how often it looks around the best end
+_CLIMBED_BESIDE, _ROUNDS = 4, 8  # the highest levels around an end from which it goes on, and how often it looks around the best end
+_BESIDE = 0.2  # how much less work than the best end these have at most, over that by which its work is more than the least
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -113,7 +114,7 @@ def dissipation_range(
     in space a cone program); from no slip, from the slip that is safe at the shakedown limit, and, if slip stops from all of these, from the witness
     of the guaranteed limit. From the best of them, sequential linear programming goes on over the slips of the nodes that stay locked, on which alone
     the work depends, by the derivative of a cycle. Each step is judged by a transient. Such steps end at a local extreme. So starts around the best
-    end, one and two spreads of its slips away, are followed too, and the search goes on from those with more work.
+    end, one and two spreads of its slips away, are followed too, and the search goes on from the best of them, even if these have less work at first.
 
     The result is an inner estimate, which no theorem closes: other starts may have more work. Orbits on which nodes open are counted
     but not searched from.
@@ -192,13 +193,15 @@ def dissipation_range(
 def _searched(runs: Search, levels: list[Orbit]) -> list[Orbit]:
     """Where the search ends from the levels with the most work, and, where no start came to rest, from those with the least.
 
-    A local extreme may have more work beside it, a spread of its slips away: so starts around the best end are tried, too.
+    A local extreme may have more work beside it, a spread of its slips away: so the search goes on from the best starts around it, too, even if
+    these have less work at first, and from the best end itself where that is no local extreme.
     """
     ends = [runs.climb(orbit, 1) for orbit in levels[::-1][:_CLIMBED] if orbit.work > 0]
     for _ in range(_ROUNDS if ends else 0):
         best = max(ends, key=lambda orbit: orbit.work)
-        better = [orbit for orbit in runs.levels(runs.around(best)) if orbit.work > (1 + LEVEL) * best.work]
-        if not better:
+        near = runs.levels(runs.around(best, best.work - _BESIDE * (best.work - levels[0].work)))[::-1]
+        new = [orbit for orbit in near if all(abs(orbit.work - end.work) > LEVEL * end.work for end in ends)]
+        ends += [runs.climb(orbit, 1) for orbit in [best] * (best.end == STOPPED) + new[:_CLIMBED_BESIDE]]
+        if not any(orbit.work > (1 + LEVEL) * best.work for orbit in ends):
             break
-        ends += [runs.climb(orbit, 1) for orbit in better[::-1][:_CLIMBED_BESIDE]]
     return ends + ([runs.climb(orbit, -1) for orbit in levels[:_DESCENDED]] if levels[0].work > 0 else [])

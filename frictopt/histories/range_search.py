@@ -27,9 +27,9 @@ _WORK_GAIN = 100 * RESIDUAL  # a step that gains less work, relative, is none
 _FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
 _LEAST = 1e-5  # last one, over the first
 _TRANSIENTS = 20  # of one climb
-_AROUND = 16, 48  # starts around an end at least, and at most: of many nodes few, because each costs more and their works differ less
+_AROUND = 16, 144  # starts around an end at least, and at most: of many nodes few, because each costs more and their works differ less
 _CYCLES = 200  # of a transient, after which it is given up: some take thousands
-_STOPPED = f"stopped after {_TRANSIENTS} transients"
+STOPPED = f"stopped after {_TRANSIENTS} transients"
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +81,7 @@ class Search:
         self._asked, self._most, self._steps = (system, cycle, friction, load_factor), most, steps
         self.transients = 0
         self._extremes: list[float] = []  # works of the local extremes so far
+        self._rng = np.random.default_rng(0)
         self._met: list[tuple[Array, Orbit]] = []  # states after one cycle, in slip scales, and what came of them
 
     def follow(self, name: str, start: Array, least: float = 0.0) -> Orbit:
@@ -125,13 +126,13 @@ class Search:
         assert orbit.state is not None
         return steady_state(*self._asked, initial_slip=orbit.start, steps=self._steps, progress=False) if orbit.state.steps else orbit.state
 
-    def around(self, orbit: Orbit) -> list[Orbit]:
-        """Orbits from random starts around that of an orbit, within one and two spreads of its slips."""
+    def around(self, orbit: Orbit, least: float) -> list[Orbit]:
+        """Orbits of at least so much work from random starts around that of an orbit, within one and two spreads of its slips."""
         assert orbit.path is not None
-        rng, size, count = np.random.default_rng(0), _spread(orbit.start, orbit.path), int(np.clip(500 // len(orbit.start), *_AROUND))
-        starts = [orbit.start + (1 + number % 2) * size * rng.uniform(-1, 1, orbit.start.shape) for number in range(count)]
+        size, count = _spread(orbit.start, orbit.path), int(np.clip(1000 // len(orbit.start), *_AROUND))
+        starts = [orbit.start + (1 + number % 2) * size * self._rng.uniform(-1, 1, orbit.start.shape) for number in range(count)]
         starts = starts if self._most is None else [shortened(start, self._most) for start in starts]
-        return [self.follow(f"around {orbit.name}", start, orbit.work) for start in starts]
+        return [found for start in starts if (found := self.follow(f"around {orbit.name}", start, least)).work >= least]
 
     def climb(self, orbit: Orbit, sense: int) -> Orbit:
         """The orbit with more (sense 1) or less (sense -1) work that steps of linear programs lead to."""
@@ -153,7 +154,7 @@ class Search:
             while better is None:
                 step = ascent.step(radius)
                 if self.transients >= limit:
-                    return replace(orbit, end=_STOPPED)
+                    return replace(orbit, end=STOPPED)
                 if step is None or not step[1] > _WORK_GAIN * orbit.work or radius < smallest:
                     self._extremes.append(orbit.work)
                     return replace(orbit, end="local extreme")
@@ -163,7 +164,7 @@ class Search:
             orbit = better
             if any(abs(orbit.work - known) <= LEVEL * known for known in self._extremes):
                 return replace(orbit, end="local extreme known before")
-        return replace(orbit, end=_STOPPED)
+        return replace(orbit, end=STOPPED)
 
     @staticmethod
     def levels(orbits: list[Orbit]) -> list[Orbit]:

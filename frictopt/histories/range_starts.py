@@ -7,7 +7,7 @@ import numpy as np
 
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
-from ..contact.tolerances import ROUNDING
+from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import ModelError, SolverError
 from ..limits import ShakedownLimit, guaranteed_limit
 from ..limits.admissible import AdmissibleSlips
@@ -47,7 +47,7 @@ class RangeStarts:
 
     @cached_property
     def under_mean_load(self) -> dict[str, Array]:
-        """The admissible slips under the mean load that go furthest in each direction."""
+        """The admissible slips under the mean load that go furthest in each direction, each once."""
         return self._furthest(*self._task.cycle.mean_reaction(self._task.system), "under the mean load")
 
     def at_corners(self) -> dict[str, Array]:
@@ -63,7 +63,11 @@ class RangeStarts:
             slips = self._slips.furthest(q, p, self._directions)
         except SolverError:
             return {}  # some starts less; the range is that of the starts followed
-        return {f"{name}, {place}": slip for name, slip in slips.items()}
+        found = dict[str, Array]()
+        for name, slip in slips.items():
+            if all(np.abs(slip - other).max() > RESIDUAL * np.abs(slip).max() for other in found.values()):
+                found[f"{name}, {place}"] = slip
+        return found
 
     def beyond(self) -> list[list[tuple[str, Array]]]:
         """Multiples of each extreme slip under the mean load, as far as the slip bound allows: more than the closed contact can hold."""
