@@ -58,7 +58,8 @@ class AdmissibleSlips:
         """
         task = replace(self._task, q0=q[None], p0=p[None], q1=np.zeros_like(q)[None], p1=np.zeros_like(p)[None])
         self._v.ask(task, 0.0)
-        self.problem = admissible_problem(self._v)
+        if self.problem is None or task.system.tangents > 1:  # in the plane the loads are parameters
+            self.problem = admissible_problem(self._v)
         found = {}
         for name, direction in directions.items():
             along = direction.T.ravel() @ self._v.to_slip
