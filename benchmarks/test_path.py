@@ -1,4 +1,4 @@
-"""Transients on the paper's scene: the exact path against Lemke's method on increments (quantecon), and steady states from random starts."""
+"""Transients on the paper's scene: the exact path against Lemke's method on increments (quantecon), and steady states from random and hard starts."""
 
 import time
 
@@ -64,3 +64,22 @@ def test_steady_states_from_random_starts(benchmark, contact, cycle):
     mean = benchmark.stats.stats.median / len(runs)
     print(f"\n    N = {contact.nodes}: {1e3 * mean:.2f} ms a transient on average, {np.mean([s.cycles for s in follow()]):.1f} cycles")
     assert mean < (0.06 if contact.nodes > 100 else 0.005)
+
+
+def test_hard_starts_against_products_with_the_stiffness(compare, cycle):
+    """Whole transients from unit modes, N = 125, .9 to 1.5 lambda_2, against one product of the stiffness with the motions for each event."""
+    contact = fo.scenes.PunchOnHalfPlane(elements=124).condense()
+    limit = fo.shakedown_limit(contact, cycle, FRICTION).load_factor
+    starts, u = np.polynomial.chebyshev.chebvander(contact.x, 6)[:, 1:].T, np.ones(2 * contact.nodes)
+
+    def follow():
+        return [fo.steady_state(contact, cycle, FRICTION, share * limit, initial_slip=start) for share in (0.9, 1.05, 1.2, 1.5) for start in starts]
+
+    events = sum(steady.events for steady in follow())
+
+    def multiply():
+        for _ in range(events):
+            contact.S @ u
+
+    print(f"\n    {events} events", end="")
+    assert compare(follow, multiply, rounds=5) < 6.0
