@@ -147,7 +147,7 @@ def _study(asked: argparse.Namespace) -> None:
     print(table.groupby(["friction", "load_factor", "outcome"]).size().rename("runs").reset_index().to_string(index=False))
     print(f"kept in {store}")
     if asked.shard is None:
-        _written(asked.table or files.get("table"), asked.picture or files.get("picture"), table, table)
+        _written(asked.table or files.get("table"), asked.picture or files.get("picture"), table, table, "study")
 
 
 def _merge(asked: argparse.Namespace) -> None:
@@ -175,17 +175,17 @@ def _sums(system: "ContactSystem") -> "Table":
     return frame({"load case": list(system.bonded), **dict(zip(names, rows.T, strict=True))})
 
 
-def _written(file: Path | None, picture: Path | None, table: "Table", result: object) -> None:
+def _written(file: Path | None, picture: Path | None, table: "Table", result: object, kind: str = "") -> None:
     if file:
         getattr(table, WRITERS[file.suffix])(file, index=False)
     if picture:
-        _draw(result, picture)
+        _draw(result, picture, kind)
 
 
-def _draw(result: object, file: Path) -> None:
+def _draw(result: object, file: Path, kind: str = "") -> None:
     from .plots.draw import draw
 
-    axes: Any = draw(result)
+    axes: Any = draw(result, kind=kind)
     first = getattr(axes, "flat", [axes])[0]
     try:
         first.figure.savefig(file, bbox_inches="tight")

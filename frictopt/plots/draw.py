@@ -21,7 +21,7 @@ _NEEDED = ("friction", "friction_std", "friction_number", "load_factor", "load_r
 def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", **options: object) -> "Axes | AxesArray":
     """Draw a result in the given axes, which keep their style, or in those of a new figure, and return the axes.
 
-    Its picture, or another `kind`: the "status" of the nodes of a trajectory, or fields in "deformed" bodies.
+    Its picture, or another `kind`: the "status" of the nodes of a trajectory, fields in "deformed" bodies, the table of a "study".
 
     Raises
     ------
@@ -38,8 +38,9 @@ def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", *
     from .style import name_units, screen
 
     with nullcontext() if ax is not None else screen():
-        pictures: dict[str, Callable[..., Axes | AxesArray]] = {"": picture, "status": status.node_status, "deformed": bodies.deformed}
-        drawn = pictures[kind](result, ax, **options)
+        others: dict[str, Callable[..., Axes | AxesArray]]
+        others = {"status": status.node_status, "deformed": bodies.deformed, "study": study.runs_of}
+        drawn = others.get(kind, picture)(result, ax, **options)
     name_units(np.ravel(np.asarray(drawn, dtype=object))[0], _units(result))
     return drawn
 
@@ -90,4 +91,4 @@ def plot_study(table: "Table", ax: "Axes | None" = None) -> "Axes | AxesArray":
     """
     if any(name not in getattr(table, "columns", ()) for name in _NEEDED):
         raise ModelError(f"table: give the DataFrame of dissipation_study, with the columns {', '.join(_NEEDED)}")
-    return draw(table, ax)
+    return draw(table, ax, "study")

@@ -1,15 +1,13 @@
 """Picture of a study of many transients."""
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 
-from .picture import picture
+from ..contact.show import Table
 from .style import BLACK, SERIES, legend, new_axes, series
 
 
-@picture.register
-def _study(table: pd.DataFrame, ax: Axes | None = None) -> Axes:
+def runs_of(table: Table, ax: Axes | None = None) -> Axes:
     """Steady dissipation against the load, over a finite lambda_2; a look for each family of starts, a colour for each of several frictions."""
     (axes,) = new_axes(ax)
     runs = table[table["outcome"] != "FAILED"]
