@@ -64,5 +64,5 @@ QUICK = Parameters(
     punch_elements=2,
     sphere_cells=(6, 12),
     region_tolerances=(1e-1, 1e-2),
-    search_steps=(2, 4),
+    search_steps=(4, 16),
 )
