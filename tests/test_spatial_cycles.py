@@ -193,6 +193,8 @@ def test_long_work_shows_how_many_cycles_it_has_followed(monkeypatch):
     monkeypatch.setattr(asked, "bar_of", Bar)
     steady = fo.steady_state(random_contact(np.random.default_rng(7), 4), cycle(), 0.5, 0.3, steps=2, progress=False)
     assert len(seen) > steady.cycles and not any(seen)
+    with pytest.raises(fo.ModelError, match="progress"):
+        fo.steady_state(single(), fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5, 0.3, progress="yes")
 
 
 def test_the_work_of_friction_is_that_of_the_shear_force_along_the_slip():

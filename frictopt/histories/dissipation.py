@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_numbers, listed, shown, whole_number
+from ..contact.checks import Array, finite_numbers, flag, listed, shown, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.progress import bar_of
 from ..contact.system import checked_system
@@ -113,6 +113,7 @@ def dissipation_study(
     checked_cycle(cycle)
     factors = _checked_factors(load_factors)
     begins = checked_starts(starts, system.slip_shape)
+    flag("progress", progress)
     chosen = slice(None) if shard is None else _checked_shard(shard)
     wanted = list(product(range(len(fields)), factors, begins))[chosen]
     rows: dict[str, Row] = {}

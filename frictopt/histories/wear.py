@@ -104,7 +104,7 @@ def wear(
     def settle(worn: ContactSystem, state: ContactState | None) -> SteadyState:
         return steady_state(worn, cycle, friction, load_factor, initial_state=state, steps=steps, progress=False)
 
-    with bar_of(progress, "wear", "jump", delay=2) as bar:
+    with bar_of(flag("progress", progress), "wear", "jump", delay=2) as bar:
         course = Course(per_work, tolerance, settle, settle(system, initial_state))
         try:
             while not (reason := course.ended(most)):

@@ -71,7 +71,7 @@ class Condensed:
         self.block: Array = np.vstack([define, on_kept[long].toarray()])
         self.sparse = csr_array(hstack([on_kept.multiply(~long[:, None]), on_defined, chosen]))
         self.transposed = csr_array(self.sparse.T)
-        self.inverted = len(self.block) < len(kept) and bool(np.diff(self.transposed.indptr).all())
+        self.inverted = 0 < len(self.block) < len(kept) and bool(np.diff(self.transposed.indptr).all())
         self.right, self.objective = right[zero:] - on_defined @ self._start, objective[self._kept] + define.T @ self._costs
 
     def rows(self, y: Array) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
-from ..contact.checks import Array, choice, frozen, warns_of_odd_values, whole_number
+from ..contact.checks import Array, choice, flag, frozen, warns_of_odd_values, whole_number
 from ..contact.parts import parted
 from ..contact.progress import bar_of
 from ..contact.system import checked_system
@@ -85,6 +85,7 @@ def march(
     True
     """
     whole_number("cycles", cycles, least=0)
+    flag("progress", progress)
     way, counts = way_to_follow(checked_system(system), engine, steps)
     start = system, cycle, friction, load_factor, initial_slip
     path: ExactPath | SteppedPath

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.answers import Outcome
-from ..contact.checks import finite_number, frozen, warns_of_odd_values, whole_number
+from ..contact.checks import finite_number, flag, frozen, warns_of_odd_values, whole_number
 from ..contact.coulomb import off_law
 from ..contact.parts import parted
 from ..contact.progress import bar_of
@@ -101,6 +101,7 @@ def steady_state(
     1.0
     """
     whole_number("most_cycles", most_cycles, least=1)
+    flag("progress", progress)
     extra = None if overload is None else finite_number("overload", overload, least=0.0)
     asked = checked_system(system), cycle, friction, load_factor, initial_slip
     if system.tangents == 1 and steps is None:

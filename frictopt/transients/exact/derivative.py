@@ -58,7 +58,7 @@ class ReturnMap:
     >>> path.start()
     >>> path.run_cycle()
     >>> one = return_map(path)
-    >>> one.locked.tolist(), round(one.work, 6), one.derivative.diagonal()[:4].round(6).tolist()
+    >>> one.locked.tolist(), round(one.work, 6), (one.derivative.diagonal()[:4].round(6) + 0.0).tolist()
     ([False, True, True, True], 1.0, [0.0, 1.0, 1.0, 1.0])
     """
 
