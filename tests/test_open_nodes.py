@@ -281,3 +281,16 @@ def test_that_nothing_is_safe_with_all_nodes_closed_is_proven_by_the_program_of_
     work = [float((motion.slips * q).sum() + (motion.lift * p).sum()) for q, p in ((q0, p0), (np.array(q1), np.array(p1)))]
     assert work[0] < -1e-3 * motion.size.sum() and work[1] <= 1e-7 * motion.size.sum()
     assert np.abs(motion.stress(contact)).max() <= 1e-7 * motion.size.sum() and motion.opening.min() >= 0
+
+
+def test_nodes_that_open_beyond_a_jump_are_left_out():
+    """Friction is above its critical value at the first node: the exact path under the mean load ends at a jump, beyond which the node is open."""
+    A, B, C = [[1.351, 2.040], [2.040, 7.362]], [[-2.027, -3.535], [0.386, 0.939]], [[7.626, -2.224], [-2.224, 1.063]]
+    bonded = {"mean": ([-0.201, 0.0592], [0.0, 1.568]), "cyclic": ([1.0, 0.5], [0.5, 0.1])}
+    contact, friction = fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], bonded), np.array([0.727, 0.558])
+    with pytest.raises(fo.NoContinuation, match="would jump"):
+        fo.steady_state(contact, CYCLE, friction, 0.0)
+    limit = fo.shakedown_limit(contact, CYCLE, friction)
+    assert limit.open.tolist() == [True, False]
+    full = largest_with_open(contact, CYCLE, friction, np.tile(limit.open, (2, 1)), 3 * limit.load_factor)
+    assert full is not None and limit.load_factor == pytest.approx(full[0], rel=1e-7)

@@ -5,10 +5,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.parts import parted
+from ..errors import NoContinuation
 from .begin import OPEN
 from .exact import ExactPath
 from .paths import path_of
-from .stepped import SteppedPath
+from .stepped import SteppedPath, step_counts
 
 
 def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> ContactState:
@@ -29,12 +30,17 @@ def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> 
 def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> NDArray[np.bool_]:
     """(N,) nodes that are open once the mean load has come, from no slip; and at all corners of a cycle at load factor 0, if a part of it is fixed.
 
+    Where friction is so high that the exact path ends at a jump, increments go beyond it.
+
     Raises
     ------
     ModelError, NoContinuation, SolverError
         See `mean_state`.
     """
-    path = _settled(system, cycle, friction)
+    try:
+        path = _settled(system, cycle, friction)
+    except NoContinuation:
+        path = _settled(system, cycle, friction, step_counts(None)[0])
     opened = _gap(path) > 0
     for leg in path.legs if cycle.fixed else []:
         path.follow_to(*leg)
@@ -42,8 +48,8 @@ def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -
     return opened
 
 
-def _settled(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> ExactPath | SteppedPath:
-    path = path_of(system, cycle, friction, 0.0)
+def _settled(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, steps: int | None = None) -> ExactPath | SteppedPath:
+    path = path_of(system, cycle, friction, 0.0, steps=steps)
     path.start()
     return path
 
