@@ -120,12 +120,13 @@ def safe_region(subject: Embedded) -> Answered:
 
 
 def least_slip(subject: Embedded) -> Answered:
-    """The proven sum of the weighted slips."""
+    """The proven sum of the weighted slips, up to the gap of the limit: both are proven by its mechanism."""
     if not subject.finite:
         raise NotAsked
     case, factor = subject.case, 1.5 * subject.answered_limit.load_factor
-    found = fo.shakedown_limit(subject.solid, case.cycle, case.friction).least_slip(factor)
-    same("the bound is", found.bound, subject.answered_limit.least_slip(factor).bound, _SAME * 10)
+    limit = fo.shakedown_limit(subject.solid, case.cycle, case.friction)
+    found, gap = limit.least_slip(factor), 1 - limit.load_factor / limit.bound
+    same("the bound is", found.bound, subject.answered_limit.least_slip(factor).bound, _SAME * 10 + gap)
     return found.residual, True
 
 
