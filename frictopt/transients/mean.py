@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.parts import parted
-from ..errors import NoContinuation
+from ..errors import NoContinuation, SolverError
 from .begin import OPEN
 from .exact import ExactPath
 from .paths import path_of
@@ -39,8 +39,11 @@ def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -
     """
     try:
         path = _settled(system, cycle, friction)
-    except NoContinuation:
-        path = _settled(system, cycle, friction, step_counts(None)[0])
+    except NoContinuation as end:
+        try:
+            path = _settled(system, cycle, friction, step_counts(None)[0])
+        except SolverError:
+            raise end from None
     opened = _gap(path) > 0
     for leg in path.legs if cycle.fixed else []:
         path.follow_to(*leg)
