@@ -129,7 +129,7 @@ class LimitQuestion:
             q, p = self.change(slip)
             return self.q0 + q + load_factor * self.q1, self.p0 + p + load_factor * self.p1
         axes = self.system.tangents + 1
-        r = joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1) + joined(*self.states(load_factor, slip)) @ self.system.S
+        r = self._at_corners(load_factor) + joined(*self.states(load_factor, slip)) @ self.system.S
         return parted(r * np.tile(self.closed, axes), axes)
 
     def change(self, slip: Array) -> tuple[Array, Array]:
@@ -143,8 +143,10 @@ class LimitQuestion:
             return np.broadcast_to(slip, self.q1.shape), np.zeros_like(self.p1)
         axes = self.system.tangents + 1
         held = joined(slip, np.zeros(len(slip))) * np.tile(self.closed, axes)
-        r = joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1) + held @ self.system.S
-        return parted(held - r @ self.give, axes)
+        return parted(held - (self._at_corners(load_factor) + held @ self.system.S) @ self.give, axes)
+
+    def _at_corners(self, load_factor: float) -> Array:
+        return joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1)
 
     def expanded(self, slip: Array) -> Array:
         """The slip of the whole contact that one of the part means: the sum of its images; open nodes have theirs at load factor 0, corner 0."""
