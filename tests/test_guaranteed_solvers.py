@@ -1,7 +1,10 @@
 """The guaranteed limit and its solvers: whose answer counts, what is believed, and what a result carries."""
 
+import gc
 import io
+import weakref
 
+import highspy
 import numpy as np
 import pytest
 
@@ -49,3 +52,19 @@ def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):
     text = io.StringIO()
     second.explain(text)
     assert "critical" in text.getvalue() and "2 of 2 rows bind" in text.getvalue() and f"{second.load_factor:.12g}" in text.getvalue()
+
+
+def test_no_solver_outlives_its_answer(punch, paper_cycle, monkeypatch):
+    """A solver holds copies of its program, which for a thousand nodes take more than the program."""
+    alive, made = weakref.WeakSet(), []
+
+    class Watched(highspy.Highs):
+        def __init__(self):
+            super().__init__()
+            alive.add(self)
+            made.append(None)
+
+    monkeypatch.setattr(highspy, "Highs", Watched)
+    limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
+    gc.collect()
+    assert made and limit.problem is not None and not len(alive)

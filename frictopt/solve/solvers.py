@@ -156,4 +156,5 @@ def _run(problem: cp.Problem, name: str) -> str:
             problem.solve(solver=solver, warm_start=False, enforce_dpp=True, **_OPTIONS[name])
         except (cp.SolverError, ValueError, ArithmeticError) as error:
             return str(error).split("\n")[0]
+    problem._solver_cache = {}  # the solver with its copies of the program, which cvxpy keeps for a warm start, takes more than all else
     return str(problem.status)
