@@ -119,6 +119,16 @@ def test_each_kind_of_limit_is_named_and_explained(mean, corners, kind):
     assert "friction_circle_0" in text.getvalue() and "no_force" not in text.getvalue()
 
 
+@pytest.mark.parametrize("idle", [[0], [0, 1, 2]])
+def test_a_load_that_presses_some_nodes_and_leaves_others_alone_has_no_limit(idle):
+    contact = random_contact(np.random.default_rng(4), 3)
+    share = ~np.isin(np.arange(3), idle)
+    pressed = np.r_[0.1 * share, 0.2 * share, share]  # no slip keeps a node without cyclic load at rest, and any slip shears it
+    contact = contact.with_bonded({"press": pressed})
+    limit = fo.shakedown_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"press": 0.5}]), 0.5)
+    assert limit.kind is fo.LimitKind.UNBOUNDED and limit.residual <= 1e-9 and limit.mechanism.empty
+
+
 @pytest.mark.parametrize(
     ("coupling", "corners", "why"),
     [

@@ -28,25 +28,28 @@ def no_limit(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
     unsafe, existence = np.full(task.system.slip_shape, np.nan), solve_margin(task, None, solver)
     if existence.margin < -RESIDUAL:
         return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, existence.record, whole, existence._motion)
-    none = {name: np.zeros_like(getattr(task, name)) for name in ("q0", "p0", "w0")}
-    still = None if task.most is None else np.zeros_like(task.most)  # a bounded slip cannot grow with the load
-    cyclic = solve_margin(replace(task, **none, most=still), task.load_unit, solver)
-    if not (cyclic.margin >= -RESIDUAL and _carried(task, cyclic.load_factor, task.own(cyclic.slip))):
-        return None
-    slipped, rounding = whole.change(cyclic.slip / cyclic.load_factor), GROWN * whole.mean_bound / cyclic.load_factor
+    slip, growing = np.zeros(task.system.slip_shape), existence
+    if not _carried(task, task.own(slip)):  # no slip, which programs find up to rounding alone, may grow with the load as well
+        none = {name: np.zeros_like(getattr(task, name)) for name in ("q0", "p0", "w0")}
+        still = None if task.most is None else np.zeros_like(task.most)  # a bounded slip cannot grow with the load
+        growing = solve_margin(replace(task, **none, most=still), task.load_unit, solver)
+        slip = growing.slip
+        if not (growing.margin >= -RESIDUAL and _carried(task, task.own(slip))):
+            return None
+    slipped, rounding = whole.change(slip / task.load_unit), GROWN * whole.mean_bound / task.load_unit
     why = growth_diagnosis(whole.friction, (whole.q1, whole.p1), slipped, rounding)
-    return ShakedownLimit(np.inf, LimitKind.UNBOUNDED, unsafe, np.inf, cyclic.record, whole, cyclic._motion.scaled(0.0), _why=why)
+    return ShakedownLimit(np.inf, LimitKind.UNBOUNDED, unsafe, np.inf, growing.record, whole, growing._motion.scaled(0.0), _why=why)
 
 
-def _carried(task: LimitQuestion, load_factor: float, slip: Array) -> bool:
+def _carried(task: LimitQuestion, slip: Array) -> bool:
     """Whether the slip that grows with the load keeps each node within its bound, up to a share of what acts on this node itself."""
     f, v, shape = task.friction, np.abs(slip.T.ravel()), slip.T.shape
-    q1, p1 = load_factor * task.q1, load_factor * task.p1
+    q1, p1 = task.load_unit * task.q1, task.load_unit * task.p1
     sheared, pressed = (np.abs(task.A) @ v).reshape(shape).T, np.abs(task.B) @ v
     own = np.maximum(lengths(q1, p1), f * np.abs(p1)).max(axis=0) + lengths(sheared, pressed) + f * pressed
     q, p = (cyclic_part + part for cyclic_part, part in zip((q1, p1), task.change(slip), strict=True))
     lift = np.zeros((0, len(v))) if task.lift is None else task.lift
-    opens = load_factor * task.w1
+    opens = task.load_unit * task.w1
     apart = (opens + lift @ slip.T.ravel() >= -RESIDUAL * (np.abs(opens) + np.abs(lift) @ v)).all()
     return bool(apart) and bool((np.maximum(lengths(q, p) - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
 
