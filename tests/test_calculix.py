@@ -45,7 +45,7 @@ def condensed(job, **loads):
     d = job.points.shape[1]
     loads = {"P": {"where": "TOP", "traction": -np.eye(d)[-1]}, "Q": {"where": "TOP", "traction": np.eye(d)[0]}} | loads
     forces = {name: job.force(**load) for name, load in loads.items()}
-    system = fo.condense(job.K, forces, pairs, np.eye(d)[-1], job.unknowns, job.points)
+    system = fo.condense(job.K, forces, pairs, np.eye(d)[-1], job.unknowns, job.points, generalised=job.generalised)
     return system, [tuple(map(int, pair)) for pair in job.deck.numbers[pairs]]
 
 

@@ -60,7 +60,7 @@ def test_modes_of_a_tie_in_space(tmp_path):
 
 
 def test_a_rigid_tool_has_its_mass(tmp_path):
-    """Of a rigid part displacements stand for the rotation, in the mass too: the glued modes are those of CalculiX, which turns the part itself."""
+    """The rotation of a rigid part has its mass, and its part in the modes that CalculiX prints, by the displacements of its nodes."""
     _, pairs, deck = plane()
     deck = deck.replace("*ELEMENT", "2000, 1.5, 2.5, 0.0\n*ELEMENT", 1) + "*RIGID BODY, NSET=TOP, REF NODE=2000\n"
     job = fo.read_calculix(run(tmp_path, deck)[0])

@@ -77,22 +77,20 @@ TOP_LABELS = [f"{node}.{k}" for node in (1, 2, 3, 4, 20, 21) for k in (1, 2, 3)]
 RIGID = "*RIGID BODY, NSET={}, REF NODE=20{}\n"
 
 
-def test_a_rotation_leaves_the_matrix_for_displacements_of_the_part(tmp_path):
-    """Energy and work of any displacement stay what they were."""
+def test_a_rotation_of_a_rigid_part_is_a_generalised_coordinate(tmp_path):
+    """Forces on the part, and a moment on its rotation, do the work that they do on the nodes."""
     random = np.random.default_rng(0)
     K = random.normal(size=(18, 18))
     K = (K + K.T) / 2
     found = job(tmp_path, CUBE + RIGID.format("TOP", ", ROT NODE=21"), TOP_LABELS, K)
-    assert sorted(set(found.labels[:, 0].tolist()) - {1, 2, 3, 4, 20}) and len(found.labels) == 18 and not (found.labels[:, 0] == 21).any()
+    assert found.labels[15:].tolist() == [[20, 4], [20, 5], [20, 6]] and found.generalised.tolist() == [15, 16, 17]
+    assert np.allclose(found.K.toarray(), K)
     y = random.normal(size=18)  # displacements of nodes 1 to 4, displacement and rotation of the reference
-    u = {node: y[3 * i : 3 * i + 3] for i, node in enumerate((1, 2, 3, 4, 20))}
     arms = dict(zip(found.deck.numbers.tolist(), found.points - found.points[8], strict=True))
-    u |= {node: u[20] + np.cross(y[15:], arms[node]) for node in (5, 6, 7, 8)}
-    z = np.array([u[node][direction - 1] for node, direction in found.labels])
-    assert z @ found.K @ z == pytest.approx(y @ K @ y)
+    u = {node: y[12:15] + np.cross(y[15:], arms[node]) for node in (5, 6, 7, 8)}
     forces = random.normal(size=(4, 3))
-    assert found.force("TOP", nodal=forces) @ z == pytest.approx(sum(force @ u[node] for node, force in zip((5, 6, 7, 8), forces, strict=True)))
-    assert found.force([9], nodal=[1.0, 2.0, 3.0]) @ z == pytest.approx(y[15:] @ [1.0, 2.0, 3.0])  # a moment on the rotation
+    assert found.force("TOP", nodal=forces) @ y == pytest.approx(sum(force @ u[node] for node, force in zip((5, 6, 7, 8), forces, strict=True)))
+    assert on(found, found.force([9], nodal=[1.0, 2.0, 3.0])) == {"20.4": 1.0, "20.5": 2.0, "20.6": 3.0}
 
 
 def test_a_rotation_that_a_coupling_does_not_feel_leaves_the_matrix(tmp_path):
@@ -103,17 +101,18 @@ def test_a_rotation_that_a_coupling_does_not_feel_leaves_the_matrix(tmp_path):
     assert len(found.labels) == 15 and found.labels[:, 0].max() == 20 and np.linalg.matrix_rank(found.K.toarray()) == 15
 
 
+def test_a_rigid_part_whose_reference_follows_hands_its_forces_on(tmp_path):
+    deck = CUBE + RIGID.format("TOP", ", ROT NODE=21") + "*EQUATION\n2\n20, 1, 1., 1, 1, -1.\n"
+    found = job(tmp_path, deck, [label for label in TOP_LABELS if label != "20.1"])
+    assert on(found, found.force([4], nodal=[2.0, 0.0, 0.0])) == {"1.1": 2.0, "20.5": -2.0, "20.6": 1.0}  # node 5, 0.5 in front and 1 below
+
+
 @pytest.mark.parametrize(
     ("text", "labels", "said"),
     [
         (RIGID.format("TOP", "") + "*RIGID BODY, NSET=EDGE, REF NODE=1\n", [*TOP_LABELS[:15], "22.1"], "2 rigid parts name no ROT NODE.*\\[22\\]"),
         (RIGID.format("TOP", ""), [*TOP_LABELS[:15], "22.1", "23.1"], "1 rigid parts name no ROT NODE.*\\[22, 23\\]"),
         (RIGID.format("EDGE", ", ROT NODE=21").replace("=20", "=5"), TOP_LABELS, "follow REF NODE 5 do not determine its rotation"),
-        (
-            RIGID.format("TOP", ", ROT NODE=21") + "*EQUATION\n2\n20, 1, 1., 1, 1, -1.\n",
-            [label for label in TOP_LABELS if label != "20.1"],
-            "node 20, the REF NODE of a rigid part, follows others",
-        ),
     ],
 )
 def test_rigid_parts_that_cannot_be_resolved_are_refused(tmp_path, text, labels, said):

@@ -10,7 +10,7 @@ from ..ordering import Integers
 from .deck import Deck, read_deck
 from .job import MatrixJob
 from .meshes import file_path
-from .rotations import without_rotations
+from .rotations import with_rotations
 from .rows import numbers_in, symmetric
 
 
@@ -18,7 +18,7 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     """Read what CalculiX writes for a step of `*FREQUENCY, SOLVER=MATRIXSTORAGE`: `NAME.sti`, `NAME.mas`, `NAME.dof` and the deck `NAME.inp`.
 
     CalculiX writes one triangle of each matrix, without the displacements that `*BOUNDARY` holds or that follow others by a constraint, and no
-    loads: `MatrixJob.force` makes them, and knows the constraints. Displacements of nodes stand for the rotation of a `*RIGID BODY`.
+    loads: `MatrixJob.force` makes them, and knows the constraints. Rotations of a `*RIGID BODY` are generalised coordinates.
     Stiffness and mass of a plane job are divided by the thickness of its section. The contact itself must not be in the deck: each body
     keeps its own nodes there.
 
@@ -56,10 +56,10 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     if deck is None and not path.exists():
         return MatrixJob(K, labels, M=M)
     written = read_deck(path)
-    T, labels, written = without_rotations(K, labels, written)
+    labels, felt = with_rotations(K, labels, written)
     _check_plane(labels, written)
-    K, M = (None if part is None else csr_matrix(T.T @ part @ T) / written.thickness for part in (K, M))
-    return MatrixJob(K, labels, written, M=M)
+    K, M = (None if part is None else csr_matrix(part[felt][:, felt]) / written.thickness for part in (K, M))
+    return MatrixJob(K, labels[felt], written, M=M)
 
 
 def _matrix(what: str, path: Path, dof: Path, n: int) -> csr_matrix:

@@ -1,8 +1,7 @@
 """Displacements that a stiffness matrix does not have: what the deck says of them, and where the loads on them go."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TypeAlias
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -13,88 +12,67 @@ from ...errors import ModelError
 from ..ordering import Flags, Integers
 from .blocks import Block, fields, number
 
-Equation: TypeAlias = tuple[tuple[int, int, float], ...]  # row of the node, axis and coefficient of each term; the first one depends on the others
+Terms = list[tuple[int, int, float]]  # what follows, what leads, and the weight: 6 i + k is displacement k of node i, from 3 on its rotation
 
 CONSTRAINING = {"BOUNDARY", "EQUATION", "RIGIDBODY", "COUPLING", "KINEMATIC"} | {  # those below follow rules of the code that are not in the deck
     "TIE", "MPC", "DISTRIBUTING", "DISTRIBUTINGCOUPLING", "KINEMATICCOUPLING", "CYCLICSYMMETRYMODEL", "PRE-TENSIONSECTION", "EMBEDDEDELEMENT"
 }  # fmt: skip
-_ABAQUS_NAMES = {"XSYMM": [0], "YSYMM": [1], "ZSYMM": [2], "XASYMM": [1, 2], "YASYMM": [0, 2], "ZASYMM": [0, 1]}
-_ABAQUS_NAMES |= {"PINNED": [0, 1, 2], "ENCASTRE": [0, 1, 2]}
-
-
-@dataclass(frozen=True, eq=False)
-class Rigid:
-    """Nodes that move as one: `u_i = u_reference + rotation x (x_i - x_reference)` along some axes.
-
-    Parameters
-    ----------
-    reference, rotation
-        Rows of two nodes: the displacements of the second one are the rotations. None where the code generates it.
-    nodes
-        Rows of the nodes that follow.
-    axes
-        The axes, 0 to 2, along which they follow.
-    """
-
-    reference: int
-    rotation: int | None
-    nodes: Integers
-    axes: tuple[int, ...]
+_ABAQUS_NAMES = {"XSYMM": [0, 4, 5], "YSYMM": [1, 3, 5], "ZSYMM": [2, 3, 4], "XASYMM": [1, 2, 3], "YASYMM": [0, 2, 4], "ZASYMM": [0, 1, 5]}
+_ABAQUS_NAMES |= {"PINNED": [0, 1, 2], "ENCASTRE": [0, 1, 2, 3, 4, 5]}
 
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
-    """Held displacements, and those that follow others.
+    """Held displacements and rotations, and those that follow others; those of node i are the unknowns 6 i to 6 i + 5.
 
     Parameters
     ----------
     held
-        (nodes, 3) whether `*BOUNDARY` holds a displacement.
-    equations
-        Those of `*EQUATION`.
+        (nodes, 6) whether `*BOUNDARY` holds an unknown.
+    ends, weights
+        (m, 2) unknowns, the first of which follows the second, and (m,) how much: those of `*EQUATION`, of `*RIGID BODY`, and of `*COUPLING` with
+        `*KINEMATIC`, in which `u_i = u_reference + rotation x (x_i - x_reference)`.
     rigid
-        Those of `*RIGID BODY` and `*COUPLING` with `*KINEMATIC`.
+        Rows of the reference of each rigid part and of the node whose displacements are its rotation; None where the code generates that one.
     others
         Keywords whose equations are not in the deck.
     """
 
     held: Flags
-    equations: tuple[Equation, ...]
-    rigid: tuple[Rigid, ...]
-    others: tuple[str, ...]
+    ends: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.intp))
+    weights: Array = field(default_factory=lambda: np.zeros(0))
+    rigid: tuple[tuple[int, int | None], ...] = ()
+    others: tuple[str, ...] = ()
 
     def passed_on(self, forces: Array, present: Flags, numbers: Integers) -> Array:
-        """(nodes, 3) the same forces, those on displacements that follow others moved to these: `T^T f`.
+        """(nodes, 6) the same forces, those on unknowns that follow others moved to these: `T^T f`.
 
         Parameters
         ----------
         forces
-            (nodes, 3) nodal forces.
+            (nodes, 6) nodal forces and moments.
         present
-            (nodes, 3) whether a displacement is in the matrix.
+            (nodes, 6) whether an unknown is in the matrix.
         numbers
-            Numbers of the nodes.
+            (nodes,) numbers of the nodes.
 
         Raises
         ------
         ModelError
-            A force on a displacement that is neither in the matrix nor held, and that no equation determines.
+            A force on a displacement that is neither in the matrix nor held, and follows none that is.
         """
-        wanting = ~(present | self.held)
-        own = [equation for equation in self.equations if wanting[equation[0][0], equation[0][1]]]
-        terms = [(3 * a + i, 3 * b + j, -weight / first) for (a, i, first), *rest in own for b, j, weight in rest]
-        row, column, weights = np.array(terms).reshape(-1, 3).T
-        follow = csr_matrix((weights, (row.astype(int), column.astype(int))), shape=(forces.size,) * 2)
-        follows = np.zeros(forces.size, dtype=bool)
-        follows[[3 * a + i for (a, i, _), *_ in own]] = True
-        moved = forces.ravel()
-        for _ in own:  # a chain of equations is not longer
+        wanting, moved = ~(present | self.held).ravel(), forces.ravel()
+        own = wanting[self.ends[:, 0]]
+        (row, column), follows = self.ends[own].T, np.zeros(forces.size, dtype=bool)
+        follow = csr_matrix((self.weights[own], (row, column)), shape=(forces.size,) * 2)
+        follows[row] = True
+        for _ in row:  # a chain is not longer
             if not moved[follows].any():
                 break
             moved = np.where(follows, 0.0, moved) + follow.T @ np.where(follows, moved, 0.0)
-        lost = wanting.ravel() & (np.abs(moved) > ROUNDING * np.abs(forces).max(initial=0.0))
+        lost = wanting & (np.abs(moved) > ROUNDING * np.abs(forces).max(initial=0.0))
         if lost.any():
-            node, axis = divmod(int(lost.argmax()), 3)
+            node, axis = divmod(int(lost.argmax()), 6)
             why = f"the deck has {', '.join(self.others)}" if self.others else "give the deck of the same job"
             raise ModelError(
                 f"force: it acts on node {numbers[node]}, direction {axis + 1}, that neither the matrix nor *BOUNDARY has, and no *EQUATION says "
@@ -102,8 +80,20 @@ class Constraints:
             )
         return np.asarray(moved.reshape(forces.shape))
 
+    def part(self, reference: int) -> tuple[Integers, Array]:
+        """Unknowns (m,) that follow the displacements of a node, and (m, 6) how much they follow these and its rotation."""
+        first = 6 * reference
+        leads = (self.ends[:, 1] >= first) & (self.ends[:, 1] < first + 6)
+        unknowns = np.unique(self.ends[leads & (self.ends[:, 1] < first + 3), 0])
+        follow = csr_matrix((self.weights[leads], (self.ends[leads, 0], self.ends[leads, 1] - first)), shape=(self.held.size, 6))
+        return unknowns, follow[unknowns].toarray()
 
-def constraints_of(found: Sequence[Block], row: Mapping[int, int], sets: Mapping[str, Integers]) -> Constraints:
+    def following(self, ends: Integers, weights: Array) -> "Constraints":
+        """The same, with more unknowns that follow others."""
+        return replace(self, ends=np.concatenate([self.ends, ends]), weights=np.concatenate([self.weights, weights]))
+
+
+def constraints_of(found: Sequence[Block], row: Mapping[int, int], sets: Mapping[str, Integers], points: Array) -> Constraints:
     """The constraints of a deck; a block that cannot be read is one of the `others`, for it may say nothing of the loads.
 
     Parameters
@@ -114,10 +104,12 @@ def constraints_of(found: Sequence[Block], row: Mapping[int, int], sets: Mapping
         Number of a node -> its row.
     sets
         Node set or surface of nodes -> rows.
+    points
+        (nodes, 3) coordinates.
     """
-    held = np.zeros((len(row), 3), dtype=bool)
-    equations: list[Equation] = []
-    rigid: list[Rigid] = []
+    held = np.zeros((len(row), 6), dtype=bool)
+    terms: Terms = []
+    rigid: list[tuple[int, int | None, Integers, list[int]]] = []
     others: list[str] = []
     coupling: dict[str, str] = {}
 
@@ -133,28 +125,35 @@ def constraints_of(found: Sequence[Block], row: Mapping[int, int], sets: Mapping
                     axes = _ABAQUS_NAMES[rest[0].upper()] if rest and not rest[0].isdecimal() else _span(rest)
                     held[rows_of(where)[:, None], axes] = True
             elif keyword == "EQUATION" and not options:
-                equations += _equations(lines, rows_of)
+                terms += _equations(lines, rows_of)
             elif keyword == "RIGIDBODY":
                 rotation = row[int(options["ROTNODE"])] if "ROTNODE" in options else None
-                rigid.append(Rigid(row[int(options["REFNODE"])], rotation, sets[options["NSET"]], (0, 1, 2)))
+                rigid.append((row[int(options["REFNODE"])], rotation, sets[options["NSET"]], [0, 1, 2]))
             elif keyword == "KINEMATIC":
-                axes = sorted({axis for line in lines for axis in _span(fields(line))})
-                rigid.append(Rigid(row[int(coupling["REFNODE"])], None, sets[coupling["SURFACE"]], tuple(axes)))
+                axes = sorted({axis for line in lines for axis in _span(fields(line)) if axis < 3})
+                rigid.append((row[int(coupling["REFNODE"])], None, sets[coupling["SURFACE"]], axes))
             elif keyword != "COUPLING":
                 others.append(f"*{keyword}")
-        except (KeyError, ValueError, IndexError) as error:
+        except (KeyError, ValueError, IndexError, ZeroDivisionError) as error:
             others.append(f"a block *{keyword} that cannot be read here: {error}")
-    return Constraints(held, tuple(equations), tuple(rigid), tuple(dict.fromkeys(others)))
+    determined = {end for end, *_ in terms}
+    for reference, rotation, nodes, axes in rigid:
+        if rotation is not None:
+            held[reference, 3:] |= held[rotation, :3]
+        terms += [term for term in _turning(reference, rotation, nodes, axes, points) if term[0] not in determined]
+    ends = np.array([term[:2] for term in terms], dtype=np.intp).reshape(-1, 2)
+    weights = np.array([weight for *_, weight in terms])
+    return Constraints(held, ends, weights, tuple(part[:2] for part in rigid), tuple(dict.fromkeys(others)))
 
 
 def _span(ends: Sequence[str]) -> list[int]:
-    """Axes from the first to the last direction; rotations, temperatures and the like are none."""
-    return [direction - 1 for direction in range(int(ends[0]), int(ends[1] if len(ends) > 1 else ends[0]) + 1) if direction <= 3]
+    """Axes from the first to the last direction; temperatures and the like are none."""
+    return [direction - 1 for direction in range(int(ends[0]), int(ends[1] if len(ends) > 1 else ends[0]) + 1) if direction <= 6]
 
 
-def _equations(lines: Sequence[str], rows_of: Callable[[str], Integers]) -> list[Equation]:
-    """Equations: how many terms, then node, direction and coefficient of each; a set of nodes in the first term makes one for each."""
-    found: list[Equation] = []
+def _equations(lines: Sequence[str], rows_of: Callable[[str], Integers]) -> Terms:
+    """Terms of equations: how many, then node, direction and coefficient of each; a set of nodes in the first term makes an equation for each."""
+    found: Terms = []
     entries = [field for line in lines for field in fields(line)]
     while entries:
         size = 1 + 3 * int(entries[0])
@@ -162,6 +161,18 @@ def _equations(lines: Sequence[str], rows_of: Callable[[str], Integers]) -> list
         if any(axis > 2 or (len(nodes) != 1 and i) for i, (nodes, axis, _) in enumerate(terms)):
             raise ValueError("directions beyond 3, or a set of nodes that is not the first term")
         (first, axis, weight), *rest = terms
-        found += [((int(node), axis, weight), *((int(nodes[0]), a, w) for nodes, a, w in rest)) for node in first]
+        leading = [(6 * int(nodes[0]) + a, -w / weight) for nodes, a, w in rest]
+        found += [(6 * int(node) + axis, *lead) for node in first for lead in leading or [(6 * int(node) + axis, 0.0)]]
         entries = entries[size:]
+    return found
+
+
+def _turning(reference: int, rotation: int | None, nodes: Integers, axes: Sequence[int], points: Array) -> Terms:
+    """Terms of a rigid part: its nodes, and the displacements of the node of its rotation, follow the reference."""
+    turns = np.cross(np.eye(3), (points[nodes] - points[reference])[:, None])  # of each node, about each axis
+    found = [] if rotation is None else [(6 * rotation + axis, 6 * reference + 3 + axis, 1.0) for axis in range(3)]
+    for node, turn in zip(nodes.tolist(), turns, strict=True):
+        for axis in axes if node != reference else ():
+            found.append((6 * node + axis, 6 * reference + axis, 1.0))
+            found += [(6 * node + axis, 6 * reference + 3 + about, float(weight)) for about, weight in enumerate(turn[:, axis]) if weight]
     return found

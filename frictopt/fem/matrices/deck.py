@@ -43,7 +43,7 @@ class Deck(Shown):
     thicknesses
         Different thicknesses of the sections of plane elements; nan for one that varies.
     constraints
-        Displacements that are held or follow others.
+        Displacements and rotations that are held or follow others.
 
     Examples
     --------
@@ -154,7 +154,7 @@ def deck_of_points(
     sets
         Node set -> nodes.
     held
-        Node and direction of displacements that are held; others than those of the nodes are passed over.
+        Node and direction, 1 to 6, of displacements and rotations that are held; those of other nodes are passed over.
 
     Raises
     ------
@@ -170,12 +170,12 @@ def deck_of_points(
             raise ModelError(f"deck: node {name} has {len(place)} coordinates; give two or three")
         where[i, : len(place)] = place
     row = {name: i for i, name in enumerate(points)}
-    fixed = np.zeros(where.shape, dtype=bool)
+    fixed = np.zeros((len(points), 6), dtype=bool)
     for name, direction in held:
-        if direction <= 3 and name in row:
+        if direction <= 6 and name in row:
             fixed[row[name], direction - 1] = True
     nodes = {name: _rows(row, members, f"node set {name}") for name, members in sets.items()}
-    return Deck(whole(list(points)), frozen(where), nodes, _with_nodes(solids.items(), row), {}, (), Constraints(fixed, (), (), ()))
+    return Deck(whole(list(points)), frozen(where), nodes, _with_nodes(solids.items(), row), {}, (), Constraints(fixed))
 
 
 def _with_nodes(solids: Iterable[tuple[str, Sequence[Sequence[int]]]], row: Mapping[int, int]) -> tuple[tuple[str, Integers, Integers], ...]:
@@ -243,14 +243,15 @@ def read_deck(path: Path) -> Deck:
     sets = {name: _rows(row, _resolved(members["NSET"], name), f"node set {name}") for name in members["NSET"]}
     element_sets = {name: whole(_resolved(members["ELSET"], name)) for name in members["ELSET"]}
     surfaces = {name: _rows(row, _resolved(members["NSET"] | {"": own}, ""), f"surface {name}") for name, own in members["SURFACE"].items()}
+    points = frozen([(*point, 0.0, 0.0, 0.0)[:3] for point in nodes.values()])
     return Deck(
         numbers=whole(list(nodes)),
-        points=frozen([(*point, 0.0, 0.0, 0.0)[:3] for point in nodes.values()]),
+        points=points,
         sets=sets,
         elements=_with_nodes(solids, row),
         element_sets=element_sets,
         thicknesses=_of_plane(sections, solids, element_sets),
-        constraints=constraints_of(constraining, row, sets | surfaces),
+        constraints=constraints_of(constraining, row, sets | surfaces, points),
         surfaces={k: tuple((whole(_resolved(members["ELSET"] | {"": row[:1]}, "")), int(row[1][1])) for row in own) for k, own in faces.items()},
     )
 

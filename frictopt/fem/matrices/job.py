@@ -112,7 +112,7 @@ class MatrixJob(Shown):
         ModelError
             The matrix has labels of nodes that are not in the deck.
         """
-        return rows_of_nodes(self.labels, self._known, self._directions)
+        return rows_of_nodes(self.labels, self._known)[:, : self._directions]
 
     @property
     def generalised(self) -> Integers:
@@ -263,7 +263,7 @@ class MatrixJob(Shown):
         >>> frequencies.tolist(), shapes.shape
         ([24757.59, 47452.97], (2, 964))
         """
-        return printed_modes(file_path("modes", path), self.labels)
+        return printed_modes(file_path("modes", path), self.labels, self.deck if isinstance(self.deck, Deck) else None)
 
     def force(self, where: str | ArrayLike, *, traction: object = None, pressure: object = None, total: object = None, nodal: object = None) -> Array:
         """(n,) nodal forces of one load, said in one of four ways; on displacements that follow others they go to these, on held ones to the ground.
@@ -296,4 +296,4 @@ class MatrixJob(Shown):
         (-10.0, -1.0)
         """
         given = {name: v for name, v in (("traction", traction), ("pressure", pressure), ("total", total), ("nodal", nodal)) if v is not None}
-        return frozen(acting(given, self.nodes(where), self._known, self.unknowns, len(self.labels), self._over))
+        return frozen(acting(given, self.nodes(where), self._known, self.labels, self._directions, self._over))

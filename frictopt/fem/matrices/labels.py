@@ -24,22 +24,19 @@ def displaced(labels: Integers) -> Flags:
     return np.asarray((labels[:, 0] > 0) & (labels[:, 1] >= 1) & (labels[:, 1] <= 3))
 
 
-def rows_of_nodes(labels: Integers, deck: Deck, directions: int) -> Integers:
-    """(nodes, d) row of each node's displacements, -1 where the deck holds them, -2 where there is none else.
+def rows_of_nodes(labels: Integers, deck: Deck) -> Integers:
+    """(nodes, 6) row of each node's displacements and rotations, -1 where the deck holds them, -2 where there is none else.
 
     Raises
     ------
     ModelError
-        There are labels of nodes that are not in the deck.
+        Displacements of nodes that are not in the deck.
     """
-    rows = np.flatnonzero(displaced(labels))
-    wanted, direction = labels[rows].T
+    if len(lost := np.setdiff1d(labels[displaced(labels), 0], deck.numbers)):
+        raise ModelError(f"deck: node {lost[0]} of the matrix is not in it; give the deck of the same job")
+    rows = np.flatnonzero(np.isin(labels[:, 0], deck.numbers) & (labels[:, 1] >= 1) & (labels[:, 1] <= 6))
     order = np.argsort(deck.numbers)
-    place = np.minimum(np.searchsorted(deck.numbers, wanted, sorter=order), len(order) - 1)
-    node = order[place]
-    if not np.array_equal(deck.numbers[node], wanted):
-        lost = int(wanted[np.argmax(deck.numbers[node] != wanted)])
-        raise ModelError(f"deck: node {lost} of the matrix is not in it; give the deck of the same job")
-    unknowns = np.where(deck.constraints.held[:, :directions], -1, -2)
-    unknowns[node, direction - 1] = rows
+    node = order[np.searchsorted(deck.numbers, labels[rows, 0], sorter=order)]
+    unknowns = np.where(deck.constraints.held, -1, -2)
+    unknowns[node, labels[rows, 1] - 1] = rows
     return whole(unknowns)

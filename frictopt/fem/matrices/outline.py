@@ -15,6 +15,7 @@ from ..forms import boundary_forces
 from ..midside import midside_ties
 from ..ordering import Integers
 from .deck import Deck
+from .labels import rows_of_nodes
 
 
 def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Integers:
@@ -49,11 +50,11 @@ def acting(
     given: Mapping[str, object],
     nodes: Integers,
     deck: Deck,
-    unknowns: Integers,
-    size: int,
+    labels: Integers,
+    d: int,
     over: Callable[[Integers], tuple[Array, Array]],
 ) -> Array:
-    """(size,) nodal forces of a load that is said in one of four ways, see `MatrixJob.force`; `over` has the integrals between some nodes.
+    """(labels,) nodal forces of a load that is said in one of four ways, see `MatrixJob.force`; `over` has the integrals between some nodes.
 
     Raises
     ------
@@ -64,8 +65,8 @@ def acting(
         raise ModelError(f"force: {' and '.join(given) or 'no load'}; give one of traction, pressure (force per area), total, nodal (force)")
     if axisymmetric := sorted({kind for kind, _, _ in deck.elements if kind.startswith("CAX")}):
         raise ModelError(f"force: elements {axisymmetric[0]} are axisymmetric; give condense the nodal forces that belong to the code's matrix")
-    ((name, value),), d = given.items(), unknowns.shape[1]
-    forces = np.zeros((len(deck.points), 3))
+    ((name, value),), rows = given.items(), rows_of_nodes(labels, deck)
+    forces = np.zeros(rows.shape)
     if name == "nodal":
         forces[nodes, :d] = finite_array("nodal", value, (d,) if real_array("nodal", value).ndim == 1 else (len(nodes), d))
     elif name == "pressure":
@@ -73,10 +74,8 @@ def acting(
     else:
         share = over(nodes)[1]
         forces[:, :d] = share * finite_array(name, value, (d,)) / (share.sum() if name == "total" else 1.0)
-    present = np.zeros(forces.shape, dtype=bool)
-    present[:, :d] = unknowns >= 0
-    moved, values = deck.constraints.passed_on(forces, present, deck.numbers), np.zeros(size)
-    values[unknowns[present[:, :d]]] = moved[present]
+    present, values = rows >= 0, np.zeros(len(labels))
+    values[rows[present]] = deck.constraints.passed_on(forces, present, deck.numbers)[present]
     return values
 
 
@@ -96,7 +95,7 @@ def check_midsides(whole: Mesh, origin: csr_matrix, facets: Integers, deck: Deck
     """
     rows = np.intersect1d(origin[facet_nodes(whole, facets)].indices, deck.midsides)
     free, gone = rows[(unknowns[rows] >= 0).any(axis=1)], rows[(unknowns[rows] < -1).any(axis=1)]
-    if len(lost := np.setdiff1d(gone, [node for (node, _, _), *_ in deck.constraints.equations])):
+    if len(lost := np.setdiff1d(gone, deck.constraints.ends[:, 0] // 6)):
         raise ModelError(
             f"faces: node {int(deck.numbers[lost[0]])} is amid an edge of a contact face and has no row in the matrix; retain such nodes when you "
             "reduce a model, then go on with job.with_linear_faces()"
@@ -113,7 +112,7 @@ def tied(
 ) -> tuple[csr_matrix, Integers, Deck]:
     """(n, m) matrix T, labels and deck of a job in which the nodes amid the edges of some facets follow the corners: `u = T y`, `T^T K T`.
 
-    The deck says so by equations, which take forces on these nodes to the corners.
+    The deck says so too, which takes forces on these nodes to the corners.
 
     Parameters
     ----------
@@ -146,9 +145,5 @@ def tied(
     follows[rows] = 1.0
     free = columns >= 0
     T = diags(1 - follows) + csr_matrix((weight[free], (rows[free], columns[free])), shape=(len(labels),) * 2)
-    terms: dict[tuple[int, int], list[tuple[int, int, float]]] = {}
-    for i in range(len(node)):
-        terms.setdefault((int(node[i]), int(axis[i])), []).append((int(corner[i]), int(other[i]), -float(weight[i])))
-    equations = tuple(((*end, 1.0), *rest) for end, rest in terms.items())
-    constraints = replace(deck.constraints, equations=(*deck.constraints.equations, *equations))
+    constraints = deck.constraints.following(np.column_stack([6 * node + axis, 6 * corner + other]), weight)
     return csr_matrix(T)[:, np.flatnonzero(follows == 0)], labels[follows == 0], replace(deck, constraints=constraints)
