@@ -368,7 +368,7 @@ FAULTS = (
           "abs(bound - load_factor + off)", "limit_checks"),
     Fault("limits/no_limit.py", "an error of the proof that nothing is safe", "unsafe, np.nan, existence.record,",
           "unsafe, np.nan, SolveRecord(residual=0.0),", "limit_checks"),
-    Fault("limits/no_limit.py", "no limit without a proof", "if not (cyclic.margin >= -RESIDUAL and", "if not (", "limit_checks"),
+    Fault("limits/no_limit.py", "no limit without a proof", "if not (growing.margin >= -RESIDUAL and", "if not (", "limit_checks"),
     Fault("limits/safe_slip_result.py", "slips of another plane are safe", "margin >= -max(_NO_MARGIN, self.residual)", "margin >= -0.5",
           "spatial_limits"),
     Fault("limits/circles.py", "an excess of force opens nothing", "np.maximum(force, np.linalg.norm(slips, axis=-1))",
