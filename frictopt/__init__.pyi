@@ -7,31 +7,22 @@ from .contact import (
 )
 from .contact.answers import Outcome
 from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, SolverError, StoreError
-from .fem import (
-    Body,
-    BodyForce,
-    BoltPreload,
-    Centrifugal,
-    Contact,
-    ContactModel,
-    Displacement,
-    Expansion,
-    Interference,
-    Material,
-    MatrixJob,
-    Pressure,
-    Support,
-    Traction,
-    condense,
-    modal_load,
-    read_abaqus,
-    read_ansys,
-    read_calculix,
-    read_mesh,
-    read_nastran,
-    split_bodies,
-    write_paraview,
-)
+from .fem.bodies import Body, Support
+from .fem.bolts import BoltPreload
+from .fem.condense import condense
+from .fem.contacts import Contact, Interference
+from .fem.elasticity import Material
+from .fem.loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
+from .fem.matrices.abaqus import read_abaqus
+from .fem.matrices.ansys import read_ansys
+from .fem.matrices.calculix import read_calculix
+from .fem.matrices.job import MatrixJob
+from .fem.matrices.meshes import read_mesh
+from .fem.matrices.nastran import read_nastran
+from .fem.modal import modal_load
+from .fem.model import ContactModel
+from .fem.paraview import write_paraview
+from .fem.split import split_bodies
 from .histories import results, starts
 from .histories.damping import damping_curve
 from .histories.dissipation import dissipation_study

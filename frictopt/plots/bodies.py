@@ -13,8 +13,11 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..contact.checks import Array, shown
 from ..errors import ModelError
-from ..fem import Body, BodyFields, ContactModel, Pressure, Traction
+from ..fem.bodies import Body
+from ..fem.loads import Pressure, Traction
+from ..fem.model import ContactModel
 from ..fem.ordering import Integers
+from ..fem.recovery import BodyFields
 from ..scenes.scene import Scene
 from .picture import picture
 from .style import BLACK, GREY, legend, new_axes, series

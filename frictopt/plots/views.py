@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from ..contact.checks import choice, finite_number, shown
 from ..contact.units import in_units
 from ..errors import ModelError
-from ..fem import BodyFields, ContactModel
+from ..fem.model import ContactModel
 from ..fem.paraview import Steady, contact_face, states_of
-from ..fem.recovery import in_meshio
+from ..fem.recovery import BodyFields, in_meshio
 from .style import BLACK, GREY, series
 
 _BODIES = {"von_mises": "von Mises stress (force per area)", "displacement": "displacement (length)"}
