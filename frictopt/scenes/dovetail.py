@@ -1,6 +1,6 @@
 """A dovetail root of a blade in the slot of a disc: two inclined flanks."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..fem.elasticity import Material
 from ..fem.loads import Traction
 from ..fem.model import ContactModel
 from ..fem.ordering import Flags
-from .grading import along, away, steps
+from .grading import along, away
 from .scene import Scene
 
 _CLEARANCE = 0.2  # of the slot beside neck and foot, over their height
@@ -89,7 +89,7 @@ class Dovetail(Scene):
     blade_material: Material = Material()
     disc_material: Material = Material()
 
-    def _nodes(self) -> float:
+    def _check_sizes(self) -> None:
         if not self.edge_length <= self.flank_length / 2:
             raise ModelError(f"edge_length: {self.edge_length:g}; it must be at most half of flank_length = {self.flank_length:g}")
         wall = max(self._foot, self.neck_half_width + _CLEARANCE * self.lug_height)
@@ -98,8 +98,19 @@ class Dovetail(Scene):
             raise ModelError(f"disc_half_width, disc_depth: {sizes}; give more")
         if not self.corner_size > SAME_POINT * max(self.disc_half_width, self.disc_depth):
             raise ModelError(f"grading: {self.grading:g}; elements at the ends are smaller than rounding, give a lower grading or fewer elements")
-        across = 2 * steps(self.disc_half_width + self._foot, self.corner_size, self.growth)
-        return across * (self.elements + 2 * steps(self.disc_depth + self.neck_height + self.lug_height, self.corner_size, self.growth))
+
+    @property
+    def _grids(self) -> Sequence[Sequence[Array]]:
+        """Of the blade and of the disc, x over the width at each height."""
+        h, first, y = self._half_height, self.corner_size, self._along * -self._direction[1]
+        below, above, lug, slot = (
+            away(length, first, self.growth) for length in (self.foot_height, self.neck_height, self.lug_height, self._slot - h)
+        )
+        half, inner, side = (away(1.0, first / width, self.growth) for width in (self.neck_half_width, self._foot, self.disc_half_width - self._foot))
+        base = away(self.disc_depth - self._slot, slot[-1] - slot[-2], self.growth)
+        columns, under = np.r_[1.0 - inner[:0:-1], 1.0 + side], np.r_[h + slot[1:], self._slot + base[1:]]
+        blade = np.r_[-(1.0 - half), 1.0 - half[-2::-1]], np.r_[-h - below[:0:-1], y, h + above[1:]]
+        return blade, (np.r_[-columns[:0:-1], columns], np.r_[-under[::-1], y, h + lug[1:]])
 
     @property
     def _along(self) -> Array:
@@ -158,31 +169,20 @@ class Dovetail(Scene):
 
     def _blade(self) -> Body:
         """Body 1, with the boundaries "right", "left" and "top"."""
-        h, first = self._half_height, self.corner_size
-        half = 1.0 - away(1.0, first / self.neck_half_width, self.growth)
-        y = self._along * -self._direction[1]
-        levels = np.r_[-h - away(self.foot_height, first, self.growth)[:0:-1], y, h + away(self.neck_height, first, self.growth)[1:]]
-        mesh = MeshQuad.init_tensor(np.r_[-half, half[-2::-1]], levels)
-        mesh = mesh.with_boundaries(_flanks(h) | {"top": lambda x: x[1] == levels[-1]})
+        columns, levels = self._grids[0]
+        mesh = MeshQuad.init_tensor(columns, levels)
+        mesh = mesh.with_boundaries(_flanks(self._half_height) | {"top": lambda x: x[1] == levels[-1]})
         _, foot = self._beside(mesh.p[1], self.foot_height)
         width = self._flank(mesh.p[1]) * (1 - _CLEARANCE * foot)
         return Body(replace(mesh, doflocs=np.array([mesh.p[0] * width, mesh.p[1]])), self.blade_material)
 
     def _disc(self) -> Body:
         """Body 2, with the boundaries "right", "left" and "bottom"."""
-        h, first = self._half_height, self.corner_size
-        side = 1.0 + away(1.0, first / (self.disc_half_width - self._foot), self.growth)
-        inner = 1.0 - away(1.0, first / self._foot, self.growth)
-        slot = away(self._slot - h, first, self.growth)
-        base = away(self.disc_depth - self._slot, slot[-1] - slot[-2], self.growth)
-        below = np.r_[h + slot[1:], self._slot + base[1:]]
-        y = self._along * -self._direction[1]
-        levels = np.r_[-below[::-1], y, h + away(self.lug_height, first, self.growth)[1:]]
-        columns = np.r_[inner[:0:-1], side]
-        mesh = MeshQuad.init_tensor(np.r_[-columns[:0:-1], columns], levels)
+        columns, levels = self._grids[1]
+        mesh = MeshQuad.init_tensor(columns, levels)
         middle = mesh.p[:, mesh.t].mean(axis=1)
         mesh = mesh.remove_elements(np.flatnonzero((np.abs(middle[0]) < 1) & (middle[1] > -self._slot)))
-        mesh = mesh.with_boundaries(_flanks(h) | {"bottom": lambda x: x[1] == levels[0]})
+        mesh = mesh.with_boundaries(_flanks(self._half_height) | {"bottom": lambda x: x[1] == levels[0]})
         lug, _ = self._beside(mesh.p[1], 1.0)
         wall = self._flank(mesh.p[1]) + _CLEARANCE * self.lug_height * lug
         out = np.maximum(np.abs(mesh.p[0]) - 1, 0.0)

@@ -1,5 +1,6 @@
 """A pin shrunk into a plate: a closed ring of contact."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from ..fem.elasticity import Material
 from ..fem.loads import BodyForce, Traction
 from ..fem.model import ContactModel
 from ..fem.ordering import Integers
-from .grading import away, steps
+from .grading import away
 from .scene import Scene
 
 _CORE = 0.5  # half-side of the square in the middle of the pin, over its radius
@@ -68,11 +69,17 @@ class PinInPlate(Scene):
 
     _multiple = 8
 
-    def _nodes(self) -> float:
+    def _check_sizes(self) -> None:
         if not 1.5 * self.radius < self.plate_half_width:
             raise ModelError(f"plate_half_width: {self.plate_half_width:g}; it must be more than 1.5 radius = {1.5 * self.radius:g}")
-        across = sum(steps(length, self.element_size, self.growth) for length in (self.plate_half_width, self.radius))
-        return self.elements * across + self.elements**2 / 16
+
+    @property
+    def _grids(self) -> Sequence[Sequence[Array]]:
+        """Coordinates of the square in the middle; shares of the way to it from the ring, and from the ring to the edge, beside the rays."""
+        line = _CORE * self.radius * np.tan(np.linspace(-np.pi / 4, np.pi / 4, self.elements // 4 + 1))
+        ways = (1 - _CORE) * self.radius, self.plate_half_width - self.radius
+        inner, outer = (away(1.0, self.element_size / way, self.growth) for way in ways)
+        return (line, line), (1 - inner[-2::-1], self._rays[0]), (outer, self._rays[0])
 
     @property
     def element_size(self) -> float:
@@ -104,11 +111,9 @@ class PinInPlate(Scene):
     def _pin(self) -> Body:
         """Body 1, with the boundary "ring"."""
         rays, half = self._rays, _CORE * self.radius
-        sides = self.elements // 4
-        line = half * np.tan(np.linspace(-np.pi / 4, np.pi / 4, sides + 1))
-        core = MeshQuad.init_tensor(line, line)
+        square, (share, _), _ = self._grids
+        core = MeshQuad.init_tensor(*square)
         inner = half * rays / np.abs(rays).max(axis=0)
-        share = 1 - away(1.0, self.element_size / (self.radius - half), self.growth)[-2::-1]
         rings = inner[:, None, :] + share[:, None] * (self.radius * rays - inner)[:, None, :]
         distance = np.hypot(core.p[0][:, None] - inner[0], core.p[1][:, None] - inner[1])
         first = distance.argmin(axis=0)
@@ -120,7 +125,7 @@ class PinInPlate(Scene):
         """Body 2, with the boundaries "ring", "right", "left" and "outside"."""
         rays, half = self._rays, self.plate_half_width
         outer = half * rays / np.abs(rays).max(axis=0)
-        share = away(1.0, self.element_size / (half - self.radius), self.growth)
+        share = self._grids[2][0]
         rings = self.radius * rays[:, None, :] + share[:, None] * (outer - self.radius * rays)[:, None, :]
         numbers = np.arange(share.size * self.elements).reshape(share.size, -1)
         mesh = _with_ring(MeshQuad(rings.reshape(2, -1), _between(numbers)), numbers[0])

@@ -1,5 +1,6 @@
 """A collar shrunk onto a shaft, axisymmetric."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from ..fem.contacts import Contact, Interference
 from ..fem.elasticity import Material
 from ..fem.loads import Traction
 from ..fem.model import ContactModel
-from .grading import along, away, steps
+from .grading import along, away
 from .scene import Scene
 
 
@@ -73,10 +74,14 @@ class PressFit(Scene):
 
     _within = (("bore_radius", "shaft_radius"), ("shaft_radius", "collar_radius"), ("collar_length", "shaft_length"))
 
-    def _nodes(self) -> float:
-        first, radius = self.corner_size, self.shaft_radius
-        across = steps(radius - self.bore_radius, first, self.growth) + steps(self.collar_radius - radius, first, self.growth)
-        return across * (self.elements + 2 * steps((self.shaft_length - self.collar_length) / 2, first, self.growth))
+    @property
+    def _grids(self) -> Sequence[Sequence[Array]]:
+        a, half, end = self.shaft_radius, self.collar_length / 2, self.shaft_length / 2
+        lengths = end - half, a - self.bore_radius, self.collar_radius - a
+        beyond, inside, outside = (away(length, self.corner_size, self.growth) for length in lengths)
+        beyond, inward = half + beyond[1:], a - inside[::-1]
+        beyond[-1], inward[[0, -1]] = end, (self.bore_radius, a)
+        return (a + outside, self._contact), (inward, np.r_[-beyond[::-1], self._contact, beyond])
 
     @property
     def _contact(self) -> Array:
@@ -89,15 +94,10 @@ class PressFit(Scene):
 
     def model(self) -> ContactModel:
         """The two meshes with contact, supports and load cases."""
-        a, first, z = self.shaft_radius, self.corner_size, self._contact
-        half, end = self.collar_length / 2, self.shaft_length / 2
-        beyond = half + away(end - half, first, self.growth)[1:]
-        beyond[-1] = end
-        inward = a - away(a - self.bore_radius, first, self.growth)[::-1]
-        inward[[0, -1]] = self.bore_radius, a
-        outward = a + away(self.collar_radius - a, first, self.growth)
-        collar = MeshQuad.init_tensor(outward, z).with_boundaries({"contact": lambda x: x[0] == a, "lower": lambda x: x[1] == -half})
-        shaft = MeshQuad.init_tensor(inward, np.r_[-beyond[::-1], z, beyond]).with_boundaries(
+        a, half, end = self.shaft_radius, self.collar_length / 2, self.shaft_length / 2
+        collar, shaft = (MeshQuad.init_tensor(*lines) for lines in self._grids)
+        collar = collar.with_boundaries({"contact": lambda x: x[0] == a, "lower": lambda x: x[1] == -half})
+        shaft = shaft.with_boundaries(
             {"contact": lambda x: (x[0] == a) & (np.abs(x[1]) < half), "lower": lambda x: x[1] == -end, "upper": lambda x: x[1] == end}
         )
         face, section = np.pi * (self.collar_radius**2 - a**2), np.pi * (a**2 - self.bore_radius**2)

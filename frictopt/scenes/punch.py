@@ -4,20 +4,16 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from skfem import MeshQuad
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, choice, finite_number, frozen
-from ..fem.bodies import Body, Support
-from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
-from ..fem.loads import Traction
-from ..fem.model import ContactModel
-from .grading import along, away, steps
-from .scene import Scene
+from ..fem.bodies import Support
+from .block import PunchOnBlock
+from .grading import along
 
 
 @dataclass(frozen=True)
-class PunchOnHalfPlane(Scene):
+class PunchOnHalfPlane(PunchOnBlock):
     """A rectangular punch on a block that stands for a half-plane, meshed in quadrilaterals; the default has the paper's size.
 
     The contact is `-half_width <= x <= half_width`, y = 0. Load cases, each of unit traction: "P", pressure on the top of the punch;
@@ -62,18 +58,11 @@ class PunchOnHalfPlane(Scene):
     """
 
     elements: int = 124
-    half_width: float = 1.0
-    punch_height: float = 2.0
     block_half_width: float = 12.0
     block_depth: float = 12.0
-    grading: float | Literal["sine"] = 20.0
     growth: float = 1.09
-    punch_material: Material = Material()
-    block_material: Material = Material()
+    grading: float | Literal["sine"] = 20.0
     support: Literal["rollers", "clamped"] = "rollers"
-    element: ElementName = "linear"
-
-    _within = (("half_width", "block_half_width"),)
 
     def __post_init__(self) -> None:
         if isinstance(self.grading, str):
@@ -81,15 +70,7 @@ class PunchOnHalfPlane(Scene):
         else:
             object.__setattr__(self, "grading", finite_number("grading", self.grading, least=1.0, below=1e15))
         choice("support", self.support, ("rollers", "clamped"))
-        choice("element", self.element, ELEMENT_NAMES)
         super().__post_init__()
-
-    def _nodes(self) -> float:
-        columns = self.elements + 1 + 2 * self._steps(self.block_half_width - self.half_width)
-        return max((self.elements + 1) * (1 + self._steps(self.punch_height)), columns * (1 + self._steps(self.block_depth)))
-
-    def _steps(self, length: float) -> float:
-        return steps(length, self.corner_size, self.growth)
 
     @property
     def contact_nodes(self) -> Array:
@@ -102,40 +83,10 @@ class PunchOnHalfPlane(Scene):
         return np.concatenate([-right[::-1], [0.0], right])
 
     @property
-    def corner_size(self) -> float:
-        """Size of the contact element at the corner, length."""
-        return float(self.contact_nodes[-1] - self.contact_nodes[-2])
-
-    def _away(self, length: float) -> Array:
-        return away(length, self.corner_size, self.growth)
-
-    def model(self) -> ContactModel:
-        """The two meshes with supports and load cases."""
-        contact, a, bottom = self.contact_nodes, self.half_width, -self.block_depth
-        side = a + self._away(self.block_half_width - a)[1:]
-        side[-1] = self.block_half_width
-        depth = self._away(self.block_depth)
-        punch = MeshQuad.init_tensor(contact, self._away(self.punch_height))
-        block = MeshQuad.init_tensor(np.r_[-side[::-1], contact, side], -depth[::-1])
-        punch = punch.with_boundaries({"contact": lambda x: x[1] == 0, "top": lambda x: x[1] == self.punch_height})
-        block = block.with_boundaries(
-            {
-                "contact": lambda x: (x[1] == 0) & (np.abs(x[0]) < a),
-                "bottom": lambda x: x[1] == bottom,
-                "left": lambda x: x[0] == -self.block_half_width,
-                "right": lambda x: x[0] == self.block_half_width,
-            }
-        )
-        rollers = [Support("block", "bottom", "y"), Support("block", (0.0, bottom), "x")]
-        return ContactModel(
-            bodies={"punch": Body(punch, self.punch_material, self.element), "block": Body(block, self.block_material, self.element)},
-            supports=rollers if self.support == "rollers" else [Support("block", "bottom", "xy")],
-            loads={
-                "P": [Traction("punch", "top", y=-1.0)],
-                "sigma": [Traction("block", "left", x=-1.0), Traction("block", "right", x=1.0)],
-                "Q": [Traction("punch", "top", x=1.0)],
-            },
-        )
+    def _supports(self) -> list[Support]:
+        if self.support == "clamped":
+            return [Support("block", "bottom")]
+        return [Support("block", "bottom", "y"), Support("block", (0.0, -self.block_depth), "x")]
 
     def condense(self) -> ContactSystem:
         """Mesh, assemble and condense to the contact's interface.

@@ -1,5 +1,6 @@
 """A rounded punch, or a cylinder, pressed on a half-plane: the contact ends inside the meshed face."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,10 +54,13 @@ class RoundedPunch(Scene):
             raise ModelError(f"punch: {shown(self.punch)}; give a PunchOnHalfPlane")
         super().__post_init__()
 
-    def _nodes(self) -> float:
+    def _check_sizes(self) -> None:
         if not self.flat_half_width < self.punch.half_width:
             raise ModelError(f"flat_half_width: {self.flat_half_width:g}; it must be less than the punch's half_width = {self.punch.half_width:g}")
-        return self.punch._nodes()
+
+    @property
+    def _grids(self) -> Sequence[Sequence[Array]]:
+        return self.punch._grids
 
     @property
     def gap(self) -> Array:

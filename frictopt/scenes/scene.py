@@ -4,8 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import ClassVar
 
+import numpy as np
+
 from ..contact import ContactSystem
-from ..contact.checks import finite_number, shown, whole_number
+from ..contact.checks import Array, finite_number, shown, whole_number
 from ..contact.show import Plotted
 from ..errors import ModelError
 from ..fem.elasticity import Material
@@ -52,12 +54,18 @@ class Scene(Plotted):
         small, large = (pick(lengths, key=lambda name: lengths[name]) for pick in (min, max))
         if lengths[large] > _APART * lengths[small]:
             raise ModelError(f"{large}: {lengths[large]:g} beside {small} = {lengths[small]:g}; give at most {_APART:g} times as much")
-        if not self._nodes() <= _MOST_NODES:
+        self._check_sizes()
+        nodes = sum(np.prod([float(len(line)) for line in lines]) for lines in self._grids)
+        if nodes > _MOST_NODES:
             given = ", ".join(f"{name} = {getattr(self, name)}" for name in ("elements", *lengths, "grading", "growth") if hasattr(self, name))
-            raise ModelError(f"{given}: they make a mesh of {self._nodes():.0e} nodes, the most are {_MOST_NODES:.0e}; give less, or more growth")
+            raise ModelError(f"{given}: they make a mesh of {nodes:.0e} nodes, the most are {_MOST_NODES:.0e}; give less, or more growth")
 
-    def _nodes(self) -> float:
-        """About how many nodes the mesh has; sizes that do not fit are refused."""
+    def _check_sizes(self) -> None:
+        """Refuse sizes that do not fit."""
+
+    @property
+    def _grids(self) -> Sequence[Sequence[Array]]:
+        """Coordinates along the axes of the structured mesh of each body."""
         raise NotImplementedError
 
     def model(self) -> ContactModel:

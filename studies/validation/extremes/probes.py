@@ -81,7 +81,8 @@ def shakedown(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> A
 def punch_in_units(force: float, length: float) -> tuple[fo.ContactSystem, fo.LoadCycle]:
     """A small punch whose mesh and material are in other units, and its load cycle."""
     material, pressure = fo.Material(force / length), force / length
-    scene = fo.scenes.PunchOnHalfPlane(8, length, 2 * length, 12 * length, 12 * length, 5.0, 1.5, material, material)
+    sizes = length, 2 * length, 12 * length, 12 * length
+    scene = fo.scenes.PunchOnHalfPlane(8, *sizes, growth=1.5, punch_material=material, block_material=material, grading=5.0)
     return scene.condense(), fo.LoadCycle({"P": pressure}, [{"sigma": -pressure}, {"sigma": pressure}])
 
 
