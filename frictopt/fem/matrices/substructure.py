@@ -1,5 +1,6 @@
 """Reduced stiffness of Abaqus: the file of `*SUBSTRUCTURE MATRIX OUTPUT`, which is that of a linear user element."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +9,11 @@ from scipy.sparse import csr_matrix
 from ...contact.tolerances import ROUNDING
 from ...errors import ModelError
 from ..ordering import Integers
-from .blocks import fields, number
+from .blocks import blocks, fields, number
 
 _REMEDY = "write it with *SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, OUTPUT FILE=USER DEFINED, for one substructure"
+
+_NODES = re.compile(r"\*\*.*ELEMENT NODES.*\n((?:\s*\*\*.*\n)*)", re.IGNORECASE)
 
 
 def is_element(text: str) -> bool:
@@ -29,30 +32,17 @@ def stiffness_of_element(text: str, path: Path) -> tuple[csr_matrix, Integers]:
     ModelError
         No such element or several, lines that are no numbers, a matrix of another size than the nodes, not symmetric.
     """
-    nodes: list[int] = []
-    changes: list[list[int]] = []
-    values: list[float] = []
-    part, elements = "", 0
-    for place, line in enumerate(map(str.strip, text.splitlines()), 1):
-        try:
-            if line.startswith("**"):
-                if part == "nodes":
-                    nodes += map(int, fields(line[2:]))
-                elif "ELEMENT NODES" in line.upper():
-                    part = "nodes"
-            elif line.startswith("*"):
-                keyword = "".join(line.split()).upper()
-                elements += keyword.startswith("*USERELEMENT")
-                part = "stiffness" if keyword.startswith("*MATRIX") and "TYPE=STIFFNESS" in keyword else ""
-            elif part == "stiffness":
-                values += map(number, fields(line))
-            elif part == "nodes" or (part == "directions" and line):
-                part = "directions"
-                changes.append([int(field) for field in fields(line)])
-        except ValueError as error:
-            raise ModelError(f"stiffness: line {place} of {path.name} cannot be read ({error}); give the file as the code wrote it") from error
-    if elements != 1 or not nodes or not changes or not values:
-        raise ModelError(f"stiffness: {path.name} has {elements} elements, {len(nodes)} nodes and {len(values)} numbers of a stiffness; {_REMEDY}")
+    found, listed = list(blocks(path)), _NODES.search(text)
+    elements = [lines for keyword, _, lines in found if keyword == "USERELEMENT"]
+    parts = [lines for keyword, options, lines in found if keyword == "MATRIX" and options.get("TYPE") == "STIFFNESS"]
+    try:
+        nodes = [int(field) for line in (listed[1] if listed else "").splitlines() for field in fields(line.strip(" *"))]
+        changes = [[int(field) for field in fields(line)] for lines in elements for line in lines]
+        values = [number(field) for lines in parts for line in lines for field in fields(line)]
+    except ValueError as error:
+        raise ModelError(f"stiffness: {path.name} cannot be read ({error}); give the file as the code wrote it") from error
+    if (count := len(elements)) != 1 or not nodes or not changes or not values:
+        raise ModelError(f"stiffness: {path.name} has {count} elements, {len(nodes)} nodes and {len(values)} numbers of a stiffness; {_REMEDY}")
     starts = [1, *(first for first, *_ in changes[1:])]
     if starts != sorted(set(starts)) or starts[-1] > len(nodes):
         raise ModelError(f"stiffness: directions of {path.name} change at nodes {starts[1:]} of {len(nodes)}; give the file as the code wrote it")
