@@ -150,6 +150,12 @@ def test_all_nodes_open_for_ever():
     assert limit.load_factor == pytest.approx(2.0) and limit.open.all() and not np.any(limit.reactions)
 
 
+def test_a_node_that_the_mean_load_opens_and_all_corners_open_further_rests_at_every_load_factor():
+    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0])})
+    limit = fo.separated_limit(node, fo.LoadCycle({"P": -1.0}, [{"P": -1.0}, {"P": -2.0}]), 0.5)
+    assert (limit.least, limit.load_factor) == (0.0, np.inf) and limit.open.all()
+
+
 def test_a_search_tree_without_nodes_left_says_what_to_give(punch, paper_cycle):
     limit = fo.separated_limit(rounded(punch(12), 2.0), paper_cycle, 0.6, most_nodes=1)
     assert limit.bound == np.inf and "give more most_nodes" in limit.reason

@@ -81,7 +81,7 @@ def _all_open(task: LimitQuestion) -> OpenSetLimit | None:
     opened = replace(task, closed=np.zeros(n, dtype=bool), give=give)
     gap, rates = opened.states(0.0, still)[1], (-joined(task.q1, task.p1) @ give)[:, -n:]
     rate = rates if task.fixed else np.broadcast_to(rates.min(axis=0), rates.shape)
-    least = float(np.divide(-gap, rate, out=np.where(gap < 0, np.inf, 0.0), where=rate > 0).max())
+    least = float(np.divide(-gap, rate, out=np.where(gap < 0, np.inf, 0.0), where=rate > 0).max(initial=0.0))
     load_factor = float(np.divide(gap, -rate, out=np.full(gap.shape, np.inf), where=rate < 0).min())
     if not (least <= load_factor and np.isfinite(least)):
         return None
