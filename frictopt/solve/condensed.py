@@ -21,8 +21,8 @@ _LONG = 0.2  # share of the unknowns from which on a row counts as dense, and of
 _ROWS = 250  # rows in a part of the product, of which only the lower triangle is computed
 _SHIFT = 1e-14  # of the diagonal, over itself, so that rounding leaves the equations a factor
 _SOFTEST = 1e-10  # added stiffness of a node, over its largest one, without which the inverse is all rounding
-_CORRECTIONS, _CORRECT = 5, 1e-13  # of the solution of the equations at most, and their error from which on none is needed
-_SPOILT = 1e-3, 1e-8  # errors after more than one correction, and in the end, from which on the inverse is spoilt
+_CORRECT, _HELPS = 1e-10, 0.1  # error of the equations from which on none is corrected, and what a correction leaves of it, unless all is rounding
+_SPOILT = 1e-8  # error in the end from which on the inverse is spoilt
 
 
 class Condensed:
@@ -109,19 +109,20 @@ class Equations:
         """The y and z, whose errors are corrected in the equations themselves."""
         program, over, times, (parts, n) = self._program, self._scaling.over, self._scaling.times, self._program.block.shape
         x, m, drawn, z = np.zeros(n + parts), np.zeros(parts), np.zeros(n), np.zeros(len(v))
-        size = max(float(np.abs(u).max()), float(np.abs(v).max()))
-        for corrections in range(1 + _CORRECTIONS):
+        size, before = max(float(np.abs(u).max()), float(np.abs(v).max())), np.inf
+        while True:
             left, right = np.concatenate([u - drawn, m]) - program.transposed @ z, v - program.sparse @ x + times(times(z))
             apart = x[n:] - program.block @ x[:n]
             error = max(float(np.abs(part).max(initial=0.0)) for part in (left, right, apart))
-            if error <= _CORRECT * size:
+            if not _CORRECT * size < error < _HELPS * before:
                 break
-            if program.inverted and corrections > 1 and not error <= _SPOILT[corrections == _CORRECTIONS] * size:
-                program.inverted, self._step = False, _PutIn(self._weights, program.block)
-                return self.solved(u, v)
+            before = error
             more = self._step(left + program.transposed @ over(over(right)), apart)
             z = z + over(over(program.sparse @ more[0] - right))
             x, m, drawn = x + more[0], m + more[1], drawn + more[2]
+        if program.inverted and not error <= _SPOILT * size:
+            program.inverted, self._step = False, _PutIn(self._weights, program.block)
+            return self.solved(u, v)
         return x[:n], z
 
 

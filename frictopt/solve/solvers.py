@@ -28,7 +28,7 @@ _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
         "HIGHS_IPM": {"highs_options": {"solver": "ipm", "ipm_iteration_limit": 200, **_HIGHS}},  # else it may go on for minutes
         "CLARABEL": _CLARABEL,
         "CLARABEL_DIRECT": {**_CLARABEL, "equilibrate_enable": False},
-        "INTERIOR_POINT": {},
+        "INTERIOR_POINT": {"canon_backend": "SCIPY"},  # compiles the dense block faster than cvxpy's own one
         "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
         "HIGHS_MIP_LOOSE": {"highs_options": {**_HIGHS_MIP, **_LOOSE}},
     }
