@@ -84,7 +84,6 @@ class SafeSet(ABC):
         self.loaded, basis = balanced(each * rigid)
         forces = csr_array(each * basis)
         slip = (forces.T @ compliance).T
-        slip = slip + compliance @ (forces - task.A @ slip)  # without most of its rounding
         normal = task.B @ slip / self.unit[:, None]
         self.size = 1 / np.maximum(np.abs(normal).max(axis=0), 1.0)
         self.to_slip, self.to_shear, self.to_pressure = slip * self.size, csr_array(basis * self.size), normal * self.size

@@ -21,7 +21,7 @@ _LONG = 0.2  # share of the unknowns from which on a row counts as dense, and of
 _ROWS = 250  # rows in a part of the product, of which only the lower triangle is computed
 _SHIFT = 1e-14  # of the diagonal, over itself, so that rounding leaves the equations a factor
 _SOFTEST = 1e-10  # added stiffness of a node, over its largest one, without which the inverse is all rounding
-_CORRECT, _HELPS = 1e-10, 0.1  # error of the equations from which on none is corrected, and what a correction leaves of it, unless all is rounding
+_CORRECT, _HELPS = 1e-13, 0.1  # error of the equations from which on none is corrected, and what a correction leaves of it, unless all is rounding
 _SPOILT = 1e-8  # error in the end from which on the inverse is spoilt
 
 
