@@ -29,17 +29,7 @@ def turning_points(loads: Array) -> list[int]:
     [0, 2, 4]
     """
     largest = np.abs(loads).max(axis=0, initial=0.0)
-    points = (loads / np.where(largest > 0, largest, 1.0)).tolist()
-    kept, last = [0], len(points) - 1
-    for number in range(1, last):
-        begin = points[kept[-1]]
-        segment, part = ([there - here for here, there in zip(begin, points[k], strict=True)] for k in (number + 1, number))
-        length = sum(way * way for way in segment)
-        share = sum(way * own for way, own in zip(segment, part, strict=True)) / length if length > 0 else 0.0
-        off = max((abs(own - share * way) for way, own in zip(segment, part, strict=True)), default=0.0)
-        if not (0 <= share <= 1 and off <= _ROUNDING):
-            kept.append(number)
-    return [*kept, last] if last > 0 else kept
+    return reversals(loads / np.where(largest > 0, _ROUNDING * largest, 1.0))
 
 
 def reversals(points: Array) -> list[int]:
@@ -69,14 +59,14 @@ def _worst(points: Array) -> int | None:
     way, part = points[-1] - points[0], points[1:-1] - points[0]
     length = float(way @ way)
     share = np.clip(part @ way / length, 0.0, 1.0) if length > 0 else np.zeros(len(part))
-    off = np.abs(part - np.multiply.outer(share, way)).max(axis=1)
+    off = np.abs(part - np.multiply.outer(share, way)).max(axis=1, initial=0.0)
     moves = way != 0
     ends = np.sort((part[:, moves, None] + [-1.0, 1.0]) / way[moves, None], axis=-1)  # shares of the way within 1 of each point
     earliest, latest = ends[..., 0].max(axis=1, initial=0.0), ends[..., 1].min(axis=1, initial=1.0)
     back = np.maximum.accumulate(earliest) - latest
     if (back <= 0).all() and (np.abs(part[:, ~moves]) <= 1).all():
         return None
-    return 1 + int(np.argmax(off if off.max() > 1 else back))
+    return len(part) - int(np.argmax((off if off.max() > 1 else back)[::-1]))  # of equal points the last
 
 
 def history_corners(
