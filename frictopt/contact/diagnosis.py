@@ -37,17 +37,24 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Array
     """
     f = friction_coefficients(friction, checked_system(system).nodes)
     glued_q, glued_p = system.reaction(checked_cycle(cycle).mean)
-    if not (glued_q.any() or glued_p.any()):
-        return "the mean load is zero, and nothing presses the bodies together: give `cycle.mean` a load that does"
+    if not glued_p.any():
+        what = "has no normal reactions" if glued_q.any() else "is zero"
+        return f"the mean load {what}, and nothing presses the bodies together: give `cycle.mean` a load that does"
     if glued_p.sum() <= CONDENSATION * np.abs(glued_p).sum():
         return _pulls(glued_p)
     q, p = cycle.mean_reaction(system)
-    floor = CONDENSATION * float(np.abs(np.r_[glued_q.ravel(), glued_p]).mean())
-    slides = _slides(system, f, glued_q, glued_p) if system.tangents == 1 else ""
+    floor, shear = CONDENSATION * float(np.abs(np.r_[glued_q.ravel(), glued_p]).mean()), lengths(q, p)
+    texts = _slides(system, f, glued_q, glued_p) if system.tangents == 1 else []
     if (p < -floor).any():
-        return "; ".join(text for text in (_opens(system, p, floor), slides) if text)
-    texts = [text for text in (_without_pressure(system, p, floor), slides, _frictionless(system, f, lengths(q, p), floor)) if text]
-    return "; ".join(texts) if texts else _beyond_bounds(system, f, lengths(q, p), p, floor)
+        return "; ".join([_opens(system, p, floor), *texts])
+    bare, smooth, beyond = np.abs(p) <= floor, (f == 0) & (shear > floor), shear > f * p + floor
+    if bare.any():
+        texts.insert(0, f"{_share(system, bare)} carry no pressure under the mean load if nothing slips")
+    if smooth.any():
+        texts.append(f"{_share(system, smooth)} have no friction and slip under the shear of the mean load")
+    if not texts and beyond.any():
+        return f"the mean load presses all nodes, but {_share(system, beyond)} exceed their friction bound f p and slip: more friction, or less shear"
+    return "; ".join(texts) or _SAFE
 
 
 def unscaled_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> str:
@@ -131,8 +138,6 @@ def _within(f: Array, q: Array, p: Array, rounding: float) -> bool:
 
 
 def _pulls(p: Array) -> str:
-    if not p.any():
-        return "the mean load has no normal reactions, and nothing presses the bodies together: give `cycle.mean` a load that does"
     pulls = "pulls the bodies apart" if p.sum() < -CONDENSATION * np.abs(p).sum() else "does not press the bodies together"
     return (
         f"the mean load {pulls}: its normal reactions sum to {p.sum():.3g}, and compression must be positive; "
@@ -152,31 +157,14 @@ def _opens(system: ContactSystem, p: Array, floor: float) -> str:
     )
 
 
-def _without_pressure(system: ContactSystem, p: Array, floor: float) -> str:
-    bare = np.abs(p) <= floor
-    return f"{_share(system, bare)} carry no pressure under the mean load if nothing slips" if bare.any() else ""
-
-
-def _slides(system: ContactSystem, f: Array, q: Array, p: Array) -> str:
-    """The sentence that the body slides as a whole, or an empty text. It can if slip does not change the sums of q and p: only friction resists."""
+def _slides(system: ContactSystem, f: Array, q: Array, p: Array) -> list[str]:
+    """The sentence that the body slides as a whole, or none. It can if slip does not change the sums of q and p: only friction resists."""
     stiff = max(float(np.abs(system.A).max()), float(np.abs(system.C).max()))
     sums = (system.A.sum(axis=0), system.B.sum(axis=0), system.B.sum(axis=1), system.C.sum(axis=0))
     shear, most = abs(float(q.sum())), float(f.max() * p.sum())
     if max(float(np.abs(part).max()) for part in sums) > CONDENSATION * system.nodes * stiff or shear <= most * (1 + CONDENSATION):
-        return ""
-    return f"the body slides as a whole: the mean load has the shear force {shear:.3g}, above f P = {most:.3g}; hold it, or press it"
-
-
-def _frictionless(system: ContactSystem, f: Array, shear: Array, floor: float) -> str:
-    smooth = (f == 0) & (shear > floor)
-    return f"{_share(system, smooth)} have no friction and slip under the shear of the mean load" if smooth.any() else ""
-
-
-def _beyond_bounds(system: ContactSystem, f: Array, shear: Array, p: Array, floor: float) -> str:
-    beyond = shear > f * p + floor
-    if beyond.any():
-        return f"the mean load presses all nodes, but {_share(system, beyond)} exceed their friction bound f p and slip: more friction, or less shear"
-    return _SAFE
+        return []
+    return [f"the body slides as a whole: the mean load has the shear force {shear:.3g}, above f P = {most:.3g}; hold it, or press it"]
 
 
 def _share(system: ContactSystem, which: np.ndarray) -> str:
