@@ -156,15 +156,19 @@ class BodyFields(Shown, Plotted):
         data = {"displacement": np.pad(self.displacement[body].T, ((0, 0), (0, 3 - d)))}
         for name, field in (("stress", self.stress[body]), ("strain", self.strain[body])):
             data[name] = np.pad(field, ((0, 6 - len(field)), (0, 0)))[_VTK].T
-        xx, yy, zz, xy, yz, xz = data["stress"].T
-        data["von_mises"] = np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (xy**2 + yz**2 + xz**2))
-        mesh.point_data.update(data)
+        mesh.point_data.update(data, von_mises=von_mises(self.stress[body]))
         return mesh
 
     def _body(self, name: str) -> Body:
         if not isinstance(name, str) or name not in self.bodies:
             raise ModelError(f"body: {shown(name)} is unknown; these fields have {sorted(self.bodies)}")
         return self.bodies[name]
+
+
+def von_mises(stress: Array) -> Array:
+    """(nodes,) von Mises stress, of the components (xx, yy, xy, zz, in space xz and yz, nodes)."""
+    xx, yy, _, zz = stress[:4]
+    return np.asarray(np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (stress[[2, *range(4, len(stress))]] ** 2).sum(axis=0)))
 
 
 def in_meshio(mesh: Any) -> Any:

@@ -17,7 +17,7 @@ from ..fem.bodies import Body
 from ..fem.loads import Pressure, Traction
 from ..fem.model import ContactModel
 from ..fem.ordering import Integers
-from ..fem.recovery import BodyFields
+from ..fem.recovery import BodyFields, von_mises
 from ..scenes.scene import Scene
 from .picture import picture
 from .style import BLACK, GREY, legend, new_axes, series
@@ -84,7 +84,7 @@ def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
     """Von Mises stress in all bodies, in space on their surfaces, nodal values; the colours end at the value that 99 of 100 nodes do not exceed."""
     in_space = next(iter(fields.bodies.values())).mesh.dim() == 3
     axes = _axes(ax, in_space)
-    stress = {name: _von_mises(rows) for name, rows in fields.stress.items()}
+    stress = {name: von_mises(rows) for name, rows in fields.stress.items()}
     look = {"cmap": "viridis", "rasterized": True}
     most = float(np.quantile(np.concatenate(list(stress.values())), 0.99))
     for name, body in fields.bodies.items():
@@ -145,12 +145,6 @@ def _named(axes: AnyAxes, in_space: bool, *, own: bool) -> AnyAxes:
         axes.figure.set_layout_engine("compressed")
     axes.figure.legend(loc="outside right upper", handlelength=2.2)
     return axes
-
-
-def _von_mises(stress: Array) -> Array:
-    xx, yy, xy, zz, *others = stress
-    shear = xy**2 + sum(other**2 for other in others)
-    return np.asarray(np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * shear))
 
 
 def _axes(ax: AnyAxes | None, in_space: bool) -> AnyAxes:
