@@ -5,7 +5,6 @@ import pytest
 from skfem import MeshQuad, MeshTri, MeshTri2, MeshWedge1
 
 import frictopt as fo
-from frictopt.reference import patch_limit
 from meshes import blocks, hung, ring, uniform_loads
 
 FREE, LOADS = hung(), uniform_loads()
@@ -25,11 +24,11 @@ def test_patch_of_uniform_stress(kind, material, element):
     q, p = system.reaction({"p": 2.0, "tau": 3.0})
     assert np.allclose(p, 2.0 * weights, rtol=1e-12) and np.allclose(np.abs(q), 3.0 * weights, rtol=1e-12)
     found = fo.onset(system, fo.LoadCycle({"p": 2.0}, [{"tau": 1.0}]), 0.4)
-    assert found.slip.load_factor == pytest.approx(patch_limit(0.4, 2.0, 1.0), rel=1e-9)
+    assert found.slip.load_factor == pytest.approx(0.4 * 2.0, rel=1e-9)
     if kind is MeshQuad:  # triangles of init_tensor are not mirror images across the interface
         assert np.abs(system.B).max() < 1e-12 * np.abs(system.A).max()
         limit = fo.shakedown_limit(system, fo.LoadCycle({"p": 2.0}, [{"tau": -1.0}, {"tau": 1.0}]), 0.4)
-        assert limit.load_factor == pytest.approx(patch_limit(0.4, 2.0, 1.0), rel=1e-9)
+        assert limit.load_factor == pytest.approx(0.4 * 2.0, rel=1e-9)
         if material.nu < 0.4999:  # where volumes hardly change, rounding leaves a coupling
             assert limit.problem is None and limit.record.solver == "closed form"
 

@@ -8,7 +8,6 @@ even `lam = 0`). A dissipation is the work of friction in one cycle of the stead
 from ..contact import order_preserving, referee
 from ._arrays import ContactArrays
 from .bonded_corner import CornerMode, bonded_corner
-from .bounds import gross_slip_bound, patch_limit
 from .cattaneo_mindlin import LineContact, contact_modulus
 from .half_plane import half_plane_contact, half_plane_influence
 from .half_space import half_space_contact
@@ -32,13 +31,11 @@ __all__ = [
     "contact_modulus",
     "critical_friction",
     "foundation_rod",
-    "gross_slip_bound",
     "half_plane_contact",
     "half_plane_influence",
     "half_space_contact",
     "masing_dissipation",
     "order_preserving",
-    "patch_limit",
     "referee",
     "rod_dissipation",
     "rod_end_displacement",
