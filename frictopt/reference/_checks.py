@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.checks import Array, finite_array
+from ..contact.checks import Array, finite_array, finite_number
 from ..errors import ModelError
 
 
@@ -17,3 +17,10 @@ def per_node(nodes: int | None = None, **values: ArrayLike) -> tuple[Array, ...]
     if "f" in arrays and arrays["f"].min() <= 0:  # a frictionless node resists no shear and has no limit
         raise ModelError(f"f: {arrays['f'].min():g}; give a positive coefficient of friction")
     return tuple(np.broadcast_to(array, (count,)) for array in arrays.values())
+
+
+def poisson_ratio(name: str, value: float) -> float:
+    """Check a Poisson's ratio above -1 and of at most 0.5."""
+    if (nu := finite_number(name, value, above=-1.0)) > 0.5:
+        raise ModelError(f"{name}: {nu:g}; give Poisson's ratio of at most 0.5")
+    return nu

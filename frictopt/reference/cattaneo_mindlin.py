@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array, finite_number, flag
 from ..errors import ModelError
+from ._checks import poisson_ratio
 
 
 def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
@@ -41,11 +42,7 @@ def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
     115.38
     """
     E1, E2 = finite_number("E1", E1, above=0.0), finite_number("E2", E2, above=0.0)
-    nu1, nu2 = finite_number("nu1", nu1, above=-1.0), finite_number("nu2", nu2, above=-1.0)
-    for name, nu in (("nu1", nu1), ("nu2", nu2)):
-        if nu > 0.5:
-            raise ModelError(f"{name}: {nu:g}; give Poisson's ratio of at most 0.5")
-    return 1 / ((1 - nu1**2) / E1 + (1 - nu2**2) / E2)
+    return 1 / ((1 - poisson_ratio("nu1", nu1) ** 2) / E1 + (1 - poisson_ratio("nu2", nu2) ** 2) / E2)
 
 
 @dataclass(frozen=True)

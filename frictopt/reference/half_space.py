@@ -4,6 +4,7 @@ import numpy as np
 
 from ..contact.checks import Array, finite_number, whole_number
 from ..errors import ModelError
+from ._checks import poisson_ratio
 
 
 def half_space_contact(cells: int, half_length: float, R: float, E: float, nu: float) -> dict[str, object]:
@@ -38,10 +39,7 @@ def half_space_contact(cells: int, half_length: float, R: float, E: float, nu: f
     """
     whole_number("cells", cells, least=3, most=80)
     half_length, R, E = (finite_number(name, value, above=0.0) for name, value in (("half_length", half_length), ("R", R), ("E", E)))
-    nu = finite_number("nu", nu, above=-1.0)
-    if nu > 0.5:
-        raise ModelError(f"nu: {nu:g}; give Poisson's ratio of at most 0.5")
-    size = 2 * half_length / cells
+    nu, size = poisson_ratio("nu", nu), 2 * half_length / cells
     if not 0 < size**2 < np.inf:
         raise ModelError(f"half_length: {half_length:g}; its square is no number, give the length in another unit")
     line = (np.arange(cells) + 0.5) * size - half_length

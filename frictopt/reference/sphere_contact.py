@@ -1,6 +1,6 @@
 """A sphere pressed on a half-space and sheared to and fro: the contact of Hertz, Mindlin and Deresiewicz."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import pi
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array, finite_number
 from ..errors import ModelError
+from ._checks import poisson_ratio
 
 _SMALL, _TERMS = 0.1, 20  # shear over the bound below which the closed form loses digits, and so many terms of its series do not
 
@@ -57,11 +58,8 @@ class SphereContact:
     f: float
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            least = -1.0 if field.name == "nu" else 0.0
-            object.__setattr__(self, field.name, finite_number(field.name, getattr(self, field.name), above=least))
-        if self.nu > 0.5:
-            raise ModelError(f"nu: {self.nu:g}; give Poisson's ratio of at most 0.5")
+        for name, value in vars(self).items():
+            object.__setattr__(self, name, poisson_ratio(name, value) if name == "nu" else finite_number(name, value, above=0.0))
 
     @property
     def half_width(self) -> float:
@@ -123,10 +121,7 @@ class SphereContact:
 
 def _series(x: float) -> float:
     """The braces of the dissipation by powers of x, the first of which is x^3: the binomial series of both roots."""
-    total, root, other = 0.0, 1.0, 1.0  # (-1)^k binomial(5/3, k) and (-1)^(k-1) binomial(2/3, k-1)
-    for k in range(1, _TERMS):
-        root *= (k - 1 - 5 / 3) / k
-        if k >= 3:
-            total += (-root - 5 / 6 * other) * x**k
-        other *= (k - 1 - 2 / 3) / k
-    return total
+    k = np.arange(1, _TERMS)
+    root = np.cumprod((k - 1 - 5 / 3) / k)  # (-1)^k binomial(5/3, k)
+    other = np.cumprod(np.r_[1.0, (k - 1 - 2 / 3) / k])[:-1]  # (-1)^(k-1) binomial(2/3, k-1)
+    return float(((-root - 5 / 6 * other) * x**k)[2:].sum())
