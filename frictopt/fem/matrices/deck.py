@@ -16,7 +16,7 @@ from ...errors import ModelError
 from ..ordering import Integers, whole
 from .blocks import Block, blocks, elements_of, fields, members_of, number, parameters, thickness
 from .constraints import CONSTRAINING, Constraints, constraints_of
-from .kinds import FACELESS, LINES, PLANE, PLANES, SHAPES, SOLID, shape_of
+from .kinds import FACELESS, LINES, PLANE, PLANES, SHAPES, SOLID, SOLIDS, shape_of
 
 Solids: TypeAlias = list[tuple[str, list[list[int]]]]  # blocks of elements: their type, and number and nodes of each
 
@@ -115,7 +115,7 @@ class Deck(Shown):
 
     @property
     def _in_space(self) -> bool:
-        return any(kind.startswith("C3D") for kind, _, _ in self.elements)
+        return any(kind.startswith(SOLIDS) for kind, _, _ in self.elements)
 
     def shaped(self) -> tuple[str, Integers, Integers]:
         """The shape that all elements with faces have (as meshio names it), their numbers (m,) and nodes (m, k); beside solids, planes only name.

@@ -16,6 +16,7 @@ from ...contact.tolerances import SAME_POINT
 from ...errors import ModelError
 from ..elements import QUADRATIC, completion
 from ..ordering import Integers, places_among
+from .constraints import Constraints
 from .deck import Deck, read_deck
 from .kinds import PLANE, SOLID
 from .rows import library
@@ -26,7 +27,7 @@ _CORNERS = {  # of the faces S1, S2, ... of an element in decks
     "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
     "hexahedron": ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
 }
-_SMALL = ("vertex", "line", "line3")  # cells that only carry names
+_GROUPS = "put the body beside it into a group too (gmsh saves only what is in one)"
 
 
 def read_mesh(path: str | Path) -> Mesh:
@@ -62,41 +63,13 @@ def read_mesh(path: str | Path) -> Mesh:
     ((3, 865), ['N_CONTACT_BLOCK', 'N_CONTACT_PUNCH'])
     """
     file = file_path("path", path)
-    if file.suffix.lower() == ".inp":
-        deck = read_deck(file)
-        try:
-            mesh = mesh_of(deck, 2 if deck.shaped()[0] in PLANE else 3)
-        except ModelError as error:
-            raise ModelError(f"mesh {file.name}: {error}") from error
-        return with_midsides(_named(mesh, deck, file.name).remove_unused_nodes(), deck.shaped()[2], deck.points)[0]
-    found = _read(file)
-    kinds = {block.type for block in found.cells if len(block.data)} - set(_SMALL)
-    solids = sorted(kinds - set(PLANE) if kinds & set(SOLID) else kinds)  # faces of solids only carry names
-    if len(solids) != 1 or solids[0] not in PLANE | SOLID:
-        problem = f"elements {', '.join(solids)}" if solids else "no elements"
-        raise ModelError(f"mesh {file.name}: {problem}; give elements of one shape, linear or quadratic: {', '.join(PLANE | SOLID)}")
-    elements = np.concatenate([block.data for block in found.cells if block.type == solids[0]])
-    groups, names = _groups(found), found.field_data
+    deck = read_deck(file) if file.suffix.lower() == ".inp" else _deck_of(file)
     try:
-        mesh = _of_scikit_fem(elements, solids[0], found.points)
-    except (ValueError, IndexError, KeyError, TypeError) as error:
-        raise ModelError(f"mesh {file.name}: scikit-fem cannot use it ({error}); write it again, as .msh 4.1 for instance") from error
-    d = mesh.dim()
-    if d == 2:
-        _check_plane(found.points, file.name)
-    faces: dict[str, list[Integers]] = {name: [] for name, (_, dim) in names.items() if dim == d - 1}
-    bodies: dict[str, list[Integers]] = {}
-    for name, cells in groups.items():
-        first = 0
-        for block, own in zip(found.cells, cells, strict=False):
-            if block.dim == d - 1 and len(own):
-                faces.setdefault(name, []).append(block.data[own])
-            elif block.type == solids[0]:
-                bodies.setdefault(name, []).append(first + own)
-                first += len(block.data)
-    subdomains = {name: own for name, parts in bodies.items() if len(own := np.concatenate(parts))}
-    mesh = mesh.with_boundaries(_faces(mesh, faces, file.name)).with_subdomains(subdomains).remove_unused_nodes()
-    return with_midsides(mesh, elements, found.points)[0]
+        shape, _, elements = deck.shaped()
+        mesh = mesh_of(deck, 2 if shape in PLANE else 3)
+    except (ModelError, ValueError, IndexError) as error:  # scikit-fem refuses elements of nodes that are not in the file
+        raise ModelError(f"mesh {file.name}: {str(error).removeprefix('deck: ')}") from error
+    return with_midsides(_named(mesh, deck, file.name).remove_unused_nodes(), elements, deck.points)[0]
 
 
 def mesh_of(deck: Deck, directions: int) -> Mesh:
@@ -110,8 +83,12 @@ def mesh_of(deck: Deck, directions: int) -> Mesh:
     shape, _, nodes = deck.shaped()
     if (shape in PLANE) != (directions == 2):
         raise ModelError(f"deck: elements of shape {shape}, but {directions} directions of displacement; give plane elements for 2, solids for 3")
-    if directions == 2:
-        _check_plane(deck.points, "of the deck")
+    z = np.ptp(deck.points[:, 2])
+    if directions == 2 and z > SAME_POINT * np.ptp(deck.points):
+        raise ModelError(
+            f"deck: z varies by {z:g}, and there are no solids; give a mesh in the plane z = 0, or put the volumes of the bodies into groups (gmsh: "
+            "physical groups; it saves only what is in one)"
+        )
     return _of_scikit_fem(nodes, shape, deck.points)
 
 
@@ -185,38 +162,35 @@ def _faces(mesh: Mesh, faces: Mapping[str, Sequence[Integers]], what: str) -> di
         places = places_among(nodes, mesh.facets.T)
         found[name] = np.sort(places)
         if (lost := np.count_nonzero(places < 0)) or not len(nodes):
-            problem = f"{lost} of its {len(nodes)} faces belong to no element" if lost else "it names no faces"
-            raise ModelError(f"mesh {what}: boundary {name!r}: {problem}; put the body beside it into a group too (gmsh saves only what is in one)")
+            raise ModelError(f"mesh {what}: boundary {name!r}: {lost} of its {len(nodes)} faces belong to no element; {_GROUPS}")
     return found
 
 
-def _check_plane(points: Array, what: str) -> None:
-    if points.shape[1] == 3 and np.ptp(points[:, 2]) > SAME_POINT * np.ptp(points):
-        raise ModelError(
-            f"mesh {what}: z varies by {np.ptp(points[:, 2]):g}, and there are no solids; give a mesh in the plane z = 0, or put the volumes of the "
-            "bodies into groups (gmsh: physical groups; it saves only what is in one)"
-        )
-
-
-def _read(file: Path) -> Any:
+def _deck_of(file: Path) -> Deck:
+    """What meshio reads, its elements numbered one block after the other; groups of gmsh without a name are called by their number."""
     meshio = meshio_library()
     try:
         with redirect_stdout(StringIO()):  # meshio prints why each format that it tries first does not fit
-            return meshio.read(file)
+            found = meshio.read(file)
     except (Exception, SystemExit) as error:  # meshio leaves the process where a file is damaged
         raise ModelError(f"mesh {str(file)!r}: meshio cannot read it ({str(error).strip() or type(error).__name__}); give a mesh file") from error
-
-
-def _groups(found: Any) -> dict[str, list[Integers]]:
-    """Cells of each group in each block: sets of the author, and groups of gmsh, those without a name by their number."""
+    first = np.cumsum([0, *(len(block.data) for block in found.cells)])
+    sets = {name: [np.zeros(0, dtype=np.intp)] for name in found.field_data}
     names = {(int(number), int(dim)): name for name, (number, dim) in found.field_data.items()}
-    tags = found.cell_data.get("gmsh:physical", [])  # nothing else has them
-    groups: dict[str, list[Integers]] = {}
-    for i, (cells, own) in enumerate(zip(found.cells, tags, strict=False)):
+    for start, block, own in zip(first, found.cells, found.cell_data.get("gmsh:physical", []), strict=False):  # nothing else has them
         for number in np.unique(own[own > 0]).tolist():
-            group = groups.setdefault(names.get((number, cells.dim), str(number)), [np.zeros(0, dtype=np.intp) for _ in tags])
-            group[i] = np.flatnonzero(own == number)
-    return groups | {name: cells for name, cells in found.cell_sets.items() if not name.startswith("gmsh:")}  # not of gmsh itself
+            sets.setdefault(names.get((number, block.dim), str(number)), []).append(start + np.flatnonzero(own == number))
+    for name, cells in found.cell_sets.items():
+        if not name.startswith("gmsh:"):  # not of gmsh itself
+            sets[name] = [start + np.asarray(own, dtype=np.intp) for start, own in zip(first, cells, strict=False)]
+    points = np.pad(found.points, ((0, 0), (0, 3 - found.points.shape[1])))
+    blocks = ((block.type, start + np.arange(len(block.data)), block.data) for start, block in zip(first, found.cells, strict=False))
+    elements = tuple((kind, numbers, nodes[:, [0, 2, 1]] if kind == "line3" else nodes) for kind, numbers, nodes in blocks if len(nodes))
+    groups = {name: np.concatenate(own) for name, own in sets.items()}
+    for name, (_, dim) in found.field_data.items():
+        if dim == max(block.dim for block in found.cells) - 1 and not len(groups[name]):
+            raise ModelError(f"mesh {file.name}: boundary {name!r}: it names no faces; {_GROUPS}")
+    return Deck(np.arange(len(points)), points, {}, elements, groups, (), Constraints(np.zeros((len(points), 6), dtype=bool)))
 
 
 def _of_scikit_fem(elements: Integers, shape: str, points: Array) -> Mesh:
