@@ -169,7 +169,7 @@ FAULTS = (
           "here[here] = places_among(image[nodes[:, here]].T, nodes.T) >= 0", "pass", "matching"),
     Fault("fem/matrices/substructure.py", "directions change one node late", 'side="right") - 1', 'side="left") - 1', "doors"),
     Fault("fem/paraview.py", "the shear of body 2 on body 1 the other way", "fields.q.T / width", "-fields.q.T / width", "paraview"),
-    Fault("fem/recovery.py", "von Mises' stress with too little shear", "/ 2 + 3 * (xy**2", "/ 2 + 2 * (xy**2", "paraview"),
+    Fault("fem/recovery.py", "von Mises' stress with too little shear", "/ 2 + 3 * shear", "/ 2 + 2 * shear", "paraview"),
     Fault("fem/matrices/ansys.py", "one triangle is not mirrored", "upper + triu(upper, 1).T", "upper + upper.T", "ansys"),
     # solve
     Fault("solve/standard_form.py", "rows that do not bind become equations", "form.linear[y[form.linear] > share",
@@ -384,7 +384,7 @@ FAULTS = (
     # plots
     Fault("plots/style.py", "a notebook shows its first picture only", "    plt.draw_if_interactive()", "    ()", "notebook"),
     Fault("plots/along.py", "ratios by the pressure alone", "bound = friction * p\n", "bound = p\n", "plots"),
-    Fault("plots/limits.py", "circles on the wrong bound", "zip(ruling, (1, -1), strict=False)", "zip(ruling, (-1, 1), strict=False)", "plots"),
+    Fault("plots/limits.py", "circles on the wrong bound", "ratio[corner, nodes], senses", "-ratio[corner, nodes], senses", "plots"),
     Fault("plots/searches.py", "the share at rest ends early", "np.r_[0, rests, most]", "np.r_[0, rests, rests.max(initial=0)]", "plots_searches"),
     Fault("plots/searches.py", "the share of those that rest", "len(rests)] / len(runs)", "len(rests)] / max(len(rests), 1)", "plots_searches"),
     Fault("plots/spatial.py", "the corner with the most reserve of its worst node", "~safe.open].min(axis=1)))", "~safe.open].max(axis=1)))",

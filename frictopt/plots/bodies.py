@@ -5,14 +5,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, TypeAlias
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from ..contact.checks import Array, shown
-from ..errors import ModelError
+from ..contact.checks import Array
 from ..fem.bodies import Body
 from ..fem.loads import Pressure, Traction
 from ..fem.model import ContactModel
@@ -29,6 +26,7 @@ _MOST_MARKS = 17, 25  # of each support, in the plane and in space
 _ARROWS = 9  # of each loaded boundary
 _NAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
 _TO_NAME = {"arrowstyle": "-", "lw": 0.8}
+_SIZE = 6.4, 4.8  # inches
 _LENGTH = 0.08, 0.12  # of an arrow, over the size of the model, in the plane and in space
 
 
@@ -48,7 +46,7 @@ def draw_mesh(axes: Axes, mesh: Mesh, color: str, scale: float = 1.0, *, thin: f
 def _model(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
     """Each body in its colour (in space its surface), contacts in black, held nodes as marks, and the directions of each load case as arrows."""
     in_space = model.kinematics == "space"
-    axes = _axes(ax, in_space)
+    axes: AnyAxes = new_axes(ax, size=_SIZE, in_space=in_space)[0]
     ends = _ends(model.bodies)
     length = _LENGTH[in_space] * float((ends[1] - ends[0]).max())
     for number, (name, body) in enumerate(model.bodies.items()):
@@ -83,7 +81,7 @@ def _scene(scene: Scene, ax: AnyAxes | None = None) -> AnyAxes:
 def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
     """Von Mises stress in all bodies, in space on their surfaces, nodal values; the colours end at the value that 99 of 100 nodes do not exceed."""
     in_space = next(iter(fields.bodies.values())).mesh.dim() == 3
-    axes = _axes(ax, in_space)
+    axes: AnyAxes = new_axes(ax, size=_SIZE, in_space=in_space)[0]
     stress = {name: von_mises(rows) for name, rows in fields.stress.items()}
     look = {"cmap": "viridis", "rasterized": True}
     most = float(np.quantile(np.concatenate(list(stress.values())), 0.99))
@@ -109,7 +107,7 @@ def deformed(fields: BodyFields, ax: AnyAxes | None = None, enlarged: float | No
     """Each body in its colour under its displacements, in space its surface; in grey its outline as it was."""
     ends = _ends(fields.bodies)
     in_space, size = ends.shape[1] == 3, float((ends[1] - ends[0]).max())
-    axes = _axes(ax, in_space)
+    axes: AnyAxes = new_axes(ax, size=_SIZE, in_space=in_space)[0]
     largest = max(float(np.linalg.norm(u, axis=0).max()) for u in fields.displacement.values())
     scale = (0.1 * size / largest if largest > 0 else 1.0) if enlarged is None else enlarged
     for number, (name, body) in enumerate(fields.bodies.items()):
@@ -145,16 +143,6 @@ def _named(axes: AnyAxes, in_space: bool, *, own: bool) -> AnyAxes:
         axes.figure.set_layout_engine("compressed")
     axes.figure.legend(loc="outside right upper", handlelength=2.2)
     return axes
-
-
-def _axes(ax: AnyAxes | None, in_space: bool) -> AnyAxes:
-    if not in_space:
-        return new_axes(ax, size=(6.4, 4.8))[0]
-    if ax is None:
-        return plt.figure(figsize=(6.4, 4.8), layout="constrained").add_subplot(projection="3d")
-    if not isinstance(ax, Axes3D):
-        raise ModelError(f"ax: {shown(ax)}; a model in space needs axes with projection='3d'")
-    return ax
 
 
 def _finish(axes: AnyAxes, ends: Array, length: float) -> None:

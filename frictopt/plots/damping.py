@@ -31,6 +31,4 @@ def _damping_curve(curve: DampingCurve, ax: AxesArray | None = None) -> AxesArra
     frequency.set_ylabel("frequency (cycles per time)")
     damping.set(xlabel=r"load factor $\lambda$", ylabel=r"damping ratio $\zeta$")
     legend(frequency)
-    if ax is None:
-        frequency.figure.align_ylabels()
     return np.array(panels)

@@ -6,11 +6,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
-from mpl_toolkits.mplot3d import Axes3D
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
-from ..errors import ModelError
 from .along import label_panels, lines
 from .bodies import spread
 from .picture import picture
@@ -52,14 +50,8 @@ def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
 
 def _in_space(system: ContactSystem, width: Array | float, unit: str, ax: AxesArray | None) -> AxesArray:
     cases = list(system.bonded)
-    if ax is None:
-        look = {"projection": "3d"}
-        columns = min(len(cases), 2)
-        figure = plt.figure(figsize=(4.8 * columns, 3.2 * -(-len(cases) // 2)), layout="constrained")
-        ax = np.array([figure.add_subplot(-(-len(cases) // 2), columns, number, **look) for number in range(1, len(cases) + 1)], dtype=object)
-    panels = np.ravel(np.asarray(ax, dtype=object))
-    if len(panels) != len(cases) or not all(isinstance(one, Axes3D) for one in panels):
-        raise ModelError(f"ax: give {len(cases)} matplotlib axes with projection='3d', one for each load case, or None")
+    columns, rows = min(len(cases), 2), -(-len(cases) // 2)
+    panels: list[Any] = new_axes(ax, len(cases), (4.8 * columns, 3.2 * rows), common_x=False, in_space=True, columns=columns)
     step = _LENGTH * float(np.ptp(system.points, axis=0).max() or 1.0)
     few = spread(system.points.T, _MOST_NORMALS)
     for axes, case in zip(panels, cases, strict=True):
@@ -74,7 +66,7 @@ def _in_space(system: ContactSystem, width: Array | float, unit: str, ax: AxesAr
         for axis, (low, high) in zip((axes.xaxis, axes.yaxis, axes.zaxis), (axes.get_xlim(), axes.get_ylim(), axes.get_zlim()), strict=True):
             axis.set_major_locator(MaxNLocator(3 if high - low > 5 * step else 1))
         axes.figure.colorbar(shown, ax=axes, shrink=0.6, pad=0.12, label=f"bonded {'normal force' if unit == 'force' else 'pressure'} ({unit})")
-    return panels
+    return np.array(panels)
 
 
 @picture.register

@@ -1,6 +1,7 @@
 """Pictures of onset and limits: how far each node is from slip, and which nodes limit the load."""
 
 from collections.abc import Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,6 +13,8 @@ from .along import circle, friction_ratio, label_contacts, lines, lines_or_band,
 from .picture import picture
 from .spatial import first_slips, limiting_face, safe_slip_face, weight_map
 from .style import BLACK, GREY, AxesArray, equals, legend, new_axes, no_lines, one_axes
+
+Limit: TypeAlias = ShakedownLimit | RequiredFriction | GuaranteedLimit | SeparatedLimit
 
 _AREA = 400  # of the circle round a node that is the whole mechanism, points^2
 _ONE_NODE = 60  # of the circle round a node that stands alone
@@ -51,76 +54,43 @@ def _shakedown_limit(limit: ShakedownLimit, ax: Axes | None = None) -> Axes:
 
     In space, at the first corner, with the slip as arrows.
     """
-    axes = one_axes(ax, limit.system.tangents)
     name = r"shakedown limit $\lambda_2$" if limit.objective is None else r"load factor $\lambda$ that the objective chooses"
-    axes.set_title(equals(name, limit.load_factor))
-    return _limiting(axes, limit, limit.friction, exists=bool(np.isfinite(limit.load_factor)))
+    return _at_corners(limit, ax, equals(name, limit.load_factor), limit.friction, shown=bool(np.isfinite(limit.load_factor)))
 
 
 @picture.register
 def _required_friction(required: RequiredFriction, ax: Axes | None = None) -> Axes:
     """Shear over the required friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism."""
-    axes = one_axes(ax, required.system.tangents)
-    axes.set_title(equals(rf"$\lambda = {required.load_factor:.4g}$: required friction $f$", required.required))
-    return _limiting(axes, required, np.full(required.system.nodes, required.required), exists=0 < required.required < np.inf)
+    title = equals(rf"$\lambda = {required.load_factor:.4g}$: required friction $f$", required.required)
+    return _at_corners(required, ax, title, np.full(required.system.nodes, required.required), shown=0 < required.required < np.inf)
 
 
 @picture.register
 def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the corners under the witness, in space at the first one; the critical node is circled."""
-    axes = one_axes(ax, limit.system.tangents)
-    axes.set_title(
-        equals(r"guaranteed limit $\lambda_1$", limit.load_factor) + ", " + equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
-    )
-    if not np.isfinite(limit.load_factor):
-        return no_lines(axes, limit.reason)
-    ruling = [] if limit.corners is None else list(limit.corners)
-    q, p = limit.reactions
-    if limit.node is not None:
-        axes.set_title(f"{axes.get_title()}\n{_on_its_bounds(limit.node, limit, ruling)}")
-    if limit.system.tangents == 2:
-        return limiting_face(axes, limit, limit.friction)
-    friction_ratio(axes, limit.system, limit.friction, q, p, limit.cycle.corner_names, ruling)
-    label: str | None = f"node {limit.node}, on both bounds"
-    for corner, sense in zip(ruling, (1, -1), strict=False):
-        circle(axes, limit.system.x[limit.node], -sense, sense, _ONE_NODE, looks(len(q), ruling)[corner]["color"], label)
-        label = None
-    open_nodes(axes, limit.system, limit.open)
-    legend(axes)
-    return axes
+    title = equals(r"guaranteed limit $\lambda_1$", limit.load_factor) + ", " + equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
+    if limit.node is not None and limit.corners is not None:
+        title += f"\n{_on_its_bounds(limit.node, limit, limit.corners)}"
+    return _at_corners(limit, ax, title, limit.friction, shown=bool(np.isfinite(limit.load_factor)))
 
 
 @picture.register
 def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the corners of the resting cycle; open nodes, which have none, are marked at zero."""
-    axes = one_axes(ax, limit.system.tangents)
     title = equals(rf"{'limit with separation,' if limit.proven else 'rests up to'} $\lambda$", limit.load_factor)
     if not (limit.load_factor == np.inf or np.isnan(limit.bound)):
         title += f", bound {limit.bound:.5g}" if np.isfinite(limit.bound) else ", no bound"
-    axes.set_title(title)
-    if not np.isfinite(limit.load_factor):
-        return no_lines(axes, limit.reason)
-    q, p = limit.reactions
-    if limit.system.tangents == 2:
-        return limiting_face(axes, limit, limit.friction)
-    friction_ratio(axes, limit.system, limit.friction, q, p, limit.cycle.corner_names)
-    open_nodes(axes, limit.system, limit.open)
-    legend(axes)
-    return axes
+    return _at_corners(limit, ax, title, limit.friction, shown=bool(np.isfinite(limit.load_factor)))
 
 
 @picture.register
 def _least_slip(least: LeastSlip, ax: Axes | None = None) -> Axes:
     """Weights of the slip at the corners (of many corners, lines of those with the largest); in space a map of those between corners."""
     axes = one_axes(ax, least.system.tangents)
-    if least.bound <= 0:
-        claim = "no slip is proven"
-    else:
-        claim = f"weighted sum of the slips at least {least.bound:.4g};\n"
-        if np.isfinite(least.total):
-            claim += f"slip between corners at least {least.total:.4g} in all while all nodes are closed"
-        else:
-            claim += "no cycle keeps all nodes closed"
+    claim = "no slip is proven"
+    if least.bound > 0:
+        total = f"slip between corners at least {least.total:.4g} in all while all nodes are closed"
+        claim = f"weighted sum of the slips at least {least.bound:.4g};\n{total if np.isfinite(least.total) else 'no cycle keeps all nodes closed'}"
     axes.set_title(rf"$\lambda = {least.load_factor:.4g}$: {claim}")
     if least.system.tangents == 2:
         return weight_map(axes, least)
@@ -167,21 +137,34 @@ def _on_its_bounds(node: int, limit: GuaranteedLimit, corners: Sequence[int]) ->
     return f"node {node} at ({place}): on its bound at\n" + "; ".join(names)
 
 
-def _limiting(axes: Axes, result: ShakedownLimit | RequiredFriction, friction: Array, *, exists: bool) -> Axes:
-    if not exists:
-        return no_lines(axes, result.reason)
-    if result.system.tangents == 2:
-        return limiting_face(axes, result, friction)
-    """Draw the shear over the friction bound at the corners, and circles at the nodes of the mechanism."""
-    ruling = result.mechanism.groupby("corner")["share"].sum().sort_values(ascending=False).index.tolist()
-    q, p = result.reactions
-    ratio = friction_ratio(axes, result.system, friction, q, p, result.cycle.corner_names, ruling)
-    label: str | None = "limiting node; area: share"
-    for corner, look in looks(len(q), ruling).items():
-        rows = result.mechanism[result.mechanism["corner"] == corner]
-        if len(rows):
-            circle(axes, rows["x"], ratio[corner, rows["node"]], rows["direction"], _AREA * rows["share"], look["color"], label)
-            label = None
-    open_nodes(axes, result.system, result.open)
+def _at_corners(limit: Limit, ax: Axes | None, title: str, friction: Array, *, shown: bool) -> Axes:
+    """Shear over friction bound at the corners, with circles at the nodes that limit the load; or why there is nothing to show."""
+    axes = one_axes(ax, limit.system.tangents)
+    axes.set_title(title)
+    if not shown:
+        return no_lines(axes, limit.reason)
+    if limit.system.tangents == 2:
+        return limiting_face(axes, limit, friction)
+    circles, label = _circles(limit)
+    ruling = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2])))
+    q, p = limit.reactions
+    ratio = friction_ratio(axes, limit.system, friction, q, p, limit.cycle.corner_names, ruling)
+    drawn = looks(len(q), ruling)
+    for corner in (corner for corner in circles if corner in drawn):
+        nodes, senses, areas = circles[corner]
+        circle(axes, limit.system.x[nodes], ratio[corner, nodes], senses, areas, drawn[corner]["color"], label)
+        label = None
+    open_nodes(axes, limit.system, limit.open)
     legend(axes)
     return axes
+
+
+def _circles(limit: Limit) -> tuple[dict[int, tuple[Any, Any, Any]], str | None]:
+    """Nodes that limit the load, with their senses of slip and the areas of their circles, by corner; and what the circles are."""
+    if isinstance(limit, ShakedownLimit | RequiredFriction):
+        rows = limit.mechanism.groupby("corner")
+        return {corner: (row["node"], row["direction"], _AREA * row["share"]) for corner, row in rows}, "limiting node; area: share"
+    if isinstance(limit, SeparatedLimit) or limit.corners is None:
+        return {}, None
+    both = zip(limit.corners, (1, -1), strict=False)
+    return {corner: (limit.node, sense, _ONE_NODE) for corner, sense in both}, f"node {limit.node}, on both bounds"

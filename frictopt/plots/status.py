@@ -1,12 +1,13 @@
 """What each node does over a transient: a picture over place and time, and an animation."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from ..transients import Trajectory
 from .along import label_contacts, parts
 from .loops import corners_visited
 from .spatial import places_of
-from .style import BLACK, FACE, GREY, SERIES, equals, legend, name_units, new_axes, screen
+from .style import BLACK, GREY, SERIES, equals, name_units, new_axes, one_axes, screen
 
 _CODES = (0, 1, -1, 2)
 _COLOURS = ("#DDDDDD", SERIES[0]["color"], SERIES[1]["color"], BLACK)
@@ -63,10 +64,22 @@ def animate(states: Trajectory, path: object, frames: int) -> None:
     loads = _between(states.amplitudes, rows, share)
     titles = [_title(time, dict(zip(states.system.bonded, row, strict=True))) for time, row in zip(times, loads, strict=True)]
     with screen():
+        axes = one_axes(None, states.system.tangents)
+        marks, move = (_film_plane if states.system.tangents == 1 else _film_face)(axes, states, q, p)
+        name_units(axes, states.system.units)
+
+        def draw(frame: int) -> None:
+            move(frame)
+            marks.set_facecolor([_COLOURS[_CODES.index(code)] for code in status[frame].tolist()])
+            axes.set_title(titles[frame])
+
         try:
-            (_film_plane if states.system.tangents == 1 else _film_face)(states, status, q, p, titles, file)
+            film = FuncAnimation(axes.figure, draw, frames=len(titles), cache_frame_data=False)  # type: ignore[arg-type]
+            film.save(file, writer=PillowWriter(fps=_PER_SECOND))
         except OSError as error:
             raise ModelError(f"path: {str(file)!r} cannot be written ({error}); give a file in a folder that exists") from error
+        finally:
+            plt.close(axes.figure)
 
 
 def _between(values: Array, rows: Integers, share: Array) -> Array:
@@ -86,55 +99,35 @@ def _patches(tangents: int, status: NDArray[np.int8]) -> list[Patch]:
     return [Patch(facecolor=_COLOURS[number], edgecolor=GREY, label=words[number]) for number in found]
 
 
-def _colours(status: NDArray[np.int8]) -> list[str]:
-    return [_COLOURS[_CODES.index(code)] for code in status.tolist()]
-
-
-def _film_plane(states: Trajectory, status: NDArray[np.int8], q: Array, p: Array, titles: list[str], file: Path) -> None:
-    """Shear within the bounds of friction, each node in the colour of what it does."""
-    system, (axes,) = states.system, new_axes(None)
+def _film_plane(axes: Axes, states: Trajectory, q: Array, p: Array) -> tuple[PathCollection, Callable[[int], None]]:
+    """Shear within the bounds of friction, a mark for each node."""
+    system = states.system
     width = np.ones(system.nodes) if system.width is None else system.width
     shear, bound = q / width, states.friction * p / width
     upper, lower = (axes.plot(system.x, sign * bound[0], color=GREY, lw=0.8, label=name)[0] for sign, name in ((1, r"$\pm f p$"), (-1, None)))
     (line,) = axes.plot(system.x, shear[0], color=BLACK, lw=0.8, label="$q$")
-    marks = axes.scatter(system.x, shear[0], c=_colours(status[0]), edgecolors=GREY, linewidths=0.4, s=22, zorder=3)
+    marks = axes.scatter(system.x, shear[0], edgecolors=GREY, linewidths=0.4, s=22, zorder=3)
     largest = 1.05 * float(np.quantile(np.abs(bound).max(axis=0), 0.95) or 1.0)  # at sharp corners tractions grow without end
     axes.set(ylim=(-largest, largest), ylabel="shear force (force per depth)" if system.width is None else "shear traction (force per area)")
     label_contacts(axes, system)
-    legend(axes)
     axes.legend(handles=[*axes.get_legend_handles_labels()[0], *_patches(1, states.status)], loc="upper left", bbox_to_anchor=(1.0, 1.02))
 
-    def draw(frame: int) -> None:
+    def move(frame: int) -> None:
         line.set_ydata(shear[frame])
         upper.set_ydata(bound[frame])
         lower.set_ydata(-bound[frame])
         marks.set_offsets(np.column_stack([system.x, shear[frame]]))
-        marks.set_facecolor(_colours(status[frame]))
-        axes.set_title(titles[frame])
 
-    _film(axes, draw, len(titles), file, system.units)
+    return marks, move
 
 
-def _film_face(states: Trajectory, status: NDArray[np.int8], q: Array, p: Array, titles: list[str], file: Path) -> None:
-    """The face seen along its normal: each node in the colour of what it does, its shear as an arrow."""
-    (axes,) = new_axes(None, size=FACE)
+def _film_face(axes: Axes, states: Trajectory, q: Array, _p: Array) -> tuple[PathCollection, Callable[[int], None]]:
+    """The face seen along its normal: a mark for each node, its shear as an arrow."""
     places, labels, _ = places_of(states.system)
     longest = float(np.linalg.norm(q, axis=-1).max() or 1.0)
-    marks = axes.scatter(places[:, 0], places[:, 1], c=_colours(status[0]), edgecolors=GREY, linewidths=0.4, s=60)
+    marks = axes.scatter(places[:, 0], places[:, 1], edgecolors=GREY, linewidths=0.4, s=60)
     arrows = axes.quiver(*places.T, *q[0].T, angles="xy", scale_units="width", scale=longest / 0.12, width=0.005, zorder=3)
     axes.set(xlabel=f"{labels[0]} (length)", ylabel=f"{labels[1]} (length)", aspect="equal")
     axes.margins(0.1)
     axes.legend(handles=_patches(2, states.status), loc="upper left", bbox_to_anchor=(1.0, 1.02), title="arrows: shear")
-
-    def draw(frame: int) -> None:
-        marks.set_facecolor(_colours(status[frame]))
-        arrows.set_UVC(*q[frame].T)
-        axes.set_title(titles[frame])
-
-    _film(axes, draw, len(titles), file, states.system.units)
-
-
-def _film(axes: Axes, draw: object, frames: int, file: Path, units: str | None) -> None:
-    name_units(axes, units)
-    FuncAnimation(axes.figure, draw, frames=frames, cache_frame_data=False).save(file, writer=PillowWriter(fps=_PER_SECOND))  # type: ignore[arg-type]
-    plt.close(axes.figure)
+    return marks, lambda frame: arrows.set_UVC(*q[frame].T)

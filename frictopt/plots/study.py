@@ -18,16 +18,9 @@ def runs_of(table: Table, ax: Axes | None = None) -> Axes:
     several = len(frictions) > 1
     for (family, friction), rows in runs.groupby(["family", "friction_number"], sort=False):
         at = np.where(rows["dissipation"] > 0, rows["dissipation"], low / 2)
-        look = {"color": series(frictions[friction] if several else families[family])["color"], "marker": series(families[family])["marker"]}
-        axes.plot(
-            rows["load_ratio" if bounded else "load_factor"],
-            at,
-            linestyle="none",
-            markersize=5,
-            mfc="none",
-            label=None if several else family,
-            **look,
-        )
+        color, marker = series(frictions[friction] if several else families[family])["color"], series(families[family])["marker"]
+        load = rows["load_ratio" if bounded else "load_factor"]
+        axes.plot(load, at, linestyle="none", markersize=5, mfc="none", color=color, marker=marker, label=None if several else family)
     if several:
         for family, number in families.items():
             axes.plot([], [], color=BLACK, marker=series(number)["marker"], linestyle="none", mfc="none", label=family)

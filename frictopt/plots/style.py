@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.text import Text
+from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
 from ..contact.checks import shown
@@ -81,8 +82,16 @@ def line(number: int) -> Look:
     return {name: series(number)[name] for name in ("color", "linestyle")}
 
 
-def new_axes(ax: Axes | AxesArray | None, panels: int = 1, size: tuple[float, float] = ALONG, *, common_x: bool = True) -> list[Axes]:
-    """Axes to draw in, one for each panel: the given ones, or those of a new figure, one below the other.
+def new_axes(
+    ax: Axes | AxesArray | None,
+    panels: int = 1,
+    size: tuple[float, float] = ALONG,
+    *,
+    common_x: bool = True,
+    in_space: bool = False,
+    columns: int = 1,
+) -> list[Axes]:
+    """Axes to draw in, one for each panel: the given ones, or those of a new figure, one below the other or in columns, their labels in a line.
 
     Raises
     ------
@@ -90,10 +99,17 @@ def new_axes(ax: Axes | AxesArray | None, panels: int = 1, size: tuple[float, fl
         Not that many axes.
     """
     if ax is None:
-        return list(np.ravel(plt.subplots(panels, 1, sharex=common_x, squeeze=False, figsize=size, layout="constrained")[1]))
+        look = {"projection": "3d"} if in_space else None
+        figure = plt.figure(figsize=size, layout="constrained")
+        grid = figure.subplots(-(-panels // columns), columns, sharex=common_x, squeeze=False, subplot_kw=look)
+        figure.align_ylabels()
+        for spare in grid.flat[panels:]:
+            spare.remove()
+        return list(grid.flat[:panels])
     axes = np.ravel(np.asarray(ax, dtype=object))
-    if len(axes) != panels or not all(isinstance(one, Axes) for one in axes):
-        raise ModelError(f"ax: {shown(ax)}; give {'one matplotlib axes' if panels == 1 else f'{panels} matplotlib axes'}, or None")
+    if len(axes) != panels or not all(isinstance(one, Axes3D if in_space else Axes) for one in axes):
+        kind = " with projection='3d'" if in_space else ""
+        raise ModelError(f"ax: {shown(ax)}; give {'one' if panels == 1 else panels} matplotlib axes{kind}, or None")
     return list(axes)
 
 

@@ -71,8 +71,6 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
     lines(work, system, steady.dissipation_per_node, color=BLACK, **_DOTS)
     work.set_ylabel(_WORK)
     label_panels(panels, system)
-    if ax is None:
-        slip.figure.align_ylabels()
     return np.array(panels)
 
 
@@ -105,8 +103,6 @@ def _dissipation_range(found: DissipationRange, ax: AxesArray | None = None) -> 
     work.set_ylabel(_WORK)
     legend(slip)
     label_panels(panels, system)
-    if ax is None:
-        slip.figure.align_ylabels()
     return np.array(panels)
 
 
