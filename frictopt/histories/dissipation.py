@@ -126,7 +126,7 @@ def dissipation_study(
         keys = {run.key: run for run in runs}
         try:
             if kept is not None:
-                rows.update((key, row) for key, row in kept.read().items() if key in keys)
+                rows.update((row["key"], row) for row in kept.read().to_dict("records") if row["key"] in keys)
             missing = [run for key, run in keys.items() if key not in rows]
             bar = stack.enter_context(bar_of(progress, "transients", "run", total=len(keys), initial=len(rows)))
             for row, answered in stack.enter_context(closing(execute(missing, executor))):
@@ -155,7 +155,7 @@ def _table(numbers: Sequence[int], runs: Sequence[Run], rows: Mapping[str, Row])
         row, start, limit = rows[run.key], run.start, np.nan if run.case.limit is None else run.case.limit.load_factor
         ratio = run.load_factor / limit if limit > 0 and np.isfinite(limit) else np.nan
         names = {"start": start.name, "family": start.family, "seed": start.seed, "friction_number": number}
-        found = {"load_ratio": ratio, "shakedown_limit": limit, "dissipation_scaled": row["dissipation"] * scale}
+        found = {"load_ratio": ratio, "shakedown_limit": limit, "dissipation_scaled": row.get("dissipation", np.nan) * scale}
         records.append({**row, **names, **found})
     table = pd.DataFrame(records, columns=_COLUMNS).astype({name: _TYPES.get(name, "float64") for name in _COLUMNS})
     units = {} if case is None or case.system.units is None else {"units": case.system.units}

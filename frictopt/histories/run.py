@@ -147,9 +147,7 @@ def _row(run: Run) -> Row:
 
 def _failed(run: Run, error: str, seconds: float = np.nan) -> Row:
     """The row of a run that has no result."""
-    numbers = dict.fromkeys(("amplitude", "dissipation", "first_cycle", "largest_share", "residual"), np.nan)
-    counts = dict.fromkeys(("cycles", "slipping", "open"))
-    return _input(run) | numbers | counts | {"outcome": "FAILED", "engine": "path", "seconds": seconds, "error": error}
+    return _input(run) | {"outcome": "FAILED", "engine": "path", "seconds": seconds, "error": error}
 
 
 def _input(run: Run) -> Row:

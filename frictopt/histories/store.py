@@ -17,31 +17,31 @@ import pandas as pd
 from ..contact.checks import listed
 from ..errors import StoreError
 
-_COLUMNS: dict[str, type] = {
-    "key": str,
-    "friction": float,
-    "friction_std": float,
-    "load_factor": float,
-    "start": str,
-    "amplitude": float,
-    "outcome": str,
-    "dissipation": float,
-    "first_cycle": float,
-    "largest_share": float,
-    "cycles": int,
-    "slipping": int,
-    "open": int,
-    "residual": float,
-    "engine": str,
-    "seconds": float,
-    "error": str,
+TYPES = {
+    "key": "str",
+    "friction": "float64",
+    "friction_std": "float64",
+    "load_factor": "float64",
+    "start": "str",
+    "amplitude": "float64",
+    "outcome": "str",
+    "dissipation": "float64",
+    "first_cycle": "float64",
+    "largest_share": "float64",
+    "cycles": "Int64",
+    "slipping": "Int64",
+    "open": "Int64",
+    "residual": "float64",
+    "engine": "str",
+    "seconds": "float64",
+    "error": "str",
 }
-TYPES = {name: {str: "str", float: "float64", int: "Int64"}[kind] for name, kind in _COLUMNS.items()}
 """Types of the columns in a DataFrame."""
-_DECLARED = ", ".join(f"{name} { {str: 'text', float: 'real', int: 'integer'}[kind] }" for name, kind in _COLUMNS.items())
+_SQL = {"str": "text", "float64": "real", "Int64": "integer"}
+_DECLARED = ", ".join(f"{name} {_SQL[kind]}" for name, kind in TYPES.items())
 _SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer, PRIMARY KEY (key)) WITHOUT ROWID"
 _VERSION = 4  # of what the columns mean
-_MAGIC, _APPLICATION = b"SQLite format 3\0", b"FriO"  # first bytes of a file of sqlite, and bytes 68 to 71 of a store
+_APPLICATION = int.from_bytes(b"FriO", "big")  # by which sqlite tells a store from other files of its own
 _PATIENCE = 60  # seconds to wait for another writer
 
 
@@ -66,7 +66,12 @@ class Store:
     """
 
     def __init__(self, path: str | os.PathLike[str], *, make: bool = True) -> None:
-        self.path = _checked_path(path, make)
+        try:
+            self.path = Path(path).expanduser().absolute()
+            if self.path.exists() and not self.path.is_file():
+                raise OSError("no file")
+        except (OSError, TypeError, RuntimeError) as error:  # RuntimeError: unknown home folder
+            raise StoreError(f"store: {path!r} is no store ({error}); give another name") from error
         with self._errors():
             if make:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -86,9 +91,11 @@ class Store:
             ask("BEGIN IMMEDIATE")
             if not ask("SELECT * FROM sqlite_master").fetchall():
                 ask(_SCHEMA)
-                ask(f"PRAGMA application_id = {int.from_bytes(_APPLICATION, 'big')}")
+                ask(f"PRAGMA application_id = {_APPLICATION}")
                 ask(f"PRAGMA user_version = {_VERSION}")
             ask("COMMIT")
+        if ask("PRAGMA application_id").fetchone() != (_APPLICATION,):
+            raise sqlite3.NotSupportedError("it has tables of another program")
         if ask("SELECT sql FROM sqlite_master").fetchone() != (_SCHEMA,) or ask("PRAGMA user_version").fetchone() != (_VERSION,):
             raise StoreError(f"store: {str(self.path)!r} is of another version of frictopt, its columns mean something else; give another file")
 
@@ -96,8 +103,8 @@ class Store:
         """Close the store."""
         self._connection.close()
 
-    def read(self) -> dict[str, dict[str, Any]]:
-        """All rows, by key; damaged rows are left out, with a warning.
+    def read(self) -> pd.DataFrame:
+        """All rows, ordered by key; damaged rows are left out, with a warning.
 
         Raises
         ------
@@ -109,22 +116,19 @@ class Store:
         sound = [values for *values, checksum in kept if checksum == _checksum(values)]
         if damaged := len(kept) - len(sound):
             warnings.warn(f"store: {str(self.path)!r}: {damaged} rows are damaged and do not count", DamagedRows, stacklevel=3)
-        columns = _COLUMNS.items()
-        return {
-            values[0]: {name: float("nan") if value is None and kind is float else value for value, (name, kind) in zip(values, columns, strict=True)}
-            for values in sound
-        }
+        return pd.DataFrame(sound, columns=list(TYPES)).astype(TYPES)
 
     def write(self, row: Mapping[str, Any]) -> None:
-        """Write the row of one run; it replaces a row with the same key.
+        """Write the row of one run, NULL for what it lacks; it replaces a row with the same key.
 
         Raises
         ------
         StoreError
             The row cannot be written.
         """
-        values = [_to_sqlite(row[name], kind) for name, kind in _COLUMNS.items()]
-        with self._errors():
+        given: dict[str, Any] = {name: row.get(name) for name in TYPES}
+        values = [None if pd.isna(value) else float(value) + 0.0 if TYPES[name] == "float64" else value for name, value in given.items()]
+        with self._errors():  # sqlite has neither NaN nor a sign of zero
             self._connection.execute(f"INSERT OR REPLACE INTO runs VALUES ({', '.join('?' * len(values))}, ?)", (*values, _checksum(values)))
 
     @contextmanager
@@ -135,6 +139,8 @@ class Store:
         except (sqlite3.Error, OSError, ValueError) as error:
             if isinstance(error, StoreError):
                 raise
+            if isinstance(error, sqlite3.NotSupportedError) or getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_NOTADB:
+                raise StoreError(f"store: {str(self.path)!r} is no store and has not been changed ({error}); give another name") from error
             damaged = isinstance(error, sqlite3.DatabaseError) and not isinstance(error, sqlite3.OperationalError)
             remedy = "move it away" if damaged else "make room, or see that it and its folder stay and can be written"
             what = f"store: {str(self.path)!r} {'is damaged' if damaged else 'cannot be used'} ({error})"
@@ -176,8 +182,7 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
     0          1.0  CYCLIC_SLIP
     """
     with closing(Store(path, make=False)) as store:
-        rows = store.read()
-    return pd.DataFrame(list(rows.values()), columns=list(_COLUMNS)).astype(TYPES)
+        return store.read()
 
 
 def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike[str]]) -> int:
@@ -216,37 +221,11 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
     ...     fo.results.merge_stores(Path(folder) / "runs.sqlite", parts)
     2
     """
-    found: dict[str, dict[str, Any]] = {}
-    for part in listed("parts", parts):
-        with closing(Store(part, make=False)) as store:
-            found |= store.read()
+    found = [row for part in listed("parts", parts) for row in read_store(part).to_dict("records")]
     with closing(Store(into)) as store:
-        for row in found.values():
+        for row in found:
             store.write(row)
         return len(store.read())
-
-
-def _checked_path(path: str | os.PathLike[str], make: bool) -> Path:
-    """The absolute path of a store or of a file to be made; any other file is refused before sqlite opens it, because sqlite could change it."""
-    try:
-        place = Path(path).expanduser().absolute()
-        exists, head = place.exists(), None  # asked once: another study may make the file now
-        if exists and place.is_file():
-            with place.open("rb") as file:
-                head = file.read(72)
-    except (OSError, TypeError, RuntimeError) as error:  # RuntimeError: unknown home folder
-        raise StoreError(f"store: {path!r} is not a store ({error}); give the name of a store, or for a study of a file that can be made") from error
-    new = make and not exists
-    if not (new or head == b"" or (head and head.startswith(_MAGIC) and head[68:] == _APPLICATION)):  # empty: its writer was killed at once
-        raise StoreError(f"store: {path!r} is no store and has not been changed; give another name")
-    return place
-
-
-def _to_sqlite(value: Any, kind: type) -> Any:
-    """The value in sqlite, which has neither NaN nor a sign of zero."""
-    if value is None or value != value:
-        return None
-    return kind(value) + 0.0 if kind is float else kind(value)
 
 
 def _checksum(values: list[Any]) -> int:
